@@ -1,0 +1,2 @@
+//! The command `hovernav`.
+fn main() {}

@@ -1,0 +1,259 @@
+//! The Earth as the filter sees it: the WGS-84 ellipsoid, its normal gravity and its rotation.
+//!
+//! Sources: NIMA TR8350.2, *Department of Defense World Geodetic System 1984*, third edition,
+//! amendment 1 (constants: tables 3.1 to 3.4; gravity: equations 4-1 and 4-3); Groves, *Principles
+//! of GNSS, Inertial, and Multisensor Integrated Navigation Systems*, second edition, chapter 2.
+//!
+//! Conversions hold over the whole globe, poles and date line included, from 5 000 km below to
+//! 10 000 000 km above the ellipsoid; gravity to 1e-6 m/s² up to 20 km. North itself is undefined at
+//! the poles: [`transport_rate`](Local::transport_rate) grows without bound there, so navigation in
+//! NED asks for [`Geodetic::is_navigable`].
+
+use core::f64::consts::FRAC_PI_2;
+
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::frames::{Ecef, Ned, Rotation, Vector, wrap_angle};
+
+/// Equatorial radius, m (TR8350.2 table 3.1: defining).
+pub const SEMI_MAJOR_AXIS_M: f64 = 6_378_137.0;
+/// Flattening (TR8350.2 table 3.1: 1/f = 298.257223563, defining).
+pub const FLATTENING: f64 = 1.0 / 298.257_223_563;
+/// Square of the first eccentricity, f (2 − f).
+pub const ECCENTRICITY_SQUARED: f64 = FLATTENING * (2.0 - FLATTENING);
+/// Polar radius, m, a (1 − f).
+pub const SEMI_MINOR_AXIS_M: f64 = SEMI_MAJOR_AXIS_M * (1.0 - FLATTENING);
+/// Rotation rate of the Earth, rad/s (TR8350.2 table 3.1: defining).
+pub const EARTH_RATE_RADPS: f64 = 7.292_115e-5;
+/// Normal gravity at the equator, m/s² (TR8350.2 table 3.4).
+pub const EQUATORIAL_GRAVITY_MPS2: f64 = 9.780_325_335_9;
+/// Somigliana's constant k (TR8350.2 table 3.4).
+pub const SOMIGLIANA_K: f64 = 0.001_931_852_652_41;
+/// m = ω² a² b / GM (TR8350.2 table 3.4).
+pub const GRAVITY_RATIO_M: f64 = 0.003_449_786_506_84;
+
+/// A place as geodetic latitude, longitude and height above the WGS-84 ellipsoid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Geodetic {
+    /// Geodetic latitude, north positive, in [−π/2, π/2].
+    pub latitude_rad: f64,
+    /// Longitude, east positive, in (−π, π].
+    pub longitude_rad: f64,
+    /// Height above the ellipsoid (not above mean sea level), m.
+    pub height_m: f64,
+}
+
+impl Geodetic {
+    /// A place from degrees and metres.
+    ///
+    /// `None` when a value is not finite, the latitude is beyond ±90°, the longitude beyond ±360°,
+    /// or the height beyond ±100 km: no place a vehicle of this kind can be.
+    #[must_use]
+    pub fn from_degrees(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Option<Self> {
+        let on_earth = libm::fabs(latitude_deg) <= 90.0
+            && libm::fabs(longitude_deg) <= 360.0
+            && libm::fabs(height_m) <= 1e5;
+        on_earth.then(|| Self {
+            latitude_rad: latitude_deg.to_radians(),
+            longitude_rad: wrap_angle(longitude_deg.to_radians()),
+            height_m,
+        })
+    }
+
+    /// Latitude in degrees.
+    #[must_use]
+    pub fn latitude_deg(&self) -> f64 {
+        self.latitude_rad.to_degrees()
+    }
+
+    /// Longitude in degrees, in (−180, 180].
+    #[must_use]
+    pub fn longitude_deg(&self) -> f64 {
+        self.longitude_rad.to_degrees()
+    }
+
+    /// Whether north is well enough defined here to navigate in NED: within ±89.9° of latitude
+    /// (11 km from a pole, where 10 m/s eastwards turns the frame at 0.05°/s), all values finite.
+    #[must_use]
+    pub fn is_navigable(&self) -> bool {
+        libm::fabs(self.latitude_rad) <= 89.9f64.to_radians()
+            && self.longitude_rad.is_finite()
+            && self.height_m.is_finite()
+    }
+
+    /// Earth-centred, Earth-fixed coordinates, m (Groves 2.112).
+    #[must_use]
+    pub fn to_ecef(&self) -> Vector<Ecef> {
+        let (sin_lat, cos_lat) = libm::sincos(self.latitude_rad);
+        let (sin_lon, cos_lon) = libm::sincos(self.longitude_rad);
+        let prime_vertical_m = prime_vertical_radius_m(sin_lat);
+        let across = (prime_vertical_m + self.height_m) * cos_lat;
+        let along = (prime_vertical_m * (1.0 - ECCENTRICITY_SQUARED) + self.height_m) * sin_lat;
+        Vector::new(across * cos_lon, across * sin_lon, along)
+    }
+
+    /// The place of Earth-centred, Earth-fixed coordinates in m.
+    ///
+    /// Bowring's iteration on the parametric latitude, to rounding in at most four turns at the
+    /// heights this module is valid for. `None` within 1 000 km of the Earth's centre, where
+    /// latitude loses its meaning, and for NaN or infinities.
+    ///
+    /// # Source
+    /// B. R. Bowring (1976), Transformation from spatial to geographical coordinates, *Survey
+    /// Review* 23 (181), 323–327.
+    #[must_use]
+    pub fn from_ecef(position_m: Vector<Ecef>) -> Option<Self> {
+        if !(position_m.norm() > 1e6 && position_m.is_finite()) {
+            return None;
+        }
+        let [x, y, z] = position_m.to_array();
+        let across = libm::hypot(x, y);
+        let second_eccentricity_squared = ECCENTRICITY_SQUARED / (1.0 - ECCENTRICITY_SQUARED);
+        let mut parametric = libm::atan2(z, across * (1.0 - FLATTENING));
+        let mut latitude_rad = parametric;
+        for _ in 0..4 {
+            let (sin_b, cos_b) = libm::sincos(parametric);
+            latitude_rad = libm::atan2(
+                z + second_eccentricity_squared * SEMI_MINOR_AXIS_M * sin_b * sin_b * sin_b,
+                across - ECCENTRICITY_SQUARED * SEMI_MAJOR_AXIS_M * cos_b * cos_b * cos_b,
+            );
+            let (sin_lat, cos_lat) = libm::sincos(latitude_rad);
+            parametric = libm::atan2((1.0 - FLATTENING) * sin_lat, cos_lat);
+        }
+        let (sin_lat, cos_lat) = libm::sincos(latitude_rad);
+        let height_m = across * cos_lat + z * sin_lat
+            - SEMI_MAJOR_AXIS_M * SEMI_MAJOR_AXIS_M / prime_vertical_radius_m(sin_lat);
+        Some(Self { latitude_rad, longitude_rad: wrap_angle(libm::atan2(y, x)), height_m })
+    }
+
+    /// The rotation from Earth-fixed axes to north, east, down here (Groves 2.150).
+    #[must_use]
+    pub fn ecef_to_ned(&self) -> Rotation<Ecef, Ned> {
+        let (sin_lat, cos_lat) = libm::sincos(self.latitude_rad);
+        let (sin_lon, cos_lon) = libm::sincos(self.longitude_rad);
+        Rotation::claim(DQuat::from_mat3(&DMat3::from_cols(
+            DVec3::new(-sin_lat * cos_lon, -sin_lon, -cos_lat * cos_lon),
+            DVec3::new(-sin_lat * sin_lon, cos_lon, -cos_lat * sin_lon),
+            DVec3::new(cos_lat, 0.0, -sin_lat),
+        )))
+    }
+
+    /// Straight-line vector from `origin` to here, m, resolved in the north, east and down of
+    /// `origin`: exact at any distance.
+    #[must_use]
+    pub fn local_ned_m(&self, origin: &Self) -> Vector<Ned> {
+        origin.ecef_to_ned() * (self.to_ecef() - origin.to_ecef())
+    }
+
+    /// The place at `offset_m` from `origin` in the north, east and down of `origin`: the inverse of
+    /// [`local_ned_m`](Self::local_ned_m). `None` near the Earth's centre and for NaN.
+    #[must_use]
+    pub fn from_local_ned(origin: &Self, offset_m: Vector<Ned>) -> Option<Self> {
+        Self::from_ecef(origin.to_ecef() + origin.ecef_to_ned().inverse() * offset_m)
+    }
+
+    /// Moved by a small NED displacement along the curved surface, by the radii of curvature: for
+    /// filter corrections and lever arms (error under 1 mm within 100 m below 80° of latitude).
+    #[must_use]
+    pub fn displaced(&self, displacement_m: Vector<Ned>) -> Self {
+        Local::at(self).displaced(self, displacement_m)
+    }
+
+    /// Small NED displacement from `from` to here, m, by the radii of curvature at `from`: the
+    /// inverse of [`displaced`](Self::displaced).
+    #[must_use]
+    pub fn displacement_from(&self, from: &Self) -> Vector<Ned> {
+        Local::at(from).displacement(from, self)
+    }
+}
+
+/// Everything of the Earth that navigation at one place needs, from one sine and cosine.
+#[derive(Clone, Copy, Debug)]
+pub struct Local {
+    /// Meridian radius of curvature plus height, m: metres of northing per radian of latitude.
+    pub north_radius_m: f64,
+    /// Prime-vertical radius of curvature plus height, m.
+    pub east_radius_m: f64,
+    /// Normal gravity at this height, m/s², straight down.
+    pub gravity_mps2: f64,
+    /// Rotation of the Earth against inertial space, rad/s.
+    pub earth_rate_radps: Vector<Ned>,
+    sin_latitude: f64,
+    cos_latitude: f64,
+}
+
+impl Local {
+    /// The Earth at `place`.
+    ///
+    /// Gravity is Somigliana's formula on the ellipsoid, carried to height by the second-order
+    /// series (TR8350.2 equations 4-1 and 4-3). Its northward component above the ellipsoid
+    /// (8e-9 h sin 2φ, Groves 2.140: 1 µm/s² at 120 m) is left out.
+    #[must_use]
+    pub fn at(place: &Geodetic) -> Self {
+        let (sin_latitude, cos_latitude) = libm::sincos(place.latitude_rad);
+        let sin_squared = sin_latitude * sin_latitude;
+        let flat = 1.0 - ECCENTRICITY_SQUARED * sin_squared;
+        let root = libm::sqrt(flat);
+        let prime_vertical_m = SEMI_MAJOR_AXIS_M / root;
+        let meridian_m = prime_vertical_m * (1.0 - ECCENTRICITY_SQUARED) / flat;
+        let surface_gravity = EQUATORIAL_GRAVITY_MPS2 * (1.0 + SOMIGLIANA_K * sin_squared) / root;
+        let h = place.height_m * (1.0 / SEMI_MAJOR_AXIS_M);
+        let slope = 1.0 + FLATTENING + GRAVITY_RATIO_M - 2.0 * FLATTENING * sin_squared;
+        Self {
+            north_radius_m: meridian_m + place.height_m,
+            east_radius_m: prime_vertical_m + place.height_m,
+            gravity_mps2: surface_gravity * (1.0 - 2.0 * slope * h + 3.0 * h * h),
+            earth_rate_radps: Vector::new(
+                EARTH_RATE_RADPS * cos_latitude,
+                0.0,
+                -EARTH_RATE_RADPS * sin_latitude,
+            ),
+            sin_latitude,
+            cos_latitude,
+        }
+    }
+
+    /// Rotation of the NED axes against the Earth while moving over it, rad/s (Groves 5.44).
+    #[must_use]
+    pub fn transport_rate(&self, velocity_mps: Vector<Ned>) -> Vector<Ned> {
+        let about_north = velocity_mps.y() / self.east_radius_m;
+        Vector::new(
+            about_north,
+            -velocity_mps.x() / self.north_radius_m,
+            -about_north * self.sin_latitude / self.cos_latitude,
+        )
+    }
+
+    /// `from` moved by a small displacement; `self` must be the Earth at or near `from`.
+    #[must_use]
+    pub fn displaced(&self, from: &Geodetic, displacement_m: Vector<Ned>) -> Geodetic {
+        let across_m = self.east_radius_m * self.cos_latitude;
+        let latitude_rad = from.latitude_rad + displacement_m.x() / self.north_radius_m;
+        let longitude_rad = from.longitude_rad + displacement_m.y() / across_m;
+        Geodetic {
+            latitude_rad: latitude_rad.clamp(-FRAC_PI_2, FRAC_PI_2),
+            longitude_rad: if libm::fabs(longitude_rad) > core::f64::consts::PI {
+                wrap_angle(longitude_rad)
+            } else {
+                longitude_rad
+            },
+            height_m: from.height_m - displacement_m.z(),
+        }
+    }
+
+    /// Small displacement between two places; `self` must be the Earth at or near them.
+    #[must_use]
+    pub fn displacement(&self, from: &Geodetic, to: &Geodetic) -> Vector<Ned> {
+        Vector::new(
+            (to.latitude_rad - from.latitude_rad) * self.north_radius_m,
+            wrap_angle(to.longitude_rad - from.longitude_rad)
+                * self.east_radius_m
+                * self.cos_latitude,
+            from.height_m - to.height_m,
+        )
+    }
+}
+
+fn prime_vertical_radius_m(sin_latitude: f64) -> f64 {
+    SEMI_MAJOR_AXIS_M / libm::sqrt(1.0 - ECCENTRICITY_SQUARED * sin_latitude * sin_latitude)
+}

@@ -1,0 +1,63 @@
+//! What happened at an update, axis by axis.
+
+use crate::time::Time;
+
+/// The quantity a scalar update compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Channel {
+    /// Antenna position north, m.
+    PositionNorth,
+    /// Antenna position east, m.
+    PositionEast,
+    /// Antenna position down, m.
+    PositionDown,
+    /// Antenna velocity north, m/s.
+    VelocityNorth,
+    /// Antenna velocity east, m/s.
+    VelocityEast,
+    /// Antenna velocity down, m/s.
+    VelocityDown,
+    /// Roll of the unit's own attitude, rad.
+    Roll,
+    /// Pitch of the unit's own attitude, rad.
+    Pitch,
+    /// Heading of the unit's own attitude or of the magnetometer, rad.
+    Yaw,
+    /// Barometric height, m, up.
+    BaroHeight,
+}
+
+/// What became of a scalar update.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It corrected the state.
+    Accepted,
+    /// Its innovation lay outside the gate; the state is untouched.
+    Rejected,
+    /// The filter had locked itself out and was reopened to take it.
+    Reopened,
+}
+
+/// One scalar update: measured less predicted, what it was expected to be, and what became of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation {
+    /// When the measurement was true.
+    pub time: Time,
+    /// What was compared.
+    pub channel: Channel,
+    /// Measured less predicted, in the channel's unit.
+    pub innovation: f64,
+    /// Its predicted one-sigma, in the channel's unit.
+    pub sigma: f64,
+    /// Whether it corrected the state, or why not.
+    pub verdict: Verdict,
+}
+
+impl Innovation {
+    /// The innovation in units of its own predicted one-sigma; a consistent filter's are normal
+    /// with unit variance.
+    #[must_use]
+    pub fn normalised(&self) -> f64 {
+        self.innovation / self.sigma
+    }
+}

@@ -1,0 +1,11 @@
+//! Navigation for small helicopters and drones from a vibrating inertial unit and a slow GPS.
+#![cfg_attr(not(feature = "std"), no_std)]
+
+pub mod dmu;
+pub mod earth;
+pub mod ekf;
+pub mod frames;
+pub mod gps;
+#[cfg(feature = "std")]
+pub mod log;
+pub mod time;

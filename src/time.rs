@@ -1,0 +1,112 @@
+//! Time on the one clock of a flight, in whole nanoseconds.
+//!
+//! Integer time replays bit for bit, compares exactly and never loses resolution however long the
+//! machine has been up; only differences become floating point.
+
+use core::fmt;
+use core::ops::{Add, Sub};
+
+/// A moment on the clock of a data set or a flight, in nanoseconds since that clock's zero.
+///
+/// Holds ±292 years. The zero is the log's own: only differences carry meaning.
+///
+/// ```
+/// use hovernav::time::Time;
+/// let start = Time::from_seconds(1.25).unwrap();
+/// let end = Time::from_nanoseconds(1_500_000_000);
+/// assert_eq!(end - start, 0.25);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Time(i64);
+
+impl Time {
+    /// The clock's zero.
+    pub const ZERO: Self = Self(0);
+
+    /// The moment `nanoseconds` after the clock's zero.
+    #[must_use]
+    pub const fn from_nanoseconds(nanoseconds: i64) -> Self {
+        Self(nanoseconds)
+    }
+
+    /// The moment `seconds` after the clock's zero, to the nearest nanosecond.
+    ///
+    /// `None` when `seconds` is not finite or beyond ±9.2e9 s.
+    #[must_use]
+    pub fn from_seconds(seconds: f64) -> Option<Self> {
+        let nanoseconds = libm::round(seconds * 1e9);
+        (nanoseconds.is_finite() && libm::fabs(nanoseconds) < 9.2e18)
+            .then_some(Self(nanoseconds as i64))
+    }
+
+    /// Nanoseconds since the clock's zero.
+    #[must_use]
+    pub const fn nanoseconds(self) -> i64 {
+        self.0
+    }
+
+    /// Seconds since the clock's zero; exact to the nanosecond within ±52 days of it.
+    #[must_use]
+    pub fn seconds(self) -> f64 {
+        self.0 as f64 * 1e-9
+    }
+
+    /// This moment shifted by `seconds`, which may be negative; saturates at the ends of the range,
+    /// and a NaN shifts by nothing.
+    #[must_use]
+    pub fn offset_by(self, seconds: f64) -> Self {
+        Self(self.0.saturating_add(libm::round(seconds * 1e9) as i64))
+    }
+}
+
+impl Sub for Time {
+    type Output = f64;
+
+    /// Seconds from `earlier` to `self`, negative if it is later.
+    fn sub(self, earlier: Self) -> f64 {
+        self.0.saturating_sub(earlier.0) as f64 * 1e-9
+    }
+}
+
+impl Add<f64> for Time {
+    type Output = Self;
+
+    /// See [`Time::offset_by`].
+    fn add(self, seconds: f64) -> Self {
+        self.offset_by(seconds)
+    }
+}
+
+impl fmt::Display for Time {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.6} s", self.seconds())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_survive_a_round_trip_to_the_nanosecond() {
+        for nanoseconds in [0, 1, -1, 30_303_030, 299_989_390_000, -86_400_000_000_001] {
+            let time = Time::from_nanoseconds(nanoseconds);
+            assert_eq!(Time::from_seconds(time.seconds()), Some(time));
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_time_is_refused() {
+        for seconds in [f64::NAN, f64::INFINITY, -1e300, 1e10] {
+            assert_eq!(Time::from_seconds(seconds), None);
+        }
+    }
+
+    #[test]
+    fn the_ends_of_the_range_saturate() {
+        let last = Time::from_nanoseconds(i64::MAX);
+        assert_eq!(last + 1e12, last);
+        assert!((last - Time::from_nanoseconds(i64::MIN)).is_finite());
+        assert_eq!(Time::ZERO + f64::NAN, Time::ZERO);
+    }
+}
