@@ -241,6 +241,21 @@ impl Local {
         }
     }
 
+    /// `from` moved by one integration step's displacement, by the radii at the middle of the way:
+    /// second order in its length; `self` must be the Earth at `from`.
+    #[must_use]
+    pub fn carried(&self, from: &Geodetic, travel_m: Vector<Ned>) -> Geodetic {
+        let half_climb_m = -0.5 * travel_m.z();
+        let half_north_rad = 0.5 * travel_m.x() / (self.north_radius_m + half_climb_m);
+        let middle = Self {
+            north_radius_m: self.north_radius_m + half_climb_m,
+            east_radius_m: self.east_radius_m + half_climb_m,
+            cos_latitude: self.cos_latitude - self.sin_latitude * half_north_rad,
+            ..*self
+        };
+        middle.displaced(from, travel_m)
+    }
+
     /// Small displacement between two places; `self` must be the Earth at or near them.
     #[must_use]
     pub fn displacement(&self, from: &Geodetic, to: &Geodetic) -> Vector<Ned> {
