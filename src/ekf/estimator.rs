@@ -27,6 +27,11 @@ pub struct EstimatorConfig {
 
 /// Which aids beside GPS are used once aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
 pub struct Aiding {
     /// The inertial unit's own attitude.
     pub attitude: bool,

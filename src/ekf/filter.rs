@@ -73,10 +73,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub fn new(config: EkfConfig, start: Start) -> Self {
         let gps = &config.gps;
         let wander = [
-            gps.position_wander_share * gps.position_sigma_m[0],
-            gps.position_wander_share * gps.position_sigma_m[1],
-            gps.velocity_wander_share * gps.velocity_sigma_mps[0],
-            gps.velocity_wander_share * gps.velocity_sigma_mps[1],
+            gps.position_wander_share * gps.horizontal_sigma_m,
+            gps.position_wander_share * gps.vertical_sigma_m,
+            gps.velocity_wander_share * gps.horizontal_velocity_sigma_mps,
+            gps.velocity_wander_share * gps.vertical_velocity_sigma_mps,
         ];
         let mut filter = Self {
             config,
@@ -109,8 +109,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let config = self.config;
         let [position_h, position_v, velocity_h, velocity_v] = self.gps_wander;
         if let Some(first) = L::SCALE {
-            self.open(first, [config.imu.scale_sigma; 3]);
-            self.open(first + 3, [config.imu.scale_sigma; 3]);
+            self.open(first, [config.imu.gyro_scale_sigma; 3]);
+            self.open(first + 3, [config.imu.accel_scale_sigma; 3]);
         }
         if let Some(first) = L::GPS_POSITION {
             self.open(first, [position_h, position_h, position_v]);

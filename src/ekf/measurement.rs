@@ -127,11 +127,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn position_axes(&mut self, fix: &Fix, back: &LookBack) -> [Scalarized<T>; 3] {
         let model = self.config.gps;
-        let [horizontal, down] = model.position_sigma_m;
         let sigma = fix
             .position_sigma_m
-            .unwrap_or(Vector::new(horizontal, horizontal, down))
-            .to_array()
+            .map_or(model.position_sigma_m(), Vector::to_array)
             .map(|sigma| sigma.max(model.position_floor_m));
         let share = square(model.position_wander_share);
         let (wandering, white) = match L::GPS_POSITION {
@@ -180,11 +178,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn velocity_axes(&mut self, fix: &Fix, back: &LookBack) -> [Option<Scalarized<T>>; 3] {
         let model = self.config.gps;
-        let [horizontal, down] = model.velocity_sigma_mps;
         let sigma = fix
             .velocity_sigma_mps
-            .unwrap_or(Vector::new(horizontal, horizontal, down))
-            .to_array()
+            .map_or(model.velocity_sigma_mps(), Vector::to_array)
             .map(|sigma| sigma.max(model.velocity_floor_mps));
         let share = square(model.velocity_wander_share);
         let (wandering, white) = match L::GPS_VELOCITY {

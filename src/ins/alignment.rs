@@ -16,6 +16,11 @@ use crate::time::Time;
 
 /// Where the first heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum HeadingSource {
     /// The unit's own attitude.
     Attitude,
@@ -29,6 +34,11 @@ pub enum HeadingSource {
 
 /// Settings of the alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
 pub struct AlignmentConfig {
     /// The one source of heading to use; `None` takes the first there is of attitude, magnetometer,
     /// nothing. Course is only used when named.
@@ -36,12 +46,16 @@ pub struct AlignmentConfig {
     /// Length of inertial data needed, s.
     pub duration_s: f64,
     /// The inertial unit from the point of the solution, body axes, m.
+    #[cfg_attr(feature = "std", serde(skip))]
     pub imu_lever_arm_m: Vector<Body>,
     /// The GPS antenna from the same point, body axes, m.
+    #[cfg_attr(feature = "std", serde(skip))]
     pub antenna_lever_arm_m: Vector<Body>,
     /// What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
+    #[cfg_attr(feature = "std", serde(skip))]
     pub attitude_declination_rad: f64,
     /// Magnetic declination, east positive, rad, for the magnetometer.
+    #[cfg_attr(feature = "std", serde(skip))]
     pub declination_rad: f64,
     /// One-sigma of the unit's own roll and pitch, rad.
     pub attitude_tilt_sigma_rad: f64,

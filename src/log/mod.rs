@@ -9,6 +9,8 @@ mod imu;
 mod manifest;
 mod number;
 mod remarks;
+mod replay;
+mod settings;
 mod table;
 
 pub use auxiliary::pressure_altitude_m;
@@ -18,3 +20,4 @@ pub use error::LogError;
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
 };
+pub use replay::{Outage, Run};
