@@ -62,18 +62,18 @@ settings! {
         /// Velocity random walk, m/s/√s.
         velocity_random_walk_mps = 0.02,
         /// Share of the measured vibration of the gyros that counts as noise without memory.
-        gyro_vibration_share = 0.3,
+        gyro_vibration_share = 0.1,
         /// Share of the measured vibration of the accelerometers that counts as noise without
         /// memory.
-        accel_vibration_share = 0.2,
+        accel_vibration_share = 0.1,
         /// One-sigma of the gyro bias, rad/s.
         gyro_bias_sigma_radps = 0.005,
         /// Correlation time of the gyro bias, s.
-        gyro_bias_time_s = 1000.0,
+        gyro_bias_time_s = 1e4,
         /// One-sigma of the accelerometer bias, m/s².
         accel_bias_sigma_mps2 = 0.15,
         /// Correlation time of the accelerometer bias, s.
-        accel_bias_time_s = 1000.0,
+        accel_bias_time_s = 1e4,
         /// One-sigma of each gyro's scale factor error, where the layout has them.
         gyro_scale_sigma = 0.01,
         /// One-sigma of each accelerometer's scale factor error, where the layout has them.
@@ -103,15 +103,15 @@ settings! {
         /// Least one-sigma of velocity believed, m/s.
         velocity_floor_mps = 0.03,
         /// Share of the position's one-sigma that wanders slowly; the rest, in squares, is white.
-        position_wander_share = 0.9,
+        position_wander_share = 0.97,
         /// Correlation time of the position's slow error, s.
-        position_wander_time_s = 100.0,
+        position_wander_time_s = 300.0,
         /// Share of the velocity's one-sigma that wanders slowly.
         velocity_wander_share = 0.5,
         /// Correlation time of the velocity's slow error, s.
-        velocity_wander_time_s = 3.0,
+        velocity_wander_time_s = 10.0,
         /// One-sigma of the latency left after what the dataset states, s.
-        latency_sigma_s = 0.05,
+        latency_sigma_s = 0.02,
     }
 }
 
@@ -121,11 +121,11 @@ settings! {
         /// Shortest time between two uses, s: samples closer than this tell the same thing twice.
         interval_s = 0.1,
         /// One-sigma of its slow error in roll and pitch, rad.
-        tilt_wander_rad = 0.0175,
+        tilt_wander_rad = 0.025,
         /// One-sigma of its slow error in heading, rad.
-        heading_wander_rad = 0.035,
+        heading_wander_rad = 0.025,
         /// Correlation time of its slow error, s.
-        wander_time_s = 60.0,
+        wander_time_s = 40.0,
         /// One-sigma of its white error, rad.
         noise_rad = 0.009,
     }

@@ -13,6 +13,7 @@ use crate::time::Time;
 pub(super) const BARO_FILE: &str = "baro.csv";
 pub(super) const MAG_FILE: &str = "mag.csv";
 pub(super) const CONTROLS_FILE: &str = "controls.csv";
+pub(super) const ALTITUDE: &str = "altitude_m";
 pub(super) const CONTROLS: [&str; 4] = ["lateral", "longitudinal", "collective", "pedal"];
 
 /// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level;
@@ -46,8 +47,8 @@ pub(super) fn read_baro(
     dir: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, f64)>, LogError> {
-    let Some(table) = Table::open(dir, BARO_FILE)? else { return Ok(Vec::new()) };
-    let (column, is_pressure) = match (table.find(["altitude_m"]), table.find(["pressure_pa"])) {
+    let Some(mut table) = Table::open(dir, BARO_FILE)? else { return Ok(Vec::new()) };
+    let (column, is_pressure) = match (table.find([ALTITUDE]), table.find(["pressure_pa"])) {
         (Some(altitude), _) => (altitude, false),
         (None, Some(pressure)) => (pressure, true),
         (None, None) => return Err(table.columns_missing("altitude_m or pressure_pa")),
@@ -62,7 +63,7 @@ pub(super) fn read_magnetometer(
     dir: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, Vector<Body>)>, LogError> {
-    let Some(table) = Table::open(dir, MAG_FILE)? else { return Ok(Vec::new()) };
+    let Some(mut table) = Table::open(dir, MAG_FILE)? else { return Ok(Vec::new()) };
     let columns = table.require(MAGNETIC)?;
     read_timed(table, MAG_FILE, columns, warnings, |field| {
         field.iter().all(|component| component.abs() <= STRONGEST_FIELD_GAUSS).then(|| field.into())
@@ -73,7 +74,7 @@ pub(super) fn read_controls(
     dir: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, [f64; 4])>, LogError> {
-    let Some(table) = Table::open(dir, CONTROLS_FILE)? else { return Ok(Vec::new()) };
+    let Some(mut table) = Table::open(dir, CONTROLS_FILE)? else { return Ok(Vec::new()) };
     let columns = table.require(CONTROLS)?;
     // Trim may lie off centre, so a full stroke from it may exceed 1, but never 2.
     read_timed(table, CONTROLS_FILE, columns, warnings, |sticks| {
@@ -91,6 +92,7 @@ fn read_timed<T, const N: usize>(
 ) -> Result<Vec<(Time, T)>, LogError> {
     let mut remarks = Remarks::new(file);
     let [time] = table.require(["t_s"])?;
+    table.remark_unused(&["temp_degc"], &mut remarks);
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {
         let time = row.time(time)?;

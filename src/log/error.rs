@@ -42,12 +42,12 @@ pub enum LogError {
         /// What should stand there.
         expected: &'static str,
     },
-    /// Nothing usable is left of a file that must hold something.
+    /// A file that must hold something holds nothing usable, or cannot hold what it is given.
     #[error("{}: {reason}", path.display())]
-    Empty {
+    Unusable {
         /// The file.
         path: PathBuf,
-        /// What was found instead.
+        /// What was found, and what was expected.
         reason: String,
     },
     /// The clock of a table does not run forward, beyond the repair of stray rows.
@@ -101,12 +101,12 @@ impl LogError {
     }
 }
 
-/// `text` made fit for a one-line message: at most 40 characters, nothing that breaks the line.
-pub(super) fn excerpt(text: &[u8]) -> String {
-    const LONGEST: usize = 40;
-    let text = String::from_utf8_lossy(text);
-    let mut shown: String = text.escape_debug().take(LONGEST).collect();
-    if text.escape_debug().nth(LONGEST).is_some() {
+/// `text` made fit for a one-line message: at most `longest` characters, none that breaks the line.
+pub(super) fn excerpt(text: &[u8], longest: usize) -> String {
+    // No character takes more than four bytes.
+    let text = String::from_utf8_lossy(&text[..text.len().min(4 * longest + 4)]);
+    let mut shown: String = text.escape_debug().take(longest).collect();
+    if text.escape_debug().nth(longest).is_some() {
         shown.push('…');
     }
     shown

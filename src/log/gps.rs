@@ -36,14 +36,17 @@ pub(super) fn read(
     let [time, lat, lon, height] = table.require(["t_s", POSITION[0], POSITION[1], POSITION[2]])?;
     let horizontal_velocity = table.find([VELOCITY[0], VELOCITY[1]]);
     let down_velocity = table.find([VELOCITY[2]]);
-    let position_sigma =
-        [table.find(POSITION_SIGMA), horizontal_and_vertical(&table, ["sigma_h_m", "sigma_v_m"])];
+    let position_sigma = [
+        table.find(POSITION_SIGMA),
+        horizontal_and_vertical(&mut table, ["sigma_h_m", "sigma_v_m"]),
+    ];
     let velocity_sigma = [
         table.find(VELOCITY_SIGMA),
-        horizontal_and_vertical(&table, ["sigma_vh_mps", "sigma_vv_mps"]),
+        horizontal_and_vertical(&mut table, ["sigma_vh_mps", "sigma_vv_mps"]),
     ];
     let fix_type = table.find(["fix_type"]);
     let satellites = table.find([SATELLITES]);
+    table.remark_unused(&["hdop"], &mut remarks);
 
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {
@@ -111,6 +114,6 @@ pub(super) fn read(
     Ok(fixes)
 }
 
-fn horizontal_and_vertical(table: &Table, names: [&str; 2]) -> Option<[usize; 3]> {
+fn horizontal_and_vertical(table: &mut Table, names: [&str; 2]) -> Option<[usize; 3]> {
     table.find(names).map(|[horizontal, vertical]| [horizontal, horizontal, vertical])
 }

@@ -7,7 +7,7 @@ use super::error::LogError;
 use super::remarks::Remarks;
 use super::table::Table;
 use crate::dmu::{ImuSample, Motion};
-use crate::frames::{EulerAngles, Vector};
+use crate::frames::{EulerAngles, Vector, wrap_angle};
 use crate::time::Time;
 
 pub(super) const FILE: &str = "imu.csv";
@@ -41,7 +41,7 @@ const STUCK_S: f64 = 0.2;
 const GAPS_NAMED: usize = 8;
 
 pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSample>, LogError> {
-    let mut table = Table::open(dir, FILE)?.ok_or_else(|| LogError::Empty {
+    let mut table = Table::open(dir, FILE)?.ok_or_else(|| LogError::Unusable {
         path: dir.join(FILE),
         reason: "no such file, and a dataset needs it".into(),
     })?;
@@ -50,7 +50,7 @@ pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSamp
     let (motion, are_rates) = match (table.find(RATES), table.find(INCREMENTS)) {
         (Some(rates), None) => (rates, true),
         (Some(rates), Some(_)) => {
-            remarks.say("holds both rates and increments: the rates are used".into());
+            remarks.say("holds rates and increments: the rates are used".into());
             (rates, true)
         }
         (None, Some(increments)) => (increments, false),
@@ -61,6 +61,7 @@ pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSamp
     };
     let attitude = table.find(ATTITUDE);
     let magnetic = table.find(MAGNETIC);
+    table.remark_unused(&["temp_degc"], &mut remarks);
     let largest = match are_rates {
         true => [FASTEST_TURN_RADPS, HARDEST_PUSH_MPS2],
         false => [FASTEST_TURN_RADPS, HARDEST_PUSH_MPS2].map(|limit| limit * LONGEST_INTERVAL_S),
@@ -100,7 +101,11 @@ pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSamp
                 .filter(|[roll, pitch, yaw]| {
                     roll.abs() <= 360.0 && pitch.abs() <= 90.0 && yaw.abs() <= 360.0
                 })
-                .map(|[roll, pitch, yaw]| EulerAngles::from_degrees(roll, pitch, yaw)),
+                .map(|[roll, pitch, yaw]| EulerAngles {
+                    roll_rad: wrap_angle(roll.to_radians()),
+                    pitch_rad: pitch.to_radians(),
+                    yaw_rad: wrap_angle(yaw.to_radians()),
+                }),
             magnetic_field_gauss: magnetic
                 .filter(|field| is_within(*field, STRONGEST_FIELD_GAUSS))
                 .map(Vector::from),
@@ -113,7 +118,7 @@ pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSamp
             none if none.is_empty() => "no rows below the header".to_string(),
             summary => format!("no usable row: {summary}"),
         };
-        return Err(LogError::Empty { path: table.path().to_path_buf(), reason });
+        return Err(LogError::Unusable { path: table.path().to_path_buf(), reason });
     }
     remark_gaps(&samples, &mut remarks);
     remark_stuck(&samples, &lines, &mut remarks);

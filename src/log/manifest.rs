@@ -172,13 +172,7 @@ impl Manifest {
     /// # Errors
     /// [`LogError::Io`], and [`LogError::Manifest`] as [`Manifest::parse`].
     pub fn read(path: &Path) -> Result<(Self, Vec<String>), LogError> {
-        let bytes = std::fs::read(path).map_err(LogError::io(path))?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let valid = error.utf8_error().valid_up_to();
-            let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
-            LogError::Manifest { path: path.into(), line, reason: "the text is not UTF-8".into() }
-        })?;
-        Self::parse(&text, path)
+        Self::parse(&read_text(path)?, path)
     }
 
     /// The manifest that `text` spells, and a warning for each key it does not know; `path` names it
@@ -214,16 +208,18 @@ impl Manifest {
     /// # Errors
     /// As [`Manifest::read`].
     pub fn merged_with(&self, config: &Path) -> Result<(Self, Vec<String>), LogError> {
-        let bytes = std::fs::read(config).map_err(LogError::io(config))?;
-        let (_, warnings) = Self::read(config)?;
-        let refused = |reason: String| LogError::Manifest { path: config.into(), line: 1, reason };
-        let mut merged = toml::Table::try_from(self).map_err(|error| refused(error.to_string()))?;
-        let text = String::from_utf8_lossy(&bytes);
-        let overrides: toml::Table = toml::from_str(text.trim_start_matches('\u{feff}'))
-            .map_err(|error| refused(error.to_string()))?;
+        let text = read_text(config)?;
+        let (_, warnings) = Self::parse(&text, config)?;
+        let refused = |reason: &dyn std::fmt::Display| LogError::Manifest {
+            path: config.to_path_buf(),
+            line: 1,
+            reason: reason.to_string().replace('\n', ", "),
+        };
+        let mut merged = toml::Table::try_from(self).map_err(|error| refused(&error))?;
+        let overrides =
+            text.trim_start_matches('\u{feff}').parse().map_err(|error| refused(&error))?;
         override_keys(&mut merged, overrides);
-        let manifest =
-            merged.try_into().map_err(|error: toml::de::Error| refused(error.to_string()))?;
+        let manifest = merged.try_into().map_err(|error| refused(&error))?;
         Ok((manifest, warnings))
     }
 
@@ -236,6 +232,18 @@ impl Manifest {
             Point::Antenna => self.gps.antenna_lever_arm_m,
         }
     }
+}
+
+fn read_text(path: &Path) -> Result<String, LogError> {
+    let bytes = std::fs::read(path).map_err(LogError::io(path))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.as_bytes().iter().take(error.utf8_error().valid_up_to());
+        LogError::Manifest {
+            path: path.to_path_buf(),
+            line: 1 + valid.filter(|&&byte| byte == b'\n').count(),
+            reason: "found bytes that are not UTF-8, expected text".into(),
+        }
+    })
 }
 
 fn override_keys(table: &mut toml::Table, overrides: toml::Table) {

@@ -2,22 +2,33 @@
 
 mod auxiliary;
 mod clock;
+mod csv_writer;
 mod dataset;
 mod error;
 mod gps;
 mod imu;
+mod info;
 mod manifest;
 mod number;
+mod reference;
 mod remarks;
 mod replay;
+mod score;
 mod settings;
+mod solution;
 mod table;
+mod write;
 
 pub use auxiliary::pressure_altitude_m;
 pub use clock::{Gap, gaps, median_interval_s};
 pub use dataset::Dataset;
 pub use error::LogError;
+pub use info::Info;
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
 };
+pub use reference::{Reference, ReferenceMoment};
 pub use replay::{Outage, Run};
+pub use score::{Axis, AxisScore, ErrorPoint, Score, Statistics, outage_drift, score};
+pub use solution::write_solution;
+pub use write::ReferenceSample;

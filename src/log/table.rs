@@ -1,5 +1,6 @@
 //! A table of numbers in a CSV file, row by row, with errors that name line and column.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use csv::{ByteRecord, ReaderBuilder};
@@ -16,6 +17,7 @@ use crate::time::Time;
 pub(super) struct Table {
     path: PathBuf,
     header: Vec<String>,
+    is_used: Vec<bool>,
     header_line: u64,
     reader: csv::Reader<std::io::Cursor<Vec<u8>>>,
     record: ByteRecord,
@@ -56,7 +58,7 @@ impl Table {
         let mut record = ByteRecord::new();
         let found = reader.read_byte_record(&mut record);
         if !found.map_err(|error| LogError::io(&path)(error.into()))? {
-            return Err(LogError::Empty {
+            return Err(LogError::Unusable {
                 path,
                 reason: "the file is empty, expected a header row".into(),
             });
@@ -69,7 +71,21 @@ impl Table {
         while header.last().is_some_and(String::is_empty) {
             header.pop();
         }
-        Ok(Self { path, header, header_line, reader, record, length, ends_in_newline })
+        let mut seen = HashSet::new();
+        let repeated = header.iter().find(|name| !name.is_empty() && !seen.insert(name.as_str()));
+        let expected = match repeated {
+            _ if header.iter().all(|name| parse_number(name.as_bytes()).is_some()) => {
+                "a header row of column names".into()
+            }
+            Some(name) => format!("column {} once", excerpt(name.as_bytes(), 40)),
+            None => String::new(),
+        };
+        if !expected.is_empty() {
+            let found = excerpt(header.join(",").as_bytes(), 200);
+            return Err(LogError::Columns { path, line: header_line, expected, found });
+        }
+        let is_used = vec![false; header.len()];
+        Ok(Self { path, header, is_used, header_line, reader, record, length, ends_in_newline })
     }
 
     pub fn path(&self) -> &Path {
@@ -77,16 +93,35 @@ impl Table {
     }
 
     /// The places of `names` in the header if all are there.
-    pub fn find<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
+    pub fn find<const N: usize>(&mut self, names: [&str; N]) -> Option<[usize; N]> {
         let mut columns = [0; N];
         for (column, name) in columns.iter_mut().zip(names) {
             *column = self.header.iter().position(|found| found == name)?;
         }
+        columns.iter().for_each(|&column| self.is_used[column] = true);
         Some(columns)
     }
 
+    /// Says which columns were never asked for, those named in `without_use` apart: an optional
+    /// column with a slip in its name would otherwise vanish unnoticed.
+    pub fn remark_unused(&self, without_use: &[&str], remarks: &mut Remarks) {
+        let unused: Vec<&str> = self
+            .header
+            .iter()
+            .zip(&self.is_used)
+            .filter(|(name, is_used)| {
+                !**is_used && !name.is_empty() && !without_use.contains(&name.as_str())
+            })
+            .map(|(name, _)| name.as_str())
+            .collect();
+        if !unused.is_empty() {
+            let unused = excerpt(unused.join(", ").as_bytes(), 200);
+            remarks.say(format!("columns without use: {unused}"));
+        }
+    }
+
     /// The places of `names` in the header, or which of them are missing.
-    pub fn require<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], LogError> {
+    pub fn require<const N: usize>(&mut self, names: [&str; N]) -> Result<[usize; N], LogError> {
         self.find(names).ok_or_else(|| {
             let missing =
                 names.iter().filter(|name| !self.header.iter().any(|found| found == *name));
@@ -100,12 +135,7 @@ impl Table {
             path: self.path.clone(),
             line: self.header_line,
             expected: format!("column {expected}"),
-            found: self
-                .header
-                .iter()
-                .map(|name| excerpt(name.as_bytes()))
-                .collect::<Vec<_>>()
-                .join(","),
+            found: excerpt(self.header.join(",").as_bytes(), 200),
         }
     }
 
@@ -187,7 +217,7 @@ impl Row<'_> {
             path: self.path.to_path_buf(),
             line: self.line,
             column: self.header.get(column).cloned().unwrap_or_default(),
-            found: excerpt(self.field(column)),
+            found: excerpt(self.field(column), 40),
             expected,
         }
     }
