@@ -8,4 +8,6 @@ pub mod frames;
 pub mod gps;
 #[cfg(feature = "std")]
 pub mod log;
+#[cfg(feature = "std")]
+pub mod sim;
 pub mod time;
