@@ -10,4 +10,6 @@ pub mod gps;
 pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
+#[cfg(feature = "std")]
+pub mod sim;
 pub mod time;
