@@ -272,7 +272,11 @@ fn in_range<'de, D: Deserializer<'de>>(
 }
 
 fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    in_range(deserializer, f64::MIN_POSITIVE..=1e9).map(Some)
+    let value = f64::deserialize(deserializer)?;
+    if value > 0.0 && value.is_finite() {
+        return Ok(Some(value));
+    }
+    Err(de::Error::custom(format!("found {value}, expected a number above 0")))
 }
 
 fn declination<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {

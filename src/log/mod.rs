@@ -10,6 +10,7 @@ mod imu;
 mod info;
 mod manifest;
 mod number;
+mod records;
 mod reference;
 mod remarks;
 mod replay;

@@ -1,16 +1,18 @@
 //! A table of numbers in a CSV file, row by row, with errors that name line and column.
 
+use std::cmp::Ordering;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use csv::{ByteRecord, ReaderBuilder};
+use csv::ByteRecord;
 
 use super::error::{LogError, excerpt};
 use super::number::{parse_number, parse_time};
+use super::records::Records;
 use super::remarks::Remarks;
 use crate::time::Time;
 
-/// A CSV file in memory, read forward once.
+/// A CSV file with a header row, read forward once.
 ///
 /// Commas part the fields, which may be quoted or padded with blanks; CR LF, a byte order mark, blank
 /// lines and trailing commas are tolerated.
@@ -19,10 +21,7 @@ pub(super) struct Table {
     header: Vec<String>,
     is_used: Vec<bool>,
     header_line: u64,
-    reader: csv::Reader<std::io::Cursor<Vec<u8>>>,
-    record: ByteRecord,
-    length: u64,
-    ends_in_newline: bool,
+    records: Records,
 }
 
 /// One row of a [`Table`].
@@ -45,47 +44,32 @@ impl Table {
         }
     }
 
-    fn parse(path: PathBuf, mut bytes: Vec<u8>) -> Result<Self, LogError> {
-        if bytes.starts_with(b"\xef\xbb\xbf") {
-            bytes.drain(..3);
+    fn parse(path: PathBuf, bytes: Vec<u8>) -> Result<Self, LogError> {
+        let mut records = Records::new(bytes);
+        if !records.advance().map_err(LogError::io(&path))? {
+            let reason = "the file is empty, expected a header row".into();
+            return Err(LogError::Unusable { path, reason });
         }
-        let length = bytes.len() as u64;
-        let ends_in_newline = matches!(bytes.last(), Some(b'\n' | b'\r'));
-        let mut reader = ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .from_reader(std::io::Cursor::new(bytes));
-        let mut record = ByteRecord::new();
-        let found = reader.read_byte_record(&mut record);
-        if !found.map_err(|error| LogError::io(&path)(error.into()))? {
-            return Err(LogError::Unusable {
-                path,
-                reason: "the file is empty, expected a header row".into(),
-            });
-        }
-        let header_line = record.position().map_or(1, csv::Position::line);
-        let mut header: Vec<String> = record
-            .iter()
-            .map(|name| String::from_utf8_lossy(name.trim_ascii()).into_owned())
-            .collect();
+        let line = records.line();
+        let names = records.current().iter();
+        let mut header: Vec<String> =
+            names.map(|name| String::from_utf8_lossy(name.trim_ascii()).into_owned()).collect();
         while header.last().is_some_and(String::is_empty) {
             header.pop();
         }
         let mut seen = HashSet::new();
-        let repeated = header.iter().find(|name| !name.is_empty() && !seen.insert(name.as_str()));
-        let expected = match repeated {
-            _ if header.iter().all(|name| parse_number(name.as_bytes()).is_some()) => {
-                "a header row of column names".into()
-            }
-            Some(name) => format!("column {} once", excerpt(name.as_bytes(), 40)),
-            None => String::new(),
+        let expected = if header.iter().all(|name| parse_number(name.as_bytes()).is_some()) {
+            Some("a header row of column names".into())
+        } else {
+            let repeated = header.iter().find(|name| !name.is_empty() && !seen.insert(*name));
+            repeated.map(|name| format!("column {} once", excerpt(name.as_bytes(), 40)))
         };
-        if !expected.is_empty() {
+        if let Some(expected) = expected {
             let found = excerpt(header.join(",").as_bytes(), 200);
-            return Err(LogError::Columns { path, line: header_line, expected, found });
+            return Err(LogError::Columns { path, line, expected, found });
         }
         let is_used = vec![false; header.len()];
-        Ok(Self { path, header, is_used, header_line, reader, record, length, ends_in_newline })
+        Ok(Self { path, header, is_used, header_line: line, records })
     }
 
     pub fn path(&self) -> &Path {
@@ -139,40 +123,42 @@ impl Table {
         }
     }
 
-    /// The next row with as many fields as the header, those with more or fewer left out.
+    /// The next row with as many fields as the header; those with more or fewer are left out.
     pub fn next(&mut self, remarks: &mut Remarks) -> Result<Option<Row<'_>>, LogError> {
-        loop {
-            let found = self.reader.read_byte_record(&mut self.record);
-            if !found.map_err(|error| LogError::io(&self.path)(error.into()))? {
-                return Ok(None);
-            }
-            let line = self.record.position().map_or(0, csv::Position::line);
-            let columns = self.header.len();
-            let is_blank = |field: &[u8]| field.trim_ascii().is_empty();
-            if self.record.len() != columns {
-                if self.record.iter().all(is_blank) {
-                    continue;
-                }
-                if self.record.len() < columns {
-                    remarks.count("left out: fewer fields than the header", line);
-                    continue;
-                }
-                if !self.record.iter().skip(columns).all(is_blank) {
-                    remarks.count("left out: more fields than the header", line);
-                    continue;
-                }
-            }
-            if !self.ends_in_newline
-                && self.reader.position().byte() >= self.length
-                && self.record.iter().next_back().is_some_and(|last| parse_number(last).is_none())
-            {
-                remarks.count("left out: cut off at the end of the file", line);
+        while self.records.advance().map_err(LogError::io(&self.path))? {
+            if self.records.current().iter().all(is_blank) {
                 continue;
             }
-            let Self { path, header, record, .. } = self;
+            if let Some(fault) = self.fault() {
+                remarks.count(fault, self.records.line());
+                continue;
+            }
+            let Self { path, header, records, .. } = self;
+            let (line, record) = (records.line(), records.current());
             return Ok(Some(Row { line, path, header, record }));
         }
+        Ok(None)
     }
+
+    /// Why the current record is no row of this table.
+    fn fault(&self) -> Option<&'static str> {
+        let record = self.records.current();
+        let ends_in_number = || record.iter().next_back().is_none_or(|f| parse_number(f).is_some());
+        match record.len().cmp(&self.header.len()) {
+            Ordering::Less => Some("left out: fewer fields than the header"),
+            Ordering::Greater if !record.iter().skip(self.header.len()).all(is_blank) => {
+                Some("left out: more fields than the header")
+            }
+            _ if self.records.is_cut_off() && !ends_in_number() => {
+                Some("left out: cut off at the end of the file")
+            }
+            _ => None,
+        }
+    }
+}
+
+fn is_blank(field: &[u8]) -> bool {
+    field.trim_ascii().is_empty()
 }
 
 impl Row<'_> {
