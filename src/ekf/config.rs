@@ -69,13 +69,13 @@ settings! {
         /// One-sigma of the gyro bias, rad/s.
         gyro_bias_sigma_radps = 0.005,
         /// Correlation time of the gyro bias, s.
-        gyro_bias_time_s = 1e4,
+        gyro_bias_time_s = 6e3,
         /// One-sigma of the accelerometer bias, m/s².
         accel_bias_sigma_mps2 = 0.15,
         /// Correlation time of the accelerometer bias, s.
         accel_bias_time_s = 1e4,
         /// One-sigma of each gyro's scale factor error, where the layout has them.
-        gyro_scale_sigma = 0.01,
+        gyro_scale_sigma = 0.005,
         /// One-sigma of each accelerometer's scale factor error, where the layout has them.
         accel_scale_sigma = 0.005,
         /// Intervals longer than this, s, are gaps: bridged, and paid for in uncertainty.
@@ -98,18 +98,18 @@ settings! {
         horizontal_velocity_sigma_mps = 0.2,
         /// One-sigma of vertical velocity where a fix does not say, m/s.
         vertical_velocity_sigma_mps = 0.4,
-        /// Least one-sigma of position believed, m.
-        position_floor_m = 0.02,
-        /// Least one-sigma of velocity believed, m/s.
+        /// Least one-sigma of the white part of position, m: what clocks and lever arms leave.
+        position_floor_m = 0.05,
+        /// Least one-sigma of the white part of velocity, m/s.
         velocity_floor_mps = 0.03,
         /// Share of the position's one-sigma that wanders slowly; the rest, in squares, is white.
         position_wander_share = 0.97,
         /// Correlation time of the position's slow error, s.
-        position_wander_time_s = 300.0,
+        position_wander_time_s = 500.0,
         /// Share of the velocity's one-sigma that wanders slowly.
-        velocity_wander_share = 0.5,
+        velocity_wander_share = 0.45,
         /// Correlation time of the velocity's slow error, s.
-        velocity_wander_time_s = 10.0,
+        velocity_wander_time_s = 15.0,
         /// One-sigma of the latency left after what the dataset states, s.
         latency_sigma_s = 0.02,
     }
@@ -123,7 +123,7 @@ settings! {
         /// One-sigma of its slow error in roll and pitch, rad.
         tilt_wander_rad = 0.025,
         /// One-sigma of its slow error in heading, rad.
-        heading_wander_rad = 0.025,
+        heading_wander_rad = 0.0175,
         /// Correlation time of its slow error, s.
         wander_time_s = 40.0,
         /// One-sigma of its white error, rad.

@@ -127,10 +127,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn position_axes(&mut self, fix: &Fix, back: &LookBack) -> [Scalarized<T>; 3] {
         let model = self.config.gps;
-        let sigma = fix
-            .position_sigma_m
-            .map_or(model.position_sigma_m(), Vector::to_array)
-            .map(|sigma| sigma.max(model.position_floor_m));
+        let sigma = fix.position_sigma_m.map_or(model.position_sigma_m(), Vector::to_array);
         let share = square(model.position_wander_share);
         let (wandering, white) = match L::GPS_POSITION {
             Some(_) => (share, 1.0 - share),
@@ -170,7 +167,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     Group::VerticalPosition,
                 ][axis],
                 innovation: innovation[axis],
-                noise: white * square(sigma[axis]) + self.lag_noise(back.age_s, back.age_s),
+                noise: (white * square(sigma[axis])).max(square(model.position_floor_m))
+                    + self.lag_noise(back.age_s, back.age_s),
                 sensitivity,
             }
         })
@@ -178,10 +176,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn velocity_axes(&mut self, fix: &Fix, back: &LookBack) -> [Option<Scalarized<T>>; 3] {
         let model = self.config.gps;
-        let sigma = fix
-            .velocity_sigma_mps
-            .map_or(model.velocity_sigma_mps(), Vector::to_array)
-            .map(|sigma| sigma.max(model.velocity_floor_mps));
+        let sigma = fix.velocity_sigma_mps.map_or(model.velocity_sigma_mps(), Vector::to_array);
         let share = square(model.velocity_wander_share);
         let (wandering, white) = match L::GPS_VELOCITY {
             Some(_) => (share, 1.0 - share),
@@ -226,7 +221,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     Group::VerticalVelocity,
                 ][axis],
                 innovation: measured[axis]? - predicted[axis],
-                noise: white * square(sigma[axis]) + self.lag_noise(back.age_s, 1.0),
+                noise: (white * square(sigma[axis])).max(square(model.velocity_floor_mps))
+                    + self.lag_noise(back.age_s, 1.0),
                 sensitivity,
             })
         })
