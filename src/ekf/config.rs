@@ -110,8 +110,10 @@ settings! {
         velocity_wander_share = 0.45,
         /// Correlation time of the velocity's slow error, s.
         velocity_wander_time_s = 15.0,
-        /// One-sigma of the latency left after what the dataset states, s.
-        latency_sigma_s = 0.02,
+        /// One-sigma of the latency of position left after what the dataset states, s.
+        position_latency_sigma_s = 0.05,
+        /// One-sigma of the latency of velocity left after what the dataset states, s.
+        velocity_latency_sigma_s = 0.1,
     }
 }
 

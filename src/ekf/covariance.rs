@@ -211,10 +211,14 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
             for k in 0..3 {
                 add_scaled(&mut velocity, -step.turn[axis][k], &p[ACCEL_BIAS + k]);
             }
-            if let Some(scale) = L::SCALE {
+            if let Some(scale) = L::GYRO_SCALE {
                 for k in 0..3 {
                     add_scaled(&mut attitude, -step.scaled_rotation[axis][k], &p[scale + k]);
-                    add_scaled(&mut velocity, -step.scaled_velocity[axis][k], &p[scale + 3 + k]);
+                }
+            }
+            if let Some(scale) = L::ACCEL_SCALE {
+                for k in 0..3 {
+                    add_scaled(&mut velocity, -step.scaled_velocity[axis][k], &p[scale + k]);
                 }
             }
             let mut position = p[POSITION + axis];
@@ -243,10 +247,14 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                     a -= step.turn[axis][k] * row[GYRO_BIAS + k];
                     v -= step.turn[axis][k] * row[ACCEL_BIAS + k];
                 }
-                if let Some(scale) = L::SCALE {
+                if let Some(scale) = L::GYRO_SCALE {
                     for k in 0..3 {
                         a -= step.scaled_rotation[axis][k] * row[scale + k];
-                        v -= step.scaled_velocity[axis][k] * row[scale + 3 + k];
+                    }
+                }
+                if let Some(scale) = L::ACCEL_SCALE {
+                    for k in 0..3 {
+                        v -= step.scaled_velocity[axis][k] * row[scale + k];
                     }
                 }
                 out[ATTITUDE + axis] = a;

@@ -69,7 +69,7 @@ pub enum Notice {
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
 #[derive(Clone, Debug)]
-pub struct Estimator<L = Full, const N: usize = 32, T = f64> {
+pub struct Estimator<L = Full, const N: usize = 30, T = f64> {
     config: EstimatorConfig,
     phase: Phase<L, N, T>,
     held: [Option<Fix>; HELD],

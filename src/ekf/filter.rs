@@ -58,8 +58,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) lockouts: Lockouts,
     pub(super) attitude_used: Option<Time>,
     pub(super) baro_offset_m: Option<f64>,
-    /// Correlated share of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
-    pub(super) gps_wander: [f64; 4],
+    /// Slow part of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
+    pub(super) gps_wander: Option<[f64; 4]>,
     integrator: Integrator,
     gyro_vibration: Vibration,
     accel_vibration: Vibration,
@@ -71,13 +71,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// A filter that starts where alignment ended.
     #[must_use]
     pub fn new(config: EkfConfig, start: Start) -> Self {
-        let gps = &config.gps;
-        let wander = [
-            gps.position_wander_share * gps.horizontal_sigma_m,
-            gps.position_wander_share * gps.vertical_sigma_m,
-            gps.velocity_wander_share * gps.horizontal_velocity_sigma_mps,
-            gps.velocity_wander_share * gps.vertical_velocity_sigma_mps,
-        ];
         let mut filter = Self {
             config,
             state: start.state,
@@ -87,7 +80,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             lockouts: Lockouts::default(),
             attitude_used: None,
             baro_offset_m: None,
-            gps_wander: wander,
+            gps_wander: None,
             integrator: Integrator::default(),
             gyro_vibration: Vibration::default(),
             accel_vibration: Vibration::default(),
@@ -107,16 +100,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn open_blocks(&mut self) {
         let config = self.config;
-        let [position_h, position_v, velocity_h, velocity_v] = self.gps_wander;
-        if let Some(first) = L::SCALE {
+        if let Some(first) = L::GYRO_SCALE {
             self.open(first, [config.imu.gyro_scale_sigma; 3]);
-            self.open(first + 3, [config.imu.accel_scale_sigma; 3]);
         }
-        if let Some(first) = L::GPS_POSITION {
-            self.open(first, [position_h, position_h, position_v]);
-        }
-        if let Some(first) = L::GPS_VELOCITY {
-            self.open(first, [velocity_h, velocity_h, velocity_v]);
+        if let Some(first) = L::ACCEL_SCALE {
+            self.open(first, [config.imu.accel_scale_sigma; 3]);
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let attitude = config.attitude;
@@ -125,15 +113,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 [attitude.tilt_wander_rad, attitude.tilt_wander_rad, attitude.heading_wander_rad],
             );
         }
-        if let Some(state) = L::LATENCY {
-            self.covariance.set_variance(state, square(config.gps.latency_sigma_s));
+        if let Some(first) = L::LATENCY {
+            self.covariance.set_variance(first, square(config.gps.position_latency_sigma_s));
+            self.covariance.set_variance(first + 1, square(config.gps.velocity_latency_sigma_s));
         }
         if let Some(state) = L::BARO {
             self.covariance.set_variance(state, square(config.baro.wander_m));
         }
     }
 
-    fn open(&mut self, first: usize, sigmas: [f64; 3]) {
+    pub(super) fn open(&mut self, first: usize, sigmas: [f64; 3]) {
         for (axis, sigma) in sigmas.into_iter().enumerate() {
             self.covariance.set_variance(first + axis, square(sigma));
         }
@@ -254,7 +243,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         markov(GYRO_BIAS, [imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s);
         markov(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s);
-        let [position_h, position_v, velocity_h, velocity_v] = self.gps_wander;
+        let [position_h, position_v, velocity_h, velocity_v] = self.gps_wander.unwrap_or_default();
         if let Some(first) = L::GPS_POSITION {
             let sigmas = [position_h, position_h, position_v];
             markov(first, sigmas, self.config.gps.position_wander_time_s);
@@ -275,7 +264,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sensed = |walk: f64, share: f64, vibration: [f64; 3], hidden: f64| {
             let hidden = if gap { square(hidden * interval_s) } else { 0.0 };
             vibration.map(|variance| {
-                (square(walk) + square(share) * variance * interval_s) * interval_s + hidden
+                square(walk).max(square(share) * variance * interval_s) * interval_s + hidden
             })
         };
         let gyro = sensed(
@@ -319,13 +308,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// What is known of the inertial unit's own errors.
     #[must_use]
     pub fn imu_errors(&self) -> ImuErrors {
-        let (gyro_scale, accel_scale) = L::SCALE
-            .map_or(([0.0; 3], [0.0; 3]), |first| (self.block(first), self.block(first + 3)));
         ImuErrors {
             gyro_bias_radps: self.block(GYRO_BIAS).into(),
             accel_bias_mps2: self.block(ACCEL_BIAS).into(),
-            gyro_scale,
-            accel_scale,
+            gyro_scale: L::GYRO_SCALE.map_or([0.0; 3], |first| self.block(first)),
+            accel_scale: L::ACCEL_SCALE.map_or([0.0; 3], |first| self.block(first)),
         }
     }
 

@@ -23,15 +23,18 @@ pub const BASE: usize = 15;
 pub trait Layout<const N: usize>:
     Copy + Default + core::fmt::Debug + Send + Sync + 'static
 {
-    /// Scale factor errors of the three gyros, then of the three accelerometers.
-    const SCALE: Option<usize> = None;
+    /// Scale factor errors of the three gyros.
+    const GYRO_SCALE: Option<usize> = None;
+    /// Scale factor errors of the three accelerometers.
+    const ACCEL_SCALE: Option<usize> = None;
     /// Correlated error of the GPS position, m, north, east, down.
     const GPS_POSITION: Option<usize> = None;
     /// Correlated error of the GPS velocity, m/s, north, east, down.
     const GPS_VELOCITY: Option<usize> = None;
     /// Slowly wandering error of an attitude reference, rad, about north, east, down.
     const ATTITUDE_REFERENCE: Option<usize> = None;
-    /// GPS latency beyond the configured one, s.
+    /// GPS latency beyond the configured one, s: of the position, then of the velocity. Receivers
+    /// take velocity from the way since the fix before, so it lags the position.
     const LATENCY: Option<usize> = None;
     /// Slowly wandering error of the barometric height, m.
     const BARO: Option<usize> = None;
@@ -48,18 +51,20 @@ impl Layout<16> for Base {}
 pub struct WithScaleFactors;
 
 impl Layout<22> for WithScaleFactors {
-    const SCALE: Option<usize> = Some(15);
+    const GYRO_SCALE: Option<usize> = Some(15);
+    const ACCEL_SCALE: Option<usize> = Some(18);
 }
 
-/// Every block: what the command line runs.
+/// What the command line runs: the base, gyro scale factors, the slow errors of GPS, attitude
+/// reference and barometer, and the latency of the GPS.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Full;
 
-impl Layout<32> for Full {
-    const GPS_POSITION: Option<usize> = Some(15);
-    const GPS_VELOCITY: Option<usize> = Some(18);
-    const ATTITUDE_REFERENCE: Option<usize> = Some(21);
-    const SCALE: Option<usize> = Some(24);
-    const LATENCY: Option<usize> = Some(30);
-    const BARO: Option<usize> = Some(31);
+impl Layout<30> for Full {
+    const GYRO_SCALE: Option<usize> = Some(15);
+    const GPS_POSITION: Option<usize> = Some(18);
+    const GPS_VELOCITY: Option<usize> = Some(21);
+    const ATTITUDE_REFERENCE: Option<usize> = Some(24);
+    const LATENCY: Option<usize> = Some(27);
+    const BARO: Option<usize> = Some(29);
 }

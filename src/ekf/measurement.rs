@@ -23,6 +23,12 @@ pub(super) struct Scalarized<T> {
     pub sensitivity: Sensitivity<T>,
 }
 
+/// White variances of a fix, north, east, down.
+struct GpsNoise {
+    position_variance: [f64; 3],
+    velocity_variance: [f64; 3],
+}
+
 /// What happened to the axes of one measurement, in the order they were taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
@@ -112,11 +118,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if fix.time - self.state.time > LEAD_S {
             return Err(Unusable::AheadOfImu);
         }
-        let latency_s = L::LATENCY.map_or(0.0, |state| self.parameter(state));
-        let past = fix.time.offset_by(-latency_s);
-        let back = self.history.look_back(&self.state, past).ok_or(Unusable::TooOld)?;
-        let position = self.position_axes(fix, &back);
-        let velocity = self.velocity_axes(fix, &back);
+        let look_back = |latency_s: f64| {
+            let past = fix.time.offset_by(-latency_s);
+            self.history.look_back(&self.state, past).ok_or(Unusable::TooOld)
+        };
+        let latency_s = |kind: usize| L::LATENCY.map_or(0.0, |first| self.parameter(first + kind));
+        let (position_then, velocity_then) = (look_back(latency_s(0))?, look_back(latency_s(1))?);
+        let noise = self.gps_noise(fix);
+        let position = self.position_axes(fix, &position_then, &noise);
+        let velocity = self.velocity_axes(fix, &velocity_then, &noise);
         let mut axes: [Option<Scalarized<T>>; 6] = [None; 6];
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         for (slot, axis) in axes.iter_mut().zip(velocity.into_iter().chain(position.map(Some))) {
@@ -125,19 +135,36 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(self.take_in(fix.time, &axes, trace))
     }
 
-    fn position_axes(&mut self, fix: &Fix, back: &LookBack) -> [Scalarized<T>; 3] {
+    /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
+    /// match; the first fix opens them.
+    fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
         let model = self.config.gps;
-        let sigma = fix.position_sigma_m.map_or(model.position_sigma_m(), Vector::to_array);
-        let share = square(model.position_wander_share);
-        let (wandering, white) = match L::GPS_POSITION {
-            Some(_) => (share, 1.0 - share),
-            None => (0.0, 1.0),
+        let position = fix.position_sigma_m.map_or(model.position_sigma_m(), Vector::to_array);
+        let velocity = fix.velocity_sigma_mps.map_or(model.velocity_sigma_mps(), Vector::to_array);
+        let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
+            let slow = if state.is_some() { share } else { 0.0 };
+            let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
+            ([slow * sigma[0].max(sigma[1]), slow * sigma[2]], white)
         };
-        self.gps_wander[0] = libm::sqrt(wandering) * sigma[0].max(sigma[1]);
-        self.gps_wander[1] = libm::sqrt(wandering) * sigma[2];
+        let ([position_h, position_v], position_variance) =
+            split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
+        let ([velocity_h, velocity_v], velocity_variance) =
+            split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
+        if self.gps_wander.is_none() {
+            if let Some(first) = L::GPS_POSITION {
+                self.open(first, [position_h, position_h, position_v]);
+            }
+            if let Some(first) = L::GPS_VELOCITY {
+                self.open(first, [velocity_h, velocity_h, velocity_v]);
+            }
+        }
+        self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v]);
+        GpsNoise { position_variance, velocity_variance }
+    }
+
+    fn position_axes(&self, fix: &Fix, back: &LookBack, noise: &GpsNoise) -> [Scalarized<T>; 3] {
         let wander: Vector<Ned> =
             L::GPS_POSITION.map_or([0.0; 3], |first| self.block(first)).into();
-
         let arm_body = self.antenna_from_imu();
         let arm = back.state.body_to_ned * arm_body;
         let antenna = back.state.position.displaced(arm);
@@ -167,26 +194,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     Group::VerticalPosition,
                 ][axis],
                 innovation: innovation[axis],
-                noise: (white * square(sigma[axis])).max(square(model.position_floor_m))
-                    + self.lag_noise(back.age_s, back.age_s),
+                noise: noise.position_variance[axis] + self.lag_noise(back.age_s, back.age_s),
                 sensitivity,
             }
         })
     }
 
-    fn velocity_axes(&mut self, fix: &Fix, back: &LookBack) -> [Option<Scalarized<T>>; 3] {
-        let model = self.config.gps;
-        let sigma = fix.velocity_sigma_mps.map_or(model.velocity_sigma_mps(), Vector::to_array);
-        let share = square(model.velocity_wander_share);
-        let (wandering, white) = match L::GPS_VELOCITY {
-            Some(_) => (share, 1.0 - share),
-            None => (0.0, 1.0),
-        };
-        self.gps_wander[2] = libm::sqrt(wandering) * sigma[0].max(sigma[1]);
-        self.gps_wander[3] = libm::sqrt(wandering) * sigma[2];
+    fn velocity_axes(
+        &self,
+        fix: &Fix,
+        back: &LookBack,
+        noise: &GpsNoise,
+    ) -> [Option<Scalarized<T>>; 3] {
         let wander: Vector<Ned> =
             L::GPS_VELOCITY.map_or([0.0; 3], |first| self.block(first)).into();
-
         let arm_body = self.antenna_from_imu();
         let body_to_ned = back.state.body_to_ned;
         let swing = body_to_ned * back.angular_rate_radps.cross(arm_body);
@@ -209,8 +230,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             if let Some(first) = L::GPS_VELOCITY {
                 sensitivity = sensitivity.with(first + axis, 1.0);
             }
-            if let Some(state) = L::LATENCY {
-                sensitivity = sensitivity.with(state, -acceleration[axis]);
+            if let Some(first) = L::LATENCY {
+                sensitivity = sensitivity.with(first + 1, -acceleration[axis]);
             }
             Some(Scalarized {
                 channel: [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown]
@@ -221,8 +242,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     Group::VerticalVelocity,
                 ][axis],
                 innovation: measured[axis]? - predicted[axis],
-                noise: (white * square(sigma[axis])).max(square(model.velocity_floor_mps))
-                    + self.lag_noise(back.age_s, 1.0),
+                noise: noise.velocity_variance[axis] + self.lag_noise(back.age_s, 1.0),
                 sensitivity,
             })
         })
