@@ -1,6 +1,7 @@
 //! However a dataset's files are damaged, reading them ends in sound data or an error that names the
 //! file; and what is written comes back.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use hovernav::dmu::{ImuSample, Motion};
@@ -152,7 +153,7 @@ fn assert_sound(dataset: &Dataset) {
     for fix in &dataset.fixes {
         let Geodetic { latitude_rad, longitude_rad, height_m } = fix.position;
         assert!(
-            latitude_rad.abs() <= 1.571 && longitude_rad.abs() <= 3.142 && height_m.is_finite()
+            latitude_rad.abs() <= PI / 2.0 && longitude_rad.abs() <= PI && height_m.is_finite()
         );
         assert!(fix.horizontal_velocity_mps.is_none_or(|v| v.iter().all(|v| v.is_finite())));
         assert!(fix.down_velocity_mps.is_none_or(f64::is_finite));

@@ -12,10 +12,11 @@ pub(super) struct Rows<T> {
     lines: Vec<u64>,
 }
 
-/// A handful of rows, [`STRAY_ROWS`] at most, further than this from all others are stray: garbled
-/// times, or the clock before it was set.
-const STRAY_GAP_S: f64 = 3600.0;
+/// As many rows may be stray whatever the size of the file.
 const STRAY_ROWS: usize = 10;
+/// So few rows further than this from all others are stray, s: garbled times, or the clock before it
+/// was set.
+const STRAY_GAP_S: f64 = 3600.0;
 
 impl<T> Rows<T> {
     pub fn new() -> Self {
@@ -33,8 +34,8 @@ impl<T> Rows<T> {
     /// than an hour from all the others goes too.
     ///
     /// # Errors
-    /// [`LogError::Clock`] where more than a quarter of the rows, repeated times apart, would be left
-    /// out: that is no stray row but a second recording or a shuffled file.
+    /// [`LogError::Clock`] where more than a handful of rows and a quarter of all would be left out,
+    /// those that repeat the time before apart: a second recording, or a shuffled file.
     pub fn in_time_order(
         mut self,
         time: impl Fn(&T) -> Time,
@@ -42,14 +43,12 @@ impl<T> Rows<T> {
         remarks: &mut Remarks,
     ) -> Result<(Vec<T>, Vec<u64>), LogError> {
         let times: Vec<Time> = self.rows.iter().map(&time).collect();
-        let mut keep = match times.windows(2).position(|pair| pair[1] <= pair[0]) {
-            None => vec![true; times.len()],
-            Some(before) => {
-                let keep = longest_increasing(&times);
-                self.remark(&times, &keep, before, path, remarks)?;
-                keep
-            }
-        };
+        let is_ordered = times.windows(2).all(|pair| pair[0] < pair[1]);
+        let mut keep = vec![true; times.len()];
+        if !is_ordered {
+            keep = longest_increasing(&times);
+            self.remark(&times, &keep, path, remarks)?;
+        }
         for stray in strays(&times, &keep) {
             keep[stray] = false;
             remarks.count("left out: more than an hour from all the others", self.lines[stray]);
@@ -65,22 +64,23 @@ impl<T> Rows<T> {
         &self,
         times: &[Time],
         keep: &[bool],
-        before: usize,
         path: &Path,
         remarks: &mut Remarks,
     ) -> Result<(), LogError> {
-        let mut known: Vec<Time> = Vec::with_capacity(times.len());
-        known.extend(times.iter().zip(keep).filter(|(_, keep)| **keep).map(|(time, _)| *time));
         let mut disordered = 0;
-        for (index, time) in times.iter().enumerate().filter(|(index, _)| !keep[*index]) {
-            if known.binary_search(time).is_ok() {
-                remarks.count("left out: a time already seen", self.lines[index]);
+        for index in (0..times.len()).filter(|index| !keep[*index]) {
+            if index > 0 && times[index] == times[index - 1] {
+                remarks.count("left out: same time as the row before", self.lines[index]);
             } else {
                 remarks.count("left out: time out of order", self.lines[index]);
                 disordered += 1;
             }
         }
-        if 4 * disordered > times.len() {
+        let goes_back = times.windows(2).position(|pair| pair[1] < pair[0]);
+        if let Some(before) = goes_back
+            && disordered > STRAY_ROWS
+            && 4 * disordered > times.len()
+        {
             return Err(LogError::Clock {
                 path: path.to_path_buf(),
                 line: self.lines[before + 1],
@@ -158,4 +158,42 @@ pub fn median_interval_s(times: &[Time]) -> Option<f64> {
     let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let middle = intervals.len() / 2;
     (!intervals.is_empty()).then(|| *intervals.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn no_other_choice_of_rows_in_order_keeps_more(
+            times in prop::collection::vec(-5i64..20, 0..30),
+        ) {
+            let times: Vec<Time> = times.into_iter().map(Time::from_nanoseconds).collect();
+            let keep = longest_increasing(&times);
+            let kept: Vec<Time> =
+                times.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(time, _)| *time).collect();
+            prop_assert!(kept.windows(2).all(|pair| pair[0] < pair[1]));
+            // The longest chain that ends at each row, by trying every row before it.
+            let mut longest: Vec<usize> = Vec::new();
+            for (index, time) in times.iter().enumerate() {
+                let before = (0..index).filter(|&i| times[i] < *time).map(|i| longest[i]).max();
+                longest.push(1 + before.unwrap_or(0));
+            }
+            prop_assert_eq!(kept.len(), longest.into_iter().max().unwrap_or(0));
+        }
+    }
+
+    #[test]
+    fn a_gap_is_long_against_the_usual_interval_and_against_a_blink() {
+        let times = |milliseconds: &[i64]| -> Vec<Time> {
+            milliseconds.iter().map(|ms| Time::from_nanoseconds(ms * 1_000_000)).collect()
+        };
+        assert_eq!(gaps(&times(&[0, 10, 20, 220, 230])), []);
+        let found = gaps(&times(&[0, 10, 20, 221, 230]));
+        assert_eq!(found, [Gap { after: Time::from_nanoseconds(20_000_000), length_s: 0.201 }]);
+        assert_eq!(gaps(&times(&[0, 1000, 2000, 7000, 8000])), []);
+        assert_eq!(gaps(&times(&[0])), []);
+    }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::clock::{Rows, gaps};
 use super::error::LogError;
 use super::remarks::Remarks;
-use super::table::Table;
+use super::table::{Row, Table};
 use crate::dmu::{ImuSample, Motion};
 use crate::frames::{EulerAngles, Vector, wrap_angle};
 use crate::time::Time;
@@ -46,71 +46,13 @@ pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSamp
         reason: "no such file, and a dataset needs it".into(),
     })?;
     let mut remarks = Remarks::new(FILE);
-    let [time] = table.require(["t_s"])?;
-    let (motion, are_rates) = match (table.find(RATES), table.find(INCREMENTS)) {
-        (Some(rates), None) => (rates, true),
-        (Some(rates), Some(_)) => {
-            remarks.say("holds rates and increments: the rates are used".into());
-            (rates, true)
-        }
-        (None, Some(increments)) => (increments, false),
-        (None, None) => {
-            let expected = format!("{}, or {}", RATES.join(","), INCREMENTS.join(","));
-            return Err(table.columns_missing(&expected));
-        }
-    };
-    let attitude = table.find(ATTITUDE);
-    let magnetic = table.find(MAGNETIC);
-    table.remark_unused(&["temp_degc"], &mut remarks);
-    let largest = match are_rates {
-        true => [FASTEST_TURN_RADPS, HARDEST_PUSH_MPS2],
-        false => [FASTEST_TURN_RADPS, HARDEST_PUSH_MPS2].map(|limit| limit * LONGEST_INTERVAL_S),
-    };
-
+    let columns = Columns::of(&mut table, &mut remarks)?;
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {
-        let values @ [p, q, r, x, y, z] = row.numbers(motion)?;
-        let is_within = |values: [f64; 3], largest: f64| values.iter().all(|v| v.abs() <= largest);
-        let attitude = row.finite(attitude)?;
-        let magnetic = row.finite(magnetic)?;
-        let Some(time) = row.time(time)? else {
-            remarks.count("left out: no time", row.line);
-            continue;
-        };
-        if values.iter().any(|value| value.is_nan()) {
-            remarks.count("left out: a value is missing", row.line);
-            continue;
+        match columns.sample(&row)? {
+            Ok(sample) => rows.push(row.line, sample),
+            Err(why) => remarks.count(why, row.line),
         }
-        if !(is_within([p, q, r], largest[0]) && is_within([x, y, z], largest[1])) {
-            remarks.count("left out: a value is beyond any vehicle's motion", row.line);
-            continue;
-        }
-        if values == [0.0; 6] {
-            remarks.count("left out: all zeros, the unit was not measuring", row.line);
-            continue;
-        }
-        let (gyro, accel) = (Vector::new(p, q, r), Vector::new(x, y, z));
-        let motion = match are_rates {
-            true => Motion::Rates { angular_rate_radps: gyro, specific_force_mps2: accel },
-            false => Motion::Increments { angle_rad: gyro, velocity_mps: accel },
-        };
-        let sample = ImuSample {
-            time,
-            motion,
-            attitude: attitude
-                .filter(|[roll, pitch, yaw]| {
-                    roll.abs() <= 360.0 && pitch.abs() <= 90.0 && yaw.abs() <= 360.0
-                })
-                .map(|[roll, pitch, yaw]| EulerAngles {
-                    roll_rad: wrap_angle(roll.to_radians()),
-                    pitch_rad: pitch.to_radians(),
-                    yaw_rad: wrap_angle(yaw.to_radians()),
-                }),
-            magnetic_field_gauss: magnetic
-                .filter(|field| is_within(*field, STRONGEST_FIELD_GAUSS))
-                .map(Vector::from),
-        };
-        rows.push(row.line, sample);
     }
     let (samples, lines) = rows.in_time_order(|sample| sample.time, table.path(), &mut remarks)?;
     if samples.is_empty() {
@@ -124,6 +66,77 @@ pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSamp
     remark_stuck(&samples, &lines, &mut remarks);
     warnings.extend(remarks.into_warnings());
     Ok(samples)
+}
+
+/// Where in the table each quantity stands.
+struct Columns {
+    time: usize,
+    motion: [usize; 6],
+    are_rates: bool,
+    attitude: Option<[usize; 3]>,
+    magnetic: Option<[usize; 3]>,
+}
+
+impl Columns {
+    fn of(table: &mut Table, remarks: &mut Remarks) -> Result<Self, LogError> {
+        let [time] = table.require(["t_s"])?;
+        let (motion, are_rates) = match (table.find(RATES), table.find(INCREMENTS)) {
+            (Some(rates), increments) => {
+                if increments.is_some() {
+                    remarks.say("holds rates and increments: the rates are used".into());
+                }
+                (rates, true)
+            }
+            (None, Some(increments)) => (increments, false),
+            (None, None) => {
+                let expected = format!("{}, or {}", RATES.join(","), INCREMENTS.join(","));
+                return Err(table.columns_missing(&expected));
+            }
+        };
+        let (attitude, magnetic) = (table.find(ATTITUDE), table.find(MAGNETIC));
+        table.remark_unused(&["temp_degc"], remarks);
+        Ok(Self { time, motion, are_rates, attitude, magnetic })
+    }
+
+    /// The sample in `row`, or why it is left out.
+    fn sample(&self, row: &Row<'_>) -> Result<Result<ImuSample, &'static str>, LogError> {
+        let time = row.time(self.time)?;
+        let values @ [p, q, r, x, y, z] = row.numbers(self.motion)?;
+        let attitude = row.finite(self.attitude)?;
+        let magnetic = row.finite(self.magnetic)?;
+        let Some(time) = time else { return Ok(Err("left out: no time")) };
+        if values.iter().any(|value| value.is_nan()) {
+            return Ok(Err("left out: a value is missing"));
+        }
+        let scale = if self.are_rates { 1.0 } else { LONGEST_INTERVAL_S };
+        if !is_within([p, q, r], scale * FASTEST_TURN_RADPS)
+            || !is_within([x, y, z], scale * HARDEST_PUSH_MPS2)
+        {
+            return Ok(Err("left out: a value is beyond any vehicle's motion"));
+        }
+        if values == [0.0; 6] {
+            return Ok(Err("left out: all zeros, the unit was not measuring"));
+        }
+        let (gyro, accel) = (Vector::new(p, q, r), Vector::new(x, y, z));
+        let motion = match self.are_rates {
+            true => Motion::Rates { angular_rate_radps: gyro, specific_force_mps2: accel },
+            false => Motion::Increments { angle_rad: gyro, velocity_mps: accel },
+        };
+        let attitude =
+            attitude.filter(|angles| is_within(*angles, 360.0) && angles[1].abs() <= 90.0);
+        let attitude = attitude.map(|[roll, pitch, yaw]| EulerAngles {
+            roll_rad: wrap_angle(roll.to_radians()),
+            pitch_rad: pitch.to_radians(),
+            yaw_rad: wrap_angle(yaw.to_radians()),
+        });
+        let magnetic = magnetic.filter(|field| is_within(*field, STRONGEST_FIELD_GAUSS));
+        let magnetic_field_gauss = magnetic.map(Vector::from);
+        Ok(Ok(ImuSample { time, motion, attitude, magnetic_field_gauss }))
+    }
+}
+
+fn is_within(values: [f64; 3], largest: f64) -> bool {
+    values.iter().all(|value| value.abs() <= largest)
 }
 
 /// Says where samples are missing: the samples stay, and the filter coasts across.

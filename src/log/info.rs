@@ -231,3 +231,79 @@ fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result 
     }
     writeln!(f)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Vector;
+
+    fn heli_hover() -> Dataset {
+        let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover");
+        Dataset::open(dir.as_ref()).unwrap()
+    }
+
+    /// Pseudo-random numbers of unit variance, uniform, always the same.
+    fn noise() -> impl Iterator<Item = f64> {
+        let mut state = 1u64;
+        std::iter::repeat_with(move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            ((state >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12f64.sqrt()
+        })
+    }
+
+    #[test]
+    fn the_hover_flight_is_told_within_the_terminal() {
+        let mut dataset = heli_hover();
+        dataset.imu.drain(3000..3100);
+        dataset.warnings.push("gps.csv: ".to_string() + &"some words ".repeat(20));
+        let told = Info(&dataset).to_string();
+        assert!(told.lines().all(|line| line.chars().count() <= WIDTH), "{told}");
+        for line in [
+            "  imu               9799       0.050     299.989      33.00     0.0303     3.061",
+            "  gps                299       1.000     299.000       1.00     1.0000     1.000",
+            "  gaps in imu: 3.061 s after 90.928790 s",
+            "  attitude  all",
+            "  antenna   forward -0.35, right 0, down 0.2 m from the CG",
+            "  extent    north -1.9 to 84.6 m, east -1.5 to 48.5 m, up -1.1 to 17.6 m",
+        ] {
+            assert!(told.lines().any(|found| found == line), "{line}\n{told}");
+        }
+    }
+
+    #[test]
+    fn vibration_is_noise_and_not_motion() {
+        let noise: Vec<f64> = noise().take(20_000).collect();
+        let of = |value: &dyn Fn(f64, f64) -> f64| {
+            let rows = noise.iter().enumerate();
+            let rows: Vec<[f64; 6]> =
+                rows.map(|(index, noise)| [value(index as f64 * 0.01, *noise); 6]).collect();
+            vibration(&rows).unwrap()[0]
+        };
+        assert!((of(&|_, noise| 0.3 * noise) - 0.3).abs() < 0.01);
+        assert!(of(&|time_s, _| 5.0 * (0.5 * time_s).sin()) < 1e-3);
+        assert_eq!(vibration(&[[0.0; 6]; 2]), None);
+    }
+
+    #[test]
+    fn increments_are_told_as_rates() {
+        let samples: Vec<ImuSample> = (0..3)
+            .map(|index| ImuSample {
+                time: Time::from_nanoseconds(index * 10_000_000),
+                motion: Motion::Increments {
+                    angle_rad: Vector::new(0.001, 0.0, 0.0),
+                    velocity_mps: Vector::new(0.0, 0.0, -0.0981),
+                },
+                attitude: None,
+                magnetic_field_gauss: None,
+            })
+            .collect();
+        let rates = rates(&samples);
+        assert_eq!(rates.len(), 2);
+        assert!((rates[0][0] - 0.1).abs() < 1e-12 && (rates[0][5] + 9.81).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_dataset_of_nothing_is_told_without_fuss() {
+        assert!(Info(&Dataset::default()).to_string().contains("sensor"));
+    }
+}

@@ -1,4 +1,8 @@
-//! Logs: reading what others recorded, writing what we computed. Needs `std`.
+//! Logs: reading what others recorded, writing what we computed, telling how far off it is. Needs
+//! `std`.
+//!
+//! [`Dataset::open`] reads a dataset directory, [`write_solution`] writes what the filter made of it,
+//! [`score`] compares that with the [`Reference`], and [`Info`] tells a human what a log holds.
 
 mod auxiliary;
 mod clock;

@@ -189,7 +189,8 @@ pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> 
 /// The largest horizontal distance from `reference` that `solutions`, in time order, reach from
 /// `start` until `duration_s` later, m.
 ///
-/// `None` unless solution and reference together cover nine tenths of that time.
+/// `None` unless solution and reference together cover nine tenths of that time. [`Statistics::of`]
+/// the drifts of several outages has their median and the worst.
 #[must_use]
 pub fn outage_drift(
     solutions: &[Solution],
