@@ -14,7 +14,7 @@
   // In drawing order. `outlier`: does not widen the view. `range`: name and colour of its band.
   const ROLES = {
     bound: { range: ["±3σ", "rgba(0,114,178,0.16)"] },
-    interval: { range: ["95 % interval", "rgba(90,103,114,0.16)"] },
+    interval: { range: ["95 % interval", "rgba(0,114,178,0.12)"] },
     reference: { name: "Reference", ...line("rgba(0,158,115,0.6)", 4.5) },
     gps: { name: "GPS", ...dots(ORANGE, 5) },
     smoothed: { name: "Smoothed", ...line(PURPLE, 1.6) },
@@ -25,7 +25,7 @@
     mean: { name: "Running mean", ...line(INK, 1.8) },
     reopened: { name: "Reopened the filter", outlier: true, ...dots(PURPLE, 8, "diamond-open") },
     rejected: { name: "Rejected", outlier: true, ...refused },
-    test_refused: { name: "Rejected", outlier: true, ...refused },
+    test_refused: { name: "Rejected", ...refused },
     gps_rejected: { name: "GPS rejected", outlier: true, ...refused },
     start: { name: "Start", ...dots(INK, 10, "triangle-up") },
     end: { name: "End", ...dots(INK, 9, "square") },
@@ -35,6 +35,7 @@
   const isNumber = (value) => value !== null && Number.isFinite(value);
   const limits = ({ y, band }) => {
     if (band?.between) return band.between;
+    if (band?.about_zero) return [band.about_zero.map((value) => value && -value), band.about_zero];
     if (!band) return [y, y];
     const side = (sign) => y.map((value, i) => (isNumber(value) ? value + sign * band.around[i] : null));
     return [side(-1), side(1)];
@@ -53,8 +54,17 @@
     return { x: xs, y: ys };
   };
 
+  // A bound without its widest few, which may be as far out as the first fix after an outage puts
+  // them: they would squeeze all the others into a line.
+  const bulk = ({ role, band }, lists) => {
+    if (role !== "bound") return lists;
+    const sorted = band.about_zero.filter(isNumber).sort((a, b) => a - b);
+    const widest = sorted[Math.floor(0.97 * (sorted.length - 1))];
+    return [[-widest, widest]];
+  };
+
   // Smallest and largest of what the axis shows at first, with a margin.
-  const extent = (lists, { logarithmic = false, margin = 0.06 } = {}) => {
+  const extent = (lists, { logarithmic } = {}) => {
     let [low, high] = [Infinity, -Infinity];
     for (const list of lists) {
       for (const value of list) {
@@ -65,25 +75,28 @@
     }
     if (low > high) return [0, 1];
     if (logarithmic) [low, high] = [Math.log10(Math.max(low, 1e-3)), Math.log10(high)];
-    const room = margin * (high - low) || Math.max(Math.abs(high) * 0.1, 0.001);
+    const room = 0.06 * (high - low) || Math.max(Math.abs(high) * 0.1, 0.001);
     return [low - room, high + room];
   };
 
-  const outside = (row, range) => {
-    const visible = (value) => {
-      const placed = row.logarithmic ? Math.log10(value) : value;
-      return placed >= range[0] && placed <= range[1];
-    };
-    return row.series.filter((series) => ROLES[series.role].outlier)
-      .reduce((count, { y }) => count + y.filter((value) => isNumber(value) && !visible(value)).length, 0);
+  // What a row shows at first, and what is said above it: its result, and how much lies beyond.
+  const firstView = (row) => {
+    const inView = row.series.filter(({ role }) => !ROLES[role].outlier);
+    const lists = (inView.length ? inView : row.series).flatMap((series) => bulk(series, limits(series)));
+    const shown = extent(lists, row);
+    const place = row.logarithmic ? Math.log10 : (value) => value;
+    const isBeyond = (value) => isNumber(value) && (place(value) < shown[0] || place(value) > shown[1]);
+    const beyond = row.series.reduce((count, { y }) => count + y.filter(isBeyond).length, 0);
+    const notes = [row.note, beyond && `${beyond} outlier${beyond === 1 ? "" : "s"} beyond this view: double-click to see all`];
+    return { shown, text: notes.filter(Boolean).join(" · ") };
   };
 
   const traces = (row, number, named, isMap) => {
     const axes = { xaxis: "x", yaxis: number === 1 ? "y" : `y${number}` };
-    const legend = (name, group) => {
+    const legend = (name) => {
       const isFirst = !named.has(name);
       named.add(name);
-      return { name, legendgroup: group ?? name, showlegend: isFirst };
+      return { name, legendgroup: name, showlegend: isFirst };
     };
     const quantity = row.label.split(",")[0];
     const drawn = [];
@@ -96,13 +109,14 @@
       });
     }
     for (const series of inOrder.filter(({ y }) => y.length > 0)) {
-      const { name, mode, line, marker } = ROLES[series.role];
+      const { name, range, outlier, ...style } = ROLES[series.role];
+      if (style.line && series.y.length === 1) Object.assign(style, dots(style.line.color, 6));
       const half = series.band?.around;
       const spread = half ? " ± %{customdata:.3~g}" : "";
       const unit = row.unit && ` ${row.unit}`;
       drawn.push({
-        type: "scatter", mode, line, marker, x: series.x, y: series.y,
-        customdata: half ?? series.time ?? undefined,
+        type: "scatter", ...style, x: series.x, y: series.y,
+        customdata: half ?? series.time ?? [],
         hovertemplate: isMap
           ? `%{y:.2f} m north, %{x:.2f} m east${series.time ? "<br>at %{customdata:.2f} s" : ""}<extra>${name}</extra>`
           : `%{y:.4~g}${spread}${unit} <i>${quantity} ${name.toLowerCase().replace("gps", "GPS")}</i><extra></extra>`,
@@ -112,54 +126,55 @@
     return drawn;
   };
 
-  const SIDE = { left: 76, right: 14, top: 34, bottom: 46 };
+  const SIDE = { left: 84, right: 14, top: 36, bottom: 46 };
+  const NOTE = 18;
   const axis = { gridcolor: GRID, linecolor: "#c6ced4", zerolinecolor: "#c6ced4", ticks: "outside", tickcolor: "#c6ced4", ticklen: 4 };
 
-  const describe = (figure, height, range) => {
+  const [first, last] = time.span;
+  const whole = last > first ? [first, last] : [first - 1, last + 1];
+
+  const describe = (figure, height) => {
     const isMap = figure.abscissa !== "time";
     const data = [], annotations = [], shapes = [], named = new Set();
-    const plotHeight = height - SIDE.top - SIDE.bottom;
     const count = figure.rows.length;
-    const gap = 12 / plotHeight;
+    const views = figure.rows.map(firstView);
+    const room = views.some(({ text }) => text) ? NOTE : 0;
+    const plotHeight = height - SIDE.top - room - SIDE.bottom;
+    const gap = (10 + room) / plotHeight;
     const share = (1 - gap * (count - 1)) / count;
     const layout = {
-      height, data, annotations, shapes,
-      margin: { l: SIDE.left, r: SIDE.right, t: SIDE.top, b: SIDE.bottom },
+      height, annotations, shapes,
+      margin: { l: SIDE.left, r: SIDE.right, t: SIDE.top + room, b: SIDE.bottom },
       font: { family: getComputedStyle(document.body).fontFamily, size: 13, color: INK },
       paper_bgcolor: "#fff", plot_bgcolor: "#fff",
       hovermode: isMap ? "closest" : "x unified",
-      hoversubplots: "axis",
+      hoversubplots: "axis", hoverdistance: 6,
       hoverlabel: { bgcolor: "rgba(255,255,255,0.94)", bordercolor: "#c6ced4", font: { size: 12 } },
-      legend: { orientation: "h", x: 0, xanchor: "left", y: 1 + 4 / plotHeight, yanchor: "bottom", itemsizing: "constant" },
+      legend: { orientation: "h", x: 0, xanchor: "left", y: 1 + (4 + room) / plotHeight, yanchor: "bottom", itemsizing: "constant" },
       xaxis: {
         ...axis, title: { text: isMap ? "East, m" : time.label, standoff: 8 },
-        anchor: count > 1 ? `y${count}` : "y", range,
+        anchor: count > 1 ? `y${count}` : "y", range: [...whole],
         ...(isMap ? {} : { showspikes: true, spikemode: "across", spikethickness: 1, spikedash: "solid", spikecolor: "#9aa5ae", hoverformat: ".2f" }),
       },
     };
     figure.rows.forEach((row, index) => {
       const number = index + 1;
-      const inView = row.series.filter(({ role }) => !ROLES[role].outlier);
-      const shown = extent((inView.length ? inView : row.series).flatMap(limits), { logarithmic: row.logarithmic });
-      const beyond = outside(row, shown);
+      const { shown, text } = views[index];
       const top = 1 - index * (share + gap);
       data.push(...traces(row, number, named, isMap));
       layout[number === 1 ? "yaxis" : `yaxis${number}`] = {
-        ...axis, title: { text: row.label, standoff: 6 },
+        ...axis, title: { text: row.label.length > 14 ? row.label.replace(" ", "<br>") : row.label, standoff: 6 },
         domain: [Math.max(0, top - share), top],
-        range: row.reversed ? shown.toReversed() : shown,
+        range: row.reversed ? [...shown].reverse() : shown,
         type: row.logarithmic ? "log" : "linear",
         nticks: isMap ? undefined : 6,
         ...(row.logarithmic ? { dtick: 1 } : {}),
         ...(isMap ? { scaleanchor: "x", scaleratio: 1 } : {}),
       };
-      const notes = [row.note, beyond && `${beyond} rejected beyond this view: double-click to see all`];
-      const text = notes.filter(Boolean).join(" · ");
       if (text) {
         annotations.push({
-          text, showarrow: false, xref: "paper", x: 1, xanchor: "right", xshift: -4,
-          yref: "paper", y: top, yanchor: "top", yshift: -3,
-          font: { size: 12, color: SOFT }, bgcolor: "rgba(255,255,255,0.85)", borderpad: 2,
+          text, showarrow: false, xref: "paper", x: 1, xanchor: "right",
+          yref: "paper", y: top, yanchor: "bottom", font: { size: 12, color: SOFT },
         });
       }
     });
@@ -176,20 +191,20 @@
   };
 
   const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "zoomIn2d", "zoomOut2d"] };
-  const [first, last] = time.span;
-  const whole = last > first ? [first, last] : [first - 1, last + 1];
   let range = whole;
   const views = new Map();
 
   const show = async (view) => {
     const { element, figure } = view;
+    const isTime = figure.abscissa === "time";
     if (!view.drawn) {
       view.drawn = true;
-      const { data, layout } = describe(figure, element.clientHeight, [...range]);
-      view.range = range;
+      view.range = whole;
+      const { data, layout } = describe(figure, element.clientHeight);
       await Plotly.newPlot(element, data, layout, CONFIG);
-      if (figure.abscissa === "time") element.on("plotly_relayout", (event) => follow(view, event));
-    } else if (figure.abscissa === "time" && view.range !== range) {
+      if (isTime) element.on("plotly_relayout", (event) => follow(view, event));
+    }
+    if (isTime && view.range !== range) {
       view.range = range;
       await Plotly.relayout(element, { "xaxis.range": [...range] });
     }

@@ -8,7 +8,7 @@ use hovernav::gps::Fix;
 use hovernav::time::Time;
 
 use super::innovations;
-use super::page::{Page, Section, Table, TimeAxis};
+use super::page::{Page, Section, Table, TableRow, TimeAxis};
 use super::series::{Abscissa, Figure, Role, Row, Series};
 use super::{ErrorRow, ReferenceSample, Report};
 
@@ -236,11 +236,9 @@ impl Flight<'_, '_> {
             anchor: "map",
             title: "Map",
             explanation: format!(
-                "The flight from above, both axes to one scale, in metres from its first point \
-                 ({:.6}°, {:.6}°, {:.1} m above the ellipsoid). GPS dots are the antenna's.",
-                self.origin.latitude_deg(),
-                self.origin.longitude_deg(),
-                self.origin.height_m
+                "The flight from above, both axes to one scale, in metres from {}. GPS dots are \
+                 the antenna's.",
+                if rows.is_empty() { "its first point".into() } else { described(&self.origin) }
             ),
             figure: Figure { abscissa: Abscissa::EastM, rows },
         }
@@ -386,17 +384,26 @@ fn downwards(rows: impl Iterator<Item = Row>) -> impl Iterator<Item = Row> {
     rows.enumerate().map(|(component, row)| Row { reversed: component == 2, ..row })
 }
 
+/// The point that the page's metres count from.
+fn described(origin: &Geodetic) -> String {
+    format!(
+        "its first point ({:.6}°, {:.6}°, {:.1} m above the ellipsoid)",
+        origin.latitude_deg(),
+        origin.longitude_deg(),
+        origin.height_m
+    )
+}
+
 fn error_table(rows: &[ErrorRow]) -> Option<Table> {
-    let cells = |row: &ErrorRow| {
-        let numbers = [row.rmse, row.median, row.p95, row.max].map(three_digits);
-        [format!("{}, {}", row.quantity, row.unit)].into_iter().chain(numbers).collect()
+    let row = |row: &ErrorRow| TableRow {
+        name: format!("{}, {}", row.quantity, row.unit),
+        numbers: [row.rmse, row.median, row.p95, row.max].map(three_digits).into(),
     };
     (!rows.is_empty()).then(|| Table {
         caption: "Error against the reference: root mean square, then median, 95th percentile and \
-                  largest of its size"
-            .into(),
-        heads: vec!["", "RMSE", "Median", "95 %", "Max"],
-        rows: rows.iter().map(cells).collect(),
+                  largest of its size",
+        heads: &["", "RMSE", "Median", "95 %", "Max"],
+        rows: rows.iter().map(row).collect(),
     })
 }
 

@@ -47,7 +47,6 @@ pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
         let (name, unit, scale) = shown(channel);
         let times: Vec<f64> = own.iter().map(|one| clock.seconds(one.time)).collect();
         let high: Vec<f64> = own.iter().map(|one| 3.0 * scale * one.sigma).collect();
-        let low: Vec<f64> = high.iter().map(|high| -high).collect();
         let those = |verdict| {
             let points = own.iter().filter(move |one| one.verdict == verdict);
             points.map(move |one| (clock.seconds(one.time), scale * one.innovation))
@@ -56,7 +55,7 @@ pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
             .with(Series::points(Role::Innovation, those(Verdict::Accepted)))
             .with(Series::points(Role::Reopened, those(Verdict::Reopened)))
             .with(Series::points(Role::Rejected, those(Verdict::Rejected)));
-        (!own.is_empty()).then(|| row.with(Series::range(Role::Bound, &times, &low, &high)))
+        (!own.is_empty()).then(|| row.with(Series::bound(&times, &high)))
     });
     Section {
         anchor: "innovations",
@@ -133,10 +132,10 @@ fn test_row(name: &str, tests: &[FixTest], clock: Clock) -> Row {
 pub fn errors(errors: &[ErrorSample], solutions: &[Solution], clock: Clock) -> Section {
     type Component = fn(&ErrorSample, &Solution) -> [(Option<f64>, f64); 3];
     const QUANTITIES: [([&str; 3], &str, Component); 3] = [
-        (["North", "East", "Down"], "m", |e, s| {
+        (["Position north", "Position east", "Position down"], "m", |e, s| {
             paired(e.position_m, s.position_sigma_m.to_array())
         }),
-        (["North", "East", "Down"], "m/s", |e, s| {
+        (["Velocity north", "Velocity east", "Velocity down"], "m/s", |e, s| {
             paired(e.velocity_mps, s.velocity_sigma_mps.to_array())
         }),
         (["Roll", "Pitch", "Yaw"], "°", |e, s| {
@@ -154,7 +153,6 @@ pub fn errors(errors: &[ErrorSample], solutions: &[Solution], clock: Clock) -> S
                 .map(|(error, solution)| components(error, solution)[component])
                 .map(|(error, sigma)| (error.unwrap_or(f64::NAN), 3.0 * sigma))
                 .unzip();
-            let low: Vec<f64> = high.iter().map(|high| -high).collect();
             let all = error.iter().filter(|error| error.is_finite()).count();
             let inside = error.iter().zip(&high).filter(|(error, high)| error.abs() <= **high);
             let share = 100.0 * inside.count() as f64 / all as f64;
@@ -163,7 +161,7 @@ pub fn errors(errors: &[ErrorSample], solutions: &[Solution], clock: Clock) -> S
                 return row;
             }
             Row { note: Some(format!("{share:.1} % inside ±3σ")), ..row }
-                .with(Series::range(Role::Bound, times, &low, &high))
+                .with(Series::bound(times, &high))
                 .with(Series::line(Role::Error, times, &error, None))
         })
     });

@@ -12,6 +12,8 @@ mod series;
 #[cfg(test)]
 mod tests;
 
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
 use anyhow::Context as _;
@@ -115,7 +117,11 @@ pub struct ErrorRow {
 /// # Errors
 /// When the file cannot be written; the error names it.
 pub fn write(path: &Path, report: &Report<'_>) -> anyhow::Result<()> {
-    let html = flight::page(report).render().context("the report's data cannot be written")?;
-    std::fs::write(path, html)
-        .with_context(|| format!("cannot write the report {}", path.display()))
+    let page = flight::page(report);
+    let written = File::create(path).and_then(|file| {
+        let mut out = BufWriter::new(file);
+        page.write_to(&mut out)?;
+        out.flush()
+    });
+    written.with_context(|| format!("cannot write the report {}", path.display()))
 }

@@ -1,6 +1,7 @@
 //! The page itself: one HTML file that holds its text, its data and the script that draws them.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
+use std::io::{self, Write};
 
 use serde::Serialize;
 
@@ -22,11 +23,17 @@ pub struct Section {
     pub figure: Figure,
 }
 
-/// A table with a line of heads; the first column is text, the others numbers.
+/// A table of numbers with a line of heads, the first head above the names.
 pub struct Table {
-    pub caption: String,
-    pub heads: Vec<&'static str>,
-    pub rows: Vec<Vec<String>>,
+    pub caption: &'static str,
+    pub heads: &'static [&'static str],
+    pub rows: Vec<TableRow>,
+}
+
+/// What is measured, and its numbers as they are to be read.
+pub struct TableRow {
+    pub name: String,
+    pub numbers: Vec<String>,
 }
 
 /// What a page shows, in the order in which it shows it. All text is plain: it is escaped here.
@@ -65,145 +72,144 @@ struct NamedFigure<'a> {
 }
 
 impl Page<'_> {
-    /// The page as HTML.
+    /// Writes the page as HTML.
     ///
     /// # Errors
-    /// None that the data can cause: unknown numbers are written as `null`.
-    pub fn render(&self) -> serde_json::Result<String> {
-        let figures = self.sections.iter().filter(|section| !section.figure.rows.is_empty());
-        let figures = figures
-            .map(|section| NamedFigure { anchor: section.anchor, figure: &section.figure })
-            .collect();
-        // Escaped so that no name within can close the element that holds it.
-        let data = serde_json::to_string(&Data { time: &self.time, figures })?;
-        let data = data.replace('<', "\\u003c");
-        let mut html = String::with_capacity(PLOTLY.len() + data.len() + (64 << 10));
-        fill(&mut html, TEMPLATE, |html, name| match name {
-            "title" => escape(html, self.title),
-            "style" => html.push_str(STYLE),
-            "links" => self.links(html),
-            "headlines" => self.headlines(html),
-            "warnings" => self.warnings(html),
-            "facts" => self.facts(html),
-            "table" => self.table(html),
-            "sections" => self.sections(html),
-            "data" => html.push_str(&data),
-            "plotly" => html.push_str(PLOTLY),
-            "figures" => html.push_str(FIGURES),
-            _ => debug_assert!(false, "no such place: {name}"),
-        });
-        Ok(html)
+    /// Those of `out`; the data can cause none, as unknown numbers are written as `null`.
+    pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        fill(out, TEMPLATE, |out, name| match name {
+            "title" => write!(out, "{}", Escaped(self.title)),
+            "style" => out.write_all(STYLE.as_bytes()),
+            "links" => self.links(out),
+            "headlines" => self.headlines(out),
+            "warnings" => self.warnings(out),
+            "facts" => self.facts(out),
+            "table" => self.table(out),
+            "sections" => self.sections(out),
+            "data" => self.data(out),
+            "plotly" => out.write_all(PLOTLY.as_bytes()),
+            "figures" => out.write_all(FIGURES.as_bytes()),
+            _ => Ok(debug_assert!(false, "no such place: {name}")),
+        })
     }
 
-    fn links(&self, html: &mut String) {
-        for section in &self.sections {
-            let _ = write!(html, "<a href=\"#{}\">{}</a>\n", section.anchor, section.title);
+    fn links(&self, out: &mut impl Write) -> io::Result<()> {
+        for Section { anchor, title, .. } in &self.sections {
+            writeln!(out, "<a href=\"#{anchor}\">{title}</a>")?;
         }
+        Ok(())
     }
 
-    fn headlines(&self, html: &mut String) {
+    fn headlines(&self, out: &mut impl Write) -> io::Result<()> {
         for Fact { label, value } in self.headlines {
-            html.push_str("<div><dt>");
-            escape(html, label);
-            html.push_str("</dt><dd>");
-            escape(html, value);
-            html.push_str("</dd></div>\n");
+            let (label, value) = (Escaped(label), Escaped(value));
+            writeln!(out, "<div><dt>{label}</dt><dd>{value}</dd></div>")?;
         }
+        Ok(())
     }
 
-    fn warnings(&self, html: &mut String) {
-        if self.warnings.is_empty() {
-            html.push_str("<p class=\"quiet\">No warnings.</p>");
-            return;
-        }
-        let plural = if self.warnings.len() == 1 { "" } else { "s" };
-        let _ = write!(
-            html,
-            "<div class=\"warnings\"><h2>{} warning{plural}</h2><ul>",
-            self.warnings.len()
-        );
+    fn warnings(&self, out: &mut impl Write) -> io::Result<()> {
+        let heading = match self.warnings.len() {
+            0 => return write!(out, "<p class=\"quiet\">No warnings.</p>"),
+            1 => "1 warning".into(),
+            count => format!("{count} warnings"),
+        };
+        writeln!(out, "<div class=\"warnings\"><h2>{heading}</h2><ul>")?;
         for warning in self.warnings {
-            html.push_str("<li>");
-            escape(html, warning);
-            html.push_str("</li>\n");
+            writeln!(out, "<li>{}</li>", Escaped(warning))?;
         }
-        html.push_str("</ul></div>");
+        write!(out, "</ul></div>")
     }
 
-    fn facts(&self, html: &mut String) {
+    fn facts(&self, out: &mut impl Write) -> io::Result<()> {
         for Fact { label, value } in self.facts {
-            html.push_str("<tr><th scope=\"row\">");
-            escape(html, label);
-            html.push_str("</th><td>");
-            escape(html, value);
-            html.push_str("</td></tr>\n");
+            let (label, value) = (Escaped(label), Escaped(value));
+            writeln!(out, "<tr><th scope=\"row\">{label}</th><td>{value}</td></tr>")?;
         }
+        Ok(())
     }
 
-    fn table(&self, html: &mut String) {
-        let Some(table) = &self.table else { return };
-        html.push_str("<table class=\"numbers\"><caption>");
-        escape(html, &table.caption);
-        html.push_str("</caption><thead><tr>");
-        for head in &table.heads {
-            let _ = write!(html, "<th scope=\"col\">{head}</th>");
+    fn table(&self, out: &mut impl Write) -> io::Result<()> {
+        let Some(Table { caption, heads, rows }) = &self.table else { return Ok(()) };
+        let caption = Escaped(caption);
+        write!(out, "<table class=\"numbers\"><caption>{caption}</caption><thead><tr>")?;
+        for head in *heads {
+            write!(out, "<th scope=\"col\">{head}</th>")?;
         }
-        html.push_str("</tr></thead><tbody>\n");
-        for row in &table.rows {
-            html.push_str("<tr>");
-            for (column, cell) in row.iter().enumerate() {
-                html.push_str(if column == 0 { "<th scope=\"row\">" } else { "<td>" });
-                escape(html, cell);
-                html.push_str(if column == 0 { "</th>" } else { "</td>" });
+        writeln!(out, "</tr></thead><tbody>")?;
+        for TableRow { name, numbers } in rows {
+            write!(out, "<tr><th scope=\"row\">{}</th>", Escaped(name))?;
+            for number in numbers {
+                write!(out, "<td>{}</td>", Escaped(number))?;
             }
-            html.push_str("</tr>\n");
+            writeln!(out, "</tr>")?;
         }
-        html.push_str("</tbody></table>");
+        write!(out, "</tbody></table>")
     }
 
-    fn sections(&self, html: &mut String) {
+    fn sections(&self, out: &mut impl Write) -> io::Result<()> {
         for Section { anchor, title, explanation, figure } in &self.sections {
-            let _ = write!(html, "<section id=\"{anchor}\"><h2>{title}</h2><p>");
-            escape(html, explanation);
-            html.push_str("</p>");
+            let explanation = Escaped(explanation);
+            write!(out, "<section id=\"{anchor}\"><h2>{title}</h2><p>{explanation}</p>")?;
             if figure.rows.is_empty() {
-                html.push_str("<p class=\"quiet\">Nothing to draw: the log has none.</p>");
+                write!(out, "<p class=\"quiet\">Nothing to draw: the log has none.</p>")?;
             } else {
-                let _ = write!(
-                    html,
-                    "<div class=\"figure\" data-figure=\"{anchor}\" style=\"height:{}px\"></div>",
-                    figure.height_px()
-                );
+                let height_px = figure.height_px();
+                write!(
+                    out,
+                    "<div class=\"figure\" data-figure=\"{anchor}\" \
+                     style=\"height:{height_px}px\"></div>"
+                )?;
             }
-            html.push_str("</section>\n");
+            writeln!(out, "</section>")?;
         }
+        Ok(())
+    }
+
+    fn data(&self, out: &mut impl Write) -> io::Result<()> {
+        let drawn = self.sections.iter().filter(|section| !section.figure.rows.is_empty());
+        let figures =
+            drawn.map(|Section { anchor, figure, .. }| NamedFigure { anchor, figure }).collect();
+        // Escaped so that no name within can close the element that holds it.
+        let json = serde_json::to_string(&Data { time: &self.time, figures })?;
+        out.write_all(json.replace('<', "\\u003c").as_bytes())
     }
 }
 
 /// Copies `template`, calling `place` for each `{{name}}` in it. What `place` writes is not looked
 /// at again, so no text can pose as a place.
-fn fill(html: &mut String, template: &str, mut place: impl FnMut(&mut String, &str)) {
+fn fill<W: Write>(
+    out: &mut W,
+    template: &str,
+    mut place: impl FnMut(&mut W, &str) -> io::Result<()>,
+) -> io::Result<()> {
     let mut rest = template;
-    while let Some((before, after)) = rest.split_once("{{") {
-        let Some((name, after)) = after.split_once("}}") else { break };
-        html.push_str(before);
-        place(html, name);
+    while let Some((before, (name, after))) =
+        rest.split_once("{{").and_then(|(before, after)| Some((before, after.split_once("}}")?)))
+    {
+        out.write_all(before.as_bytes())?;
+        place(out, name)?;
         rest = after;
     }
-    html.push_str(rest);
+    out.write_all(rest.as_bytes())
 }
 
-/// Appends plain text so that HTML shows it as it stands, in an element or a quoted attribute.
-fn escape(html: &mut String, text: &str) {
-    for character in text.chars() {
-        match character {
-            '&' => html.push_str("&amp;"),
-            '<' => html.push_str("&lt;"),
-            '>' => html.push_str("&gt;"),
-            '"' => html.push_str("&quot;"),
-            '\'' => html.push_str("&#39;"),
-            _ => html.push(character),
+/// Plain text, so written that HTML shows it as it stands, in an element or a quoted attribute.
+struct Escaped<'a>(&'a str);
+
+impl fmt::Display for Escaped<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for character in self.0.chars() {
+            match character {
+                '&' => f.write_str("&amp;")?,
+                '<' => f.write_str("&lt;")?,
+                '>' => f.write_str("&gt;")?,
+                '"' => f.write_str("&quot;")?,
+                '\'' => f.write_str("&#39;")?,
+                _ => f.write_char(character)?,
+            }
         }
+        Ok(())
     }
 }
 
@@ -213,15 +219,16 @@ mod tests {
 
     #[test]
     fn text_cannot_become_markup() {
-        let mut html = String::new();
-        escape(&mut html, r#"<b onclick="x('&amp;')">"#);
-        assert_eq!(html, "&lt;b onclick=&quot;x(&#39;&amp;amp;&#39;)&quot;&gt;");
+        assert_eq!(
+            Escaped(r#"<b onclick="x('&amp;')">"#).to_string(),
+            "&lt;b onclick=&quot;x(&#39;&amp;amp;&#39;)&quot;&gt;"
+        );
     }
 
     #[test]
     fn what_fills_a_place_is_not_filled_again() {
-        let mut html = String::new();
-        fill(&mut html, "a{{x}}b{{x}}c{{", |html, name| html.push_str(&format!("{{{{{name}}}}}")));
-        assert_eq!(html, "a{{x}}b{{x}}c{{");
+        let mut out = Vec::new();
+        fill(&mut out, "a{{x}}b{{x}}c{{", |out, name| write!(out, "{{{{{name}}}}}")).unwrap();
+        assert_eq!(out, b"a{{x}}b{{x}}c{{");
     }
 }

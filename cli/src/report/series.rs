@@ -8,8 +8,8 @@ use serde::{Serialize, Serializer};
 
 use super::decimate::decimate;
 
-/// Most points a series keeps, more than a screen is wide.
-const MOST_POINTS: usize = 3000;
+/// Most points a series keeps, more than twice what a screen is wide.
+const MOST_POINTS: usize = 2400;
 
 /// One drawing: rows stacked above a shared abscissa.
 #[derive(Debug, Serialize)]
@@ -67,9 +67,9 @@ impl Row {
         Self { label, unit, ..Self::default() }
     }
 
-    /// With one more series, unless it has nothing finite to draw.
+    /// With one more series, unless it has nothing to draw.
     pub fn with(mut self, series: Series) -> Self {
-        if series.y.0.iter().any(|value| value.is_finite()) || series.band.is_some() {
+        if series.x.0.iter().any(|value| value.is_finite()) {
             self.series.push(series);
         }
         self
@@ -107,6 +107,8 @@ pub enum Role {
 pub enum Band {
     /// This far above and below the series itself.
     Around(Numbers),
+    /// This far above and below zero.
+    AboutZero(Numbers),
     /// From the first to the second.
     Between(Numbers, Numbers),
 }
@@ -152,6 +154,13 @@ impl Series {
             time: Some(gather(time, &picked)),
             ..Self::new(role, gather(east, &picked), gather(north, &picked))
         }
+    }
+
+    /// A shaded range alone, `half_width` to either side of zero.
+    pub fn bound(x: &[f64], half_width: &[f64]) -> Self {
+        let picked = line_indices(x, &[half_width]);
+        let band = Some(Band::AboutZero(gather(half_width, &picked)));
+        Self { band, ..Self::new(Role::Bound, gather(x, &picked), Numbers(Vec::new())) }
     }
 
     /// A shaded range alone.
@@ -288,7 +297,9 @@ mod tests {
     fn a_row_takes_no_series_that_has_nothing_to_draw() {
         let row = Row::new("North", "m")
             .with(Series::line(Role::Reference, &[0.0, 1.0], &[f64::NAN, f64::NAN], None))
-            .with(Series::points(Role::Gps, std::iter::empty()));
+            .with(Series::line(Role::Estimate, &[], &[], Some(&[])))
+            .with(Series::bound(&[0.0], &[f64::NAN]))
+            .with(Series::points(Role::Gps, iter::empty()));
         assert!(row.series.is_empty());
         assert!(Figure::against_time([row]).rows.is_empty());
     }
