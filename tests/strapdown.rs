@@ -303,7 +303,8 @@ fn a_cruise_along_a_meridian_keeps_its_height_and_its_speed() {
         truth.latitude_rad += PERIOD_S * speed / radius_m;
     }
     assert!((ins.state.velocity_mps - Vector::new(speed, 0.0, 0.0)).norm() < 2e-5);
-    assert!(angle_between(ins.state.body_to_ned, Rotation::IDENTITY) < 5e-9);
+    // The Earth's rate is that of the step's start, half a metre behind: 6e-12 rad/s.
+    assert!(angle_between(ins.state.body_to_ned, Rotation::IDENTITY) < 1e-8);
 }
 
 #[test]
