@@ -1,5 +1,11 @@
 //! The inertial unit: what it measures, in the units the filter takes.
 
+mod decoder;
+mod packet;
+
+pub use decoder::{Decoder, Received, Tally};
+pub use packet::{AnglePacket, Mode, Packet, PacketError, ScaledPacket, VoltagePacket};
+
 use crate::frames::{Body, EulerAngles, Vector};
 use crate::time::Time;
 

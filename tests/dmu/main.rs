@@ -1,0 +1,5 @@
+//! The inertial unit on the wire: captured and synthetic streams, damage of every kind, its timer,
+//! and a simulated unit to start up.
+
+mod generator;
+mod stream;
