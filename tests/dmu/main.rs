@@ -1,5 +1,7 @@
 //! The inertial unit on the wire: captured and synthetic streams, damage of every kind, its timer,
 //! and a simulated unit to start up.
 
+mod capture;
 mod generator;
+mod measurement;
 mod stream;
