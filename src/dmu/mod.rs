@@ -1,11 +1,13 @@
 //! The inertial unit: what it measures, in the units the filter takes.
 
 mod calibration;
+mod clock;
 mod decoder;
 mod packet;
 mod plausibility;
 
 pub use calibration::{Calibration, Measurement, RangeError, Sign, temperature_degc, volts};
+pub use clock::{Basis, ClockFault, SampleClock, Stamp};
 pub use decoder::{Decoder, Received, Tally};
 pub use packet::{AnglePacket, Mode, Packet, PacketError, ScaledPacket, VoltagePacket};
 pub use plausibility::{Implausible, Plausibility, Sensor};

@@ -2,6 +2,7 @@
 //! and a simulated unit to start up.
 
 mod capture;
+mod clock;
 mod generator;
 mod measurement;
 mod stream;
