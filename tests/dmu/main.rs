@@ -5,4 +5,6 @@ mod capture;
 mod clock;
 mod generator;
 mod measurement;
+mod simulated_unit;
+mod start;
 mod stream;
