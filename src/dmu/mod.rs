@@ -49,6 +49,10 @@ pub use packet::{AnglePacket, Mode, Packet, PacketError, ScaledPacket, VoltagePa
 pub use plausibility::{Implausible, Plausibility, Sensor};
 pub use startup::{Command, Startup, StartupAction, StartupError};
 
+mod vibration;
+
+pub use vibration::Vibration;
+
 use crate::frames::{Body, EulerAngles, Vector};
 use crate::time::Time;
 

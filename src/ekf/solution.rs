@@ -30,6 +30,10 @@ pub struct Solution {
     pub gyro_bias_radps: Vector<Body>,
     /// Accelerometer bias removed, m/s².
     pub accel_bias_mps2: Vector<Body>,
+    /// One-sigma of the gyro bias, rad/s.
+    pub gyro_bias_sigma_radps: Vector<Body>,
+    /// One-sigma of the accelerometer bias, m/s².
+    pub accel_bias_sigma_mps2: Vector<Body>,
 }
 
 impl Solution {

@@ -1,0 +1,237 @@
+// Draws the figures of the page from its data, each when it comes into view, and keeps their time
+// axes together.
+"use strict";
+(() => {
+  const { time, figures } = JSON.parse(document.getElementById("data").textContent);
+
+  // Okabe and Ito's palette, which colour-blind readers can tell apart.
+  const BLUE = "#0072b2", ORANGE = "#e69f00", GREEN = "#009e73", VERMILION = "#d55e00",
+    PURPLE = "#cc79a7", INK = "#1d2730", SOFT = "#5a6772", GRID = "#e9edf0";
+  const line = (color, width, more) => ({ mode: "lines", line: { color, width, ...more } });
+  const dots = (color, size, symbol = "circle") =>
+    ({ mode: "markers", marker: { color, size, symbol, line: { color, width: symbol === "circle" ? 0 : 1.5 } } });
+  const refused = dots(VERMILION, 7, "x-thin");
+  // In drawing order. `outlier`: does not widen the view. `range`: name and colour of its band.
+  const ROLES = {
+    bound: { range: ["±3σ", "rgba(0,114,178,0.16)"] },
+    interval: { range: ["95 % interval", "rgba(0,114,178,0.12)"] },
+    reference: { name: "Reference", ...line("rgba(0,158,115,0.6)", 4.5) },
+    gps: { name: "GPS", ...dots(ORANGE, 5) },
+    smoothed: { name: "Smoothed", ...line(PURPLE, 1.6) },
+    estimate: { name: "Estimate", ...line(BLUE, 1.5), range: ["±3σ", "rgba(0,114,178,0.16)"] },
+    error: { name: "Error", ...line(BLUE, 1.2) },
+    innovation: { name: "Accepted", ...dots(BLUE, 4) },
+    test: { name: "Fix", ...dots(BLUE, 4) },
+    mean: { name: "Running mean", ...line(INK, 1.8) },
+    reopened: { name: "Reopened the filter", outlier: true, ...dots(PURPLE, 8, "diamond-open") },
+    rejected: { name: "Rejected", outlier: true, ...refused },
+    test_refused: { name: "Rejected", ...refused },
+    gps_rejected: { name: "GPS rejected", outlier: true, ...refused },
+    start: { name: "Start", ...dots(INK, 10, "triangle-up") },
+    end: { name: "End", ...dots(INK, 9, "square") },
+  };
+  const ORDER = Object.keys(ROLES);
+
+  const isNumber = (value) => value !== null && Number.isFinite(value);
+  const limits = ({ y, band }) => {
+    if (band?.between) return band.between;
+    if (band?.about_zero) return [band.about_zero.map((value) => value && -value), band.about_zero];
+    if (!band) return [y, y];
+    const side = (sign) => y.map((value, i) => (isNumber(value) ? value + sign * band.around[i] : null));
+    return [side(-1), side(1)];
+  };
+
+  // Closed outlines, one per unbroken stretch: along the top and back along the bottom.
+  const outline = (x, [low, high]) => {
+    const [xs, ys] = [[], []];
+    for (let start = 0, end = 0; end <= x.length; end++) {
+      if (end < x.length && isNumber(x[end])) continue;
+      for (let i = start; i < end; i++) { xs.push(x[i]); ys.push(high[i]); }
+      for (let i = end - 1; i >= start; i--) { xs.push(x[i]); ys.push(low[i]); }
+      xs.push(null); ys.push(null);
+      start = end + 1;
+    }
+    return { x: xs, y: ys };
+  };
+
+  // A bound without its widest few, which may be as far out as the first fix after an outage puts
+  // them: they would squeeze all the others into a line.
+  const bulk = ({ role, band }, lists) => {
+    if (role !== "bound") return lists;
+    const sorted = band.about_zero.filter(isNumber).sort((a, b) => a - b);
+    const widest = sorted[Math.floor(0.97 * (sorted.length - 1))];
+    return [[-widest, widest]];
+  };
+
+  // Smallest and largest of what the axis shows at first, with a margin.
+  const extent = (lists, { logarithmic } = {}) => {
+    let [low, high] = [Infinity, -Infinity];
+    for (const list of lists) {
+      for (const value of list) {
+        if (!isNumber(value) || (logarithmic && value <= 0)) continue;
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+    }
+    if (low > high) return [0, 1];
+    if (logarithmic) [low, high] = [Math.log10(Math.max(low, 1e-3)), Math.log10(high)];
+    const room = 0.06 * (high - low) || Math.max(Math.abs(high) * 0.1, 0.001);
+    return [low - room, high + room];
+  };
+
+  // What a row shows at first, and what is said above it: its result, and how much lies beyond.
+  const firstView = (row) => {
+    const inView = row.series.filter(({ role }) => !ROLES[role].outlier);
+    const lists = (inView.length ? inView : row.series).flatMap((series) => bulk(series, limits(series)));
+    const shown = extent(lists, row);
+    const place = row.logarithmic ? Math.log10 : (value) => value;
+    const isBeyond = (value) => isNumber(value) && (place(value) < shown[0] || place(value) > shown[1]);
+    const beyond = row.series.reduce((count, { y }) => count + y.filter(isBeyond).length, 0);
+    const notes = [row.note, beyond && `${beyond} outlier${beyond === 1 ? "" : "s"} beyond this view: double-click to see all`];
+    return { shown, text: notes.filter(Boolean).join(" · ") };
+  };
+
+  const traces = (row, number, named, isMap) => {
+    const axes = { xaxis: "x", yaxis: number === 1 ? "y" : `y${number}` };
+    const legend = (name) => {
+      const isFirst = !named.has(name);
+      named.add(name);
+      return { name, legendgroup: name, showlegend: isFirst };
+    };
+    const quantity = row.label.split(",")[0];
+    const drawn = [];
+    const inOrder = [...row.series].sort((a, b) => ORDER.indexOf(a.role) - ORDER.indexOf(b.role));
+    for (const series of inOrder.filter(({ band }) => band)) {
+      const [name, fillcolor] = ROLES[series.role].range;
+      drawn.push({
+        type: "scatter", mode: "lines", line: { width: 0 }, fill: "toself", fillcolor, hoverinfo: "skip",
+        ...outline(series.x, limits(series)), ...axes, ...legend(name),
+      });
+    }
+    for (const series of inOrder.filter(({ y }) => y.length > 0)) {
+      const { name, range, outlier, ...style } = ROLES[series.role];
+      if (style.line && series.y.length === 1) Object.assign(style, dots(style.line.color, 6));
+      const half = series.band?.around;
+      const spread = half ? " ± %{customdata:.3~g}" : "";
+      const unit = row.unit && ` ${row.unit}`;
+      drawn.push({
+        type: "scatter", ...style, x: series.x, y: series.y,
+        customdata: half ?? series.time ?? [],
+        hovertemplate: isMap
+          ? `%{y:.2f} m north, %{x:.2f} m east${series.time ? "<br>at %{customdata:.2f} s" : ""}<extra>${name}</extra>`
+          : `%{y:.4~g}${spread}${unit} <i>${quantity} ${name.toLowerCase().replace("gps", "GPS")}</i><extra></extra>`,
+        ...axes, ...legend(name),
+      });
+    }
+    return drawn;
+  };
+
+  const SIDE = { left: 84, right: 14, top: 36, bottom: 46 };
+  const NOTE = 18;
+  const axis = { gridcolor: GRID, linecolor: "#c6ced4", zerolinecolor: "#c6ced4", ticks: "outside", tickcolor: "#c6ced4", ticklen: 4 };
+
+  const [first, last] = time.span;
+  const whole = last > first ? [first, last] : [first - 1, last + 1];
+
+  const describe = (figure, height) => {
+    const isMap = figure.abscissa !== "time";
+    const data = [], annotations = [], shapes = [], named = new Set();
+    const count = figure.rows.length;
+    const views = figure.rows.map(firstView);
+    const room = views.some(({ text }) => text) ? NOTE : 0;
+    const plotHeight = height - SIDE.top - room - SIDE.bottom;
+    const gap = (10 + room) / plotHeight;
+    const share = (1 - gap * (count - 1)) / count;
+    const layout = {
+      height, annotations, shapes,
+      margin: { l: SIDE.left, r: SIDE.right, t: SIDE.top + room, b: SIDE.bottom },
+      font: { family: getComputedStyle(document.body).fontFamily, size: 13, color: INK },
+      paper_bgcolor: "#fff", plot_bgcolor: "#fff",
+      hovermode: isMap ? "closest" : "x unified",
+      hoversubplots: "axis", hoverdistance: 6,
+      hoverlabel: { bgcolor: "rgba(255,255,255,0.94)", bordercolor: "#c6ced4", font: { size: 12 } },
+      legend: { orientation: "h", x: 0, xanchor: "left", y: 1 + (4 + room) / plotHeight, yanchor: "bottom", itemsizing: "constant" },
+      xaxis: {
+        ...axis, title: { text: isMap ? "East, m" : time.label, standoff: 8 },
+        anchor: count > 1 ? `y${count}` : "y", range: [...whole],
+        ...(isMap ? {} : { showspikes: true, spikemode: "across", spikethickness: 1, spikedash: "solid", spikecolor: "#9aa5ae", hoverformat: ".2f" }),
+      },
+    };
+    figure.rows.forEach((row, index) => {
+      const number = index + 1;
+      const { shown, text } = views[index];
+      const top = 1 - index * (share + gap);
+      data.push(...traces(row, number, named, isMap));
+      layout[number === 1 ? "yaxis" : `yaxis${number}`] = {
+        ...axis, title: { text: row.label.length > 14 ? row.label.replace(" ", "<br>") : row.label, standoff: 6 },
+        domain: [Math.max(0, top - share), top],
+        range: row.reversed ? [...shown].reverse() : shown,
+        type: row.logarithmic ? "log" : "linear",
+        nticks: isMap ? undefined : 6,
+        ...(row.logarithmic ? { dtick: 1 } : {}),
+        ...(isMap ? { scaleanchor: "x", scaleratio: 1 } : {}),
+      };
+      if (text) {
+        annotations.push({
+          text, showarrow: false, xref: "paper", x: 1, xanchor: "right",
+          yref: "paper", y: top, yanchor: "bottom", font: { size: 12, color: SOFT },
+        });
+      }
+    });
+    if (isMap) {
+      const tracks = figure.rows[0].series.filter(({ role }) => !ROLES[role].outlier);
+      layout.xaxis.range = extent((tracks.length ? tracks : figure.rows[0].series).map(({ x }) => x));
+    } else if (time.outages.length) {
+      for (const [x0, x1] of time.outages) {
+        shapes.push({ type: "rect", layer: "below", xref: "x", yref: "paper", x0, x1, y0: 0, y1: 1, fillcolor: "rgba(90,103,114,0.13)", line: { width: 0 } });
+      }
+      data.push({ type: "scatter", mode: "markers", x: [null], y: [null], name: "GPS outage", hoverinfo: "skip", marker: { symbol: "square", size: 12, color: "rgba(90,103,114,0.25)" } });
+    }
+    return { data, layout };
+  };
+
+  const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "zoomIn2d", "zoomOut2d"] };
+  let range = whole;
+  const views = new Map();
+
+  const show = async (view) => {
+    const { element, figure } = view;
+    const isTime = figure.abscissa === "time";
+    if (!view.drawn) {
+      view.drawn = true;
+      view.range = whole;
+      const { data, layout } = describe(figure, element.clientHeight);
+      await Plotly.newPlot(element, data, layout, CONFIG);
+      if (isTime) element.on("plotly_relayout", (event) => follow(view, event));
+    }
+    if (isTime && view.range !== range) {
+      view.range = range;
+      await Plotly.relayout(element, { "xaxis.range": [...range] });
+    }
+  };
+
+  // One figure's time axis moved: those in view move with it, the others when they come into view.
+  const follow = (view, event) => {
+    let wanted = event["xaxis.range"] ?? [event["xaxis.range[0]"], event["xaxis.range[1]"]];
+    if (event["xaxis.autorange"]) wanted = whole;
+    if (wanted[0] === undefined || (wanted[0] === range[0] && wanted[1] === range[1])) return;
+    range = [...wanted];
+    if (!event["xaxis.autorange"]) view.range = range;
+    for (const other of views.values()) if (other.inView) show(other);
+  };
+
+  const watcher = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      const view = views.get(target);
+      view.inView = isIntersecting;
+      if (isIntersecting) show(view);
+    }
+  }, { rootMargin: "500px" });
+
+  const byAnchor = new Map(figures.map((figure) => [figure.anchor, figure]));
+  for (const element of document.querySelectorAll("[data-figure]")) {
+    views.set(element, { element, figure: byAnchor.get(element.dataset.figure), drawn: false, inView: false });
+    watcher.observe(element);
+  }
+  window.addEventListener("beforeprint", () => views.forEach(show));
+})();

@@ -1,0 +1,188 @@
+//! How well the filter's word matches what happened: innovations, their test, and the errors.
+
+use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
+
+use super::ErrorSample;
+use super::consistency::{FixTest, Pooled, chi_square_interval_95, fix_tests, pool};
+use super::flight::Clock;
+use super::page::Section;
+use super::series::{Figure, Role, Row, Series};
+
+/// Fixes in the running mean of the test.
+const MEAN_OVER: usize = 30;
+
+/// A channel's row: its name, the unit it is shown in, and that unit per the channel's own.
+fn shown(channel: Channel) -> (&'static str, &'static str, f64) {
+    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+    match channel {
+        Channel::PositionNorth => ("Position north", "m", 1.0),
+        Channel::PositionEast => ("Position east", "m", 1.0),
+        Channel::PositionDown => ("Position down", "m", 1.0),
+        Channel::VelocityNorth => ("Velocity north", "m/s", 1.0),
+        Channel::VelocityEast => ("Velocity east", "m/s", 1.0),
+        Channel::VelocityDown => ("Velocity down", "m/s", 1.0),
+        Channel::Roll => ("Roll", "°", DEGREES),
+        Channel::Pitch => ("Pitch", "°", DEGREES),
+        Channel::Yaw => ("Yaw", "°", DEGREES),
+        Channel::BaroHeight => ("Baro height", "m", 1.0),
+    }
+}
+
+const POSITION: [Channel; 3] =
+    [Channel::PositionNorth, Channel::PositionEast, Channel::PositionDown];
+const VELOCITY: [Channel; 3] =
+    [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
+const ATTITUDE: [Channel; 3] = [Channel::Roll, Channel::Pitch, Channel::Yaw];
+const HEIGHT: [Channel; 1] = [Channel::BaroHeight];
+
+fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovation> {
+    innovations.iter().filter(|one| channels.contains(&one.channel)).copied().collect()
+}
+
+/// The innovations of each channel within their 3σ bounds.
+pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
+    let channels = [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT].concat();
+    let rows = channels.into_iter().filter_map(|channel| {
+        let own = of_channels(innovations, &[channel]);
+        let (name, unit, scale) = shown(channel);
+        let times: Vec<f64> = own.iter().map(|one| clock.seconds(one.time)).collect();
+        let high: Vec<f64> = own.iter().map(|one| 3.0 * scale * one.sigma).collect();
+        let those = |verdict| {
+            let points = own.iter().filter(move |one| one.verdict == verdict);
+            points.map(move |one| (clock.seconds(one.time), scale * one.innovation))
+        };
+        let row = Row::new(name, unit)
+            .with(Series::points(Role::Innovation, those(Verdict::Accepted)))
+            .with(Series::points(Role::Reopened, those(Verdict::Reopened)))
+            .with(Series::points(Role::Rejected, those(Verdict::Rejected)));
+        (!own.is_empty()).then(|| row.with(Series::bound(&times, &high)))
+    });
+    Section {
+        anchor: "innovations",
+        title: "Innovations",
+        explanation:
+            "Each measurement less what the filter expected of it. Nearly all should fall \
+                      inside the band, as often above as below; crosses were too far out and were \
+                      not used."
+                .into(),
+        figure: Figure::against_time(rows),
+    }
+}
+
+/// The normalised innovation squared of each fix, and its running mean.
+pub fn test(innovations: &[Innovation], clock: Clock) -> Section {
+    let groups: [(&str, &[Channel]); 4] = [
+        ("Position", &POSITION),
+        ("Velocity", &VELOCITY),
+        ("Attitude", &ATTITUDE),
+        ("Baro height", &HEIGHT),
+    ];
+    let rows = groups.into_iter().filter_map(|(name, channels)| {
+        let tests = fix_tests(&of_channels(innovations, channels));
+        (!tests.is_empty()).then(|| test_row(name, &tests, clock))
+    });
+    Section {
+        anchor: "test",
+        title: "Normalised innovation test",
+        explanation: format!(
+            "The square of each fix's innovations in units of their expected size, per channel: 1 \
+             on average if the filter knows its own uncertainty, more if it is too sure of itself, \
+             less if too timid. The shaded interval holds 95 of 100 fixes of a filter that does \
+             (chi-square); the line is the mean over {MEAN_OVER} fixes."
+        ),
+        figure: Figure::against_time(rows),
+    }
+}
+
+fn test_row(name: &str, tests: &[FixTest], clock: Clock) -> Row {
+    let times: Vec<f64> = tests.iter().map(|test| clock.seconds(test.time)).collect();
+    let (low, high): (Vec<f64>, Vec<f64>) = tests
+        .iter()
+        .map(|test| {
+            let (low, high) = chi_square_interval_95(test.degrees_of_freedom);
+            let channels = test.degrees_of_freedom as f64;
+            (low / channels, high / channels)
+        })
+        .unzip();
+    let those = |refused: bool| {
+        let points = tests.iter().filter(move |test| test.refused == refused);
+        points.map(move |test| (clock.seconds(test.time), test.per_channel()))
+    };
+    let mean: Vec<f64> = (0..tests.len())
+        .map(|last| {
+            let recent = &tests[(last + 1).saturating_sub(MEAN_OVER)..=last];
+            let enough = recent.len() == MEAN_OVER.min(tests.len());
+            pool(recent).filter(|_| enough).map_or(f64::NAN, |pooled| pooled.mean)
+        })
+        .collect();
+    let note = pool(tests).map(|Pooled { mean, interval: (low, high), share_inside }| {
+        format!(
+            "mean {mean:.2} (consistent: {low:.2} to {high:.2}), {:.1} % of fixes inside",
+            100.0 * share_inside
+        )
+    });
+    Row { logarithmic: true, note, ..Row::new(name, "") }
+        .with(Series::range(Role::Interval, &times, &low, &high))
+        .with(Series::points(Role::Test, those(false)))
+        .with(Series::points(Role::TestRefused, those(true)))
+        .with(Series::line(Role::Mean, &times, &mean, None))
+}
+
+/// The error of position, velocity and attitude within the filter's 3σ bounds.
+pub fn errors(errors: &[ErrorSample], solutions: &[Solution], clock: Clock) -> Section {
+    type Component = fn(&ErrorSample, &Solution) -> [(Option<f64>, f64); 3];
+    const QUANTITIES: [([&str; 3], &str, Component); 3] = [
+        (["Position north", "Position east", "Position down"], "m", |e, s| {
+            paired(e.position_m, s.position_sigma_m.to_array())
+        }),
+        (["Velocity north", "Velocity east", "Velocity down"], "m/s", |e, s| {
+            paired(e.velocity_mps, s.velocity_sigma_mps.to_array())
+        }),
+        (["Roll", "Pitch", "Yaw"], "°", |e, s| {
+            paired(e.attitude_deg, s.attitude_sigma_rad.map(f64::to_degrees))
+        }),
+    ];
+    let known: Vec<(&ErrorSample, &Solution)> =
+        errors.iter().filter_map(|error| Some((error, nearest(solutions, error)?))).collect();
+    let times: Vec<f64> = known.iter().map(|(error, _)| clock.seconds(error.time)).collect();
+    let rows = QUANTITIES.into_iter().flat_map(|(names, unit, components)| {
+        let (times, known) = (&times, &known);
+        (0..3).map(move |component| {
+            let (error, high): (Vec<f64>, Vec<f64>) = known
+                .iter()
+                .map(|(error, solution)| components(error, solution)[component])
+                .map(|(error, sigma)| (error.unwrap_or(f64::NAN), 3.0 * sigma))
+                .unzip();
+            let all = error.iter().filter(|error| error.is_finite()).count();
+            let inside = error.iter().zip(&high).filter(|(error, high)| error.abs() <= **high);
+            let share = 100.0 * inside.count() as f64 / all as f64;
+            let row = Row::new(names[component], unit);
+            if all == 0 {
+                return row;
+            }
+            Row { note: Some(format!("{share:.1} % inside ±3σ")), ..row }
+                .with(Series::bound(times, &high))
+                .with(Series::line(Role::Error, times, &error, None))
+        })
+    });
+    Section {
+        anchor: "errors",
+        title: "Error against the reference",
+        explanation: "Estimate less reference, within the bounds that the filter itself gives \
+                      (3σ). A filter that knows its own error stays inside 99.7 % of the time."
+            .into(),
+        figure: Figure::against_time(rows),
+    }
+}
+
+fn paired(values: [Option<f64>; 3], sigmas: [f64; 3]) -> [(Option<f64>, f64); 3] {
+    std::array::from_fn(|component| (values[component], sigmas[component]))
+}
+
+/// The solution closest in time to an error.
+fn nearest<'s>(solutions: &'s [Solution], error: &ErrorSample) -> Option<&'s Solution> {
+    let after = solutions.partition_point(|solution| solution.time < error.time);
+    let neighbours = solutions.get(after.saturating_sub(1)..)?.iter().take(2);
+    neighbours
+        .min_by(|a, b| f64::total_cmp(&(a.time - error.time).abs(), &(b.time - error.time).abs()))
+}

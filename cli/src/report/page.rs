@@ -1,0 +1,234 @@
+//! The page itself: one HTML file that holds its text, its data and the script that draws them.
+
+use std::fmt::{self, Write as _};
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use super::Fact;
+use super::series::Figure;
+
+const TEMPLATE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("style.css");
+const FIGURES: &str = include_str!("figures.js");
+const PLOTLY: &str = include_str!(concat!(env!("OUT_DIR"), "/plotly.min.js"));
+
+/// One figure with its heading.
+pub struct Section {
+    /// Short, unique on the page and free of spaces: the target of a link.
+    pub anchor: &'static str,
+    pub title: &'static str,
+    /// One line for a reader who has never seen such a plot.
+    pub explanation: String,
+    pub figure: Figure,
+}
+
+/// A table of numbers with a line of heads, the first head above the names.
+pub struct Table {
+    pub caption: &'static str,
+    pub heads: &'static [&'static str],
+    pub rows: Vec<TableRow>,
+}
+
+/// What is measured, and its numbers as they are to be read.
+pub struct TableRow {
+    pub name: String,
+    pub numbers: Vec<String>,
+}
+
+/// What a page shows, in the order in which it shows it. All text is plain: it is escaped here.
+pub struct Page<'a> {
+    pub title: &'a str,
+    pub headlines: &'a [Fact],
+    pub warnings: &'a [String],
+    pub facts: &'a [Fact],
+    pub table: Option<Table>,
+    pub sections: Vec<Section>,
+    pub time: TimeAxis,
+}
+
+/// The axis that all figures against time share.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TimeAxis {
+    pub label: String,
+    /// First and last second.
+    pub span: [f64; 2],
+    /// First and last second of each stretch to shade.
+    pub outages: Vec<[f64; 2]>,
+}
+
+/// The data that `figures.js` reads.
+#[derive(Serialize)]
+struct Data<'a> {
+    time: &'a TimeAxis,
+    figures: Vec<NamedFigure<'a>>,
+}
+
+#[derive(Serialize)]
+struct NamedFigure<'a> {
+    anchor: &'a str,
+    #[serde(flatten)]
+    figure: &'a Figure,
+}
+
+impl Page<'_> {
+    /// Writes the page as HTML.
+    ///
+    /// # Errors
+    /// Those of `out`; the data can cause none, as unknown numbers are written as `null`.
+    pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        fill(out, TEMPLATE, |out, name| match name {
+            "title" => write!(out, "{}", Escaped(self.title)),
+            "style" => out.write_all(STYLE.as_bytes()),
+            "links" => self.links(out),
+            "headlines" => self.headlines(out),
+            "warnings" => self.warnings(out),
+            "facts" => self.facts(out),
+            "table" => self.table(out),
+            "sections" => self.sections(out),
+            "data" => self.data(out),
+            "plotly" => out.write_all(PLOTLY.as_bytes()),
+            "figures" => out.write_all(FIGURES.as_bytes()),
+            _ => Ok(debug_assert!(false, "no such place: {name}")),
+        })
+    }
+
+    fn links(&self, out: &mut impl Write) -> io::Result<()> {
+        for Section { anchor, title, .. } in &self.sections {
+            writeln!(out, "<a href=\"#{anchor}\">{title}</a>")?;
+        }
+        Ok(())
+    }
+
+    fn headlines(&self, out: &mut impl Write) -> io::Result<()> {
+        for Fact { label, value } in self.headlines {
+            let (label, value) = (Escaped(label), Escaped(value));
+            writeln!(out, "<div><dt>{label}</dt><dd>{value}</dd></div>")?;
+        }
+        Ok(())
+    }
+
+    fn warnings(&self, out: &mut impl Write) -> io::Result<()> {
+        let heading = match self.warnings.len() {
+            0 => return write!(out, "<p class=\"quiet\">No warnings.</p>"),
+            1 => "1 warning".into(),
+            count => format!("{count} warnings"),
+        };
+        writeln!(out, "<div class=\"warnings\"><h2>{heading}</h2><ul>")?;
+        for warning in self.warnings {
+            writeln!(out, "<li>{}</li>", Escaped(warning))?;
+        }
+        write!(out, "</ul></div>")
+    }
+
+    fn facts(&self, out: &mut impl Write) -> io::Result<()> {
+        for Fact { label, value } in self.facts {
+            let (label, value) = (Escaped(label), Escaped(value));
+            writeln!(out, "<tr><th scope=\"row\">{label}</th><td>{value}</td></tr>")?;
+        }
+        Ok(())
+    }
+
+    fn table(&self, out: &mut impl Write) -> io::Result<()> {
+        let Some(Table { caption, heads, rows }) = &self.table else { return Ok(()) };
+        let caption = Escaped(caption);
+        write!(out, "<table class=\"numbers\"><caption>{caption}</caption><thead><tr>")?;
+        for head in *heads {
+            write!(out, "<th scope=\"col\">{head}</th>")?;
+        }
+        writeln!(out, "</tr></thead><tbody>")?;
+        for TableRow { name, numbers } in rows {
+            write!(out, "<tr><th scope=\"row\">{}</th>", Escaped(name))?;
+            for number in numbers {
+                write!(out, "<td>{}</td>", Escaped(number))?;
+            }
+            writeln!(out, "</tr>")?;
+        }
+        write!(out, "</tbody></table>")
+    }
+
+    fn sections(&self, out: &mut impl Write) -> io::Result<()> {
+        for Section { anchor, title, explanation, figure } in &self.sections {
+            let explanation = Escaped(explanation);
+            write!(out, "<section id=\"{anchor}\"><h2>{title}</h2><p>{explanation}</p>")?;
+            if figure.rows.is_empty() {
+                write!(out, "<p class=\"quiet\">Nothing to draw: the log has none.</p>")?;
+            } else {
+                let height_px = figure.height_px();
+                write!(
+                    out,
+                    "<div class=\"figure\" data-figure=\"{anchor}\" \
+                     style=\"height:{height_px}px\"></div>"
+                )?;
+            }
+            writeln!(out, "</section>")?;
+        }
+        Ok(())
+    }
+
+    fn data(&self, out: &mut impl Write) -> io::Result<()> {
+        let drawn = self.sections.iter().filter(|section| !section.figure.rows.is_empty());
+        let figures =
+            drawn.map(|Section { anchor, figure, .. }| NamedFigure { anchor, figure }).collect();
+        // Escaped so that no name within can close the element that holds it.
+        let json = serde_json::to_string(&Data { time: &self.time, figures })?;
+        out.write_all(json.replace('<', "\\u003c").as_bytes())
+    }
+}
+
+/// Copies `template`, calling `place` for each `{{name}}` in it. What `place` writes is not looked
+/// at again, so no text can pose as a place.
+fn fill<W: Write>(
+    out: &mut W,
+    template: &str,
+    mut place: impl FnMut(&mut W, &str) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut rest = template;
+    while let Some((before, (name, after))) =
+        rest.split_once("{{").and_then(|(before, after)| Some((before, after.split_once("}}")?)))
+    {
+        out.write_all(before.as_bytes())?;
+        place(out, name)?;
+        rest = after;
+    }
+    out.write_all(rest.as_bytes())
+}
+
+/// Plain text, so written that HTML shows it as it stands, in an element or a quoted attribute.
+struct Escaped<'a>(&'a str);
+
+impl fmt::Display for Escaped<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for character in self.0.chars() {
+            match character {
+                '&' => f.write_str("&amp;")?,
+                '<' => f.write_str("&lt;")?,
+                '>' => f.write_str("&gt;")?,
+                '"' => f.write_str("&quot;")?,
+                '\'' => f.write_str("&#39;")?,
+                _ => f.write_char(character)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_cannot_become_markup() {
+        assert_eq!(
+            Escaped(r#"<b onclick="x('&amp;')">"#).to_string(),
+            "&lt;b onclick=&quot;x(&#39;&amp;amp;&#39;)&quot;&gt;"
+        );
+    }
+
+    #[test]
+    fn what_fills_a_place_is_not_filled_again() {
+        let mut out = Vec::new();
+        fill(&mut out, "a{{x}}b{{x}}c{{", |out, name| write!(out, "{{{{{name}}}}}")).unwrap();
+        assert_eq!(out, b"a{{x}}b{{x}}c{{");
+    }
+}
