@@ -52,8 +52,10 @@ impl Default for Aiding {
 pub enum Notice {
     /// Alignment ended; the first solution is there.
     Aligned(Alignment),
-    /// The heading, unknown at the start, is found; its sector and one-sigma, rad.
+    /// The heading, unknown at the start, is found.
     HeadingFound {
+        /// When.
+        time: Time,
         /// Which sector of the search won: see [`HeadingSearch::leader`].
         sector: usize,
         /// One-sigma of the heading, rad.
@@ -213,7 +215,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
                 let mut filter = found.grown();
                 filter.open_heading(FOUND_SIGMA_RAD);
                 self.phase = Phase::Navigating(filter);
-                notify(Notice::HeadingFound { sector, sigma_rad });
+                notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });
             }
         }
     }
