@@ -265,6 +265,19 @@ impl<From, To> Rotation<From, To> {
         Self::claim(quaternion_of(angle_rad.components()) * self.quaternion)
     }
 
+    /// The rotation vector of this rotation, rad, length in [0, π]: the inverse of turning
+    /// [`IDENTITY`](Self::IDENTITY) by it.
+    #[must_use]
+    pub fn rotation_vector(self) -> Vector<To> {
+        let shortest = if self.quaternion.w < 0.0 { -self.quaternion } else { self.quaternion };
+        let sine = shortest.xyz();
+        let length = sine.length();
+        // Below 1e-8 the ratio is 2 to rounding.
+        let ratio =
+            if length < 1e-8 { 2.0 } else { 2.0 * libm::atan2(length, shortest.w) / length };
+        Vector::claim(sine * ratio)
+    }
+
     /// Rescaled to unit length to first order, which is all that rounding ever asks for.
     #[must_use]
     pub fn renormalised(self) -> Self {
@@ -400,6 +413,16 @@ mod tests {
             let there: Rotation<Body, Ned> = Rotation::IDENTITY.turned_in_from(turn);
             prop_assert!(angle_between(there.turned_in_from(-turn), Rotation::IDENTITY) < 1e-15);
             prop_assert!((there.quaternion.length() - 1.0).abs() < 1e-15);
+        }
+
+        #[test]
+        fn the_rotation_vector_comes_back(
+            x in -1.8..1.8, y in -1.8..1.8, z in -1.8..1.8, scale in prop::sample::select(
+                vec![1.0, 1e-3, 1e-9]),
+        ) {
+            let turn = Vector::<Ned>::new(x, y, z) * scale;
+            let rotation: Rotation<Ned, Ned> = Rotation::IDENTITY.turned_in_to(turn);
+            prop_assert!((rotation.rotation_vector() - turn).norm() < 1e-14 * scale.max(1e-2));
         }
 
         #[test]

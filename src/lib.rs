@@ -4,8 +4,12 @@
 pub mod dmu;
 pub mod earth;
 pub mod ekf;
+pub mod event;
 pub mod frames;
 pub mod gps;
+pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
+#[cfg(feature = "std")]
+pub mod sim;
 pub mod time;

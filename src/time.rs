@@ -45,10 +45,11 @@ impl Time {
         self.0
     }
 
-    /// Seconds since the clock's zero; exact to the nanosecond within ±52 days of it.
+    /// Seconds since the clock's zero, correctly rounded within ±104 days of it: 15 s are 15.0.
     #[must_use]
     pub fn seconds(self) -> f64 {
-        self.0 as f64 * 1e-9
+        // 1e9 is exact in binary, 1e-9 is not.
+        self.0 as f64 / 1e9
     }
 
     /// This moment shifted by `seconds`, which may be negative; saturates at the ends of the range,
@@ -64,7 +65,7 @@ impl Sub for Time {
 
     /// Seconds from `earlier` to `self`, negative if it is later.
     fn sub(self, earlier: Self) -> f64 {
-        self.0.saturating_sub(earlier.0) as f64 * 1e-9
+        Self(self.0.saturating_sub(earlier.0)).seconds()
     }
 }
 
@@ -93,6 +94,13 @@ mod tests {
             let time = Time::from_nanoseconds(nanoseconds);
             assert_eq!(Time::from_seconds(time.seconds()), Some(time));
         }
+    }
+
+    #[test]
+    fn whole_seconds_are_whole() {
+        assert!(
+            (0..10_000).all(|s| Time::from_nanoseconds(s * 1_000_000_000).seconds() == s as f64)
+        );
     }
 
     #[test]

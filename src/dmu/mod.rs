@@ -1,5 +1,9 @@
 //! The inertial unit: what it measures, in the units the filter takes.
 
+mod vibration;
+
+pub use vibration::Vibration;
+
 use crate::frames::{Body, EulerAngles, Vector};
 use crate::time::Time;
 

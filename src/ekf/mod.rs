@@ -1,7 +1,31 @@
 //! The error-state Kalman filter.
 
+pub mod covariance;
+pub mod layout;
+pub mod scalar;
+
+mod config;
+mod estimator;
+mod filter;
+mod gate;
+mod heading_search;
+mod history;
 mod innovation;
+mod measurement;
 mod solution;
 
+pub use config::{AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel};
+pub use estimator::{Aiding, Estimator, EstimatorConfig, Notice};
+pub use filter::{Ekf, ImuFault, Trace};
+pub use heading_search::HeadingSearch;
 pub use innovation::{Channel, Innovation, Verdict};
+pub use measurement::{Report, Unusable};
 pub use solution::Solution;
+
+use filter::square;
+
+/// The fifteen base states, covariance in `f64`.
+pub type BaseEkf = Ekf<layout::Base, 16>;
+
+/// Every block of states, covariance in `f64`: what the command line runs.
+pub type FullEkf = Ekf<layout::Full, 30>;

@@ -1,9 +1,17 @@
 //! A dataset directory: `dataset.toml`, `imu.csv` and whatever lies beside them.
 
+use std::path::Path;
+
+use super::error::LogError;
+use super::manifest::Manifest;
+use super::{auxiliary, gps, imu};
 use crate::dmu::ImuSample;
 use crate::frames::{Body, Vector};
 use crate::gps::Fix;
 use crate::time::Time;
+
+/// The manifest's file in a dataset directory.
+pub(super) const MANIFEST_FILE: &str = "dataset.toml";
 
 /// A recorded flight in memory, in time order, and what was wrong with its files.
 #[derive(Clone, Debug, Default)]
@@ -24,9 +32,48 @@ pub struct Dataset {
     pub warnings: Vec<String>,
 }
 
-/// `dataset.toml`: what the vehicle and its sensors are. Every key has a default.
-#[derive(Clone, Debug, Default)]
-pub struct Manifest {
-    /// Name of the dataset.
-    pub name: String,
+impl Dataset {
+    /// Reads the dataset in the directory `dir`. Its `reference.csv` stays unread.
+    ///
+    /// Rows without a time or a value they need, out of time order, or beyond any vehicle's motion are
+    /// left out; an unknown sigma or attitude is `None`. [`Dataset::warnings`] tells of each kind.
+    ///
+    /// # Errors
+    /// A missing or empty `imu.csv`, missing columns, text where a number should stand, a clock that
+    /// does not run forward, a manifest that is not valid: see [`LogError`].
+    pub fn open(dir: &Path) -> Result<Self, LogError> {
+        let manifest = dir.join(MANIFEST_FILE);
+        let (mut manifest, mut warnings) = match Manifest::read(&manifest) {
+            Err(LogError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+                let defaults = format!("{MANIFEST_FILE}: no such file, so defaults for every key");
+                (Manifest::default(), vec![defaults])
+            }
+            read => read?,
+        };
+        if manifest.name.is_empty() {
+            manifest.name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        let imu = imu::read(dir, &mut warnings)?;
+        let fixes = gps::read(dir, manifest.gps.latency_s, &mut warnings)?;
+        let baro = auxiliary::read_baro(dir, &mut warnings)?;
+        let magnetometer = auxiliary::read_magnetometer(dir, &mut warnings)?;
+        let controls = auxiliary::read_controls(dir, &mut warnings)?;
+        Ok(Self { manifest, imu, fixes, baro, magnetometer, controls, warnings })
+    }
+
+    /// Overrides keys of the manifest with those of the file `config`, and moves the fixes where that
+    /// changes their latency.
+    ///
+    /// # Errors
+    /// As [`Manifest::merged_with`].
+    pub fn configure(&mut self, config: &Path) -> Result<(), LogError> {
+        let (manifest, warnings) = self.manifest.merged_with(config)?;
+        self.warnings.extend(warnings);
+        let (before_s, after_s) = (self.manifest.gps.latency_s, manifest.gps.latency_s);
+        for fix in &mut self.fixes {
+            fix.time = fix.time.offset_by(before_s).offset_by(-after_s);
+        }
+        self.manifest = manifest;
+        Ok(())
+    }
 }

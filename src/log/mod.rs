@@ -1,3 +1,39 @@
-//! Logs: reading what others recorded, writing what we computed. Needs `std`.
+//! Logs: reading what others recorded, writing what we computed, telling how far off it is. Needs
+//! `std`.
+//!
+//! [`Dataset::open`] reads a dataset directory, [`write_solution`] writes what the filter made of it,
+//! [`score`] compares that with the [`Reference`], and [`Info`] tells a human what a log holds.
 
-pub mod dataset;
+mod auxiliary;
+mod clock;
+mod csv_writer;
+mod dataset;
+mod error;
+mod gps;
+mod imu;
+mod info;
+mod manifest;
+mod number;
+mod records;
+mod reference;
+mod remarks;
+mod replay;
+mod score;
+mod settings;
+mod solution;
+mod table;
+mod write;
+
+pub use auxiliary::pressure_altitude_m;
+pub use clock::{Gap, gaps, median_interval_s};
+pub use dataset::Dataset;
+pub use error::LogError;
+pub use info::Info;
+pub use manifest::{
+    GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
+};
+pub use reference::{Reference, ReferenceMoment};
+pub use replay::{Outage, Run};
+pub use score::{Axis, AxisScore, ErrorPoint, Score, Statistics, outage_drift, score};
+pub use solution::write_solution;
+pub use write::ReferenceSample;

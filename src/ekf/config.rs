@@ -1,0 +1,170 @@
+//! What the filter assumes of its sensors, a unit for every number.
+
+use crate::frames::{Body, Vector};
+
+/// Settings of the filter. [`EkfConfig::default`] suits a consumer or tactical-grade MEMS unit on a
+/// vibrating vehicle and a stand-alone GPS; what is known better goes in by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EkfConfig {
+    /// The inertial unit from the point of the solution, body axes, m.
+    pub imu_lever_arm_m: Vector<Body>,
+    /// The GPS antenna from the same point, body axes, m.
+    pub antenna_lever_arm_m: Vector<Body>,
+    /// Inertial sensors.
+    pub imu: ImuModel,
+    /// GPS.
+    pub gps: GpsModel,
+    /// The unit's own attitude or magnetic heading, when used as an aid.
+    pub attitude: AttitudeModel,
+    /// Barometer.
+    pub baro: BaroModel,
+    /// Gates and recovery.
+    pub gate: GateConfig,
+}
+
+/// Declares a group of settings: each with its doc and its default, all `f64`, all readable by name
+/// from a configuration file.
+macro_rules! settings {
+    ($(#[$group:meta])* $name:ident { $($(#[$field:meta])* $key:ident = $default:expr,)* }) => {
+        $(#[$group])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(
+            feature = "std",
+            derive(serde::Deserialize, serde::Serialize),
+            serde(default, deny_unknown_fields)
+        )]
+        pub struct $name { $($(#[$field])* pub $key: f64,)* }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($key: $default,)* }
+            }
+        }
+
+        impl $name {
+            /// The first setting that is not a number in the range such settings have: finite and
+            /// not negative.
+            #[must_use]
+            pub fn out_of_range(&self) -> Option<(&'static str, f64)> {
+                [$((stringify!($key), self.$key)),*]
+                    .into_iter()
+                    .find(|(_, value)| !(value.is_finite() && *value >= 0.0))
+            }
+        }
+    };
+}
+
+settings! {
+    /// Errors of the inertial sensors.
+    ImuModel {
+        /// Angle random walk, rad/√s.
+        angle_random_walk_rad = 5e-4,
+        /// Velocity random walk, m/s/√s.
+        velocity_random_walk_mps = 0.02,
+        /// Share of the measured vibration of the gyros that counts as noise without memory.
+        gyro_vibration_share = 0.1,
+        /// Share of the measured vibration of the accelerometers that counts as noise without
+        /// memory.
+        accel_vibration_share = 0.1,
+        /// One-sigma of the gyro bias, rad/s.
+        gyro_bias_sigma_radps = 0.005,
+        /// Correlation time of the gyro bias, s.
+        gyro_bias_time_s = 6e3,
+        /// One-sigma of the accelerometer bias, m/s².
+        accel_bias_sigma_mps2 = 0.15,
+        /// Correlation time of the accelerometer bias, s.
+        accel_bias_time_s = 1e4,
+        /// One-sigma of each gyro's scale factor error, where the layout has them.
+        gyro_scale_sigma = 0.005,
+        /// One-sigma of each accelerometer's scale factor error, where the layout has them.
+        accel_scale_sigma = 0.005,
+        /// Intervals longer than this, s, are gaps: bridged, and paid for in uncertainty.
+        gap_s = 0.25,
+        /// Acceleration that a gap may have hidden, one-sigma, m/s².
+        gap_acceleration_mps2 = 3.0,
+        /// Angular rate that a gap may have hidden, one-sigma, rad/s.
+        gap_rate_radps = 0.5,
+    }
+}
+
+settings! {
+    /// Errors of the GPS.
+    GpsModel {
+        /// One-sigma of horizontal position, each axis, where a fix does not say, m.
+        horizontal_sigma_m = 1.5,
+        /// One-sigma of height where a fix does not say, m.
+        vertical_sigma_m = 3.0,
+        /// One-sigma of horizontal velocity, each axis, where a fix does not say, m/s.
+        horizontal_velocity_sigma_mps = 0.2,
+        /// One-sigma of vertical velocity where a fix does not say, m/s.
+        vertical_velocity_sigma_mps = 0.4,
+        /// Least one-sigma of the white part of position, m: what clocks and lever arms leave.
+        position_floor_m = 0.05,
+        /// Least one-sigma of the white part of velocity, m/s.
+        velocity_floor_mps = 0.03,
+        /// Share of the position's one-sigma that wanders slowly; the rest, in squares, is white.
+        position_wander_share = 0.97,
+        /// Correlation time of the position's slow error, s.
+        position_wander_time_s = 500.0,
+        /// Share of the velocity's one-sigma that wanders slowly.
+        velocity_wander_share = 0.45,
+        /// Correlation time of the velocity's slow error, s.
+        velocity_wander_time_s = 15.0,
+        /// One-sigma of the latency of position left after what the dataset states, s.
+        position_latency_sigma_s = 0.05,
+        /// One-sigma of the latency of velocity left after what the dataset states, s.
+        velocity_latency_sigma_s = 0.1,
+    }
+}
+
+settings! {
+    /// Errors of an attitude reference.
+    AttitudeModel {
+        /// Shortest time between two uses, s: samples closer than this tell the same thing twice.
+        interval_s = 0.1,
+        /// One-sigma of its slow error in roll and pitch, rad.
+        tilt_wander_rad = 0.025,
+        /// One-sigma of its slow error in heading, rad.
+        heading_wander_rad = 0.0175,
+        /// Correlation time of its slow error, s.
+        wander_time_s = 40.0,
+        /// One-sigma of its white error, rad.
+        noise_rad = 0.009,
+    }
+}
+
+settings! {
+    /// Errors of a barometric height.
+    BaroModel {
+        /// One-sigma of its white error, m.
+        noise_m = 0.5,
+        /// One-sigma of its slow error, m, after the offset found at its first use.
+        wander_m = 3.0,
+        /// Correlation time of its slow error, s.
+        wander_time_s = 300.0,
+    }
+}
+
+settings! {
+    /// When a measurement is refused, and when a filter that refuses everything is reopened.
+    GateConfig {
+        /// Innovations beyond this many one-sigma are refused.
+        sigmas = 5.0,
+        /// After this long, s, of refusing everything of one kind, the filter concludes that the
+        /// error is its own and reopens.
+        lockout_s = 8.0,
+    }
+}
+
+impl GpsModel {
+    /// One-sigma of position where a fix does not say, north, east, down, m.
+    pub(crate) fn position_sigma_m(&self) -> [f64; 3] {
+        [self.horizontal_sigma_m, self.horizontal_sigma_m, self.vertical_sigma_m]
+    }
+
+    /// One-sigma of velocity where a fix does not say, north, east, down, m/s.
+    pub(crate) fn velocity_sigma_mps(&self) -> [f64; 3] {
+        let horizontal = self.horizontal_velocity_sigma_mps;
+        [horizontal, horizontal, self.vertical_velocity_sigma_mps]
+    }
+}

@@ -1,0 +1,276 @@
+//! The whole estimator: alignment, the search for a heading, and the filter, behind one call.
+
+use super::config::EkfConfig;
+use super::filter::{Ekf, ImuFault, Trace};
+use super::heading_search::HeadingSearch;
+use super::layout::{Full, Layout};
+use super::measurement::{Report, Unusable};
+use super::scalar::Scalar;
+use super::solution::Solution;
+use crate::dmu::ImuSample;
+use crate::event::Event;
+use crate::frames::{Body, EulerAngles, Rotation, Vector};
+use crate::gps::Fix;
+use crate::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource};
+use crate::time::Time;
+
+/// Settings of the whole estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct EstimatorConfig {
+    /// How it starts.
+    pub alignment: AlignmentConfig,
+    /// How it goes on.
+    pub ekf: EkfConfig,
+    /// Which aids beside GPS it uses, where there are any.
+    pub aiding: Aiding,
+}
+
+/// Which aids beside GPS are used once aligned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct Aiding {
+    /// The inertial unit's own attitude.
+    pub attitude: bool,
+    /// Magnetic heading, where the unit's own attitude is not used.
+    pub magnetometer: bool,
+    /// Barometric height.
+    pub baro: bool,
+}
+
+impl Default for Aiding {
+    fn default() -> Self {
+        Self { attitude: true, magnetometer: true, baro: true }
+    }
+}
+
+/// Something worth telling that came of an event.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Notice {
+    /// Alignment ended; the first solution is there.
+    Aligned(Alignment),
+    /// The heading, unknown at the start, is found; its sector and one-sigma, rad.
+    HeadingFound {
+        /// Which sector of the search won: see [`HeadingSearch::leader`].
+        sector: usize,
+        /// One-sigma of the heading, rad.
+        sigma_rad: f64,
+    },
+    /// A measurement was compared: accepted, refused or reopened, axis by axis.
+    Updated(Report),
+    /// A fix could not be compared at all.
+    FixUnusable(Time, Unusable),
+    /// An inertial sample was passed over, or ended a gap.
+    ImuFault(Time, ImuFault),
+}
+
+/// From events to solutions: aligns, searches the heading where it must, then filters.
+#[derive(Clone, Debug)]
+pub struct Estimator<L = Full, const N: usize = 30, T = f64> {
+    config: EstimatorConfig,
+    phase: Phase<L, N, T>,
+    held: [Option<Fix>; HELD],
+}
+
+#[derive(Clone, Debug)]
+// The phases follow each other in one place; boxing the large one would need an allocator.
+#[allow(clippy::large_enum_variant)]
+enum Phase<L, const N: usize, T> {
+    Aligning(Aligner),
+    Searching(HeadingSearch),
+    Navigating(Ekf<L, N, T>),
+}
+
+/// Fixes that may wait for the inertial sample after them.
+const HELD: usize = 4;
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
+    /// An estimator that has seen nothing yet.
+    #[must_use]
+    pub fn new(config: EstimatorConfig) -> Self {
+        let phase = Phase::Aligning(Aligner::new(config.alignment));
+        Self { config, phase, held: [None; HELD] }
+    }
+
+    /// Takes in the next event in order of arrival; `notify` hears what came of it.
+    ///
+    /// A fix later than the last inertial sample waits for the sample after it.
+    pub fn push(&mut self, event: &Event, notify: impl FnMut(Notice)) {
+        self.push_traced(event, &mut (), notify);
+    }
+
+    /// [`push`](Self::push), the filter watched by `trace`.
+    pub fn push_traced(
+        &mut self,
+        event: &Event,
+        trace: &mut impl Trace<T, N>,
+        mut notify: impl FnMut(Notice),
+    ) {
+        if let Phase::Aligning(aligner) = &mut self.phase {
+            if let Some(alignment) = aligner.push(event) {
+                self.begin(&alignment);
+                notify(Notice::Aligned(alignment));
+            }
+            return;
+        }
+        match event {
+            Event::Imu(sample) => self.imu(sample, trace, &mut notify),
+            Event::Gps(fix) => {
+                if fix.time > self.time() {
+                    self.hold(fix, &mut notify);
+                } else {
+                    self.gps(fix, trace, &mut notify);
+                }
+            }
+            Event::Baro { time, height_m } => {
+                if let (Phase::Navigating(filter), true) =
+                    (&mut self.phase, self.config.aiding.baro)
+                {
+                    if let Ok(report) = filter.update_baro(*time, *height_m, trace) {
+                        notify(Notice::Updated(report));
+                    }
+                }
+            }
+            Event::Magnetometer { time, field_gauss } => {
+                self.magnetometer(*time, *field_gauss, trace, &mut notify);
+            }
+        }
+    }
+
+    fn begin(&mut self, alignment: &Alignment) {
+        self.phase = if alignment.heading == HeadingSource::Unknown {
+            Phase::Searching(HeadingSearch::new(self.config.ekf, alignment.start))
+        } else {
+            Phase::Navigating(Ekf::new(self.config.ekf, alignment.start))
+        };
+    }
+
+    /// Starts the filter at a given alignment, without one of its own: to go over a log again with
+    /// what was found out later.
+    pub fn begin_at(&mut self, alignment: &Alignment) {
+        self.begin(alignment);
+    }
+
+    fn hold(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {
+        match self.held.iter_mut().find(|slot| slot.is_none()) {
+            Some(slot) => *slot = Some(*fix),
+            None => notify(Notice::FixUnusable(fix.time, Unusable::AheadOfImu)),
+        }
+    }
+
+    fn imu(
+        &mut self,
+        sample: &ImuSample,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut impl FnMut(Notice),
+    ) {
+        let result = match &mut self.phase {
+            Phase::Aligning(_) => Ok(()),
+            Phase::Searching(search) => search.predict(sample),
+            Phase::Navigating(filter) => filter.predict_traced(sample, trace),
+        };
+        if let Err(fault) = result {
+            notify(Notice::ImuFault(sample.time, fault));
+            if !matches!(fault, ImuFault::Gap(_)) {
+                return;
+            }
+        }
+        for slot in 0..HELD {
+            let due = self.held.get(slot).copied().flatten().filter(|fix| fix.time <= sample.time);
+            if let Some(fix) = due {
+                if let Some(slot) = self.held.get_mut(slot) {
+                    *slot = None;
+                }
+                self.gps(&fix, trace, notify);
+            }
+        }
+        if let Some(angles) = sample.attitude.filter(|_| self.config.aiding.attitude) {
+            self.attitude(sample.time, angles, trace, notify);
+        } else if let Some(field) = sample.magnetic_field_gauss {
+            self.magnetometer(sample.time, field, trace, notify);
+        }
+    }
+
+    fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut impl FnMut(Notice)) {
+        let result = match &mut self.phase {
+            Phase::Aligning(_) => return,
+            Phase::Searching(search) => search.update_gps(fix),
+            Phase::Navigating(filter) => filter.update_gps_traced(fix, trace),
+        };
+        notify(match result {
+            Ok(report) => Notice::Updated(report),
+            Err(reason) => Notice::FixUnusable(fix.time, reason),
+        });
+        if let Phase::Searching(search) = &self.phase {
+            if let Some(found) = search.found() {
+                let (sector, sigma_rad) = (search.leader(), search.heading_sigma_rad());
+                self.phase = Phase::Navigating(found.grown());
+                notify(Notice::HeadingFound { sector, sigma_rad });
+            }
+        }
+    }
+
+    fn attitude(
+        &mut self,
+        time: Time,
+        angles: EulerAngles,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut impl FnMut(Notice),
+    ) {
+        let Phase::Navigating(filter) = &mut self.phase else { return };
+        let yaw_rad = angles.yaw_rad + self.config.alignment.attitude_declination_rad;
+        let reference = Rotation::from_euler(EulerAngles { yaw_rad, ..angles });
+        if let Ok(report) = filter.update_attitude(time, reference, trace) {
+            notify(Notice::Updated(report));
+        }
+    }
+
+    fn magnetometer(
+        &mut self,
+        time: Time,
+        field_gauss: Vector<Body>,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut impl FnMut(Notice),
+    ) {
+        let Phase::Navigating(filter) = &mut self.phase else { return };
+        if !self.config.aiding.magnetometer {
+            return;
+        }
+        let declination_rad = self.config.alignment.declination_rad;
+        if let Ok(report) =
+            filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
+        {
+            notify(Notice::Updated(report));
+        }
+    }
+
+    /// The filter, once alignment and the search for a heading are over.
+    #[must_use]
+    pub const fn filter(&self) -> Option<&Ekf<L, N, T>> {
+        match &self.phase {
+            Phase::Navigating(filter) => Some(filter),
+            _ => None,
+        }
+    }
+
+    /// The solution now; `None` until alignment ends.
+    #[must_use]
+    pub fn solution(&self) -> Option<Solution> {
+        match &self.phase {
+            Phase::Aligning(_) => None,
+            Phase::Searching(search) => search.solution(),
+            Phase::Navigating(filter) => Some(filter.solution()),
+        }
+    }
+
+    fn time(&self) -> Time {
+        match &self.phase {
+            Phase::Aligning(_) => Time::ZERO,
+            Phase::Searching(search) => search.time(),
+            Phase::Navigating(filter) => filter.state().time,
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Heading found in motion when nothing gives it at the start.
+//!
+//! An error-state filter linearises, and no linearisation holds over an unknown heading. So the
+//! circle is cut into sectors, each with a filter of its own. They all fly the same samples; the fixes
+//! tell them apart, because only the right heading makes horizontal specific force agree with the
+//! change of GPS velocity. Each is weighted by the likelihood of its fixes (a Gaussian sum); those
+//! that lose are dropped, and when those left agree, the heading is found.
+//!
+//! # Source
+//! D. L. Alspach and H. W. Sorenson (1972), Nonlinear Bayesian estimation using Gaussian sum
+//! approximations, *IEEE Transactions on Automatic Control* 17 (4), 439–448.
+
+use super::config::EkfConfig;
+use super::filter::{Ekf, ImuFault};
+use super::layout::Base;
+use super::measurement::{Report, Unusable};
+use super::solution::Solution;
+use super::square;
+use crate::dmu::ImuSample;
+use crate::frames::{Vector, wrap_angle};
+use crate::gps::Fix;
+use crate::ins::Start;
+use crate::time::Time;
+
+/// Number of sectors.
+const SECTORS: usize = 12;
+/// One-sigma of heading within a sector, rad: neighbours overlap at one sigma.
+const SECTOR_SIGMA_RAD: f64 = core::f64::consts::PI / SECTORS as f64;
+/// A sector whose weight falls below this is dropped.
+const LEAST_WEIGHT: f64 = 1e-4;
+/// Fixes' errors hang together over time, so each says less than its likelihood claims.
+const TEMPER: f64 = 0.5;
+/// The heading is found when its one-sigma over all sectors left is under this, rad.
+const FOUND_RAD: f64 = 0.14;
+
+/// A bank of filters that differ in heading.
+#[derive(Clone, Debug)]
+pub struct HeadingSearch {
+    sectors: [Option<Sector>; SECTORS],
+}
+
+#[derive(Clone, Debug)]
+struct Sector {
+    filter: Ekf<Base, 16>,
+    weight: f64,
+}
+
+impl HeadingSearch {
+    /// A search all around from a start of unknown heading.
+    #[must_use]
+    pub fn new(config: EkfConfig, start: Start) -> Self {
+        let weight = 1.0 / SECTORS as f64;
+        let [north, east, _] = start.attitude_sigma_rad.to_array();
+        let sectors = core::array::from_fn(|sector| {
+            let turn = Vector::new(0.0, 0.0, 2.0 * SECTOR_SIGMA_RAD * sector as f64);
+            let mut start = start;
+            start.state.body_to_ned = start.state.body_to_ned.turned_in_to(turn);
+            start.attitude_sigma_rad = Vector::new(north, east, SECTOR_SIGMA_RAD);
+            Some(Sector { filter: Ekf::new(config, start), weight })
+        });
+        Self { sectors }
+    }
+
+    /// Advances every filter to the next inertial sample.
+    ///
+    /// # Errors
+    /// As [`Ekf::predict`]; all filters judge a sample alike.
+    pub fn predict(&mut self, sample: &ImuSample) -> Result<(), ImuFault> {
+        self.sectors.iter_mut().flatten().fold(Ok(()), |_, sector| sector.filter.predict(sample))
+    }
+
+    /// Takes a fix into every filter, and weighs them by it. The report is the best filter's.
+    ///
+    /// # Errors
+    /// As [`Ekf::update_gps`].
+    pub fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
+        let mut surprises = [f64::INFINITY; SECTORS];
+        let mut best: Option<(f64, Report)> = None;
+        for (slot, surprise) in self.sectors.iter_mut().zip(&mut surprises) {
+            let Some(sector) = slot else { continue };
+            let report = sector.filter.update_gps(fix)?;
+            *surprise = TEMPER * report.surprise();
+            if best.as_ref().is_none_or(|(weight, _)| sector.weight > *weight) {
+                best = Some((sector.weight, report));
+            }
+        }
+        let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+        let mut sum = 0.0;
+        for (sector, surprise) in self.sectors.iter_mut().zip(surprises) {
+            if let Some(sector) = sector {
+                sector.weight *= libm::exp(-0.5 * (surprise - least).min(100.0));
+                sum += sector.weight;
+            }
+        }
+        for slot in &mut self.sectors {
+            if let Some(sector) = slot {
+                sector.weight /= sum;
+                if sector.weight < LEAST_WEIGHT {
+                    *slot = None;
+                }
+            }
+        }
+        best.map(|(_, report)| report).ok_or(Unusable::NoState)
+    }
+
+    fn best(&self) -> Option<&Sector> {
+        self.sectors.iter().flatten().max_by(|a, b| a.weight.total_cmp(&b.weight))
+    }
+
+    /// The last inertial sample's time.
+    #[must_use]
+    pub fn time(&self) -> Time {
+        self.best().map_or(Time::ZERO, |best| best.filter.state().time)
+    }
+
+    /// One-sigma of heading over all filters left, rad.
+    #[must_use]
+    pub fn heading_sigma_rad(&self) -> f64 {
+        let Some(best) = self.best() else { return core::f64::consts::PI };
+        let heading = |sector: &Sector| sector.filter.state().body_to_ned.euler().yaw_rad;
+        let middle = heading(best);
+        let (mut weights, mut variance) = (0.0, 0.0);
+        for sector in self.sectors.iter().flatten() {
+            let off = wrap_angle(heading(sector) - middle);
+            let own = sector.filter.covariance().variance(super::layout::ATTITUDE + 2);
+            variance += sector.weight * (own + square(off));
+            weights += sector.weight;
+        }
+        libm::sqrt(variance / weights).min(core::f64::consts::PI)
+    }
+
+    /// The best filter, once the heading is found.
+    #[must_use]
+    pub fn found(&self) -> Option<&Ekf<Base, 16>> {
+        (self.heading_sigma_rad() < FOUND_RAD)
+            .then(|| self.best())
+            .flatten()
+            .map(|best| &best.filter)
+    }
+
+    /// The number of the sector that leads, counted clockwise from the start's heading.
+    #[must_use]
+    pub fn leader(&self) -> usize {
+        let leads = |slot: &Option<Sector>| slot.as_ref().map_or(0.0, |sector| sector.weight);
+        (0..SECTORS)
+            .zip(&self.sectors)
+            .max_by(|a, b| leads(a.1).total_cmp(&leads(b.1)))
+            .map_or(0, |(sector, _)| sector)
+    }
+
+    /// The best filter's solution, its heading as unsure as all filters together are.
+    #[must_use]
+    pub fn solution(&self) -> Option<Solution> {
+        self.best().map(|best| {
+            let mut solution = best.filter.solution();
+            solution.attitude_sigma_rad[2] =
+                solution.attitude_sigma_rad[2].max(self.heading_sigma_rad());
+            solution
+        })
+    }
+}

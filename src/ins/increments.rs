@@ -1,0 +1,175 @@
+//! From samples to increments: coning and sculling.
+//!
+//! A unit's axes turn while it integrates. The rotation between two samples is therefore not the
+//! integral of rate (coning), and the velocity change is not the integral of specific force
+//! (rotation and sculling). Both are restored here to second order in the change of rate and third
+//! order in its size.
+//!
+//! # Source
+//! P. G. Savage (1998), Strapdown inertial navigation integration algorithm design, *Journal of
+//! Guidance, Control, and Dynamics* 21: part 1, attitude (1), 19–28; part 2, velocity and position
+//! (2), 208–221. Groves, second edition, sections 5.5.4 and 5.5.5.
+
+use crate::dmu::{ImuSample, Motion};
+use crate::frames::{Body, Vector};
+use crate::time::Time;
+
+/// What the unit went through between two samples, compensated and ready for the mechanization.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Increment {
+    /// Length of the interval, s, positive.
+    pub interval_s: f64,
+    /// Rotation vector from the body axes at the end to those at the start, rad.
+    pub rotation_rad: Vector<Body>,
+    /// Integral of specific force, m/s, resolved in the body axes at the start.
+    pub velocity_mps: Vector<Body>,
+}
+
+/// What is wrong with the unit, as far as it is known: measured = (1 + scale) true + bias.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ImuErrors {
+    /// Gyro bias, rad/s.
+    pub gyro_bias_radps: Vector<Body>,
+    /// Accelerometer bias, m/s².
+    pub accel_bias_mps2: Vector<Body>,
+    /// Gyro scale factor errors, one per axis, without unit.
+    pub gyro_scale: [f64; 3],
+    /// Accelerometer scale factor errors, one per axis, without unit.
+    pub accel_scale: [f64; 3],
+}
+
+impl ImuErrors {
+    /// The true angular rate (`duration_s` = 1) or its integral over `duration_s`.
+    #[must_use]
+    pub fn rate(&self, measured: Vector<Body>, duration_s: f64) -> Vector<Body> {
+        unscaled(measured - self.gyro_bias_radps * duration_s, self.gyro_scale)
+    }
+
+    /// The true specific force (`duration_s` = 1) or its integral over `duration_s`.
+    #[must_use]
+    pub fn force(&self, measured: Vector<Body>, duration_s: f64) -> Vector<Body> {
+        unscaled(measured - self.accel_bias_mps2 * duration_s, self.accel_scale)
+    }
+}
+
+fn unscaled(vector: Vector<Body>, scale: [f64; 3]) -> Vector<Body> {
+    let ([x, y, z], [sx, sy, sz]) = (vector.to_array(), scale);
+    Vector::new(x * (1.0 - sx), y * (1.0 - sy), z * (1.0 - sz))
+}
+
+/// Turns samples into [`Increment`]s; remembers the sample before, which coning and sculling need.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Integrator {
+    previous: Option<Previous>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Previous {
+    time: Time,
+    motion: Motion,
+    interval_s: f64,
+}
+
+impl Integrator {
+    /// The time of the last sample taken in.
+    #[must_use]
+    pub fn time(&self) -> Option<Time> {
+        self.previous.map(|previous| previous.time)
+    }
+
+    /// Takes in the next sample and gives the increment since the one before, with the known errors
+    /// of the unit removed.
+    ///
+    /// Rates are taken to change linearly between samples. Increments are taken to come from rates
+    /// that change linearly over this interval and the one before.
+    ///
+    /// `None` for the first sample, and, leaving the integrator as it was, for a sample that is not
+    /// finite or not later than the one before.
+    pub fn push(&mut self, sample: &ImuSample, errors: &ImuErrors) -> Option<Increment> {
+        if !sample.motion.is_finite() {
+            return None;
+        }
+        let Some(previous) = self.previous else {
+            self.previous =
+                Some(Previous { time: sample.time, motion: sample.motion, interval_s: 0.0 });
+            return None;
+        };
+        if sample.time <= previous.time {
+            return None;
+        }
+        let interval_s = sample.time - previous.time;
+        self.previous = Some(Previous { time: sample.time, motion: sample.motion, interval_s });
+        Some(match (previous.motion, sample.motion) {
+            (
+                Motion::Rates { angular_rate_radps: w0, specific_force_mps2: f0 },
+                Motion::Rates { angular_rate_radps: w1, specific_force_mps2: f1 },
+            ) => from_rates(
+                interval_s,
+                [errors.rate(w0, 1.0), errors.rate(w1, 1.0)],
+                [errors.force(f0, 1.0), errors.force(f1, 1.0)],
+            ),
+            (Motion::Rates { .. }, Motion::Increments { angle_rad, velocity_mps }) => {
+                let angle = errors.rate(angle_rad, interval_s);
+                let velocity = errors.force(velocity_mps, interval_s);
+                from_increments(interval_s, [angle; 2], [velocity; 2])
+            }
+            (
+                Motion::Increments { angle_rad: angle_before, velocity_mps: velocity_before },
+                Motion::Increments { angle_rad, velocity_mps },
+            ) => {
+                let angle = errors.rate(angle_rad, interval_s);
+                let velocity = errors.force(velocity_mps, interval_s);
+                // The interval before stands in by its mean rate where its length was another; the
+                // first increment of a log has no known length.
+                let (angle_before, velocity_before) = if previous.interval_s > 0.0 {
+                    let scale = interval_s / previous.interval_s;
+                    (
+                        errors.rate(angle_before * scale, interval_s),
+                        errors.force(velocity_before * scale, interval_s),
+                    )
+                } else {
+                    (angle, velocity)
+                };
+                from_increments(interval_s, [angle_before, angle], [velocity_before, velocity])
+            }
+            (
+                Motion::Increments { .. },
+                Motion::Rates { angular_rate_radps: rate, specific_force_mps2: force },
+            ) => from_rates(interval_s, [errors.rate(rate, 1.0); 2], [errors.force(force, 1.0); 2]),
+        })
+    }
+}
+
+/// Rates linear over the interval: the integrals in closed form.
+fn from_rates(interval_s: f64, w: [Vector<Body>; 2], f: [Vector<Body>; 2]) -> Increment {
+    let angle = (w[0] + w[1]) * (0.5 * interval_s);
+    let velocity = (f[0] + f[1]) * (0.5 * interval_s);
+    let square = interval_s * interval_s;
+    let (dw, df) = (w[1] - w[0], f[1] - f[0]);
+    let turning =
+        w[0].cross(f[0] * 0.5 + df * (1.0 / 3.0)) + dw.cross(f[0] * (1.0 / 6.0) + df * (1.0 / 8.0));
+    Increment {
+        interval_s,
+        rotation_rad: angle + w[0].cross(w[1]) * (square / 12.0),
+        velocity_mps: velocity
+            + turning * square
+            + angle.cross(angle.cross(velocity)) * (1.0 / 6.0),
+    }
+}
+
+/// Rates linear over this interval and the one before, known by their integrals.
+fn from_increments(
+    interval_s: f64,
+    angle: [Vector<Body>; 2],
+    velocity: [Vector<Body>; 2],
+) -> Increment {
+    let sculling = angle[0].cross(velocity[1]) + velocity[0].cross(angle[1]);
+    Increment {
+        interval_s,
+        rotation_rad: angle[1] + angle[0].cross(angle[1]) * (1.0 / 12.0),
+        velocity_mps: velocity[1]
+            + angle[1].cross(velocity[1]) * 0.5
+            + sculling * (1.0 / 12.0)
+            + angle[1].cross(angle[1].cross(velocity[1])) * (1.0 / 6.0),
+    }
+}

@@ -1,0 +1,11 @@
+//! Strapdown inertial navigation: increments in, position, velocity and attitude out.
+
+mod alignment;
+mod increments;
+mod lever_arm;
+mod mechanization;
+
+pub use alignment::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
+pub use increments::{ImuErrors, Increment, Integrator};
+pub use lever_arm::{AngularAcceleration, LeverArm};
+pub use mechanization::{Advance, NavState};

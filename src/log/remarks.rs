@@ -1,0 +1,58 @@
+//! What was wrong with a file yet not bad enough to refuse it, counted by reason.
+
+/// Counts rows by what was wrong with them, to say it once and not ten thousand times.
+#[derive(Debug)]
+pub(super) struct Remarks {
+    file: &'static str,
+    tallies: Vec<Tally>,
+    others: Vec<String>,
+}
+
+#[derive(Debug)]
+struct Tally {
+    what: &'static str,
+    rows: usize,
+    first_line: u64,
+}
+
+impl Remarks {
+    pub fn new(file: &'static str) -> Self {
+        Self { file, tallies: Vec::new(), others: Vec::new() }
+    }
+
+    /// Counts the row at `line` under `what`, which completes "3 rows, the first at line 7, …".
+    pub fn count(&mut self, what: &'static str, line: u64) {
+        match self.tallies.iter_mut().find(|tally| tally.what == what) {
+            Some(tally) => {
+                tally.rows += 1;
+                tally.first_line = tally.first_line.min(line);
+            }
+            None => self.tallies.push(Tally { what, rows: 1, first_line: line }),
+        }
+    }
+
+    /// Adds a sentence of its own.
+    pub fn say(&mut self, sentence: String) {
+        self.others.push(sentence);
+    }
+
+    /// Everything said, each line beginning with the file's name.
+    pub fn into_warnings(self) -> impl Iterator<Item = String> {
+        let file = self.file;
+        let tallies = self.tallies.into_iter().map(|Tally { what, rows, first_line }| match rows {
+            1 => format!("line {first_line} {what}"),
+            _ => format!("{rows} rows, the first at line {first_line}, {what}"),
+        });
+        tallies.chain(self.others).map(move |sentence| format!("{file}: {sentence}"))
+    }
+
+    /// Everything counted so far in one sentence, for an error.
+    pub fn summary(&self) -> String {
+        let parts: Vec<String> = self
+            .tallies
+            .iter()
+            .map(|tally| format!("{} rows {}", tally.rows, tally.what))
+            .collect();
+        parts.join("; ")
+    }
+}
