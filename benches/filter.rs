@@ -111,8 +111,8 @@ fn dense(c: &mut Criterion) {
 fn all(c: &mut Criterion) {
     kernels::<f64, Base, 16>(c, "15 f64");
     kernels::<f32, Base, 16>(c, "15 f32");
-    kernels::<f64, Full, 30>(c, "30 f64");
-    kernels::<f32, Full, 30>(c, "30 f32");
+    kernels::<f64, Full, 26>(c, "26 f64");
+    kernels::<f32, Full, 26>(c, "26 f32");
     dense(c);
 }
 

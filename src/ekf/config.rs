@@ -60,18 +60,18 @@ settings! {
         /// Angle random walk, rad/√s.
         angle_random_walk_rad = 5e-4,
         /// Velocity random walk, m/s/√s.
-        velocity_random_walk_mps = 0.02,
+        velocity_random_walk_mps = 0.04,
         /// Share of the measured vibration of the gyros that counts as noise without memory.
-        gyro_vibration_share = 0.1,
+        gyro_vibration_share = 0.25,
         /// Share of the measured vibration of the accelerometers that counts as noise without
         /// memory.
         accel_vibration_share = 0.1,
         /// One-sigma of the gyro bias, rad/s.
         gyro_bias_sigma_radps = 0.005,
         /// Correlation time of the gyro bias, s.
-        gyro_bias_time_s = 6e3,
+        gyro_bias_time_s = 8e3,
         /// One-sigma of the accelerometer bias, m/s².
-        accel_bias_sigma_mps2 = 0.15,
+        accel_bias_sigma_mps2 = 0.05,
         /// Correlation time of the accelerometer bias, s.
         accel_bias_time_s = 1e4,
         /// One-sigma of each gyro's scale factor error, where the layout has them.
@@ -110,10 +110,11 @@ settings! {
         velocity_wander_share = 0.45,
         /// Correlation time of the velocity's slow error, s.
         velocity_wander_time_s = 15.0,
-        /// One-sigma of the latency of position left after what the dataset states, s.
-        position_latency_sigma_s = 0.05,
-        /// One-sigma of the latency of velocity left after what the dataset states, s.
-        velocity_latency_sigma_s = 0.1,
+        /// Where fixes state no one-sigma, its size is learned from the innovations: the share by
+        /// which one innovation moves it.
+        learning_rate = 0.01,
+        /// One-sigma of the time between a fix's position and its velocity, s.
+        position_latency_sigma_s = 0.1,
     }
 }
 

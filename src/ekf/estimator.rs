@@ -69,7 +69,7 @@ pub enum Notice {
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
 #[derive(Clone, Debug)]
-pub struct Estimator<L = Full, const N: usize = 30, T = f64> {
+pub struct Estimator<L = Full, const N: usize = 26, T = f64> {
     config: EstimatorConfig,
     phase: Phase<L, N, T>,
     held: [Option<Fix>; HELD],
@@ -83,6 +83,9 @@ enum Phase<L, const N: usize, T> {
     Searching(HeadingSearch),
     Navigating(Ekf<L, N, T>),
 }
+
+/// Least one-sigma of a heading just found, rad (10°): the sectors share what their model lacks.
+const FOUND_SIGMA_RAD: f64 = 0.175;
 
 /// Fixes that may wait for the inertial sample after them.
 const HELD: usize = 4;
@@ -207,7 +210,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         if let Phase::Searching(search) = &self.phase {
             if let Some(found) = search.found() {
                 let (sector, sigma_rad) = (search.leader(), search.heading_sigma_rad());
-                self.phase = Phase::Navigating(found.grown());
+                let mut filter = found.grown();
+                filter.open_heading(FOUND_SIGMA_RAD);
+                self.phase = Phase::Navigating(filter);
                 notify(Notice::HeadingFound { sector, sigma_rad });
             }
         }

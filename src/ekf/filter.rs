@@ -60,6 +60,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) baro_offset_m: Option<f64>,
     /// Slow part of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
     pub(super) gps_wander: Option<[f64; 4]>,
+    /// Learned size of the GPS errors against the configured: variances of position and velocity.
+    pub(super) gps_learned: [f64; 2],
     integrator: Integrator,
     gyro_vibration: Vibration,
     accel_vibration: Vibration,
@@ -81,6 +83,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             attitude_used: None,
             baro_offset_m: None,
             gps_wander: None,
+            gps_learned: [1.0; 2],
             integrator: Integrator::default(),
             gyro_vibration: Vibration::default(),
             accel_vibration: Vibration::default(),
@@ -113,9 +116,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 [attitude.tilt_wander_rad, attitude.tilt_wander_rad, attitude.heading_wander_rad],
             );
         }
-        if let Some(first) = L::LATENCY {
-            self.covariance.set_variance(first, square(config.gps.position_latency_sigma_s));
-            self.covariance.set_variance(first + 1, square(config.gps.velocity_latency_sigma_s));
+        if let Some(state) = L::LATENCY {
+            self.covariance.set_variance(state, square(config.gps.position_latency_sigma_s));
         }
         if let Some(state) = L::BARO {
             self.covariance.set_variance(state, square(config.baro.wander_m));
@@ -376,6 +378,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             *to = *from;
         }
         grown.covariance.take_over(&self.covariance, BASE);
+        grown.gps_learned = self.gps_learned;
         grown
     }
 
@@ -408,6 +411,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn sigma_block(&self, first: usize) -> [f64; 3] {
         core::array::from_fn(|axis| libm::sqrt(self.covariance.variance(first + axis).max(0.0)))
+    }
+
+    /// Opens the heading to at least `sigma_rad`.
+    pub(super) fn open_heading(&mut self, sigma_rad: f64) {
+        let missing = square(sigma_rad) - self.covariance.variance(ATTITUDE + 2);
+        self.covariance.add_variance(ATTITUDE + 2, missing.max(0.0));
     }
 
     /// One-sigma of a position or velocity moved by a body vector that turns with the attitude.

@@ -10,7 +10,7 @@
 //! D. L. Alspach and H. W. Sorenson (1972), Nonlinear Bayesian estimation using Gaussian sum
 //! approximations, *IEEE Transactions on Automatic Control* 17 (4), 439–448.
 
-use super::config::EkfConfig;
+use super::config::{EkfConfig, GpsModel};
 use super::filter::{Ekf, ImuFault};
 use super::layout::Base;
 use super::measurement::{Report, Unusable};
@@ -28,8 +28,6 @@ const SECTORS: usize = 12;
 const SECTOR_SIGMA_RAD: f64 = core::f64::consts::PI / SECTORS as f64;
 /// A sector whose weight falls below this is dropped.
 const LEAST_WEIGHT: f64 = 1e-4;
-/// Fixes' errors hang together over time, so each says less than its likelihood claims.
-const TEMPER: f64 = 0.5;
 /// The heading is found when its one-sigma over all sectors left is under this, rad.
 const FOUND_RAD: f64 = 0.14;
 
@@ -37,6 +35,8 @@ const FOUND_RAD: f64 = 0.14;
 #[derive(Clone, Debug)]
 pub struct HeadingSearch {
     sectors: [Option<Sector>; SECTORS],
+    gps: GpsModel,
+    last_fix: Option<Time>,
 }
 
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ impl HeadingSearch {
             start.attitude_sigma_rad = Vector::new(north, east, SECTOR_SIGMA_RAD);
             Some(Sector { filter: Ekf::new(config, start), weight })
         });
-        Self { sectors }
+        Self { sectors, gps: config.gps, last_fix: None }
     }
 
     /// Advances every filter to the next inertial sample.
@@ -74,12 +74,13 @@ impl HeadingSearch {
     /// # Errors
     /// As [`Ekf::update_gps`].
     pub fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
+        let fix = &self.whitened(fix);
         let mut surprises = [f64::INFINITY; SECTORS];
         let mut best: Option<(f64, Report)> = None;
         for (slot, surprise) in self.sectors.iter_mut().zip(&mut surprises) {
             let Some(sector) = slot else { continue };
             let report = sector.filter.update_gps(fix)?;
-            *surprise = TEMPER * report.surprise();
+            *surprise = report.surprise();
             if best.as_ref().is_none_or(|(weight, _)| sector.weight > *weight) {
                 best = Some((sector.weight, report));
             }
@@ -101,6 +102,28 @@ impl HeadingSearch {
             }
         }
         best.map(|(_, report)| report).ok_or(Unusable::NoState)
+    }
+
+    /// The fix with its slow errors counted as white: a share s of the one-sigma that wanders with
+    /// correlation time τ weighs, at fixes Δt apart, like white noise of variance s² 2τ/Δt. Without
+    /// this a vehicle at rest would find a heading in the wander of its GPS.
+    fn whitened(&mut self, fix: &Fix) -> Fix {
+        let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
+        self.last_fix = Some(fix.time);
+        let gps = &self.gps;
+        let inflation =
+            |share: f64, time_s: f64| libm::sqrt(1.0 + square(share) * 2.0 * time_s / interval_s);
+        let position = inflation(gps.position_wander_share, gps.position_wander_time_s);
+        let velocity = inflation(gps.velocity_wander_share, gps.velocity_wander_time_s);
+        Fix {
+            position_sigma_m: Some(
+                fix.position_sigma_m.unwrap_or(gps.position_sigma_m().into()) * position,
+            ),
+            velocity_sigma_mps: Some(
+                fix.velocity_sigma_mps.unwrap_or(gps.velocity_sigma_mps().into()) * velocity,
+            ),
+            ..*fix
+        }
     }
 
     fn best(&self) -> Option<&Sector> {

@@ -54,8 +54,6 @@ pub(super) struct LookBack {
     pub force_m: DVec3,
     /// Integral of the direction cosines since then, s.
     pub turn_s: DMat3,
-    /// Mean acceleration over the last entries before then, m/s².
-    pub acceleration_mps2: DVec3,
 }
 
 impl Default for History {
@@ -114,39 +112,19 @@ impl History {
             force_mps: DVec3::ZERO,
             force_m: DVec3::ZERO,
             turn_s: DMat3::ZERO,
-            acceleration_mps2: DVec3::ZERO,
         };
-        let mut slope: Option<(f64, DVec3)> = None;
         for entry in self.newest_first() {
-            if let Some((span_s, change)) = &mut slope {
-                // Beyond the moment asked for: only the mean acceleration is still wanted.
-                *span_s += entry.interval_s;
-                *change += (now.body_to_ned * entry.force_mps + entry.fall_mps).components();
-                if *span_s >= SLOPE_S {
-                    break;
-                }
-                continue;
-            }
             back.angular_rate_radps = entry.rotation_rad * (1.0 / entry.interval_s);
             let share = ((back.state.time - time) / entry.interval_s).min(1.0);
             back.step(entry, share);
-            if share < 1.0 || back.state.time <= time {
-                let change = back.state.body_to_ned * entry.force_mps + entry.fall_mps;
-                slope = Some((entry.interval_s, change.components()));
+            if back.state.time <= time || share < 1.0 {
+                return Some(back);
             }
         }
-        if let Some((span_s, change)) = slope {
-            back.acceleration_mps2 = change / span_s;
-            Some(back)
-        } else {
-            // No history at all: only the present can be asked for.
-            (self.newest_first().next().is_none() && time == now.time).then_some(back)
-        }
+        // Without history only the present can be asked for.
+        (back.age_s == 0.0 && time == now.time).then_some(back)
     }
 }
-
-/// Length of past over which the mean acceleration is taken, s: long against vibration.
-const SLOPE_S: f64 = 0.15;
 
 impl LookBack {
     /// Back by `share` of an entry; negative shares lead forward.

@@ -33,8 +33,8 @@ pub trait Layout<const N: usize>:
     const GPS_VELOCITY: Option<usize> = None;
     /// Slowly wandering error of an attitude reference, rad, about north, east, down.
     const ATTITUDE_REFERENCE: Option<usize> = None;
-    /// GPS latency beyond the configured one, s: of the position, then of the velocity. Receivers
-    /// take velocity from the way since the fix before, so it lags the position.
+    /// How much later the GPS position holds than the velocity of the same fix, s. Receivers take
+    /// velocity from the way since the fix before, or smooth it, so the two hold at different times.
     const LATENCY: Option<usize> = None;
     /// Slowly wandering error of the barometric height, m.
     const BARO: Option<usize> = None;
@@ -55,16 +55,15 @@ impl Layout<22> for WithScaleFactors {
     const ACCEL_SCALE: Option<usize> = Some(18);
 }
 
-/// What the command line runs: the base, gyro scale factors, the slow errors of GPS, attitude
-/// reference and barometer, and the latency of the GPS.
+/// What the command line runs: the base, the slow errors of GPS, attitude reference and barometer,
+/// and the latency between GPS position and velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Full;
 
-impl Layout<30> for Full {
-    const GYRO_SCALE: Option<usize> = Some(15);
-    const GPS_POSITION: Option<usize> = Some(18);
-    const GPS_VELOCITY: Option<usize> = Some(21);
-    const ATTITUDE_REFERENCE: Option<usize> = Some(24);
-    const LATENCY: Option<usize> = Some(27);
-    const BARO: Option<usize> = Some(29);
+impl Layout<26> for Full {
+    const GPS_POSITION: Option<usize> = Some(15);
+    const GPS_VELOCITY: Option<usize> = Some(18);
+    const ATTITUDE_REFERENCE: Option<usize> = Some(21);
+    const LATENCY: Option<usize> = Some(24);
+    const BARO: Option<usize> = Some(25);
 }

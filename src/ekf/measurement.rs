@@ -89,6 +89,10 @@ pub enum Unusable {
     NoState,
 }
 
+/// Greatest and least learned variance against the configured.
+const LEARNED_MOST: f64 = 9.0;
+const LEARNED_LEAST: f64 = 0.1;
+
 /// A fix may be this far ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
 
@@ -122,8 +126,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let past = fix.time.offset_by(-latency_s);
             self.history.look_back(&self.state, past).ok_or(Unusable::TooOld)
         };
-        let latency_s = |kind: usize| L::LATENCY.map_or(0.0, |first| self.parameter(first + kind));
-        let (position_then, velocity_then) = (look_back(latency_s(0))?, look_back(latency_s(1))?);
+        let velocity_then = look_back(0.0)?;
+        let position_then = match L::LATENCY {
+            Some(state) => look_back(self.parameter(state))?,
+            None => velocity_then,
+        };
         let noise = self.gps_noise(fix);
         let position = self.position_axes(fix, &position_then, &noise);
         let velocity = self.velocity_axes(fix, &velocity_then, &noise);
@@ -132,15 +139,37 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for (slot, axis) in axes.iter_mut().zip(velocity.into_iter().chain(position.map(Some))) {
             *slot = axis;
         }
-        Ok(self.take_in(fix.time, &axes, trace))
+        let report = self.take_in(fix.time, &axes, trace);
+        self.learn_gps(&report);
+        Ok(report)
+    }
+
+    /// Moves the learned size of the GPS errors, used where fixes state none, by what this fix's
+    /// innovations were against what was expected of them.
+    fn learn_gps(&mut self, report: &Report) {
+        for axis in report.innovations() {
+            let learned = match axis.channel {
+                Channel::PositionNorth | Channel::PositionEast => &mut self.gps_learned[0],
+                Channel::VelocityNorth | Channel::VelocityEast => &mut self.gps_learned[1],
+                _ => continue,
+            };
+            let surprise = square(axis.normalised()).min(LEARNED_MOST);
+            *learned *= 1.0 + self.config.gps.learning_rate * (surprise - 1.0);
+            *learned = learned.clamp(LEARNED_LEAST, LEARNED_MOST);
+        }
     }
 
     /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
     /// match; the first fix opens them.
     fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
         let model = self.config.gps;
-        let position = fix.position_sigma_m.map_or(model.position_sigma_m(), Vector::to_array);
-        let velocity = fix.velocity_sigma_mps.map_or(model.velocity_sigma_mps(), Vector::to_array);
+        let [learned_m, learned_mps] = self.gps_learned.map(libm::sqrt);
+        let position = fix
+            .position_sigma_m
+            .map_or(model.position_sigma_m().map(|sigma| sigma * learned_m), Vector::to_array);
+        let velocity = fix
+            .velocity_sigma_mps
+            .map_or(model.velocity_sigma_mps().map(|sigma| sigma * learned_mps), Vector::to_array);
         let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
             let slow = if state.is_some() { share } else { 0.0 };
             let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
@@ -220,7 +249,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let attitude = skew(back.force_mps - swing.components());
         let gyro = body_to_ned.matrix() * skew(arm_body.components());
-        let acceleration = back.acceleration_mps2.to_array();
         core::array::from_fn(|axis| {
             let mut sensitivity = Sensitivity::default()
                 .with(VELOCITY + axis, 1.0)
@@ -229,9 +257,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 .with_block(GYRO_BIAS, row(gyro, axis));
             if let Some(first) = L::GPS_VELOCITY {
                 sensitivity = sensitivity.with(first + axis, 1.0);
-            }
-            if let Some(first) = L::LATENCY {
-                sensitivity = sensitivity.with(first + 1, -acceleration[axis]);
             }
             Some(Scalarized {
                 channel: [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown]

@@ -28,4 +28,4 @@ use filter::square;
 pub type BaseEkf = Ekf<layout::Base, 16>;
 
 /// Every block of states, covariance in `f64`: what the command line runs.
-pub type FullEkf = Ekf<layout::Full, 30>;
+pub type FullEkf = Ekf<layout::Full, 26>;

@@ -79,15 +79,15 @@ impl Dataset {
 
     /// Runs the estimator over the log. `progress` hears how many inertial samples are done.
     pub fn estimate(&self, config: &EstimatorConfig, progress: impl FnMut(usize)) -> Run {
-        let estimator = Estimator::<Full, 30>::new(*config);
+        let estimator = Estimator::<Full, 26>::new(*config);
         self.run(estimator, &mut (), progress)
     }
 
     /// Runs a given estimator over the log, watched by `trace`.
     pub(super) fn run(
         &self,
-        mut estimator: Estimator<Full, 30>,
-        trace: &mut impl Trace<f64, 30>,
+        mut estimator: Estimator<Full, 26>,
+        trace: &mut impl Trace<f64, 26>,
         mut progress: impl FnMut(usize),
     ) -> Run {
         let mut run = Run { solutions: Vec::with_capacity(self.imu.len()), ..Run::default() };
