@@ -260,8 +260,8 @@ fn a_whole_flight_fills_every_section() {
         Fact::new("Fixes used", "252"),
         Fact::new("Fixes rejected", "3"),
         Fact::new("Horizontal RMSE", "0.64 m"),
-        Fact::new("Velocity RMSE", "0.10 m/s"),
-        Fact::new("Roll, pitch RMSE", "0.21°, 0.20°"),
+        Fact::new("Velocity RMSE north / east / down", "0.052 / 0.055 / 0.061 m/s"),
+        Fact::new("Roll / pitch / yaw RMSE", "0.21 / 0.20 / 0.94 °"),
     ];
     let facts = [
         Fact::new("Input", "flights/2026-07-14-hover-test-points"),
