@@ -1,23 +1,18 @@
 //! `hovernav estimate`: the filter over a log, scored and drawn.
 
-use std::collections::BTreeMap;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
-use hovernav::earth::Geodetic;
 use hovernav::ekf::{Innovation, Notice};
-use hovernav::frames::EulerAngles;
-use hovernav::log::{
-    Axis, Dataset, Outage, Reference, Run, Score, Statistics, outage_drift, score, write_solution,
-};
+use hovernav::log::{Dataset, Outage, Reference, Run, Score, outage_drift, score, write_solution};
 use hovernav::time::Time;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::report::{self, ErrorRow, ErrorSample, Fact, ReferenceSample, Report};
-use crate::summary::{self, OutageDrift, Summary};
+use crate::report::{self, Report};
+use crate::summary::{OutageDrift, Summary};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -113,8 +108,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
     summary.set_scores(scored.as_ref(), drifts);
     if !arguments.no_report {
-        let page = Page::new(&dataset, &run, &outages, reference.as_ref(), scored.as_ref());
-        page.write(&out.join("report.html"), &summary)?;
+        write_report(
+            &out.join("report.html"),
+            (&dataset, &run),
+            &outages,
+            reference.as_ref(),
+            scored.as_ref(),
+            &summary,
+        )?;
     }
     summary.wall_s = started.elapsed().as_secs_f64();
     summary.write(&out.join("summary.json"))?;
@@ -149,148 +150,40 @@ fn drifts(run: &Run, outages: &[Outage], reference: Option<&Reference>) -> Vec<O
         .collect()
 }
 
-/// What the report page borrows.
-struct Page<'a> {
-    run: &'a Run,
-    dataset: &'a Dataset,
-    outages: Vec<(Time, f64)>,
-    innovations: Vec<Innovation>,
-    reference: Vec<ReferenceSample>,
-    errors: Vec<ErrorSample>,
-    error_table: Vec<ErrorRow>,
-}
-
-/// Points of the reference that are drawn.
-const REFERENCE_POINTS: usize = 6000;
-
-impl<'a> Page<'a> {
-    fn new(
-        dataset: &'a Dataset,
-        run: &'a Run,
-        outages: &[Outage],
-        reference: Option<&Reference>,
-        score: Option<&Score>,
-    ) -> Self {
-        let innovations = run
-            .notices
-            .iter()
-            .filter_map(|notice| match notice {
-                Notice::Updated(report) => Some(report),
-                _ => None,
-            })
-            .flat_map(|report| report.innovations().copied())
-            .collect();
-        Self {
-            run,
-            dataset,
-            outages: outages.iter().map(|outage| (outage.start, outage.duration_s)).collect(),
-            innovations,
-            reference: reference.map_or_else(Vec::new, |reference| drawn(reference, run)),
-            errors: score.map_or_else(Vec::new, error_samples),
-            error_table: score.map_or_else(Vec::new, error_rows),
-        }
-    }
-
-    fn write(&self, path: &Path, summary: &Summary) -> anyhow::Result<()> {
-        let facts = summary.facts();
-        let headlines = self.headlines();
-        let title = &self.dataset.manifest.name;
-        report::write(
-            path,
-            &Report {
-                title,
-                headlines: &headlines,
-                facts: &facts,
-                warnings: &summary.warnings,
-                outages: &self.outages,
-                solutions: &self.run.solutions,
-                smoothed: &[],
-                fixes: &self.dataset.fixes,
-                innovations: &self.innovations,
-                reference: &self.reference,
-                errors: &self.errors,
-                error_table: &self.error_table,
-            },
-        )
-    }
-
-    fn headlines(&self) -> Vec<Fact> {
-        let mut headlines = Vec::new();
-        let rmse = |name: &str| self.error_table.iter().find(|row| row.quantity == name);
-        for (label, names) in [
-            ("velocity error, RMSE (n, e, d)", ["vn_mps", "ve_mps", "vd_mps"]),
-            ("attitude error, RMSE (roll, pitch, yaw)", ["roll_deg", "pitch_deg", "yaw_deg"]),
-        ] {
-            let rows: Vec<_> = names.iter().filter_map(|name| rmse(name)).collect();
-            if let [first, ..] = rows[..] {
-                let numbers: Vec<String> =
-                    rows.iter().map(|row| format!("{:.3}", row.rmse)).collect();
-                headlines.push(Fact::new(label, format!("{} {}", numbers.join(" / "), first.unit)));
-            }
-        }
-        headlines
-    }
-}
-
-fn drawn(reference: &Reference, run: &Run) -> Vec<ReferenceSample> {
-    let step = (run.solutions.len() / REFERENCE_POINTS).max(1);
-    let known = |values: [f64; 3]| values.iter().all(|value| value.is_finite()).then_some(values);
-    run.solutions
+fn write_report(
+    path: &Path,
+    (dataset, run): (&Dataset, &Run),
+    outages: &[Outage],
+    reference: Option<&Reference>,
+    score: Option<&Score>,
+    summary: &Summary,
+) -> anyhow::Result<()> {
+    let innovations: Vec<Innovation> = run
+        .notices
         .iter()
-        .step_by(step)
-        .map(|solution| {
-            let moment = reference.at(solution.time);
-            ReferenceSample {
-                time: solution.time,
-                position: known(moment.position).map(|[latitude_rad, longitude_rad, height_m]| {
-                    Geodetic { latitude_rad, longitude_rad, height_m }
-                }),
-                velocity_mps: known(moment.velocity_mps).map(Into::into),
-                attitude: known(moment.attitude_rad).map(|[roll_rad, pitch_rad, yaw_rad]| {
-                    EulerAngles { roll_rad, pitch_rad, yaw_rad }
-                }),
-            }
+        .filter_map(|notice| match notice {
+            Notice::Updated(report) => Some(report),
+            _ => None,
         })
-        .collect()
-}
-
-/// The error series of all axes on common times.
-fn error_samples(score: &Score) -> Vec<ErrorSample> {
-    let mut samples: BTreeMap<Time, ErrorSample> = BTreeMap::new();
-    for axis in &score.axes {
-        for point in &axis.series {
-            let sample = samples.entry(point.time).or_insert(ErrorSample {
-                time: point.time,
-                position_m: [None; 3],
-                velocity_mps: [None; 3],
-                attitude_deg: [None; 3],
-            });
-            let slot = match axis.axis {
-                Axis::North => &mut sample.position_m[0],
-                Axis::East => &mut sample.position_m[1],
-                Axis::Down => &mut sample.position_m[2],
-                Axis::VelocityNorth => &mut sample.velocity_mps[0],
-                Axis::VelocityEast => &mut sample.velocity_mps[1],
-                Axis::VelocityDown => &mut sample.velocity_mps[2],
-                Axis::Roll => &mut sample.attitude_deg[0],
-                Axis::Pitch => &mut sample.attitude_deg[1],
-                Axis::Yaw => &mut sample.attitude_deg[2],
-                Axis::Horizontal | Axis::U | Axis::V | Axis::W => continue,
-            };
-            *slot = Some(point.error);
-        }
-    }
-    samples.into_values().collect()
-}
-
-fn error_rows(score: &Score) -> Vec<ErrorRow> {
-    score
-        .axes
-        .iter()
-        .map(|axis| {
-            let Statistics { rmse, median, p95, max } = axis.statistics;
-            let (quantity, unit) = (axis.axis.name().to_owned(), summary::unit(axis.axis.name()));
-            ErrorRow { quantity, unit, rmse, median, p95, max }
-        })
-        .collect()
+        .flat_map(|report| report.innovations().copied())
+        .collect();
+    let reference: Vec<_> = reference.map_or_else(Vec::new, |reference| {
+        run.solutions.iter().map(|solution| (solution.time, reference.at(solution.time))).collect()
+    });
+    report::write(
+        path,
+        &Report {
+            title: &dataset.manifest.name,
+            headlines: &summary.headlines(),
+            facts: &summary.facts(),
+            warnings: &summary.warnings,
+            outages,
+            solutions: &run.solutions,
+            fixes: &dataset.fixes,
+            innovations: &innovations,
+            reference: &reference,
+            score,
+            ..Report::default()
+        },
+    )
 }

@@ -245,6 +245,25 @@ impl Summary {
         facts
     }
 
+    /// The few numbers to see first.
+    pub fn headlines(&self) -> Vec<Fact> {
+        let Some(error) = &self.error else { return Vec::new() };
+        let mut headlines = Vec::new();
+        for (label, axes, unit) in [
+            ("velocity RMSE n / e / d", ["vn_mps", "ve_mps", "vd_mps"], "m/s"),
+            ("attitude RMSE roll / pitch / yaw", ["roll_deg", "pitch_deg", "yaw_deg"], "°"),
+        ] {
+            let numbers: Vec<String> = axes
+                .iter()
+                .filter_map(|axis| Some(format!("{:.3}", error.get(axis)?.rmse)))
+                .collect();
+            if !numbers.is_empty() {
+                headlines.push(Fact::new(label, format!("{} {unit}", numbers.join(" / "))));
+            }
+        }
+        headlines
+    }
+
     /// What the terminal shows.
     pub fn in_words(&self, out: &Path) -> String {
         let mut text = String::new();
@@ -287,15 +306,6 @@ impl AlignmentSummary {
             "at {:.2} s, {rest}, roll and pitch {}, {source}, sure to {:.1}°",
             self.end_s, self.attitude, self.heading_sigma_deg
         )
-    }
-}
-
-/// The unit at the end of an axis's name.
-pub fn unit(name: &str) -> &'static str {
-    match name.rsplit('_').next() {
-        Some("mps") => "m/s",
-        Some("deg") => "°",
-        _ => "m",
     }
 }
 
