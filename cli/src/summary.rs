@@ -104,6 +104,11 @@ impl Summary {
             outages: Vec::new(),
             warnings: dataset.warnings.clone(),
         };
+        let early = dataset.fixes_before_imu();
+        if early > 0 {
+            let warning = format!("{early} fixes before the first inertial sample have no effect");
+            summary.warnings.push(warning);
+        }
         summary.tell(run);
         summary
     }
