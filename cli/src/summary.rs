@@ -38,6 +38,9 @@ pub struct Summary {
     within_3_sigma: Option<BTreeMap<&'static str, f64>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outages: Vec<OutageDrift>,
+    /// Of the largest horizontal drift in each outage.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outage_drift_m: Option<Statistics>,
     /// What deserves a second look, one plain sentence each.
     pub warnings: Vec<String>,
 }
@@ -102,6 +105,7 @@ impl Summary {
             error: None,
             within_3_sigma: None,
             outages: Vec::new(),
+            outage_drift_m: None,
             warnings: dataset.warnings.clone(),
         };
         let early = dataset.fixes_before_imu();
@@ -203,6 +207,8 @@ impl Summary {
 
     /// Adds the scores against a reference and the drift in each outage.
     pub fn set_scores(&mut self, score: Option<&Score>, drifts: Vec<OutageDrift>) {
+        let known: Vec<f64> = drifts.iter().filter_map(|outage| outage.max_horizontal_m).collect();
+        self.outage_drift_m = Statistics::of(&known);
         self.outages = drifts;
         let Some(score) = score else { return };
         self.error =
@@ -246,6 +252,10 @@ impl Summary {
                     format!("drifted {drift:.2} m")
                 });
             facts.push(Fact { label: span, value: drift });
+        }
+        if let Some(Statistics { median, max, .. }) = self.outage_drift_m {
+            let words = format!("{median:.2} m median, {max:.2} m worst");
+            facts.push(Fact { label: "drift in outages".into(), value: words });
         }
         facts
     }
