@@ -64,7 +64,7 @@ impl Sub for Time {
 
     /// Seconds from `earlier` to `self`, negative if it is later.
     fn sub(self, earlier: Self) -> f64 {
-        self.0.saturating_sub(earlier.0) as f64 * 1e-9
+        Self(self.0.saturating_sub(earlier.0)).seconds()
     }
 }
 
