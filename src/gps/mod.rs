@@ -29,6 +29,7 @@ mod counts;
 mod fix;
 mod receiver_fix;
 mod receiver_time;
+pub mod tsip;
 
 pub use counts::Counts;
 pub use fix::Fix;
