@@ -26,7 +26,9 @@
 )]
 
 mod counts;
+mod cycle;
 mod fix;
+pub mod nmea;
 mod receiver_fix;
 mod receiver_time;
 pub mod tsip;
