@@ -32,6 +32,7 @@ pub mod nmea;
 mod receiver_fix;
 mod receiver_time;
 pub mod tsip;
+pub mod ubx;
 
 pub use counts::Counts;
 pub use fix::Fix;
