@@ -14,6 +14,28 @@
 //! A receiver names its epochs on its own clock ([`ReceiverTime`]), and the fix reaches us later by
 //! the time it took to compute and to send. How that maps to the inertial unit's clock is the
 //! caller's to know: [`ReceiverFix::at`] takes the moment, usually the arrival less the latency.
+//!
+//! ```
+//! use hovernav::gps::{Protocol, Receiver, quality::{Limits, QualityCheck}};
+//! use hovernav::time::Time;
+//!
+//! let mut receiver = Receiver::new(Protocol::Nmea);
+//! let mut quality = QualityCheck::new(Limits::default());
+//! let latency_s = 0.12;
+//!
+//! let mut bytes: &[u8] = b"$GPGGA,094812.00,0120.5000,N,10341.0000,E,1,09,0.9,31.0,M,7.0,M,,*6E\r\n\
+//!                          $GPRMC,094812.00,A,0120.5000,N,10341.0000,E,4.0,90.0,230305,,,A*63\r\n";
+//! let arrival = Time::ZERO;
+//! while let Some(fix) = receiver.read(&mut bytes, arrival) {
+//!     if quality.check(&fix).is_empty() {
+//!         let fix = fix.at(fix.arrival.offset_by(-latency_s));     // for the filter
+//!     }
+//! }
+//! let fix = receiver.flush().expect("the line fell silent: the epoch is over");
+//! assert_eq!(fix.satellites, Some(9));
+//! assert_eq!(fix.height_m, Some(38.0));
+//! assert!((fix.horizontal_velocity_mps.unwrap()[1] - 2.058).abs() < 1e-3);
+//! ```
 #![cfg_attr(
     not(test),
     deny(
@@ -29,8 +51,10 @@ mod counts;
 mod cycle;
 mod fix;
 pub mod nmea;
+pub mod quality;
 mod receiver_fix;
 mod receiver_time;
+mod stream;
 pub mod tsip;
 pub mod ubx;
 
@@ -38,3 +62,4 @@ pub use counts::Counts;
 pub use fix::Fix;
 pub use receiver_fix::{Correction, DilutionOfPrecision, Dimension, ReceiverFix};
 pub use receiver_time::{ReceiverTime, WEEK_FLOOR, unroll_week};
+pub use stream::{Protocol, Receiver};
