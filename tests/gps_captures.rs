@@ -354,7 +354,7 @@ fn the_lassen_iq_packets_are_those_decoded_apart_from_this_project() {
 fn describe(report: &Report, offset: i64) -> Value {
     let double = |value: f32| f64::from(value);
     let mut value = match report {
-        Report::Time(time) => json!({
+        Report::GpsTime(time) => json!({
             "k": "41 time", "tow": double(time.time_of_week_s), "week": time.week,
             "utc_off": double(time.utc_offset_s),
         }),

@@ -2,8 +2,8 @@
 
 use hovernav::frames::Vector;
 use hovernav::gps::tsip::{
-    Differential, Framer, Health, IoOptions, LastFix, MachineStatus, PositionLla, PositionXyz,
-    Report, Time as TsipTime, VelocityEnu, VelocityXyz, Version,
+    Differential, Framer, GpsTime, Health, IoOptions, LastFix, MachineStatus, PositionLla,
+    PositionXyz, Report, VelocityEnu, VelocityXyz, Version,
 };
 use hovernav::gps::{Protocol, Receiver, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
@@ -166,7 +166,7 @@ proptest! {
             (
                 0x41,
                 join(&[&small(&[time_of_fix_s]), &week.to_be_bytes(), &small(&[e])]),
-                Report::Time(TsipTime { time_of_week_s: time_of_fix_s, week, utc_offset_s: e }),
+                Report::GpsTime(GpsTime { time_of_week_s: time_of_fix_s, week, utc_offset_s: e }),
             ),
             (
                 0x42,

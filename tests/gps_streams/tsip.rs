@@ -2,7 +2,7 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
-use hovernav::gps::tsip::{Decoder, IoOptions};
+use hovernav::gps::tsip::{Decoder, Health, IoOptions};
 use hovernav::gps::{Correction, Dimension, Protocol, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
 
@@ -77,6 +77,15 @@ fn coarse_and_stored_positions_are_no_fix() {
     assert_eq!(read(&tsip_packet(0x4A, &coarse)), []);
     let stored = [doubles(&[0.023, 1.8, 40.0, 0.0]), singles(&[-1.0])].concat();
     assert_eq!(read(&tsip_packet(0x84, &stored)), []);
+}
+
+#[test]
+fn the_receivers_health_tells_why_no_fix_comes() {
+    let mut decoder = Decoder::default();
+    assert_eq!(decoder.health(), None);
+    let wire = tsip_packet(0x46, &[0x09, 0x10]);
+    assert_eq!(decoder.read(&mut wire.as_slice(), Time::ZERO), None);
+    assert_eq!(decoder.health(), Some(Health { status: 9, errors: 0x10 }));
 }
 
 #[test]

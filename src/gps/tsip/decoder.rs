@@ -1,7 +1,7 @@
 //! One fix a second from the reports.
 
 use super::values::{Position, Velocity, Whole, correction, in_week, leap_seconds};
-use super::{Framer, IoOptions, Report, ReportError, SatelliteSelection};
+use super::{Framer, Health, IoOptions, Report, ReportError, SatelliteSelection};
 use crate::gps::receiver_time::time_of_week_ns;
 use crate::gps::{
     Counts, DilutionOfPrecision, Dimension, ReceiverFix, ReceiverTime, WEEK_FLOOR, unroll_week,
@@ -33,6 +33,7 @@ pub struct Decoder {
     week_floor: u16,
     clock: Option<Clock>,
     options: Option<IoOptions>,
+    health: Option<Health>,
     satellites: Option<(Time, SatelliteSelection)>,
     corrected: Option<bool>,
     epoch: Option<Epoch>,
@@ -74,6 +75,7 @@ impl Decoder {
             week_floor: floor,
             clock: None,
             options: None,
+            health: None,
             satellites: None,
             corrected: None,
             epoch: None,
@@ -127,6 +129,12 @@ impl Decoder {
         self.options
     }
 
+    /// What the receiver last said of its health (0x46, every few seconds): why no fixes come.
+    #[must_use]
+    pub fn health(&self) -> Option<Health> {
+        self.health
+    }
+
     /// What became of all packets so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
@@ -137,7 +145,7 @@ impl Decoder {
     /// completes is left in `ready`.
     fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
         match report {
-            Report::Time(time) => {
+            Report::GpsTime(time) => {
                 let week = u16::try_from(time.week).ok();
                 let time_of_week_s = f64::from(time.time_of_week_s);
                 let leap_seconds = leap_seconds(f64::from(time.utc_offset_s));
@@ -183,8 +191,11 @@ impl Decoder {
                 self.accept_whole(Whole::from_superpacket(superpacket), arrival)
             }
             Report::Compact(compact) => self.accept_whole(Whole::from_compact(compact), arrival),
-            Report::Health(_)
-            | Report::CoarsePositionLla(_)
+            Report::Health(health) => {
+                self.health = Some(*health);
+                None
+            }
+            Report::CoarsePositionLla(_)
             | Report::ReferenceHeight { .. }
             | Report::MachineStatus(_)
             | Report::LastFix(_)

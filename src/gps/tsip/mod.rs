@@ -25,7 +25,7 @@ pub use decoder::Decoder;
 pub use framer::{Framer, MAX_PAYLOAD, Packet};
 pub use read::ReportError;
 pub use report::{
-    Compact, Differential, Health, IoOptions, LastFix, MachineStatus, PositionLla, PositionXyz,
-    Report, SatelliteIssue, SatelliteSelection, SatelliteSlot, Superpacket, Time, Tracking,
+    Compact, Differential, GpsTime, Health, IoOptions, LastFix, MachineStatus, PositionLla,
+    PositionXyz, Report, SatelliteIssue, SatelliteSelection, SatelliteSlot, Superpacket, Tracking,
     VelocityEnu, VelocityXyz, Version,
 };

@@ -1,8 +1,8 @@
 //! The reports out of their bytes.
 
 use super::report::{
-    Compact, Differential, Health, IoOptions, LastFix, MachineStatus, PositionLla, PositionXyz,
-    Report, SatelliteIssue, SatelliteSelection, Superpacket, Time, Tracking, VelocityEnu,
+    Compact, Differential, GpsTime, Health, IoOptions, LastFix, MachineStatus, PositionLla,
+    PositionXyz, Report, SatelliteIssue, SatelliteSelection, Superpacket, Tracking, VelocityEnu,
     VelocityXyz, Version, velocity_step_mps,
 };
 use crate::frames::Vector;
@@ -42,7 +42,7 @@ impl Report {
     fn parse(id: u8, payload: &[u8]) -> Option<Self> {
         let mut data = Reader(payload);
         Some(match (id, payload.len()) {
-            (0x41, 10) => Self::Time(Time {
+            (0x41, 10) => Self::GpsTime(GpsTime {
                 time_of_week_s: data.f32()?,
                 week: data.i16()?,
                 utc_offset_s: data.f32()?,

@@ -4,7 +4,7 @@ use crate::frames::{Ecef, Vector};
 
 /// 0x41: the time, every few seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Time {
+pub struct GpsTime {
     /// Seconds since the start of the week, GPS time; −1 while the receiver does not know.
     pub time_of_week_s: f32,
     /// Weeks since 6 January 1980; old firmware drops multiples of 1024.
@@ -278,7 +278,7 @@ pub(super) const fn velocity_step_mps(coarse: bool) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "each variant's type says it")]
 pub enum Report {
-    Time(Time),
+    GpsTime(GpsTime),
     PositionXyz(PositionXyz),
     VelocityXyz(VelocityXyz),
     Version(Version),
