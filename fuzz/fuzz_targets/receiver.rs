@@ -44,7 +44,7 @@ fn assert_possible(fix: &ReceiverFix) {
         assert!(within(speed, 1_040.0));
     }
     for sigma in [fix.position_sigma_m, fix.velocity_sigma_mps].into_iter().flatten() {
-        assert!(sigma.to_array().iter().all(|sigma| *sigma >= 0.0));
+        assert!(sigma.to_array().iter().all(|sigma| *sigma > 0.0));
     }
     match fix.time {
         Some(ReceiverTime::Gps { time_of_week_ns, .. }) => {

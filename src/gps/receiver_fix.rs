@@ -167,6 +167,12 @@ pub(super) fn plausible_velocity<const N: usize>(velocity_mps: [f64; N]) -> Opti
     velocity_mps.iter().all(|component| libm::fabs(*component) <= 600.0).then_some(velocity_mps)
 }
 
+/// The one-sigmas, if they are finite and none is zero: receivers send zeros for those they do not
+/// have.
+pub(super) fn known_sigma(sigma: Vector<Ned>) -> Option<Vector<Ned>> {
+    sigma.to_array().iter().all(|sigma| *sigma > 0.0 && sigma.is_finite()).then_some(sigma)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -78,6 +78,13 @@ fn values_that_cannot_be_are_refused() {
 }
 
 #[test]
+fn an_accuracy_of_zero_is_an_unknown_one() {
+    let fix = read(&changed(|payload| payload[40..44].fill(0)))[0];
+    assert_eq!(fix.position_sigma_m, None);
+    assert!(fix.velocity_sigma_mps.is_some());
+}
+
+#[test]
 fn a_date_that_is_not_valid_leaves_the_week_unknown() {
     let time = |valid: u8, year: u16| {
         let wire = changed(|payload| {

@@ -11,7 +11,7 @@ use nmea::{NmeaSentence, SentenceType};
 
 use super::fields::Fields;
 use crate::frames::{Ned, Vector};
-use crate::gps::receiver_fix::{Horizontal, plausible_height};
+use crate::gps::receiver_fix::{Horizontal, known_sigma, plausible_height};
 use crate::gps::{Correction, DilutionOfPrecision, Dimension};
 
 /// GGA or GNS: position with height.
@@ -198,13 +198,9 @@ fn gsa(sentence: NmeaSentence<'_>) -> Reading {
 
 fn gst(sentence: NmeaSentence<'_>) -> Reading {
     let gst = sentences::parse_gst(sentence).or(Err(Refusal::Malformed))?;
-    let sigma_m = [gst.lat_sd, gst.long_sd, gst.alt_sd].map(|sigma| sigma.map(f64::from));
-    let [Some(north), Some(east), Some(down)] = sigma_m else {
-        return Ok((gst.time, Content::Gst(None)));
-    };
-    let possible = [north, east, down].iter().all(|sigma| (0.0..1e6).contains(sigma));
-    let sigma_m = possible.then_some(Vector::new(north, east, down));
-    Ok((gst.time, Content::Gst(Some(sigma_m.ok_or(Refusal::Impossible)?))))
+    let [north, east, down] =
+        [gst.lat_sd, gst.long_sd, gst.alt_sd].map(|sigma| f64::from(sigma.unwrap_or(0.0)));
+    Ok((gst.time, Content::Gst(known_sigma(Vector::new(north, east, down)))))
 }
 
 /// The place of a sentence that claims to have one.

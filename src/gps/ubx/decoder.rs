@@ -18,7 +18,7 @@ use super::values::{
 use crate::earth::Geodetic;
 use crate::frames::{Ecef, Vector};
 use crate::gps::cycle::{Cycle, Kinds};
-use crate::gps::receiver_fix::{Horizontal, plausible_velocity};
+use crate::gps::receiver_fix::{Horizontal, known_sigma, plausible_velocity};
 use crate::gps::{Correction, Counts, ReceiverFix};
 use crate::time::Time;
 
@@ -275,7 +275,7 @@ impl Epoch {
         self.fix.height_m = Some(height(position.height_meters())?);
         self.fix.altitude_msl_m = Some(height(position.height_msl())?);
         self.fix.position_sigma_m =
-            Some(Vector::new(position.h_ack(), position.h_ack(), position.v_acc()));
+            known_sigma(Vector::new(position.h_ack(), position.h_ack(), position.v_acc()));
         Ok(())
     }
 
@@ -285,7 +285,7 @@ impl Epoch {
         self.velocity = VELOCITY;
         self.fix.set_horizontal_velocity(north, east);
         self.fix.down_velocity_mps = Some(down);
-        self.fix.velocity_sigma_mps = Some(on_all_axes(velocity.speed_accuracy_estimate()));
+        self.fix.velocity_sigma_mps = on_all_axes(velocity.speed_accuracy_estimate());
         Ok(())
     }
 
@@ -317,7 +317,7 @@ impl Epoch {
             self.fix.latitude_rad = horizontal.latitude_rad;
             self.fix.longitude_rad = horizontal.longitude_rad;
             self.fix.height_m = Some(height(place.height_m)?);
-            self.fix.position_sigma_m = Some(on_all_axes(solution.position_accuracy_estimate()));
+            self.fix.position_sigma_m = on_all_axes(solution.position_accuracy_estimate());
         }
         if self.velocity != VELOCITY {
             let ecef = [solution.ecef_vx(), solution.ecef_vy(), solution.ecef_vz()];
@@ -326,7 +326,7 @@ impl Epoch {
             self.velocity = SOLUTION;
             self.fix.set_horizontal_velocity(north, east);
             self.fix.down_velocity_mps = Some(down);
-            self.fix.velocity_sigma_mps = Some(on_all_axes(solution.speed_accuracy_estimate()));
+            self.fix.velocity_sigma_mps = on_all_axes(solution.speed_accuracy_estimate());
         }
         Ok(())
     }

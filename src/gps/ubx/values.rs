@@ -6,8 +6,8 @@ use ublox::nav_dop::NavDopRef;
 use ublox::nav_pvt::common::{NavPvtFlags, NavPvtValidFlags};
 use ublox::nav_pvt::proto23::NavPvtRef;
 
-use crate::frames::Vector;
-use crate::gps::receiver_fix::{Horizontal, plausible_height, plausible_velocity};
+use crate::frames::{Ned, Vector};
+use crate::gps::receiver_fix::{Horizontal, known_sigma, plausible_height, plausible_velocity};
 use crate::gps::{Correction, DilutionOfPrecision, Dimension, ReceiverFix, ReceiverTime};
 use crate::time::Time;
 
@@ -21,12 +21,12 @@ pub(super) fn whole(pvt: &NavPvtRef<'_>, arrival: Time) -> Result<ReceiverFix, I
     fix.height_m = Some(height(pvt.height_above_ellipsoid())?);
     fix.altitude_msl_m = Some(height(pvt.height_msl())?);
     let (across, up) = (pvt.horizontal_accuracy(), pvt.vertical_accuracy());
-    fix.position_sigma_m = Some(Vector::new(across, across, up));
+    fix.position_sigma_m = known_sigma(Vector::new(across, across, up));
     let ned = [pvt.vel_north(), pvt.vel_east(), pvt.vel_down()];
     let [north, east, down] = plausible_velocity(ned).ok_or(Impossible)?;
     fix.set_horizontal_velocity(north, east);
     fix.down_velocity_mps = Some(down);
-    fix.velocity_sigma_mps = Some(on_all_axes(pvt.speed_accuracy()));
+    fix.velocity_sigma_mps = on_all_axes(pvt.speed_accuracy());
     fix.satellites = Some(pvt.num_satellites());
     fix.dilution.position = dilution(pvt.pdop());
     fix.dimension = dimension(pvt.fix_type());
@@ -97,8 +97,8 @@ pub(super) fn height(height_m: f64) -> Result<f64, Impossible> {
     plausible_height(height_m).ok_or(Impossible)
 }
 
-pub(super) fn on_all_axes<F>(sigma: f64) -> Vector<F> {
-    Vector::new(sigma, sigma, sigma)
+pub(super) fn on_all_axes(sigma: f64) -> Option<Vector<Ned>> {
+    known_sigma(Vector::new(sigma, sigma, sigma))
 }
 
 pub(super) fn dilutions(dilutions: &NavDopRef<'_>) -> DilutionOfPrecision {
