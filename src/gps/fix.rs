@@ -38,6 +38,21 @@ impl Fix {
         }
     }
 
+    /// Whether no value is NaN or infinite and every one-sigma is positive.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let sigma_is_good = |sigma: Option<Vector<Ned>>| {
+            sigma.is_none_or(|sigma| {
+                sigma.is_finite() && sigma.to_array().iter().all(|&sigma| sigma > 0.0)
+            })
+        };
+        self.position.is_navigable()
+            && self.horizontal_velocity_mps.is_none_or(|[n, e]| n.is_finite() && e.is_finite())
+            && self.down_velocity_mps.is_none_or(f64::is_finite)
+            && sigma_is_good(self.position_sigma_m)
+            && sigma_is_good(self.velocity_sigma_mps)
+    }
+
     /// The whole velocity, m/s, when all three components are known.
     #[must_use]
     pub fn velocity_mps(&self) -> Option<Vector<Ned>> {
