@@ -150,14 +150,12 @@ impl Summary {
                 Notice::ImuFault(time, fault) => note(fault_name(fault), time.seconds()),
             }
         }
-        if let Some(alignment) = &self.alignment {
-            if alignment.heading == "unknown" && alignment.heading_found_s.is_none() {
-                self.warnings.push(
-                    "the heading was not found: too little horizontal acceleration, no attitude and \
-                     no magnetometer"
-                        .into(),
-                );
-            }
+        let not_found = |alignment: &AlignmentSummary| {
+            alignment.heading == "unknown" && alignment.heading_found_s.is_none()
+        };
+        if self.alignment.as_ref().is_some_and(not_found) {
+            let why = "too little horizontal acceleration, no attitude and no magnetometer";
+            self.warnings.push(format!("the heading was not found: {why}"));
         }
         for (kind, (count, first_s)) in faults {
             self.warnings.push(format!("{count} × {kind}, first at {first_s:.3} s"));
