@@ -249,6 +249,9 @@ impl<const N: usize> Adjoint<N> {
                 add_scaled(&mut explained, entry, line);
             }
             for (j, other) in rows.iter().enumerate().skip(i) {
+                if !is_told(i, j) {
+                    continue;
+                }
                 let value = row[j] - dot(&explained, other);
                 covariance[i][j] = value;
                 covariance[j][i] = value;
@@ -262,6 +265,12 @@ impl<const N: usize> Adjoint<N> {
         filter.correct(&correction);
         filter.solution()
     }
+}
+
+/// Whether a solution tells of the covariance of two base states: of attitude with itself, velocity
+/// and position, which its lever arm and its angles need, and of all else the variance.
+const fn is_told(row: usize, column: usize) -> bool {
+    row == column || (row < VELOCITY && column < GYRO_BIAS)
 }
 
 /// Φᵀ times a matrix: the transpose of what
@@ -314,15 +323,16 @@ fn add_scaled<const M: usize>(row: &mut [f64; M], factor: f64, other: &[f64; M])
     }
 }
 
-/// Inner product, in four sums that a processor can keep going side by side.
+/// Inner product, in two sums that a processor can keep going side by side.
 fn dot<const M: usize>(a: &[f64; M], b: &[f64; M]) -> f64 {
-    let mut sums = [0.0; 4];
-    for (a, b) in a.chunks(4).zip(b.chunks(4)) {
-        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-            *sum += a * b;
-        }
+    let mut sums = [0.0; 2];
+    let (a_pairs, a_rest) = a.as_chunks::<2>();
+    let (b_pairs, b_rest) = b.as_chunks::<2>();
+    for (a, b) in a_pairs.iter().zip(b_pairs) {
+        sums[0] += a[0] * b[0];
+        sums[1] += a[1] * b[1];
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
+    a_rest.iter().zip(b_rest).fold(sums[0] + sums[1], |sum, (a, b)| sum + a * b)
 }
 
 fn transpose<const N: usize>(matrix: &mut [[f64; N]; N]) {
