@@ -11,7 +11,7 @@ use crate::dmu::ImuSample;
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;
-use crate::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource};
+use crate::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
 use crate::time::Time;
 
 /// Settings of the whole estimator.
@@ -152,10 +152,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         };
     }
 
-    /// Starts the filter at a given alignment, without one of its own: to go over a log again with
-    /// what was found out later.
-    pub fn begin_at(&mut self, alignment: &Alignment) {
-        self.begin(alignment);
+    /// Starts the filter at a given state, without an alignment or a search of its own: to go over
+    /// a log again with what was found out later.
+    pub fn begin_at(&mut self, start: &Start) {
+        self.phase = Phase::Navigating(Ekf::new(self.config.ekf, *start));
     }
 
     fn hold(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {

@@ -65,7 +65,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     integrator: Integrator,
     gyro_vibration: Vibration,
     accel_vibration: Vibration,
-    angular_rate_radps: Vector<Body>,
+    pub(super) angular_rate_radps: Vector<Body>,
     layout: PhantomData<L>,
 }
 
