@@ -6,8 +6,10 @@ use std::str::FromStr;
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
-use hovernav::ekf::{Innovation, Notice};
-use hovernav::log::{Dataset, Outage, Reference, Run, Score, outage_drift, score, write_solution};
+use hovernav::ekf::{Innovation, Notice, Solution};
+use hovernav::log::{
+    Dataset, Outage, Reference, Run, Score, SmoothedRun, outage_drift, score, write_solution,
+};
 use hovernav::time::Time;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -82,11 +84,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     dataset.withhold(&outages, arguments.gps_rate);
 
     let bar = progress_bar(dataset.imu.len());
-    let run = dataset.estimate(&config, |done| {
+    let progress = |done: usize| {
         if done % 4096 == 0 {
             bar.set_position(done as u64);
         }
-    });
+    };
+    let (run, smoothed) = if arguments.smooth {
+        let SmoothedRun { forward, solutions } = dataset.smooth(&config, progress);
+        (forward, solutions)
+    } else {
+        (dataset.estimate(&config, progress), Vec::new())
+    };
     bar.finish_and_clear();
     ensure!(
         !run.solutions.is_empty(),
@@ -97,20 +105,25 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let reference = Reference::open(&arguments.log, &dataset.manifest)?;
     let first_imu = dataset.imu.first().map_or(Time::ZERO, |sample| sample.time);
-    let scored = reference.as_ref().map(|reference| score(&run.solutions, reference, first_imu));
-    let drifts = drifts(&run, &outages, reference.as_ref());
+    let solutions = if smoothed.is_empty() { &run.solutions } else { &smoothed };
+    let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
+    let drifts = drifts(solutions, &outages, reference.as_ref());
 
     let out =
         arguments.out.clone().unwrap_or_else(|| Path::new("out").join(name_of(&arguments.log)));
     std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
-    write_solution(&out.join("solution.csv"), &run.solutions)?;
-    let mut summary = Summary::new(&arguments.log, &dataset, &run, arguments.smooth);
+    write_solution(&out.join("solution.csv"), solutions)?;
+    let mut summary = Summary::new(&arguments.log, &dataset, &run, !smoothed.is_empty());
+    if arguments.smooth && smoothed.is_empty() {
+        let warning = "nothing was smoothed, as the heading was not found: the solution is causal";
+        summary.warnings.push(warning.into());
+    }
     summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
     summary.set_scores(scored.as_ref(), drifts);
     if !arguments.no_report {
         write_report(
             &out.join("report.html"),
-            (&dataset, &run),
+            (&dataset, &run, &smoothed),
             &outages,
             reference.as_ref(),
             scored.as_ref(),
@@ -137,14 +150,18 @@ fn progress_bar(samples: usize) -> ProgressBar {
     ProgressBar::new(samples as u64).with_style(style)
 }
 
-fn drifts(run: &Run, outages: &[Outage], reference: Option<&Reference>) -> Vec<OutageDrift> {
+fn drifts(
+    solutions: &[Solution],
+    outages: &[Outage],
+    reference: Option<&Reference>,
+) -> Vec<OutageDrift> {
     outages
         .iter()
         .map(|outage| OutageDrift {
             start_s: outage.start.seconds(),
             duration_s: outage.duration_s,
             max_horizontal_m: reference.and_then(|reference| {
-                outage_drift(&run.solutions, reference, outage.start, outage.duration_s)
+                outage_drift(solutions, reference, outage.start, outage.duration_s)
             }),
         })
         .collect()
@@ -152,7 +169,7 @@ fn drifts(run: &Run, outages: &[Outage], reference: Option<&Reference>) -> Vec<O
 
 fn write_report(
     path: &Path,
-    (dataset, run): (&Dataset, &Run),
+    (dataset, run, smoothed): (&Dataset, &Run, &[Solution]),
     outages: &[Outage],
     reference: Option<&Reference>,
     score: Option<&Score>,
@@ -179,6 +196,7 @@ fn write_report(
             warnings: &summary.warnings,
             outages,
             solutions: &run.solutions,
+            smoothed,
             fixes: &dataset.fixes,
             innovations: &innovations,
             reference: &reference,
