@@ -113,6 +113,12 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         Self { rows: [[T::ZERO; N]; N] }
     }
 
+    /// A covariance of given rows, which must be symmetric.
+    #[cfg(feature = "std")]
+    pub(super) const fn from_rows(rows: [[T; N]; N]) -> Self {
+        Self { rows }
+    }
+
     /// The rows; symmetric.
     #[must_use]
     pub const fn rows(&self) -> &[[T; N]; N] {

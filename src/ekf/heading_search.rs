@@ -50,15 +50,22 @@ impl HeadingSearch {
     #[must_use]
     pub fn new(config: EkfConfig, start: Start) -> Self {
         let weight = 1.0 / SECTORS as f64;
-        let [north, east, _] = start.attitude_sigma_rad.to_array();
         let sectors = core::array::from_fn(|sector| {
-            let turn = Vector::new(0.0, 0.0, 2.0 * SECTOR_SIGMA_RAD * sector as f64);
-            let mut start = start;
-            start.state.body_to_ned = start.state.body_to_ned.turned_in_to(turn);
-            start.attitude_sigma_rad = Vector::new(north, east, SECTOR_SIGMA_RAD);
+            let start = Self::sector_start(start, sector);
             Some(Sector { filter: Ekf::new(config, start), weight })
         });
         Self { sectors, gps: config.gps, last_fix: None }
+    }
+
+    /// Where the filter of one sector starts when the search starts at `start`; sectors are counted
+    /// clockwise from the start's heading.
+    #[must_use]
+    pub fn sector_start(mut start: Start, sector: usize) -> Start {
+        let turn = Vector::new(0.0, 0.0, 2.0 * SECTOR_SIGMA_RAD * sector as f64);
+        let [north, east, _] = start.attitude_sigma_rad.to_array();
+        start.state.body_to_ned = start.state.body_to_ned.turned_in_to(turn);
+        start.attitude_sigma_rad = Vector::new(north, east, SECTOR_SIGMA_RAD);
+        start
     }
 
     /// Advances every filter to the next inertial sample.
@@ -66,7 +73,11 @@ impl HeadingSearch {
     /// # Errors
     /// As [`Ekf::predict`]; all filters judge a sample alike.
     pub fn predict(&mut self, sample: &ImuSample) -> Result<(), ImuFault> {
-        self.sectors.iter_mut().flatten().fold(Ok(()), |_, sector| sector.filter.predict(sample))
+        let mut verdict = Ok(());
+        for sector in self.sectors.iter_mut().flatten() {
+            verdict = sector.filter.predict(sample);
+        }
+        verdict
     }
 
     /// Takes a fix into every filter, and weighs them by it. The report is the best filter's.

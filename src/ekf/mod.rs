@@ -12,6 +12,8 @@ mod heading_search;
 mod history;
 mod innovation;
 mod measurement;
+#[cfg(feature = "std")]
+mod smoother;
 mod solution;
 
 pub use config::{AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel};
@@ -20,6 +22,8 @@ pub use filter::{Ekf, ImuFault, Trace};
 pub use heading_search::HeadingSearch;
 pub use innovation::{Channel, Innovation, Verdict};
 pub use measurement::{Report, Unusable};
+#[cfg(feature = "std")]
+pub use smoother::Smoother;
 pub use solution::Solution;
 
 use filter::square;

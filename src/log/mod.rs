@@ -33,7 +33,6 @@ pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
 };
 pub use reference::{Reference, ReferenceMoment};
-pub use replay::{Outage, Run};
+pub use replay::{Outage, Run, SmoothedRun};
 pub use score::{Axis, AxisScore, ErrorPoint, Score, Statistics, outage_drift, score};
 pub use solution::write_solution;
-pub use write::ReferenceSample;

@@ -2,8 +2,9 @@
 
 use super::dataset::Dataset;
 use crate::ekf::layout::Full;
-use crate::ekf::{Estimator, EstimatorConfig, Notice, Solution, Trace};
+use crate::ekf::{Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution};
 use crate::event::Event;
+use crate::ins::{HeadingSource, Start};
 use crate::time::Time;
 
 /// A span without GPS, to see how the filter fares alone.
@@ -32,6 +33,16 @@ pub struct Run {
     pub notices: Vec<Notice>,
 }
 
+/// What a run over a log and back gave.
+#[derive(Clone, Debug, Default)]
+pub struct SmoothedRun {
+    /// What the filter said on its way, moment by moment.
+    pub forward: Run,
+    /// The smoothed solutions, at the times of the forward run's; none where nothing could be
+    /// smoothed, see [`Dataset::smooth`].
+    pub solutions: Vec<Solution>,
+}
+
 impl Dataset {
     /// Leaves out the fixes within `outages`, and thins the rest to at most `rate_hz`.
     pub fn withhold(&mut self, outages: &[Outage], rate_hz: Option<f64>) {
@@ -48,6 +59,13 @@ impl Dataset {
                 keep
             });
         }
+    }
+
+    /// How many fixes come before the first inertial sample, of no use to anyone.
+    #[must_use]
+    pub fn fixes_before_imu(&self) -> usize {
+        let first = self.imu.first().map_or(Time::ZERO, |sample| sample.time);
+        self.fixes.iter().take_while(|fix| fix.time < first).count()
     }
 
     /// Everything the sensors said, in order of arrival: a fix arrives its latency after it is true.
@@ -79,25 +97,86 @@ impl Dataset {
 
     /// Runs the estimator over the log. `progress` hears how many inertial samples are done.
     pub fn estimate(&self, config: &EstimatorConfig, progress: impl FnMut(usize)) -> Run {
-        let estimator = Estimator::<Full, 26>::new(*config);
-        self.run(estimator, &mut (), progress)
+        let mut estimator = Estimator::<Full, 26>::new(*config);
+        self.run(progress, |event, notices| {
+            estimator.push(event, |notice| notices.push(notice));
+            estimator.solution()
+        })
     }
 
-    /// Runs a given estimator over the log, watched by `trace`.
-    pub(super) fn run(
+    /// Runs the estimator forward over the log, then smooths backward: every moment from the whole
+    /// log, biases and all.
+    ///
+    /// A log whose heading is found only in motion is gone over again, the filter starting in the
+    /// heading's sector, so that all of it is smoothed. Where alignment never ends or the heading is
+    /// never found, nothing is smoothed: to choose a heading would be to guess, and to guess
+    /// with confidence. `progress` hears how many inertial samples the forward run under way has
+    /// done.
+    ///
+    /// See [`Smoother`] for the method and the memory it takes, under 4 kB an inertial sample.
+    pub fn smooth(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> SmoothedRun {
+        let (forward, mut smoother) = self.traced(config, None, &mut progress);
+        let aligned = forward.notices.iter().find_map(|notice| match notice {
+            Notice::Aligned(alignment) => Some(*alignment),
+            _ => None,
+        });
+        if let Some(alignment) = aligned.filter(|by| by.heading == HeadingSource::Unknown) {
+            let found = forward.notices.iter().find_map(|notice| match notice {
+                Notice::HeadingFound { sector, .. } => Some(*sector),
+                _ => None,
+            });
+            let Some(sector) = found else {
+                return SmoothedRun { forward, solutions: Vec::new() };
+            };
+            // The first trace starts where the search ended; its memory goes before the second's.
+            drop(smoother);
+            let start = HeadingSearch::sector_start(alignment.start, sector);
+            smoother = self.traced(config, Some(start), &mut progress).1;
+        }
+        SmoothedRun { forward, solutions: smoother.smooth() }
+    }
+
+    /// A forward run that leaves what the smoother needs; from `start` where one is given, else from
+    /// the alignment's own.
+    fn traced(
         &self,
-        mut estimator: Estimator<Full, 26>,
-        trace: &mut impl Trace<f64, 26>,
+        config: &EstimatorConfig,
+        start: Option<Start>,
+        progress: impl FnMut(usize),
+    ) -> (Run, Smoother<Full, 26>) {
+        let mut estimator = Estimator::<Full, 26>::new(*config);
+        let mut smoother = Smoother::with_capacity(self.imu.len());
+        let run = self.run(progress, |event, notices| {
+            let mut aligned = false;
+            estimator.push_traced(event, &mut smoother, |notice| {
+                aligned |= matches!(notice, Notice::Aligned(_));
+                notices.push(notice);
+            });
+            if let Some(start) = start.filter(|_| aligned) {
+                estimator.begin_at(&start);
+            }
+            if let (Event::Imu(_), Some(filter)) = (event, estimator.filter()) {
+                smoother.sampled(filter);
+            }
+            estimator.solution()
+        });
+        (run, smoother)
+    }
+
+    /// Gives every event to `push`, and keeps the solution it returns for an inertial sample.
+    fn run(
+        &self,
         mut progress: impl FnMut(usize),
+        mut push: impl FnMut(&Event, &mut Vec<Notice>) -> Option<Solution>,
     ) -> Run {
         let mut run = Run { solutions: Vec::with_capacity(self.imu.len()), ..Run::default() };
         let mut samples = 0;
         for event in self.events() {
-            estimator.push_traced(&event, trace, |notice| run.notices.push(notice));
+            let solution = push(&event, &mut run.notices);
             if let Event::Imu(_) = event {
                 samples += 1;
                 progress(samples);
-                run.solutions.extend(estimator.solution());
+                run.solutions.extend(solution);
             }
         }
         run
