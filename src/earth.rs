@@ -32,6 +32,9 @@ pub const SOMIGLIANA_K: f64 = 0.001_931_852_652_41;
 /// m = ω² a² b / GM (TR8350.2 table 3.4).
 pub const GRAVITY_RATIO_M: f64 = 0.003_449_786_506_84;
 
+/// No vehicle of this kind is further above or below the ellipsoid, m.
+const HIGHEST_M: f64 = 1e5;
+
 /// A place as geodetic latitude, longitude and height above the WGS-84 ellipsoid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geodetic {
@@ -52,7 +55,7 @@ impl Geodetic {
     pub fn from_degrees(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Option<Self> {
         let on_earth = libm::fabs(latitude_deg) <= 90.0
             && libm::fabs(longitude_deg) <= 360.0
-            && libm::fabs(height_m) <= 1e5;
+            && libm::fabs(height_m) <= HIGHEST_M;
         on_earth.then(|| Self {
             latitude_rad: latitude_deg.to_radians(),
             longitude_rad: wrap_angle(longitude_deg.to_radians()),
@@ -73,12 +76,13 @@ impl Geodetic {
     }
 
     /// Whether north is well enough defined here to navigate in NED: within ±89.9° of latitude
-    /// (11 km from a pole, where 10 m/s eastwards turns the frame at 0.05°/s), all values finite.
+    /// (11 km from a pole, where 10 m/s eastwards turns the frame at 0.05°/s), within ±100 km of the
+    /// ellipsoid, all values finite.
     #[must_use]
     pub fn is_navigable(&self) -> bool {
         libm::fabs(self.latitude_rad) <= 89.9f64.to_radians()
             && self.longitude_rad.is_finite()
-            && self.height_m.is_finite()
+            && libm::fabs(self.height_m) <= HIGHEST_M
     }
 
     /// Earth-centred, Earth-fixed coordinates, m (Groves 2.112).

@@ -364,5 +364,6 @@ const fn fault_name(fault: &ImuFault) -> &'static str {
         ImuFault::NotFinite => "an inertial sample that is not finite, passed over",
         ImuFault::NotLater => "an inertial sample not later than the one before, passed over",
         ImuFault::Gap(_) => "a gap in the inertial samples, bridged",
+        ImuFault::Astray => "an inertial sample that would lead off the Earth, not followed",
     }
 }

@@ -78,15 +78,22 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Whether no component is NaN or infinite.
+    /// Whether every component is finite and one that a unit can measure: within ±10 000 rad/s and
+    /// m/s², or rad and m/s a sample.
     #[must_use]
     pub fn is_finite(&self) -> bool {
+        let measurable = |vector: &Vector<Body>| {
+            vector.to_array().iter().all(|&component| libm::fabs(component) <= MEASURABLE)
+        };
         match self {
             Self::Rates { angular_rate_radps: a, specific_force_mps2: b }
-            | Self::Increments { angle_rad: a, velocity_mps: b } => a.is_finite() && b.is_finite(),
+            | Self::Increments { angle_rad: a, velocity_mps: b } => measurable(a) && measurable(b),
         }
     }
 }
+
+/// Far beyond any unit, and far below where squares overflow.
+const MEASURABLE: f64 = 1e4;
 
 /// One sample of the inertial unit, axes already turned to forward-right-down.
 #[derive(Clone, Copy, Debug, PartialEq)]

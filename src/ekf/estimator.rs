@@ -89,6 +89,8 @@ enum Phase<L, const N: usize, T> {
 /// Least one-sigma of a heading just found, rad (10°): the sectors share what their model lacks.
 const FOUND_SIGMA_RAD: f64 = 0.175;
 
+/// A fix further ahead of the inertial samples than this, s, is from another clock.
+const HELD_S: f64 = 10.0;
 /// Fixes that may wait for the inertial sample after them.
 const HELD: usize = 4;
 
@@ -159,7 +161,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
     }
 
     fn hold(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {
-        match self.held.iter_mut().find(|slot| slot.is_none()) {
+        let time = self.time();
+        match self.held.iter_mut().find(|slot| slot.is_none() && fix.time - time <= HELD_S) {
             Some(slot) => *slot = Some(*fix),
             None => notify(Notice::FixUnusable(fix.time, Unusable::AheadOfImu)),
         }
@@ -178,7 +181,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         };
         if let Err(fault) = result {
             notify(Notice::ImuFault(sample.time, fault));
-            if !matches!(fault, ImuFault::Gap(_)) {
+            if !matches!(fault, ImuFault::Gap(_) | ImuFault::Astray) {
                 return;
             }
         }

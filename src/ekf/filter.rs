@@ -18,12 +18,16 @@ use crate::time::Time;
 /// Why a sample of the inertial unit was not used as it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ImuFault {
-    /// A component is NaN or infinite; the sample is passed over.
+    /// A component is NaN, infinite or beyond what units measure; the sample is passed over.
     NotFinite,
     /// Not later than the sample before; passed over.
     NotLater,
-    /// The interval before it, s, is longer than the configured gap; bridged.
+    /// The interval before it, s, is longer than the configured gap; bridged, or, beyond a minute,
+    /// taken for the loss of all but the place.
     Gap(f64),
+    /// The step would have led to where NED does not exist, or beyond 10 km/s: not taken, and taken
+    /// for the loss of all but the place.
+    Astray,
 }
 
 /// Watches a filter at work: what a smoother needs to go back over it.
@@ -159,11 +163,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Some(increment) => increment,
             None => self.first_increment(sample, &errors),
         };
-        let gap = increment.interval_s > self.config.imu.gap_s;
+        let gap_s = increment.interval_s;
+        let gap = gap_s > self.config.imu.gap_s;
+        if gap_s > LONGEST_BRIDGE_S {
+            self.state.time = sample.time;
+            self.lose_track();
+            return Err(ImuFault::Gap(gap_s));
+        }
         self.watch_vibration(sample, increment.interval_s, gap);
 
-        let body_to_ned = self.state.body_to_ned;
+        let before = self.state;
         let advance = self.state.advance(sample.time, &increment);
+        if !self.state.is_valid() {
+            self.state = NavState { time: sample.time, ..before };
+            self.lose_track();
+            return Err(ImuFault::Astray);
+        }
         let ground = advance.frame_rotation_rad * (1.0 / increment.interval_s);
         let rate = match sample.motion {
             Motion::Rates { angular_rate_radps, .. } => errors.rate(angular_rate_radps, 1.0),
@@ -171,7 +186,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
 
-        let step = self.transition(&increment, &advance, body_to_ned, gap);
+        let step = self.transition(&increment, &advance, before.body_to_ned, gap);
         self.covariance.propagate::<L>(&step);
         for (parameter, decay) in self.parameters.iter_mut().zip(&step.decay).skip(GYRO_BIAS) {
             *parameter *= decay.wide();
@@ -181,7 +196,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.history.clear();
         }
         self.history.push(sample.time, &increment, &advance);
-        if gap { Err(ImuFault::Gap(increment.interval_s)) } else { Ok(()) }
+        if gap { Err(ImuFault::Gap(gap_s)) } else { Ok(()) }
     }
 
     /// The first sample has none before it to make an interval with: its own rates hold since the
@@ -198,6 +213,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         };
         Increment { interval_s, rotation_rad, velocity_mps }
+    }
+
+    /// Where the way here is lost, nothing is known but where it was lost, and what was known of the
+    /// sensors: everything opens so wide that the next fixes decide.
+    pub(super) fn lose_track(&mut self) {
+        self.history.clear();
+        self.covariance = Covariance::zero();
+        self.open(ATTITUDE, [MOST_HIDDEN_RAD; 3]);
+        self.open(VELOCITY, [LOST_VELOCITY_MPS; 3]);
+        self.open(POSITION, [LOST_POSITION_M; 3]);
+        self.open(GYRO_BIAS, [self.config.imu.gyro_bias_sigma_radps; 3]);
+        self.open(ACCEL_BIAS, [self.config.imu.accel_bias_sigma_mps2; 3]);
+        self.open_blocks();
+        self.gps_wander = None;
     }
 
     fn watch_vibration(&mut self, sample: &ImuSample, interval_s: f64, gap: bool) {
@@ -300,14 +329,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Adds a correction of the whole error state to the estimates.
+    /// Adds a correction of the whole error state to the estimates. One that leads astray, or has left
+    /// no valid covariance, can only come of gaps that have opened the filter beyond what rounding
+    /// bears: then all but the place is lost.
     pub(super) fn correct(&mut self, correction: &[T; N]) {
         let at = |state: usize| correction.get(state).map_or(0.0, |value| value.wide());
         let block = |first: usize| Vector::<Ned>::new(at(first), at(first + 1), at(first + 2));
-        self.state.body_to_ned =
-            self.state.body_to_ned.turned_in_to(block(ATTITUDE)).renormalised();
-        self.state.velocity_mps += block(VELOCITY);
-        self.state.position = self.state.position.displaced(block(POSITION));
+        let corrected = NavState {
+            time: self.state.time,
+            position: self.state.position.displaced(block(POSITION)),
+            velocity_mps: self.state.velocity_mps + block(VELOCITY),
+            body_to_ned: self.state.body_to_ned.turned_in_to(block(ATTITUDE)).renormalised(),
+        };
+        if !corrected.is_valid() || !self.covariance.is_valid() {
+            self.lose_track();
+            return;
+        }
+        self.state = corrected;
         for (parameter, value) in self.parameters.iter_mut().zip(correction).skip(GYRO_BIAS) {
             *parameter += value.wide();
         }
@@ -484,6 +522,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
 /// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
 const MOST_HIDDEN_RAD: f64 = 0.5;
+
+/// A gap longer than this, s, is not bridged: what happened in it nobody knows.
+const LONGEST_BRIDGE_S: f64 = 60.0;
+/// One-sigmas of velocity, m/s, and position, m, of a vehicle that has lost its way.
+const LOST_VELOCITY_MPS: f64 = 50.0;
+const LOST_POSITION_M: f64 = 1e4;
 
 /// C diag(v) Cᵀ, upper triangle by rows.
 fn turned<T: Scalar>(c: &[[f64; 3]; 3], variance: [f64; 3]) -> [T; 6] {

@@ -96,6 +96,9 @@ const LEARNED_LEAST: f64 = 0.1;
 /// The direction of a rotation of the heading, north, east, down.
 const DOWN: [f64; 3] = [0.0, 0.0, 1.0];
 
+/// No barometer of a vehicle of this kind tells a height beyond this, m.
+const HIGHEST_M: f64 = 1e5;
+
 /// A fix may be this far ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
 
@@ -320,15 +323,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let field = self.state.body_to_ned * field_gauss;
-        if !field.is_finite() || libm::hypot(field.x(), field.y()) < 0.02 * field.norm() {
+        let horizontal = libm::hypot(field.x(), field.y());
+        if !(field.is_finite() && horizontal > 0.02 * field.norm()) {
             return Err(Unusable::NotFinite);
         }
         let error = libm::atan2(field.y(), field.x()) - declination_rad;
         let turn = Vector::new(0.0, 0.0, -error);
         let reference = self.state.body_to_ned.turned_in_to(turn);
         // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part.
-        let dip = field.z() / (square(field.x()) + square(field.y()));
-        let seen = [-dip * field.x(), -dip * field.y(), 1.0];
+        let dip = field.z() / horizontal;
+        let seen = [-dip * field.x() / horizontal, -dip * field.y() / horizontal, 1.0];
         self.update_reference(time, reference, &[(Channel::Yaw, seen, DOWN)], trace)
     }
 
@@ -379,7 +383,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let state = L::BARO.ok_or(Unusable::NoState)?;
-        if !height_m.is_finite() {
+        if !(libm::fabs(height_m) <= HIGHEST_M) {
             return Err(Unusable::NotFinite);
         }
         let own_m = self.state.position.height_m;
@@ -412,7 +416,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             done = Some(axis.group);
             let group = || axes.iter().flatten().filter(|other| other.group == axis.group);
             let fits = group().all(|axis| {
-                let (_, variance) = self.covariance.project(&axis.sensitivity);
+                let (_, variance) = self.seen(axis);
                 let innovation = axis.innovation - axis.sensitivity.dot(&correction).wide();
                 square(innovation)
                     <= square(self.config.gate.sigmas) * (variance.wide() + axis.noise)
@@ -436,6 +440,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         report
     }
 
+    /// P Hᵀ and H P Hᵀ of an axis; where rounding made the latter negative, which takes a covariance
+    /// that gaps have opened beyond all bounds, the axis sees nothing.
+    fn seen(&self, axis: &Scalarized<T>) -> ([T; N], T) {
+        let (projected, variance) = self.covariance.project(&axis.sensitivity);
+        if variance >= T::ZERO { (projected, variance) } else { ([T::ZERO; N], T::ZERO) }
+    }
+
     fn take_axis(
         &mut self,
         time: Time,
@@ -444,7 +455,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         correction: &mut [T; N],
         trace: &mut impl Trace<T, N>,
     ) -> Innovation {
-        let (projected, variance) = self.covariance.project(&axis.sensitivity);
+        let (projected, variance) = self.seen(axis);
         let left = axis.innovation - axis.sensitivity.dot(correction).wide();
         if verdict != Verdict::Rejected {
             let noise = T::of(axis.noise);

@@ -23,6 +23,11 @@ pub struct Fix {
     pub satellites: Option<u8>,
 }
 
+/// Faster than any orbit, m/s.
+const FASTEST_MPS: f64 = 1e4;
+/// A one-sigma wider than this tells nothing, m or m/s.
+const WIDEST_SIGMA: f64 = 1e6;
+
 impl Fix {
     /// A fix of position alone.
     #[must_use]
@@ -38,17 +43,21 @@ impl Fix {
         }
     }
 
-    /// Whether no value is NaN or infinite and every one-sigma is positive.
+    /// Whether every value is finite and one that a receiver near the ground can mean: a place to
+    /// navigate, speeds within ±10 km/s, one-sigmas above zero and up to 1 000 km and km/s.
     #[must_use]
     pub fn is_finite(&self) -> bool {
+        let speed_is_good = |speed: f64| libm::fabs(speed) <= FASTEST_MPS;
         let sigma_is_good = |sigma: Option<Vector<Ned>>| {
             sigma.is_none_or(|sigma| {
-                sigma.is_finite() && sigma.to_array().iter().all(|&sigma| sigma > 0.0)
+                sigma.to_array().iter().all(|&sigma| sigma > 0.0 && sigma <= WIDEST_SIGMA)
             })
         };
         self.position.is_navigable()
-            && self.horizontal_velocity_mps.is_none_or(|[n, e]| n.is_finite() && e.is_finite())
-            && self.down_velocity_mps.is_none_or(f64::is_finite)
+            && self
+                .horizontal_velocity_mps
+                .is_none_or(|velocity| velocity.into_iter().all(speed_is_good))
+            && self.down_velocity_mps.is_none_or(speed_is_good)
             && sigma_is_good(self.position_sigma_m)
             && sigma_is_good(self.velocity_sigma_mps)
     }

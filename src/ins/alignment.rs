@@ -240,7 +240,8 @@ impl Aligner {
         let config = &self.config;
         let time = self.window.last?;
         let age_s = time - fix.time;
-        if self.window.length_s() < config.duration_s || !fix.is_finite() || age_s > 2.0 {
+        if self.window.length_s() < config.duration_s || !fix.is_finite() || libm::fabs(age_s) > 2.0
+        {
             return None;
         }
         let speed = fix.horizontal_velocity_mps.map(|[north, east]| libm::hypot(north, east));
@@ -289,6 +290,9 @@ impl Aligner {
         let position =
             imu_from_antenna.position(&fix.position, body_to_ned).displaced(velocity_mps * age_s);
         let state = NavState { time, position, velocity_mps, body_to_ned };
+        if !state.is_valid() {
+            return None;
+        }
 
         // A level attitude ages with the acceleration that may have gone on since the fix.
         let unknown = |known: bool, sigma: f64| if known { sigma } else { 5.0 + 2.0 * sigma };

@@ -18,6 +18,9 @@ pub struct NavState {
     pub body_to_ned: Rotation<Body, Ned>,
 }
 
+/// Faster than any orbit, m/s.
+const FASTEST_MPS: f64 = 1e4;
+
 /// What one step of the mechanization went through: what the covariance and a look back need.
 #[derive(Clone, Copy, Debug)]
 pub struct Advance {
@@ -69,11 +72,11 @@ impl NavState {
         Advance { from_specific_force_mps, velocity_mps, frame_rotation_rad }
     }
 
-    /// Whether every value is finite and the place is one where NED exists.
+    /// Whether every value is finite, the place is one where NED exists, and the speed under 10 km/s.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.position.is_navigable()
-            && self.velocity_mps.is_finite()
+            && self.velocity_mps.norm() <= FASTEST_MPS
             && self.body_to_ned.quaternion().is_finite()
     }
 }

@@ -1,0 +1,431 @@
+//! Whatever the sensors say, the filter keeps what was good, says what it refused, and comes back.
+
+use hovernav::dmu::{ImuSample, Motion};
+use hovernav::earth::Geodetic;
+use hovernav::ekf::{
+    BaseEkf, Channel, Ekf, EkfConfig, Estimator, EstimatorConfig, FullEkf, ImuFault, Innovation,
+    Notice, Report, Solution, Unusable, Verdict, layout,
+};
+use hovernav::event::Event;
+use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
+use hovernav::gps::Fix;
+use hovernav::ins::{NavState, Start};
+use hovernav::time::Time;
+use proptest::prelude::*;
+
+const PERIOD_S: f64 = 0.02;
+const GRAVITY_MPS2: f64 = 9.806;
+
+fn place() -> Geodetic {
+    Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap()
+}
+
+fn start() -> Start {
+    Start {
+        state: NavState {
+            time: Time::ZERO,
+            position: place(),
+            velocity_mps: Vector::ZERO,
+            body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 40.0)),
+        },
+        attitude_sigma_rad: Vector::new(0.01, 0.01, 0.05),
+        velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
+        position_sigma_m: Vector::new(1.0, 1.0, 2.0),
+        gyro_bias_radps: Vector::ZERO,
+        gyro_bias_sigma_radps: None,
+    }
+}
+
+fn still(time: Time) -> ImuSample {
+    ImuSample {
+        time,
+        motion: Motion::Rates {
+            angular_rate_radps: Vector::ZERO,
+            specific_force_mps2: Vector::new(0.0, 0.0, -GRAVITY_MPS2),
+        },
+        attitude: None,
+        magnetic_field_gauss: None,
+    }
+}
+
+fn fix(time: Time, offset_m: Vector<Ned>) -> Fix {
+    Fix {
+        position_sigma_m: Some(Vector::new(1.0, 1.0, 2.0)),
+        horizontal_velocity_mps: Some([0.0; 2]),
+        down_velocity_mps: Some(0.0),
+        velocity_sigma_mps: Some(Vector::new(0.1, 0.1, 0.2)),
+        ..Fix::at(time, place().displaced(offset_m))
+    }
+}
+
+/// A filter at rest, fed by the second.
+struct Rest<L, const N: usize> {
+    filter: Ekf<L, N>,
+    second: u32,
+}
+
+impl<L: layout::Layout<N>, const N: usize> Rest<L, N> {
+    fn new() -> Self {
+        Self { filter: Ekf::new(EkfConfig::default(), start()), second: 0 }
+    }
+
+    /// Samples up to the next whole second.
+    fn sit(&mut self) -> Time {
+        for step in 1..=50 {
+            let time = Time::ZERO + (f64::from(self.second) + f64::from(step) * PERIOD_S);
+            self.filter.predict(&still(time)).unwrap();
+        }
+        self.second += 1;
+        self.filter.state().time
+    }
+
+    /// Another second, and the fix at its end.
+    fn fix(&mut self, offset_m: Vector<Ned>) -> Report {
+        let time = self.sit();
+        self.filter.update_gps(&fix(time, offset_m)).unwrap()
+    }
+
+    fn off_m(&self, offset_m: Vector<Ned>) -> f64 {
+        self.filter.state().position.displacement_from(&place().displaced(offset_m)).norm()
+    }
+}
+
+type RestBase = Rest<layout::Base, 16>;
+
+fn verdict(report: &Report, channel: Channel) -> Verdict {
+    let of_channel = |axis: &&Innovation| axis.channel == channel;
+    report.innovations().find(of_channel).unwrap().verdict
+}
+
+#[test]
+fn one_bad_position_is_refused_by_axis_and_the_next_good_one_taken() {
+    let mut rest = RestBase::new();
+    for _ in 0..20 {
+        assert!(!rest.fix(Vector::ZERO).any_rejected());
+    }
+    let glitch = rest.fix(Vector::new(200.0, 0.0, 0.0));
+    assert_eq!(verdict(&glitch, Channel::PositionNorth), Verdict::Rejected);
+    assert_eq!(verdict(&glitch, Channel::PositionEast), Verdict::Rejected);
+    assert_eq!(verdict(&glitch, Channel::PositionDown), Verdict::Accepted);
+    assert_eq!(verdict(&glitch, Channel::VelocityNorth), Verdict::Accepted);
+    let innovation =
+        glitch.innovations().find(|axis| axis.channel == Channel::PositionNorth).unwrap();
+    assert!((innovation.innovation - 200.0).abs() < 5.0);
+    assert!(rest.off_m(Vector::ZERO) < 1.0);
+    let height = rest.fix(Vector::new(0.0, 0.0, -300.0));
+    assert_eq!(verdict(&height, Channel::PositionDown), Verdict::Rejected);
+    assert_eq!(verdict(&height, Channel::PositionNorth), Verdict::Accepted);
+    let good = rest.fix(Vector::ZERO);
+    assert!(good.innovations().all(|axis| axis.verdict == Verdict::Accepted));
+    assert!(rest.off_m(Vector::ZERO) < 1.0);
+}
+
+#[test]
+fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
+    let mut rest = RestBase::new();
+    for _ in 0..20 {
+        rest.fix(Vector::ZERO);
+    }
+    let there = Vector::new(60.0, -80.0, 0.0);
+    let reopened_after = (0..20).position(|_| rest.fix(there).any_reopened()).unwrap();
+    assert_eq!(reopened_after, 8, "the configured 8 s after the first refusal");
+    assert!(rest.off_m(there) < 10.0, "{} m off", rest.off_m(there));
+    for _ in 0..10 {
+        assert!(!rest.fix(there).any_rejected());
+    }
+    assert!(rest.off_m(there) < 2.0, "{} m off", rest.off_m(there));
+    assert!(rest.filter.is_healthy());
+}
+
+#[test]
+fn glitches_with_good_fixes_between_them_never_open_the_filter() {
+    let mut rest = RestBase::new();
+    for _ in 0..60 {
+        assert!(!rest.fix(Vector::new(500.0, 0.0, 0.0)).any_reopened());
+        assert!(!rest.fix(Vector::ZERO).any_rejected());
+    }
+    assert!(rest.off_m(Vector::ZERO) < 1.0);
+}
+
+#[test]
+fn a_fix_that_is_no_fix_is_refused_by_name_and_changes_nothing() {
+    let mut rest = RestBase::new();
+    for _ in 0..5 {
+        rest.fix(Vector::ZERO);
+    }
+    let time = rest.sit();
+    let good = fix(time, Vector::ZERO);
+    let mut bad = Vec::new();
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
+        bad.push(Fix { position: Geodetic { latitude_rad: value, ..good.position }, ..good });
+        bad.push(Fix { position: Geodetic { height_m: value, ..good.position }, ..good });
+        bad.push(Fix { horizontal_velocity_mps: Some([0.0, value]), ..good });
+        bad.push(Fix { down_velocity_mps: Some(value), ..good });
+        bad.push(Fix { position_sigma_m: Some(Vector::new(1.0, 1.0, value)), ..good });
+        bad.push(Fix { velocity_sigma_mps: Some(Vector::new(value, 1.0, 1.0)), ..good });
+    }
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        bad.push(Fix { position: Geodetic { longitude_rad: value, ..good.position }, ..good });
+    }
+    for sigma in [0.0, -1.0] {
+        bad.push(Fix { position_sigma_m: Some(Vector::new(1.0, sigma, 1.0)), ..good });
+        bad.push(Fix { velocity_sigma_mps: Some(Vector::new(1.0, sigma, 1.0)), ..good });
+    }
+    let before = rest.filter.clone();
+    for fix in bad {
+        assert_eq!(rest.filter.update_gps(&fix), Err(Unusable::NotFinite), "{fix:?}");
+    }
+    assert_eq!(rest.filter.state(), before.state());
+    assert_eq!(rest.filter.covariance(), before.covariance());
+    assert!(rest.filter.update_gps(&good).unwrap().any_accepted());
+}
+
+#[test]
+fn a_sample_that_is_no_sample_is_passed_over_by_name_and_changes_nothing() {
+    let mut rest = RestBase::new();
+    let now = rest.sit();
+    let before = rest.filter.clone();
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
+        let vector = Vector::new(0.0, value, 0.0);
+        for motion in [
+            Motion::Rates { angular_rate_radps: vector, specific_force_mps2: Vector::ZERO },
+            Motion::Rates { angular_rate_radps: Vector::ZERO, specific_force_mps2: vector },
+            Motion::Increments { angle_rad: vector, velocity_mps: Vector::ZERO },
+            Motion::Increments { angle_rad: Vector::ZERO, velocity_mps: vector },
+        ] {
+            let sample = ImuSample { motion, ..still(now + PERIOD_S) };
+            assert_eq!(rest.filter.predict(&sample), Err(ImuFault::NotFinite));
+        }
+    }
+    for time in [now, now + -PERIOD_S, Time::from_nanoseconds(i64::MIN)] {
+        assert_eq!(rest.filter.predict(&still(time)), Err(ImuFault::NotLater));
+    }
+    assert_eq!(rest.filter.state(), before.state());
+    assert_eq!(rest.filter.covariance(), before.covariance());
+    rest.filter.predict(&still(now + PERIOD_S)).unwrap();
+}
+
+#[test]
+fn a_gap_is_told_and_paid_for_and_the_next_fixes_close_it() {
+    for gap_s in [0.5, 5.0, 50.0, 5e6] {
+        let mut rest = RestBase::new();
+        for _ in 0..20 {
+            rest.fix(Vector::ZERO);
+        }
+        let before = rest.filter.solution();
+        let after = rest.filter.state().time + gap_s;
+        let told = rest.filter.predict(&still(after));
+        assert!(
+            matches!(told, Err(ImuFault::Gap(s)) if (s - gap_s).abs() < 1e-9 * gap_s),
+            "{told:?} for {gap_s} s"
+        );
+        assert!(rest.filter.is_healthy());
+        let opened = rest.filter.solution();
+        assert!(opened.velocity_sigma_mps.x() > before.velocity_sigma_mps.x() + gap_s.min(10.0));
+        for second in 0..40 {
+            for step in 1..=50 {
+                let time = after + (f64::from(second) + f64::from(step) * PERIOD_S);
+                rest.filter.predict(&still(time)).unwrap();
+            }
+            let time = rest.filter.state().time;
+            rest.filter.update_gps(&fix(time, Vector::ZERO)).unwrap();
+        }
+        assert!(rest.filter.is_healthy());
+        assert!(
+            rest.off_m(Vector::ZERO) < 5.0,
+            "{} m off after {gap_s} s",
+            rest.off_m(Vector::ZERO)
+        );
+        assert!(rest.filter.state().velocity_mps.norm() < 1.0);
+    }
+}
+
+#[test]
+fn aids_that_are_none_are_refused_by_name_and_change_nothing() {
+    let mut rest = Rest::<layout::Full, 26>::new();
+    let time = rest.sit();
+    let before = rest.filter.clone();
+    let filter: &mut FullEkf = &mut rest.filter;
+    for value in [f64::NAN, f64::INFINITY, 1e300] {
+        assert_eq!(filter.update_baro(time, value, &mut ()), Err(Unusable::NotFinite));
+        let field = Vector::new(value, 0.1, 0.4);
+        let told = filter.update_magnetic_heading(time, field, 0.0, &mut ());
+        assert_eq!(told, Err(Unusable::NotFinite));
+    }
+    let vertical = Vector::new(0.0, 0.0, 0.5);
+    let told = filter.update_magnetic_heading(time, vertical, 0.0, &mut ());
+    assert_eq!(told, Err(Unusable::NotFinite));
+    let nan = EulerAngles { roll_rad: f64::NAN, pitch_rad: 0.0, yaw_rad: 0.0 };
+    let told = filter.update_attitude(time, Rotation::from_euler(nan), &mut ());
+    assert_eq!(told, Err(Unusable::NotFinite));
+    assert_eq!(filter.state(), before.state());
+    assert_eq!(filter.covariance(), before.covariance());
+    let mut base = BaseEkf::new(EkfConfig::default(), start());
+    assert_eq!(base.update_baro(Time::ZERO, 1.0, &mut ()), Err(Unusable::NoState));
+}
+
+#[test]
+fn fixes_from_a_clock_far_ahead_do_not_keep_out_the_right_ones() {
+    let mut estimator = Estimator::<layout::Full, 26>::new(EstimatorConfig::default());
+    let mut accepted = 0;
+    for step in 0..1500 {
+        let time = Time::ZERO + f64::from(step) * PERIOD_S;
+        estimator.push(&Event::Imu(still(time)), |_| {});
+        if step % 50 == 0 {
+            let ahead = fix(time + 1e6, Vector::ZERO);
+            estimator.push(&Event::Gps(ahead), |_| {});
+            // This one only waits for the next sample.
+            let next = fix(time + 0.5 * PERIOD_S, Vector::ZERO);
+            estimator.push(&Event::Gps(next), |_| {});
+        }
+        if step % 50 == 1 {
+            let now = estimator.solution().map(|solution| solution.time);
+            accepted += i32::from(now.is_some());
+        }
+    }
+    assert!(accepted > 20);
+    let sigma_m = estimator.solution().unwrap().position_sigma_m.x();
+    assert!(sigma_m < 2.0, "fixes still come through: {sigma_m} m");
+}
+
+fn is_finite(solution: &Solution) -> bool {
+    solution.position.latitude_rad.is_finite()
+        && solution.position.longitude_rad.is_finite()
+        && solution.position.height_m.is_finite()
+        && solution.velocity_mps.is_finite()
+        && solution.body_to_ned.quaternion().is_finite()
+        && solution.angular_rate_radps.is_finite()
+        && solution.position_sigma_m.is_finite()
+        && solution.velocity_sigma_mps.is_finite()
+        && solution.attitude_sigma_rad.iter().all(|sigma| sigma.is_finite())
+        && solution.gyro_bias_radps.is_finite()
+        && solution.accel_bias_mps2.is_finite()
+        && solution.gyro_bias_sigma_radps.is_finite()
+        && solution.accel_bias_sigma_mps2.is_finite()
+}
+
+/// A value around `usual`, or one that no sensor says.
+fn value(usual: f64, spread: f64) -> impl Strategy<Value = f64> + Clone {
+    prop_oneof![
+        24 => (usual - spread)..(usual + spread),
+        1 => prop::sample::select(vec![
+            f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 1e-300, 5e-324, 0.0, -0.0,
+            1e4, -1e4, 1e5, 1e8, -1e8, 1e18,
+        ]),
+        1 => any::<f64>(),
+    ]
+}
+
+fn vector<F: std::fmt::Debug>(usual: [f64; 3], spread: f64) -> impl Strategy<Value = Vector<F>> {
+    usual.map(|usual| value(usual, spread)).prop_map(|[x, y, z]| Vector::new(x, y, z))
+}
+
+/// What comes next, with the time since what came before.
+fn event() -> impl Strategy<Value = (f64, Event)> {
+    let step = prop_oneof![
+        40 => 0.0..0.05,
+        1 => prop::sample::select(vec![0.0, -0.02, -1e6, 0.3, 20.0, 1e3, 1e6, 1e9, 1e300, 1e-9]),
+    ];
+    let attitude = vector::<Ned>([0.0; 3], 3.0).prop_map(|angles| {
+        let [roll_rad, pitch_rad, yaw_rad] = angles.to_array();
+        EulerAngles { roll_rad, pitch_rad, yaw_rad }
+    });
+    let motion = prop_oneof![
+        8 => (vector([0.0; 3], 1.0), vector([0.0, 0.0, -9.8], 5.0)).prop_map(|(w, f)| {
+            Motion::Rates { angular_rate_radps: w, specific_force_mps2: f }
+        }),
+        1 => (vector([0.0; 3], 0.05), vector([0.0, 0.0, -0.3], 0.3)).prop_map(|(w, f)| {
+            Motion::Increments { angle_rad: w, velocity_mps: f }
+        }),
+    ];
+    let imu = (
+        motion,
+        prop::option::weighted(0.2, attitude),
+        prop::option::weighted(0.2, vector([0.2, 0.0, 0.4], 0.1)),
+    )
+        .prop_map(|(motion, attitude, magnetic_field_gauss)| {
+            Event::Imu(ImuSample { time: Time::ZERO, motion, attitude, magnetic_field_gauss })
+        });
+    let position = [value(0.82, 1e-6), value(0.14, 1e-6), value(400.0, 5.0)].prop_map(|place| {
+        let [latitude_rad, longitude_rad, height_m] = place;
+        Geodetic { latitude_rad, longitude_rad, height_m }
+    });
+    let gps = (
+        position,
+        prop::option::of(vector([1.0; 3], 0.9)),
+        prop::option::of([value(0.0, 2.0), value(0.0, 2.0)]),
+        prop::option::of(value(0.0, 1.0)),
+        prop::option::of(vector([0.2; 3], 0.15)),
+    )
+        .prop_map(|(position, position_sigma, horizontal, down, velocity_sigma)| {
+            Event::Gps(Fix {
+                position_sigma_m: position_sigma,
+                horizontal_velocity_mps: horizontal,
+                down_velocity_mps: down,
+                velocity_sigma_mps: velocity_sigma,
+                ..Fix::at(Time::ZERO, position)
+            })
+        });
+    let other = prop_oneof![
+        value(400.0, 3.0).prop_map(|height_m| Event::Baro { time: Time::ZERO, height_m }),
+        vector([0.2, 0.0, 0.4], 0.1)
+            .prop_map(|field_gauss| Event::Magnetometer { time: Time::ZERO, field_gauss }),
+    ];
+    (step, prop_oneof![12 => imu, 4 => gps, 1 => other])
+}
+
+fn at(event: Event, time: Time) -> Event {
+    match event {
+        Event::Imu(sample) => Event::Imu(ImuSample { time, ..sample }),
+        Event::Gps(fix) => Event::Gps(Fix { time, ..fix }),
+        Event::Baro { height_m, .. } => Event::Baro { time, height_m },
+        Event::Magnetometer { field_gauss, .. } => Event::Magnetometer { time, field_gauss },
+    }
+}
+
+fn is_sound(notice: &Notice) -> bool {
+    match notice {
+        Notice::Updated(report) => report
+            .innovations()
+            .all(|axis| axis.innovation.is_finite() && axis.sigma.is_finite() && axis.sigma >= 0.0),
+        Notice::HeadingFound { sigma_rad, .. } => sigma_rad.is_finite(),
+        _ => true,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn no_stream_of_events_makes_a_solution_that_is_not_a_number(
+        heading_known: bool,
+        events in prop::collection::vec(event(), 1..600),
+    ) {
+        let mut config = EstimatorConfig::default();
+        config.alignment.duration_s = 0.1;
+        let mut estimator = Estimator::<layout::Full, 26>::new(config);
+        if heading_known {
+            estimator.begin_at(&start());
+        }
+        let mut time = Time::ZERO;
+        for (step_s, event) in events {
+            // Times that leap back do not come back by themselves: the next event goes on from here.
+            let then = time + step_s;
+            time = if step_s.abs() > 1e6 { time } else { then };
+            let mut unsound = None;
+            estimator.push(&at(event, then), |notice| {
+                if !is_sound(&notice) {
+                    unsound = Some(notice);
+                }
+            });
+            prop_assert!(unsound.is_none(), "{unsound:?}");
+            if let Some(solution) = estimator.solution() {
+                prop_assert!(is_finite(&solution), "{solution:?}");
+            }
+            if let Some(filter) = estimator.filter() {
+                let variances: Vec<f64> = (0..26).map(|k| filter.covariance().variance(k)).collect();
+                prop_assert!(filter.is_healthy(), "{:?} {variances:?}", filter.state());
+            }
+        }
+    }
+}
