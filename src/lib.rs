@@ -1,4 +1,16 @@
-//! Navigation for small helicopters and drones from a vibrating inertial unit and a slow GPS.
+#![doc = include_str!("../README.md")]
+//!
+//! # The tour
+//!
+//! In the order data meets them:
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`time`], [`frames`], [`earth`] | the ground: a clock, vectors that know their frame, the ellipsoid |
+//! | [`dmu`], [`gps`], [`event`] | what sensors say: a sample, a fix, one stream of both |
+//! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
+//! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
+//! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod dmu;

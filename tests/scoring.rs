@@ -6,9 +6,10 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::log::{
-    Axis, Dataset, LogError, Manifest, Reference, ReferenceSample, Score, Statistics, outage_drift,
-    score, write_solution,
+    Axis, Dataset, LogError, Manifest, Reference, Score, Statistics, outage_drift, score,
+    write_solution,
 };
+use hovernav::sim::Truth;
 use hovernav::time::Time;
 use proptest::prelude::*;
 
@@ -28,6 +29,8 @@ fn solution(time_s: f64) -> Solution {
         attitude_sigma_rad: [0.01, 0.01, 0.02],
         gyro_bias_radps: Vector::ZERO,
         accel_bias_mps2: Vector::ZERO,
+        gyro_bias_sigma_radps: Vector::ZERO,
+        accel_bias_sigma_mps2: Vector::ZERO,
     }
 }
 
@@ -162,12 +165,12 @@ fn a_turning_vehicle_is_scored_at_the_references_own_point() {
         (position, body_to_ned * rate.cross(arm_m), body_to_ned)
     };
     let times = (0..300).map(|index| f64::from(index) * 0.01);
-    let antenna: Vec<ReferenceSample> = times
+    let antenna: Vec<Truth> = times
         .clone()
         .map(|time_s| {
             let (position, velocity_mps, body_to_ned) = moving(Vector::new(2.0, 0.0, 0.0), time_s);
             let time = seconds(time_s);
-            ReferenceSample { time, position, velocity_mps, body_to_ned, angular_rate_radps: rate }
+            Truth { time, position, velocity_mps, body_to_ned, angular_rate_radps: rate }
         })
         .collect();
     let solutions: Vec<Solution> = times

@@ -1,4 +1,53 @@
-//! The inertial unit: what it measures, in the units the filter takes.
+//! The inertial unit: what it measures, in the units the filter takes, and how the Crossbow
+//! DMU-HDX-AHRS sends it.
+//!
+//! [`Link`] converses with the unit and hands out packets; [`Plausibility`] says what a packet cannot
+//! be, [`Calibration`] gives its counts units and [`SampleClock`] its sample a time. None of them does
+//! any input or output, so a driver moves bytes and nothing else:
+//!
+//! ```
+//! use hovernav::dmu::{Calibration, ImuSample, Link, Plausibility, SampleClock};
+//! use hovernav::time::Time;
+//!
+//! struct Unit {
+//!     link: Link,
+//!     plausibility: Plausibility,
+//!     calibration: Calibration,
+//!     clock: SampleClock,
+//! }
+//!
+//! impl Unit {
+//!     fn receive(&mut self, mut bytes: &[u8], now: Time, mut sample: impl FnMut(ImuSample)) {
+//!         while let Some(received) = self.link.next_packet(&mut bytes, now) {
+//!             let packet = received.packet;
+//!             if self.plausibility.check(&packet).any(|reason| reason.damns_packet()) {
+//!                 continue;
+//!             }
+//!             if let Ok(stamp) = self.clock.stamp(packet.timer(), received.sequence, now)
+//!                 && let Some(measurement) = self.calibration.measure(&packet)
+//!             {
+//!                 sample(measurement.at(stamp.time));
+//!             }
+//!         }
+//!     }
+//! }
+//! ```
+
+mod calibration;
+mod clock;
+mod decoder;
+mod link;
+mod packet;
+mod plausibility;
+mod startup;
+
+pub use calibration::{Calibration, Measurement, RangeError, Sign, temperature_degc, volts};
+pub use clock::{Basis, ClockFault, SampleClock, Stamp};
+pub use decoder::{Decoder, Received, Tally};
+pub use link::{Flow, Link, LinkAction, LinkFault};
+pub use packet::{AnglePacket, Mode, Packet, PacketError, ScaledPacket, VoltagePacket};
+pub use plausibility::{Implausible, Plausibility, Sensor};
+pub use startup::{Command, Startup, StartupAction, StartupError};
 
 mod vibration;
 

@@ -52,8 +52,10 @@ impl Default for Aiding {
 pub enum Notice {
     /// Alignment ended; the first solution is there.
     Aligned(Alignment),
-    /// The heading, unknown at the start, is found; its sector and one-sigma, rad.
+    /// The heading, unknown at the start, is found.
     HeadingFound {
+        /// When.
+        time: Time,
         /// Which sector of the search won: see [`HeadingSearch::leader`].
         sector: usize,
         /// One-sigma of the heading, rad.
@@ -129,12 +131,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
                 }
             }
             Event::Baro { time, height_m } => {
-                if let (Phase::Navigating(filter), true) =
-                    (&mut self.phase, self.config.aiding.baro)
+                if self.config.aiding.baro
+                    && let Phase::Navigating(filter) = &mut self.phase
+                    && let Ok(report) = filter.update_baro(*time, *height_m, trace)
                 {
-                    if let Ok(report) = filter.update_baro(*time, *height_m, trace) {
-                        notify(Notice::Updated(report));
-                    }
+                    notify(Notice::Updated(report));
                 }
             }
             Event::Magnetometer { time, field_gauss } => {
@@ -207,14 +208,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
             Ok(report) => Notice::Updated(report),
             Err(reason) => Notice::FixUnusable(fix.time, reason),
         });
-        if let Phase::Searching(search) = &self.phase {
-            if let Some(found) = search.found() {
-                let (sector, sigma_rad) = (search.leader(), search.heading_sigma_rad());
-                let mut filter = found.grown();
-                filter.open_heading(FOUND_SIGMA_RAD);
-                self.phase = Phase::Navigating(filter);
-                notify(Notice::HeadingFound { sector, sigma_rad });
-            }
+        if let Phase::Searching(search) = &self.phase
+            && let Some(found) = search.found()
+        {
+            let (sector, sigma_rad) = (search.leader(), search.heading_sigma_rad());
+            let mut filter = found.grown();
+            filter.open_heading(FOUND_SIGMA_RAD);
+            self.phase = Phase::Navigating(filter);
+            notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });
         }
     }
 

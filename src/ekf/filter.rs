@@ -263,23 +263,29 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let (wander, time_s) = (self.config.baro.wander_m, self.config.baro.wander_time_s);
             markov(state, [wander, 0.0, 0.0], time_s);
         }
+        let hidden_velocity = if gap { imu.gap_acceleration_mps2 * interval_s } else { 0.0 };
+        let hidden_angle =
+            if gap { (imu.gap_rate_radps * interval_s).min(MOST_HIDDEN_RAD) } else { 0.0 };
+        for state in noise.iter_mut().skip(POSITION).take(3) {
+            *state = T::of(square(0.5 * hidden_velocity * interval_s));
+        }
         let sensed = |walk: f64, share: f64, vibration: [f64; 3], hidden: f64| {
-            let hidden = if gap { square(hidden * interval_s) } else { 0.0 };
             vibration.map(|variance| {
-                square(walk).max(square(share) * variance * interval_s) * interval_s + hidden
+                square(walk).max(square(share) * variance * interval_s) * interval_s
+                    + square(hidden)
             })
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,
             self.gyro_vibration.variance(),
-            imu.gap_rate_radps,
+            hidden_angle,
         );
         let accel = sensed(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
             self.accel_vibration.variance(),
-            imu.gap_acceleration_mps2,
+            hidden_velocity,
         );
         Transition {
             interval_s: T::of(interval_s),
@@ -475,6 +481,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Local::at(&self.state.position).gravity_mps2
     }
 }
+
+/// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
+const MOST_HIDDEN_RAD: f64 = 0.5;
 
 /// C diag(v) Cᵀ, upper triangle by rows.
 fn turned<T: Scalar>(c: &[[f64; 3]; 3], variance: [f64; 3]) -> [T; 6] {

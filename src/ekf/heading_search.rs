@@ -73,7 +73,11 @@ impl HeadingSearch {
     /// # Errors
     /// As [`Ekf::predict`]; all filters judge a sample alike.
     pub fn predict(&mut self, sample: &ImuSample) -> Result<(), ImuFault> {
-        self.sectors.iter_mut().flatten().fold(Ok(()), |_, sector| sector.filter.predict(sample))
+        let mut verdict = Ok(());
+        for sector in self.sectors.iter_mut().flatten() {
+            verdict = sector.filter.predict(sample);
+        }
+        verdict
     }
 
     /// Takes a fix into every filter, and weighs them by it. The report is the best filter's.

@@ -67,17 +67,17 @@ impl History {
     pub fn push(&mut self, end: Time, increment: &Increment, advance: &Advance) {
         let fall_mps = advance.velocity_mps - advance.from_specific_force_mps;
         let newest = (self.next + CAPACITY - 1) % CAPACITY;
-        if let Some(Some(entry)) = self.entries.get_mut(newest) {
-            if entry.interval_s + increment.interval_s <= ENTRY_S {
-                entry.end = end;
-                entry.interval_s += increment.interval_s;
-                // Second order in the rotation within an entry: enough for 10 ms.
-                let (turned, turn) = (entry.rotation_rad, increment.rotation_rad);
-                entry.force_mps += increment.velocity_mps + turned.cross(increment.velocity_mps);
-                entry.rotation_rad = turned + turn + turned.cross(turn) * 0.5;
-                entry.fall_mps += fall_mps;
-                return;
-            }
+        if let Some(Some(entry)) = self.entries.get_mut(newest)
+            && entry.interval_s + increment.interval_s <= ENTRY_S
+        {
+            entry.end = end;
+            entry.interval_s += increment.interval_s;
+            // Second order in the rotation within an entry: enough for 10 ms.
+            let (turned, turn) = (entry.rotation_rad, increment.rotation_rad);
+            entry.force_mps += increment.velocity_mps + turned.cross(increment.velocity_mps);
+            entry.rotation_rad = turned + turn + turned.cross(turn) * 0.5;
+            entry.fall_mps += fall_mps;
+            return;
         }
         if let Some(slot) = self.entries.get_mut(self.next) {
             *slot = Some(Entry {

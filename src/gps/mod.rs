@@ -1,62 +1,65 @@
-//! Satellite navigation: the fix, whatever receiver it came from.
+//! Satellite navigation receivers: bytes in, one fix an epoch out.
+//!
+//! ```text
+//! bytes + arrival ──> tsip │ nmea │ ubx ──> ReceiverFix ──> quality ──> Fix ──> filter
+//!                     frames, messages,     what the         what it    on the inertial
+//!                     epochs                receiver said    fails      unit's clock
+//! ```
+//!
+//! Nothing here opens a port, asks for the time or allocates. A decoder is fed whatever the line
+//! gave, in any pieces, with the moment it arrived; it keeps a buffer of one message and the epoch
+//! that is being put together. No input makes it panic or forget what was already good, and what it
+//! leaves out it counts ([`Counts`]).
+//!
+//! A receiver names its epochs on its own clock ([`ReceiverTime`]), and the fix reaches us later by
+//! the time it took to compute and to send. How that maps to the inertial unit's clock is the
+//! caller's to know: [`ReceiverFix::at`] takes the moment, usually the arrival less the latency.
+//!
+//! ```
+//! use hovernav::gps::{Protocol, Receiver, quality::{Limits, QualityCheck}};
+//! use hovernav::time::Time;
+//!
+//! let mut receiver = Receiver::new(Protocol::Nmea);
+//! let mut quality = QualityCheck::new(Limits::default());
+//! let latency_s = 0.12;
+//!
+//! let mut bytes: &[u8] = b"$GPGGA,094812.00,0120.5000,N,10341.0000,E,1,09,0.9,31.0,M,7.0,M,,*6E\r\n\
+//!                          $GPRMC,094812.00,A,0120.5000,N,10341.0000,E,4.0,90.0,230305,,,A*63\r\n";
+//! let arrival = Time::ZERO;
+//! while let Some(fix) = receiver.read(&mut bytes, arrival) {
+//!     if quality.check(&fix).is_empty() {
+//!         let fix = fix.at(fix.arrival.offset_by(-latency_s));     // for the filter
+//!     }
+//! }
+//! let fix = receiver.flush().expect("the line fell silent: the epoch is over");
+//! assert_eq!(fix.satellites, Some(9));
+//! assert_eq!(fix.height_m, Some(38.0));
+//! assert!((fix.horizontal_velocity_mps.unwrap()[1] - 2.058).abs() < 1e-3);
+//! ```
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
 
-use crate::earth::Geodetic;
-use crate::frames::{Ned, Vector};
-use crate::time::Time;
+mod counts;
+mod cycle;
+mod fix;
+pub mod nmea;
+pub mod quality;
+mod receiver_fix;
+mod receiver_time;
+mod stream;
+pub mod tsip;
+pub mod ubx;
 
-/// One position fix, with what the receiver says of itself; what it does not say is `None`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fix {
-    /// When the position was true, on the inertial unit's clock: arrival less latency.
-    pub time: Time,
-    /// The antenna's position.
-    pub position: Geodetic,
-    /// One-sigma of the position, north, east and down, m, where the receiver gives it.
-    pub position_sigma_m: Option<Vector<Ned>>,
-    /// The antenna's horizontal velocity, m/s, north and east.
-    pub horizontal_velocity_mps: Option<[f64; 2]>,
-    /// The antenna's velocity downwards, m/s; receivers that speak plain NMEA do not give it.
-    pub down_velocity_mps: Option<f64>,
-    /// One-sigma of the velocity, m/s.
-    pub velocity_sigma_mps: Option<Vector<Ned>>,
-    /// Satellites used.
-    pub satellites: Option<u8>,
-}
-
-impl Fix {
-    /// A fix of position alone.
-    #[must_use]
-    pub const fn at(time: Time, position: Geodetic) -> Self {
-        Self {
-            time,
-            position,
-            position_sigma_m: None,
-            horizontal_velocity_mps: None,
-            down_velocity_mps: None,
-            velocity_sigma_mps: None,
-            satellites: None,
-        }
-    }
-
-    /// Whether no value is NaN or infinite and every one-sigma is positive.
-    #[must_use]
-    pub fn is_finite(&self) -> bool {
-        let sigma_is_good = |sigma: Option<Vector<Ned>>| {
-            sigma.is_none_or(|sigma| {
-                sigma.is_finite() && sigma.to_array().iter().all(|&sigma| sigma > 0.0)
-            })
-        };
-        self.position.is_navigable()
-            && self.horizontal_velocity_mps.is_none_or(|[n, e]| n.is_finite() && e.is_finite())
-            && self.down_velocity_mps.is_none_or(f64::is_finite)
-            && sigma_is_good(self.position_sigma_m)
-            && sigma_is_good(self.velocity_sigma_mps)
-    }
-
-    /// The whole velocity, m/s, when all three components are known.
-    #[must_use]
-    pub fn velocity_mps(&self) -> Option<Vector<Ned>> {
-        let [north, east] = self.horizontal_velocity_mps?;
-        Some(Vector::new(north, east, self.down_velocity_mps?))
-    }
-}
+pub use counts::Counts;
+pub use fix::Fix;
+pub use receiver_fix::{Correction, DilutionOfPrecision, Dimension, ReceiverFix};
+pub use receiver_time::{ReceiverTime, WEEK_FLOOR, unroll_week};
+pub use stream::{Protocol, Receiver};

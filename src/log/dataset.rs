@@ -73,7 +73,14 @@ impl Dataset {
         for fix in &mut self.fixes {
             fix.time = fix.time.offset_by(before_s).offset_by(-after_s);
         }
-        self.manifest = manifest;
+        let mut probe = Self { manifest, ..Self::default() };
+        probe.settings().map_err(|error| match error {
+            LogError::Manifest { line, reason, .. } => {
+                LogError::Manifest { path: config.to_path_buf(), line, reason }
+            }
+            other => other,
+        })?;
+        self.manifest = probe.manifest;
         Ok(())
     }
 }

@@ -36,4 +36,3 @@ pub use reference::{Reference, ReferenceMoment};
 pub use replay::{Outage, Run, SmoothedRun};
 pub use score::{Axis, AxisScore, ErrorPoint, Score, Statistics, outage_drift, score};
 pub use solution::write_solution;
-pub use write::ReferenceSample;

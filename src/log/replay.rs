@@ -61,6 +61,13 @@ impl Dataset {
         }
     }
 
+    /// How many fixes come before the first inertial sample, of no use to anyone.
+    #[must_use]
+    pub fn fixes_before_imu(&self) -> usize {
+        let first = self.imu.first().map_or(Time::ZERO, |sample| sample.time);
+        self.fixes.iter().take_while(|fix| fix.time < first).count()
+    }
+
     /// Everything the sensors said, in order of arrival: a fix arrives its latency after it is true.
     pub fn events(&self) -> impl Iterator<Item = Event> + '_ {
         let latency_s = self.manifest.gps.latency_s;

@@ -8,23 +8,8 @@ use super::error::LogError;
 use super::{auxiliary, gps, imu, reference};
 use crate::dmu::Motion;
 use crate::earth::Geodetic;
-use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use crate::time::Time;
-
-/// The true motion at one moment, as a simulator knows it: a row of `reference.csv`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReferenceSample {
-    /// The moment.
-    pub time: Time,
-    /// Where the point is that the manifest names.
-    pub position: Geodetic,
-    /// The point's velocity over ground, m/s.
-    pub velocity_mps: Vector<Ned>,
-    /// Attitude.
-    pub body_to_ned: Rotation<Body, Ned>,
-    /// Angular rate p, q, r of the body against the ground's axes, rad/s.
-    pub angular_rate_radps: Vector<Body>,
-}
+use crate::frames::{EulerAngles, Vector};
+use crate::sim::Truth;
 
 impl Dataset {
     /// Writes this dataset, and the truth about it if `reference` is not empty, to the directory
@@ -37,7 +22,7 @@ impl Dataset {
     /// # Errors
     /// [`LogError::Io`]; [`LogError::Unwritable`] for a number that is not finite;
     /// [`LogError::Unusable`] for inertial samples of both kinds, or a manifest TOML cannot hold.
-    pub fn write(&self, dir: &Path, reference: &[ReferenceSample]) -> Result<(), LogError> {
+    pub fn write(&self, dir: &Path, reference: &[Truth]) -> Result<(), LogError> {
         std::fs::create_dir_all(dir).map_err(LogError::io(dir))?;
         let path = dir.join(MANIFEST_FILE);
         let manifest = toml::to_string(&self.manifest).map_err(|error| LogError::Unusable {
@@ -145,10 +130,9 @@ impl Dataset {
     }
 }
 
-fn write_reference(dir: &Path, samples: &[ReferenceSample]) -> Result<(), LogError> {
+fn write_reference(dir: &Path, samples: &[Truth]) -> Result<(), LogError> {
     write_table(dir, reference::FILE, &reference::COLUMNS, samples, |csv, sample| {
-        let ReferenceSample { time, position, velocity_mps, body_to_ned, angular_rate_radps } =
-            *sample;
+        let Truth { time, position, velocity_mps, body_to_ned, angular_rate_radps } = *sample;
         csv.time(time);
         csv.shortest_or_empty(Some(position_fields(&position)))?;
         csv.shortest_or_empty(Some(velocity_mps.to_array()))?;

@@ -16,7 +16,7 @@
     bound: { range: ["±3σ", "rgba(0,114,178,0.16)"] },
     interval: { range: ["95 % interval", "rgba(0,114,178,0.12)"] },
     reference: { name: "Reference", ...line("rgba(0,158,115,0.6)", 4.5) },
-    gps: { name: "GPS", ...dots(ORANGE, 5) },
+    gps: { name: "GPS", ...dots(ORANGE, 4.5) },
     smoothed: { name: "Smoothed", ...line(PURPLE, 1.6) },
     estimate: { name: "Estimate", ...line(BLUE, 1.5), range: ["±3σ", "rgba(0,114,178,0.16)"] },
     error: { name: "Error", ...line(BLUE, 1.2) },
@@ -83,7 +83,9 @@
   const firstView = (row) => {
     const inView = row.series.filter(({ role }) => !ROLES[role].outlier);
     const lists = (inView.length ? inView : row.series).flatMap((series) => bulk(series, limits(series)));
-    const shown = extent(lists, row);
+    const [lowest, highest] = row.limits ?? [-Infinity, Infinity];
+    const [low, high] = extent(lists, row);
+    const shown = [Math.max(low, lowest), Math.min(high, highest)];
     const place = row.logarithmic ? Math.log10 : (value) => value;
     const isBeyond = (value) => isNumber(value) && (place(value) < shown[0] || place(value) > shown[1]);
     const beyond = row.series.reduce((count, { y }) => count + y.filter(isBeyond).length, 0);
@@ -113,7 +115,7 @@
       if (style.line && series.y.length === 1) Object.assign(style, dots(style.line.color, 6));
       const half = series.band?.around;
       const spread = half ? " ± %{customdata:.3~g}" : "";
-      const unit = row.unit && ` ${row.unit}`;
+      const unit = row.unit === "" || row.unit === "°" ? row.unit : ` ${row.unit}`;
       drawn.push({
         type: "scatter", ...style, x: series.x, y: series.y,
         customdata: half ?? series.time ?? [],
@@ -212,11 +214,11 @@
 
   // One figure's time axis moved: those in view move with it, the others when they come into view.
   const follow = (view, event) => {
-    let wanted = event["xaxis.range"] ?? [event["xaxis.range[0]"], event["xaxis.range[1]"]];
-    if (event["xaxis.autorange"]) wanted = whole;
-    if (wanted[0] === undefined || (wanted[0] === range[0] && wanted[1] === range[1])) return;
-    range = [...wanted];
-    if (!event["xaxis.autorange"]) view.range = range;
+    const isReset = event["xaxis.autorange"] === true;
+    const [from, to] = isReset ? whole : event["xaxis.range"] ?? [event["xaxis.range[0]"], event["xaxis.range[1]"]];
+    if (from === undefined || (!isReset && from === range[0] && to === range[1])) return;
+    range = [from, to];
+    if (!isReset) view.range = range;
     for (const other of views.values()) if (other.inView) show(other);
   };
 

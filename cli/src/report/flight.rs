@@ -1,16 +1,11 @@
 //! The page of a flight: its track, its motion, its attitude and its sensors' biases.
 
-use std::collections::HashSet;
+use hovernav::earth::Geodetic;
 
-use hovernav::earth::{Geodetic, Local};
-use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
-use hovernav::gps::Fix;
-use hovernav::time::Time;
-
-use super::innovations;
-use super::page::{Page, Section, Table, TableRow, TimeAxis};
+use super::motion::{Clock, Columns, Fixes, Motion, columns};
+use super::page::{Page, Section};
 use super::series::{Abscissa, Figure, Role, Row, Series};
-use super::{ErrorRow, ReferenceSample, Report};
+use super::{Report, errors, innovations};
 
 const NED: [&str; 3] = ["North", "East", "Down"];
 const ANGLES: [&str; 3] = ["Roll", "Pitch", "Yaw"];
@@ -18,11 +13,10 @@ const ANGLES: [&str; 3] = ["Roll", "Pitch", "Yaw"];
 /// The page of a report.
 pub fn page<'a>(report: &Report<'a>) -> Page<'a> {
     let clock = Clock::of(report);
-    let origin = report
-        .solutions
-        .first()
-        .map(|solution| solution.position)
-        .or_else(|| report.fixes.first().map(|fix| fix.position))
+    let solved = report.solutions.iter().map(|solution| solution.position);
+    let origin = solved
+        .chain(report.fixes.iter().map(|fix| fix.position))
+        .find(Geodetic::is_navigable)
         .unwrap_or(Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 });
     let estimate = Motion::of_solutions(report.solutions, clock, &origin);
     let smoothed = Motion::of_solutions(report.smoothed, clock, &origin);
@@ -45,154 +39,15 @@ pub fn page<'a>(report: &Report<'a>) -> Page<'a> {
         innovations::innovations(report.innovations, clock),
         innovations::test(report.innovations, clock),
     ];
-    if !report.errors.is_empty() {
-        sections.push(innovations::errors(report.errors, report.solutions, clock));
-    }
+    sections.extend(report.score.map(|score| errors::section(score, clock)));
     Page {
         title: report.title,
         headlines: report.headlines,
         warnings: report.warnings,
         facts: report.facts,
-        table: error_table(report.error_table),
+        table: report.score.map(|score| errors::table(score, clock)),
         sections,
         time: clock.axis(report),
-    }
-}
-
-/// Seconds on the page. A log whose clock counts from far away, as GPS or Unix time does, is shown
-/// from its own first second on, and the axis says so.
-#[derive(Clone, Copy)]
-pub struct Clock {
-    zero: Time,
-}
-
-impl Clock {
-    const FAR_S: f64 = 1e6;
-
-    fn of(report: &Report<'_>) -> Self {
-        const SECOND_NS: i64 = 1_000_000_000;
-        let start = span(report).map_or(Time::ZERO, |(start, _)| start);
-        let is_far = start.seconds().abs() >= Self::FAR_S;
-        let whole_s = if is_far { start.nanoseconds().div_euclid(SECOND_NS) } else { 0 };
-        Self { zero: Time::from_nanoseconds(whole_s.saturating_mul(SECOND_NS)) }
-    }
-
-    /// The page's second of a moment.
-    pub fn seconds(self, time: Time) -> f64 {
-        time - self.zero
-    }
-
-    fn axis(self, report: &Report<'_>) -> TimeAxis {
-        let label = if self.zero == Time::ZERO {
-            "Time, s".into()
-        } else {
-            format!("Time after {:.0} s, s", self.zero.seconds())
-        };
-        let (start, end) = span(report).unwrap_or((self.zero, self.zero));
-        let outages = report.outages.iter().filter(|(_, duration_s)| duration_s.is_finite());
-        TimeAxis {
-            label,
-            span: [self.seconds(start), self.seconds(end)],
-            outages: outages
-                .map(|&(start, duration_s)| [start, start + duration_s].map(|t| self.seconds(t)))
-                .collect(),
-        }
-    }
-}
-
-/// First and last moment of solutions and fixes.
-fn span(report: &Report<'_>) -> Option<(Time, Time)> {
-    let solutions = report.solutions.iter().map(|solution| solution.time);
-    let times = || solutions.clone().chain(report.fixes.iter().map(|fix| fix.time));
-    Some((times().min()?, times().max()?))
-}
-
-/// Three components of a quantity, each a series.
-type Columns = [Vec<f64>; 3];
-
-fn columns<T>(items: &[T], components: impl Fn(&T) -> [f64; 3]) -> Columns {
-    let mut columns = [(); 3].map(|()| Vec::with_capacity(items.len()));
-    for item in items {
-        for (column, value) in columns.iter_mut().zip(components(item)) {
-            column.push(value);
-        }
-    }
-    columns
-}
-
-/// What an estimate or a reference says of the vehicle, in the page's units; unknown is NaN.
-struct Motion {
-    time: Vec<f64>,
-    position_m: Columns,
-    velocity_mps: Columns,
-    body_velocity_mps: Columns,
-    attitude_deg: Columns,
-}
-
-impl Motion {
-    fn of_solutions(solutions: &[Solution], clock: Clock, origin: &Geodetic) -> Self {
-        let local = Local::at(origin);
-        Self {
-            time: solutions.iter().map(|s| clock.seconds(s.time)).collect(),
-            position_m: columns(solutions, |s| local.displacement(origin, &s.position).to_array()),
-            velocity_mps: columns(solutions, |s| s.velocity_mps.to_array()),
-            body_velocity_mps: columns(solutions, |s| s.velocity_body_mps().to_array()),
-            attitude_deg: columns(solutions, |s| s.body_to_ned.euler().to_degrees()),
-        }
-    }
-
-    fn of_reference(samples: &[ReferenceSample], clock: Clock, origin: &Geodetic) -> Self {
-        const UNKNOWN: [f64; 3] = [f64::NAN; 3];
-        let local = Local::at(origin);
-        Self {
-            time: samples.iter().map(|s| clock.seconds(s.time)).collect(),
-            position_m: columns(samples, |s| {
-                s.position.map_or(UNKNOWN, |place| local.displacement(origin, &place).to_array())
-            }),
-            velocity_mps: columns(samples, |s| {
-                s.velocity_mps.map_or(UNKNOWN, |velocity| velocity.to_array())
-            }),
-            body_velocity_mps: columns(samples, |s| {
-                s.velocity_body_mps().map_or(UNKNOWN, |velocity| velocity.to_array())
-            }),
-            attitude_deg: columns(samples, |s| {
-                s.attitude.map_or(UNKNOWN, |attitude| attitude.to_degrees())
-            }),
-        }
-    }
-}
-
-/// The fixes in the page's units, and which of them the filter refused.
-struct Fixes {
-    time: Vec<f64>,
-    position_m: Columns,
-    velocity_mps: Columns,
-    position_refused: Vec<bool>,
-    velocity_refused: Vec<bool>,
-}
-
-impl Fixes {
-    fn of(fixes: &[Fix], innovations: &[Innovation], clock: Clock, origin: &Geodetic) -> Self {
-        use Channel::{PositionDown, PositionEast, PositionNorth};
-        use Channel::{VelocityDown, VelocityEast, VelocityNorth};
-        let refused = |channels: [Channel; 3]| -> Vec<bool> {
-            let refused = innovations.iter().filter(|innovation| {
-                innovation.verdict == Verdict::Rejected && channels.contains(&innovation.channel)
-            });
-            let times: HashSet<Time> = refused.map(|innovation| innovation.time).collect();
-            fixes.iter().map(|fix| times.contains(&fix.time)).collect()
-        };
-        let local = Local::at(origin);
-        Self {
-            time: fixes.iter().map(|fix| clock.seconds(fix.time)).collect(),
-            position_m: columns(fixes, |fix| local.displacement(origin, &fix.position).to_array()),
-            velocity_mps: columns(fixes, |fix| {
-                let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
-                [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)]
-            }),
-            position_refused: refused([PositionNorth, PositionEast, PositionDown]),
-            velocity_refused: refused([VelocityNorth, VelocityEast, VelocityDown]),
-        }
     }
 }
 
@@ -366,7 +221,7 @@ impl Flight<'_, '_> {
                     Series::line(role, x, y, band)
                 }
             };
-            Row::new(name, unit)
+            Row { limits: (name == "Yaw").then_some([-185.0, 185.0]), ..Row::new(name, unit) }
                 .with(line(Role::Reference, &self.reference, None))
                 .with(line(Role::Smoothed, &self.smoothed, None))
                 .with(line(Role::Estimate, &self.estimate, band.as_deref()))
@@ -392,50 +247,4 @@ fn described(origin: &Geodetic) -> String {
         origin.longitude_deg(),
         origin.height_m
     )
-}
-
-fn error_table(rows: &[ErrorRow]) -> Option<Table> {
-    let row = |row: &ErrorRow| TableRow {
-        name: format!("{}, {}", row.quantity, row.unit),
-        numbers: [row.rmse, row.median, row.p95, row.max].map(three_digits).into(),
-    };
-    (!rows.is_empty()).then(|| Table {
-        caption: "Error against the reference: root mean square, then median, 95th percentile and \
-                  largest of its size",
-        heads: &["", "RMSE", "Median", "95 %", "Max"],
-        rows: rows.iter().map(row).collect(),
-    })
-}
-
-/// A number to three digits, as a person would write it; a dash where it is unknown.
-fn three_digits(value: f64) -> String {
-    if !value.is_finite() {
-        return "–".into();
-    }
-    let whole_digits = value.abs().max(1e-3).log10().floor();
-    format!("{value:.*}", (2.0 - whole_digits).clamp(0.0, 4.0) as usize)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn table_numbers_have_three_digits() {
-        let written = [0.0, 0.012_345, 1.2345, 12.345, 12_345.6, f64::NAN].map(three_digits);
-        assert_eq!(written, ["0.0000", "0.0123", "1.23", "12.3", "12346", "–"]);
-    }
-
-    #[test]
-    fn a_clock_that_counts_from_far_away_is_shown_from_the_first_second() {
-        let start = Time::from_nanoseconds(1_400_000_000_250_000_000);
-        let fixes = [0.0, 9.0].map(|offset_s| {
-            Fix::at(start + offset_s, Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap())
-        });
-        let report = Report { fixes: &fixes, outages: &[(start + 2.0, 3.0)], ..Report::default() };
-        let axis = Clock::of(&report).axis(&report);
-        assert_eq!(axis.label, "Time after 1400000000 s, s");
-        assert_eq!(axis.span, [0.25, 9.25]);
-        assert_eq!(axis.outages, [[2.25, 5.25]]);
-    }
 }

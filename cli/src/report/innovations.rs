@@ -1,10 +1,9 @@
-//! How well the filter's word matches what happened: innovations, their test, and the errors.
+//! How well the filter's word matches what it saw: the innovations and their test.
 
-use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
+use hovernav::ekf::{Channel, Innovation, Verdict};
 
-use super::ErrorSample;
 use super::consistency::{FixTest, Pooled, chi_square_interval_95, fix_tests, pool};
-use super::flight::Clock;
+use super::motion::Clock;
 use super::page::Section;
 use super::series::{Figure, Role, Row, Series};
 
@@ -126,63 +125,4 @@ fn test_row(name: &str, tests: &[FixTest], clock: Clock) -> Row {
         .with(Series::points(Role::Test, those(false)))
         .with(Series::points(Role::TestRefused, those(true)))
         .with(Series::line(Role::Mean, &times, &mean, None))
-}
-
-/// The error of position, velocity and attitude within the filter's 3σ bounds.
-pub fn errors(errors: &[ErrorSample], solutions: &[Solution], clock: Clock) -> Section {
-    type Component = fn(&ErrorSample, &Solution) -> [(Option<f64>, f64); 3];
-    const QUANTITIES: [([&str; 3], &str, Component); 3] = [
-        (["Position north", "Position east", "Position down"], "m", |e, s| {
-            paired(e.position_m, s.position_sigma_m.to_array())
-        }),
-        (["Velocity north", "Velocity east", "Velocity down"], "m/s", |e, s| {
-            paired(e.velocity_mps, s.velocity_sigma_mps.to_array())
-        }),
-        (["Roll", "Pitch", "Yaw"], "°", |e, s| {
-            paired(e.attitude_deg, s.attitude_sigma_rad.map(f64::to_degrees))
-        }),
-    ];
-    let known: Vec<(&ErrorSample, &Solution)> =
-        errors.iter().filter_map(|error| Some((error, nearest(solutions, error)?))).collect();
-    let times: Vec<f64> = known.iter().map(|(error, _)| clock.seconds(error.time)).collect();
-    let rows = QUANTITIES.into_iter().flat_map(|(names, unit, components)| {
-        let (times, known) = (&times, &known);
-        (0..3).map(move |component| {
-            let (error, high): (Vec<f64>, Vec<f64>) = known
-                .iter()
-                .map(|(error, solution)| components(error, solution)[component])
-                .map(|(error, sigma)| (error.unwrap_or(f64::NAN), 3.0 * sigma))
-                .unzip();
-            let all = error.iter().filter(|error| error.is_finite()).count();
-            let inside = error.iter().zip(&high).filter(|(error, high)| error.abs() <= **high);
-            let share = 100.0 * inside.count() as f64 / all as f64;
-            let row = Row::new(names[component], unit);
-            if all == 0 {
-                return row;
-            }
-            Row { note: Some(format!("{share:.1} % inside ±3σ")), ..row }
-                .with(Series::bound(times, &high))
-                .with(Series::line(Role::Error, times, &error, None))
-        })
-    });
-    Section {
-        anchor: "errors",
-        title: "Error against the reference",
-        explanation: "Estimate less reference, within the bounds that the filter itself gives \
-                      (3σ). A filter that knows its own error stays inside 99.7 % of the time."
-            .into(),
-        figure: Figure::against_time(rows),
-    }
-}
-
-fn paired(values: [Option<f64>; 3], sigmas: [f64; 3]) -> [(Option<f64>, f64); 3] {
-    std::array::from_fn(|component| (values[component], sigmas[component]))
-}
-
-/// The solution closest in time to an error.
-fn nearest<'s>(solutions: &'s [Solution], error: &ErrorSample) -> Option<&'s Solution> {
-    let after = solutions.partition_point(|solution| solution.time < error.time);
-    let neighbours = solutions.get(after.saturating_sub(1)..)?.iter().take(2);
-    neighbours
-        .min_by(|a, b| f64::total_cmp(&(a.time - error.time).abs(), &(b.time - error.time).abs()))
 }

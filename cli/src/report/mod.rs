@@ -5,8 +5,10 @@
 
 mod consistency;
 mod decimate;
+mod errors;
 mod flight;
 mod innovations;
+mod motion;
 mod page;
 mod series;
 #[cfg(test)]
@@ -17,14 +19,13 @@ use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
 use anyhow::Context as _;
-use hovernav::earth::Geodetic;
 use hovernav::ekf::{Innovation, Solution};
-use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
+use hovernav::log::{Outage, ReferenceMoment, Score};
 use hovernav::time::Time;
 
 /// What the page of an estimate shows. A slice may be empty: its figures then say so, or, for what
-/// is optional (`smoothed`, `reference`, `errors`, `error_table`), are left out.
+/// is optional (`smoothed`, `reference`, `score`), are left out.
 ///
 /// Series are in order of time.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,8 +38,8 @@ pub struct Report<'a> {
     pub facts: &'a [Fact],
     /// What went wrong or deserves a second look, plain text.
     pub warnings: &'a [String],
-    /// Start and duration, in s, of the stretches without GPS.
-    pub outages: &'a [(Time, f64)],
+    /// The stretches for which GPS was withheld.
+    pub outages: &'a [Outage],
     /// The filter's solution.
     pub solutions: &'a [Solution],
     /// The smoother's solution.
@@ -47,12 +48,10 @@ pub struct Report<'a> {
     pub fixes: &'a [Fix],
     /// What became of each scalar update, in the order in which the filter took them.
     pub innovations: &'a [Innovation],
-    /// The reference.
-    pub reference: &'a [ReferenceSample],
-    /// Estimate less reference.
-    pub errors: &'a [ErrorSample],
-    /// The errors in numbers.
-    pub error_table: &'a [ErrorRow],
+    /// The reference at moments of the solution.
+    pub reference: &'a [(Time, ReferenceMoment)],
+    /// How far the solution is from the reference.
+    pub score: Option<&'a Score>,
 }
 
 /// A label and what there is to say under it, plain text with its unit.
@@ -67,49 +66,6 @@ impl Fact {
     pub fn new(label: &str, value: impl ToString) -> Self {
         Self { label: label.into(), value: value.to_string() }
     }
-}
-
-/// The reference at one moment, as far as it is known.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReferenceSample {
-    pub time: Time,
-    pub position: Option<Geodetic>,
-    pub velocity_mps: Option<Vector<Ned>>,
-    pub attitude: Option<EulerAngles>,
-}
-
-impl ReferenceSample {
-    /// u, v, w: the velocity in body axes, m/s, where velocity and attitude are known.
-    fn velocity_body_mps(&self) -> Option<Vector<Body>> {
-        Some(Rotation::from_euler(self.attitude?).inverse() * self.velocity_mps?)
-    }
-}
-
-/// Estimate less reference at a moment of the reference, as far as it is known.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorSample {
-    pub time: Time,
-    /// North, east, down, m.
-    pub position_m: [Option<f64>; 3],
-    /// North, east, down, m/s.
-    pub velocity_mps: [Option<f64>; 3],
-    /// Roll, pitch, yaw, each in (−180, 180].
-    pub attitude_deg: [Option<f64>; 3],
-}
-
-/// The size of the error of one quantity, in `unit`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ErrorRow {
-    pub quantity: String,
-    pub unit: &'static str,
-    /// Root of the mean square.
-    pub rmse: f64,
-    /// Of the size without sign.
-    pub median: f64,
-    /// 95th percentile of the size without sign.
-    pub p95: f64,
-    /// Largest size without sign.
-    pub max: f64,
 }
 
 /// Writes the page to `path`, over what may stand there.

@@ -25,7 +25,7 @@ pub struct Section {
 
 /// A table of numbers with a line of heads, the first head above the names.
 pub struct Table {
-    pub caption: &'static str,
+    pub caption: String,
     pub heads: &'static [&'static str],
     pub rows: Vec<TableRow>,
 }
@@ -89,7 +89,7 @@ impl Page<'_> {
             "data" => self.data(out),
             "plotly" => out.write_all(PLOTLY.as_bytes()),
             "figures" => out.write_all(FIGURES.as_bytes()),
-            _ => Ok(debug_assert!(false, "no such place: {name}")),
+            _ => unreachable!("page.html has no place {name}"),
         })
     }
 

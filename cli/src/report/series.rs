@@ -53,6 +53,8 @@ pub struct Row {
     pub unit: &'static str,
     /// Whether positive points down the page.
     pub reversed: bool,
+    /// What the ordinate need not go beyond at first, however wide a band is.
+    pub limits: Option<[f64; 2]>,
     /// Whether the ordinate is logarithmic.
     pub logarithmic: bool,
     /// A few words of result in the corner of the row.

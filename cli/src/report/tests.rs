@@ -1,7 +1,9 @@
 //! The page as a whole, on a flight of sines and noise.
 
+use hovernav::earth::Geodetic;
 use hovernav::ekf::{Channel, Verdict};
-use hovernav::frames::wrap_angle;
+use hovernav::frames::{EulerAngles, Ned, Rotation, Vector, wrap_angle};
+use hovernav::log::{Axis, AxisScore, ErrorPoint, Statistics};
 
 use super::*;
 
@@ -24,6 +26,10 @@ impl Noise {
     }
 }
 
+fn outage(start_s: f64, duration_s: f64) -> Outage {
+    Outage { start: Time::from_seconds(start_s).unwrap(), duration_s }
+}
+
 /// A flight, as the filter, its sensors and a reference might have seen it.
 #[derive(Default)]
 struct Flight {
@@ -31,9 +37,9 @@ struct Flight {
     smoothed: Vec<Solution>,
     fixes: Vec<Fix>,
     innovations: Vec<Innovation>,
-    reference: Vec<ReferenceSample>,
-    errors: Vec<ErrorSample>,
-    outages: Vec<(Time, f64)>,
+    reference: Vec<(Time, ReferenceMoment)>,
+    score: Option<Score>,
+    outages: Vec<Outage>,
 }
 
 fn truth(t: f64) -> (Vector<Ned>, Vector<Ned>, EulerAngles) {
@@ -56,17 +62,12 @@ fn fly(duration_s: f64, rate_hz: f64) -> Flight {
     let mut noise = Noise(7);
     let mut flight = Flight {
         outages: vec![
-            (Time::from_seconds(0.4 * duration_s).unwrap(), 0.05 * duration_s),
-            (Time::from_seconds(0.7 * duration_s).unwrap(), 0.1 * duration_s),
+            outage(0.4 * duration_s, 0.05 * duration_s),
+            outage(0.7 * duration_s, 0.1 * duration_s),
         ],
         ..Flight::default()
     };
-    let is_out = |t: f64, flight: &Flight| {
-        flight
-            .outages
-            .iter()
-            .any(|(start, lasts)| (start.seconds()..start.seconds() + lasts).contains(&t))
-    };
+    let mut errors: Vec<[[f64; 3]; 3]> = Vec::new();
     let (mut position_error, mut velocity_error) = (Vector::<Ned>::ZERO, Vector::<Ned>::ZERO);
     let mut last_fix_s = 0.0;
     let mut next_fix_s = 0.0;
@@ -110,27 +111,57 @@ fn fly(duration_s: f64, rate_hz: f64) -> Flight {
         };
         if t >= next_fix_s {
             next_fix_s += 1.0;
-            if !is_out(t, &flight) {
+            if !flight.outages.iter().any(|outage| outage.covers(time)) {
                 last_fix_s = t;
                 fix(&mut flight, &mut noise, &solution, position, velocity, place);
             }
         }
         flight.solutions.push(solution);
         flight.smoothed.push(smooth);
-        flight.reference.push(ReferenceSample {
+        let place = place(position);
+        flight.reference.push((
             time,
-            position: Some(place(position)),
-            velocity_mps: Some(velocity),
-            attitude: Some(attitude),
-        });
-        flight.errors.push(ErrorSample {
-            time,
-            position_m: position_error.to_array().map(Some),
-            velocity_mps: velocity_error.to_array().map(Some),
-            attitude_deg: attitude_error.map(|error| Some(error.to_degrees())),
-        });
+            ReferenceMoment {
+                position: [place.latitude_rad, place.longitude_rad, place.height_m],
+                velocity_mps: velocity.to_array(),
+                attitude_rad: [attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad],
+                body_velocity_mps: (Rotation::from_euler(attitude).inverse() * velocity).to_array(),
+            },
+        ));
+        let attitude_error_deg = attitude_error.map(f64::to_degrees);
+        errors.push([position_error.to_array(), velocity_error.to_array(), attitude_error_deg]);
     }
+    flight.score = Some(scored(&errors, &flight.solutions));
     flight
+}
+
+fn scored(errors: &[[[f64; 3]; 3]], solutions: &[Solution]) -> Score {
+    use Axis::{Down, East, North, Pitch, Roll, VelocityDown, VelocityEast, VelocityNorth, Yaw};
+    let groups =
+        [[North, East, Down], [VelocityNorth, VelocityEast, VelocityDown], [Roll, Pitch, Yaw]];
+    let axes = groups.into_iter().enumerate().flat_map(|(group, axes)| {
+        (0..3).map(move |component| {
+            let points = errors.iter().zip(solutions).map(|(error, solution)| {
+                let sigma = match group {
+                    0 => solution.position_sigma_m.to_array(),
+                    1 => solution.velocity_sigma_mps.to_array(),
+                    _ => solution.attitude_sigma_rad.map(f64::to_degrees),
+                };
+                let (error, sigma) = (error[group][component], Some(sigma[component]));
+                ErrorPoint { time: solution.time, error, sigma }
+            });
+            let series: Vec<ErrorPoint> = points.collect();
+            let errors: Vec<f64> = series.iter().map(|point| point.error).collect();
+            AxisScore {
+                axis: axes[component],
+                statistics: Statistics::of(&errors).unwrap(),
+                samples: errors.len(),
+                within_3_sigma: Some(0.987),
+                series,
+            }
+        })
+    });
+    Score { from: Time::ZERO, axes: axes.collect() }
 }
 
 /// Pushes a noisy fix and its six innovations; now and then one far off, which is refused.
@@ -184,7 +215,7 @@ impl Flight {
             fixes: &self.fixes,
             innovations: &self.innovations,
             reference: &self.reference,
-            errors: &self.errors,
+            score: self.score.as_ref(),
             ..Report::default()
         }
     }
@@ -224,36 +255,13 @@ const ALWAYS: [&str; 8] =
 #[test]
 fn a_whole_flight_fills_every_section() {
     let flight = fly(300.0, 33.0);
-    let row = |quantity: &str, unit, rmse| ErrorRow {
-        quantity: quantity.into(),
-        unit,
-        rmse,
-        median: 0.7 * rmse,
-        p95: 2.0 * rmse,
-        max: 3.4 * rmse,
-    };
-    let table = [
-        row("North", "m", 0.43),
-        row("East", "m", 0.47),
-        row("Down", "m", 0.81),
-        row("Horizontal", "m", 0.64),
-        row("Velocity north", "m/s", 0.052),
-        row("Velocity east", "m/s", 0.055),
-        row("Velocity down", "m/s", 0.061),
-        row("Forward u", "m/s", 0.057),
-        row("Right v", "m/s", 0.054),
-        row("Down w", "m/s", 0.063),
-        row("Roll", "°", 0.21),
-        row("Pitch", "°", 0.2),
-        row("Yaw", "°", 0.94),
-    ];
     let headlines = [
         Fact::new("Duration", "300.0 s"),
         Fact::new("Fixes used", "252"),
         Fact::new("Fixes rejected", "3"),
         Fact::new("Horizontal RMSE", "0.64 m"),
-        Fact::new("Velocity RMSE", "0.10 m/s"),
-        Fact::new("Roll, pitch RMSE", "0.21°, 0.20°"),
+        Fact::new("Velocity RMSE north / east / down", "0.052 / 0.055 / 0.061 m/s"),
+        Fact::new("Roll / pitch / yaw RMSE", "0.21 / 0.20 / 0.94 °"),
     ];
     let facts = [
         Fact::new("Input", "flights/2026-07-14-hover-test-points"),
@@ -266,13 +274,8 @@ fn a_whole_flight_fills_every_section() {
         "3 fixes lay outside the gate of 5σ and were not used".to_owned(),
         "GPS withheld for 15.0 s from 120.0 s on, as asked".to_owned(),
     ];
-    let report = Report {
-        error_table: &table,
-        headlines: &headlines,
-        facts: &facts,
-        warnings: &warnings,
-        ..flight.report()
-    };
+    let report =
+        Report { headlines: &headlines, facts: &facts, warnings: &warnings, ..flight.report() };
     let page = written("whole-flight.html", &report);
     let data = data(&page);
     for anchor in ALWAYS.into_iter().chain(["errors"]) {
@@ -293,7 +296,13 @@ fn a_whole_flight_fills_every_section() {
     for role in ["innovation", "rejected", "reopened", "bound"] {
         assert!(roles(&data, "innovations").contains(&role), "{role}");
     }
-    for text in ["Horizontal, m", "0.640", "0.64 m", "levelled at rest", "withheld for 15.0 s"] {
+    for text in [
+        "Velocity north, m/s",
+        "98.7 % inside",
+        "0.64 m",
+        "levelled at rest",
+        "withheld for 15.0 s",
+    ] {
         assert!(page.contains(text), "{text}");
     }
 }
@@ -315,41 +324,43 @@ fn the_page_loads_nothing_from_elsewhere() {
 fn names_and_warnings_cannot_become_markup() {
     let evil = "</script><script>alert('&')</script><img src=x onerror=alert(1)>{{data}}";
     let fact = [Fact::new(evil, evil)];
-    let row =
-        ErrorRow { quantity: evil.into(), unit: "m", rmse: 1.0, median: 1.0, p95: 1.0, max: 1.0 };
     let flight = fly(5.0, 10.0);
     let report = Report {
         title: evil,
         headlines: &fact,
         facts: &fact,
         warnings: &[evil.to_owned()],
-        error_table: &[row],
         ..flight.report()
     };
     let page = written("escaped.html", &report);
     assert!(!page.contains("<script>alert") && !page.contains("<img"));
     assert_eq!(page.matches("</script>").count(), 3);
-    assert_eq!(page.matches("&lt;/script&gt;&lt;script&gt;alert(&#39;&amp;&#39;)").count(), 8);
-    assert_eq!(page.matches("{{data}}").count(), 8);
+    assert_eq!(page.matches("&lt;/script&gt;&lt;script&gt;alert(&#39;&amp;&#39;)").count(), 7);
+    assert_eq!(page.matches("{{data}}").count(), 7);
 }
 
 #[test]
 fn unknown_numbers_are_written_as_null() {
     let mut flight = fly(20.0, 33.0);
+    flight.solutions[0].position.latitude_rad = f64::NAN;
     flight.solutions[100].position.height_m = f64::NAN;
     flight.solutions[200].velocity_mps = Vector::new(f64::INFINITY, f64::NEG_INFINITY, f64::NAN);
     flight.solutions[300].position_sigma_m = Vector::new(f64::NAN, f64::INFINITY, 1.0);
     flight.fixes[3].position.latitude_rad = f64::NAN;
     flight.innovations[0].innovation = f64::NAN;
     flight.innovations[1].sigma = 0.0;
-    flight.errors[50].position_m[0] = Some(f64::NAN);
-    flight.errors[51].velocity_mps = [None; 3];
-    flight.outages.push((Time::ZERO, f64::NAN));
+    let score = flight.score.as_mut().unwrap();
+    score.axes[0].series[50].error = f64::NAN;
+    score.axes[1].series[51].sigma = None;
+    score.axes[2].statistics.rmse = f64::NAN;
+    flight.reference[60].1.position = [f64::NAN; 3];
+    flight.outages.push(Outage { start: Time::ZERO, duration_s: f64::NAN });
     let page = written("unknown.html", &flight.report());
     let data = data(&page);
     let text = data.to_string();
     assert!(text.contains("null") && !text.contains("NaN") && !text.contains("inf"));
     assert_eq!(data["time"]["outages"].as_array().unwrap().len(), 2);
+    assert!(roles(&data, "position").contains(&"estimate"));
 }
 
 #[test]
@@ -360,7 +371,7 @@ fn whatever_is_missing_the_page_is_still_a_page() {
         ("nothing", Report::default()),
         ("no-innovations", Report { innovations: &[], ..report }),
         ("no-fixes", Report { fixes: &[], innovations: &[], ..report }),
-        ("no-reference", Report { reference: &[], errors: &[], smoothed: &[], ..report }),
+        ("no-reference", Report { reference: &[], score: None, smoothed: &[], ..report }),
         ("no-solution", Report { solutions: &[], smoothed: &[], ..report }),
         (
             "single-sample",
@@ -370,7 +381,7 @@ fn whatever_is_missing_the_page_is_still_a_page() {
                 fixes: &whole.fixes[..1],
                 innovations: &whole.innovations[..1],
                 reference: &whole.reference[..1],
-                errors: &whole.errors[..1],
+                score: None,
                 outages: &[],
                 ..report
             },
@@ -382,7 +393,7 @@ fn whatever_is_missing_the_page_is_still_a_page() {
         for anchor in ALWAYS {
             assert!(page.contains(&format!("<section id=\"{anchor}\">")), "{anchor} in {name}");
         }
-        assert_eq!(page.contains("<section id=\"errors\">"), !report.errors.is_empty(), "{name}");
+        assert_eq!(page.contains("<section id=\"errors\">"), report.score.is_some(), "{name}");
     }
 }
 

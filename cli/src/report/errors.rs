@@ -1,0 +1,104 @@
+//! How far the estimate is from the reference, and whether the filter knew.
+
+use hovernav::log::{Axis, AxisScore, Score};
+
+use super::motion::Clock;
+use super::page::{Section, Table, TableRow};
+use super::series::{Figure, Role, Row, Series};
+
+/// An axis in words, and its unit.
+fn named(axis: Axis) -> (&'static str, &'static str) {
+    match axis {
+        Axis::North => ("Position north", "m"),
+        Axis::East => ("Position east", "m"),
+        Axis::Down => ("Position down", "m"),
+        Axis::Horizontal => ("Position horizontal", "m"),
+        Axis::VelocityNorth => ("Velocity north", "m/s"),
+        Axis::VelocityEast => ("Velocity east", "m/s"),
+        Axis::VelocityDown => ("Velocity down", "m/s"),
+        Axis::U => ("Forward u", "m/s"),
+        Axis::V => ("Right v", "m/s"),
+        Axis::W => ("Down w", "m/s"),
+        Axis::Roll => ("Roll", "°"),
+        Axis::Pitch => ("Pitch", "°"),
+        Axis::Yaw => ("Yaw", "°"),
+    }
+}
+
+/// The errors in numbers.
+pub fn table(score: &Score, clock: Clock) -> Table {
+    let row = |AxisScore { axis, statistics, .. }: &AxisScore| {
+        let (name, unit) = named(*axis);
+        let numbers = [statistics.rmse, statistics.median, statistics.p95, statistics.max];
+        TableRow { name: format!("{name}, {unit}"), numbers: numbers.map(three_digits).into() }
+    };
+    Table {
+        caption: format!(
+            "Error against the reference from {:.1} s on: root mean square, then median, 95th \
+             percentile and largest of its size",
+            clock.seconds(score.from)
+        ),
+        heads: &["", "RMSE", "Median", "95 %", "Max"],
+        rows: score.axes.iter().map(row).collect(),
+    }
+}
+
+/// The errors of position, velocity and attitude over time, within the filter's 3σ bounds.
+pub fn section(score: &Score, clock: Clock) -> Section {
+    const DRAWN: [Axis; 9] = [
+        Axis::North,
+        Axis::East,
+        Axis::Down,
+        Axis::VelocityNorth,
+        Axis::VelocityEast,
+        Axis::VelocityDown,
+        Axis::Roll,
+        Axis::Pitch,
+        Axis::Yaw,
+    ];
+    let rows = DRAWN.into_iter().filter_map(|axis| {
+        let score = score.axis(axis)?;
+        let (name, unit) = named(axis);
+        let points = &score.series;
+        let times: Vec<f64> = points.iter().map(|point| clock.seconds(point.time)).collect();
+        let errors: Vec<f64> = points.iter().map(|point| point.error).collect();
+        let bounds: Vec<f64> =
+            points.iter().map(|point| point.sigma.map_or(f64::NAN, |sigma| 3.0 * sigma)).collect();
+        let note = score.within_3_sigma.map(|share| format!("{:.1} % inside ±3σ", 100.0 * share));
+        let row = Row { note, ..Row::new(name, unit) };
+        Some(row.with(Series::bound(&times, &bounds)).with(Series::line(
+            Role::Error,
+            &times,
+            &errors,
+            None,
+        )))
+    });
+    Section {
+        anchor: "errors",
+        title: "Error against the reference",
+        explanation: "Estimate less reference, within the bounds that the filter itself gives \
+                      (3σ). A filter that knows its own error stays inside 99.7 % of the time."
+            .into(),
+        figure: Figure::against_time(rows),
+    }
+}
+
+/// A number to three digits, as a person would write it; a dash where it is unknown.
+fn three_digits(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let whole_digits = value.abs().max(1e-3).log10().floor();
+    format!("{value:.*}", (2.0 - whole_digits).clamp(0.0, 4.0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_numbers_have_three_digits() {
+        let written = [0.0, 0.012_345, 1.2345, 12.345, 12_345.6, f64::NAN].map(three_digits);
+        assert_eq!(written, ["0.0000", "0.0123", "1.23", "12.3", "12346", "–"]);
+    }
+}

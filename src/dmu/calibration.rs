@@ -1,0 +1,182 @@
+//! From counts to units: the ranges and signs that no packet carries.
+//!
+//! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 5, 14 and 24.
+
+use core::fmt;
+
+use super::packet::{AnglePacket, Packet, ScaledPacket};
+use super::{ImuSample, Motion};
+use crate::frames::{Body, EulerAngles, Vector, wrap_angle};
+use crate::time::Time;
+
+/// Standard gravity, m/s²: what the unit's "g" means. Source: 3rd CGPM (1901).
+const STANDARD_GRAVITY_MPS2: f64 = 9.806_65;
+
+/// Rate and acceleration words reach to one and a half times the rated range.
+const FULL_SCALE: f64 = 1.5 / 32_768.0;
+
+/// Magnetometer full scale is 1.5 × 1.25 gauss.
+const GAUSS_PER_COUNT: f64 = 1.25 * FULL_SCALE;
+
+const RADIANS_PER_COUNT: f64 = core::f64::consts::PI / 32_768.0;
+
+/// Which way an accelerometer's word counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// The word is specific force along the axis.
+    Positive,
+    /// The word is specific force against the axis.
+    Negative,
+}
+
+/// A range that no unit can have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeError {
+    /// Which range, with its unit.
+    pub range: &'static str,
+    /// The value given.
+    pub found: f64,
+}
+
+impl fmt::Display for RangeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is {}, expected a positive finite number", self.range, self.found)
+    }
+}
+
+impl core::error::Error for RangeError {}
+
+/// What one unit's label says and its packets do not.
+///
+/// ```
+/// use hovernav::dmu::{AnglePacket, Calibration, Packet};
+/// let calibration = Calibration::new(200.0, 4.0)?;
+/// let level = AnglePacket { acceleration: [0, 0, 0x1555], ..Default::default() };
+/// let measurement = calibration.measure(&Packet::Angle(level)).unwrap();
+/// assert!((measurement.specific_force_mps2.z() + 9.806).abs() < 1e-3);
+/// # Ok::<(), hovernav::dmu::RangeError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    rate_radps_per_count: f64,
+    acceleration_mps2_per_count: [f64; 3],
+}
+
+impl Calibration {
+    /// A unit of rated range ±`rate_range_degps` (deg/s; 100 or 200) and ±`acceleration_range_g`
+    /// (standard gravity; 2 or 4), from its label or calibration sheet.
+    ///
+    /// All accelerometers count negative. Level and still the unit puts out +1 g down, where specific
+    /// force is −1 g. The manual leaves open the sign of linear acceleration: check it by pushing the
+    /// unit along its axes, and set what is different by [`Calibration::with_acceleration_signs`].
+    ///
+    /// # Errors
+    /// A range that is not a positive finite number.
+    pub fn new(rate_range_degps: f64, acceleration_range_g: f64) -> Result<Self, RangeError> {
+        let positive = |range, found: f64| {
+            (found.is_finite() && found > 0.0).then_some(found).ok_or(RangeError { range, found })
+        };
+        let rate_degps = positive("rate range in deg/s", rate_range_degps)?;
+        let acceleration_g = positive("acceleration range in g", acceleration_range_g)?;
+        Ok(Self {
+            rate_radps_per_count: (rate_degps * FULL_SCALE).to_radians(),
+            acceleration_mps2_per_count: [-acceleration_g * FULL_SCALE * STANDARD_GRAVITY_MPS2; 3],
+        })
+    }
+
+    /// The same unit with accelerometers that count as `signs` says, x, y and z.
+    #[must_use]
+    pub fn with_acceleration_signs(mut self, signs: [Sign; 3]) -> Self {
+        for (scale, sign) in self.acceleration_mps2_per_count.iter_mut().zip(signs) {
+            *scale = match sign {
+                Sign::Positive => libm::fabs(*scale),
+                Sign::Negative => -libm::fabs(*scale),
+            };
+        }
+        self
+    }
+
+    /// What a packet of angle or scaled mode measured; `None` for one of voltage mode, whose volts
+    /// have no fixed scale.
+    #[must_use]
+    pub fn measure(&self, packet: &Packet) -> Option<Measurement> {
+        match *packet {
+            Packet::Voltage(_) => None,
+            Packet::Scaled(packet) => Some(self.measure_scaled(packet)),
+            Packet::Angle(AnglePacket {
+                attitude,
+                angular_rate,
+                acceleration,
+                magnetic_field,
+                temperature,
+                timer,
+            }) => {
+                let [roll_rad, pitch_rad, yaw_rad] =
+                    attitude.map(|count| wrap_angle(f64::from(count) * RADIANS_PER_COUNT));
+                let scaled =
+                    ScaledPacket { angular_rate, acceleration, magnetic_field, temperature, timer };
+                Some(Measurement {
+                    attitude: Some(EulerAngles { roll_rad, pitch_rad, yaw_rad }),
+                    ..self.measure_scaled(scaled)
+                })
+            }
+        }
+    }
+
+    fn measure_scaled(&self, packet: ScaledPacket) -> Measurement {
+        let [ax, ay, az] = packet.acceleration.map(f64::from);
+        let [scale_x, scale_y, scale_z] = self.acceleration_mps2_per_count;
+        let vector = |counts: [i16; 3]| Vector::from(counts.map(f64::from));
+        Measurement {
+            angular_rate_radps: vector(packet.angular_rate) * self.rate_radps_per_count,
+            specific_force_mps2: Vector::new(ax * scale_x, ay * scale_y, az * scale_z),
+            magnetic_field_gauss: vector(packet.magnetic_field) * GAUSS_PER_COUNT,
+            attitude: None,
+            temperature_degc: temperature_degc(packet.temperature),
+        }
+    }
+}
+
+/// One packet in units, in the unit's axes: x away from the connector, y from left to right along
+/// its face, z down; mounted that way, they are body axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Angular rate, rad/s.
+    pub angular_rate_radps: Vector<Body>,
+    /// Specific force, m/s².
+    pub specific_force_mps2: Vector<Body>,
+    /// Magnetic field, gauss.
+    pub magnetic_field_gauss: Vector<Body>,
+    /// The unit's own attitude, in angle mode; yaw is from magnetic north.
+    pub attitude: Option<EulerAngles>,
+    /// Sensor temperature, °C.
+    pub temperature_degc: f64,
+}
+
+impl Measurement {
+    /// The measurement as the filter takes it, sampled at `time`.
+    #[must_use]
+    pub const fn at(&self, time: Time) -> ImuSample {
+        ImuSample {
+            time,
+            motion: Motion::Rates {
+                angular_rate_radps: self.angular_rate_radps,
+                specific_force_mps2: self.specific_force_mps2,
+            },
+            attitude: self.attitude,
+            magnetic_field_gauss: Some(self.magnetic_field_gauss),
+        }
+    }
+}
+
+/// Volts of a voltage-mode word or of a temperature word: a 12-bit converter of 5 V.
+#[must_use]
+pub fn volts(counts: u16) -> f64 {
+    f64::from(counts) * 5.0 / 4096.0
+}
+
+/// Sensor temperature, °C, from the temperature word of any mode.
+#[must_use]
+pub fn temperature_degc(counts: u16) -> f64 {
+    (volts(counts) - 1.375) * 44.44
+}

@@ -1,0 +1,297 @@
+//! From the unit's timer to sample times on the clock of the flight.
+//!
+//! Packets arrive with the jitter of a serial line, a scheduler and perhaps a USB adapter; the timer
+//! in them is exact to 0.79 µs but turns every 51.8 ms, has no zero and ticks by its own quartz. The
+//! clock here takes the intervals from the timer and only their long-term mean from the arrivals.
+
+use core::fmt;
+
+use crate::time::Time;
+
+/// Seconds a tick, as the manual gives it: two digits.
+/// Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
+const NOMINAL_TICK_S: f64 = 0.79e-6;
+
+/// Ticks a turn of the 16-bit timer.
+const TURN_TICKS: f64 = 65_536.0;
+
+/// One-sigma of the nominal tick, relative: it was rounded to 0.79, which leaves ±0.6 %.
+const TICK_SIGMA: f64 = 4e-3;
+
+/// The largest relative error of the nominal tick that is believed.
+const TICK_ERROR_MAX: f64 = 1e-2;
+
+/// One-sigma of an arrival about its mean, s.
+const JITTER_SIGMA_S: f64 = 2e-3;
+
+/// One-sigma of the first arrival, s.
+const ANCHOR_SIGMA_S: f64 = 5e-3;
+
+/// Random walk of the tick's relative error, 1/√s: a quartz that warms up.
+const TICK_WALK_PER_SQRT_S: f64 = 1e-6;
+
+/// An arrival further than this from the expected one says nothing of the timer, s.
+const GATE_S: f64 = 5e-3;
+
+/// Packets in a row that are late by much the same before the expectation is held to be early.
+const LATE_IN_A_ROW: u32 = 16;
+
+/// How far apart the same lateness may be, s: a quarter turn, less than the 14 ms between packets, by
+/// which the lateness of a heap falls from packet to packet.
+const ALIKE_S: f64 = 13e-3;
+
+/// The longest gap whose turns are counted, s. Over 2 s the tick's 0.6 % are a quarter of a turn.
+const LONGEST_GAP_S: f64 = 2.0;
+
+/// What the interval to the sample before rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Basis {
+    /// The timer: exact to its tick.
+    Timer,
+    /// The timer; how often it turned during a gap, the arrival times.
+    TimerAcrossGap {
+        /// Whole turns inserted, of 51.8 ms.
+        turns: u32,
+    },
+    /// The arrival alone: first packet, long gap, or a correction of several milliseconds.
+    Arrival,
+}
+
+/// When a packet's values were sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamp {
+    /// The sample's time on the clock that arrivals are given in; later than that of any stamp
+    /// before.
+    pub time: Time,
+    /// By how much the packet came later than expected, s; negative if earlier. Expectation follows
+    /// the mean, so this is the jitter of line and scheduler.
+    pub late_s: f64,
+    /// What the interval to the stamp before rests on.
+    pub basis: Basis,
+}
+
+/// Why a packet has no sample time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockFault {
+    /// The timer has not moved since the packet before: a repetition.
+    TimerStopped {
+        /// The timer's count.
+        timer: u16,
+    },
+    /// The packet arrived so early that the samples before must have been timed late: their times
+    /// would run backwards. The clock has been set right, and samples count again once it has passed
+    /// the last one. Common when packets that had piled up before the start are read at once.
+    NotAfterPrevious {
+        /// The time that the sample would have.
+        time: Time,
+        /// The time of the last stamp.
+        previous: Time,
+    },
+}
+
+impl fmt::Display for ClockFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TimerStopped { timer } => write!(f, "the timer stays at {timer}"),
+            Self::NotAfterPrevious { time, previous } => {
+                write!(f, "sampled at {time}, not after the sample before at {previous}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for ClockFault {}
+
+/// Sample times from timer counts and arrivals.
+///
+/// A two-state Kalman filter follows the offset and the rate of the unit's timer against the
+/// arrivals. Arrivals more than 5 ms from their expected time are left out of it: late ones are the
+/// scheduler's, and only if 16 in a row are late by much the same has the clock lost turns. Early
+/// ones are proof, for no packet arrives before it is sent: the clock then moves at once.
+///
+/// ```
+/// use hovernav::dmu::{Basis, SampleClock};
+/// use hovernav::time::Time;
+/// let mut clock = SampleClock::new(0.0078);
+/// let first = clock.stamp(20_000, 0, Time::from_nanoseconds(1_000_000_000))?;
+/// // 30.3 ms later the timer has counted down through zero; this packet arrived 4 ms late.
+/// let second = clock.stamp(47_182, 1, Time::from_nanoseconds(1_034_300_000))?;
+/// assert_eq!(second.basis, Basis::Timer);
+/// assert!((second.time - first.time - 0.0303).abs() < 4e-3);
+/// # Ok::<(), hovernav::dmu::ClockFault>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SampleClock {
+    latency_s: f64,
+    line: Option<Line>,
+}
+
+/// The line through the arrivals: where the timer stands on the clock of the flight.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    /// What `sample_s` counts from.
+    origin: Time,
+    /// The last packet's timer and number.
+    timer: u16,
+    sequence: u64,
+    /// The last packet's sample, s since `origin`.
+    sample_s: f64,
+    /// Relative error of the nominal tick.
+    tick_error: f64,
+    /// Variance of `sample_s`, s²; its covariance with `tick_error`, s; the variance of that.
+    covariance: [f64; 3],
+    /// Packets in a row that were much alike in their lateness, and the least of that.
+    late_in_a_row: u32,
+    least_late_s: f64,
+    /// The last stamp given out.
+    stamped: Time,
+}
+
+impl SampleClock {
+    /// A clock for packets whose last byte arrives `latency_s` after they were sampled: the time on
+    /// the line, [`Mode::transfer_time_s`](super::Mode::transfer_time_s), and what the unit keeps
+    /// them, up to one of its own cycles. A latency that is not finite counts as 0.
+    #[must_use]
+    pub const fn new(latency_s: f64) -> Self {
+        Self { latency_s: if latency_s.is_finite() { latency_s } else { 0.0 }, line: None }
+    }
+
+    /// The time at which the packet of this `timer` and `sequence` (as
+    /// [`Received`](super::Received) gives it) was sampled. `arrival` is when its last byte arrived,
+    /// on a clock that does not run backwards. Packets of consecutive numbers must be less than
+    /// 51.8 ms apart; packets left out, whether lost or not believed, are a gap.
+    ///
+    /// # Errors
+    /// A timer that stands still, or a time that would not be after the one before.
+    pub fn stamp(&mut self, timer: u16, sequence: u64, arrival: Time) -> Result<Stamp, ClockFault> {
+        let Some(line) = &mut self.line else {
+            let time = arrival + -self.latency_s;
+            self.line = Some(Line::through(time, timer, sequence));
+            return Ok(Stamp { time, late_s: 0.0, basis: Basis::Arrival });
+        };
+        let contiguous = sequence == line.sequence.wrapping_add(1);
+        line.sequence = sequence;
+        let arrived_s = (arrival - line.origin) - self.latency_s;
+        let (late_s, basis) = line.advance(timer, arrived_s, contiguous)?;
+        let time = line.origin + line.sample_s;
+        let previous = line.stamped;
+        if time <= previous {
+            return Err(ClockFault::NotAfterPrevious { time, previous });
+        }
+        line.stamped = time;
+        Ok(Stamp { time, late_s, basis })
+    }
+
+    /// The length of a tick as seen from the clock of the flight, s.
+    #[must_use]
+    pub fn tick_s(&self) -> f64 {
+        self.line.as_ref().map_or(NOMINAL_TICK_S, Line::tick_s)
+    }
+}
+
+impl Line {
+    const fn through(time: Time, timer: u16, sequence: u64) -> Self {
+        Self {
+            origin: time,
+            timer,
+            sequence,
+            sample_s: 0.0,
+            tick_error: 0.0,
+            covariance: [ANCHOR_SIGMA_S * ANCHOR_SIGMA_S, 0.0, TICK_SIGMA * TICK_SIGMA],
+            late_in_a_row: 0,
+            least_late_s: f64::INFINITY,
+            stamped: time,
+        }
+    }
+
+    fn tick_s(&self) -> f64 {
+        NOMINAL_TICK_S * (1.0 + self.tick_error)
+    }
+
+    /// Moves on to the next packet; gives its lateness and what its time rests on.
+    fn advance(
+        &mut self,
+        timer: u16,
+        arrived_s: f64,
+        contiguous: bool,
+    ) -> Result<(f64, Basis), ClockFault> {
+        // The timer counts down.
+        let ticks = f64::from(self.timer.wrapping_sub(timer));
+        let gap_s = arrived_s - self.sample_s;
+        if !contiguous && gap_s > LONGEST_GAP_S {
+            self.timer = timer;
+            self.anchor_at(arrived_s);
+            return Ok((0.0, Basis::Arrival));
+        }
+        let turns = if contiguous { 0.0 } else { self.turns_within(gap_s, ticks) };
+        let interval_s = (ticks + turns * TURN_TICKS) * self.tick_s();
+        if interval_s == 0.0 {
+            return Err(ClockFault::TimerStopped { timer });
+        }
+        self.timer = timer;
+        self.predict(interval_s);
+        let late_s = arrived_s - self.sample_s;
+        let basis =
+            if contiguous { Basis::Timer } else { Basis::TimerAcrossGap { turns: turns as u32 } };
+        if late_s < -GATE_S {
+            self.anchor_at(arrived_s);
+            return Ok((late_s, Basis::Arrival));
+        }
+        if late_s <= GATE_S {
+            self.correct(late_s);
+            return Ok((late_s, basis));
+        }
+        if libm::fabs(late_s - self.least_late_s) > ALIKE_S {
+            self.on_time();
+        }
+        self.late_in_a_row += 1;
+        self.least_late_s = self.least_late_s.min(late_s);
+        if self.late_in_a_row < LATE_IN_A_ROW {
+            return Ok((late_s, basis));
+        }
+        self.anchor_at(self.sample_s + self.least_late_s);
+        Ok((late_s, Basis::Arrival))
+    }
+
+    /// Whole turns of the timer in a gap that seems `gap_s` long. Packets come late more often than
+    /// early, so three quarters of the ambiguity lie on that side.
+    fn turns_within(&self, gap_s: f64, ticks: f64) -> f64 {
+        let turn_s = TURN_TICKS * self.tick_s();
+        let excess_s = gap_s - ticks * self.tick_s();
+        libm::floor(excess_s / turn_s + 0.25).max(0.0)
+    }
+
+    fn anchor_at(&mut self, sample_s: f64) {
+        let [_, _, tick] = self.covariance;
+        self.sample_s = sample_s;
+        self.covariance = [ANCHOR_SIGMA_S * ANCHOR_SIGMA_S, 0.0, tick];
+        self.on_time();
+    }
+
+    fn on_time(&mut self) {
+        self.late_in_a_row = 0;
+        self.least_late_s = f64::INFINITY;
+    }
+
+    fn predict(&mut self, interval_s: f64) {
+        let [offset, cross, tick] = self.covariance;
+        self.sample_s += interval_s;
+        self.covariance = [
+            offset + interval_s * (2.0 * cross + interval_s * tick),
+            cross + interval_s * tick,
+            tick + interval_s * TICK_WALK_PER_SQRT_S * TICK_WALK_PER_SQRT_S,
+        ];
+    }
+
+    fn correct(&mut self, late_s: f64) {
+        let [offset, cross, tick] = self.covariance;
+        let variance = offset + JITTER_SIGMA_S * JITTER_SIGMA_S;
+        let (offset_gain, tick_gain) = (offset / variance, cross / variance);
+        self.sample_s += offset_gain * late_s;
+        self.tick_error =
+            (self.tick_error + tick_gain * late_s).clamp(-TICK_ERROR_MAX, TICK_ERROR_MAX);
+        self.covariance =
+            [offset * (1.0 - offset_gain), cross * (1.0 - offset_gain), tick - tick_gain * cross];
+        self.on_time();
+    }
+}

@@ -1,0 +1,212 @@
+//! One unit on one line: start-up, polled or continuous running, and starting over when it is lost.
+
+use core::fmt;
+
+use super::decoder::{Decoder, Received, Tally};
+use super::packet::Mode;
+use super::startup::{Command, Startup, StartupAction, StartupError};
+use crate::time::Time;
+
+/// Who sets the pace of the packets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Flow {
+    /// The unit sends as fast as it can, about 60 to 70 packets a second.
+    Continuous,
+    /// One packet is asked for in every cycle.
+    Polled {
+        /// Seconds from one request to the next. What is outside 1/70 s, which is as fast as the unit
+        /// goes, to 0.05 s, within which its timer is unambiguous, counts as the nearer end.
+        cycle_s: f64,
+    },
+}
+
+/// Why the link starts over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkFault {
+    /// The unit could not be started.
+    Startup(StartupError),
+    /// No packet for half a second.
+    NoData,
+    /// Two tenths of a second's worth of bytes came without a packet among them.
+    Garbled,
+}
+
+impl fmt::Display for LinkFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Startup(error) => write!(f, "the unit does not start: {error}"),
+            Self::NoData => write!(f, "no packet for {NO_DATA_S} s"),
+            Self::Garbled => write!(f, "{GARBLED_BYTES} bytes and no packet among them"),
+        }
+    }
+}
+
+impl core::error::Error for LinkFault {}
+
+/// What the caller is to do next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkAction {
+    /// Write the command's byte, then ask again.
+    Write(Command),
+    /// Read until bytes come or this time is reached, hand over the bytes, ask again.
+    ReadUntil(Time),
+    /// Make this known, then ask again: the link has begun to start over.
+    Lost(LinkFault),
+}
+
+/// How long a running link may be without a packet, s.
+const NO_DATA_S: f64 = 0.5;
+
+/// Bytes in 0.2 s of a full line.
+const GARBLED_BYTES: u64 = 768;
+
+/// The shortest cycle, s: the unit's fastest is 70 packets a second.
+/// Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
+const SHORTEST_CYCLE_S: f64 = 1.0 / 70.0;
+
+/// The longest cycle, s: a turn of the unit's timer takes 51.8 ms.
+const LONGEST_CYCLE_S: f64 = 0.05;
+
+#[derive(Clone, Debug)]
+enum State {
+    Starting(Startup),
+    Running {
+        /// When the last packet came, or the running began.
+        heard: Time,
+        /// Bytes lost up to then.
+        lost: u64,
+        /// When to ask for the next packet, if asking is needed.
+        request: Option<Time>,
+    },
+}
+
+/// The whole conversation with the unit, without any input or output of its own.
+///
+/// Ask [`Link::next_action`] what to do, do it, and pass what was read to [`Link::next_packet`]:
+///
+/// ```
+/// use hovernav::dmu::{AnglePacket, Flow, Link, LinkAction, Mode};
+/// use hovernav::time::Time;
+///
+/// let mut link = Link::new(Mode::Angle, Flow::Polled { cycle_s: 0.0303 }, Time::ZERO);
+/// let (mut now, mut packets) = (Time::ZERO, 0);
+/// while packets < 3 {
+///     // A unit that always answers at once stands in for the serial port.
+///     let mut reply = Vec::new();
+///     match link.next_action(now) {
+///         LinkAction::Write(command) => match command.byte() {
+///             b'G' => reply.extend(AnglePacket::default().encode()),
+///             _ => reply.extend(command.reply()),
+///         },
+///         LinkAction::ReadUntil(time) => now = time,
+///         LinkAction::Lost(fault) => panic!("{fault}"),
+///     }
+///     let mut bytes = &reply[..];
+///     while let Some(_received) = link.next_packet(&mut bytes, now) {
+///         packets += 1;
+///     }
+/// }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Link {
+    mode: Mode,
+    /// Seconds a cycle, if polled.
+    cycle_s: Option<f64>,
+    decoder: Decoder,
+    state: State,
+}
+
+impl Link {
+    /// A link to a unit in any state, to be started `now`.
+    #[must_use]
+    pub const fn new(mode: Mode, flow: Flow, now: Time) -> Self {
+        let cycle_s = match flow {
+            Flow::Continuous => None,
+            Flow::Polled { cycle_s } => Some(cycle_s.max(SHORTEST_CYCLE_S).min(LONGEST_CYCLE_S)),
+        };
+        let state = State::Starting(Startup::new(mode, now));
+        Self { mode, cycle_s, decoder: Decoder::new(mode), state }
+    }
+
+    /// The next packet among bytes that were read, of which the last came `now`; takes what it needs
+    /// from the front of `bytes`. `None` means that all were taken.
+    pub fn next_packet(&mut self, bytes: &mut &[u8], now: Time) -> Option<Received> {
+        match &mut self.state {
+            State::Starting(startup) => {
+                startup.receive(bytes, now);
+                *bytes = &[];
+                None
+            }
+            State::Running { heard, lost, .. } => {
+                let received = self.decoder.next_packet(bytes)?;
+                (*heard, *lost) = (now, self.decoder.tally().bytes_lost());
+                Some(received)
+            }
+        }
+    }
+
+    /// What to do at time `now`.
+    pub fn next_action(&mut self, now: Time) -> LinkAction {
+        match &mut self.state {
+            State::Starting(startup) => match startup.next_action(now) {
+                StartupAction::Write(command) => LinkAction::Write(command),
+                StartupAction::ReadUntil(time) => LinkAction::ReadUntil(time),
+                StartupAction::Failed(error) => self.start_over(LinkFault::Startup(error), now),
+                StartupAction::Ready => self.run(now),
+            },
+            State::Running { heard, lost, request } => {
+                let deadline = *heard + NO_DATA_S;
+                if self.decoder.tally().bytes_lost() - *lost >= GARBLED_BYTES {
+                    return self.start_over(LinkFault::Garbled, now);
+                }
+                if now >= deadline {
+                    return self.start_over(LinkFault::NoData, now);
+                }
+                let (Some(request), Some(cycle_s)) = (request, self.cycle_s) else {
+                    return LinkAction::ReadUntil(deadline);
+                };
+                if now < *request {
+                    return LinkAction::ReadUntil(deadline.min(*request));
+                }
+                // A request that comes late delays the ones after it only if a whole cycle is lost.
+                *request = *request + cycle_s;
+                if *request <= now {
+                    *request = now + cycle_s;
+                }
+                self.decoder.expect_packet();
+                LinkAction::Write(Command::Request)
+            }
+        }
+    }
+
+    /// Whether packets are to be expected: the unit has been started.
+    #[must_use]
+    pub const fn is_running(&self) -> bool {
+        matches!(self.state, State::Running { .. })
+    }
+
+    /// What became of the bytes that came while the link was running.
+    #[must_use]
+    pub const fn tally(&self) -> &Tally {
+        self.decoder.tally()
+    }
+
+    /// Sends the unit on its way: it has just been silent, so the next byte begins a packet.
+    fn run(&mut self, now: Time) -> LinkAction {
+        self.decoder.restart();
+        let lost = self.decoder.tally().bytes_lost();
+        self.state =
+            State::Running { heard: now, lost, request: self.cycle_s.map(|cycle_s| now + cycle_s) };
+        self.decoder.expect_packet();
+        LinkAction::Write(if self.cycle_s.is_some() {
+            Command::Request
+        } else {
+            Command::Continuous
+        })
+    }
+
+    fn start_over(&mut self, fault: LinkFault, now: Time) -> LinkAction {
+        self.state = State::Starting(Startup::new(self.mode, now));
+        LinkAction::Lost(fault)
+    }
+}

@@ -1,0 +1,315 @@
+//! The packets of the Crossbow DMU-HDX-AHRS (AHRS400 family), byte for byte.
+//!
+//! Every packet is a header byte, big-endian 16-bit words and a checksum byte. A packet is checked
+//! once, when it is decoded; its fields are then plain numbers that cannot fail, in the counts that
+//! the unit sent. [`Calibration`](super::Calibration) gives them units.
+//!
+//! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 14 to 16 (checksum, signs,
+//! timer); the order of the words is that of four independent drivers.
+
+use core::fmt;
+
+/// The first byte of every packet. It also occurs inside packets.
+pub(super) const HEADER: u8 = 0xFF;
+
+/// What the unit puts into its packets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Mode {
+    /// Raw sensor voltages, [`VoltagePacket`].
+    Voltage,
+    /// Calibrated rates, accelerations and magnetic field, [`ScaledPacket`].
+    Scaled,
+    /// All of the scaled mode and the unit's own attitude, [`AnglePacket`].
+    Angle,
+}
+
+impl Mode {
+    /// Length of this mode's packets in bytes, header and checksum included.
+    #[must_use]
+    pub const fn packet_length(self) -> usize {
+        match self {
+            Self::Voltage => VoltagePacket::LENGTH,
+            Self::Scaled => ScaledPacket::LENGTH,
+            Self::Angle => AnglePacket::LENGTH,
+        }
+    }
+
+    /// Seconds that one packet spends on the line: 38 400 baud, ten bits a byte.
+    #[must_use]
+    pub const fn transfer_time_s(self) -> f64 {
+        self.packet_length() as f64 * 10.0 / 38_400.0
+    }
+}
+
+/// Why bytes are not a packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PacketError {
+    /// Too few bytes, as far as they go a packet.
+    Length {
+        /// Bytes that the packet takes.
+        expected: usize,
+        /// Bytes that were there.
+        found: usize,
+    },
+    /// The first byte is not the header 0xFF.
+    Header {
+        /// The first byte.
+        found: u8,
+    },
+    /// The bytes between header and checksum add up to something else, modulo 256.
+    Checksum {
+        /// The sum of the bytes.
+        expected: u8,
+        /// The checksum byte.
+        found: u8,
+    },
+}
+
+impl fmt::Display for PacketError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length { expected, found } => {
+                write!(f, "packet of {expected} bytes cut off after {found}")
+            }
+            Self::Header { found } => write!(f, "packet begins with {found:#04x}, not 0xff"),
+            Self::Checksum { expected, found } => {
+                write!(f, "bytes add up to {expected:#04x}, the checksum says {found:#04x}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for PacketError {}
+
+/// A packet of angle mode, 30 bytes: attitude, rates, accelerations, magnetic field.
+///
+/// Axes are the unit's: x away from the connector, y along the connector's face from left to right,
+/// z down through the mounting plate. Level and still, the z acceleration is positive.
+///
+/// ```
+/// use hovernav::dmu::AnglePacket;
+/// let level = AnglePacket { acceleration: [0, 0, 0x1555], timer: 65_535, ..Default::default() };
+/// assert_eq!(AnglePacket::decode(&level.encode()), Ok(level));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AnglePacket {
+    /// Roll, pitch and magnetic heading, 180°/32768 a count.
+    pub attitude: [i16; 3],
+    /// Angular rates, 1.5 × rated range/32768 a count.
+    pub angular_rate: [i16; 3],
+    /// Accelerations, 1.5 × rated range/32768 a count.
+    pub acceleration: [i16; 3],
+    /// Magnetic field, 1.875 gauss/32768 a count.
+    pub magnetic_field: [i16; 3],
+    /// Sensor temperature, 12-bit converter counts.
+    pub temperature: u16,
+    /// The unit's timer when it sampled: counts down, 0.79 µs a count, 65 536 counts a turn.
+    pub timer: u16,
+}
+
+impl AnglePacket {
+    /// Bytes of the packet.
+    pub const LENGTH: usize = 30;
+
+    /// The packet at the start of `bytes`; what follows it is not looked at.
+    ///
+    /// # Errors
+    /// What the bytes lack to be a packet, the header first.
+    pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
+        let [roll, pitch, yaw, p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
+        Ok(Self {
+            attitude: signed([roll, pitch, yaw]),
+            angular_rate: signed([p, q, r]),
+            acceleration: signed([ax, ay, az]),
+            magnetic_field: signed([mx, my, mz]),
+            temperature,
+            timer,
+        })
+    }
+
+    /// The bytes as the unit sends them.
+    #[must_use]
+    pub fn encode(&self) -> [u8; Self::LENGTH] {
+        let words = [self.attitude, self.angular_rate, self.acceleration, self.magnetic_field];
+        frame(words.into_iter().flatten().map(i16::cast_unsigned), self.temperature, self.timer)
+    }
+}
+
+/// A packet of scaled mode, 24 bytes: [`AnglePacket`] without the attitude.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ScaledPacket {
+    /// Angular rates, 1.5 × rated range/32768 a count.
+    pub angular_rate: [i16; 3],
+    /// Accelerations, 1.5 × rated range/32768 a count.
+    pub acceleration: [i16; 3],
+    /// Magnetic field, 1.875 gauss/32768 a count.
+    pub magnetic_field: [i16; 3],
+    /// Sensor temperature, 12-bit converter counts.
+    pub temperature: u16,
+    /// The unit's timer when it sampled: counts down, 0.79 µs a count, 65 536 counts a turn.
+    pub timer: u16,
+}
+
+impl ScaledPacket {
+    /// Bytes of the packet.
+    pub const LENGTH: usize = 24;
+
+    /// The packet at the start of `bytes`; what follows it is not looked at.
+    ///
+    /// # Errors
+    /// What the bytes lack to be a packet, the header first.
+    pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
+        let [p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
+        Ok(Self {
+            angular_rate: signed([p, q, r]),
+            acceleration: signed([ax, ay, az]),
+            magnetic_field: signed([mx, my, mz]),
+            temperature,
+            timer,
+        })
+    }
+
+    /// The bytes as the unit sends them.
+    #[must_use]
+    pub fn encode(&self) -> [u8; Self::LENGTH] {
+        let words = [self.angular_rate, self.acceleration, self.magnetic_field];
+        frame(words.into_iter().flatten().map(i16::cast_unsigned), self.temperature, self.timer)
+    }
+}
+
+/// A packet of voltage mode, 24 bytes: what the converters read, 5 V/4096 a count.
+///
+/// Each unit's own calibration sheet turns these volts into rates and accelerations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct VoltagePacket {
+    /// Gyros, converter counts.
+    pub angular_rate: [u16; 3],
+    /// Accelerometers, converter counts.
+    pub acceleration: [u16; 3],
+    /// Magnetometers, converter counts.
+    pub magnetic_field: [u16; 3],
+    /// Sensor temperature, converter counts.
+    pub temperature: u16,
+    /// The unit's timer when it sampled: counts down, 0.79 µs a count, 65 536 counts a turn.
+    pub timer: u16,
+}
+
+impl VoltagePacket {
+    /// Bytes of the packet.
+    pub const LENGTH: usize = 24;
+
+    /// The packet at the start of `bytes`; what follows it is not looked at.
+    ///
+    /// # Errors
+    /// What the bytes lack to be a packet, the header first.
+    pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
+        let [p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
+        Ok(Self {
+            angular_rate: [p, q, r],
+            acceleration: [ax, ay, az],
+            magnetic_field: [mx, my, mz],
+            temperature,
+            timer,
+        })
+    }
+
+    /// The bytes as the unit sends them.
+    #[must_use]
+    pub fn encode(&self) -> [u8; Self::LENGTH] {
+        let words = [self.angular_rate, self.acceleration, self.magnetic_field];
+        frame(words.into_iter().flatten(), self.temperature, self.timer)
+    }
+}
+
+/// A packet of any mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Packet {
+    /// Of voltage mode.
+    Voltage(VoltagePacket),
+    /// Of scaled mode.
+    Scaled(ScaledPacket),
+    /// Of angle mode.
+    Angle(AnglePacket),
+}
+
+impl Packet {
+    /// The packet of a known mode at the start of `bytes`; what follows it is not looked at. The
+    /// bytes do not say which mode they are of: only the command that set it does.
+    ///
+    /// # Errors
+    /// What the bytes lack to be a packet, the header first.
+    pub fn decode(mode: Mode, bytes: &[u8]) -> Result<Self, PacketError> {
+        match mode {
+            Mode::Voltage => VoltagePacket::decode(bytes).map(Self::Voltage),
+            Mode::Scaled => ScaledPacket::decode(bytes).map(Self::Scaled),
+            Mode::Angle => AnglePacket::decode(bytes).map(Self::Angle),
+        }
+    }
+
+    /// Sensor temperature, 12-bit converter counts; 5 V/4096 a count.
+    #[must_use]
+    pub const fn temperature(&self) -> u16 {
+        match self {
+            Self::Voltage(packet) => packet.temperature,
+            Self::Scaled(packet) => packet.temperature,
+            Self::Angle(packet) => packet.temperature,
+        }
+    }
+
+    /// The unit's timer when it sampled: counts down, 0.79 µs a count, 65 536 counts a turn.
+    #[must_use]
+    pub const fn timer(&self) -> u16 {
+        match self {
+            Self::Voltage(packet) => packet.timer,
+            Self::Scaled(packet) => packet.timer,
+            Self::Angle(packet) => packet.timer,
+        }
+    }
+}
+
+/// The `WORDS` words of the frame at the start of `bytes`, once header and checksum hold.
+fn words<const WORDS: usize>(bytes: &[u8]) -> Result<[u16; WORDS], PacketError> {
+    let expected = 2 * WORDS + 2;
+    if let Some(&found) = bytes.first()
+        && found != HEADER
+    {
+        return Err(PacketError::Header { found });
+    }
+    let Some([_, payload @ .., checksum]) = bytes.get(..expected) else {
+        return Err(PacketError::Length { expected, found: bytes.len() });
+    };
+    let sum = sum(payload);
+    if sum != *checksum {
+        return Err(PacketError::Checksum { expected: sum, found: *checksum });
+    }
+    let mut words = [0; WORDS];
+    for (word, pair) in words.iter_mut().zip(payload.as_chunks().0) {
+        *word = u16::from_be_bytes(*pair);
+    }
+    Ok(words)
+}
+
+/// The frame of a packet's sensor words, temperature and timer.
+fn frame<const LENGTH: usize>(
+    sensors: impl Iterator<Item = u16>,
+    temperature: u16,
+    timer: u16,
+) -> [u8; LENGTH] {
+    let mut bytes = [HEADER; LENGTH];
+    if let [_, payload @ .., checksum] = bytes.as_mut_slice() {
+        let words = sensors.chain([temperature, timer]);
+        for (pair, word) in payload.as_chunks_mut().0.iter_mut().zip(words) {
+            *pair = word.to_be_bytes();
+        }
+        *checksum = sum(payload);
+    }
+    bytes
+}
+
+fn sum(payload: &[u8]) -> u8 {
+    payload.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
+}
+
+fn signed(words: [u16; 3]) -> [i16; 3] {
+    words.map(u16::cast_signed)
+}

@@ -1,0 +1,225 @@
+//! What a packet with a good checksum can still be: impossible, beyond the sensors, or frozen.
+
+use core::fmt;
+
+use super::packet::{AnglePacket, Packet, ScaledPacket, VoltagePacket};
+
+/// The largest value of a 12-bit converter.
+const CONVERTER_MAX: u16 = 0x0FFF;
+
+/// A quarter turn in counts of the attitude words.
+const VERTICAL: u16 = 0x4000;
+
+/// Counts of a rate or acceleration at the rated range: full scale is 1.5 times that.
+const RATED_RANGE: u16 = 21_845;
+
+/// Packets in a row with the same three words before a sensor counts as stuck; half a second at
+/// 33 Hz. Noise moves at least one of three words sooner than that, even of a unit at rest.
+const STUCK_AFTER: u32 = 16;
+
+/// A triad of the unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Sensor {
+    /// Angular rate.
+    Gyros,
+    /// Acceleration.
+    Accelerometers,
+    /// Magnetic field.
+    Magnetometers,
+}
+
+impl fmt::Display for Sensor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Gyros => "gyro",
+            Self::Accelerometers => "accelerometer",
+            Self::Magnetometers => "magnetometer",
+        })
+    }
+}
+
+/// What is wrong with a packet whose checksum is right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Implausible {
+    /// The temperature word does not fit its 12-bit converter.
+    TemperatureWord {
+        /// The word.
+        counts: u16,
+    },
+    /// A word of voltage mode does not fit its 12-bit converter.
+    VoltageWord {
+        /// Which triad.
+        sensor: Sensor,
+        /// 0, 1 or 2: x, y or z.
+        axis: usize,
+        /// The word.
+        counts: u16,
+    },
+    /// Pitch beyond ±90°.
+    Pitch {
+        /// The word, 180°/32768 a count.
+        counts: i16,
+    },
+    /// The word stands at the end of its scale: the true value may be anything beyond.
+    Saturated {
+        /// Which triad.
+        sensor: Sensor,
+        /// 0, 1 or 2: x, y or z.
+        axis: usize,
+    },
+    /// Beyond the rated range, where the unit no longer promises its accuracy.
+    BeyondRating {
+        /// Which triad.
+        sensor: Sensor,
+        /// 0, 1 or 2: x, y or z.
+        axis: usize,
+        /// The word; the rated range is 21 845 counts.
+        counts: i16,
+    },
+    /// All three words of a sensor have not moved.
+    Stuck {
+        /// Which triad.
+        sensor: Sensor,
+        /// Packets in a row that carried the same words.
+        packets: u32,
+    },
+}
+
+impl Implausible {
+    /// Whether the unit cannot have sent such a packet, so that none of it is to be believed.
+    #[must_use]
+    pub const fn damns_packet(&self) -> bool {
+        matches!(self, Self::TemperatureWord { .. } | Self::VoltageWord { .. } | Self::Pitch { .. })
+    }
+}
+
+impl fmt::Display for Implausible {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let letter = |axis| ["x", "y", "z"].get(axis).copied().unwrap_or("?");
+        match *self {
+            Self::TemperatureWord { counts } => {
+                write!(f, "temperature word {counts} of a converter that ends at {CONVERTER_MAX}")
+            }
+            Self::VoltageWord { sensor, axis, counts } => write!(
+                f,
+                "{sensor} {} word {counts} of a converter that ends at {CONVERTER_MAX}",
+                letter(axis)
+            ),
+            Self::Pitch { counts } => {
+                write!(f, "pitch {:.3} deg is beyond vertical", f64::from(counts) * 180.0 / 32768.0)
+            }
+            Self::Saturated { sensor, axis } => write!(f, "{sensor} {} is saturated", letter(axis)),
+            Self::BeyondRating { sensor, axis, counts } => write!(
+                f,
+                "{sensor} {} at {:.2} times its rated range",
+                letter(axis),
+                f64::from(counts.unsigned_abs()) / f64::from(RATED_RANGE)
+            ),
+            Self::Stuck { sensor, packets } => {
+                write!(f, "{sensor} words have not moved for {packets} packets")
+            }
+        }
+    }
+}
+
+/// Looks at one packet after another and says what cannot be, each with its reason.
+///
+/// ```
+/// use hovernav::dmu::{AnglePacket, Implausible, Packet, Plausibility, Sensor};
+/// let spinning = AnglePacket { angular_rate: [0, 0, i16::MAX], ..Default::default() };
+/// let mut found = Plausibility::default().check(&Packet::Angle(spinning));
+/// assert_eq!(found.next(), Some(Implausible::Saturated { sensor: Sensor::Gyros, axis: 2 }));
+/// assert_eq!(found.next(), None);
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Plausibility {
+    triads: [Repetition; 3],
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Repetition {
+    words: [u16; 3],
+    packets: u32,
+}
+
+impl Plausibility {
+    /// All that is wrong with the next packet of the stream; nothing for a good one.
+    pub fn check(&mut self, packet: &Packet) -> impl Iterator<Item = Implausible> + use<> {
+        let triads = triads(packet);
+        for (repetition, (_, words)) in self.triads.iter_mut().zip(triads) {
+            let packets =
+                if repetition.words == words { repetition.packets.saturating_add(1) } else { 1 };
+            *repetition = Repetition { words, packets };
+        }
+        let stuck = self.triads.into_iter().zip(triads).filter_map(|(repetition, (sensor, _))| {
+            let packets = repetition.packets;
+            (packets >= STUCK_AFTER).then_some(Implausible::Stuck { sensor, packets })
+        });
+        let voltage = matches!(packet, Packet::Voltage(_));
+        let words = triads.into_iter().flat_map(move |(sensor, words)| {
+            words.into_iter().enumerate().filter_map(move |(axis, word)| {
+                if voltage {
+                    voltage_word(sensor, axis, word)
+                } else {
+                    signed_word(sensor, axis, word.cast_signed())
+                }
+            })
+        });
+        temperature_word(packet).into_iter().chain(pitch(packet)).chain(words).chain(stuck)
+    }
+}
+
+/// The words of the three triads, in the order they are sent.
+fn triads(packet: &Packet) -> [(Sensor, [u16; 3]); 3] {
+    let (rate, acceleration, magnetic) = match *packet {
+        Packet::Angle(AnglePacket { angular_rate, acceleration, magnetic_field, .. })
+        | Packet::Scaled(ScaledPacket { angular_rate, acceleration, magnetic_field, .. }) => (
+            angular_rate.map(i16::cast_unsigned),
+            acceleration.map(i16::cast_unsigned),
+            magnetic_field.map(i16::cast_unsigned),
+        ),
+        Packet::Voltage(VoltagePacket { angular_rate, acceleration, magnetic_field, .. }) => {
+            (angular_rate, acceleration, magnetic_field)
+        }
+    };
+    [
+        (Sensor::Gyros, rate),
+        (Sensor::Accelerometers, acceleration),
+        (Sensor::Magnetometers, magnetic),
+    ]
+}
+
+fn temperature_word(packet: &Packet) -> Option<Implausible> {
+    let counts = packet.temperature();
+    (counts > CONVERTER_MAX).then_some(Implausible::TemperatureWord { counts })
+}
+
+fn pitch(packet: &Packet) -> Option<Implausible> {
+    match *packet {
+        Packet::Angle(AnglePacket { attitude: [_, counts, _], .. }) => {
+            (counts.unsigned_abs() > VERTICAL).then_some(Implausible::Pitch { counts })
+        }
+        Packet::Scaled(_) | Packet::Voltage(_) => None,
+    }
+}
+
+fn voltage_word(sensor: Sensor, axis: usize, counts: u16) -> Option<Implausible> {
+    if counts > CONVERTER_MAX {
+        Some(Implausible::VoltageWord { sensor, axis, counts })
+    } else if counts == 0 || counts == CONVERTER_MAX {
+        Some(Implausible::Saturated { sensor, axis })
+    } else {
+        None
+    }
+}
+
+/// The magnetometers reach thrice the Earth's field; nothing is rated below their full scale.
+fn signed_word(sensor: Sensor, axis: usize, counts: i16) -> Option<Implausible> {
+    if counts == i16::MIN || counts == i16::MAX {
+        Some(Implausible::Saturated { sensor, axis })
+    } else if sensor != Sensor::Magnetometers && counts.unsigned_abs() > RATED_RANGE {
+        Some(Implausible::BeyondRating { sensor, axis, counts })
+    } else {
+        None
+    }
+}

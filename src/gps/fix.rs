@@ -1,0 +1,62 @@
+//! The fix as the filter takes it, whatever receiver it came from.
+
+use crate::earth::Geodetic;
+use crate::frames::{Ned, Vector};
+use crate::time::Time;
+
+/// One position fix, with what the receiver says of itself; what it does not say is `None`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fix {
+    /// When the position was true, on the inertial unit's clock: arrival less latency.
+    pub time: Time,
+    /// The antenna's position.
+    pub position: Geodetic,
+    /// One-sigma of the position, north, east and down, m, where the receiver gives it.
+    pub position_sigma_m: Option<Vector<Ned>>,
+    /// The antenna's horizontal velocity, m/s, north and east.
+    pub horizontal_velocity_mps: Option<[f64; 2]>,
+    /// The antenna's velocity downwards, m/s; receivers that speak plain NMEA do not give it.
+    pub down_velocity_mps: Option<f64>,
+    /// One-sigma of the velocity, m/s.
+    pub velocity_sigma_mps: Option<Vector<Ned>>,
+    /// Satellites used.
+    pub satellites: Option<u8>,
+}
+
+impl Fix {
+    /// A fix of position alone.
+    #[must_use]
+    pub const fn at(time: Time, position: Geodetic) -> Self {
+        Self {
+            time,
+            position,
+            position_sigma_m: None,
+            horizontal_velocity_mps: None,
+            down_velocity_mps: None,
+            velocity_sigma_mps: None,
+            satellites: None,
+        }
+    }
+
+    /// Whether no value is NaN or infinite and every one-sigma is positive.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let sigma_is_good = |sigma: Option<Vector<Ned>>| {
+            sigma.is_none_or(|sigma| {
+                sigma.is_finite() && sigma.to_array().iter().all(|&sigma| sigma > 0.0)
+            })
+        };
+        self.position.is_navigable()
+            && self.horizontal_velocity_mps.is_none_or(|[n, e]| n.is_finite() && e.is_finite())
+            && self.down_velocity_mps.is_none_or(f64::is_finite)
+            && sigma_is_good(self.position_sigma_m)
+            && sigma_is_good(self.velocity_sigma_mps)
+    }
+
+    /// The whole velocity, m/s, when all three components are known.
+    #[must_use]
+    pub fn velocity_mps(&self) -> Option<Vector<Ned>> {
+        let [north, east] = self.horizontal_velocity_mps?;
+        Some(Vector::new(north, east, self.down_velocity_mps?))
+    }
+}

@@ -1,0 +1,245 @@
+//! One fix an epoch from the sentences.
+
+use nmea::SentenceType;
+
+use super::framer::Framer;
+use super::sentence::{Content, Course, Geometry, Located, Minimum, Refusal, Sentence};
+use crate::frames::{Ned, Vector};
+use crate::gps::cycle::{Cycle, Kinds};
+use crate::gps::receiver_fix::plausible_height;
+use crate::gps::{Counts, DilutionOfPrecision, ReceiverFix, ReceiverTime};
+use crate::time::Time;
+
+/// A line silent for longer than this is between two epochs: 10 Hz leaves 100 ms for both, and a
+/// loop at 33 Hz reads every 30 ms.
+const SILENCE_S: f64 = 0.05;
+
+const GGA: Kinds = 1;
+const GNS: Kinds = 2;
+const RMC: Kinds = 4;
+const VTG: Kinds = 8;
+const GSA: Kinds = 16;
+const GST: Kinds = 32;
+
+/// Turns NMEA sentences into fixes.
+///
+/// An epoch is all sentences with one time of day (GGA, GNS, RMC, GST), and those without a time
+/// that come with them (VTG, GSA). Its fix is handed on when the kinds of sentence are in that
+/// the last epochs had, or when the next epoch starts. The first two fixes therefore come an epoch
+/// late; [`flush`](Self::flush) on a silent line brings any fix at once.
+///
+/// * Position is that of GGA, else GNS, else RMC (which has no height). It is no fix if *any*
+///   sentence of the epoch says so: GGA quality 0 or 6 to 8, RMC status V or mode N, E, M, S or U,
+///   GSA mode 1, GNS without a valid mode.
+/// * Velocity is RMC's; VTG's where the receiver sends no RMC. Down velocity is unknown. At rest
+///   many receivers leave the course empty: then only the ground speed is known.
+/// * Sigmas are GST's; else unknown.
+/// * The date is RMC's, taken at its word: a receiver past its week rollover sends a wrong one.
+///
+/// VTG and GSA belong to the burst in which they arrive: before the position if silence precedes
+/// them, else after; for this the line must be read at least every 50 ms. A log replayed without its
+/// arrival times reads right if they follow it.
+#[derive(Clone, Debug, Default)]
+pub struct Decoder {
+    framer: Framer,
+    epoch: Epoch,
+    /// Sentences without time that began a burst.
+    heading: Option<Epoch>,
+    cycle: Cycle,
+    last_arrival: Option<Time>,
+    ready: Option<ReceiverFix>,
+    counts: Counts,
+}
+
+/// What has come of one epoch.
+#[derive(Clone, Copy, Debug, Default)]
+struct Epoch {
+    time_of_day_ns: Option<u64>,
+    arrival: Time,
+    kinds: Kinds,
+    located: Option<Located>,
+    minimum: Option<Minimum>,
+    course: Option<Course>,
+    geometry: Option<Geometry>,
+    sigma_m: Option<Vector<Ned>>,
+    no_fix: bool,
+    over: bool,
+}
+
+impl Decoder {
+    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch; `None` when
+    /// they are used up. Call again until then.
+    pub fn read(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<ReceiverFix> {
+        if let Some(fix) = self.ready.take() {
+            return Some(fix);
+        }
+        loop {
+            let line = self.framer.next(bytes, arrival)?;
+            let started = line.arrival;
+            let sentence = Sentence::read(line.body);
+            let counter = match sentence {
+                Ok(_) => &mut self.counts.read,
+                Err(Refusal::Unknown) => &mut self.counts.unknown,
+                Err(Refusal::Malformed) => &mut self.counts.damaged,
+                Err(Refusal::Impossible) => &mut self.counts.impossible,
+            };
+            *counter = counter.saturating_add(1);
+            let after_silence = self.last_arrival.is_none_or(|last| started - last > SILENCE_S);
+            self.last_arrival = Some(arrival);
+            let Ok(sentence) = sentence else {
+                continue;
+            };
+            let before = self.accept(&sentence, started, after_silence);
+            let completed = self.complete();
+            if let Some(before) = before {
+                self.ready = completed;
+                return Some(before);
+            }
+            if completed.is_some() {
+                return completed;
+            }
+        }
+    }
+
+    /// The epoch still being put together, if it has a position: for when the line has fallen silent
+    /// until the next, or a log is at its end.
+    pub fn flush(&mut self) -> Option<ReceiverFix> {
+        self.ready.take().or_else(|| self.finish())
+    }
+
+    /// What became of all sentences so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        Counts { damaged: self.counts.damaged.saturating_add(self.framer.broken()), ..self.counts }
+    }
+
+    /// Puts a sentence into its epoch; the fix of the epoch before, if that had not been handed on.
+    fn accept(
+        &mut self,
+        sentence: &Sentence,
+        arrival: Time,
+        after_silence: bool,
+    ) -> Option<ReceiverFix> {
+        let mut before = None;
+        if sentence.time_of_day_ns.is_none() {
+            if !matches!(sentence.kind, SentenceType::VTG | SentenceType::GSA) {
+                // A receiver that does not know the time has no fix, and no epoch to put it in.
+                self.counts.no_fix = self.counts.no_fix.saturating_add(1);
+                return None;
+            }
+            if after_silence {
+                self.heading = Some(Epoch { arrival, ..Epoch::default() });
+            }
+            if let Some(heading) = &mut self.heading {
+                heading.add(sentence);
+                return None;
+            }
+        } else if sentence.time_of_day_ns != self.epoch.time_of_day_ns {
+            before = self.finish();
+            self.cycle.close();
+            let heading = self.heading.filter(|_| !after_silence);
+            self.epoch = Epoch {
+                time_of_day_ns: sentence.time_of_day_ns,
+                ..heading.unwrap_or(Epoch { arrival, ..Epoch::default() })
+            };
+            self.heading = None;
+        } else if let Some(heading) = self.heading.take() {
+            // Not the next burst after all, but the rest of this one.
+            self.epoch.join(&heading);
+        }
+        self.epoch.add(sentence);
+        self.cycle.note(self.epoch.kinds);
+        before
+    }
+
+    /// The fix of the present epoch, once all its sentences are in.
+    fn complete(&mut self) -> Option<ReceiverFix> {
+        if self.cycle.is_complete() { self.finish() } else { None }
+    }
+
+    /// Ends the present epoch; its fix, if it is one and had not been handed on.
+    fn finish(&mut self) -> Option<ReceiverFix> {
+        let time_of_day_ns = self.epoch.time_of_day_ns?;
+        if core::mem::replace(&mut self.epoch.over, true) {
+            return None;
+        }
+        let epoch = &self.epoch;
+        if epoch.no_fix {
+            self.counts.no_fix = self.counts.no_fix.saturating_add(1);
+            return None;
+        }
+        let place = epoch
+            .located
+            .map(|located| located.place)
+            .or_else(|| epoch.minimum.map(|minimum| minimum.place))?;
+        let mut fix = ReceiverFix::new(epoch.arrival, place);
+        let day = epoch.minimum.and_then(|minimum| minimum.day);
+        fix.time = Some(ReceiverTime::Utc { day, time_of_day_ns });
+        if let Some(located) = epoch.located {
+            fix.altitude_msl_m = located.altitude_msl_m;
+            fix.height_m = located
+                .altitude_msl_m
+                .zip(located.geoid_separation_m)
+                .and_then(|(altitude_m, separation_m)| plausible_height(altitude_m + separation_m));
+            fix.satellites = located.satellites;
+            fix.correction = located.correction;
+            fix.dilution.horizontal = located.horizontal_dilution;
+        }
+        if let Some(Geometry { dimension, dilution }) = epoch.geometry {
+            let horizontal = fix.dilution.horizontal.or(dilution.horizontal);
+            fix.dilution = DilutionOfPrecision { horizontal, ..dilution };
+            fix.dimension = Some(dimension);
+        }
+        fix.position_sigma_m = epoch.sigma_m;
+        // A lost RMC is not made up for by a VTG, whose epoch is less certain.
+        let course = epoch
+            .minimum
+            .map(|minimum| minimum.course)
+            .or_else(|| epoch.course.filter(|_| self.cycle.expected() & RMC == 0));
+        if let Some(Course { speed_mps: Some(speed_mps), direction_rad }) = course {
+            fix.ground_speed_mps = Some(speed_mps);
+            if let Some(direction_rad) = direction_rad {
+                let (sine, cosine) = libm::sincos(direction_rad);
+                fix.horizontal_velocity_mps = Some([speed_mps * cosine, speed_mps * sine]);
+            } else if speed_mps == 0.0 {
+                fix.horizontal_velocity_mps = Some([0.0, 0.0]);
+            }
+        }
+        Some(fix)
+    }
+}
+
+impl Epoch {
+    /// Takes over what sentences without time said.
+    fn join(&mut self, heading: &Self) {
+        self.kinds |= heading.kinds;
+        self.course = self.course.or(heading.course);
+        self.geometry = heading.geometry.or(self.geometry);
+        self.no_fix |= heading.no_fix;
+    }
+
+    fn add(&mut self, sentence: &Sentence) {
+        self.kinds |= match sentence.kind {
+            SentenceType::GGA => GGA,
+            SentenceType::GNS => GNS,
+            SentenceType::RMC => RMC,
+            SentenceType::VTG => VTG,
+            SentenceType::GSA => GSA,
+            _ => GST,
+        };
+        match sentence.content {
+            Content::Gga(located) => self.located = Some(located),
+            Content::Gns(located) => {
+                self.located.get_or_insert(located);
+            }
+            Content::Rmc(minimum) => self.minimum = Some(minimum),
+            Content::Vtg(course) => {
+                // A second VTG belongs to an epoch whose position was lost.
+                self.course.get_or_insert(course);
+            }
+            Content::Gsa(geometry) => self.geometry = Some(geometry),
+            Content::Gst(sigma_m) => self.sigma_m = sigma_m,
+            Content::NoFix => self.no_fix = true,
+        }
+    }
+}

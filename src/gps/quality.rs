@@ -1,0 +1,276 @@
+//! Whether a fix is good enough to use, and if not, why.
+
+use core::fmt;
+
+use super::{Dimension, ReceiverFix};
+use crate::earth::Geodetic;
+
+/// What a fix must keep to. A value that the receiver does not send cannot fail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Whether a 2-D fix, whose height is held or assumed, is refused.
+    pub need_three_dimensions: bool,
+    /// Fewest satellites used.
+    pub min_satellites: u8,
+    /// Greatest dilution of precision of position.
+    pub max_position_dilution: f64,
+    /// Greatest horizontal dilution of precision.
+    pub max_horizontal_dilution: f64,
+    /// Greatest one-sigma of horizontal position, m.
+    pub max_horizontal_sigma_m: f64,
+    /// Greatest one-sigma of height, m.
+    pub max_vertical_sigma_m: f64,
+    /// Greatest one-sigma of velocity on any axis, m/s.
+    pub max_velocity_sigma_mps: f64,
+    /// Fastest the vehicle can go over ground, m/s.
+    pub max_ground_speed_mps: f64,
+    /// Fastest it can climb or sink, m/s.
+    pub max_vertical_speed_mps: f64,
+    /// Farthest that position may be from where the top speed leads since the last good fix, m.
+    pub max_jump_m: f64,
+    /// Latest that a fix may arrive after its time, compared with the most prompt of late, s.
+    pub max_delay_s: f64,
+}
+
+impl Default for Limits {
+    /// For a small helicopter: up to 60 m/s, with a receiver of some metres.
+    fn default() -> Self {
+        Self {
+            need_three_dimensions: true,
+            min_satellites: 4,
+            max_position_dilution: 6.0,
+            max_horizontal_dilution: 4.0,
+            max_horizontal_sigma_m: 20.0,
+            max_vertical_sigma_m: 30.0,
+            max_velocity_sigma_mps: 3.0,
+            max_ground_speed_mps: 60.0,
+            max_vertical_speed_mps: 20.0,
+            max_jump_m: 30.0,
+            max_delay_s: 0.5,
+        }
+    }
+}
+
+/// What is wrong with a fix, with what was found and the limit it broke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "each variant's text says it, and the fields are its numbers")]
+pub enum Failure {
+    /// The height was not solved for.
+    TwoDimensional,
+    Satellites {
+        found: u8,
+        min: u8,
+    },
+    PositionDilution {
+        found: f64,
+        max: f64,
+    },
+    HorizontalDilution {
+        found: f64,
+        max: f64,
+    },
+    HorizontalSigma {
+        found_m: f64,
+        max_m: f64,
+    },
+    VerticalSigma {
+        found_m: f64,
+        max_m: f64,
+    },
+    VelocitySigma {
+        found_mps: f64,
+        max_mps: f64,
+    },
+    GroundSpeed {
+        found_mps: f64,
+        max_mps: f64,
+    },
+    VerticalSpeed {
+        found_mps: f64,
+        max_mps: f64,
+    },
+    /// Position is farther from the last than the vehicle can have gone.
+    Jump {
+        found_m: f64,
+        max_m: f64,
+    },
+    /// The receiver's time did not advance: an epoch repeated or out of order.
+    TimeNotAdvancing {
+        step_s: f64,
+    },
+    /// The fix waited somewhere on its way.
+    Delay {
+        found_s: f64,
+        max_s: f64,
+    },
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::TwoDimensional => write!(f, "2-D fix: the height was not solved for"),
+            Self::Satellites { found, min } => write!(f, "{found} satellites, need {min}"),
+            Self::PositionDilution { found, max } => write!(f, "PDOP {found:.1}, limit {max:.1}"),
+            Self::HorizontalDilution { found, max } => {
+                write!(f, "HDOP {found:.1}, limit {max:.1}")
+            }
+            Self::HorizontalSigma { found_m, max_m } => {
+                write!(f, "horizontal sigma {found_m:.1} m, limit {max_m:.1} m")
+            }
+            Self::VerticalSigma { found_m, max_m } => {
+                write!(f, "vertical sigma {found_m:.1} m, limit {max_m:.1} m")
+            }
+            Self::VelocitySigma { found_mps, max_mps } => {
+                write!(f, "velocity sigma {found_mps:.2} m/s, limit {max_mps:.2} m/s")
+            }
+            Self::GroundSpeed { found_mps, max_mps } => {
+                write!(f, "ground speed {found_mps:.1} m/s, limit {max_mps:.1} m/s")
+            }
+            Self::VerticalSpeed { found_mps, max_mps } => {
+                write!(f, "vertical speed {found_mps:.1} m/s, limit {max_mps:.1} m/s")
+            }
+            Self::Jump { found_m, max_m } => {
+                write!(f, "position jumped {found_m:.0} m, possible {max_m:.0} m")
+            }
+            Self::TimeNotAdvancing { step_s } => {
+                write!(f, "the receiver's time stepped by {step_s:.3} s")
+            }
+            Self::Delay { found_s, max_s } => {
+                write!(f, "{found_s:.2} s later than usual, limit {max_s:.2} s")
+            }
+        }
+    }
+}
+
+/// All that is wrong with one fix.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Failures([Option<Failure>; 12]);
+
+impl Failures {
+    /// Whether the fix is good.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.iter().next().is_none()
+    }
+
+    /// What is wrong, in the order of [`Limits`].
+    pub fn iter(&self) -> impl Iterator<Item = &Failure> {
+        self.0.iter().flatten()
+    }
+}
+
+/// Checks one receiver's fixes, each by itself and against those before it.
+#[derive(Clone, Copy, Debug)]
+pub struct QualityCheck {
+    limits: Limits,
+    /// The last fix that was good.
+    good: Option<ReceiverFix>,
+    /// The last fix seen.
+    last: Option<ReceiverFix>,
+    /// The most prompt fix of late, which sets what delay is usual.
+    prompt: Option<ReceiverFix>,
+}
+
+/// How far clocks may drift apart: the receiver's is exact, ours a plain crystal.
+const CLOCK_DRIFT: f64 = 1e-4;
+
+impl QualityCheck {
+    /// A check that has seen no fix yet.
+    #[must_use]
+    pub const fn new(limits: Limits) -> Self {
+        Self { limits, good: None, last: None, prompt: None }
+    }
+
+    /// All that is wrong with `fix`. Call for every fix, in the order they came.
+    ///
+    /// A jump is measured from the last good fix and, lest one wrong start refuse all that follows,
+    /// from the last fix seen: two in a row that agree are believed.
+    pub fn check(&mut self, fix: &ReceiverFix) -> Failures {
+        let limits = &self.limits;
+        let sigma = fix.position_sigma_m.map(|sigma| sigma.to_array());
+        let horizontal_sigma = sigma.map(|[north, east, _]| libm::fmax(north, east));
+        let velocity_sigma =
+            fix.velocity_sigma_mps.map(|sigma| sigma.to_array().into_iter().fold(0.0, libm::fmax));
+        let vertical_speed = fix.down_velocity_mps.map(libm::fabs);
+        let failures = Failures([
+            (limits.need_three_dimensions && fix.dimension == Some(Dimension::TwoD))
+                .then_some(Failure::TwoDimensional),
+            fix.satellites
+                .filter(|found| *found < limits.min_satellites)
+                .map(|found| Failure::Satellites { found, min: limits.min_satellites }),
+            above(fix.dilution.position, limits.max_position_dilution)
+                .map(|(found, max)| Failure::PositionDilution { found, max }),
+            above(fix.dilution.horizontal, limits.max_horizontal_dilution)
+                .map(|(found, max)| Failure::HorizontalDilution { found, max }),
+            above(horizontal_sigma, limits.max_horizontal_sigma_m)
+                .map(|(found_m, max_m)| Failure::HorizontalSigma { found_m, max_m }),
+            above(sigma.map(|[_, _, down]| down), limits.max_vertical_sigma_m)
+                .map(|(found_m, max_m)| Failure::VerticalSigma { found_m, max_m }),
+            above(velocity_sigma, limits.max_velocity_sigma_mps)
+                .map(|(found_mps, max_mps)| Failure::VelocitySigma { found_mps, max_mps }),
+            above(fix.ground_speed_mps, limits.max_ground_speed_mps)
+                .map(|(found_mps, max_mps)| Failure::GroundSpeed { found_mps, max_mps }),
+            above(vertical_speed, limits.max_vertical_speed_mps)
+                .map(|(found_mps, max_mps)| Failure::VerticalSpeed { found_mps, max_mps }),
+            self.jump(fix),
+            self.last
+                .and_then(|last| fix.time?.since(&last.time?))
+                .filter(|step_s| *step_s <= 0.0)
+                .map(|step_s| Failure::TimeNotAdvancing { step_s }),
+            self.delay(fix),
+        ]);
+        if failures.is_empty() {
+            self.good = Some(*fix);
+        }
+        self.last = Some(*fix);
+        failures
+    }
+
+    fn jump(&self, fix: &ReceiverFix) -> Option<Failure> {
+        let beyond = |before: &ReceiverFix| {
+            let seconds = fix
+                .time
+                .zip(before.time)
+                .and_then(|(now, then)| now.since(&then))
+                .unwrap_or(fix.arrival - before.arrival);
+            let reach =
+                libm::hypot(self.limits.max_ground_speed_mps, self.limits.max_vertical_speed_mps);
+            let max_m = self.limits.max_jump_m + reach * libm::fmax(seconds, 0.0);
+            let found_m = distance_m(before, fix);
+            (found_m > max_m).then_some(Failure::Jump { found_m, max_m })
+        };
+        let failure = beyond(self.good.as_ref()?)?;
+        self.last.as_ref().and_then(beyond)?;
+        Some(failure)
+    }
+
+    fn delay(&mut self, fix: &ReceiverFix) -> Option<Failure> {
+        let max_s = self.limits.max_delay_s;
+        let behind = |prompt: &ReceiverFix| {
+            let by_receiver_s = fix.time?.since(&prompt.time?)?;
+            let by_arrival_s = fix.arrival - prompt.arrival;
+            Some(by_arrival_s - by_receiver_s - CLOCK_DRIFT * libm::fabs(by_arrival_s))
+        };
+        let found_s = self.prompt.as_ref().and_then(behind);
+        if found_s.is_none_or(|found_s| found_s <= 0.0) {
+            self.prompt = Some(*fix);
+        }
+        above(found_s, max_s).map(|(found_s, max_s)| Failure::Delay { found_s, max_s })
+    }
+}
+
+fn above(found: Option<f64>, max: f64) -> Option<(f64, f64)> {
+    found.filter(|found| *found > max).map(|found| (found, max))
+}
+
+/// Straight-line distance; over the ground alone where a height is not known.
+fn distance_m(from: &ReceiverFix, to: &ReceiverFix) -> f64 {
+    let heights = from.height_m.zip(to.height_m);
+    let heights = heights.or(from.altitude_msl_m.zip(to.altitude_msl_m));
+    let (from_height_m, to_height_m) = heights.unwrap_or((0.0, 0.0));
+    let ecef = |fix: &ReceiverFix, height_m| {
+        let ReceiverFix { latitude_rad, longitude_rad, .. } = *fix;
+        Geodetic { latitude_rad, longitude_rad, height_m }.to_ecef()
+    };
+    (ecef(to, to_height_m) - ecef(from, from_height_m)).norm()
+}

@@ -1,0 +1,200 @@
+//! Time as receivers tell it: GPS week and time of week, or UTC.
+
+const NS_PER_S: i64 = 1_000_000_000;
+const DAY_NS: i64 = 86_400 * NS_PER_S;
+const WEEK_NS: i64 = 7 * DAY_NS;
+/// The start of GPS time, 1980-01-06 00:00:00 UTC, after the start of 1970.
+const GPS_START_NS: i64 = 3_657 * DAY_NS;
+
+/// The earliest GPS week that a receiver can mean: 4 January 2026, before this was written.
+pub const WEEK_FLOOR: u16 = 2_400;
+
+/// The true GPS week of a `week` that may have lost multiples of 1024: the first that is not before
+/// `floor`.
+///
+/// The navigation message carries ten bits of the week; old firmware counts on from a week fixed
+/// when it was built, and falls back 1024 weeks (19.6 years) once that span is over.
+///
+/// ```
+/// use hovernav::gps::{WEEK_FLOOR, unroll_week};
+/// assert_eq!(unroll_week(1_053, WEEK_FLOOR), 3_101);
+/// assert_eq!(unroll_week(1_053, 2_000), 2_077);
+/// assert_eq!(unroll_week(2_410, WEEK_FLOOR), 2_410);
+/// ```
+#[must_use]
+pub const fn unroll_week(week: u16, floor: u16) -> u16 {
+    if week >= floor {
+        return week;
+    }
+    let turns = (floor - week).div_ceil(1_024);
+    week.saturating_add(turns.saturating_mul(1_024))
+}
+
+/// When an epoch was, on the clock that the receiver keeps, as far as it told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReceiverTime {
+    /// GPS time, which has no leap seconds.
+    Gps {
+        /// Weeks since 6 January 1980, rollover undone; `None` before the receiver knows.
+        week: Option<u16>,
+        /// Nanoseconds since the start of the week, below one week.
+        time_of_week_ns: u64,
+        /// GPS time less UTC, s, where the receiver says.
+        leap_seconds: Option<u8>,
+    },
+    /// Coordinated universal time.
+    Utc {
+        /// Days since 1 January 1970; `None` where no message gave a date.
+        day: Option<i32>,
+        /// Nanoseconds since midnight, below one day.
+        time_of_day_ns: u64,
+    },
+}
+
+impl ReceiverTime {
+    /// Seconds from `earlier` to `self`.
+    ///
+    /// Where either lacks its week or date, the two are taken to be less than half a week or half a
+    /// day apart. `None` between GPS time and UTC.
+    #[must_use]
+    pub fn since(&self, earlier: &Self) -> Option<f64> {
+        let (whole, part_ns, period_ns) = match (*self, *earlier) {
+            (
+                Self::Gps { week, time_of_week_ns, .. },
+                Self::Gps { week: week_before, time_of_week_ns: before_ns, .. },
+            ) => (
+                week.zip(week_before).map(|(a, b)| i64::from(a) - i64::from(b)),
+                difference_ns(time_of_week_ns, before_ns),
+                WEEK_NS,
+            ),
+            (
+                Self::Utc { day, time_of_day_ns },
+                Self::Utc { day: day_before, time_of_day_ns: before_ns },
+            ) => (
+                day.zip(day_before).map(|(a, b)| i64::from(a) - i64::from(b)),
+                difference_ns(time_of_day_ns, before_ns),
+                DAY_NS,
+            ),
+            _ => return None,
+        };
+        let difference_ns = match whole {
+            Some(periods) => periods.saturating_mul(period_ns).saturating_add(part_ns),
+            None => wrap(part_ns, period_ns),
+        };
+        Some(difference_ns as f64 * 1e-9)
+    }
+
+    /// Nanoseconds of UTC since the start of 1970, leap seconds not counted (Unix time); `None`
+    /// where the week, the date or the leap seconds are not known.
+    #[must_use]
+    pub fn unix_ns(&self) -> Option<i64> {
+        match *self {
+            Self::Gps { week, time_of_week_ns, leap_seconds } => {
+                let weeks_ns = i64::from(week?).saturating_mul(WEEK_NS);
+                let utc_ns = weeks_ns
+                    .saturating_add(i64::try_from(time_of_week_ns).ok()?)
+                    .saturating_sub(i64::from(leap_seconds?) * NS_PER_S);
+                Some(utc_ns.saturating_add(GPS_START_NS))
+            }
+            Self::Utc { day, time_of_day_ns } => Some(
+                i64::from(day?)
+                    .saturating_mul(DAY_NS)
+                    .saturating_add(i64::try_from(time_of_day_ns).ok()?),
+            ),
+        }
+    }
+
+    /// GPS time from a time of week and the UTC of the same moment, ns since the start of 1970: the
+    /// week and the leap seconds are those that make the two agree.
+    ///
+    /// `None` where they disagree by more than 0 to 60 s, the span in which leap seconds stay.
+    pub(crate) fn from_week_time_and_utc(time_of_week_ns: u64, unix_ns: i64) -> Option<Self> {
+        let time_of_week = i64::try_from(time_of_week_ns).ok()?;
+        let ahead_ns = time_of_week.saturating_sub(unix_ns.saturating_sub(GPS_START_NS));
+        // Rounded to the nearest second: the receiver gives the time of week in whole milliseconds.
+        let leap = ahead_ns.saturating_add(NS_PER_S / 2).rem_euclid(WEEK_NS) / NS_PER_S;
+        let leap_seconds = u8::try_from(leap).ok().filter(|leap| *leap <= 60)?;
+        let since_start_ns = unix_ns
+            .saturating_sub(GPS_START_NS)
+            .saturating_add(i64::from(leap_seconds) * NS_PER_S + NS_PER_S / 2);
+        let week =
+            u16::try_from(since_start_ns.saturating_sub(time_of_week).div_euclid(WEEK_NS)).ok()?;
+        Some(Self::Gps { week: Some(week), time_of_week_ns, leap_seconds: Some(leap_seconds) })
+    }
+}
+
+/// A time of week in seconds as whole nanoseconds; `None` unless it lies within a week.
+pub(crate) fn time_of_week_ns(seconds: f64) -> Option<u64> {
+    (0.0..604_800.0).contains(&seconds).then(|| libm::round(seconds * 1e9) as u64)
+}
+
+fn difference_ns(later: u64, earlier: u64) -> i64 {
+    later.cast_signed().saturating_sub(earlier.cast_signed())
+}
+
+/// `value` moved by whole periods into half a period around zero.
+fn wrap(value: i64, period: i64) -> i64 {
+    (value.saturating_add(period / 2)).rem_euclid(period) - period / 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_week_that_rolled_over_once_or_twice_is_found_again() {
+        assert_eq!(unroll_week(1_399, WEEK_FLOOR), 2_423);
+        assert_eq!(unroll_week(375, WEEK_FLOOR), 2_423);
+        assert_eq!(unroll_week(0, 0), 0);
+        assert_eq!(unroll_week(65_535, WEEK_FLOOR), 65_535);
+        assert!(unroll_week(0, u16::MAX) >= u16::MAX - 1_024);
+    }
+
+    #[test]
+    fn time_runs_on_across_the_end_of_a_week_and_of_a_day() {
+        let gps =
+            |week, time_of_week_ns| ReceiverTime::Gps { week, time_of_week_ns, leap_seconds: None };
+        let last = WEEK_NS as u64 - 500_000_000;
+        assert_eq!(gps(None, 500_000_000).since(&gps(Some(2_400), last)), Some(1.0));
+        assert_eq!(gps(Some(2_401), 500_000_000).since(&gps(Some(2_400), last)), Some(1.0));
+        assert_eq!(gps(None, last).since(&gps(None, 500_000_000)), Some(-1.0));
+        let utc = |day, time_of_day_ns| ReceiverTime::Utc { day, time_of_day_ns };
+        let late = DAY_NS as u64 - 250_000_000;
+        assert_eq!(utc(None, 0).since(&utc(None, late)), Some(0.25));
+        assert_eq!(utc(Some(3), 0).since(&utc(Some(1), late)), Some(86_400.25));
+        assert_eq!(utc(None, 0).since(&gps(None, 0)), None);
+    }
+
+    #[test]
+    fn gps_time_and_utc_of_one_moment_give_week_and_leap_seconds() {
+        // 2017-07-19 08:50:00.8 UTC, 18 leap seconds, week 1958 (a u-blox capture's first epoch).
+        let unix_ns = 1_500_454_200_800_000_000;
+        let time = ReceiverTime::from_week_time_and_utc(291_018_800_000_000, unix_ns);
+        assert_eq!(
+            time,
+            Some(ReceiverTime::Gps {
+                week: Some(1_958),
+                time_of_week_ns: 291_018_800_000_000,
+                leap_seconds: Some(18)
+            })
+        );
+        assert_eq!(time.and_then(|time| time.unix_ns()), Some(unix_ns));
+        // Half an hour apart: one of the two is wrong.
+        assert_eq!(
+            ReceiverTime::from_week_time_and_utc(291_018_800_000_000, unix_ns + 1_800 * NS_PER_S),
+            None
+        );
+    }
+
+    #[test]
+    fn the_first_seconds_of_a_week_in_gps_time_belong_to_the_new_week() {
+        // UTC is still 10 s before the week's start when GPS time, 18 s ahead, is 8 s into it.
+        let week_start = GPS_START_NS + 2_400 * WEEK_NS;
+        let time =
+            ReceiverTime::from_week_time_and_utc(8 * NS_PER_S as u64, week_start - 10 * NS_PER_S);
+        assert!(matches!(
+            time,
+            Some(ReceiverTime::Gps { week: Some(2_400), leap_seconds: Some(18), .. })
+        ));
+    }
+}

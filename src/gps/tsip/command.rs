@@ -1,0 +1,216 @@
+//! Commands to the receiver, and the exchange that starts it.
+
+use super::framer::{DLE, ETX};
+use super::{Decoder, IoOptions};
+use crate::time::Time;
+
+/// What can be asked of the receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// 0x1F: answers 0x45.
+    AskVersion,
+    /// 0x21: answers 0x41.
+    AskTime,
+    /// 0x24: answers 0x6D.
+    AskSatellites,
+    /// 0x26: answers 0x46 and 0x4B.
+    AskHealth,
+    /// 0x25: restarts the receiver, which sends its start-up reports.
+    SoftReset,
+    /// 0x35 without data: answers 0x55.
+    AskIoOptions,
+    /// 0x35: sets what is sent, answers 0x55.
+    SetIoOptions(IoOptions),
+    /// 0x37: answers 0x57 with position and velocity.
+    AskLastFix,
+    /// 0x8E-20: superpackets on or off.
+    SendSuperpackets(bool),
+    /// 0x3C for all satellites: answers a 0x5C for each.
+    AskTracking,
+}
+
+impl Command {
+    /// The bytes for the wire.
+    ///
+    /// ```
+    /// use hovernav::gps::tsip::{Command, IoOptions};
+    /// let frame = Command::SetIoOptions(IoOptions::NAVIGATION).encode();
+    /// assert_eq!(frame.as_bytes(), [0x10, 0x35, 0x12, 0x02, 0x00, 0x08, 0x10, 0x03]);
+    /// ```
+    #[must_use]
+    pub fn encode(self) -> Frame {
+        match self {
+            Self::AskVersion => Frame::new(0x1F, &[]),
+            Self::AskTime => Frame::new(0x21, &[]),
+            Self::AskSatellites => Frame::new(0x24, &[]),
+            Self::AskHealth => Frame::new(0x26, &[]),
+            Self::SoftReset => Frame::new(0x25, &[]),
+            Self::AskIoOptions => Frame::new(0x35, &[]),
+            Self::SetIoOptions(options) => Frame::new(
+                0x35,
+                &[options.position, options.velocity, options.timing, options.auxiliary],
+            ),
+            Self::AskLastFix => Frame::new(0x37, &[]),
+            Self::SendSuperpackets(on) => Frame::new(0x8E, &[0x20, u8::from(on)]),
+            Self::AskTracking => Frame::new(0x3C, &[0]),
+        }
+    }
+}
+
+/// A command as it goes on the wire, with its stuffing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// The longest command has four bytes of data, each perhaps doubled.
+    bytes: [u8; 12],
+    length: usize,
+}
+
+impl Frame {
+    fn new(id: u8, data: &[u8]) -> Self {
+        let mut frame = Self { bytes: [0; 12], length: 0 };
+        frame.push(DLE);
+        frame.push(id);
+        for byte in data {
+            frame.push(*byte);
+            if *byte == DLE {
+                frame.push(DLE);
+            }
+        }
+        frame.push(DLE);
+        frame.push(ETX);
+        frame
+    }
+
+    /// The bytes to write.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+
+    fn push(&mut self, byte: u8) {
+        if let Some(room) = self.bytes.get_mut(self.length) {
+            *room = byte;
+            self.length += 1;
+        }
+    }
+}
+
+/// Brings a receiver to the reports that are wanted, and back to them after it restarts.
+///
+/// The receiver answers the 0x35 that sets its reports with a 0x55 that repeats them; until that
+/// echo is in, the command is sent again every [`Startup::RETRY_S`].
+///
+/// ```
+/// use hovernav::gps::tsip::{Decoder, Startup};
+/// use hovernav::time::Time;
+///
+/// let mut decoder = Decoder::default();
+/// let mut startup = Startup::default();
+/// assert!(startup.poll(&decoder, Time::ZERO).is_some());          // to be written to the port
+/// assert!(startup.poll(&decoder, Time::ZERO + 0.1).is_none());    // wait for the answer
+///
+/// let mut answer: &[u8] = &[0x10, 0x55, 0x12, 0x02, 0x00, 0x08, 0x10, 0x03];
+/// assert!(decoder.read(&mut answer, Time::ZERO + 0.2).is_none());
+/// assert!(startup.is_acknowledged(&decoder));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Startup {
+    wanted: IoOptions,
+    sent: Option<Time>,
+    attempts: u32,
+}
+
+impl Default for Startup {
+    fn default() -> Self {
+        Self::new(IoOptions::NAVIGATION)
+    }
+}
+
+impl Startup {
+    /// Seconds before an unanswered command is sent again: the answer may wait behind a second's
+    /// worth of reports.
+    pub const RETRY_S: f64 = 2.0;
+
+    /// Aims at the reports of `wanted`.
+    #[must_use]
+    pub const fn new(wanted: IoOptions) -> Self {
+        Self { wanted, sent: None, attempts: 0 }
+    }
+
+    /// What to write to the port at `now`, if anything. Call at least every second, for the whole
+    /// flight.
+    pub fn poll(&mut self, decoder: &Decoder, now: Time) -> Option<Frame> {
+        let waiting = self.sent.is_some_and(|sent| (0.0..Self::RETRY_S).contains(&(now - sent)));
+        if waiting || self.is_acknowledged(decoder) {
+            return None;
+        }
+        self.sent = Some(now);
+        self.attempts = self.attempts.saturating_add(1);
+        Some(Command::SetIoOptions(self.wanted).encode())
+    }
+
+    /// Whether the receiver has said that it sends what is wanted.
+    #[must_use]
+    pub fn is_acknowledged(&self, decoder: &Decoder) -> bool {
+        decoder.io_options() == Some(self.wanted)
+    }
+
+    /// How often the command was sent; growing without an answer, it tells of a dead line, a wrong
+    /// baud rate or another protocol.
+    #[must_use]
+    pub fn attempts(&self) -> u32 {
+        self.attempts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_start_up_command_is_repeated_until_its_echo_and_again_after_a_restart() {
+        let mut decoder = Decoder::default();
+        let mut startup = Startup::default();
+        let at = |seconds: f64| Time::ZERO + seconds;
+        assert!(startup.poll(&decoder, at(0.0)).is_some());
+        assert!(startup.poll(&decoder, at(1.9)).is_none());
+        assert!(startup.poll(&decoder, at(2.0)).is_some());
+
+        // Other options than those asked for are no acknowledgement.
+        let mut other: &[u8] = &[0x10, 0x55, 0x02, 0x02, 0x00, 0x00, 0x10, 0x03];
+        decoder.read(&mut other, at(2.1));
+        assert!(!startup.is_acknowledged(&decoder));
+
+        let mut echo: &[u8] = &[0x10, 0x55, 0x12, 0x02, 0x00, 0x08, 0x10, 0x03];
+        decoder.read(&mut echo, at(2.2));
+        assert!(startup.poll(&decoder, at(60.0)).is_none());
+        assert_eq!(startup.attempts(), 2);
+
+        let mut restart: &[u8] = &[0x10, 0x45, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 0x10, 0x03];
+        decoder.read(&mut restart, at(61.0));
+        assert!(startup.poll(&decoder, at(61.0)).is_some());
+    }
+
+    #[test]
+    fn an_escape_in_the_data_of_a_command_is_doubled() {
+        let options = IoOptions { position: 0x10, velocity: 0x10, timing: 0x10, auxiliary: 0x10 };
+        let frame = Command::SetIoOptions(options).encode();
+        assert_eq!(
+            frame.as_bytes(),
+            [0x10, 0x35, 0x10, 0x10, 0x10, 0x10, 0x10, 0x10, 0x10, 0x10, 0x10, 0x03]
+        );
+    }
+
+    #[test]
+    fn commands_are_those_of_the_manual() {
+        for (command, bytes) in [
+            (Command::AskVersion, &[0x10, 0x1F, 0x10, 0x03][..]),
+            (Command::AskTime, &[0x10, 0x21, 0x10, 0x03]),
+            (Command::AskIoOptions, &[0x10, 0x35, 0x10, 0x03]),
+            (Command::SendSuperpackets(true), &[0x10, 0x8E, 0x20, 0x01, 0x10, 0x03]),
+            (Command::AskTracking, &[0x10, 0x3C, 0x00, 0x10, 0x03]),
+        ] {
+            assert_eq!(command.encode().as_bytes(), bytes);
+        }
+    }
+}

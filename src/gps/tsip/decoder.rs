@@ -1,0 +1,366 @@
+//! One fix a second from the reports.
+
+use super::values::{Position, Velocity, Whole, correction, in_week, leap_seconds};
+use super::{Framer, Health, IoOptions, Report, ReportError, SatelliteSelection};
+use crate::gps::receiver_time::time_of_week_ns;
+use crate::gps::{
+    Counts, DilutionOfPrecision, Dimension, ReceiverFix, ReceiverTime, WEEK_FLOOR, unroll_week,
+};
+use crate::time::Time;
+
+/// Times of fix this close are one epoch: the receiver computes one a second, and the time in single
+/// precision has steps of 31 ms.
+const SAME_EPOCH_S: f64 = 0.1;
+/// The geometry report comes every 1 to 5 s; older than this it tells nothing of a fix.
+const SATELLITES_LAST_S: f64 = 10.0;
+
+/// Turns a TSIP stream into fixes.
+///
+/// A fix is handed on as soon as position (0x84, or 0x83 or 0x42) and velocity (0x56 or 0x43) of one
+/// time of fix are in, or a superpacket (0x8F-20, 0x8F-23) by itself; a position without velocity
+/// when the second ends (0x82) or the next begins. 0x4A, whose steps are 2 m, makes no fix.
+/// Satellites and dilutions are those of the last 0x6D, which comes after the fix it describes.
+///
+/// Heights are taken to be above the ellipsoid unless the last 0x55 said otherwise; [`Startup`]
+/// makes sure of it. The week comes from the last 0x41, its rollover undone with a floor.
+///
+/// TSIP says nothing of accuracy: the fix has no sigmas.
+///
+/// [`Startup`]: super::Startup
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    framer: Framer,
+    week_floor: u16,
+    clock: Option<Clock>,
+    options: Option<IoOptions>,
+    health: Option<Health>,
+    satellites: Option<(Time, SatelliteSelection)>,
+    corrected: Option<bool>,
+    epoch: Option<Epoch>,
+    finished_s: Option<f64>,
+    ready: Option<ReceiverFix>,
+    counts: Counts,
+}
+
+/// The receiver's week, and when it was told.
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    week: u16,
+    time_of_week_s: f64,
+    leap_seconds: Option<u8>,
+}
+
+/// What has come of the present time of fix.
+#[derive(Clone, Copy, Debug)]
+struct Epoch {
+    time_of_fix_s: f64,
+    arrival: Time,
+    position: Option<Position>,
+    velocity: Option<Velocity>,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::with_week_floor(WEEK_FLOOR)
+    }
+}
+
+impl Decoder {
+    /// A decoder for a stream recorded no earlier than GPS week `floor`: for old logs. A live
+    /// receiver wants [`Decoder::default`].
+    #[must_use]
+    pub fn with_week_floor(floor: u16) -> Self {
+        Self {
+            framer: Framer::default(),
+            week_floor: floor,
+            clock: None,
+            options: None,
+            health: None,
+            satellites: None,
+            corrected: None,
+            epoch: None,
+            finished_s: None,
+            ready: None,
+            counts: Counts::default(),
+        }
+    }
+
+    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch; `None` when
+    /// they are used up. Call again until then.
+    pub fn read(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<ReceiverFix> {
+        if let Some(fix) = self.ready.take() {
+            return Some(fix);
+        }
+        loop {
+            let packet = self.framer.next(bytes, arrival)?;
+            let packet_arrival = packet.arrival;
+            let fix = match Report::read(packet.id, packet.payload) {
+                Ok(report) => {
+                    self.counts.read = self.counts.read.saturating_add(1);
+                    self.accept(&report, packet_arrival)
+                }
+                Err(ReportError::Unknown { .. }) => {
+                    self.counts.unknown = self.counts.unknown.saturating_add(1);
+                    None
+                }
+                Err(ReportError::Length { .. }) => {
+                    self.counts.damaged = self.counts.damaged.saturating_add(1);
+                    None
+                }
+            };
+            if fix.is_some() {
+                return fix;
+            }
+            if let Some(fix) = self.ready.take() {
+                return Some(fix);
+            }
+        }
+    }
+
+    /// The epoch still being put together, if it has a position: for when the line has fallen silent
+    /// until the next, or a log is at its end.
+    pub fn flush(&mut self) -> Option<ReceiverFix> {
+        self.ready.take().or_else(|| self.finish())
+    }
+
+    /// What the receiver last said it sends (0x55); `None` before it did, and after a restart.
+    #[must_use]
+    pub fn io_options(&self) -> Option<IoOptions> {
+        self.options
+    }
+
+    /// What the receiver last said of its health (0x46, every few seconds): why no fixes come.
+    #[must_use]
+    pub fn health(&self) -> Option<Health> {
+        self.health
+    }
+
+    /// What became of all packets so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        Counts { damaged: self.counts.damaged.saturating_add(self.framer.broken()), ..self.counts }
+    }
+
+    /// Takes in a report. A fix it returns is of the epoch before the report's; one that the report
+    /// completes is left in `ready`.
+    fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
+        match report {
+            Report::GpsTime(time) => {
+                let week = u16::try_from(time.week).ok();
+                let time_of_week_s = f64::from(time.time_of_week_s);
+                let leap_seconds = leap_seconds(f64::from(time.utc_offset_s));
+                if let Some((week, time_of_week_s)) = week.zip(in_week(time_of_week_s)) {
+                    let week = unroll_week(week, self.week_floor);
+                    self.clock = Some(Clock { week, time_of_week_s, leap_seconds });
+                }
+                None
+            }
+            Report::IoOptions(options) => {
+                self.options = Some(*options);
+                None
+            }
+            Report::Version(_) => {
+                // Sent on request, which Startup never makes, and after a restart: whatever the
+                // receiver had been told is forgotten.
+                self.options = None;
+                None
+            }
+            Report::SatelliteSelection(satellites) => {
+                self.satellites = Some((arrival, *satellites));
+                None
+            }
+            Report::Differential(differential) => {
+                self.corrected = Some(differential.mode & 0x01 != 0);
+                self.finish()
+            }
+            Report::PositionLla(lla) => {
+                let above_sea = self.options.is_some_and(IoOptions::heights_are_above_sea);
+                let position = Position::from_lla(lla, !above_sea);
+                self.accept_position(position, lla.time_of_fix_s, arrival)
+            }
+            Report::PositionXyz(xyz) => {
+                self.accept_position(Position::from_xyz(xyz), xyz.time_of_fix_s, arrival)
+            }
+            Report::VelocityEnu(enu) => {
+                self.accept_velocity(Velocity::from_enu(enu), enu.time_of_fix_s, arrival)
+            }
+            Report::VelocityXyz(xyz) => {
+                self.accept_velocity(Velocity::from_xyz(xyz), xyz.time_of_fix_s, arrival)
+            }
+            Report::Superpacket(superpacket) => {
+                self.accept_whole(Whole::from_superpacket(superpacket), arrival)
+            }
+            Report::Compact(compact) => self.accept_whole(Whole::from_compact(compact), arrival),
+            Report::Health(health) => {
+                self.health = Some(*health);
+                None
+            }
+            Report::CoarsePositionLla(_)
+            | Report::ReferenceHeight { .. }
+            | Report::MachineStatus(_)
+            | Report::LastFix(_)
+            | Report::Tracking(_) => None,
+        }
+    }
+
+    fn accept_position(
+        &mut self,
+        position: Option<Position>,
+        time_of_fix_s: f32,
+        arrival: Time,
+    ) -> Option<ReceiverFix> {
+        if time_of_fix_s < 0.0 {
+            // The position that the receiver kept from its last flight.
+            self.counts.no_fix = self.counts.no_fix.saturating_add(1);
+            return None;
+        }
+        let Some((position, time_of_fix_s)) = position.zip(in_week(f64::from(time_of_fix_s)))
+        else {
+            return self.refuse();
+        };
+        let before = self.open(time_of_fix_s, arrival);
+        if let Some(epoch) = &mut self.epoch {
+            epoch.position.get_or_insert(position);
+        }
+        self.complete();
+        before
+    }
+
+    fn accept_velocity(
+        &mut self,
+        velocity: Option<Velocity>,
+        time_of_fix_s: f32,
+        arrival: Time,
+    ) -> Option<ReceiverFix> {
+        let Some((velocity, time_of_fix_s)) = velocity.zip(in_week(f64::from(time_of_fix_s)))
+        else {
+            return self.refuse();
+        };
+        let before = self.open(time_of_fix_s, arrival);
+        if let Some(epoch) = &mut self.epoch {
+            epoch.velocity.get_or_insert(velocity);
+        }
+        self.complete();
+        before
+    }
+
+    fn accept_whole(&mut self, whole: Option<Whole>, arrival: Time) -> Option<ReceiverFix> {
+        let Some(whole) = whole else {
+            return self.refuse();
+        };
+        if whole.fix_flags & 0x01 != 0 {
+            self.counts.no_fix = self.counts.no_fix.saturating_add(1);
+            return None;
+        }
+        let before = self.open(whole.time_of_week_s, arrival);
+        // A position that came first in another form gives way to the packet that has everything.
+        let Some(epoch) = self.epoch.take() else {
+            return before;
+        };
+        self.finished_s = Some(whole.time_of_week_s);
+        let week = unroll_week(whole.week, self.week_floor);
+        let leap_seconds = leap_seconds(f64::from(whole.leap_seconds));
+        self.clock = Some(Clock { week, time_of_week_s: whole.time_of_week_s, leap_seconds });
+        let mut fix = self.fix(epoch.arrival, &whole.position, whole.velocity);
+        fix.time = time_of_week_ns(whole.time_of_week_s).map(|time_of_week_ns| ReceiverTime::Gps {
+            week: Some(week),
+            time_of_week_ns,
+            leap_seconds,
+        });
+        fix.satellites = whole.satellites.or(fix.satellites);
+        fix.dimension =
+            Some(if whole.fix_flags & 0x04 != 0 { Dimension::TwoD } else { Dimension::ThreeD });
+        fix.correction = Some(correction(whole.fix_flags & 0x02 != 0));
+        self.ready = Some(fix);
+        before
+    }
+
+    fn refuse(&mut self) -> Option<ReceiverFix> {
+        self.counts.impossible = self.counts.impossible.saturating_add(1);
+        None
+    }
+
+    /// Makes the epoch of `time_of_fix_s` the present one, unless it is over already; the fix of
+    /// the epoch before, if that had not been handed on.
+    fn open(&mut self, time_of_fix_s: f64, arrival: Time) -> Option<ReceiverFix> {
+        let is_this = |other_s: f64| libm::fabs(other_s - time_of_fix_s) < SAME_EPOCH_S;
+        if self.epoch.is_some_and(|epoch| is_this(epoch.time_of_fix_s)) {
+            return None;
+        }
+        let before = self.finish();
+        if !self.finished_s.is_some_and(is_this) {
+            self.epoch = Some(Epoch { time_of_fix_s, arrival, position: None, velocity: None });
+        }
+        before
+    }
+
+    /// Hands the present epoch on if it has both position and velocity.
+    fn complete(&mut self) {
+        if self.epoch.is_some_and(|epoch| epoch.position.is_some() && epoch.velocity.is_some()) {
+            self.ready = self.finish();
+        }
+    }
+
+    /// Ends the present epoch; its fix, if it has a position.
+    fn finish(&mut self) -> Option<ReceiverFix> {
+        let epoch = self.epoch.take()?;
+        let position = epoch.position?;
+        self.finished_s = Some(epoch.time_of_fix_s);
+        let mut fix = self.fix(epoch.arrival, &position, epoch.velocity);
+        fix.time = self.receiver_time(epoch.time_of_fix_s);
+        Some(fix)
+    }
+
+    fn fix(&self, arrival: Time, position: &Position, velocity: Option<Velocity>) -> ReceiverFix {
+        let mut fix = ReceiverFix::new(arrival, position.place);
+        self.describe(&mut fix, arrival);
+        if position.above_ellipsoid {
+            fix.height_m = Some(position.height_m);
+        } else {
+            fix.altitude_msl_m = Some(position.height_m);
+        }
+        if let Some(velocity) = velocity {
+            let [north, east, down] = velocity.at(position).to_array();
+            fix.set_horizontal_velocity(north, east);
+            fix.down_velocity_mps = Some(down);
+        }
+        fix
+    }
+
+    /// Satellites, dilutions, dimension and correction, from the reports that describe fixes.
+    fn describe(&self, fix: &mut ReceiverFix, arrival: Time) {
+        fix.correction = self.corrected.map(correction);
+        let fresh = self.satellites.filter(|(told, _)| arrival - *told <= SATELLITES_LAST_S);
+        let Some((_, selection)) = fresh else {
+            return;
+        };
+        fix.satellites = u8::try_from(selection.prn().len()).ok();
+        fix.dimension = match selection.dimension {
+            3 => Some(Dimension::TwoD),
+            4 => Some(Dimension::ThreeD),
+            _ => None,
+        };
+        let [position, horizontal, vertical, _] = selection.dilution.map(|dilution| {
+            Some(f64::from(dilution)).filter(|dilution| (1e-3..1e3).contains(dilution))
+        });
+        fix.dilution = DilutionOfPrecision { position, horizontal, vertical };
+    }
+
+    fn receiver_time(&self, time_of_fix_s: f64) -> Option<ReceiverTime> {
+        let time_of_week_ns = time_of_week_ns(time_of_fix_s)?;
+        if self.options.is_some_and(IoOptions::times_are_utc) {
+            let time_of_day_ns = time_of_week_ns % 86_400_000_000_000;
+            return Some(ReceiverTime::Utc { day: None, time_of_day_ns });
+        }
+        let week = self.clock.map(|clock| {
+            // The week was told at another moment, perhaps on the other side of its end.
+            match time_of_fix_s - clock.time_of_week_s {
+                ahead if ahead < -302_400.0 => clock.week.saturating_add(1),
+                ahead if ahead > 302_400.0 => clock.week.saturating_sub(1),
+                _ => clock.week,
+            }
+        });
+        let leap_seconds = self.clock.and_then(|clock| clock.leap_seconds);
+        Some(ReceiverTime::Gps { week, time_of_week_ns, leap_seconds })
+    }
+}

@@ -1,0 +1,152 @@
+//! Messages from bytes.
+
+use crate::time::Time;
+
+const SYNC: [u8; 2] = [0xB5, 0x62];
+const HEADER: usize = 6;
+/// The longest message taken: NAV-PVT, 92 bytes of payload.
+const MAX_MESSAGE: usize = HEADER + 92 + 2;
+
+/// The messages that are read: class, id and the lengths they can have.
+const KNOWN: [(u8, u8, &[u16]); 9] = [
+    (0x01, 0x02, &[28]),
+    (0x01, 0x03, &[16]),
+    (0x01, 0x04, &[18]),
+    (0x01, 0x06, &[52]),
+    (0x01, 0x07, &[84, 92]),
+    (0x01, 0x12, &[36]),
+    (0x01, 0x20, &[16]),
+    (0x05, 0x00, &[2]),
+    (0x05, 0x01, &[2]),
+];
+
+/// A message whose checksum holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Message<'a> {
+    pub class: u8,
+    pub id: u8,
+    pub payload: &'a [u8],
+    /// When its first byte arrived.
+    pub arrival: Time,
+}
+
+/// Finds the messages that are read, in a stream cut into any pieces, with anything between them.
+///
+/// It knows a start by the whole header, and takes no other message's length for true: whatever
+/// stands between known messages is passed over byte by byte. After a checksum that does not hold
+/// the search goes on one byte further, so a message that starts inside a damaged one is found.
+#[derive(Clone, Debug)]
+pub(super) struct Framer {
+    /// The bytes of the message so far, and when each arrived.
+    bytes: [u8; MAX_MESSAGE],
+    arrivals: [Time; MAX_MESSAGE],
+    length: usize,
+    /// The message's length once its header is known to be one; 0 before.
+    end: usize,
+    /// Bytes at the front that have been handed out and go before the next search.
+    spent: usize,
+    broken: u32,
+}
+
+impl Default for Framer {
+    fn default() -> Self {
+        Self {
+            bytes: [0; MAX_MESSAGE],
+            arrivals: [Time::ZERO; MAX_MESSAGE],
+            length: 0,
+            end: 0,
+            spent: 0,
+            broken: 0,
+        }
+    }
+}
+
+impl Framer {
+    /// Consumes `bytes` up to the end of the next message; `None` when they are used up.
+    pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Message<'a>> {
+        let spent = core::mem::take(&mut self.spent);
+        self.discard(spent);
+        loop {
+            if !self.may_start_a_message() {
+                self.discard(1);
+            } else if self.end == 0 || self.length < self.end {
+                self.fill(bytes, arrival)?;
+            } else if self.checksum_holds() {
+                break;
+            } else {
+                self.broken = self.broken.saturating_add(1);
+                self.discard(1);
+            }
+        }
+        self.spent = self.end;
+        let [_, _, class, id, ..] = self.bytes;
+        let payload = self.bytes.get(HEADER..self.end.checked_sub(2)?)?;
+        Some(Message { class, id, payload, arrival: self.arrivals[0] })
+    }
+
+    /// Messages whose checksum did not hold.
+    pub fn broken(&self) -> u32 {
+        self.broken
+    }
+
+    /// Takes what the message lacks, or of a header one byte; `None` when there are no more.
+    fn fill(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<()> {
+        if self.length == 0 {
+            let start = bytes.iter().position(|byte| *byte == SYNC[0]);
+            *bytes = bytes.get(start.unwrap_or(bytes.len())..)?;
+        }
+        let wanted = self.end.saturating_sub(self.length).max(1).min(bytes.len());
+        let (taken, rest) =
+            bytes.split_at_checked(wanted).filter(|(taken, _)| !taken.is_empty())?;
+        let filled = self.length..self.length.saturating_add(wanted);
+        self.bytes.get_mut(filled.clone())?.copy_from_slice(taken);
+        self.arrivals.get_mut(filled)?.fill(arrival);
+        self.length += wanted;
+        *bytes = rest;
+        Some(())
+    }
+
+    /// Whether the bytes so far begin as a known message does; finds its end with its header.
+    fn may_start_a_message(&mut self) -> bool {
+        if self.end != 0 {
+            return true;
+        }
+        let seen = self.length.min(HEADER);
+        let known = KNOWN.iter().find_map(|(class, id, lengths)| {
+            lengths.iter().find(|length| {
+                let [low, high] = length.to_le_bytes();
+                let header = [SYNC[0], SYNC[1], *class, *id, low, high];
+                header.get(..seen) == self.bytes.get(..seen)
+            })
+        });
+        if let Some(length) = known.filter(|_| seen == HEADER) {
+            self.end = HEADER + usize::from(*length) + 2;
+        }
+        known.is_some()
+    }
+
+    fn checksum_holds(&self) -> bool {
+        let Some((message, sum)) = self.bytes.get(2..self.end).and_then(<[u8]>::split_last_chunk)
+        else {
+            return false;
+        };
+        checksum(message) == *sum
+    }
+
+    /// Drops bytes off the front and looks for a message anew.
+    fn discard(&mut self, count: usize) {
+        let count = count.min(self.length);
+        self.bytes.copy_within(count..self.length, 0);
+        self.arrivals.copy_within(count..self.length, 0);
+        self.length -= count;
+        self.end = 0;
+    }
+}
+
+/// The 8-bit Fletcher checksum.
+fn checksum(bytes: &[u8]) -> [u8; 2] {
+    bytes.iter().fold([0, 0], |[a, b], byte| {
+        let a = a.wrapping_add(*byte);
+        [a, b.wrapping_add(a)]
+    })
+}

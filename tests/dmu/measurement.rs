@@ -1,0 +1,180 @@
+//! Counts in units, and packets that cannot be.
+
+use hovernav::dmu::{
+    AnglePacket, Calibration, Implausible, Motion, Packet, Plausibility, ScaledPacket, Sensor,
+    Sign, VoltagePacket, temperature_degc, volts,
+};
+use hovernav::time::Time;
+use proptest::prelude::*;
+
+use crate::generator::flight;
+
+fn reasons(packet: AnglePacket) -> Vec<Implausible> {
+    Plausibility::default().check(&Packet::Angle(packet)).collect()
+}
+
+#[test]
+fn level_and_still_the_specific_force_is_one_g_upwards() {
+    let level = AnglePacket { acceleration: [0, 0, 0x1555], ..Default::default() };
+    let calibration = Calibration::new(200.0, 4.0).unwrap();
+    let sample = calibration.measure(&Packet::Angle(level)).unwrap().at(Time::ZERO);
+    let Motion::Rates { specific_force_mps2, .. } = sample.motion else { panic!("{sample:?}") };
+    assert!((specific_force_mps2.z() + 0.999_938_964_843_75 * 9.806_65).abs() < 1e-12);
+}
+
+#[test]
+fn signs_are_set_axis_by_axis() {
+    let packet = Packet::Scaled(ScaledPacket { acceleration: [100; 3], ..Default::default() });
+    let calibration = Calibration::new(100.0, 2.0).unwrap().with_acceleration_signs([
+        Sign::Positive,
+        Sign::Negative,
+        Sign::Positive,
+    ]);
+    let force = calibration.measure(&packet).unwrap().specific_force_mps2;
+    assert!(force.x() > 0.0 && force.y() < 0.0 && force.z() > 0.0);
+    assert_eq!((force.x(), force.y()), (force.z(), -force.x()));
+}
+
+#[test]
+fn a_range_that_no_unit_has_is_refused() {
+    for range in [0.0, -100.0, f64::NAN, f64::INFINITY] {
+        assert!(Calibration::new(range, 4.0).unwrap_err().to_string().contains("rate range"));
+        assert!(Calibration::new(200.0, range).unwrap_err().to_string().contains("acceleration"));
+    }
+}
+
+#[test]
+fn voltage_mode_gives_volts_and_no_measurement() {
+    let calibration = Calibration::new(200.0, 4.0).unwrap();
+    assert_eq!(calibration.measure(&Packet::Voltage(VoltagePacket::default())), None);
+    assert_eq!(volts(2048), 2.5);
+    assert!((temperature_degc(1587) - 24.986_650_390_625).abs() < 1e-12);
+}
+
+#[test]
+fn a_flight_is_plausible_throughout() {
+    let mut plausibility = Plausibility::default();
+    for packet in flight(2000, 1) {
+        assert_eq!(plausibility.check(&Packet::Angle(packet)).next(), None);
+    }
+}
+
+#[test]
+fn each_implausible_thing_is_named() {
+    let (gyros, accelerometers) = (Sensor::Gyros, Sensor::Accelerometers);
+    let still = AnglePacket::default();
+    for (packet, expected) in [
+        (
+            AnglePacket { temperature: 0x1000, ..still },
+            Implausible::TemperatureWord { counts: 0x1000 },
+        ),
+        (
+            AnglePacket { attitude: [0, -0x4001, 0], ..still },
+            Implausible::Pitch { counts: -0x4001 },
+        ),
+        (
+            AnglePacket { angular_rate: [0, i16::MIN, 0], ..still },
+            Implausible::Saturated { sensor: gyros, axis: 1 },
+        ),
+        (
+            AnglePacket { magnetic_field: [0, 0, i16::MAX], ..still },
+            Implausible::Saturated { sensor: Sensor::Magnetometers, axis: 2 },
+        ),
+        (
+            AnglePacket { acceleration: [-21_846, 0, 0], ..still },
+            Implausible::BeyondRating { sensor: accelerometers, axis: 0, counts: -21_846 },
+        ),
+    ] {
+        assert_eq!(reasons(packet), [expected]);
+        assert!(!expected.to_string().is_empty());
+    }
+    let at_the_limits = AnglePacket {
+        attitude: [i16::MIN, 0x4000, i16::MIN],
+        angular_rate: [21_845, -21_845, 0],
+        magnetic_field: [30_000; 3],
+        temperature: 0x0FFF,
+        ..still
+    };
+    assert_eq!(reasons(at_the_limits), []);
+}
+
+#[test]
+fn words_of_voltage_mode_fit_their_converter() {
+    let middle = VoltagePacket {
+        angular_rate: [2048; 3],
+        acceleration: [2048; 3],
+        magnetic_field: [2048; 3],
+        ..Default::default()
+    };
+    let reasons = |packet| Plausibility::default().check(&Packet::Voltage(packet)).collect();
+    let reasons: &dyn Fn(VoltagePacket) -> Vec<Implausible> = &reasons;
+    assert_eq!(reasons(middle), []);
+    let (sensor, axis) = (Sensor::Accelerometers, 1);
+    assert_eq!(
+        reasons(VoltagePacket { acceleration: [2048, 0x8000, 2048], ..middle }),
+        [Implausible::VoltageWord { sensor, axis, counts: 0x8000 }]
+    );
+    assert_eq!(
+        reasons(VoltagePacket { acceleration: [2048, 0x0FFF, 2048], ..middle }),
+        [Implausible::Saturated { sensor, axis }]
+    );
+}
+
+#[test]
+fn a_sensor_that_freezes_is_found_and_let_go_when_it_moves() {
+    let mut plausibility = Plausibility::default();
+    let mut packets = flight(60, 2);
+    let frozen = packets[20].angular_rate;
+    packets[20..50].iter_mut().for_each(|packet| packet.angular_rate = frozen);
+    let found: Vec<bool> = packets
+        .iter()
+        .map(|packet| {
+            let reasons: Vec<Implausible> = plausibility.check(&Packet::Angle(*packet)).collect();
+            assert!(reasons.iter().all(|reason| !reason.damns_packet()
+                && matches!(reason, Implausible::Stuck { sensor: Sensor::Gyros, .. })));
+            !reasons.is_empty()
+        })
+        .collect();
+    let expected: Vec<bool> = (0..60).map(|index| (35..50).contains(&index)).collect();
+    assert_eq!(found, expected);
+}
+
+proptest! {
+    #[test]
+    fn a_measurement_survives_the_wire_within_half_a_count(
+        rate_radps in prop::array::uniform3(-5.2..5.2f64),
+        force_mps2 in prop::array::uniform3(-58.0..58.0f64),
+        field_gauss in prop::array::uniform3(-1.87..1.87f64),
+        attitude_rad in prop::array::uniform3(-3.1..3.1f64),
+        range in prop::sample::select(vec![(200.0, 4.0), (300.0, 10.0)]),
+    ) {
+        let (rate_range_degps, acceleration_range_g) = range;
+        let rate_lsb = f64::to_radians(rate_range_degps) * 1.5 / 32_768.0;
+        let force_lsb = acceleration_range_g * 1.5 * 9.806_65 / 32_768.0;
+        let (field_lsb, angle_lsb) = (1.875 / 32_768.0, std::f64::consts::PI / 32_768.0);
+        let count = |lsb: f64| move |value: f64| (value / lsb).round() as i16;
+        let packet = AnglePacket {
+            attitude: attitude_rad.map(count(angle_lsb)),
+            angular_rate: rate_radps.map(count(rate_lsb)),
+            acceleration: force_mps2.map(count(-force_lsb)),
+            magnetic_field: field_gauss.map(count(field_lsb)),
+            ..Default::default()
+        };
+        let measured = Calibration::new(rate_range_degps, acceleration_range_g)
+            .unwrap()
+            .measure(&Packet::Angle(AnglePacket::decode(&packet.encode()).unwrap()))
+            .unwrap();
+        let attitude = measured.attitude.unwrap();
+        let attitude = [attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad];
+        for (found, sent, lsb) in [
+            (measured.angular_rate_radps.to_array(), rate_radps, rate_lsb),
+            (measured.specific_force_mps2.to_array(), force_mps2, force_lsb),
+            (measured.magnetic_field_gauss.to_array(), field_gauss, field_lsb),
+            (attitude, attitude_rad, angle_lsb),
+        ] {
+            for (found, sent) in found.into_iter().zip(sent) {
+                prop_assert!((found - sent).abs() <= 0.500_001 * lsb, "{} for {}", found, sent);
+            }
+        }
+    }
+}
