@@ -191,9 +191,10 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
 
     /// P ← Φ P Φᵀ + Q over one step.
     ///
-    /// Φ is the identity but for the blocks of [`Transition`]; terms under 1e-4 per second are left
+    /// Φ is the identity but for the blocks of [`Transition`]; terms under 2e-4 per second are left
     /// out: the turning of NED (ω_in ψ, ω_in δv), the change of gravity with height (3e-6 s⁻²) and
-    /// of Earth and transport rate with position and velocity (2e-7 rad/m).
+    /// of Earth and transport rate with position and velocity (2e-7 rad/m). So is the second effect
+    /// of an error within one step (a gyro bias on velocity: half a step late).
     pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let moved = self.moved_rows::<L>(step);
         self.close::<L>(step, &moved);
@@ -357,3 +358,6 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
 }
 
 const _: () = assert!(BASE == ACCEL_BIAS + 3);
+
+#[cfg(test)]
+mod tests;

@@ -93,6 +93,9 @@ pub enum Unusable {
 const LEARNED_MOST: f64 = 9.0;
 const LEARNED_LEAST: f64 = 0.1;
 
+/// The direction of a rotation of the heading, north, east, down.
+const DOWN: [f64; 3] = [0.0, 0.0, 1.0];
+
 /// A fix may be this far ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
 
@@ -200,7 +203,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let innovation = (fix.position.displacement_from(&antenna) - wander).to_array();
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g.
         let arm_turn = skew(-arm.components()) * back.turn_s;
-        let velocity = back.state.velocity_mps.to_array();
+        let swing = back.state.body_to_ned * back.angular_rate_radps.cross(arm_body);
+        let velocity = (back.state.velocity_mps + swing).to_array();
         core::array::from_fn(|axis| {
             let mut sensitivity = Sensitivity::default()
                 .with(POSITION + axis, 1.0)
@@ -293,7 +297,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         reference: Rotation<Body, Ned>,
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
-        self.update_reference(time, reference, [true; 3], trace)
+        let heading = self.state.body_to_ned.euler().yaw_rad;
+        let (sin, cos) = libm::sincos(heading);
+        let axes = [
+            (Channel::Roll, [cos, sin, 0.0], [cos, sin, 0.0]),
+            (Channel::Pitch, [-sin, cos, 0.0], [-sin, cos, 0.0]),
+            (Channel::Yaw, DOWN, DOWN),
+        ];
+        self.update_reference(time, reference, &axes, trace)
     }
 
     /// Takes in a magnetic field, gauss: heading from magnetic north, `declination_rad` east of true
@@ -315,14 +326,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let error = libm::atan2(field.y(), field.x()) - declination_rad;
         let turn = Vector::new(0.0, 0.0, -error);
         let reference = self.state.body_to_ned.turned_in_to(turn);
-        self.update_reference(time, reference, [false, false, true], trace)
+        // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part.
+        let dip = field.z() / (square(field.x()) + square(field.y()));
+        let seen = [-dip * field.x(), -dip * field.y(), 1.0];
+        self.update_reference(time, reference, &[(Channel::Yaw, seen, DOWN)], trace)
     }
 
+    /// Compares a reference about some axes: each with its channel, its sensitivity to the attitude
+    /// error, and the direction of the innovation, which is also its sensitivity to the slow error.
     fn update_reference(
         &mut self,
         time: Time,
         reference: Rotation<Body, Ned>,
-        axes: [bool; 3],
+        axes: &[(Channel, [f64; 3], [f64; 3])],
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)?;
@@ -337,21 +353,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let error = (reference * self.state.body_to_ned.inverse()).rotation_vector();
         let wander: Vector<Ned> = self.block(first).into();
         let left = error - wander;
-        let heading = self.state.body_to_ned.euler().yaw_rad;
-        let (sin, cos) = libm::sincos(heading);
-        let directions = [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]];
-        let channels = [Channel::Roll, Channel::Pitch, Channel::Yaw];
         let mut scalars: [Option<Scalarized<T>>; 6] = [None; 6];
-        for (((slot, direction), channel), used) in
-            scalars.iter_mut().zip(directions).zip(channels).zip(axes)
-        {
-            *slot = used.then(|| Scalarized {
+        for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(axes) {
+            *slot = Some(Scalarized {
                 channel,
                 group: Group::Attitude,
                 innovation: left.dot(direction.into()),
                 noise: square(model.noise_rad),
                 sensitivity: Sensitivity::default()
-                    .with_block(ATTITUDE, direction)
+                    .with_block(ATTITUDE, seen)
                     .with_block(first, direction),
             });
         }
@@ -502,3 +512,6 @@ fn row(matrix: DMat3, index: usize) -> [f64; 3] {
     let columns = matrix.to_cols_array_2d();
     columns.map(|column| column.get(index).copied().unwrap_or(0.0))
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,252 @@
+//! Each measurement's sensitivity against numeric differentiation of its own prediction.
+
+use super::super::FullEkf;
+use super::super::config::EkfConfig;
+use super::super::covariance::{Covariance, Gain, Transition};
+use super::super::layout::{Full, Layout};
+use super::*;
+use crate::dmu::{ImuSample, Motion};
+use crate::earth::Geodetic;
+use crate::frames::EulerAngles;
+use crate::ins::NavState;
+use crate::ins::Start;
+
+const N: usize = 26;
+const PERIOD_S: f64 = 0.01;
+const STEPS: i64 = 40;
+
+/// Perturbation of each state: small against its curvature, large against rounding.
+fn perturbation(state: usize) -> f64 {
+    match state {
+        9..12 => 1e-4,
+        _ => 1e-3,
+    }
+}
+
+fn config() -> EkfConfig {
+    EkfConfig {
+        imu_lever_arm_m: Vector::new(0.03, -0.02, 0.28),
+        antenna_lever_arm_m: Vector::new(-0.6, 0.2, -0.4),
+        ..EkfConfig::default()
+    }
+}
+
+/// A filter in a turning, accelerating flight whose parameters are, and have been for as long as it
+/// remembers, `parameters`; its state now is `nominal` where one is given.
+fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
+    let start = Start {
+        state: NavState {
+            time: Time::ZERO,
+            position: Geodetic::from_degrees(48.1, 11.6, 500.0).unwrap(),
+            velocity_mps: Vector::new(7.0, -4.0, 1.5),
+            body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(12.0, -8.0, 65.0)),
+        },
+        attitude_sigma_rad: Vector::ZERO,
+        velocity_sigma_mps: Vector::ZERO,
+        position_sigma_m: Vector::ZERO,
+        gyro_bias_radps: Vector::ZERO,
+        gyro_bias_sigma_radps: None,
+    };
+    let mut filter = FullEkf::new(config(), start);
+    for step in 1..=STEPS {
+        filter.parameters = *parameters;
+        let phase = step as f64 * PERIOD_S;
+        let sample = ImuSample {
+            time: Time::ZERO + phase,
+            motion: Motion::Rates {
+                angular_rate_radps: Vector::new(0.3, -0.5 + phase, 0.8),
+                specific_force_mps2: Vector::new(2.0, 1.0 - 3.0 * phase, -11.0),
+            },
+            attitude: None,
+            magnetic_field_gauss: None,
+        };
+        filter.predict(&sample).unwrap();
+    }
+    filter.parameters = *parameters;
+    if let Some(state) = nominal {
+        filter.state = state;
+    }
+    // Certain of everything, the filter corrects nothing: every axis tells its whole innovation.
+    filter.covariance = Covariance::zero();
+    filter.gps_wander = Some([0.0; 4]);
+    filter
+}
+
+/// Keeps the rows of H that a measurement used.
+#[derive(Default)]
+struct Rows(Vec<[f64; N]>);
+
+impl Trace<f64, N> for Rows {
+    fn propagated(&mut self, _: &Transition<f64, N>) {}
+    fn updated(&mut self, sensitivity: &Sensitivity<f64>, _: &Gain<f64, N>, _: f64) {
+        let mut row = [0.0; N];
+        for (state, derivative) in sensitivity.terms() {
+            row[state] += derivative;
+        }
+        self.0.push(row);
+    }
+}
+
+/// What a measurement does to a filter.
+type Measurement<'a> = &'a dyn Fn(&mut FullEkf, &mut Rows) -> Report;
+
+/// Largest difference between each column of H and the central difference of minus the innovation,
+/// for every axis: `[axis][state]`.
+fn errors(measurement: Measurement<'_>) -> Vec<[f64; N]> {
+    let parameters: [f64; N] = std::array::from_fn(|state| match state {
+        9..12 => 0.01,
+        12..15 => 0.1,
+        24 => 0.08,
+        _ => 0.0,
+    });
+    let base = filter(&parameters, None);
+    let innovations = |perturbed: &mut FullEkf| -> Vec<f64> {
+        measurement(perturbed, &mut Rows::default())
+            .innovations()
+            .map(|axis| axis.innovation)
+            .collect()
+    };
+    let mut rows = Rows::default();
+    measurement(&mut base.clone(), &mut rows);
+    assert!(!rows.0.is_empty(), "no axis was accepted");
+    let mut errors = rows.0.clone();
+    for state in 0..N {
+        let size = perturbation(state);
+        let [above, below] = [size, -size].map(|change| {
+            let mut correction = [0.0; N];
+            correction[state] = change;
+            let mut parameters = parameters;
+            if state >= GYRO_BIAS {
+                parameters[state] += change;
+            }
+            let mut perturbed = filter(&parameters, Some(base.state));
+            if state < GYRO_BIAS {
+                perturbed.correct(&correction);
+            }
+            innovations(&mut perturbed)
+        });
+        assert_eq!(above.len(), errors.len());
+        for (axis, (above, below)) in above.iter().zip(&below).enumerate() {
+            errors[axis][state] += (above - below) / (2.0 * size);
+        }
+    }
+    errors
+}
+
+#[track_caller]
+fn assert_exact(errors: &[[f64; N]], allowed: impl Fn(usize, usize) -> f64) {
+    for (axis, row) in errors.iter().enumerate() {
+        for (state, error) in row.iter().enumerate() {
+            assert!(
+                error.abs() <= allowed(axis, state),
+                "axis {axis} state {state}: off by {error:e}"
+            );
+        }
+    }
+}
+
+/// The fix, `age_s` old, that the unperturbed filter expects.
+fn expected_fix(age_s: f64) -> Fix {
+    // Wide enough to be accepted wherever it is: the sensitivity is asked for, not the fit.
+    let sigma = Some(Vector::new(100.0, 100.0, 100.0));
+    let now = filter(&[0.0; N], None).state;
+    Fix {
+        position_sigma_m: sigma,
+        horizontal_velocity_mps: Some([now.velocity_mps.x(), now.velocity_mps.y()]),
+        down_velocity_mps: Some(now.velocity_mps.z()),
+        velocity_sigma_mps: sigma,
+        ..Fix::at(now.time + -age_s, now.position)
+    }
+}
+
+fn fix_errors(age_s: f64) -> Vec<[f64; N]> {
+    let fix = expected_fix(age_s);
+    errors(&|filter, rows| filter.update_gps_traced(&fix, rows).unwrap())
+}
+
+/// The axes of a fix as they are taken: velocity, then position.
+const POSITION_AXES: usize = 3;
+
+/// What the sensitivity of a fix leaves out: over an age L, terms of second order in the rotation
+/// |ω| L and the acceleration |f| L of the way back, and in a bias the rotation of the arm.
+fn allowed_for_fix(age_s: f64) -> impl Fn(usize, usize) -> f64 {
+    let (rate, force) = (1.0, 12.0);
+    move |axis, state| {
+        let position = axis >= POSITION_AXES;
+        // A position is looked up earlier by the latency, 0.08 s.
+        let age_s = if position { age_s + 0.08 } else { age_s };
+        let steps = if position { age_s } else { 1.0 };
+        1e-5 + match state {
+            // Transport and Earth rate turn the way back by 1e-4 rad/s.
+            0..9 => 2e-3 * age_s * steps,
+            // The attitude that a gyro bias has turned by turns the specific force.
+            9..12 => force * age_s * age_s * steps + rate * age_s,
+            12..15 => rate * age_s * age_s * steps + PERIOD_S * age_s,
+            // Within a step the unit's rate changes: 0.01 rad/s on the arm of the antenna.
+            _ => 1e-2,
+        }
+    }
+}
+
+#[test]
+fn a_fix_on_time_sees_the_states_as_its_sensitivity_says() {
+    let errors = fix_errors(0.0);
+    assert_eq!(errors.len(), 6);
+    assert_exact(&errors, allowed_for_fix(0.0));
+}
+
+#[test]
+fn a_late_fix_sees_the_states_as_its_sensitivity_says() {
+    for age_s in [0.05, 0.155, 0.3] {
+        assert_exact(&fix_errors(age_s), allowed_for_fix(age_s));
+    }
+}
+
+#[test]
+fn an_attitude_reference_sees_the_attitude_error_and_its_own_slow_error() {
+    let errors = errors(&|filter, rows| {
+        let (time, reference) = (filter.state.time, filter_now().body_to_ned);
+        filter.update_attitude(time, reference, rows).unwrap()
+    });
+    assert_eq!(errors.len(), 3);
+    assert_exact(&errors, |_, _| 2e-6);
+}
+
+fn filter_now() -> NavState {
+    let parameters = std::array::from_fn(|state| match state {
+        9..12 => 0.01,
+        12..15 => 0.1,
+        _ => 0.0,
+    });
+    filter(&parameters, None).state
+}
+
+#[test]
+fn a_magnetic_heading_sees_the_heading_and_through_the_dip_the_tilt() {
+    let reference = filter_now().body_to_ned;
+    for (down_gauss, declination_rad) in [(0.0, 0.0), (-0.1, 0.03), (0.44, -0.2)] {
+        let (sin, cos) = libm::sincos(declination_rad);
+        let field: Vector<Ned> = Vector::new(0.2 * cos, 0.2 * sin, down_gauss);
+        let field_gauss = reference.inverse() * field;
+        let errors = errors(&|filter, rows| {
+            let time = filter.state.time;
+            filter.update_magnetic_heading(time, field_gauss, declination_rad, rows).unwrap()
+        });
+        assert_eq!(errors.len(), 1);
+        assert_exact(&errors, |_, _| 1e-5);
+    }
+}
+
+#[test]
+fn a_barometer_sees_the_height_and_its_own_slow_error() {
+    let offset_m = 12.0;
+    let height_m = filter_now().position.height_m + offset_m;
+    let errors = errors(&|filter, rows| {
+        filter.baro_offset_m = Some(offset_m);
+        let time = filter.state.time;
+        filter.update_baro(time, height_m, rows).unwrap()
+    });
+    assert_eq!(errors.len(), 1);
+    assert_exact(&errors, |_, _| 2e-6);
+    assert_eq!(<Full as Layout<N>>::BARO, Some(25));
+}

@@ -1,0 +1,156 @@
+//! A fix that comes late says what it would have said on time.
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::{BaseEkf, EkfConfig, FullEkf, Unusable};
+use hovernav::frames::{Ned, Rotation, Vector};
+use hovernav::gps::Fix;
+use hovernav::ins::{NavState, Start};
+use hovernav::sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Recording, Spread, fly};
+use hovernav::time::Time;
+
+fn recording(rate_hz: f64) -> Recording {
+    let start = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
+    let trajectory = FlightPlan::hover_at(start, 0.7)
+        .hold(2.0)
+        .accelerate(Vector::new(8.0, 0.0, 0.0), 4.0)
+        .turn(core::f64::consts::TAU, 30f64.to_radians())
+        .roll_doublet(8f64.to_radians(), 1.5)
+        .accelerate(Vector::new(-8.0, 0.0, 0.0), 4.0)
+        .hold(2.0)
+        .build()
+        .unwrap();
+    let gps = GpsConfig {
+        lever_arm_m: Vector::new(-0.35, 0.0, -0.2),
+        position_noise_m: Spread::new(1.0, 2.0),
+        velocity_noise_mps: Spread::new(0.1, 0.2),
+        ..GpsConfig::ideal(1.0)
+    };
+    let dmu = DmuConfig::ideal(rate_hz, DmuOutput::Increments);
+    fly(&trajectory, &dmu, &gps, 5).unwrap()
+}
+
+fn config() -> EkfConfig {
+    EkfConfig { antenna_lever_arm_m: Vector::new(-0.35, 0.0, -0.2), ..EkfConfig::default() }
+}
+
+fn start(recording: &Recording) -> Start {
+    let truth = &recording.truth[0];
+    Start {
+        state: NavState {
+            time: truth.time,
+            position: truth.position,
+            velocity_mps: truth.velocity_mps,
+            body_to_ned: truth.body_to_ned.turned_in_to(Vector::new(0.01, -0.01, 0.05)),
+        },
+        attitude_sigma_rad: Vector::new(0.02, 0.02, 0.08),
+        velocity_sigma_mps: Vector::new(0.3, 0.3, 0.3),
+        position_sigma_m: Vector::new(2.0, 2.0, 2.0),
+        gyro_bias_radps: Vector::ZERO,
+        gyro_bias_sigma_radps: None,
+    }
+}
+
+/// The flight with every fix delivered `late_s` after it was true.
+fn flown(recording: &Recording, late_s: f64) -> Vec<BaseEkf> {
+    let mut filter = BaseEkf::new(config(), start(recording));
+    let mut fixes = recording.fixes.iter().skip(1).peekable();
+    let mut states = Vec::new();
+    for sample in &recording.imu[1..] {
+        filter.predict(sample).unwrap();
+        while let Some(fix) = fixes.next_if(|fix| fix.time + late_s <= sample.time) {
+            assert!(filter.update_gps(fix).unwrap().any_accepted());
+        }
+        states.push(filter.clone());
+    }
+    states
+}
+
+#[test]
+fn fixes_delivered_late_lead_to_the_state_that_fixes_on_time_lead_to() {
+    let recording = recording(50.0);
+    let on_time = flown(&recording, 0.0);
+    let mut worst = [0.0f64; 4];
+    for late_s in [0.1, 0.3] {
+        let late = flown(&recording, late_s);
+        // Compared just before the next fix, when both know the same fixes.
+        for (a, b) in on_time.iter().zip(&late).skip(48).step_by(50) {
+            let (a_sigma, b_sigma) = (a.solution(), b.solution());
+            let (a, b) = (a.state(), b.state());
+            let turn: Rotation<Ned, Ned> = a.body_to_ned * b.body_to_ned.inverse();
+            let [_, _, yaw_sigma] = a_sigma.attitude_sigma_rad;
+            let shares = [
+                a.position.displacement_from(&b.position).norm() / a_sigma.position_sigma_m.norm(),
+                (a.velocity_mps - b.velocity_mps).norm() / a_sigma.velocity_sigma_mps.norm(),
+                turn.rotation_vector().norm() / yaw_sigma,
+                (a_sigma.position_sigma_m.norm() / b_sigma.position_sigma_m.norm() - 1.0).abs(),
+            ];
+            for (worst, share) in worst.iter_mut().zip(shares) {
+                *worst = worst.max(share);
+            }
+        }
+    }
+    println!("apart, in one-sigmas: position, velocity, attitude; one-sigma itself: {worst:?}");
+    let [position, velocity, attitude, sigma] = worst;
+    assert!(position < 0.1 && velocity < 0.1 && attitude < 0.1 && sigma < 0.05);
+}
+
+#[test]
+fn a_late_fix_counted_as_of_now_would_be_far_off() {
+    let recording = recording(50.0);
+    let mut right = BaseEkf::new(config(), start(&recording));
+    let fix = recording.fixes[9];
+    for sample in recording.imu[1..].iter().take_while(|s| s.time - fix.time <= 0.3) {
+        right.predict(sample).unwrap();
+    }
+    let mut wrong = right.clone();
+    let now = right.state().time;
+    let late = right.update_gps(&fix).unwrap();
+    let as_of_now = wrong.update_gps(&Fix { time: now, ..fix }).unwrap();
+    let size = |report: &hovernav::ekf::Report| -> f64 {
+        report.innovations().map(|axis| axis.innovation.abs()).sum()
+    };
+    assert!(size(&as_of_now) > 1.5 * size(&late));
+}
+
+#[test]
+fn the_memory_reaches_back_half_a_second_at_any_rate_and_what_is_older_is_refused() {
+    for rate_hz in [20.0, 33.0, 100.0, 1000.0] {
+        let recording = recording(rate_hz);
+        let mut filter = FullEkf::new(config(), start(&recording));
+        for sample in recording.imu[1..].iter().take_while(|s| s.time.seconds() <= 8.0) {
+            filter.predict(sample).unwrap();
+        }
+        let now = filter.state().time;
+        let at = |age_s: f64| Fix { time: now + -age_s, ..recording.fixes[8] };
+        assert!(filter.clone().update_gps(&at(0.5)).is_ok(), "{rate_hz} Hz");
+        for age_s in [4.0, 1e3, 1e9] {
+            let mut asked = filter.clone();
+            assert_eq!(asked.update_gps(&at(age_s)), Err(Unusable::TooOld), "{rate_hz} Hz");
+            assert_eq!(asked.state(), filter.state());
+            assert_eq!(asked.covariance(), filter.covariance());
+        }
+    }
+}
+
+#[test]
+fn a_fix_ahead_of_the_unit_is_refused_unless_a_sample_is_about_to_come() {
+    let recording = recording(33.0);
+    let mut filter = BaseEkf::new(config(), start(&recording));
+    for sample in recording.imu[1..].iter().take_while(|s| s.time.seconds() <= 5.0) {
+        filter.predict(sample).unwrap();
+    }
+    let now = filter.state().time;
+    let at = |ahead_s: f64| Fix { time: now + ahead_s, ..recording.fixes[5] };
+    assert!(filter.clone().update_gps(&at(0.03)).is_ok());
+    assert_eq!(filter.update_gps(&at(0.2)), Err(Unusable::AheadOfImu));
+    assert_eq!(filter.update_gps(&at(1e9)), Err(Unusable::AheadOfImu));
+}
+
+#[test]
+fn before_the_first_sample_only_a_fix_of_the_start_itself_can_be_compared() {
+    let recording = recording(33.0);
+    let filter = BaseEkf::new(config(), start(&recording));
+    let at = |time: Time| Fix { time, ..recording.fixes[0] };
+    assert!(filter.clone().update_gps(&at(Time::ZERO)).is_ok());
+    assert_eq!(filter.clone().update_gps(&at(Time::ZERO + -0.01)), Err(Unusable::TooOld));
+}
