@@ -190,96 +190,112 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// of Earth and transport rate with position and velocity (2e-7 rad/m).
     pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let moved = self.moved_rows::<L>(step);
+        for (j, &own) in step.decay.iter().enumerate().skip(GYRO_BIAS) {
+            // Whole rows, for a fixed number of packed products; the first nine are then replaced.
+            for (value, &other) in self.rows[j].iter_mut().zip(&step.decay) {
+                *value = *value * (own * other);
+            }
+            for i in 0..GYRO_BIAS {
+                self.rows[j][i] = moved[i][j] * own;
+            }
+        }
+        for (row, from) in self.rows.iter_mut().zip(&moved) {
+            for ((value, &moved), &decay) in row.iter_mut().zip(from).zip(&step.decay) {
+                *value = moved * decay;
+            }
+        }
         self.close::<L>(step, &moved);
+        self.add_noise(step);
     }
 
     /// The nine rows of Φ P that are not just decayed rows of P.
     #[inline(always)]
     fn moved_rows<L: Layout<N>>(&self, step: &Transition<T, N>) -> [[T; N]; 9] {
         let p = &self.rows;
-        let mut moved = [[T::ZERO; N]; 9];
         let half = step.interval_s * T::of(0.5);
-        for axis in 0..3 {
-            let mut attitude = p[ATTITUDE + axis];
+        let attitude: [[T; N]; 3] = core::array::from_fn(|axis| {
+            let mut row = p[ATTITUDE + axis];
             for k in 0..3 {
-                add_scaled(&mut attitude, -step.turn[axis][k], &p[GYRO_BIAS + k]);
-            }
-            let mut velocity = p[VELOCITY + axis];
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            add_scaled(&mut velocity, step.force[last], &p[ATTITUDE + next]);
-            add_scaled(&mut velocity, -step.force[next], &p[ATTITUDE + last]);
-            for k in 0..3 {
-                add_scaled(&mut velocity, -step.turn[axis][k], &p[ACCEL_BIAS + k]);
+                add_scaled(&mut row, -step.turn[axis][k], &p[GYRO_BIAS + k]);
             }
             if let Some(scale) = L::GYRO_SCALE {
                 for k in 0..3 {
-                    add_scaled(&mut attitude, -step.scaled_rotation[axis][k], &p[scale + k]);
+                    add_scaled(&mut row, -step.scaled_rotation[axis][k], &p[scale + k]);
                 }
+            }
+            row
+        });
+        let velocity: [[T; N]; 3] = core::array::from_fn(|axis| {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            let mut row = p[VELOCITY + axis];
+            add_scaled(&mut row, step.force[last], &p[ATTITUDE + next]);
+            add_scaled(&mut row, -step.force[next], &p[ATTITUDE + last]);
+            for k in 0..3 {
+                add_scaled(&mut row, -step.turn[axis][k], &p[ACCEL_BIAS + k]);
             }
             if let Some(scale) = L::ACCEL_SCALE {
                 for k in 0..3 {
-                    add_scaled(&mut velocity, -step.scaled_velocity[axis][k], &p[scale + k]);
+                    add_scaled(&mut row, -step.scaled_velocity[axis][k], &p[scale + k]);
                 }
             }
-            let mut position = p[POSITION + axis];
-            add_scaled(&mut position, half, &p[VELOCITY + axis]);
-            add_scaled(&mut position, half, &velocity);
-            moved[ATTITUDE + axis] = attitude;
-            moved[VELOCITY + axis] = velocity;
-            moved[POSITION + axis] = position;
-        }
-        moved
+            row
+        });
+        let position: [[T; N]; 3] = core::array::from_fn(|axis| {
+            let mut row = p[POSITION + axis];
+            add_scaled(&mut row, half, &p[VELOCITY + axis]);
+            add_scaled(&mut row, half, &velocity[axis]);
+            row
+        });
+        let ([a, b, c], [d, e, f], [g, h, i]) = (attitude, velocity, position);
+        [a, b, c, d, e, f, g, h, i]
     }
 
-    /// Completes (Φ P) Φᵀ + Q from the moved rows: columns of the upper triangle, then its mirror.
+    /// The block of attitude, velocity and position of (Φ P) Φᵀ from the moved rows: its upper
+    /// triangle by blocks of three, and their mirror.
     #[inline(always)]
     fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>, moved: &[[T; N]; 9]) {
         let half = step.interval_s * T::of(0.5);
-        for (i, row) in moved.iter().enumerate() {
-            let mut velocity = [T::ZERO; 3];
-            let mut out = *row;
-            for axis in 0..3 {
-                let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-                let mut a = row[ATTITUDE + axis];
-                let mut v = row[VELOCITY + axis] + step.force[last] * row[ATTITUDE + next]
-                    - step.force[next] * row[ATTITUDE + last];
+        let p = &mut self.rows;
+        for axis in 0..3 {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            let (attitude, velocity) = (ATTITUDE + axis, VELOCITY + axis);
+            let position = POSITION + axis;
+            for (i, row) in moved.iter().enumerate().take(VELOCITY) {
+                let mut value = row[attitude];
                 for k in 0..3 {
-                    a -= step.turn[axis][k] * row[GYRO_BIAS + k];
-                    v -= step.turn[axis][k] * row[ACCEL_BIAS + k];
+                    value -= step.turn[axis][k] * row[GYRO_BIAS + k];
                 }
                 if let Some(scale) = L::GYRO_SCALE {
                     for k in 0..3 {
-                        a -= step.scaled_rotation[axis][k] * row[scale + k];
+                        value -= step.scaled_rotation[axis][k] * row[scale + k];
                     }
+                }
+                (p[i][attitude], p[attitude][i]) = (value, value);
+            }
+            for (i, row) in moved.iter().enumerate().take(POSITION) {
+                let mut value = row[velocity] + step.force[last] * row[ATTITUDE + next]
+                    - step.force[next] * row[ATTITUDE + last];
+                for k in 0..3 {
+                    value -= step.turn[axis][k] * row[ACCEL_BIAS + k];
                 }
                 if let Some(scale) = L::ACCEL_SCALE {
                     for k in 0..3 {
-                        v -= step.scaled_velocity[axis][k] * row[scale + k];
+                        value -= step.scaled_velocity[axis][k] * row[scale + k];
                     }
                 }
-                out[ATTITUDE + axis] = a;
-                velocity[axis] = v;
-                out[VELOCITY + axis] = v;
-                out[POSITION + axis] =
-                    row[POSITION + axis] + half * (row[VELOCITY + axis] + velocity[axis]);
-            }
-            for j in GYRO_BIAS..N {
-                out[j] = row[j] * step.decay[j];
-            }
-            self.rows[i] = out;
-        }
-        for i in GYRO_BIAS..N {
-            let factor = step.decay[i];
-            for j in GYRO_BIAS..N {
-                self.rows[i][j] = self.rows[i][j] * (factor * step.decay[j]);
+                (p[i][velocity], p[velocity][i]) = (value, value);
+                let value = row[position] + half * (row[velocity] + value);
+                (p[i][position], p[position][i]) = (value, value);
             }
         }
-        for i in 0..GYRO_BIAS {
-            for j in i + 1..N {
-                self.rows[j][i] = self.rows[i][j];
+        for axis in 0..3 {
+            let (velocity, position) = (VELOCITY + axis, POSITION + axis);
+            for (i, row) in moved.iter().enumerate().skip(POSITION) {
+                // Velocity's column is done: its mirror stands in this row.
+                let value = row[position] + half * (row[velocity] + p[i][velocity]);
+                (p[i][position], p[position][i]) = (value, value);
             }
         }
-        self.add_noise(step);
     }
 
     #[inline(always)]
@@ -335,18 +351,41 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 }
             }
         }
-        let half = T::of(0.5);
-        let mut mean = [T::ZERO; N];
-        for (i, value) in mean.iter_mut().enumerate() {
-            *value = half * (projected[i] + excess[i] - noise * gain[i]);
+        for (value, &k) in excess.iter_mut().zip(&gain) {
+            *value -= noise * k;
         }
-        for (i, row) in self.rows.iter_mut().enumerate() {
-            let (k, m) = (gain[i], mean[i]);
-            for (j, value) in row.iter_mut().enumerate() {
-                *value -= k * mean[j] + m * gain[j];
-            }
-        }
+        self.take_off(&gain, projected, &excess);
         Gain { gain, innovation_variance }
+    }
+
+    /// P ← P − k vᵀ − e kᵀ, in this order of rounding: upper triangle, and its mirror.
+    fn take_off(&mut self, gain: &[T; N], projected: &[T; N], excess: &[T; N]) {
+        let p = &mut self.rows;
+        for above in 0..N / 2 {
+            let i = 2 * above;
+            for left in above..N / 2 {
+                let j = 2 * left;
+                let mut block = [[T::ZERO; 2]; 2];
+                for r in 0..2 {
+                    for c in 0..2 {
+                        block[r][c] = p[i + r][j + c]
+                            - gain[i + r] * projected[j + c]
+                            - excess[i + r] * gain[j + c];
+                    }
+                }
+                for c in 0..2 {
+                    for r in 0..2 {
+                        p[j + c][i + r] = block[r][c];
+                    }
+                }
+                for r in 0..2 {
+                    for c in 0..2 {
+                        p[i + r][j + c] = block[r][c];
+                    }
+                }
+            }
+            p[i + 1][i] = p[i][i + 1];
+        }
     }
 }
 
