@@ -55,9 +55,13 @@ impl<T: Scalar> Default for Sensitivity<T> {
 }
 
 impl<T: Scalar> Sensitivity<T> {
-    /// Adds ∂z/∂x of one state. A state may be named more than once: the terms add up. At most 20.
+    /// Adds ∂z/∂x of one state. A state may be named more than once: the terms add up. At most 20;
+    /// zeros do not count, and cost nothing later.
     #[must_use]
     pub fn with(mut self, state: usize, derivative: f64) -> Self {
+        if derivative == 0.0 {
+            return self;
+        }
         if let Some(term) = self.terms.get_mut(self.count) {
             *term = (state, T::of(derivative));
             self.count += 1;
@@ -98,6 +102,9 @@ pub struct Gain<T, const N: usize> {
     /// Innovation variance H P Hᵀ + R.
     pub innovation_variance: T,
 }
+
+/// The column before the parameters: packed operations come two by two, and start at even columns.
+const EVEN: usize = GYRO_BIAS - 1;
 
 #[inline(always)]
 fn add_scaled<T: Scalar, const N: usize>(row: &mut [T; N], factor: T, other: &[T; N]) {
@@ -190,17 +197,20 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// of Earth and transport rate with position and velocity (2e-7 rad/m).
     pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let moved = self.moved_rows::<L>(step);
-        for (j, &own) in step.decay.iter().enumerate().skip(GYRO_BIAS) {
-            // Whole rows, for a fixed number of packed products; the first nine are then replaced.
-            for (value, &other) in self.rows[j].iter_mut().zip(&step.decay) {
+        let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
+        let (_, decay) = step.decay.split_at(EVEN);
+        for (j, row) in parameter_rows.iter_mut().enumerate() {
+            let own = step.decay[GYRO_BIAS + j];
+            let (_, parameters) = row.split_at_mut(EVEN);
+            for (value, &other) in parameters.iter_mut().zip(decay) {
                 *value = *value * (own * other);
             }
-            for i in 0..GYRO_BIAS {
-                self.rows[j][i] = moved[i][j] * own;
+            for (value, moved) in row.iter_mut().zip(&moved) {
+                *value = moved[GYRO_BIAS + j] * own;
             }
         }
-        for (row, from) in self.rows.iter_mut().zip(&moved) {
-            for ((value, &moved), &decay) in row.iter_mut().zip(from).zip(&step.decay) {
+        for (row, moved) in rows.iter_mut().zip(&moved) {
+            for ((value, &moved), &decay) in row.iter_mut().zip(moved).zip(&step.decay) {
                 *value = moved * decay;
             }
         }
@@ -210,50 +220,46 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
 
     /// The nine rows of Φ P that are not just decayed rows of P.
     #[inline(always)]
-    fn moved_rows<L: Layout<N>>(&self, step: &Transition<T, N>) -> [[T; N]; 9] {
+    fn moved_rows<L: Layout<N>>(&self, step: &Transition<T, N>) -> [[T; N]; GYRO_BIAS] {
         let p = &self.rows;
         let half = step.interval_s * T::of(0.5);
-        let attitude: [[T; N]; 3] = core::array::from_fn(|axis| {
-            let mut row = p[ATTITUDE + axis];
+        let mut moved = [[T::ZERO; N]; GYRO_BIAS];
+        for axis in 0..3 {
+            let mut attitude = p[ATTITUDE + axis];
             for k in 0..3 {
-                add_scaled(&mut row, -step.turn[axis][k], &p[GYRO_BIAS + k]);
+                add_scaled(&mut attitude, -step.turn[axis][k], &p[GYRO_BIAS + k]);
+            }
+            let mut velocity = p[VELOCITY + axis];
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            add_scaled(&mut velocity, step.force[last], &p[ATTITUDE + next]);
+            add_scaled(&mut velocity, -step.force[next], &p[ATTITUDE + last]);
+            for k in 0..3 {
+                add_scaled(&mut velocity, -step.turn[axis][k], &p[ACCEL_BIAS + k]);
             }
             if let Some(scale) = L::GYRO_SCALE {
                 for k in 0..3 {
-                    add_scaled(&mut row, -step.scaled_rotation[axis][k], &p[scale + k]);
+                    add_scaled(&mut attitude, -step.scaled_rotation[axis][k], &p[scale + k]);
                 }
-            }
-            row
-        });
-        let velocity: [[T; N]; 3] = core::array::from_fn(|axis| {
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let mut row = p[VELOCITY + axis];
-            add_scaled(&mut row, step.force[last], &p[ATTITUDE + next]);
-            add_scaled(&mut row, -step.force[next], &p[ATTITUDE + last]);
-            for k in 0..3 {
-                add_scaled(&mut row, -step.turn[axis][k], &p[ACCEL_BIAS + k]);
             }
             if let Some(scale) = L::ACCEL_SCALE {
                 for k in 0..3 {
-                    add_scaled(&mut row, -step.scaled_velocity[axis][k], &p[scale + k]);
+                    add_scaled(&mut velocity, -step.scaled_velocity[axis][k], &p[scale + k]);
                 }
             }
-            row
-        });
-        let position: [[T; N]; 3] = core::array::from_fn(|axis| {
-            let mut row = p[POSITION + axis];
-            add_scaled(&mut row, half, &p[VELOCITY + axis]);
-            add_scaled(&mut row, half, &velocity[axis]);
-            row
-        });
-        let ([a, b, c], [d, e, f], [g, h, i]) = (attitude, velocity, position);
-        [a, b, c, d, e, f, g, h, i]
+            let mut position = p[POSITION + axis];
+            add_scaled(&mut position, half, &p[VELOCITY + axis]);
+            add_scaled(&mut position, half, &velocity);
+            moved[ATTITUDE + axis] = attitude;
+            moved[VELOCITY + axis] = velocity;
+            moved[POSITION + axis] = position;
+        }
+        moved
     }
 
     /// The block of attitude, velocity and position of (Φ P) Φᵀ from the moved rows: its upper
     /// triangle by blocks of three, and their mirror.
     #[inline(always)]
-    fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>, moved: &[[T; N]; 9]) {
+    fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>, moved: &[[T; N]; GYRO_BIAS]) {
         let half = step.interval_s * T::of(0.5);
         let p = &mut self.rows;
         for axis in 0..3 {
@@ -325,6 +331,25 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
         let variance = sensitivity.dot(&projected);
         (projected, variance)
+    }
+
+    /// H P Hᵀ of a scalar measurement alone.
+    #[must_use]
+    pub fn projected_variance(&self, sensitivity: &Sensitivity<T>) -> T {
+        let mut variance = T::ZERO;
+        for (n, (state, derivative)) in sensitivity.terms().enumerate() {
+            let Some(row) = self.rows.get(state) else { continue };
+            let mut sum = T::ZERO;
+            for (other, factor) in sensitivity.terms().skip(n + 1) {
+                if let Some(&value) = row.get(other) {
+                    sum += factor * value;
+                }
+            }
+            if let Some(&own) = row.get(state) {
+                variance += derivative * (derivative * own + sum + sum);
+            }
+        }
+        variance
     }
 
     /// Takes in one scalar measurement of variance `noise`, whose [`project`](Self::project)ion is
