@@ -412,7 +412,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             done = Some(axis.group);
             let group = || axes.iter().flatten().filter(|other| other.group == axis.group);
             let fits = group().all(|axis| {
-                let (_, variance) = self.covariance.project(&axis.sensitivity);
+                let variance = self.covariance.projected_variance(&axis.sensitivity);
                 let innovation = axis.innovation - axis.sensitivity.dot(&correction).wide();
                 square(innovation)
                     <= square(self.config.gate.sigmas) * (variance.wide() + axis.noise)
