@@ -263,21 +263,24 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let (wander, time_s) = (self.config.baro.wander_m, self.config.baro.wander_time_s);
             markov(state, [wander, 0.0, 0.0], time_s);
         }
-        let sensed = |walk: f64, share: f64, vibration: [f64; 3], hidden: f64| {
+        let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3], hidden: f64| {
             let hidden = if gap { square(hidden * interval_s) } else { 0.0 };
+            let alike_s = alike_s.max(interval_s);
             vibration.map(|variance| {
-                square(walk).max(square(share) * variance * interval_s) * interval_s + hidden
+                square(walk).max(square(share) * variance * alike_s) * interval_s + hidden
             })
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,
+            interval_s,
             self.gyro_vibration.variance(),
             imu.gap_rate_radps,
         );
         let accel = sensed(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
+            imu.accel_vibration_time_s,
             self.accel_vibration.variance(),
             imu.gap_acceleration_mps2,
         );
