@@ -68,7 +68,7 @@ settings! {
         accel_vibration_share = 0.1,
         /// Accelerometer samples closer than this, s, share one error by vibration: what vibration
         /// leaves behind (rectification, aliasing) does not shrink by sampling faster.
-        accel_vibration_time_s = 0.03,
+        accel_vibration_time_s = 0.05,
         /// One-sigma of the gyro bias, rad/s.
         gyro_bias_sigma_radps = 0.005,
         /// Correlation time of the gyro bias, s.
