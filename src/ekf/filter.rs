@@ -269,21 +269,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for state in noise.iter_mut().skip(POSITION).take(3) {
             *state = T::of(square(0.5 * hidden_velocity * interval_s));
         }
-        let sensed = |walk: f64, share: f64, vibration: [f64; 3], hidden: f64| {
+        let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3], hidden: f64| {
+            let alike_s = alike_s.max(interval_s);
             vibration.map(|variance| {
-                square(walk).max(square(share) * variance * interval_s) * interval_s
-                    + square(hidden)
+                square(walk).max(square(share) * variance * alike_s) * interval_s + square(hidden)
             })
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,
+            interval_s,
             self.gyro_vibration.variance(),
             hidden_angle,
         );
         let accel = sensed(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
+            imu.accel_vibration_time_s,
             self.accel_vibration.variance(),
             hidden_velocity,
         );
