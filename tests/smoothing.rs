@@ -27,7 +27,7 @@ fn field() -> Geodetic {
 enum Deed<const N: usize> {
     Propagated { phi: SMatrix<f64, N, N>, q: SMatrix<f64, N, N> },
     Updated { h: SVector<f64, N>, gain: SVector<f64, N>, s: f64, innovation: f64 },
-    Sampled(Solution),
+    Sampled(Box<Solution>),
 }
 
 /// Keeps what the filter did, for the textbook and for the smoother alike.
@@ -152,7 +152,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
             let own = filter.state().body_to_ned.turned_in_to(Vector::new(0.004, -0.006, 0.01));
             let _ = filter.update_attitude(sample.time, own, &mut both);
         }
-        both.deeds.push(Deed::Sampled(filter.solution()));
+        both.deeds.push(Deed::Sampled(Box::new(filter.solution())));
         both.smoother.sampled(&filter);
         if step % 9 == 0 {
             let _ = filter.update_baro(sample.time, 50.0 + 0.2 * time_s.sin(), &mut both);
@@ -192,7 +192,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
                 x += textbook * *innovation;
                 epochs.last_mut().unwrap().filtered = (x, p);
             }
-            Deed::Sampled(solution) => epochs.last_mut().unwrap().sampled = (x, *solution),
+            Deed::Sampled(solution) => epochs.last_mut().unwrap().sampled = (x, **solution),
         }
     }
     assert!(updates >= 60);

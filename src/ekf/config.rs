@@ -60,12 +60,15 @@ settings! {
         /// Angle random walk, rad/√s.
         angle_random_walk_rad = 5e-4,
         /// Velocity random walk, m/s/√s.
-        velocity_random_walk_mps = 0.04,
+        velocity_random_walk_mps = 0.05,
         /// Share of the measured vibration of the gyros that counts as noise without memory.
         gyro_vibration_share = 0.25,
         /// Share of the measured vibration of the accelerometers that counts as noise without
         /// memory.
         accel_vibration_share = 0.1,
+        /// Accelerometer samples closer than this, s, share one error by vibration: what vibration
+        /// leaves behind (rectification, aliasing) does not shrink by sampling faster.
+        accel_vibration_time_s = 0.05,
         /// One-sigma of the gyro bias, rad/s.
         gyro_bias_sigma_radps = 0.005,
         /// Correlation time of the gyro bias, s.

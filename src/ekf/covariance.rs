@@ -55,9 +55,13 @@ impl<T: Scalar> Default for Sensitivity<T> {
 }
 
 impl<T: Scalar> Sensitivity<T> {
-    /// Adds ∂z/∂x of one state. A state may be named more than once: the terms add up. At most 20.
+    /// Adds ∂z/∂x of one state. A state may be named more than once: the terms add up. At most 20;
+    /// zeros do not count, and cost nothing later.
     #[must_use]
     pub fn with(mut self, state: usize, derivative: f64) -> Self {
+        if derivative == 0.0 {
+            return self;
+        }
         if let Some(term) = self.terms.get_mut(self.count) {
             *term = (state, T::of(derivative));
             self.count += 1;
@@ -98,6 +102,9 @@ pub struct Gain<T, const N: usize> {
     /// Innovation variance H P Hᵀ + R.
     pub innovation_variance: T,
 }
+
+/// The column before the parameters: packed operations come two by two, and start at even columns.
+const EVEN: usize = GYRO_BIAS - 1;
 
 #[inline(always)]
 fn add_scaled<T: Scalar, const N: usize>(row: &mut [T; N], factor: T, other: &[T; N]) {
@@ -197,15 +204,33 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// of an error within one step (a gyro bias on velocity: half a step late).
     pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let moved = self.moved_rows::<L>(step);
+        let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
+        let (_, decay) = step.decay.split_at(EVEN);
+        for (j, row) in parameter_rows.iter_mut().enumerate() {
+            let own = step.decay[GYRO_BIAS + j];
+            let (_, parameters) = row.split_at_mut(EVEN);
+            for (value, &other) in parameters.iter_mut().zip(decay) {
+                *value = *value * (own * other);
+            }
+            for (value, moved) in row.iter_mut().zip(&moved) {
+                *value = moved[GYRO_BIAS + j] * own;
+            }
+        }
+        for (row, moved) in rows.iter_mut().zip(&moved) {
+            for ((value, &moved), &decay) in row.iter_mut().zip(moved).zip(&step.decay) {
+                *value = moved * decay;
+            }
+        }
         self.close::<L>(step, &moved);
+        self.add_noise(step);
     }
 
     /// The nine rows of Φ P that are not just decayed rows of P.
     #[inline(always)]
-    fn moved_rows<L: Layout<N>>(&self, step: &Transition<T, N>) -> [[T; N]; 9] {
+    fn moved_rows<L: Layout<N>>(&self, step: &Transition<T, N>) -> [[T; N]; GYRO_BIAS] {
         let p = &self.rows;
-        let mut moved = [[T::ZERO; N]; 9];
         let half = step.interval_s * T::of(0.5);
+        let mut moved = [[T::ZERO; N]; GYRO_BIAS];
         for axis in 0..3 {
             let mut attitude = p[ATTITUDE + axis];
             for k in 0..3 {
@@ -238,55 +263,52 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         moved
     }
 
-    /// Completes (Φ P) Φᵀ + Q from the moved rows: columns of the upper triangle, then its mirror.
+    /// The block of attitude, velocity and position of (Φ P) Φᵀ from the moved rows: its upper
+    /// triangle by blocks of three, and their mirror.
     #[inline(always)]
-    fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>, moved: &[[T; N]; 9]) {
+    fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>, moved: &[[T; N]; GYRO_BIAS]) {
         let half = step.interval_s * T::of(0.5);
-        for (i, row) in moved.iter().enumerate() {
-            let mut velocity = [T::ZERO; 3];
-            let mut out = *row;
-            for axis in 0..3 {
-                let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-                let mut a = row[ATTITUDE + axis];
-                let mut v = row[VELOCITY + axis] + step.force[last] * row[ATTITUDE + next]
-                    - step.force[next] * row[ATTITUDE + last];
+        let p = &mut self.rows;
+        for axis in 0..3 {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            let (attitude, velocity) = (ATTITUDE + axis, VELOCITY + axis);
+            let position = POSITION + axis;
+            for (i, row) in moved.iter().enumerate().take(VELOCITY) {
+                let mut value = row[attitude];
                 for k in 0..3 {
-                    a -= step.turn[axis][k] * row[GYRO_BIAS + k];
-                    v -= step.turn[axis][k] * row[ACCEL_BIAS + k];
+                    value -= step.turn[axis][k] * row[GYRO_BIAS + k];
                 }
                 if let Some(scale) = L::GYRO_SCALE {
                     for k in 0..3 {
-                        a -= step.scaled_rotation[axis][k] * row[scale + k];
+                        value -= step.scaled_rotation[axis][k] * row[scale + k];
                     }
+                }
+                (p[i][attitude], p[attitude][i]) = (value, value);
+            }
+            for (i, row) in moved.iter().enumerate().take(POSITION) {
+                let mut value = row[velocity] + step.force[last] * row[ATTITUDE + next]
+                    - step.force[next] * row[ATTITUDE + last];
+                for k in 0..3 {
+                    value -= step.turn[axis][k] * row[ACCEL_BIAS + k];
                 }
                 if let Some(scale) = L::ACCEL_SCALE {
                     for k in 0..3 {
-                        v -= step.scaled_velocity[axis][k] * row[scale + k];
+                        value -= step.scaled_velocity[axis][k] * row[scale + k];
                     }
                 }
-                out[ATTITUDE + axis] = a;
-                velocity[axis] = v;
-                out[VELOCITY + axis] = v;
-                out[POSITION + axis] =
-                    row[POSITION + axis] + half * (row[VELOCITY + axis] + velocity[axis]);
-            }
-            for j in GYRO_BIAS..N {
-                out[j] = row[j] * step.decay[j];
-            }
-            self.rows[i] = out;
-        }
-        for i in GYRO_BIAS..N {
-            let factor = step.decay[i];
-            for j in GYRO_BIAS..N {
-                self.rows[i][j] = self.rows[i][j] * (factor * step.decay[j]);
+                (p[i][velocity], p[velocity][i]) = (value, value);
+                let value = row[position] + half * (row[velocity] + value);
+                (p[i][position], p[position][i]) = (value, value);
             }
         }
-        for i in 0..GYRO_BIAS {
-            for j in i + 1..N {
-                self.rows[j][i] = self.rows[i][j];
+        for axis in 0..3 {
+            let (velocity, position) = (VELOCITY + axis, POSITION + axis);
+            for (i, row) in moved.iter().enumerate().skip(POSITION) {
+                // Velocity's column is done: its mirror stands in this row.
+                let value = row[position] + half * (row[velocity] + p[i][velocity]);
+                (p[i][position], p[position][i]) = (value, value);
             }
         }
-        self.add_noise(step);
     }
 
     #[inline(always)]
@@ -318,6 +340,25 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         (projected, variance)
     }
 
+    /// H P Hᵀ of a scalar measurement alone.
+    #[must_use]
+    pub fn projected_variance(&self, sensitivity: &Sensitivity<T>) -> T {
+        let mut variance = T::ZERO;
+        for (n, (state, derivative)) in sensitivity.terms().enumerate() {
+            let Some(row) = self.rows.get(state) else { continue };
+            let mut sum = T::ZERO;
+            for (other, factor) in sensitivity.terms().skip(n + 1) {
+                if let Some(&value) = row.get(other) {
+                    sum += factor * value;
+                }
+            }
+            if let Some(&own) = row.get(state) {
+                variance += derivative * (derivative * own + sum + sum);
+            }
+        }
+        variance
+    }
+
     /// Takes in one scalar measurement of variance `noise`, whose [`project`](Self::project)ion is
     /// given; the gain is returned for the state's correction.
     ///
@@ -342,18 +383,41 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 }
             }
         }
-        let half = T::of(0.5);
-        let mut mean = [T::ZERO; N];
-        for (i, value) in mean.iter_mut().enumerate() {
-            *value = half * (projected[i] + excess[i] - noise * gain[i]);
+        for (value, &k) in excess.iter_mut().zip(&gain) {
+            *value -= noise * k;
         }
-        for (i, row) in self.rows.iter_mut().enumerate() {
-            let (k, m) = (gain[i], mean[i]);
-            for (j, value) in row.iter_mut().enumerate() {
-                *value -= k * mean[j] + m * gain[j];
-            }
-        }
+        self.take_off(&gain, projected, &excess);
         Gain { gain, innovation_variance }
+    }
+
+    /// P ← P − k vᵀ − e kᵀ, in this order of rounding: upper triangle, and its mirror.
+    fn take_off(&mut self, gain: &[T; N], projected: &[T; N], excess: &[T; N]) {
+        let p = &mut self.rows;
+        for above in 0..N / 2 {
+            let i = 2 * above;
+            for left in above..N / 2 {
+                let j = 2 * left;
+                let mut block = [[T::ZERO; 2]; 2];
+                for r in 0..2 {
+                    for c in 0..2 {
+                        block[r][c] = p[i + r][j + c]
+                            - gain[i + r] * projected[j + c]
+                            - excess[i + r] * gain[j + c];
+                    }
+                }
+                for c in 0..2 {
+                    for r in 0..2 {
+                        p[j + c][i + r] = block[r][c];
+                    }
+                }
+                for r in 0..2 {
+                    for c in 0..2 {
+                        p[i + r][j + c] = block[r][c];
+                    }
+                }
+            }
+            p[i + 1][i] = p[i][i + 1];
+        }
     }
 }
 

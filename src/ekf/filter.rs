@@ -298,21 +298,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for state in noise.iter_mut().skip(POSITION).take(3) {
             *state = T::of(square(0.5 * hidden_velocity * interval_s));
         }
-        let sensed = |walk: f64, share: f64, vibration: [f64; 3], hidden: f64| {
+        let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3], hidden: f64| {
+            let alike_s = alike_s.max(interval_s);
             vibration.map(|variance| {
-                square(walk).max(square(share) * variance * interval_s) * interval_s
-                    + square(hidden)
+                square(walk).max(square(share) * variance * alike_s) * interval_s + square(hidden)
             })
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,
+            interval_s,
             self.gyro_vibration.variance(),
             hidden_angle,
         );
         let accel = sensed(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
+            imu.accel_vibration_time_s,
             self.accel_vibration.variance(),
             hidden_velocity,
         );
@@ -485,10 +487,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// One-sigma of roll, pitch and yaw, rad, from the attitude error in NED.
     fn euler_sigma(&self) -> [f64; 3] {
-        let angles = self.state.body_to_ned.euler();
-        let (sin_yaw, cos_yaw) = libm::sincos(angles.yaw_rad);
-        let cos_pitch = libm::cos(angles.pitch_rad).max(0.02);
-        let tan_pitch = libm::sin(angles.pitch_rad) / cos_pitch;
+        // Sines and cosines stand in the direction of the nose.
+        let nose = self.state.body_to_ned.matrix().x_axis;
+        let level = libm::sqrt(nose.x * nose.x + nose.y * nose.y);
+        // Upright, yaw is any; the limit bounds what one over its cosine does to roll and yaw.
+        let (sin_yaw, cos_yaw) =
+            if level > 1e-6 { (nose.y / level, nose.x / level) } else { (0.0, 1.0) };
+        let cos_pitch = level.max(0.02);
+        let tan_pitch = -nose.z / cos_pitch;
         let rows = [
             [cos_yaw / cos_pitch, sin_yaw / cos_pitch, 0.0],
             [-sin_yaw, cos_yaw, 0.0],

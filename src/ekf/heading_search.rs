@@ -30,6 +30,10 @@ const SECTOR_SIGMA_RAD: f64 = core::f64::consts::PI / SECTORS as f64;
 const LEAST_WEIGHT: f64 = 1e-4;
 /// The heading is found when its one-sigma over all sectors left is under this, rad.
 const FOUND_RAD: f64 = 0.14;
+/// Least speed, m/s, at fixes one second apart, before a heading counts as found; it goes with the
+/// square root of the time between fixes. A vehicle that is carried, pushed or turned by hand moves
+/// its unit in ways that slow fixes do not show, and the sectors agree on a wrong heading.
+const FOUND_SPEED_MPS: f64 = 5.0;
 
 /// A bank of filters that differ in heading.
 #[derive(Clone, Debug)]
@@ -37,6 +41,8 @@ pub struct HeadingSearch {
     sectors: [Option<Sector>; SECTORS],
     gps: GpsModel,
     last_fix: Option<Time>,
+    /// Whether the vehicle has been fast enough for its heading to count as found.
+    fast: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -54,7 +60,7 @@ impl HeadingSearch {
             let start = Self::sector_start(start, sector);
             Some(Sector { filter: Ekf::new(config, start), weight })
         });
-        Self { sectors, gps: config.gps, last_fix: None }
+        Self { sectors, gps: config.gps, last_fix: None, fast: false }
     }
 
     /// Where the filter of one sector starts when the search starts at `start`; sectors are counted
@@ -85,7 +91,12 @@ impl HeadingSearch {
     /// # Errors
     /// As [`Ekf::update_gps`].
     pub fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
-        let fix = &self.whitened(fix);
+        let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
+        self.last_fix = Some(fix.time);
+        self.fast |= fix.horizontal_velocity_mps.is_some_and(|[north, east]| {
+            libm::hypot(north, east) > FOUND_SPEED_MPS * libm::sqrt(interval_s)
+        });
+        let fix = &self.whitened(fix, interval_s);
         let mut surprises = [f64::INFINITY; SECTORS];
         let mut best: Option<(f64, Report)> = None;
         for (slot, surprise) in self.sectors.iter_mut().zip(&mut surprises) {
@@ -118,9 +129,7 @@ impl HeadingSearch {
     /// The fix with its slow errors counted as white: a share s of the one-sigma that wanders with
     /// correlation time τ weighs, at fixes Δt apart, like white noise of variance s² 2τ/Δt. Without
     /// this a vehicle at rest would find a heading in the wander of its GPS.
-    fn whitened(&mut self, fix: &Fix) -> Fix {
-        let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
-        self.last_fix = Some(fix.time);
+    fn whitened(&self, fix: &Fix, interval_s: f64) -> Fix {
         let gps = &self.gps;
         let inflation =
             |share: f64, time_s: f64| libm::sqrt(1.0 + square(share) * 2.0 * time_s / interval_s);
@@ -163,10 +172,11 @@ impl HeadingSearch {
         libm::sqrt(variance / weights).min(core::f64::consts::PI)
     }
 
-    /// The best filter, once the heading is found.
+    /// The best filter, once the heading is found: the sectors left agree, and the vehicle has been
+    /// fast enough for its motion to tell.
     #[must_use]
     pub fn found(&self) -> Option<&Ekf<Base, 16>> {
-        (self.heading_sigma_rad() < FOUND_RAD)
+        (self.fast && self.heading_sigma_rad() < FOUND_RAD)
             .then(|| self.best())
             .flatten()
             .map(|best| &best.filter)

@@ -7,6 +7,7 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::earth::Local;
 use crate::frames::{Body, Ned, Vector};
 use crate::ins::{Advance, Increment, NavState};
 use crate::time::Time;
@@ -113,11 +114,13 @@ impl History {
             force_m: DVec3::ZERO,
             turn_s: DMat3::ZERO,
         };
+        let mut travel_m = Vector::ZERO;
         for entry in self.newest_first() {
             back.angular_rate_radps = entry.rotation_rad * (1.0 / entry.interval_s);
             let share = ((back.state.time - time) / entry.interval_s).min(1.0);
-            back.step(entry, share);
+            travel_m += back.step(entry, share);
             if back.state.time <= time || share < 1.0 {
+                back.state.position = Local::at(&now.position).carried(&now.position, travel_m);
                 return Some(back);
             }
         }
@@ -127,8 +130,9 @@ impl History {
 }
 
 impl LookBack {
-    /// Back by `share` of an entry; negative shares lead forward.
-    fn step(&mut self, entry: &Entry, share: f64) {
+    /// Back by `share` of an entry, negative shares lead forward; gives the way that position has to
+    /// go, m, for the caller to do in one go.
+    fn step(&mut self, entry: &Entry, share: f64) -> Vector<Ned> {
         let interval_s = share * entry.interval_s;
         let state = &mut self.state;
         state.body_to_ned = state.body_to_ned.turned_in_from(entry.rotation_rad * -share);
@@ -136,12 +140,12 @@ impl LookBack {
         let force = (state.body_to_ned * entry.force_mps).components() * share;
         let after = state.velocity_mps;
         state.velocity_mps -= Vector::claim(force) + entry.fall_mps * share;
-        let travel = (after + state.velocity_mps) * (-0.5 * interval_s);
-        state.position = state.position.displaced(travel);
+        let travel_m = (after + state.velocity_mps) * (-0.5 * interval_s);
         state.time = state.time.offset_by(-interval_s);
         self.force_m += (self.force_mps + force * 0.5) * interval_s;
         self.force_mps += force;
         self.turn_s += state.body_to_ned.matrix() * interval_s;
         self.age_s += interval_s;
+        travel_m
     }
 }

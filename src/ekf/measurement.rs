@@ -416,10 +416,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             done = Some(axis.group);
             let group = || axes.iter().flatten().filter(|other| other.group == axis.group);
             let fits = group().all(|axis| {
-                let (_, variance) = self.seen(axis);
+                let variance =
+                    self.covariance.projected_variance(&axis.sensitivity).wide().max(0.0);
                 let innovation = axis.innovation - axis.sensitivity.dot(&correction).wide();
-                square(innovation)
-                    <= square(self.config.gate.sigmas) * (variance.wide() + axis.noise)
+                square(innovation) <= square(self.config.gate.sigmas) * (variance + axis.noise)
             });
             let verdict = if fits {
                 self.lockouts.accepted(axis.group);

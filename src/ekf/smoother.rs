@@ -185,15 +185,23 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
 fn unpacked<const N: usize>(kept: &[f64]) -> [[f64; N]; BASE] {
     let mut rows = [[0.0; N]; BASE];
     let mut kept = kept.iter();
-    for i in 0..BASE {
-        for (j, &value) in (i..N).zip(&mut kept) {
-            rows[i][j] = value;
-            if j < BASE {
-                rows[j][i] = value;
-            }
+    for (state, row) in rows.iter_mut().enumerate() {
+        for (value, &entry) in row.iter_mut().skip(state).zip(&mut kept) {
+            *value = entry;
         }
     }
+    mirror(&mut rows);
     rows
+}
+
+/// Copies the upper triangle to the lower.
+fn mirror<const N: usize, const M: usize>(rows: &mut [[f64; M]; N]) {
+    for column in 1..N {
+        let (above, below) = rows.split_at_mut(column);
+        for (value, row) in below[0].iter_mut().zip(above) {
+            *value = row[column];
+        }
+    }
 }
 
 impl<const N: usize> Adjoint<N> {
@@ -201,35 +209,31 @@ impl<const N: usize> Adjoint<N> {
     fn back_over_propagation<L: Layout<N>>(&mut self, step: &Transition<f64, N>) {
         pull_back::<L, N, 1>(step, &mut self.vector);
         pull_back::<L, N, N>(step, &mut self.information);
-        transpose(&mut self.information);
+        let half_done = self.information;
+        self.information = core::array::from_fn(|i| core::array::from_fn(|j| half_done[j][i]));
         pull_back::<L, N, N>(step, &mut self.information);
         // Rounding would else tear the halves apart over a long log.
-        for i in 0..N {
-            for j in 0..i {
-                self.information[i][j] = self.information[j][i];
-            }
-        }
+        mirror(&mut self.information);
     }
 
     /// With a = Λ k the new Λ is Λ − h aᵀ − a hᵀ + (kᵀa + 1/s) h hᵀ, of which h has few terms.
     fn back_over_update(&mut self, update: &Update<N>) {
         let Gain { gain, innovation_variance } = &update.gain;
-        let pulled: [f64; N] = core::array::from_fn(|i| dot(&self.information[i], gain));
+        let pulled = self.information.map(|row| dot(&row, gain));
         let innermost = dot(&pulled, gain) + 1.0 / innovation_variance;
         let mut surprise = update.innovation / innovation_variance;
-        for (entry, factor) in self.vector.iter().zip(gain) {
-            surprise += entry[0] * factor;
+        for ([entry], factor) in self.vector.iter().zip(gain) {
+            surprise += entry * factor;
         }
         let mut direction = [0.0; N];
         for (state, derivative) in update.sensitivity.terms() {
             direction[state] += derivative;
         }
-        for i in 0..N {
-            self.vector[i][0] -= direction[i] * surprise;
-            let (seen, own) = (direction[i], pulled[i]);
-            for (j, value) in self.information[i].iter_mut().enumerate() {
-                *value += direction[j] * (seen * innermost - own) - seen * pulled[j];
-            }
+        let rows = self.information.iter_mut().zip(&mut self.vector);
+        for ((row, [entry]), (seen, own)) in rows.zip(direction.iter().zip(&pulled)) {
+            *entry -= seen * surprise;
+            add_scaled(row, seen * innermost - own, &direction);
+            add_scaled(row, -seen, &pulled);
         }
     }
 
@@ -254,9 +258,9 @@ impl<const N: usize> Adjoint<N> {
                 }
                 let value = row[j] - dot(&explained, other);
                 covariance[i][j] = value;
-                covariance[j][i] = value;
             }
         }
+        mirror(&mut covariance);
         let [x, y, z] = [0, 1, 2].map(|axis| correction[GYRO_BIAS + axis]);
         filter.state = sample.state;
         filter.parameters = sample.parameters;
@@ -333,14 +337,4 @@ fn dot<const M: usize>(a: &[f64; M], b: &[f64; M]) -> f64 {
         sums[1] += a[1] * b[1];
     }
     a_rest.iter().zip(b_rest).fold(sums[0] + sums[1], |sum, (a, b)| sum + a * b)
-}
-
-fn transpose<const N: usize>(matrix: &mut [[f64; N]; N]) {
-    for i in 0..N {
-        for j in 0..i {
-            let upper = matrix[j][i];
-            matrix[j][i] = matrix[i][j];
-            matrix[i][j] = upper;
-        }
-    }
 }

@@ -1,0 +1,203 @@
+//! What other programs rely on: the command's files, columns and exit status.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");
+
+fn hovernav(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().expect("the command runs")
+}
+
+/// A place of this test's own.
+fn place(name: &str) -> PathBuf {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&place);
+    fs::create_dir_all(&place).expect("a directory can be made");
+    place
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("the path is text")
+}
+
+/// A copy of the helicopter's first minute, changed by `change`.
+fn damaged(name: &str, file: &str, change: impl Fn(String) -> String) -> PathBuf {
+    let dir = place(name);
+    for part in ["imu.csv", "gps.csv", "dataset.toml"] {
+        let mut content = fs::read_to_string(Path::new(HELI).join(part)).expect("readable");
+        if part == "imu.csv" {
+            content = content.lines().take(2000).map(|line| format!("{line}\n")).collect();
+        }
+        if part == file {
+            content = change(content);
+        }
+        fs::write(dir.join(part), content).expect("writable");
+    }
+    dir
+}
+
+fn summary(out: &Path) -> Value {
+    let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
+    serde_json::from_str(&text).expect("valid JSON")
+}
+
+#[test]
+fn an_estimate_leaves_the_files_others_rely_on() {
+    let out = place("estimate");
+    let run = hovernav(&["estimate", HELI, "--out", text(&out)]);
+    assert!(run.status.success(), "{run:?}");
+    let summary = summary(&out);
+    for key in [
+        "tool",
+        "version",
+        "input",
+        "duration_s",
+        "wall_s",
+        "imu_samples",
+        "gps_fixes_used",
+        "gps_fixes_rejected",
+        "warnings",
+    ] {
+        assert!(!summary[key].is_null(), "{key}");
+    }
+    let axes = [
+        "north_m",
+        "east_m",
+        "down_m",
+        "horizontal_m",
+        "vn_mps",
+        "ve_mps",
+        "vd_mps",
+        "u_mps",
+        "v_mps",
+        "w_mps",
+        "roll_deg",
+        "pitch_deg",
+        "yaw_deg",
+    ];
+    for axis in axes {
+        for statistic in ["rmse", "median", "p95", "max"] {
+            assert!(summary["error"][axis][statistic].is_f64(), "{axis} {statistic}");
+        }
+    }
+    let solution = fs::read_to_string(out.join("solution.csv")).expect("a solution");
+    let header = "t_s,lat_deg,lon_deg,height_m,vn_mps,ve_mps,vd_mps,roll_deg,pitch_deg,yaw_deg,u_mps,\
+                  v_mps,w_mps,p_radps,q_radps,r_radps,sigma_n_m,sigma_e_m,sigma_d_m,sigma_vn_mps,\
+                  sigma_ve_mps,sigma_vd_mps,sigma_roll_deg,sigma_pitch_deg,sigma_yaw_deg,\
+                  gyro_bias_x_radps,gyro_bias_y_radps,gyro_bias_z_radps,accel_bias_x_mps2,\
+                  accel_bias_y_mps2,accel_bias_z_mps2";
+    assert_eq!(solution.lines().next(), Some(header));
+    assert!(solution.lines().count() > 9800);
+    assert!(!solution.contains("NaN") && !solution.contains("inf"));
+    assert!(fs::metadata(out.join("report.html")).expect("a page").len() > 1_000_000);
+}
+
+#[test]
+fn the_helicopters_errors_stay_within_what_validation_promises() {
+    let out = place("promise");
+    for (arguments, limits) in [
+        (
+            &["--no-report"][..],
+            &[
+                ("vn_mps", 0.080),
+                ("ve_mps", 0.085),
+                ("vd_mps", 0.11),
+                ("roll_deg", 0.42),
+                ("pitch_deg", 0.45),
+                ("yaw_deg", 1.2),
+            ][..],
+        ),
+        (&["--no-report", "--smooth"], &[("vn_mps", 0.065), ("ve_mps", 0.065), ("vd_mps", 0.09)]),
+    ] {
+        let run = hovernav(&[&["estimate", HELI, "--out", text(&out)], arguments].concat());
+        assert!(run.status.success(), "{run:?}");
+        let summary = summary(&out);
+        for (axis, limit) in limits {
+            let rmse = summary["error"][axis]["rmse"].as_f64().expect("scored");
+            assert!(rmse <= *limit, "{axis} {rmse} with {arguments:?}");
+        }
+        for (axis, inside) in summary["within_3_sigma"].as_object().expect("scored") {
+            assert!(inside.as_f64().expect("a number") >= 0.98, "{axis} {inside}");
+        }
+    }
+}
+
+#[test]
+fn bad_input_is_refused_in_one_line_that_names_the_place() {
+    let out = place("refused");
+    let no_gps = damaged("no_gps", "gps.csv", |text| text.lines().take(1).collect());
+    let text_in_number =
+        damaged("text", "imu.csv", |text| text.replacen(",0.0047937,", ",abc,", 1));
+    let no_column = damaged("column", "imu.csv", |text| text.replacen("gyro_y_radps", "gyro_q", 1));
+    let empty = damaged("empty", "imu.csv", |_| String::new());
+    for (log, expected) in [
+        (PathBuf::from("nowhere"), "nowhere/imu.csv"),
+        (no_gps, "gps.csv: found no usable fix"),
+        (text_in_number, "imu.csv:2: column gyro_y_radps: found \"abc\", expected a number"),
+        (no_column, "imu.csv:1: expected column gyro_x_radps,gyro_y_radps"),
+        (empty, "imu.csv: the file is empty"),
+    ] {
+        let run = hovernav(&["estimate", text(&log), "--out", text(&out)]);
+        let told = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(1), "{told}");
+        assert!(told.contains(expected) && told.lines().count() == 1, "{told}");
+    }
+}
+
+#[test]
+fn what_can_be_mended_is_mended_and_told() {
+    let out = place("mended");
+    let mute = |text: String| text.replacen(",0.0047937,", ",nan,", 1);
+    let twice = |text: String| {
+        let lines: Vec<&str> = text.lines().collect();
+        [&lines[..500], &lines[499..]].concat().join("\n")
+    };
+    let hole = |text: String| {
+        let lines: Vec<&str> = text.lines().collect();
+        [&lines[..1000], &lines[1100..]].concat().join("\n")
+    };
+    for (log, expected) in [
+        (damaged("mute", "imu.csv", mute), "a value is missing"),
+        (damaged("twice", "imu.csv", twice), "same time as the row before"),
+        (damaged("hole", "imu.csv", hole), "gap"),
+        (
+            damaged("pole", "gps.csv", |text| text.replacen("1.3521", "99.3521", 1)),
+            "no place on Earth",
+        ),
+    ] {
+        let run = hovernav(&["estimate", text(&log), "--out", text(&out), "--no-report"]);
+        assert!(run.status.success(), "{run:?}");
+        let warnings = summary(&out)["warnings"].to_string();
+        assert!(warnings.contains(expected), "{warnings}");
+        let solution = fs::read_to_string(out.join("solution.csv")).expect("a solution");
+        assert!(!solution.contains("NaN") && solution.lines().count() > 1500);
+    }
+}
+
+#[test]
+fn wrong_usage_exits_with_two() {
+    for arguments in [
+        &["estimate"][..],
+        &["estimate", HELI, "--outage", "5"],
+        &["estimate", HELI, "--gps-rate", "-1"],
+        &["fly-me-to-the-moon"],
+    ] {
+        assert_eq!(hovernav(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_simulated_flight_is_a_dataset_that_can_be_estimated() {
+    let (log, out) = (place("simulated"), place("simulated_out"));
+    let run =
+        hovernav(&["simulate", "--out", text(&log), "--flight", "test-points", "--seed", "3"]);
+    assert!(run.status.success(), "{run:?}");
+    let run = hovernav(&["estimate", text(&log), "--out", text(&out), "--no-report"]);
+    assert!(run.status.success(), "{run:?}");
+    assert!(summary(&out)["error"]["vn_mps"]["rmse"].as_f64().expect("scored") < 0.3);
+    assert!(hovernav(&["info", text(&log)]).status.success());
+}
