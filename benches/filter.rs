@@ -1,124 +1,136 @@
-//! What the filter's kernels cost, beside the dense textbook form.
+//! What the filter's kernels cost in time, beside the dense textbook form.
+//!
+//! `cargo bench --bench filter`. On a machine with other work only the ratios within one run mean
+//! anything; `cargo bench --bench instructions` counts instead.
+
+mod fixtures;
 
 use std::hint::black_box;
+use std::time::Duration;
 
-use criterion::{Criterion, criterion_group, criterion_main};
-use hovernav::ekf::covariance::{Covariance, Sensitivity, Transition};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use hovernav::ekf::layout::{Base, Full, Layout};
 use hovernav::ekf::scalar::Scalar;
-use nalgebra::SMatrix;
+use hovernav::frames::Rotation;
+use nalgebra::{SMatrix, UnitQuaternion, Vector3};
 
-fn transition<T: Scalar, const N: usize>() -> Transition<T, N> {
-    let mut decay = [T::ONE; N];
-    let mut noise = [T::ZERO; N];
-    for value in &mut decay[9..] {
-        *value = T::of(0.9999);
-    }
-    for value in &mut noise[9..] {
-        *value = T::of(1e-9);
-    }
-    let matrix = |scale: f64| {
-        [[0.5, -0.8, 0.1], [0.8, 0.5, -0.05], [0.0, 0.1, 0.99]]
-            .map(|row: [f64; 3]| row.map(|v| T::of(v * scale)))
-    };
-    Transition {
-        interval_s: T::of(0.03),
-        turn: matrix(0.03),
-        force: [T::of(0.01), T::of(0.02), T::of(-0.3)],
-        scaled_rotation: matrix(0.001),
-        scaled_velocity: matrix(0.3),
-        decay,
-        attitude_noise: [1e-8, 0.0, 0.0, 1e-8, 0.0, 1e-8].map(T::of),
-        velocity_noise: [1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4].map(T::of),
-        noise,
-    }
-}
+use fixtures::Hover;
 
-fn start<T: Scalar, const N: usize>() -> Covariance<T, N> {
-    let mut p = Covariance::zero();
-    for state in 0..N {
-        p.set_variance(state, 0.01);
-    }
-    p
-}
-
-fn kernels<T: Scalar, L: Layout<N>, const N: usize>(c: &mut Criterion, name: &str) {
-    let step = transition::<T, N>();
-    let mut p = start::<T, N>();
+fn kernels<T: Scalar, L: Layout<N>, const N: usize>(c: &mut Criterion, hover: &Hover, name: &str) {
+    let step = fixtures::transition::<T, N>();
+    let start = fixtures::covariance::<T, L, N>();
+    let mut p = start;
     c.bench_function(&format!("predict {name}"), |b| {
         b.iter(|| {
             black_box(&mut p).propagate::<L>(black_box(&step));
             if p.variance(8) > 1e6 {
-                p = start();
+                p = start;
             }
         });
     });
-    let mut p = start::<T, N>();
-    for _ in 0..100 {
-        p.propagate::<L>(&step);
-    }
-    let settled = p;
-    let arms: [Sensitivity<T>; 3] = core::array::from_fn(|axis| {
-        Sensitivity::default().with(6 + axis, 1.0).with_block(0, [0.1, 0.2, 0.3])
-    });
+    let arms = fixtures::arms::<T>();
     c.bench_function(&format!("update 3 axes {name}"), |b| {
+        b.iter_batched_ref(
+            || start,
+            |p| fixtures::update(p, black_box(&arms)),
+            BatchSize::SmallInput,
+        );
+    });
+
+    let (filter, fix, samples) = hover.middle::<L, N, T>();
+    c.bench_function(&format!("whole imu step {name}"), |b| {
+        let mut flown = filter.clone();
+        let mut next = samples.iter();
         b.iter(|| {
-            let mut p = *black_box(&settled);
-            for arm in black_box(&arms) {
-                let (projected, variance) = p.project(arm);
-                black_box(p.update(arm, &projected, variance, T::of(1.0)));
-            }
-            p
+            let sample = next.next().unwrap_or_else(|| {
+                flown = filter.clone();
+                next = samples.iter();
+                &samples[0]
+            });
+            black_box(flown.predict(black_box(sample))).is_ok()
         });
     });
+    c.bench_function(&format!("whole gps fix {name}"), |b| {
+        b.iter_batched_ref(
+            || filter.clone(),
+            |filter| filter.update_gps(black_box(&fix)),
+            BatchSize::SmallInput,
+        );
+    });
+    let mut group = c.benchmark_group("whole log");
+    group.throughput(Throughput::Elements(hover.events.len() as u64)).sample_size(10);
+    group.bench_function(name, |b| b.iter(|| hover.run::<L, N, T>()));
 }
 
-fn dense(c: &mut Criterion) {
-    type P = SMatrix<f64, 15, 15>;
-    let mut phi = P::identity();
+/// Φ P Φᵀ + Q and Joseph's form over whole matrices.
+fn dense<const N: usize>(c: &mut Criterion) {
+    type P<const N: usize> = SMatrix<f64, N, N>;
+    let mut phi = P::<N>::identity();
+    let mut h = SMatrix::<f64, 3, N>::zeros();
     for i in 0..3 {
         phi[(6 + i, 3 + i)] = 0.03;
+        h[(i, 6 + i)] = 1.0;
         for k in 0..3 {
             phi[(i, 9 + k)] = -0.03 / 3.0;
             phi[(3 + i, 12 + k)] = -0.03 / 3.0;
             phi[(3 + i, k)] = 0.1;
+            h[(i, k)] = 0.1;
         }
     }
-    let q = P::identity() * 1e-6;
-    let p = P::identity() * 0.01;
-    c.bench_function("predict dense 15 f64", |b| {
+    let q = P::<N>::identity() * 1e-6;
+    let p = P::<N>::identity() * 0.01;
+    c.bench_function(&format!("predict dense {N} f64"), |b| {
         b.iter(|| black_box(&phi) * black_box(&p) * black_box(&phi).transpose() + black_box(&q));
     });
-    let mut h = SMatrix::<f64, 3, 15>::zeros();
-    for axis in 0..3 {
-        h[(axis, 6 + axis)] = 1.0;
-        for k in 0..3 {
-            h[(axis, k)] = 0.1;
-        }
-    }
     let r = SMatrix::<f64, 3, 3>::identity();
-    c.bench_function("update 3 axes dense 15 f64 (Joseph)", |b| {
+    c.bench_function(&format!("update 3 axes dense {N} f64"), |b| {
         b.iter(|| {
             let (p, h) = (black_box(&p), black_box(&h));
             let s = h * p * h.transpose() + r;
             let k = p * h.transpose() * s.try_inverse().unwrap();
-            let a = P::identity() - k * h;
+            let a = P::<N>::identity() - k * h;
             a * p * a.transpose() + k * r * k.transpose()
         });
     });
 }
 
+fn attitude(c: &mut Criterion) {
+    let (increment, frame) = (fixtures::INCREMENT_RAD, fixtures::FRAME_RAD);
+    let mut body_to_ned = Rotation::IDENTITY;
+    c.bench_function("quaternion step", |b| {
+        b.iter(|| {
+            let turns = (black_box(increment).into(), black_box(frame).into());
+            body_to_ned = fixtures::turn(body_to_ned, turns.0, turns.1);
+            body_to_ned
+        });
+    });
+    let mut textbook = UnitQuaternion::<f64>::identity();
+    c.bench_function("quaternion step textbook", |b| {
+        b.iter(|| {
+            let turn = |angle: [f64; 3]| UnitQuaternion::from_scaled_axis(Vector3::from(angle));
+            textbook = turn(black_box(frame)).inverse() * textbook * turn(black_box(increment));
+            textbook.renormalize();
+            textbook
+        });
+    });
+}
+
 fn all(c: &mut Criterion) {
-    kernels::<f64, Base, 16>(c, "15 f64");
-    kernels::<f32, Base, 16>(c, "15 f32");
-    kernels::<f64, Full, 26>(c, "26 f64");
-    kernels::<f32, Full, 26>(c, "26 f32");
-    dense(c);
+    let hover = Hover::open();
+    kernels::<f64, Base, 16>(c, &hover, "15 f64");
+    kernels::<f32, Base, 16>(c, &hover, "15 f32");
+    kernels::<f64, Full, 26>(c, &hover, "26 f64");
+    kernels::<f32, Full, 26>(c, &hover, "26 f32");
+    dense::<15>(c);
+    dense::<26>(c);
+    attitude(c);
 }
 
 criterion_group! {
     name = benches;
-    config = Criterion::default().warm_up_time(std::time::Duration::from_millis(500)).measurement_time(std::time::Duration::from_secs(1));
+    config = Criterion::default()
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(1));
     targets = all
 }
 criterion_main!(benches);

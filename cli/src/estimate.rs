@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let bar = progress_bar(dataset.imu.len());
     let progress = |done: usize| {
-        if done % 4096 == 0 {
+        if done.is_multiple_of(4096) {
             bar.set_position(done as u64);
         }
     };
@@ -201,7 +201,6 @@ fn write_report(
             innovations: &innovations,
             reference: &reference,
             score,
-            ..Report::default()
         },
     )
 }
