@@ -383,7 +383,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let state = L::BARO.ok_or(Unusable::NoState)?;
-        if height_m.is_nan() || libm::fabs(height_m) > HIGHEST_M {
+        if !height_m.is_finite() || libm::fabs(height_m) > HIGHEST_M {
             return Err(Unusable::NotFinite);
         }
         let own_m = self.state.position.height_m;

@@ -188,9 +188,9 @@ proptest! {
 }
 
 /// Whether a covariance in `f32` stays positive definite while poorly known states, σ = 100, are
-/// measured sixty times to σ = 0.1 in ever new mixtures of `mixed` of them, by the filter's update or
-/// by the short form P − k vᵀ.
-fn stays_positive(short_form: bool, mixed: usize, seed: u64) -> bool {
+/// measured sixty times to a variance of `noise` in ever new mixtures of `mixed` of them, by the
+/// filter's update or by the short form P − k vᵀ.
+fn stays_positive(short_form: bool, mixed: usize, noise: f32, seed: u64) -> bool {
     let mut covariance = Covariance::<f32, 16>::zero();
     for state in 0..16 {
         covariance.set_variance(state, 1e4);
@@ -201,7 +201,6 @@ fn stays_positive(short_form: bool, mixed: usize, seed: u64) -> bool {
             sensitivity.with(state, 1.0 + next())
         });
         let (projected, variance) = covariance.project(&sensitivity);
-        let noise = 0.01;
         if short_form {
             let inverse = 1.0 / (variance + noise);
             for (row, &seen) in covariance.rows.iter_mut().zip(&projected) {
@@ -217,16 +216,19 @@ fn stays_positive(short_form: bool, mixed: usize, seed: u64) -> bool {
 #[test]
 fn in_single_precision_the_update_stays_positive_where_the_short_form_does_not() {
     const TRIALS: usize = 50;
-    let survivors = |short_form, mixed| {
-        (0..TRIALS as u64).filter(|&seed| stays_positive(short_form, mixed, seed)).count()
+    let survivors = |mixed, noise| {
+        let [short, ours] = [true, false].map(|short_form| {
+            let stays = |&seed: &u64| stays_positive(short_form, mixed, noise, seed);
+            (0..TRIALS as u64).filter(stays).count()
+        });
+        println!("{mixed} mixed, variance {noise}: short form {short}, ours {ours} of {TRIALS}");
+        (short, ours)
     };
-    let [short, ours] = [survivors(true, 3), survivors(false, 3)];
-    println!("three states mixed: short form {short}, ours {ours} of {TRIALS}");
-    assert!(short < TRIALS);
-    assert_eq!(ours, TRIALS);
-    // Six mixed states leave correlations of 1 − 1e-7: the end of what 24 bits can hold.
-    let [short, ours] = [survivors(true, 6), survivors(false, 6)];
-    println!("six states mixed: short form {short}, ours {ours} of {TRIALS}");
-    assert!(short < TRIALS / 2);
-    assert!(ours > TRIALS * 4 / 5);
+    for mixed in [3, 4, 6] {
+        let (short, ours) = survivors(mixed, 0.03);
+        assert!(short < TRIALS && ours == TRIALS);
+        // Three times as precise, and 24 bits hardly hold the correlations any more.
+        let (short, ours) = survivors(mixed, 0.01);
+        assert!(short < TRIALS / 2 && ours > short + TRIALS / 3);
+    }
 }
