@@ -8,20 +8,25 @@
 //! |---|---|
 //! | [`time`], [`frames`], [`earth`] | the ground: a clock, vectors that know their frame, the ellipsoid |
 //! | [`dmu`], [`gps`], [`event`] | what sensors say: a sample, a fix, one stream of both |
+//! | [`sensors`] | both conversations at once: from a line's bytes to events |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
+//! | `fly` | with `std`: the real-time loop and its configuration |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod dmu;
 pub mod earth;
 pub mod ekf;
 pub mod event;
+#[cfg(feature = "std")]
+pub mod fly;
 pub mod frames;
 pub mod gps;
 pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
+pub mod sensors;
 #[cfg(feature = "std")]
 pub mod sim;
 pub mod time;

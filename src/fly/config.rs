@@ -1,0 +1,332 @@
+//! `fly.toml`: which devices are on which lines, and how the vehicle is built.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::dmu::{Calibration, Flow, Mode, Sign};
+use crate::gps::Protocol;
+use crate::gps::quality::Limits;
+use crate::log::Manifest;
+use crate::sensors::{DmuConfig, GpsConfig};
+
+/// `fly.toml`: every key of a flight. A key it does not know is an error: on a flight computer a
+/// misspelt setting must not fall back to a default.
+///
+/// ```
+/// use hovernav::fly::FlyConfig;
+/// let text = "
+///     [dmu]
+///     port = '/dev/ttyS0'
+///     [receiver]
+///     port = '/dev/ttyS1'
+///     protocol = 'ubx'
+///     rate_hz = 5
+///     [navigation.imu]
+///     lever_arm_m = [0.03, -0.02, 0.28]
+///     gyro_range_degps = 200
+///     accel_range_g = 4
+/// ";
+/// let config = FlyConfig::parse(text, "fly.toml".as_ref())?;
+/// assert_eq!(config.dmu.rate_hz, Some(33.0));
+/// assert_eq!(config.sensors()?.1.rate_hz, Some(5));
+/// # Ok::<(), hovernav::fly::FlyConfigError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct FlyConfig {
+    /// The inertial unit.
+    pub dmu: DmuSection,
+    /// The GPS receiver.
+    pub receiver: ReceiverSection,
+    /// The flight record.
+    pub record: RecordSection,
+    /// How the sensors are mounted and how good they are, and the estimator's settings: the keys of
+    /// a `dataset.toml`.
+    pub navigation: Manifest,
+}
+
+/// `[dmu]`: the inertial unit and its line. Its ranges are `navigation.imu.gyro_range_degps` and
+/// `accel_range_g`, 200 °/s and 4 g where not given.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct DmuSection {
+    /// The serial port.
+    pub port: PathBuf,
+    /// Its speed, baud.
+    pub baud: u32,
+    /// Which packets to ask for.
+    pub mode: DmuMode,
+    /// Packets asked for in a second, 20 to 70; without, the unit sends as fast as it can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// From a sample to the arrival of its packet's last byte, s; without, the time on the line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latency_s: Option<f64>,
+    /// Whether the accelerometers x, y, z count specific force along (`+`) or against (`-`) their
+    /// axes.
+    pub acceleration_signs: [AccelerationSign; 3],
+}
+
+impl Default for DmuSection {
+    fn default() -> Self {
+        Self {
+            port: PathBuf::new(),
+            baud: 38_400,
+            mode: DmuMode::Angle,
+            rate_hz: Some(33.0),
+            latency_s: None,
+            acceleration_signs: [AccelerationSign::Minus; 3],
+        }
+    }
+}
+
+/// The packets that hold samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DmuMode {
+    /// With the unit's own attitude.
+    Angle,
+    /// Without.
+    Scaled,
+}
+
+/// Which way an accelerometer counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub enum AccelerationSign {
+    /// Along its axis.
+    #[serde(rename = "+")]
+    Plus,
+    /// Against its axis.
+    #[serde(rename = "-")]
+    Minus,
+}
+
+/// `[receiver]`: the GPS receiver and its line. The time a fix takes to arrive is
+/// `navigation.gps.latency_s`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct ReceiverSection {
+    /// The serial port.
+    pub port: PathBuf,
+    /// Its speed, baud; without, what the protocol's receivers start with: 9600, 4800 of NMEA.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baud: Option<u32>,
+    /// Its language.
+    pub protocol: ReceiverProtocol,
+    /// Fixes a second to set a u-blox receiver to, 1 to 10; for a Trimble receiver any number here
+    /// means that it is told which reports to send. 0 leaves the receiver as it is.
+    pub rate_hz: u8,
+    /// The geoid's height above the ellipsoid at the site, m, for a receiver that does not tell it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub geoid_separation_m: Option<f64>,
+    /// Which fixes are good enough.
+    pub limits: Limits,
+}
+
+impl Default for ReceiverSection {
+    fn default() -> Self {
+        Self {
+            port: PathBuf::new(),
+            baud: None,
+            protocol: ReceiverProtocol::Tsip,
+            rate_hz: 1,
+            geoid_separation_m: None,
+            limits: Limits::default(),
+        }
+    }
+}
+
+/// The languages of receivers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ReceiverProtocol {
+    /// Trimble's.
+    Tsip,
+    /// NMEA 0183.
+    Nmea,
+    /// u-blox's.
+    Ubx,
+}
+
+impl From<ReceiverProtocol> for Protocol {
+    fn from(protocol: ReceiverProtocol) -> Self {
+        match protocol {
+            ReceiverProtocol::Tsip => Self::Tsip,
+            ReceiverProtocol::Nmea => Self::Nmea,
+            ReceiverProtocol::Ubx => Self::Ubx,
+        }
+    }
+}
+
+/// `[record]`: where the flight record goes.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct RecordSection {
+    /// The directory that takes one file a flight, named after the moment it began.
+    pub directory: PathBuf,
+}
+
+impl Default for RecordSection {
+    fn default() -> Self {
+        Self { directory: "records".into() }
+    }
+}
+
+/// Why a flight's configuration is refused: one line that names the file and the place in it.
+#[derive(Debug, thiserror::Error)]
+pub enum FlyConfigError {
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The text is not TOML, or a value is not of its key's kind or range.
+    #[error("{}:{line}: {reason}", path.display())]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What was found and expected.
+        reason: String,
+    },
+    /// Keys that nothing knows.
+    #[error("{}: no such key: {}", path.display(), keys.join(", "))]
+    UnknownKeys {
+        /// The file.
+        path: PathBuf,
+        /// The keys, with their sections.
+        keys: Vec<String>,
+    },
+    /// A value that cannot be.
+    #[error("[{section}] {key}: {reason}")]
+    Value {
+        /// The section.
+        section: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What was found and expected.
+        reason: String,
+    },
+}
+
+impl FlyConfig {
+    /// Reads a configuration and checks every value.
+    ///
+    /// # Errors
+    /// [`FlyConfigError`].
+    pub fn read(path: &Path) -> Result<Self, FlyConfigError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| FlyConfigError::Io { path: path.to_path_buf(), source })?;
+        Self::parse(&text, path)
+    }
+
+    /// The configuration that `text` spells; `path` names it in messages.
+    ///
+    /// # Errors
+    /// [`FlyConfigError`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, FlyConfigError> {
+        let refused = |error: toml::de::Error| {
+            let start = error.span().map_or(0, |span| span.start);
+            let line = 1 + text.bytes().take(start).filter(|&byte| byte == b'\n').count();
+            let reason = error.message().replace('\n', ", ");
+            FlyConfigError::Text { path: path.to_path_buf(), line, reason }
+        };
+        let mut keys = Vec::new();
+        let parsed = toml::Deserializer::parse(text).map_err(refused)?;
+        let config: Self = serde_ignored::deserialize(parsed, |key| keys.push(key.to_string()))
+            .map_err(refused)?;
+        if !keys.is_empty() {
+            return Err(FlyConfigError::UnknownKeys { path: path.to_path_buf(), keys });
+        }
+        config.sensors()?;
+        Ok(config)
+    }
+
+    /// The configuration as it would stand in a file, every key spelt out.
+    ///
+    /// # Errors
+    /// What TOML cannot hold; no configuration that was parsed has that.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
+    /// What the sensors are, for [`Sensors::new`](crate::sensors::Sensors::new).
+    ///
+    /// # Errors
+    /// [`FlyConfigError::Value`] for a range, rate or latency that cannot be.
+    pub fn sensors(&self) -> Result<(DmuConfig, GpsConfig), FlyConfigError> {
+        let mode = match self.dmu.mode {
+            DmuMode::Angle => Mode::Angle,
+            DmuMode::Scaled => Mode::Scaled,
+        };
+        let imu = &self.navigation.imu;
+        let calibration = Calibration::new(
+            imu.gyro_range_degps.unwrap_or(200.0),
+            imu.accel_range_g.unwrap_or(4.0),
+        )
+        .map_err(|error| value("navigation.imu", "gyro_range_degps, accel_range_g", &error))?
+        .with_acceleration_signs(self.dmu.acceleration_signs.map(|sign| match sign {
+            AccelerationSign::Plus => Sign::Positive,
+            AccelerationSign::Minus => Sign::Negative,
+        }));
+        let flow = match self.dmu.rate_hz {
+            None => Flow::Continuous,
+            Some(rate_hz) if (20.0..=70.0).contains(&rate_hz) => {
+                Flow::Polled { cycle_s: 1.0 / rate_hz }
+            }
+            Some(rate_hz) => {
+                return Err(value("dmu", "rate_hz", &expected(rate_hz, "20 to 70 a second")));
+            }
+        };
+        let latency_s = self.dmu.latency_s.unwrap_or_else(|| mode.transfer_time_s());
+        if !(0.0..=0.1).contains(&latency_s) {
+            return Err(value("dmu", "latency_s", &expected(latency_s, "0 to 0.1 s")));
+        }
+        let separation_m = self.receiver.geoid_separation_m;
+        if let Some(found) = separation_m.filter(|found| !(-120.0..=100.0).contains(found)) {
+            return Err(value("receiver", "geoid_separation_m", &expected(found, "-120 to 100 m")));
+        }
+        let rate_hz = self.receiver.rate_hz;
+        if rate_hz > 10 {
+            return Err(value("receiver", "rate_hz", &expected(rate_hz, "0 to 10 a second")));
+        }
+        Ok((
+            DmuConfig { mode, flow, calibration, latency_s },
+            GpsConfig {
+                protocol: self.receiver.protocol.into(),
+                rate_hz: (rate_hz > 0).then_some(rate_hz),
+                latency_s: self.navigation.gps.latency_s,
+                geoid_separation_m: separation_m,
+                limits: self.receiver.limits,
+            },
+        ))
+    }
+}
+
+fn expected(found: impl std::fmt::Display, range: &str) -> String {
+    format!("found {found}, expected {range}")
+}
+
+fn value(
+    section: &'static str,
+    key: &'static str,
+    reason: &impl std::fmt::Display,
+) -> FlyConfigError {
+    FlyConfigError::Value { section, key, reason: reason.to_string() }
+}
+
+impl ReceiverSection {
+    /// The line's speed, baud.
+    #[must_use]
+    pub fn baud(&self) -> u32 {
+        self.baud.unwrap_or(match self.protocol {
+            ReceiverProtocol::Nmea => 4_800,
+            ReceiverProtocol::Tsip | ReceiverProtocol::Ubx => 9_600,
+        })
+    }
+}

@@ -1,0 +1,8 @@
+//! Flying for real: the configuration of a flight computer and the loop that runs on it. Needs `std`.
+
+mod config;
+
+pub use config::{
+    AccelerationSign, DmuMode, DmuSection, FlyConfig, FlyConfigError, ReceiverProtocol,
+    ReceiverSection, RecordSection,
+};

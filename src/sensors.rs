@@ -1,0 +1,284 @@
+//! From the bytes of two serial lines to events for the estimator.
+//!
+//! [`Sensors`] is the inertial unit's and the receiver's side of a flight, without any input or output
+//! of its own: it is handed what a line gave and when, and says what it was, and what to write in
+//! return. The same bytes at the same times give the same events, bit for bit, so a flight record
+//! that holds them holds the flight.
+
+use crate::dmu::{
+    Calibration, ClockFault, Command, Flow, Implausible, Link, LinkAction, LinkFault, Measurement,
+    Mode, Plausibility, Received, SampleClock,
+};
+use crate::event::Event;
+use crate::gps::quality::{Failures, Limits, QualityCheck};
+use crate::gps::{Counts, Protocol, Receiver, ReceiverFix, tsip, ubx};
+use crate::time::Time;
+
+/// What the inertial unit is and how it is to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DmuConfig {
+    /// Which packets it is to send; voltage mode gives no samples.
+    pub mode: Mode,
+    /// Who sets their pace.
+    pub flow: Flow,
+    /// Its ranges and signs.
+    pub calibration: Calibration,
+    /// From the moment of a sample to the arrival of its packet's last byte, s: see
+    /// [`SampleClock::new`].
+    pub latency_s: f64,
+}
+
+/// What the receiver is and how it is to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GpsConfig {
+    /// Its language.
+    pub protocol: Protocol,
+    /// Fixes a second, 1 to 10, that a u-blox receiver is to send. A Trimble receiver is told which
+    /// reports to send, at its own pace. `None` leaves the receiver as it is.
+    pub rate_hz: Option<u8>,
+    /// How much earlier than its arrival a fix is valid, s.
+    pub latency_s: f64,
+    /// The geoid's height above the ellipsoid at the site, m, for a receiver that does not tell it.
+    pub geoid_separation_m: Option<f64>,
+    /// Which fixes are good enough.
+    pub limits: Limits,
+}
+
+/// What a line's bytes came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+// One lives on the stack at a time, and there is no heap to put the large one on.
+#[allow(clippy::large_enum_variant)]
+pub enum Report {
+    /// Write the command's byte to the unit.
+    WriteDmu(Command),
+    /// Write these bytes to the receiver.
+    WriteGps(GpsCommand),
+    /// A packet, in units, at the time of its sample; `None` where it made no sample.
+    Measured(Option<Time>, Measurement),
+    /// The unit's link has begun to start over.
+    DmuLost(Time, LinkFault),
+    /// A packet says what cannot or should not be. One that is not believed makes no sample; a stuck
+    /// sensor is told each time its run of equal words has doubled.
+    Implausible(Time, Implausible),
+    /// A packet's sample has no usable time and is left out.
+    DmuClock(Time, ClockFault),
+    /// A fix as the receiver gave it, and what keeps it from the estimator: nothing if empty.
+    Fix(ReceiverFix, Failures),
+    /// A good fix that does not say how high above the ellipsoid it is, of no use without the
+    /// geoid's separation.
+    FixWithoutHeight(Time),
+    /// For the estimator.
+    Event(Event),
+}
+
+/// A command to the receiver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GpsCommand {
+    /// To a Trimble receiver.
+    Tsip(tsip::Frame),
+    /// To a u-blox receiver.
+    Ubx(ubx::Message),
+}
+
+impl GpsCommand {
+    /// The bytes to write.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        match self {
+            Self::Tsip(frame) => frame.as_bytes(),
+            Self::Ubx(message) => message.as_bytes(),
+        }
+    }
+}
+
+/// Both sensors of a flight.
+///
+/// ```
+/// use hovernav::dmu::{AnglePacket, Calibration, Flow, Mode};
+/// use hovernav::event::Event;
+/// use hovernav::gps::{Protocol, quality::Limits};
+/// use hovernav::sensors::{DmuConfig, GpsConfig, Report, Sensors};
+/// use hovernav::time::Time;
+///
+/// let dmu = DmuConfig {
+///     mode: Mode::Angle,
+///     flow: Flow::Polled { cycle_s: 0.0303 },
+///     calibration: Calibration::new(200.0, 4.0)?,
+///     latency_s: Mode::Angle.transfer_time_s(),
+/// };
+/// let gps = GpsConfig {
+///     protocol: Protocol::Nmea,
+///     rate_hz: None,
+///     latency_s: 0.12,
+///     geoid_separation_m: None,
+///     limits: Limits::default(),
+/// };
+/// let mut now = Time::ZERO;
+/// let mut sensors = Sensors::new(dmu, gps, now);
+/// let (mut reply, mut samples, mut timer) = (Vec::new(), 0, 0u16);
+/// while samples < 3 {
+///     // A unit that always answers at once stands in for the serial port.
+///     let read = std::mem::take(&mut reply);
+///     let next = sensors.dmu(&read, now, |report| match report {
+///         Report::WriteDmu(command) if command.byte() == b'G' => {
+///             timer = timer.wrapping_sub(38_000);
+///             reply.extend(AnglePacket { timer, ..Default::default() }.encode());
+///         }
+///         Report::WriteDmu(command) => reply.extend(command.reply()),
+///         Report::Event(Event::Imu(_)) => samples += 1,
+///         _ => {}
+///     });
+///     now = if reply.is_empty() { next } else { now + 0.008 };
+/// }
+/// # Ok::<(), hovernav::dmu::RangeError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Sensors {
+    link: Link,
+    plausibility: Plausibility,
+    calibration: Calibration,
+    clock: SampleClock,
+    receiver: Receiver,
+    conversation: Conversation,
+    quality: QualityCheck,
+    gps: GpsConfig,
+}
+
+/// What is said to the receiver.
+#[derive(Clone, Copy, Debug)]
+enum Conversation {
+    None,
+    Tsip(tsip::Startup),
+    Ubx(ubx::Configuration),
+}
+
+impl Sensors {
+    /// Sensors in any state, to be started `now`.
+    #[must_use]
+    pub fn new(dmu: DmuConfig, gps: GpsConfig, now: Time) -> Self {
+        Self {
+            link: Link::new(dmu.mode, dmu.flow, now),
+            plausibility: Plausibility::default(),
+            calibration: dmu.calibration,
+            clock: SampleClock::new(dmu.latency_s),
+            receiver: Receiver::new(gps.protocol),
+            conversation: Conversation::with(&gps),
+            quality: QualityCheck::new(gps.limits),
+            gps,
+        }
+    }
+
+    /// Takes `bytes` that were read from the inertial unit's line, of which the last came `now`; none
+    /// when the time that the last call returned was reached without any. Returns until when to
+    /// read next.
+    pub fn dmu(&mut self, mut bytes: &[u8], now: Time, mut report: impl FnMut(Report)) -> Time {
+        while let Some(received) = self.link.next_packet(&mut bytes, now) {
+            self.packet(&received, now, &mut report);
+        }
+        loop {
+            match self.link.next_action(now) {
+                LinkAction::Write(command) => report(Report::WriteDmu(command)),
+                LinkAction::Lost(fault) => report(Report::DmuLost(now, fault)),
+                LinkAction::ReadUntil(until) => return until,
+            }
+        }
+    }
+
+    fn packet(&mut self, received: &Received, now: Time, report: &mut impl FnMut(Report)) {
+        let packet = &received.packet;
+        let mut believed = true;
+        for reason in self.plausibility.check(packet) {
+            believed &= !reason.damns_packet();
+            let again =
+                matches!(reason, Implausible::Stuck { packets, .. } if !packets.is_power_of_two());
+            if !again {
+                report(Report::Implausible(now, reason));
+            }
+        }
+        let Some(measurement) = self.calibration.measure(packet).filter(|_| believed) else {
+            return;
+        };
+        match self.clock.stamp(packet.timer(), received.sequence, now) {
+            Ok(stamp) => {
+                report(Report::Measured(Some(stamp.time), measurement));
+                report(Report::Event(Event::Imu(measurement.at(stamp.time))));
+            }
+            Err(fault) => {
+                report(Report::Measured(None, measurement));
+                report(Report::DmuClock(now, fault));
+            }
+        }
+    }
+
+    /// Takes `bytes` that were read from the receiver's line and came at `arrival`; none when the line
+    /// has fallen silent behind an epoch, which ends it.
+    pub fn gps(&mut self, mut bytes: &[u8], arrival: Time, mut report: impl FnMut(Report)) {
+        if bytes.is_empty()
+            && let Some(fix) = self.receiver.flush()
+        {
+            self.fix(fix, &mut report);
+        }
+        while let Some(fix) = self.receiver.read(&mut bytes, arrival) {
+            self.fix(fix, &mut report);
+        }
+        if let Some(command) = self.conversation.poll(&mut self.receiver, arrival) {
+            report(Report::WriteGps(command));
+        }
+    }
+
+    fn fix(&mut self, fix: ReceiverFix, report: &mut impl FnMut(Report)) {
+        let fix = match self.gps.geoid_separation_m {
+            Some(separation_m) => fix.with_geoid_separation(separation_m),
+            None => fix,
+        };
+        let failures = self.quality.check(&fix);
+        report(Report::Fix(fix, failures));
+        if failures.is_empty() {
+            let valid = fix.arrival.offset_by(-self.gps.latency_s);
+            report(fix.at(valid).map_or(Report::FixWithoutHeight(fix.arrival), |fix| {
+                Report::Event(Event::Gps(fix))
+            }));
+        }
+    }
+
+    /// Begins the conversation with the receiver anew: its line was lost and is back, and it may have
+    /// been off power meanwhile.
+    pub fn restart_gps(&mut self) {
+        self.conversation = Conversation::with(&self.gps);
+    }
+
+    /// The inertial unit's line.
+    #[must_use]
+    pub const fn link(&self) -> &Link {
+        &self.link
+    }
+
+    /// What became of all the receiver's messages so far.
+    #[must_use]
+    pub fn gps_counts(&self) -> Counts {
+        self.receiver.counts()
+    }
+}
+
+impl Conversation {
+    fn with(gps: &GpsConfig) -> Self {
+        let Some(rate_hz) = gps.rate_hz else { return Self::None };
+        match gps.protocol {
+            Protocol::Tsip => Self::Tsip(tsip::Startup::default()),
+            Protocol::Ubx => ubx::Configuration::new(rate_hz).map_or(Self::None, Self::Ubx),
+            Protocol::Nmea => Self::None,
+        }
+    }
+
+    fn poll(&mut self, receiver: &mut Receiver, now: Time) -> Option<GpsCommand> {
+        match (self, receiver) {
+            (Self::Tsip(startup), Receiver::Tsip(decoder)) => {
+                startup.poll(decoder, now).map(GpsCommand::Tsip)
+            }
+            (Self::Ubx(configuration), Receiver::Ubx(decoder)) => {
+                configuration.poll(decoder, now).map(GpsCommand::Ubx)
+            }
+            _ => None,
+        }
+    }
+}
