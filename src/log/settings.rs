@@ -15,18 +15,38 @@ use crate::earth::Geodetic;
 use crate::ekf::EstimatorConfig;
 
 impl Dataset {
-    /// The estimator's settings for this dataset: the defaults, what the manifest says of mounting
-    /// and sensors, then the keys of its sections `[alignment]`, `[aiding]` and `[filter.*]`.
+    /// The estimator's settings for this dataset: see [`Manifest::settings`]. What is magnetic in it
+    /// is corrected by the declination at the first fix; a warning says how that came about.
     ///
-    /// Where a heading is magnetic and the manifest gives no declination, the World Magnetic Model
-    /// gives it; a warning says for which day, and what happened if it could not.
+    /// # Errors
+    /// As [`Manifest::settings`].
+    pub fn settings(&mut self) -> Result<EstimatorConfig, LogError> {
+        let magnetic = !self.magnetometer.is_empty()
+            || self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+        let place = self.fixes.first().map(|fix| fix.position);
+        let (config, remark) = self.manifest.settings(magnetic, place.as_ref())?;
+        self.warnings.extend(remark);
+        Ok(config)
+    }
+}
+
+impl Manifest {
+    /// The estimator's settings for a vehicle: the defaults, what the manifest says of mounting and
+    /// sensors, then the keys of its sections `[alignment]`, `[aiding]` and `[filter.*]`.
+    ///
+    /// `magnetic` is whether there is a magnetometer. Where that or the unit's heading is magnetic
+    /// and the manifest gives no declination, the World Magnetic Model gives that of `place`; the
+    /// remark says for which day, and what happened if it could not.
     ///
     /// # Errors
     /// [`LogError::Manifest`] for a key or value of those sections that does not exist.
-    pub fn settings(&mut self) -> Result<EstimatorConfig, LogError> {
-        let manifest = &self.manifest;
+    pub fn settings(
+        &self,
+        magnetic: bool,
+        place: Option<&Geodetic>,
+    ) -> Result<(EstimatorConfig, Option<String>), LogError> {
         let mut config = EstimatorConfig::default();
-        let (imu, cg) = (&manifest.imu, manifest.lever_arm_m(manifest.solution.point));
+        let (imu, cg) = (&self.imu, self.lever_arm_m(self.solution.point));
         let model = &mut config.ekf.imu;
         // °/√h to rad/√s and m/s/√h to m/s/√s: the square root of an hour is 60 √s.
         set(
@@ -40,10 +60,10 @@ impl Dataset {
         set(&mut model.gyro_bias_sigma_radps, imu.gyro_bias_sigma_degps.map(f64::to_radians));
         set(&mut model.accel_bias_sigma_mps2, imu.accel_bias_sigma_mps2);
 
-        config.alignment = overlaid(config.alignment, &manifest.alignment, "alignment")?;
-        config.aiding = overlaid(config.aiding, &manifest.aiding, "aiding")?;
+        config.alignment = overlaid(config.alignment, &self.alignment, "alignment")?;
+        config.aiding = overlaid(config.aiding, &self.aiding, "aiding")?;
         let ekf = &mut config.ekf;
-        for (key, value) in &manifest.filter {
+        for (key, value) in &self.filter {
             let refused = |reason: &str| refused(format!("[filter] {key}: {reason}"));
             let table = value.as_table().ok_or_else(|| refused("expected a section"))?;
             match key.as_str() {
@@ -68,34 +88,28 @@ impl Dataset {
             )));
         }
 
-        ekf.imu_lever_arm_m = manifest.lever_arm_m(Point::Imu) - cg;
-        ekf.antenna_lever_arm_m = manifest.lever_arm_m(Point::Antenna) - cg;
+        ekf.imu_lever_arm_m = self.lever_arm_m(Point::Imu) - cg;
+        ekf.antenna_lever_arm_m = self.lever_arm_m(Point::Antenna) - cg;
         config.alignment.imu_lever_arm_m = ekf.imu_lever_arm_m;
         config.alignment.antenna_lever_arm_m = ekf.antenna_lever_arm_m;
 
-        let magnetic = imu.heading_reference == HeadingReference::Magnetic;
-        let wanted = magnetic
-            || !self.magnetometer.is_empty()
-            || self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
-        if wanted {
-            let declination_rad = self.declination_rad();
-            config.alignment.declination_rad = declination_rad;
-            if magnetic {
-                config.alignment.attitude_declination_rad = declination_rad;
+        let attitude_magnetic = imu.heading_reference == HeadingReference::Magnetic;
+        if !magnetic && !attitude_magnetic {
+            return Ok((config, None));
+        }
+        let (declination_rad, remark) = match (imu.magnetic_declination_deg, place) {
+            (Some(declination_deg), _) => (declination_deg.to_radians(), None),
+            (None, None) => (0.0, None),
+            (None, Some(place)) => {
+                let (declination_rad, remark) = model_declination(self, place);
+                (declination_rad, Some(remark))
             }
+        };
+        config.alignment.declination_rad = declination_rad;
+        if attitude_magnetic {
+            config.alignment.attitude_declination_rad = declination_rad;
         }
-        Ok(config)
-    }
-
-    /// Magnetic declination at the first fix, rad, east positive.
-    fn declination_rad(&mut self) -> f64 {
-        if let Some(declination_deg) = self.manifest.imu.magnetic_declination_deg {
-            return declination_deg.to_radians();
-        }
-        let Some(fix) = self.fixes.first() else { return 0.0 };
-        let (declination, remark) = model_declination(&self.manifest, &fix.position);
-        self.warnings.push(remark);
-        declination
+        Ok((config, remark))
     }
 }
 
