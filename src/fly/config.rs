@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::dmu::{Calibration, Flow, Mode, Sign};
+use crate::earth::Geodetic;
+use crate::ekf::EstimatorConfig;
 use crate::gps::Protocol;
 use crate::gps::quality::Limits;
-use crate::log::Manifest;
+use crate::log::{HeadingReference, LogError, Manifest};
 use crate::sensors::{DmuConfig, GpsConfig};
 
 /// `fly.toml`: every key of a flight. A key it does not know is an error: on a flight computer a
@@ -41,9 +43,25 @@ pub struct FlyConfig {
     pub receiver: ReceiverSection,
     /// The flight record.
     pub record: RecordSection,
+    /// Where the flight is, if the magnetic declination is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub site: Option<SiteSection>,
     /// How the sensors are mounted and how good they are, and the estimator's settings: the keys of
-    /// a `dataset.toml`.
+    /// a `dataset.toml`. The unit's heading counts as magnetic unless `imu.heading_reference` says
+    /// otherwise.
     pub navigation: Manifest,
+}
+
+/// `[site]`: where the flight is, to a few kilometres.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub struct SiteSection {
+    /// Latitude, °.
+    pub latitude_deg: f64,
+    /// Longitude, °.
+    pub longitude_deg: f64,
+    /// Height, m.
+    #[serde(default)]
+    pub height_m: f64,
 }
 
 /// `[dmu]`: the inertial unit and its line. Its ranges are `navigation.imu.gyro_range_degps` and
@@ -238,13 +256,59 @@ impl FlyConfig {
         };
         let mut keys = Vec::new();
         let parsed = toml::Deserializer::parse(text).map_err(refused)?;
-        let config: Self = serde_ignored::deserialize(parsed, |key| keys.push(key.to_string()))
+        let mut config: Self = serde_ignored::deserialize(parsed, |key| keys.push(key.to_string()))
             .map_err(refused)?;
         if !keys.is_empty() {
             return Err(FlyConfigError::UnknownKeys { path: path.to_path_buf(), keys });
         }
+        let table = toml::Value::Table(text.parse().map_err(refused)?);
+        let heading = ["navigation", "imu", "heading_reference"];
+        if heading.iter().try_fold(&table, |value, key| value.get(key)).is_none() {
+            config.navigation.imu.heading_reference = HeadingReference::Magnetic;
+        }
         config.sensors()?;
         Ok(config)
+    }
+
+    /// Fills in the magnetic declination, if it is not given, by the World Magnetic Model for the
+    /// site on the day `navigation.date`; the remark says how. Afterwards the settings depend on
+    /// nothing but what this configuration spells out.
+    ///
+    /// # Errors
+    /// Neither a declination nor a site; a site that is not on Earth; settings of the estimator that
+    /// cannot be.
+    pub fn settle(&mut self) -> Result<Option<String>, FlyConfigError> {
+        let mut remark = None;
+        if self.navigation.imu.magnetic_declination_deg.is_none() {
+            let Some(site) = self.site else {
+                return Err(value(
+                    "navigation.imu",
+                    "magnetic_declination_deg",
+                    &"found neither this nor a [site], expected one, for a heading from true north",
+                ));
+            };
+            let place =
+                Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)
+                    .ok_or_else(|| {
+                        let found = format!("{} and {}", site.latitude_deg, site.longitude_deg);
+                        value("site", "latitude_deg", &expected(found, "a place on Earth"))
+                    })?;
+            let settings =
+                self.navigation.settings(true, Some(&place)).map_err(navigation_value)?;
+            self.navigation.imu.magnetic_declination_deg =
+                Some(settings.0.alignment.declination_rad.to_degrees());
+            remark = settings.1;
+        }
+        self.settings()?;
+        Ok(remark)
+    }
+
+    /// The estimator's settings.
+    ///
+    /// # Errors
+    /// Settings that cannot be.
+    pub fn settings(&self) -> Result<EstimatorConfig, FlyConfigError> {
+        Ok(self.navigation.settings(true, None).map_err(navigation_value)?.0)
     }
 
     /// The configuration as it would stand in a file, every key spelt out.
@@ -318,6 +382,13 @@ fn value(
     reason: &impl std::fmt::Display,
 ) -> FlyConfigError {
     FlyConfigError::Value { section, key, reason: reason.to_string() }
+}
+
+fn navigation_value(error: LogError) -> FlyConfigError {
+    match error {
+        LogError::Manifest { reason, .. } => value("navigation", "settings", &reason),
+        other => value("navigation", "settings", &other),
+    }
 }
 
 impl ReceiverSection {
