@@ -11,6 +11,7 @@
 //! | [`sensors`] | both conversations at once: from a line's bytes to events |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
+//! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 #![cfg_attr(not(feature = "std"), no_std)]
@@ -27,6 +28,8 @@ pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
 pub mod sensors;
+pub mod servo;
 #[cfg(feature = "std")]
 pub mod sim;
+pub mod telemetry;
 pub mod time;

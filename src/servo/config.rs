@@ -1,0 +1,233 @@
+//! One servo's trim, range, direction and speed; widths to stick fractions and back.
+
+use core::fmt;
+
+use super::{Channel, Channels, LONGEST_MS, SHORTEST_MS};
+
+/// Which way a servo turns for a positive stick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Direction {
+    /// A positive stick lengthens the pulse.
+    #[default]
+    Normal,
+    /// A positive stick shortens the pulse.
+    Reversed,
+}
+
+/// One channel: what its widths mean and where its servo may go.
+///
+/// A stick fraction is a width about trim, in units of `travel_ms`, the same on both sides: a linear
+/// model or controller sees one gain, however lopsided the range is. Full stick therefore ends at the
+/// range's nearer end where that is closer than `travel_ms`.
+///
+/// In TOML, `[servo.lateral]` and so on; a key left out has the default, a wrong value is refused
+/// with the reason.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields, remote = "Self")
+)]
+pub struct ChannelConfig {
+    /// The width that means stick fraction 0, ms, inside the range.
+    pub trim_ms: f64,
+    /// The shortest width that the servo may be sent, ms, from 0.5.
+    pub min_ms: f64,
+    /// The longest width that the servo may be sent, ms, to 2.5.
+    pub max_ms: f64,
+    /// Change of width for a stick fraction of 1, ms, from 0.05 to 2.
+    pub travel_ms: f64,
+    /// Which way a positive stick goes.
+    pub direction: Direction,
+    /// Fastest change of what the servo is sent, ms/s, above 0. The default, 10 ms/s, is about what
+    /// a fast cyclic servo can follow: 60° in 0.1 s at 1 ms for 60°.
+    pub rate_limit_ms_per_s: f64,
+}
+
+impl Default for ChannelConfig {
+    fn default() -> Self {
+        Self {
+            trim_ms: 1.5,
+            min_ms: 1.0,
+            max_ms: 2.0,
+            travel_ms: 0.5,
+            direction: Direction::Normal,
+            rate_limit_ms_per_s: 10.0,
+        }
+    }
+}
+
+impl ChannelConfig {
+    /// The stick fraction of a width: 0 at trim, ±1 at `travel_ms` from it; not limited.
+    ///
+    /// ```
+    /// use hovernav::servo::{ChannelConfig, Direction};
+    /// let tail = ChannelConfig { trim_ms: 1.52, direction: Direction::Reversed, ..Default::default() };
+    /// assert!((tail.stick(1.47) - 0.1).abs() < 1e-12);
+    /// assert!((tail.width_ms(0.1) - 1.47).abs() < 1e-12);
+    /// ```
+    #[must_use]
+    pub fn stick(&self, width_ms: f64) -> f64 {
+        (width_ms - self.trim_ms) / self.signed_travel_ms()
+    }
+
+    /// The width, ms, of a stick fraction; not limited: that is [`Limiter`](super::Limiter)'s work.
+    #[must_use]
+    pub fn width_ms(&self, stick: f64) -> f64 {
+        self.trim_ms + stick * self.signed_travel_ms()
+    }
+
+    /// Whether every setting is finite, in its range, and trim lies inside the servo's range.
+    ///
+    /// # Errors
+    /// The first setting that is not.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let within = |key, value: f64, from: f64, to: f64| {
+            // Written so that a NaN is refused.
+            if value >= from && value <= to {
+                Ok(())
+            } else {
+                Err(ConfigError { channel: None, key, value, from, to })
+            }
+        };
+        within("min_ms", self.min_ms, SHORTEST_MS, LONGEST_MS)?;
+        within("max_ms", self.max_ms, self.min_ms, LONGEST_MS)?;
+        within("trim_ms", self.trim_ms, self.min_ms, self.max_ms)?;
+        within("travel_ms", self.travel_ms, 0.05, 2.0)?;
+        within("rate_limit_ms_per_s", self.rate_limit_ms_per_s, 0.01, 1e3)
+    }
+
+    fn signed_travel_ms(&self) -> f64 {
+        match self.direction {
+            Direction::Normal => self.travel_ms,
+            Direction::Reversed => -self.travel_ms,
+        }
+    }
+}
+
+impl Channels<ChannelConfig> {
+    /// Checks all five: see [`ChannelConfig::check`].
+    ///
+    /// # Errors
+    /// The first setting out of its range, with its channel.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        self.iter().try_for_each(|(channel, config)| {
+            config.check().map_err(|error| ConfigError { channel: Some(channel), ..error })
+        })
+    }
+}
+
+#[cfg(feature = "std")]
+impl<'de> serde::Deserialize<'de> for ChannelConfig {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let config = Self::deserialize(deserializer)?;
+        config.check().map_err(serde::de::Error::custom)?;
+        Ok(config)
+    }
+}
+
+#[cfg(feature = "std")]
+impl serde::Serialize for ChannelConfig {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
+/// A setting of a channel that cannot be flown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConfigError {
+    /// The channel, where it is known.
+    pub channel: Option<Channel>,
+    /// The setting.
+    pub key: &'static str,
+    /// What was found.
+    pub value: f64,
+    /// The least it can be.
+    pub from: f64,
+    /// The most it can be.
+    pub to: f64,
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(channel) = self.channel {
+            write!(f, "{channel}: ")?;
+        }
+        let Self { key, value, from, to, .. } = self;
+        write!(f, "{key} is {value}, expected {from} to {to}")
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn stick_and_width_are_inverse(
+            stick in -1.5f64..1.5,
+            trim_ms in 1.2f64..1.8,
+            travel_ms in 0.1f64..1.0,
+            reversed: bool,
+        ) {
+            let direction = if reversed { Direction::Reversed } else { Direction::Normal };
+            let config = ChannelConfig { trim_ms, travel_ms, direction, ..Default::default() };
+            prop_assert!((config.stick(config.width_ms(stick)) - stick).abs() < 1e-12);
+            prop_assert_eq!(config.stick(trim_ms), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_lopsided_range_keeps_one_gain_on_both_sides_of_trim() {
+        let config = ChannelConfig { trim_ms: 1.2, ..Default::default() };
+        let (up, down) = (config.stick(1.3), config.stick(1.1));
+        assert!((up + down).abs() < 1e-12 && (up - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn settings_that_cannot_fly_are_refused_by_name() {
+        let good = ChannelConfig::default();
+        assert_eq!(good.check(), Ok(()));
+        for (bad, key) in [
+            (ChannelConfig { min_ms: 0.4, ..good }, "min_ms"),
+            (ChannelConfig { max_ms: f64::NAN, ..good }, "max_ms"),
+            (ChannelConfig { min_ms: 1.8, max_ms: 1.2, ..good }, "max_ms"),
+            (ChannelConfig { trim_ms: 2.1, ..good }, "trim_ms"),
+            (ChannelConfig { travel_ms: 0.0, ..good }, "travel_ms"),
+            (ChannelConfig { rate_limit_ms_per_s: -1.0, ..good }, "rate_limit_ms_per_s"),
+            (ChannelConfig { rate_limit_ms_per_s: f64::INFINITY, ..good }, "rate_limit_ms_per_s"),
+        ] {
+            assert_eq!(bad.check().unwrap_err().key, key);
+        }
+        let all = Channels { pedal: ChannelConfig { trim_ms: 3.0, ..good }, ..Channels::default() };
+        let error = all.check().unwrap_err();
+        assert_eq!(error.to_string(), "pedal: trim_ms is 3, expected 1 to 2");
+    }
+
+    #[cfg(feature = "std")]
+    #[test]
+    fn a_file_sets_what_it_names_and_is_refused_where_it_is_wrong() {
+        let read = toml::from_str::<Channels<ChannelConfig>>;
+        let config = read("[lateral]\ntrim_ms = 1.48\ndirection = 'reversed'").unwrap();
+        assert_eq!(config.lateral.trim_ms, 1.48);
+        assert_eq!(config.lateral.direction, Direction::Reversed);
+        assert_eq!(config.pedal, ChannelConfig::default());
+        let text = toml::to_string(&config).unwrap();
+        assert_eq!(read(&text).unwrap(), config);
+
+        let refusal = |text| read(text).unwrap_err().to_string();
+        assert!(refusal("[lateral]\nmax_ms = 3.0").contains("max_ms is 3, expected 1 to 2.5"));
+        assert!(refusal("[latteral]\nmax_ms = 1.9").contains("latteral"));
+        assert!(refusal("[lateral]\ntrimm_ms = 1.5").contains("trimm_ms"));
+        assert!(refusal("[lateral]\ntrim_ms = nan").contains("trim_ms is NaN"));
+    }
+}

@@ -1,0 +1,214 @@
+//! The last station before the servos: range, rate, and what to send when there is no command.
+
+use super::{ChannelConfig, Channels, ConfigError};
+use crate::time::Time;
+
+/// Longest step, s, that the rate limit counts: a gap in the loop does not buy a jump.
+const LONGEST_STEP_S: f64 = 0.1;
+
+/// What became of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// It is sent as it is.
+    None,
+    /// It lay outside the range: the range's end is sent, or approached.
+    Range,
+    /// It was further than the servo may go in one step.
+    Rate,
+    /// It was no number: what was sent before is sent again.
+    Held,
+    /// It has been no number for too long: the servo goes to trim, no faster than it may.
+    ToTrim,
+}
+
+/// What is sent to one servo, and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limited {
+    /// The width, ms: finite and within the channel's range, whatever was commanded.
+    pub width_ms: f64,
+    /// What became of the command.
+    pub limit: Limit,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Servo {
+    width_ms: f64,
+    /// Seconds without a command.
+    without_s: f64,
+}
+
+/// Holds what the servos are sent within range and rate.
+///
+/// A command that is NaN or infinite is answered by the last width for `hold_s`, then by trim. The
+/// first call, and one that is not later than the one before, moves nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limiter {
+    config: Channels<ChannelConfig>,
+    /// How long the last width is held without a command, s.
+    hold_s: f64,
+    servos: Channels<Servo>,
+    before: Option<Time>,
+}
+
+impl Limiter {
+    /// A limiter with every servo at trim.
+    ///
+    /// # Errors
+    /// A setting of a channel that cannot be flown, or a `hold_s` that is not 0 to 10 s.
+    pub fn new(config: Channels<ChannelConfig>, hold_s: f64) -> Result<Self, ConfigError> {
+        config.check()?;
+        if !(0.0..=10.0).contains(&hold_s) {
+            let (from, to) = (0.0, 10.0);
+            return Err(ConfigError { channel: None, key: "hold_s", value: hold_s, from, to });
+        }
+        let servos = config.map(|channel| Servo { width_ms: channel.trim_ms, without_s: 0.0 });
+        Ok(Self { config, hold_s, servos, before: None })
+    }
+
+    /// Puts the servos where they are, ms, so that the next command starts from there: for taking
+    /// over from the pilot without a jump. What is not finite stays; the range holds.
+    pub fn start_from(&mut self, widths_ms: &Channels<f64>) {
+        self.servos =
+            self.servos.zip(self.config).zip(*widths_ms).map(|((servo, config), width_ms)| {
+                let width_ms = if width_ms.is_finite() { width_ms } else { servo.width_ms };
+                Servo { width_ms: width_ms.max(config.min_ms).min(config.max_ms), without_s: 0.0 }
+            });
+    }
+
+    /// What to send at `now` for commanded widths, ms.
+    pub fn apply(&mut self, commands_ms: &Channels<f64>, now: Time) -> Channels<Limited> {
+        let elapsed_s = self.before.map_or(0.0, |before| (now - before).max(0.0));
+        self.before = Some(now);
+        let hold_s = self.hold_s;
+        let limited =
+            self.servos.zip(self.config).zip(*commands_ms).map(|((servo, config), command_ms)| {
+                servo.step(&config, command_ms, elapsed_s, hold_s)
+            });
+        self.servos = limited.map(|(servo, _)| servo);
+        limited.map(|(servo, limit)| Limited { width_ms: servo.width_ms, limit })
+    }
+}
+
+impl Servo {
+    fn step(
+        self,
+        config: &ChannelConfig,
+        command_ms: f64,
+        elapsed_s: f64,
+        hold_s: f64,
+    ) -> (Self, Limit) {
+        let (goal_ms, without_s, reason) = if command_ms.is_finite() {
+            let within_ms = command_ms.max(config.min_ms).min(config.max_ms);
+            (within_ms, 0.0, if within_ms == command_ms { Limit::None } else { Limit::Range })
+        } else {
+            let without_s = self.without_s + elapsed_s;
+            if without_s <= hold_s {
+                (self.width_ms, without_s, Limit::Held)
+            } else {
+                (config.trim_ms, without_s, Limit::ToTrim)
+            }
+        };
+        let furthest_ms = config.rate_limit_ms_per_s * elapsed_s.min(LONGEST_STEP_S);
+        let step_ms = (goal_ms - self.width_ms).max(-furthest_ms).min(furthest_ms);
+        let arrives = self.width_ms + step_ms == goal_ms || step_ms == goal_ms - self.width_ms;
+        // Arriving takes the goal itself, so that no rounding is left behind.
+        let width_ms = if arrives { goal_ms } else { self.width_ms + step_ms };
+        let limit = if reason == Limit::None && !arrives { Limit::Rate } else { reason };
+        (Self { width_ms, without_s }, limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn at(seconds: f64) -> Time {
+        Time::from_seconds(seconds).unwrap()
+    }
+
+    fn limiter() -> Limiter {
+        Limiter::new(Channels::default(), 0.2).unwrap()
+    }
+
+    fn all(width_ms: f64) -> Channels<f64> {
+        Channels::from_fn(|_| width_ms)
+    }
+
+    fn any_command() -> impl Strategy<Value = f64> {
+        prop_oneof![8 => 0.0f64..3.0, 1 => any::<f64>(), 1 => Just(f64::NAN)]
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_is_commanded_range_and_rate_hold(
+            commands in prop::collection::vec((any_command(), -0.05f64..0.3), 1..60),
+        ) {
+            let mut limiter = limiter();
+            let (mut now, mut before_ms, mut latest) = (at(10.0), 1.5, f64::NEG_INFINITY);
+            for (command, step_s) in commands {
+                now = now + step_s;
+                let moved_s = if latest.is_finite() { (now.seconds() - latest).max(0.0) } else { 0.0 };
+                let sent = limiter.apply(&all(command), now).lateral;
+                prop_assert!((1.0..=2.0).contains(&sent.width_ms));
+                prop_assert!(
+                    (sent.width_ms - before_ms).abs() <= 10.0 * moved_s.min(0.1) + 1e-9,
+                    "{} to {} in {} s", before_ms, sent.width_ms, moved_s
+                );
+                (before_ms, latest) = (sent.width_ms, now.seconds());
+            }
+        }
+    }
+
+    #[test]
+    fn a_far_command_is_approached_at_the_rate_and_reached_exactly() {
+        let mut limiter = limiter();
+        let widths: [Limited; 4] =
+            [0.0, 0.02, 0.04, 0.06].map(|t| limiter.apply(&all(1.95), at(t)).lateral);
+        assert_eq!(widths[0], Limited { width_ms: 1.5, limit: Limit::Rate });
+        assert!((widths[1].width_ms - 1.7).abs() < 1e-12);
+        assert!((widths[2].width_ms - 1.9).abs() < 1e-12);
+        assert_eq!(widths[3], Limited { width_ms: 1.95, limit: Limit::None });
+    }
+
+    #[test]
+    fn without_a_command_the_servo_holds_and_then_goes_to_trim() {
+        let mut limiter = limiter();
+        limiter.start_from(&all(1.8));
+        limiter.apply(&all(1.8), at(0.0));
+        let sent = |limiter: &mut Limiter, t| limiter.apply(&all(f64::NAN), at(t)).pedal;
+        assert_eq!(sent(&mut limiter, 0.1), Limited { width_ms: 1.8, limit: Limit::Held });
+        assert_eq!(sent(&mut limiter, 0.19), Limited { width_ms: 1.8, limit: Limit::Held });
+        let leaving = sent(&mut limiter, 0.21);
+        assert_eq!(leaving.limit, Limit::ToTrim);
+        assert!((leaving.width_ms - 1.6).abs() < 1e-12);
+        assert_eq!(sent(&mut limiter, 0.3).width_ms, 1.5);
+        assert_eq!(limiter.apply(&all(1.6), at(0.32)).pedal.limit, Limit::None);
+    }
+
+    #[test]
+    fn time_that_stands_or_runs_back_moves_nothing() {
+        let mut limiter = limiter();
+        limiter.apply(&all(1.5), at(5.0));
+        for t in [5.0, 4.0] {
+            assert_eq!(limiter.apply(&all(2.0), at(t)).lateral.width_ms, 1.5);
+        }
+        assert!(limiter.apply(&all(2.0), at(4.01)).lateral.width_ms > 1.5);
+    }
+
+    #[test]
+    fn taking_over_from_the_pilot_starts_where_the_servos_are() {
+        let mut limiter = limiter();
+        limiter.start_from(&Channels { throttle: f64::NAN, pedal: 9.0, ..all(1.7) });
+        let sent = limiter.apply(&all(1.5), at(0.0)).map(|servo| servo.width_ms);
+        assert_eq!(sent, Channels { throttle: 1.5, pedal: 2.0, ..all(1.7) });
+    }
+
+    #[test]
+    fn a_hold_that_is_no_time_is_refused() {
+        for hold_s in [f64::NAN, -1.0, 11.0] {
+            assert_eq!(Limiter::new(Channels::default(), hold_s).unwrap_err().key, "hold_s");
+        }
+    }
+}

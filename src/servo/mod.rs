@@ -1,0 +1,101 @@
+//! Servo pulses: what the pilot commands, and what the servos are told.
+//!
+//! A radio-control servo takes its position from the width of a pulse: 1 to 2 ms, about 50 times a
+//! second. Each of the five controls has one, so the pilot's input is a width about its trim, and so
+//! is the autopilot's output.
+//!
+//! [`Captured`] keeps what came in on one channel, [`ChannelConfig`] turns widths into stick fractions
+//! and back, [`Limiter`] holds what goes out within range and rate. Where pulses come from and go to
+//! is behind [`PulseCapture`] and [`PulseOutput`], so a board can bring its own:
+//!
+//! ```
+//! use hovernav::servo::{Channels, ChannelConfig, Limiter, PulseOutput, Recording};
+//! use hovernav::time::Time;
+//!
+//! let config = Channels::<ChannelConfig>::default();
+//! let mut limiter = Limiter::new(config, 0.2)?;
+//! let mut servos = Recording::default();
+//!
+//! let sticks = Channels { lateral: 0.1, ..Channels::default() };
+//! let mut now = Time::ZERO;
+//! for _ in 0..3 {
+//!     let command_ms = sticks.zip(config).map(|(stick, config)| config.width_ms(stick));
+//!     let limited = limiter.apply(&command_ms, now);
+//!     servos.write(&limited.map(|servo| servo.width_ms), now)?;
+//!     now = now + 0.03;
+//! }
+//! let (_, last) = servos.written.last().expect("three were written");
+//! assert!((last.lateral - 1.55).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
+mod capture;
+mod channel;
+mod config;
+mod edges;
+mod limiter;
+#[cfg(feature = "linux")]
+pub mod linux;
+pub mod packet;
+#[cfg(feature = "std")]
+mod recording;
+#[cfg(feature = "std")]
+mod stream;
+
+pub use capture::{Captured, PilotPulses, Pulse, PulseFault, Signal, SignalConfig};
+pub use channel::{Channel, Channels};
+pub use config::{ChannelConfig, ConfigError, Direction};
+pub use edges::{EdgeTimer, Paired};
+pub use limiter::{Limit, Limited, Limiter};
+#[cfg(feature = "std")]
+pub use recording::Recording;
+#[cfg(feature = "std")]
+pub use stream::StreamCapture;
+
+use crate::time::Time;
+
+/// The shortest pulse that a receiver sends or a servo takes, ms.
+///
+/// Radio control means 1 to 2 ms; makers' extended ranges end at 0.5 and 2.5 ms.
+pub const SHORTEST_MS: f64 = 0.5;
+/// The longest such pulse, ms.
+pub const LONGEST_MS: f64 = 2.5;
+
+/// Where the pilot's pulses come from.
+pub trait PulseCapture {
+    /// What can go wrong with the source itself; pulses that stay away are no error of the source.
+    type Error: core::error::Error;
+
+    /// Takes in what has arrived by `now`, without waiting for more, and tells what is known.
+    ///
+    /// # Errors
+    /// The source cannot be read. What was known before is kept and ages.
+    fn poll(&mut self, now: Time) -> Result<&PilotPulses, Self::Error>;
+}
+
+/// Where the servos' pulses go.
+pub trait PulseOutput {
+    /// What can go wrong with the outputs.
+    type Error: core::error::Error;
+
+    /// Sets the widths, ms, that are sent from `now` on.
+    ///
+    /// # Errors
+    /// A channel cannot be set. Every other channel has been tried all the same.
+    fn write(&mut self, widths_ms: &Channels<f64>, now: Time) -> Result<(), Self::Error>;
+}
+
+/// Whether a servo's pulse can have this width.
+fn is_plausible(width_ms: f64) -> bool {
+    (SHORTEST_MS..=LONGEST_MS).contains(&width_ms)
+}

@@ -1,0 +1,376 @@
+//! The stream of a microcontroller that times the pilot's pulses: 16 bytes a packet, laid out in
+//! `docs/servo-packet.md`.
+
+use crc::{CRC_16_IBM_3740, Crc};
+
+use super::{Channels, PilotPulses};
+use crate::time::Time;
+
+/// Bytes of a packet.
+pub const LENGTH: usize = 16;
+
+const SYNC: [u8; 2] = [0xA5, 0x5A];
+const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+/// Half-microseconds in a millisecond.
+const TICKS_PER_MS: f64 = 2_000.0;
+
+const FAILSAFE: u8 = 1 << 5;
+const STARTED: u8 = 1 << 6;
+
+/// One packet: what the microcontroller has timed since the one before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ServoPacket {
+    /// Counts up by one from packet to packet, 255 to 0.
+    pub sequence: u8,
+    /// Width of each channel's last pulse in units of 0.5 µs, if one ended since the last packet.
+    pub width_ticks: Channels<Option<u16>>,
+    /// Whether the receiver says that it has lost the transmitter.
+    pub receiver_failsafe: bool,
+    /// Whether this is the first packet since the microcontroller started.
+    pub started: bool,
+}
+
+impl ServoPacket {
+    /// A width in the packet's unit, to the nearest 0.25 µs; what a packet cannot hold becomes the
+    /// nearest that it can, NaN becomes 0, which no servo takes for a pulse.
+    #[must_use]
+    pub fn ticks(width_ms: f64) -> u16 {
+        // A cast of floating point saturates, and makes NaN zero.
+        libm::round(width_ms * TICKS_PER_MS) as u16
+    }
+
+    /// Each width in ms, where the packet has one.
+    #[must_use]
+    pub fn widths_ms(&self) -> Channels<Option<f64>> {
+        self.width_ticks.map(|ticks| ticks.map(|ticks| f64::from(ticks) / TICKS_PER_MS))
+    }
+
+    /// The packet's bytes.
+    #[must_use]
+    pub fn encode(&self) -> [u8; LENGTH] {
+        let mut bytes = [0; LENGTH];
+        let [s0, s1, sequence, status, widths @ .., _, _] = &mut bytes;
+        [*s0, *s1] = SYNC;
+        *sequence = self.sequence;
+        *status |= if self.receiver_failsafe { FAILSAFE } else { 0 };
+        *status |= if self.started { STARTED } else { 0 };
+        let pairs = widths.as_chunks_mut().0.iter_mut();
+        for (bit, (pair, ticks)) in pairs.zip(self.width_ticks.to_array()).enumerate() {
+            *pair = ticks.unwrap_or(0).to_le_bytes();
+            *status |= u8::from(ticks.is_some()) << bit;
+        }
+        let [_, _, body @ .., low, high] = &mut bytes;
+        [*low, *high] = CRC.checksum(body).to_le_bytes();
+        bytes
+    }
+
+    /// The packet in 16 bytes; `None` unless the sync bytes and the checksum hold.
+    #[must_use]
+    pub fn decode(bytes: &[u8; LENGTH]) -> Option<Self> {
+        let [s0, s1, body @ .., low, high] = bytes;
+        if [*s0, *s1] != SYNC || CRC.checksum(body) != u16::from_le_bytes([*low, *high]) {
+            return None;
+        }
+        let [sequence, status, a0, a1, b0, b1, c0, c1, d0, d1, e0, e1] = *body;
+        let words = [[a0, a1], [b0, b1], [c0, c1], [d0, d1], [e0, e1]].map(u16::from_le_bytes);
+        let fresh = [0, 1, 2, 3, 4].map(|bit| status & (1 << bit) != 0);
+        Some(Self {
+            sequence,
+            width_ticks: Channels::from(fresh)
+                .zip(Channels::from(words))
+                .map(|(fresh, word)| fresh.then_some(word)),
+            receiver_failsafe: status & FAILSAFE != 0,
+            started: status & STARTED != 0,
+        })
+    }
+}
+
+/// What became of the stream so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Bytes seen.
+    pub bytes: u64,
+    /// Packets delivered.
+    pub packets: u64,
+    /// Packets that the numbers of those delivered show to be missing.
+    pub missing: u64,
+}
+
+impl Tally {
+    /// Bytes that belong to no packet, or to one that is not complete yet.
+    #[must_use]
+    pub const fn bytes_outside_packets(&self) -> u64 {
+        self.bytes - self.packets * LENGTH as u64
+    }
+}
+
+/// A packet found in the stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Received {
+    /// The packet.
+    pub packet: ServoPacket,
+    /// How many packets its number shows to be missing before it.
+    pub missing: u8,
+}
+
+/// Finds the packets in a stream of bytes, whatever happened to it on its way.
+///
+/// It looks at the last sixteen bytes, at every byte: whatever came before, a whole packet is found
+/// with its last byte, and the work is the same for each byte. Sync bytes and checksum are 32 bits of
+/// proof, so noise passes once in 4 × 10⁹ bytes; a packet that lost or gained a byte passes once in
+/// 65 536, and one with up to two wrong neighbouring bytes never.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Decoder {
+    /// The last sixteen bytes since the last packet, the latest lowest.
+    window: u128,
+    /// Number of the packet before.
+    before: Option<u8>,
+    tally: Tally,
+}
+
+impl Decoder {
+    /// Takes one byte; the packet, if it ends one.
+    pub fn push(&mut self, byte: u8) -> Option<Received> {
+        self.tally.bytes += 1;
+        self.window = self.window << 8 | u128::from(byte);
+        let packet = ServoPacket::decode(&self.window.to_be_bytes())?;
+        self.window = 0;
+        let missing = self.before.map_or(0, |before| {
+            if packet.started { 0 } else { packet.sequence.wrapping_sub(before).wrapping_sub(1) }
+        });
+        self.before = Some(packet.sequence);
+        self.tally.packets += 1;
+        self.tally.missing += u64::from(missing);
+        Some(Received { packet, missing })
+    }
+
+    /// What became of the stream so far.
+    #[must_use]
+    pub const fn tally(&self) -> &Tally {
+        &self.tally
+    }
+}
+
+/// The pilot's pulses from a stream of packets, without any input of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PacketCapture {
+    decoder: Decoder,
+    pulses: PilotPulses,
+}
+
+impl PacketCapture {
+    /// Takes bytes that arrived at `arrival`, which is the date of the pulses that they tell of.
+    ///
+    /// A packet that is missing counts as an error on every channel, a width that cannot be on its
+    /// own.
+    pub fn receive(&mut self, bytes: &[u8], arrival: Time) -> &PilotPulses {
+        for byte in bytes {
+            if let Some(received) = self.decoder.push(*byte) {
+                self.take(&received, arrival);
+            }
+        }
+        &self.pulses
+    }
+
+    /// What is known.
+    #[must_use]
+    pub const fn pulses(&self) -> &PilotPulses {
+        &self.pulses
+    }
+
+    /// What became of the stream so far.
+    #[must_use]
+    pub const fn tally(&self) -> &Tally {
+        self.decoder.tally()
+    }
+
+    fn take(&mut self, received: &Received, arrival: Time) {
+        let packet = &received.packet;
+        self.pulses.receiver_failsafe = packet.receiver_failsafe;
+        self.pulses.channels =
+            self.pulses.channels.zip(packet.widths_ms()).map(|(mut captured, width_ms)| {
+                captured.errors = captured.errors.saturating_add(u32::from(received.missing));
+                if let Some(width_ms) = width_ms {
+                    // A fault has been counted where it belongs; the packet's other channels stand.
+                    let _ = captured.push(width_ms, arrival);
+                }
+                captured
+            });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn any_packet() -> impl Strategy<Value = ServoPacket> {
+        let channel = prop::option::of(any::<u16>());
+        (any::<u8>(), prop::array::uniform5(channel), any::<bool>(), any::<bool>()).prop_map(
+            |(sequence, widths, receiver_failsafe, started)| ServoPacket {
+                sequence,
+                width_ticks: Channels::from(widths),
+                receiver_failsafe,
+                started,
+            },
+        )
+    }
+
+    fn decode(stream: &[u8]) -> Vec<ServoPacket> {
+        let mut decoder = Decoder::default();
+        let packets: Vec<_> =
+            stream.iter().filter_map(|byte| decoder.push(*byte)).map(|r| r.packet).collect();
+        let outside = (stream.len() - LENGTH * packets.len()) as u64;
+        assert_eq!(decoder.tally().bytes_outside_packets(), outside);
+        packets
+    }
+
+    fn stream(packets: &[ServoPacket]) -> Vec<u8> {
+        packets.iter().flat_map(ServoPacket::encode).collect()
+    }
+
+    /// Whether `found` is `sent` with some left out.
+    fn is_part_of(found: &[ServoPacket], sent: &[ServoPacket]) -> bool {
+        let mut sent = sent.iter();
+        found.iter().all(|packet| sent.any(|candidate| candidate == packet))
+    }
+
+    #[test]
+    fn the_layout_is_that_of_the_documentation() {
+        let packet = ServoPacket {
+            sequence: 7,
+            width_ticks: Channels {
+                throttle: Some(2_400),
+                collective: Some(3_000),
+                longitudinal: None,
+                lateral: Some(3_110),
+                pedal: Some(2_955),
+            },
+            receiver_failsafe: true,
+            started: false,
+        };
+        let bytes = packet.encode();
+        let shown: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+        assert_eq!(shown.join(" "), "A5 5A 07 3B 60 09 B8 0B 00 00 26 0C 8B 0B 5D DD");
+        let page = include_str!("../../docs/servo-packet.md");
+        assert!(page.contains(&shown.join(" ")));
+    }
+
+    proptest! {
+        #[test]
+        fn packets_survive_the_stream(
+            packets in prop::collection::vec(any_packet(), 0..6),
+            noise in prop::collection::vec(any::<u8>(), 0..40),
+        ) {
+            prop_assert_eq!(decode(&stream(&packets)), packets.clone());
+            // Noise can only cost the first packet, and only if it ends like a sync byte.
+            let found = decode(&[noise, stream(&packets)].concat());
+            prop_assert!(is_part_of(&found, &packets) && found.len() + 1 >= packets.len());
+        }
+
+        #[test]
+        fn wrong_bytes_cost_the_packets_that_they_are_in_and_no_other(
+            packets in prop::collection::vec(any_packet(), 3),
+            flips in any::<[u8; 2]>(),
+            place in any::<prop::sample::Index>(),
+        ) {
+            let mut bytes = stream(&packets);
+            let place = place.index(bytes.len() - 1);
+            bytes[place] ^= flips[0];
+            bytes[place + 1] ^= flips[1];
+            let found = decode(&bytes);
+            let harmed = (place..=place + 1)
+                .filter(|at| flips[at - place] != 0)
+                .map(|at| at / LENGTH)
+                .collect::<std::collections::BTreeSet<_>>();
+            let unharmed: Vec<_> = (0..3).filter(|n| !harmed.contains(n)).map(|n| packets[n]).collect();
+            prop_assert_eq!(found, unharmed);
+        }
+
+        #[test]
+        fn widths_keep_their_half_microsecond(width_ms in 0.0f64..32.7) {
+            let ticks = ServoPacket::ticks(width_ms);
+            prop_assert!((f64::from(ticks) / 2_000.0 - width_ms).abs() <= 0.000_25 + 1e-12);
+        }
+    }
+
+    /// The checksum is linear, so what holds for this packet holds for all.
+    #[test]
+    fn no_one_byte_and_no_two_neighbouring_bytes_can_be_wrong_unnoticed() {
+        let bytes = ServoPacket::default().encode();
+        for place in 0..LENGTH - 1 {
+            for flips in 1..=u16::MAX {
+                let mut damaged = bytes;
+                damaged[place] ^= flips as u8;
+                damaged[place + 1] ^= (flips >> 8) as u8;
+                assert_eq!(ServoPacket::decode(&damaged), None, "{flips:04x} at {place}");
+            }
+        }
+    }
+
+    /// 65 536 deterministic damages; the checksum lets one in 65 536 through, so that more than a
+    /// handful would mean that something else is wrong.
+    #[test]
+    fn a_byte_lost_or_gained_passes_no_more_often_than_the_checksum_allows() {
+        let mut state = 1u64;
+        let mut random = || {
+            // Steele, Lea, Flood (2014), Fast splittable pseudorandom number generators: SplitMix64.
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            z ^ (z >> 31)
+        };
+        let (mut false_packets, mut lost) = (0, 0);
+        for damage in 0..65_536 {
+            let packets: [_; 3] = std::array::from_fn(|n| ServoPacket {
+                sequence: n as u8,
+                width_ticks: Channels::from_fn(|_| Some(2_000 + (random() % 2_000) as u16)),
+                ..ServoPacket::default()
+            });
+            let mut bytes = stream(&packets);
+            let place = LENGTH + (random() % LENGTH as u64) as usize;
+            if damage % 2 == 0 {
+                bytes.remove(place);
+            } else {
+                bytes.insert(place, random() as u8);
+            }
+            let found = decode(&bytes);
+            false_packets += found.iter().filter(|packet| !packets.contains(packet)).count();
+            lost += 3 - packets.iter().filter(|packet| found.contains(packet)).count();
+        }
+        assert!(false_packets <= 6, "{false_packets} false packets");
+        assert!(lost <= 65_536 + 6, "{lost} packets lost to 65 536 damages");
+    }
+
+    #[test]
+    fn missing_packets_show_by_their_numbers_and_a_restart_is_not_a_loss() {
+        let packet = |sequence, started| ServoPacket { sequence, started, ..Default::default() };
+        let mut decoder = Decoder::default();
+        let mut missing = Vec::new();
+        for packet in [packet(254, false), packet(255, false), packet(2, false), packet(0, true)] {
+            let bytes = packet.encode();
+            missing.extend(bytes.iter().filter_map(|byte| decoder.push(*byte)).map(|r| r.missing));
+        }
+        assert_eq!(missing, [0, 0, 2, 0]);
+        assert_eq!(decoder.tally().missing, 2);
+    }
+
+    #[test]
+    fn pulses_age_while_packets_stay_away_or_tell_of_none() {
+        let at = |seconds| Time::from_seconds(seconds).unwrap();
+        let width = |ticks| ServoPacket {
+            width_ticks: Channels { lateral: ticks, ..Default::default() },
+            started: true,
+            ..Default::default()
+        };
+        let mut capture = PacketCapture::default();
+        capture.receive(&width(Some(3_100)).encode(), at(1.0));
+        capture.receive(&width(None).encode(), at(1.02));
+        let pulses = *capture.receive(&width(Some(20)).encode(), at(1.04));
+        assert_eq!(pulses.channels.lateral.fresh_ms(at(1.04), 0.1), Some(1.55));
+        assert!((pulses.channels.lateral.age_s(at(1.04)).unwrap() - 0.04).abs() < 1e-9);
+        assert_eq!((pulses.channels.lateral.errors, pulses.channels.pedal.errors), (1, 0));
+    }
+}

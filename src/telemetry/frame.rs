@@ -1,0 +1,303 @@
+//! A snapshot as one frame of 145 bytes, laid out in `docs/telemetry.md`.
+//!
+//! A frame ends with a zero byte and has no other (COBS: Cheshire and Baker, *Consistent overhead
+//! byte stuffing*, IEEE/ACM Transactions on Networking 7 (2), 1999), so whoever joins in the middle,
+//! or loses bytes, is back with the next frame. A CRC-32 over all of it decides whether it is
+//! believed.
+
+use core::fmt;
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+use super::snapshot::{FixKind, GpsSummary, Health, Innovations, Mode, Sigmas, Snapshot};
+use super::wire::Codec;
+use crate::earth::Geodetic;
+use crate::frames::EulerAngles;
+use crate::time::Time;
+
+/// The version of the layout, in every frame's first byte.
+pub const VERSION: u8 = 1;
+/// Bytes of every frame, the zero at its end included.
+pub const LENGTH: usize = BODY + CHECKSUM + 2;
+
+/// Bytes before the checksum.
+const BODY: usize = 139;
+const CHECKSUM: usize = 4;
+/// Bytes of a frame without the zero: the stuffing costs one byte up to 254.
+const STUFFED: usize = LENGTH - 1;
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+// Steps in one of the unit that the name ends with. Dividing by a whole number rounds correctly, so
+// that 31.5 comes back as 31.5.
+const RATE_RADPS: f64 = 2e3;
+const SPECIFIC_FORCE_MPS2: f64 = 200.0;
+const FIELD_GAUSS: f64 = 1e4;
+const TEMPERATURE_DEGC: f64 = 100.0;
+const ANGLE_RAD: f64 = 1e4;
+const PLACE_DEG: f64 = 1e7;
+const HEIGHT_M: f64 = 1e3;
+const VELOCITY_MPS: f64 = 100.0;
+const SIGMA_M: f64 = 100.0;
+const SIGMA_MPS: f64 = 1e3;
+const WIDTH_MS: f64 = 2e3;
+const AGE_S: f64 = 10.0;
+const DILUTION: f64 = 10.0;
+const NORMALISED: f64 = 20.0;
+const DURATION_S: f64 = 1e5;
+
+/// A frame that has been received.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Its number: one more than that of the frame sent before it, 255 is followed by 0.
+    pub sequence: u8,
+    /// What it tells.
+    pub snapshot: Snapshot,
+}
+
+/// Why bytes between two zeros are no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameError {
+    /// The stuffing does not hold.
+    Stuffing,
+    /// It is not as long as a frame.
+    Length {
+        /// Bytes without stuffing and end.
+        found: usize,
+    },
+    /// The checksum does not hold.
+    Checksum {
+        /// What the bytes amount to.
+        expected: u32,
+        /// What the frame says.
+        found: u32,
+    },
+    /// The frame is whole and of another version than [`VERSION`].
+    Version {
+        /// That version.
+        found: u8,
+    },
+    /// The frame is whole and has a code that no mode or kind of fix has.
+    Code {
+        /// The code.
+        found: u8,
+    },
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stuffing => f.write_str("a zero where none can be"),
+            Self::Length { found } => {
+                write!(f, "{found} bytes, expected {}", BODY + CHECKSUM)
+            }
+            Self::Checksum { expected, found } => {
+                write!(f, "checksum {found:08x}, expected {expected:08x}")
+            }
+            Self::Version { found } => write!(f, "version {found}, expected {VERSION}"),
+            Self::Code { found } => write!(f, "code {found} names no mode or kind of fix"),
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// The frame numbered `sequence` that tells `snapshot`, to the nearest step of each field; what a
+/// field cannot hold becomes the nearest that it can.
+#[must_use]
+pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {
+    let mut plain = [0; BODY + CHECKSUM];
+    let [body @ .., c0, c1, c2, c3] = &mut plain;
+    let mut header = [VERSION, sequence, snapshot.mode.code(), snapshot.gps.fix.code()];
+    let mut snapshot = *snapshot;
+    walk(&mut Codec::Pack(body), &mut header, &mut snapshot);
+    [*c0, *c1, *c2, *c3] = CRC.checksum(body).to_le_bytes();
+
+    let mut bytes = [0; LENGTH];
+    let [stuffed @ .., _] = &mut bytes;
+    // Cannot fail: the room is that of the longest stuffing.
+    let _ = cobs::try_encode(&plain, stuffed);
+    bytes
+}
+
+/// The frame in the bytes between two zeros, which are used up as room.
+fn unpack(stuffed: &mut [u8]) -> Result<Frame, FrameError> {
+    let length = cobs::decode_in_place(stuffed).map_err(|_| FrameError::Stuffing)?;
+    let plain: &[u8; BODY + CHECKSUM] = stuffed
+        .get(..length)
+        .and_then(|plain| plain.try_into().ok())
+        .ok_or(FrameError::Length { found: length })?;
+    let [body @ .., c0, c1, c2, c3] = plain;
+    let (expected, found) = (CRC.checksum(body), u32::from_le_bytes([*c0, *c1, *c2, *c3]));
+    if expected != found {
+        return Err(FrameError::Checksum { expected, found });
+    }
+    let [version, ..] = *body;
+    if version != VERSION {
+        return Err(FrameError::Version { found: version });
+    }
+    let mut header = [0; 4];
+    let mut snapshot = Snapshot::at(Time::ZERO);
+    walk(&mut Codec::Unpack(body), &mut header, &mut snapshot);
+    let [_, sequence, mode, fix] = header;
+    snapshot.mode = Mode::from_code(mode).ok_or(FrameError::Code { found: mode })?;
+    snapshot.gps.fix = FixKind::from_code(fix).ok_or(FrameError::Code { found: fix })?;
+    Ok(Frame { sequence, snapshot })
+}
+
+/// Every field in its place: the layout, for both ways.
+fn walk(codec: &mut Codec<'_>, header: &mut [u8; 4], snapshot: &mut Snapshot) {
+    codec.bytes(header);
+    let mut time_us = (snapshot.time.nanoseconds().div_euclid(1_000)).to_le_bytes();
+    codec.bytes(&mut time_us);
+    snapshot.time = Time::from_nanoseconds(i64::from_le_bytes(time_us).saturating_mul(1_000));
+    let mut health = snapshot.health.bits().to_le_bytes();
+    codec.bytes(&mut health);
+    snapshot.health = Health::from_bits(u16::from_le_bytes(health));
+
+    codec.vector::<i16, _>(&mut snapshot.angular_rate_radps, RATE_RADPS);
+    codec.vector::<i16, _>(&mut snapshot.specific_force_mps2, SPECIFIC_FORCE_MPS2);
+    codec.vector::<i16, _>(&mut snapshot.magnetic_field_gauss, FIELD_GAUSS);
+    codec.scaled::<i16>(&mut snapshot.temperature_degc, TEMPERATURE_DEGC);
+
+    let mut angles = snapshot.attitude.map(|a| [a.roll_rad, a.pitch_rad, a.yaw_rad]);
+    codec.scaled_all::<i16, 3>(&mut angles, ANGLE_RAD);
+    snapshot.attitude =
+        angles.map(|[roll_rad, pitch_rad, yaw_rad]| EulerAngles { roll_rad, pitch_rad, yaw_rad });
+    let mut place = snapshot.position.map(|p| [p.latitude_deg(), p.longitude_deg()]);
+    let mut height_m = snapshot.position.map(|p| p.height_m);
+    codec.scaled_all::<i32, 2>(&mut place, PLACE_DEG);
+    codec.scaled::<i32>(&mut height_m, HEIGHT_M);
+    snapshot.position =
+        place.zip(height_m).and_then(|([latitude_deg, longitude_deg], height_m)| {
+            Geodetic::from_degrees(latitude_deg, longitude_deg, height_m)
+        });
+    codec.vector::<i16, _>(&mut snapshot.velocity_mps, VELOCITY_MPS);
+    sigmas(codec, &mut snapshot.sigmas);
+
+    for widths_ms in [&mut snapshot.commanded_ms, &mut snapshot.pilot_ms] {
+        *widths_ms = widths_ms.map(|mut width_ms| {
+            codec.scaled::<u16>(&mut width_ms, WIDTH_MS);
+            width_ms
+        });
+    }
+    gps(codec, &mut snapshot.gps);
+    innovations(codec, &mut snapshot.innovations);
+
+    let timing = &mut snapshot.timing;
+    codec.scaled::<u16>(&mut timing.period_s, DURATION_S);
+    codec.scaled::<u16>(&mut timing.work_s, DURATION_S);
+    codec.scaled::<u16>(&mut timing.longest_work_s, DURATION_S);
+    codec.count(&mut timing.overruns);
+    let drops = &mut snapshot.drops;
+    codec.count(&mut drops.imu_packets);
+    codec.count(&mut drops.gps_messages);
+    codec.count(&mut drops.pilot_pulses);
+    codec.count(&mut drops.telemetry_frames);
+}
+
+fn sigmas(codec: &mut Codec<'_>, sigmas: &mut Sigmas) {
+    codec.scaled::<u16>(&mut sigmas.horizontal_m, SIGMA_M);
+    codec.scaled::<u16>(&mut sigmas.vertical_m, SIGMA_M);
+    codec.scaled::<u16>(&mut sigmas.horizontal_velocity_mps, SIGMA_MPS);
+    codec.scaled::<u16>(&mut sigmas.vertical_velocity_mps, SIGMA_MPS);
+    codec.scaled::<u16>(&mut sigmas.tilt_rad, ANGLE_RAD);
+    codec.scaled::<u16>(&mut sigmas.heading_rad, ANGLE_RAD);
+}
+
+fn gps(codec: &mut Codec<'_>, gps: &mut GpsSummary) {
+    let mut satellites = gps.satellites.map(f64::from);
+    codec.scaled::<u8>(&mut satellites, 1.0);
+    gps.satellites = satellites.map(|count| count as u8);
+    codec.scaled::<u8>(&mut gps.age_s, AGE_S);
+    codec.scaled_all::<i32, 2>(&mut gps.latitude_longitude_deg, PLACE_DEG);
+    codec.scaled::<i32>(&mut gps.height_m, HEIGHT_M);
+    codec.scaled::<i32>(&mut gps.altitude_msl_m, HEIGHT_M);
+    codec.scaled_all::<i16, 2>(&mut gps.horizontal_velocity_mps, VELOCITY_MPS);
+    codec.scaled::<i16>(&mut gps.down_velocity_mps, VELOCITY_MPS);
+    codec.scaled::<u8>(&mut gps.hdop, DILUTION);
+    codec.scaled::<u8>(&mut gps.vdop, DILUTION);
+}
+
+fn innovations(codec: &mut Codec<'_>, innovations: &mut Innovations) {
+    codec.scaled::<u8>(&mut innovations.position, NORMALISED);
+    codec.scaled::<u8>(&mut innovations.velocity, NORMALISED);
+    codec.scaled::<u8>(&mut innovations.attitude, NORMALISED);
+    codec.scaled::<u8>(&mut innovations.heading, NORMALISED);
+    codec.scaled::<u8>(&mut innovations.baro, NORMALISED);
+    codec.count(&mut innovations.rejected);
+}
+
+/// What became of the stream so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Bytes seen.
+    pub bytes: u64,
+    /// Frames delivered.
+    pub frames: u64,
+    /// Stretches between zeros that were no frame.
+    pub damaged: u64,
+    /// Frames that the numbers of those delivered show to be missing, the damaged among them.
+    pub missing: u64,
+}
+
+/// Finds the frames in a stream of bytes, whatever happened to it on its way.
+///
+/// A frame is delivered with its zero; after any damage the next whole frame is found. Memory is
+/// fixed, and so is the work for each byte but a zero, which has one frame's.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    stuffed: [u8; STUFFED],
+    /// Bytes since the last zero, those that `stuffed` has no room for included.
+    length: usize,
+    before: Option<u8>,
+    tally: Tally,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self { stuffed: [0; STUFFED], length: 0, before: None, tally: Tally::default() }
+    }
+}
+
+impl Decoder {
+    /// Takes one byte; the frame that it ends, or why what it ends is none.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Frame, FrameError>> {
+        self.tally.bytes += 1;
+        if byte != 0 {
+            if let Some(slot) = self.stuffed.get_mut(self.length) {
+                *slot = byte;
+            }
+            self.length = self.length.saturating_add(1);
+            return None;
+        }
+        let length = core::mem::take(&mut self.length);
+        if length == 0 {
+            return None;
+        }
+        let result = self
+            .stuffed
+            .get_mut(..length)
+            .ok_or(FrameError::Length { found: length })
+            .and_then(unpack);
+        match &result {
+            Ok(frame) => {
+                let gap = |before| frame.sequence.wrapping_sub(before).wrapping_sub(1);
+                self.tally.missing += u64::from(self.before.map_or(0, gap));
+                self.before = Some(frame.sequence);
+                self.tally.frames += 1;
+            }
+            Err(_) => self.tally.damaged += 1,
+        }
+        Some(result)
+    }
+
+    /// What became of the stream so far.
+    #[must_use]
+    pub const fn tally(&self) -> &Tally {
+        &self.tally
+    }
+}
+
+#[cfg(test)]
+mod tests;

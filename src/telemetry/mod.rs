@@ -1,0 +1,46 @@
+//! Telemetry: what the ground is told of the flight, as it goes.
+//!
+//! A [`Snapshot`] is everything that one moment tells. It goes out packed into a [`frame`] of 145
+//! bytes, 33 times a second on a modem of 57 600 baud while the ground has the [`Flow`] on; or, with
+//! the feature `mavlink`, as MAVLink 2 messages on a port of their own.
+//!
+//! ```
+//! use hovernav::telemetry::{Flow, Snapshot, frame};
+//! use hovernav::time::Time;
+//!
+//! let mut flow = Flow::default();
+//! flow.receive(b"#");
+//! assert!(flow.is_on());
+//!
+//! let mut snapshot = Snapshot::at(Time::ZERO);
+//! snapshot.temperature_degc = Some(31.5);
+//! let bytes = frame::pack(&snapshot, 0);
+//!
+//! let mut decoder = frame::Decoder::default();
+//! let frames: Vec<_> = bytes.iter().filter_map(|byte| decoder.push(*byte)).collect();
+//! assert_eq!(frames[0].unwrap().snapshot, snapshot);
+//! ```
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
+mod flow;
+pub mod frame;
+#[cfg(feature = "mavlink")]
+mod mavlink;
+mod snapshot;
+mod wire;
+
+pub use flow::Flow;
+#[cfg(feature = "mavlink")]
+pub use mavlink::{Mavlink, MavlinkConfig, MavlinkRates};
+pub use snapshot::{
+    Drops, FixKind, GpsSummary, Health, Innovations, LoopTiming, Mode, Sigmas, Snapshot,
+};

@@ -1,0 +1,110 @@
+//! Numbers as whole steps, and one walk over the fields that both packs and unpacks.
+
+use crate::frames::Vector;
+
+/// Bytes being filled or read, front to back.
+pub(super) enum Codec<'a> {
+    /// Values go into what is left of these bytes.
+    Pack(&'a mut [u8]),
+    /// Values come from what is left of these bytes.
+    Unpack(&'a [u8]),
+}
+
+/// A whole number on the wire.
+pub(super) trait Word: Copy {
+    /// `steps` to the nearest number; what is beyond the ends becomes the nearest end, NaN and `None`
+    /// become the number that stands for unknown.
+    fn of(steps: Option<f64>) -> Self;
+    /// The number of steps, if it is known.
+    fn steps(self) -> Option<f64>;
+    /// Packs or unpacks it.
+    fn code(&mut self, codec: &mut Codec<'_>);
+}
+
+macro_rules! word {
+    ($type:ident, $unknown:ident, $least:expr, $greatest:expr) => {
+        impl Word for $type {
+            fn of(steps: Option<f64>) -> Self {
+                let known = steps.filter(|steps| !steps.is_nan());
+                known.map_or(Self::$unknown, |steps| {
+                    (libm::round(steps) as Self).max($least).min($greatest)
+                })
+            }
+
+            fn steps(self) -> Option<f64> {
+                (self != Self::$unknown).then_some(f64::from(self))
+            }
+
+            fn code(&mut self, codec: &mut Codec<'_>) {
+                let mut bytes = self.to_le_bytes();
+                codec.bytes(&mut bytes);
+                *self = Self::from_le_bytes(bytes);
+            }
+        }
+    };
+}
+
+word!(i16, MIN, Self::MIN + 1, Self::MAX);
+word!(i32, MIN, Self::MIN + 1, Self::MAX);
+word!(u8, MAX, 0, Self::MAX - 1);
+word!(u16, MAX, 0, Self::MAX - 1);
+
+impl Codec<'_> {
+    /// Packs or unpacks `N` bytes. Beyond the end nothing is written, and what is read stays as it
+    /// was.
+    pub fn bytes<const N: usize>(&mut self, value: &mut [u8; N]) {
+        match self {
+            Self::Pack(room) => {
+                if let Some((slot, rest)) = core::mem::take(room).split_first_chunk_mut() {
+                    *slot = *value;
+                    *room = rest;
+                }
+            }
+            Self::Unpack(bytes) => {
+                if let Some((slot, rest)) = bytes.split_first_chunk() {
+                    *value = *slot;
+                    *bytes = rest;
+                }
+            }
+        }
+    }
+
+    /// Packs or unpacks a value as a whole number of steps, `per_unit` of them in
+    /// one of its unit.
+    pub fn scaled<W: Word>(&mut self, value: &mut Option<f64>, per_unit: f64) {
+        let mut word = W::of(value.map(|value| value * per_unit));
+        word.code(self);
+        *value = word.steps().map(|steps| steps / per_unit);
+    }
+
+    /// The same for several at once, which are known all or not at all.
+    pub fn scaled_all<W: Word, const N: usize>(
+        &mut self,
+        values: &mut Option<[f64; N]>,
+        per_unit: f64,
+    ) {
+        let mut known = true;
+        let mut read = values.unwrap_or([f64::NAN; N]);
+        for value in &mut read {
+            let mut component = Some(*value);
+            self.scaled::<W>(&mut component, per_unit);
+            known &= component.is_some();
+            *value = component.unwrap_or_default();
+        }
+        *values = known.then_some(read);
+    }
+
+    /// The same for a vector.
+    pub fn vector<W: Word, F>(&mut self, value: &mut Option<Vector<F>>, per_unit: f64) {
+        let mut components = value.map(Vector::to_array);
+        self.scaled_all::<W, 3>(&mut components, per_unit);
+        *value = components.map(Vector::from);
+    }
+
+    /// Packs or unpacks a count; one beyond two bytes becomes the greatest that fits.
+    pub fn count(&mut self, value: &mut u32) {
+        let mut bytes = u16::try_from(*value).unwrap_or(u16::MAX).to_le_bytes();
+        self.bytes(&mut bytes);
+        *value = u32::from(u16::from_le_bytes(bytes));
+    }
+}
