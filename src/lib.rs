@@ -11,6 +11,7 @@
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
+//! | `serial`, `play` | with `serial`: lines that come back by themselves, and devices to test them on |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod dmu;
@@ -22,6 +23,10 @@ pub mod gps;
 pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
+#[cfg(all(feature = "serial", unix))]
+pub mod play;
+#[cfg(feature = "serial")]
+pub mod serial;
 #[cfg(feature = "std")]
 pub mod sim;
 pub mod time;
