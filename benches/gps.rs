@@ -4,13 +4,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use hovernav::gps::{Protocol, Receiver};
+use hovernav::sim::devices::encode::{self, Epoch};
 use hovernav::time::Time;
-
-#[expect(dead_code, reason = "shared with the tests")]
-#[path = "../tests/gps_streams/encode.rs"]
-mod encode;
-
-use encode::Epoch;
 
 fn decode(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("gps");

@@ -14,6 +14,7 @@
 //! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 //! | `fly` | with `std`: the real-time loop and its configuration |
+//! | `serial`, `play` | with `serial`: lines that come back by themselves, and devices to test them on |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod dmu;
@@ -29,6 +30,10 @@ pub mod ins;
 pub mod log;
 pub mod sensors;
 pub mod servo;
+#[cfg(all(feature = "serial", unix))]
+pub mod play;
+#[cfg(feature = "serial")]
+pub mod serial;
 #[cfg(feature = "std")]
 pub mod sim;
 pub mod telemetry;

@@ -123,6 +123,41 @@ impl Calibration {
         }
     }
 
+    /// The packet that a unit sends of `measurement`, its timer 0: the inverse of
+    /// [`Calibration::measure`] to within half a count. What is beyond full scale stands at its end,
+    /// what is not a number is 0, and so is an attitude that is not known.
+    ///
+    /// ```
+    /// use hovernav::dmu::{Calibration, Packet};
+    /// # use hovernav::dmu::AnglePacket;
+    /// # let packet = AnglePacket { acceleration: [3, -4, 0x1555], temperature: 1587, ..Default::default() };
+    /// let calibration = Calibration::new(200.0, 4.0)?;
+    /// let measurement = calibration.measure(&Packet::Angle(packet)).unwrap();
+    /// assert_eq!(calibration.counts(&measurement), packet);
+    /// # Ok::<(), hovernav::dmu::RangeError>(())
+    /// ```
+    #[must_use]
+    pub fn counts(&self, measurement: &Measurement) -> AnglePacket {
+        // A cast ends at the ends of the range, and makes 0 of what is not a number.
+        let words = |vector: Vector<Body>, scales: [f64; 3]| {
+            let ([x, y, z], [x_scale, y_scale, z_scale]) = (vector.to_array(), scales);
+            [x / x_scale, y / y_scale, z / z_scale].map(|count| libm::round(count) as i16)
+        };
+        let angles = measurement
+            .attitude
+            .map_or([0.0; 3], |angles| [angles.roll_rad, angles.pitch_rad, angles.yaw_rad]);
+        let temperature = (measurement.temperature_degc / 44.44 + 1.375) * 4096.0 / 5.0;
+        AnglePacket {
+            // 180° is also −180°: angles wrap where other words end.
+            attitude: angles.map(|angle| libm::round(angle / RADIANS_PER_COUNT) as i32 as i16),
+            angular_rate: words(measurement.angular_rate_radps, [self.rate_radps_per_count; 3]),
+            acceleration: words(measurement.specific_force_mps2, self.acceleration_mps2_per_count),
+            magnetic_field: words(measurement.magnetic_field_gauss, [GAUSS_PER_COUNT; 3]),
+            temperature: (libm::round(temperature) as u16).min(0x0FFF),
+            timer: 0,
+        }
+    }
+
     fn measure_scaled(&self, packet: ScaledPacket) -> Measurement {
         let [ax, ay, az] = packet.acceleration.map(f64::from);
         let [scale_x, scale_y, scale_z] = self.acceleration_mps2_per_count;

@@ -13,6 +13,7 @@
 //! ```
 
 mod check;
+pub mod devices;
 mod dmu;
 mod gps;
 mod noise;

@@ -1,139 +1,71 @@
 //! A unit at the far end of a serial line, and the conversation of a link with it.
 
-use std::collections::VecDeque;
-
-use hovernav::dmu::{AnglePacket, Link, LinkAction, LinkFault, Mode, Received, ScaledPacket};
-use hovernav::dmu::{Packet, VoltagePacket};
+use hovernav::dmu::{AnglePacket, Link, LinkAction, LinkFault, Mode, Packet, Received};
+use hovernav::sim::devices::{Device, DmuDevice, Firmware};
 use hovernav::time::Time;
-
-/// Seconds a byte takes on the line.
-const BYTE_S: f64 = 10.0 / 38_400.0;
 
 /// Seconds between packets of continuous mode.
 const PACKET_S: f64 = 1.0 / 60.0;
 
-/// What the unit does with commands; each firmware knows only some of them.
-#[derive(Clone, Copy, Debug)]
-pub struct Firmware {
-    /// `R` resets to voltage mode, polled.
-    pub ping_resets: bool,
-    /// `P` ends continuous mode; if not, only `G` does.
-    pub knows_polled: bool,
-}
+/// Packets that it has to send: half a minute.
+const PACKETS: u32 = 1_800;
 
 #[derive(Clone, Debug)]
 pub struct SimulatedUnit {
-    pub firmware: Firmware,
-    pub mode: Mode,
-    pub continuous: bool,
+    pub device: DmuDevice,
     /// Neither hears nor speaks.
     pub unplugged: bool,
-    /// Template of its packets; only the timer moves.
-    pub words: i16,
-    /// Bytes on the line and when each arrives.
-    line: VecDeque<(Time, u8)>,
-    line_free: Time,
-    next_packet: Time,
-    pub sent: Vec<Packet>,
+    /// All that it put on the line.
+    sent: Vec<u8>,
 }
 
 impl SimulatedUnit {
+    /// Its words are `AH`: bytes of replies to commands.
     pub fn new(firmware: Firmware, mode: Mode, continuous: bool) -> Self {
-        Self {
-            firmware,
-            mode,
-            continuous,
-            unplugged: false,
-            words: 0x4148,
-            line: VecDeque::new(),
-            line_free: Time::ZERO,
-            next_packet: Time::ZERO,
-            sent: Vec::new(),
-        }
-    }
-
-    fn send(&mut self, bytes: &[u8], now: Time) {
-        self.line_free = self.line_free.max(now);
-        for byte in bytes {
-            self.line_free = self.line_free + BYTE_S;
-            self.line.push_back((self.line_free, *byte));
-        }
+        let words = [0x4148; 3];
+        let packet = AnglePacket {
+            attitude: words,
+            angular_rate: words,
+            acceleration: words,
+            magnetic_field: words,
+            temperature: 1587,
+            timer: 0,
+        };
+        let time = |index| Time::ZERO + f64::from(index) * PACKET_S;
+        let packets = (0..PACKETS).map(|index| (time(index), packet)).collect();
+        let device = DmuDevice { firmware, mode, continuous, ..DmuDevice::new(packets) };
+        Self { device, unplugged: false, sent: Vec::new() }
     }
 
     pub fn noise(&mut self, bytes: &[u8], now: Time) {
-        self.send(bytes, now);
+        self.device.babble(bytes, now);
     }
 
-    fn send_packet(&mut self, now: Time) {
-        let words = [self.words; 3];
-        let timer = 0u16.wrapping_sub((now.seconds() / 0.79e-6) as u64 as u16);
-        let (angular_rate, acceleration, magnetic_field, temperature) = (words, words, words, 1587);
-        let angle = AnglePacket {
-            attitude: words,
-            angular_rate,
-            acceleration,
-            magnetic_field,
-            temperature,
-            timer,
+    /// Whether it put this packet on the line, byte for byte.
+    pub fn has_sent(&self, packet: &Packet) -> bool {
+        let bytes = match packet {
+            Packet::Voltage(packet) => packet.encode().to_vec(),
+            Packet::Scaled(packet) => packet.encode().to_vec(),
+            Packet::Angle(packet) => packet.encode().to_vec(),
         };
-        let scaled =
-            ScaledPacket { angular_rate, acceleration, magnetic_field, temperature, timer };
-        let volts = words.map(i16::cast_unsigned);
-        let voltage = VoltagePacket {
-            angular_rate: volts,
-            acceleration: volts,
-            magnetic_field: volts,
-            temperature,
-            timer,
-        };
-        let (packet, bytes) = match self.mode {
-            Mode::Angle => (Packet::Angle(angle), angle.encode().to_vec()),
-            Mode::Scaled => (Packet::Scaled(scaled), scaled.encode().to_vec()),
-            Mode::Voltage => (Packet::Voltage(voltage), voltage.encode().to_vec()),
-        };
-        self.sent.push(packet);
-        self.send(&bytes, now);
+        self.sent.windows(bytes.len()).any(|window| window == bytes)
     }
 
     pub fn command(&mut self, byte: u8, now: Time) {
-        if self.unplugged {
-            return;
-        }
-        match byte {
-            b'R' => {
-                if self.firmware.ping_resets {
-                    (self.mode, self.continuous) = (Mode::Voltage, false);
-                }
-                self.send(b"H", now);
-            }
-            b'r' | b'c' | b'a' => {
-                self.mode = match byte {
-                    b'r' => Mode::Voltage,
-                    b'c' => Mode::Scaled,
-                    _ => Mode::Angle,
-                };
-                self.send(&[byte.to_ascii_uppercase()], now);
-            }
-            b'P' => self.continuous &= !self.firmware.knows_polled,
-            b'C' => (self.continuous, self.next_packet) = (true, now),
-            b'G' if self.continuous => self.continuous = false,
-            b'G' => self.send_packet(now),
-            other => panic!("no such command: {other:#04x}"),
+        if !self.unplugged {
+            self.device.receive(&[byte], now);
         }
     }
 
     /// What has arrived at the other end up to `now`.
     fn arrived(&mut self, now: Time) -> Vec<u8> {
-        while self.continuous && self.next_packet <= now {
-            let at = self.next_packet;
-            if !self.unplugged {
-                self.send_packet(at);
-            }
-            self.next_packet = at + PACKET_S;
+        let mut bytes = Vec::new();
+        self.device.transmit(now, &mut bytes);
+        if self.unplugged {
+            bytes.clear();
         }
-        let count = self.line.iter().take_while(|(time, _)| *time <= now).count();
-        let bytes: Vec<u8> = self.line.drain(..count).map(|(_, byte)| byte).collect();
-        if self.unplugged { Vec::new() } else { bytes }
+        self.sent.extend(&bytes);
+        bytes
     }
 }
 

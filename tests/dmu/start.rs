@@ -1,9 +1,10 @@
 //! Start-up from any state of the unit, and starting over when it is lost.
 
 use hovernav::dmu::{Command, Flow, Link, LinkFault, Mode, Packet, StartupError};
+use hovernav::sim::devices::Firmware;
 use hovernav::time::Time;
 
-use crate::simulated_unit::{Conversation, Firmware, SimulatedUnit};
+use crate::simulated_unit::{Conversation, SimulatedUnit};
 
 const MODES: [Mode; 3] = [Mode::Voltage, Mode::Scaled, Mode::Angle];
 const POLLED: Flow = Flow::Polled { cycle_s: 0.0303 };
@@ -44,7 +45,7 @@ fn from_any_state_the_unit_runs_as_asked_within_a_second() {
                         assert!(talk.packets.len() >= 10, "{case}: {}", talk.packets.len());
                         for (_, received) in &talk.packets {
                             assert_eq!(mode_of(&received.packet), wanted, "{case}");
-                            assert!(talk.unit.sent.contains(&received.packet), "{case}");
+                            assert!(talk.unit.has_sent(&received.packet), "{case}");
                         }
                         assert_eq!(talk.link.tally().bytes_lost(), 0, "{case}");
                     }
@@ -107,7 +108,7 @@ fn a_unit_unplugged_for_two_seconds_is_back_a_second_later() {
             let unplugged = talk.now;
             talk.run(2.0);
             if resets {
-                (talk.unit.mode, talk.unit.continuous) = (Mode::Voltage, false);
+                (talk.unit.device.mode, talk.unit.device.continuous) = (Mode::Voltage, false);
             }
             talk.unit.unplugged = false;
             let plugged = talk.now;
@@ -129,7 +130,7 @@ fn a_unit_that_falls_back_to_another_mode_is_set_right() {
         let unit = SimulatedUnit::new(MODERN, Mode::Angle, false);
         let mut talk = conversation(unit, Mode::Angle, flow);
         talk.run(1.0);
-        talk.unit.mode = Mode::Voltage;
+        talk.unit.device.mode = Mode::Voltage;
         talk.run(2.5);
         assert_eq!(talk.faults.len(), 1, "{flow:?}: {:?}", talk.faults);
         let (last, received) = talk.packets.last().unwrap();
@@ -143,7 +144,7 @@ fn a_line_full_of_noise_is_reported_before_it_would_count_as_dead() {
     let unit = SimulatedUnit::new(MODERN, Mode::Angle, false);
     let mut talk = conversation(unit, Mode::Angle, Flow::Continuous);
     talk.run(1.0);
-    talk.unit.continuous = false;
+    talk.unit.device.continuous = false;
     talk.run(0.1);
     let silenced = talk.now;
     while talk.faults.is_empty() {
@@ -181,7 +182,7 @@ fn a_stray_byte_at_any_moment_of_the_start_only_delays_it() {
         talk.run(2.0 - f64::from(moment) * 1e-3);
         assert_eq!(talk.faults, [], "after {moment} ms");
         assert!(talk.packets.len() > 10, "after {moment} ms: {}", talk.packets.len());
-        assert!(talk.packets.iter().all(|(_, found)| talk.unit.sent.contains(&found.packet)));
+        assert!(talk.packets.iter().all(|(_, found)| talk.unit.has_sent(&found.packet)));
     }
 }
 

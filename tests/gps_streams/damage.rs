@@ -10,7 +10,7 @@ use hovernav::gps::quality::{Limits, QualityCheck};
 use hovernav::gps::{Protocol, Receiver, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
 
-use crate::encode::{self, Epoch};
+use hovernav::sim::devices::encode::{self, Epoch};
 
 const EPOCHS: u32 = 5;
 const BUT_THE_LAST: Range<usize> = 0..EPOCHS as usize - 1;
@@ -57,12 +57,12 @@ fn is_true(fix: &ReceiverFix) -> bool {
     (0..EPOCHS).map(Epoch::flying).any(|epoch| {
         let near = |a: f64, b: f64, limit: f64| (a - b).abs() <= limit;
         let or_unknown = |a: Option<f64>, b: f64| a.is_none_or(|a| near(a, b, 0.02));
-        let [north, east, down] = epoch.velocity_ned_mps;
-        let utc = (u64::from(epoch.time_of_week_s) - 18) % 86_400;
+        let [north, east, down] = epoch.velocity_ned_mps.unwrap();
+        let utc = (u64::from(epoch.time_of_week_ms) / 1_000 - 18) % 86_400;
         let same_time = match fix.time {
             None => true,
             Some(ReceiverTime::Gps { time_of_week_ns, week, leap_seconds }) => {
-                time_of_week_ns == u64::from(epoch.time_of_week_s) * 1_000_000_000
+                time_of_week_ns == u64::from(epoch.time_of_week_ms) * 1_000_000
                     && week.is_none_or(|week| week == encode::WEEK)
                     && leap_seconds.is_none_or(|leap| leap == encode::LEAP_SECONDS)
             }

@@ -2,7 +2,6 @@
 //! for makes no fix, and what is damaged on the way gives no false one.
 
 mod damage;
-mod encode;
 mod nmea;
 mod quality;
 mod round_trip;

@@ -5,8 +5,8 @@ use hovernav::gps::quality::{Failure, Limits, QualityCheck};
 use hovernav::gps::{Dimension, Protocol, ReceiverFix};
 use hovernav::time::Time;
 
-use crate::encode::{self, Epoch};
 use crate::fixes;
+use hovernav::sim::devices::encode::{self, Epoch};
 
 /// Good fixes a second apart.
 fn flight(seconds: u32) -> Vec<ReceiverFix> {

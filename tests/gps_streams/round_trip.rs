@@ -10,7 +10,7 @@ use hovernav::time::Time;
 use proptest::array::uniform4;
 use proptest::prelude::*;
 
-use crate::encode::{self, Epoch};
+use hovernav::sim::devices::encode::{self, Epoch};
 
 fn epochs() -> impl Strategy<Value = Epoch> {
     (
@@ -20,12 +20,13 @@ fn epochs() -> impl Strategy<Value = Epoch> {
         .prop_map(|((time, latitude_deg, longitude_deg, height_m), (n, e, d, satellites))| {
             Epoch {
                 // From midnight of the day that the UBX and NMEA encoders write on.
-                time_of_week_s: 432_018 + time % 86_000,
+                time_of_week_ms: (432_018 + time % 86_000) * 1_000,
                 latitude_deg,
                 longitude_deg,
                 height_m,
-                velocity_ned_mps: [n, e, d],
+                velocity_ned_mps: Some([n, e, d]),
                 satellites,
+                ..Epoch::flying(0)
             }
         })
 }
@@ -50,7 +51,7 @@ fn near(found: f64, expected: f64, limit: f64) -> bool {
 
 /// Whether position and velocity came back to the steps in which they are sent.
 fn came_back(fix: &ReceiverFix, epoch: &Epoch, degrees: f64, metres: f64, mps: f64) -> bool {
-    let [north, east, down] = epoch.velocity_ned_mps;
+    let [north, east, down] = epoch.velocity_ned_mps.unwrap();
     let velocity = fix.horizontal_velocity_mps;
     near(fix.latitude_rad.to_degrees(), epoch.latitude_deg, degrees)
         && near(fix.longitude_rad.to_degrees(), epoch.longitude_deg, degrees)
@@ -62,7 +63,7 @@ fn came_back(fix: &ReceiverFix, epoch: &Epoch, degrees: f64, metres: f64, mps: f
 fn gps_time(epoch: &Epoch, leap_seconds: Option<u8>) -> ReceiverTime {
     ReceiverTime::Gps {
         week: Some(encode::WEEK),
-        time_of_week_ns: u64::from(epoch.time_of_week_s) * 1_000_000_000,
+        time_of_week_ns: u64::from(epoch.time_of_week_ms) * 1_000_000,
         leap_seconds,
     }
 }
@@ -113,7 +114,7 @@ proptest! {
         // The course has two digits, and the crate's numbers are single precision.
         prop_assert!(came_back(&fixes[0], &epoch, 1e-8, 6e-3, 7e-3), "{:?}", fixes[0]);
         prop_assert_eq!(fixes[0].down_velocity_mps, None);
-        let unix_s = (20_532 - 5) * 86_400 + i64::from(epoch.time_of_week_s) - 18;
+        let unix_s = (20_532 - 5) * 86_400 + i64::from(epoch.time_of_week_ms / 1_000) - 18;
         let unix_ns = fixes[0].time.and_then(|time| time.unix_ns());
         prop_assert_eq!(unix_ns, Some(unix_s * 1_000_000_000));
     }

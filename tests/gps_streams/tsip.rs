@@ -6,8 +6,8 @@ use hovernav::gps::tsip::{Decoder, Health, IoOptions};
 use hovernav::gps::{Correction, Dimension, Protocol, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
 
-use crate::encode::{self, Epoch, tsip_packet};
 use crate::fixes;
+use hovernav::sim::devices::encode::{self, Epoch, tsip_packet};
 
 fn singles(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_be_bytes()).collect()
@@ -52,10 +52,10 @@ fn earth_fixed_reports_give_the_same_fix_as_local_ones() {
     let epoch = Epoch::flying(3);
     let place =
         Geodetic::from_degrees(epoch.latitude_deg, epoch.longitude_deg, epoch.height_m).unwrap();
-    let velocity: Vector<Ned> = epoch.velocity_ned_mps.into();
+    let velocity: Vector<Ned> = epoch.velocity_ned_mps.unwrap().into();
     let [x, y, z] = place.to_ecef().to_array();
     let [vx, vy, vz] = (place.ecef_to_ned().inverse() * velocity).to_array();
-    let time = epoch.time_of_week_s as f32;
+    let time = (epoch.time_of_week_ms / 1_000) as f32;
     let speed = tsip_packet(0x43, &singles(&[vx as f32, vy as f32, vz as f32, 0.0, time]));
     let double = [doubles(&[x, y, z, 0.0]), singles(&[time])].concat();
     let single = singles(&[x as f32, y as f32, z as f32, time]);

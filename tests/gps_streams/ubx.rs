@@ -6,8 +6,8 @@ use hovernav::gps::ubx::{Configuration, ConfigurationError, Decoder};
 use hovernav::gps::{Correction, Dimension, Protocol, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
 
-use crate::encode::{self, Epoch, ubx_message};
 use crate::fixes;
+use hovernav::sim::devices::encode::{self, Epoch, ubx_message};
 
 fn read(wire: &[u8]) -> Vec<ReceiverFix> {
     fixes(Protocol::Ubx, wire)
@@ -24,9 +24,9 @@ fn changed(change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
 fn solution(epoch: &Epoch, fix_type: u8, flags: u8) -> Vec<u8> {
     let place =
         Geodetic::from_degrees(epoch.latitude_deg, epoch.longitude_deg, epoch.height_m).unwrap();
-    let velocity = place.ecef_to_ned().inverse() * Vector::from(epoch.velocity_ned_mps);
+    let velocity = place.ecef_to_ned().inverse() * Vector::from(epoch.velocity_ned_mps.unwrap());
     let centi = |value: f64| ((value * 100.0).round() as i32).to_le_bytes();
-    let mut payload = (epoch.time_of_week_s * 1_000).to_le_bytes().to_vec();
+    let mut payload = epoch.time_of_week_ms.to_le_bytes().to_vec();
     payload.extend((-5_000i32).to_le_bytes());
     payload.extend(encode::WEEK.to_le_bytes());
     payload.extend([fix_type, flags]);
@@ -116,7 +116,10 @@ fn nav_sol_alone_is_a_fix_in_centimetres() {
         Geodetic::from_degrees(epoch.latitude_deg, epoch.longitude_deg, epoch.height_m).unwrap();
     let found = fix.at(Time::ZERO).unwrap();
     assert!(found.position.displacement_from(&place).norm() < 0.01);
-    assert!((found.velocity_mps().unwrap() - Vector::from(epoch.velocity_ned_mps)).norm() < 0.01);
+    assert!(
+        (found.velocity_mps().unwrap() - Vector::from(epoch.velocity_ned_mps.unwrap())).norm()
+            < 0.01
+    );
     assert!((fix.position_sigma_m.unwrap() - Vector::new(2.8, 2.8, 2.8)).norm() < 1e-12);
     assert_eq!(
         fix.time,
@@ -141,7 +144,7 @@ fn the_finer_position_and_velocity_stay_in_whatever_order_they_come() {
     ] {
         let fix = read(&wire)[0];
         assert_eq!(read(&wire).len(), 1);
-        assert!((fix.position_sigma_m.unwrap() - Vector::new(2.2, 2.2, 3.3)).norm() < 1e-12);
+        assert!((fix.position_sigma_m.unwrap() - Vector::new(1.1, 1.1, 1.6)).norm() < 1e-12);
         let [north, east] = fix.horizontal_velocity_mps.unwrap();
         assert!((north - 4.9).abs() < 1e-12 && (east + 5.6).abs() < 1e-12);
         assert_eq!(fix.satellites, Some(epoch.satellites));
@@ -165,7 +168,7 @@ fn where_nav_pvt_comes_too_it_is_the_fix_and_the_only_one() {
         let epoch = Epoch::flying(index);
         wire.extend(solution(&epoch, 3, 0x0D));
         wire.extend(encode::ubx_pvt(&epoch));
-        wire.extend(encode::ubx_older(&epoch));
+        wire.extend(encode::ubx_older(&Epoch { horizontal_sigma_m: 2.2, ..epoch }));
     }
     let fixes = read(&wire);
     assert_eq!(fixes.len(), 6);

@@ -1,0 +1,111 @@
+//! A pseudo-terminal behind a link.
+
+use std::fs;
+use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+
+use serialport::{SerialPort as _, TTYPort};
+
+use super::PlayError;
+
+/// Bytes written at once: a pseudo-terminal that takes one takes as many without blocking.
+const CHUNK: usize = 256;
+
+/// How often to look whether somebody has opened the port.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// What came from the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Heard {
+    /// So many bytes.
+    Bytes(usize),
+    /// Nothing.
+    Nothing,
+    /// The port is not open.
+    Nobody,
+}
+
+/// The device's end of a pseudo-terminal, whose other end stands at a path. Both vanish with it.
+#[derive(Debug)]
+pub(super) struct Terminal {
+    device: TTYPort,
+    link: PathBuf,
+    target: PathBuf,
+}
+
+impl Terminal {
+    /// Makes a pseudo-terminal, and a link to it at `link`.
+    pub fn open(link: &Path) -> Result<Self, PlayError> {
+        let fails = |source| PlayError::Link { path: link.into(), source };
+        match fs::symlink_metadata(link) {
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(fails(error)),
+            // A link that leads nowhere was left over.
+            Ok(found) if found.is_symlink() && !link.exists() => {}
+            Ok(_) => return Err(PlayError::Occupied { path: link.into() }),
+        }
+        let no_terminal = |reason: String| PlayError::NoTerminal { path: link.into(), reason };
+        let (device, host) = TTYPort::pair().map_err(|error| no_terminal(error.to_string()))?;
+        let target = host.name().ok_or_else(|| no_terminal("it has no name".into()))?;
+        let terminal = Self { device, link: link.into(), target: target.into() };
+        // Made beside it and moved there, the link is there as a whole or not at all.
+        let mut beside = link.as_os_str().to_owned();
+        beside.push(format!(".{}", std::process::id()));
+        symlink(&terminal.target, &beside).map_err(fails)?;
+        fs::rename(&beside, link).map_err(fails)?;
+        Ok(terminal)
+    }
+
+    /// Sends to the host what its port takes at once; gives how many bytes that was.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<usize, PlayError> {
+        let mut sent = 0;
+        let _ = self.device.set_timeout(Duration::ZERO);
+        for chunk in bytes.chunks(CHUNK) {
+            match self.device.write(chunk) {
+                Ok(count) => sent += count,
+                Err(error) if is_passing(&error) || is_closed(&error) => break,
+                Err(error) => return Err(self.failed(error)),
+            }
+        }
+        Ok(sent)
+    }
+
+    /// Waits up to `wait` for bytes from the host.
+    pub fn hear(&mut self, buffer: &mut [u8], wait: Duration) -> Result<Heard, PlayError> {
+        let _ = self.device.set_timeout(wait);
+        match self.device.read(buffer) {
+            Ok(count @ 1..) => Ok(Heard::Bytes(count)),
+            Err(error) if is_passing(&error) => Ok(Heard::Nothing),
+            Err(error) if !is_closed(&error) => Err(self.failed(error)),
+            _ => {
+                thread::sleep(wait.min(LOOK));
+                Ok(Heard::Nobody)
+            }
+        }
+    }
+
+    fn failed(&self, source: io::Error) -> PlayError {
+        PlayError::Terminal { path: self.link.clone(), source }
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        // Somebody may have put another there.
+        if fs::read_link(&self.link).is_ok_and(|target| target == self.target) {
+            let _ = fs::remove_file(&self.link);
+        }
+    }
+}
+
+fn is_passing(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock)
+}
+
+/// Whether nobody has the other end open: a hang-up, or EIO, which has no kind of its own.
+fn is_closed(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::Other)
+}
