@@ -14,6 +14,8 @@ mod imu;
 mod info;
 mod manifest;
 mod number;
+#[cfg(feature = "record")]
+pub mod record;
 mod records;
 mod reference;
 mod remarks;

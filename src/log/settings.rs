@@ -75,6 +75,7 @@ impl Dataset {
 
         let magnetic = imu.heading_reference == HeadingReference::Magnetic;
         let wanted = magnetic
+            || imu.magnetic_declination_deg.is_some()
             || !self.magnetometer.is_empty()
             || self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
         if wanted {
