@@ -26,9 +26,13 @@ mod encode;
 mod entry;
 mod header;
 mod message;
+mod read;
 mod recorder;
+mod replay;
 mod writer;
 
 pub use entry::{Entry, Level, Line, RawBytes, ShortText};
 pub use header::Header;
+pub use read::{Call, Record, RecordedEvent};
 pub use recorder::{Recorder, Status};
+pub use replay::{Difference, Reproduction};

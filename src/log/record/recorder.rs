@@ -163,12 +163,15 @@ impl Recorder {
         if self.untold.raw > 0 || self.untold.decoded > 0 && self.fill() < QUEUE_FOR_ALL {
             let few = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
             let Lost { raw, decoded } = self.untold;
+            self.sequence += 1;
             if self.send(now, Entry::Lost { raw: few(raw), decoded: few(decoded) }) {
                 self.untold = Lost::default();
+            } else {
+                self.sequence -= 1;
             }
         }
         let is_raw = entry.is_raw();
-        self.sequence = self.sequence.wrapping_add(1);
+        self.sequence += 1;
         if !(is_raw || self.fill() < QUEUE_FOR_ALL) || !self.send(now, entry) {
             for lost in [&mut self.lost, &mut self.untold] {
                 lost.raw += u64::from(is_raw);
