@@ -28,12 +28,12 @@ pub mod gps;
 pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
-pub mod sensors;
-pub mod servo;
 #[cfg(all(feature = "serial", unix))]
 pub mod play;
+pub mod sensors;
 #[cfg(feature = "serial")]
 pub mod serial;
+pub mod servo;
 #[cfg(feature = "std")]
 pub mod sim;
 pub mod telemetry;

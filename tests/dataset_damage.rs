@@ -298,6 +298,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
                 controls: vec![(time, sticks)],
                 imu,
                 fixes,
+                order: Vec::new(),
                 warnings: Vec::new(),
             }
         },

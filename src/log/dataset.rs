@@ -13,6 +13,19 @@ use crate::time::Time;
 /// The manifest's file in a dataset directory.
 pub(super) const MANIFEST_FILE: &str = "dataset.toml";
 
+/// What a dataset holds events of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// [`Dataset::imu`].
+    Imu,
+    /// [`Dataset::fixes`].
+    Gps,
+    /// [`Dataset::baro`].
+    Baro,
+    /// [`Dataset::magnetometer`].
+    Magnetometer,
+}
+
 /// A recorded flight in memory, in time order, and what was wrong with its files.
 #[derive(Clone, Debug, Default)]
 pub struct Dataset {
@@ -28,20 +41,40 @@ pub struct Dataset {
     pub magnetometer: Vec<(Time, Vector<Body>)>,
     /// Stick positions: lateral, longitudinal, collective, pedal, each −1…1 about trim.
     pub controls: Vec<(Time, [f64; 4])>,
+    /// Whose event came next, from the first to the last; a flight record knows. Where it does not
+    /// tell of as many as there are, the events' times do.
+    pub order: Vec<Source>,
     /// What was repaired or left out while reading, one plain sentence each.
     pub warnings: Vec<String>,
 }
 
 impl Dataset {
-    /// Reads the dataset in the directory `dir`. Its `reference.csv` stays unread.
+    /// Reads the dataset in the directory `log`, or what the sensors said in the flight record `log`,
+    /// with the feature `record`. A `reference.csv` stays unread.
     ///
     /// Rows without a time or a value they need, out of time order, or beyond any vehicle's motion are
     /// left out; an unknown sigma or attitude is `None`. [`Dataset::warnings`] tells of each kind.
     ///
     /// # Errors
     /// A missing or empty `imu.csv`, missing columns, text where a number should stand, a clock that
-    /// does not run forward, a manifest that is not valid: see [`LogError`].
-    pub fn open(dir: &Path) -> Result<Self, LogError> {
+    /// does not run forward, a manifest that is not valid, a file that is no flight record: see
+    /// [`LogError`].
+    pub fn open(log: &Path) -> Result<Self, LogError> {
+        if log.is_file() { Self::open_file(log) } else { Self::open_directory(log) }
+    }
+
+    #[cfg(feature = "record")]
+    fn open_file(path: &Path) -> Result<Self, LogError> {
+        super::record::Record::open(path)?.dataset()
+    }
+
+    #[cfg(not(feature = "record"))]
+    fn open_file(path: &Path) -> Result<Self, LogError> {
+        let reason = "found a file, expected a dataset's directory".into();
+        Err(LogError::Unusable { path: path.into(), reason })
+    }
+
+    fn open_directory(dir: &Path) -> Result<Self, LogError> {
         let manifest = dir.join(MANIFEST_FILE);
         let (mut manifest, mut warnings) = match Manifest::read(&manifest) {
             Err(LogError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
@@ -58,7 +91,8 @@ impl Dataset {
         let baro = auxiliary::read_baro(dir, &mut warnings)?;
         let magnetometer = auxiliary::read_magnetometer(dir, &mut warnings)?;
         let controls = auxiliary::read_controls(dir, &mut warnings)?;
-        Ok(Self { manifest, imu, fixes, baro, magnetometer, controls, warnings })
+        let order = Vec::new();
+        Ok(Self { manifest, imu, fixes, baro, magnetometer, controls, order, warnings })
     }
 
     /// Overrides keys of the manifest with those of the file `config`, and moves the fixes where that

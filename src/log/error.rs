@@ -50,6 +50,16 @@ pub enum LogError {
         /// What was found, and what was expected.
         reason: String,
     },
+    /// A file of bytes is not what it should be.
+    #[error("{}: at byte {offset}: {reason}", path.display())]
+    Bytes {
+        /// The file.
+        path: PathBuf,
+        /// Where in it, from 0.
+        offset: u64,
+        /// What was found and expected.
+        reason: String,
+    },
     /// The clock of a table does not run forward, beyond the repair of stray rows.
     #[error(
         "{}:{line}: time goes back from {before} to {found}, and {left_out} of {rows} rows would be \
@@ -98,6 +108,11 @@ impl LogError {
     /// What the system said of `path`.
     pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Io { path: path.to_path_buf(), source }
+    }
+
+    /// What is wrong with `path` at a byte.
+    pub(super) fn bytes(path: &Path, offset: usize, reason: String) -> Self {
+        Self::Bytes { path: path.to_path_buf(), offset: offset as u64, reason }
     }
 }
 

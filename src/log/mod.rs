@@ -1,7 +1,7 @@
 //! Logs: reading what others recorded, writing what we computed, telling how far off it is. Needs
 //! `std`.
 //!
-//! [`Dataset::open`] reads a dataset directory, [`write_solution`] writes what the filter made of it,
+//! [`Dataset::open`] reads a dataset directory or a flight record, [`write_solution`] writes what the filter made of it,
 //! [`score`] compares that with the [`Reference`], and [`Info`] tells a human what a log holds.
 
 mod auxiliary;
@@ -14,6 +14,8 @@ mod imu;
 mod info;
 mod manifest;
 mod number;
+#[cfg(feature = "record")]
+pub mod record;
 mod records;
 mod reference;
 mod remarks;
@@ -26,7 +28,7 @@ mod write;
 
 pub use auxiliary::pressure_altitude_m;
 pub use clock::{Gap, gaps, median_interval_s};
-pub use dataset::Dataset;
+pub use dataset::{Dataset, Source};
 pub use error::LogError;
 pub use info::Info;
 pub use manifest::{

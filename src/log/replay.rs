@@ -1,6 +1,6 @@
 //! A recorded flight through the estimator.
 
-use super::dataset::Dataset;
+use super::dataset::{Dataset, Source};
 use crate::ekf::layout::Full;
 use crate::ekf::{Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution};
 use crate::event::Event;
@@ -46,19 +46,22 @@ pub struct SmoothedRun {
 impl Dataset {
     /// Leaves out the fixes within `outages`, and thins the rest to at most `rate_hz`.
     pub fn withhold(&mut self, outages: &[Outage], rate_hz: Option<f64>) {
-        self.fixes.retain(|fix| !outages.iter().any(|outage| outage.covers(fix.time)));
-        if let Some(rate_hz) = rate_hz {
-            // A tenth of the interval forgives the jitter of the receiver's clock.
-            let interval_s = 0.9 / rate_hz;
-            let mut last: Option<Time> = None;
-            self.fixes.retain(|fix| {
-                let keep = last.is_none_or(|last| fix.time - last >= interval_s);
-                if keep {
-                    last = Some(fix.time);
-                }
-                keep
-            });
-        }
+        // A tenth of the interval forgives the jitter of the receiver's clock.
+        let interval_s = rate_hz.map_or(0.0, |rate_hz| 0.9 / rate_hz);
+        let mut last: Option<Time> = None;
+        let keep = self.fixes.iter().map(|fix| {
+            let keep = !outages.iter().any(|outage| outage.covers(fix.time))
+                && (rate_hz.is_none() || last.is_none_or(|last| fix.time - last >= interval_s));
+            if keep {
+                last = Some(fix.time);
+            }
+            keep
+        });
+        let keep: Vec<bool> = keep.collect();
+        let mut kept = keep.iter();
+        self.order.retain(|source| *source != Source::Gps || kept.next() != Some(&false));
+        let mut kept = keep.iter();
+        self.fixes.retain(|_| kept.next() == Some(&true));
     }
 
     /// How many fixes come before the first inertial sample, of no use to anyone.
@@ -68,31 +71,44 @@ impl Dataset {
         self.fixes.iter().take_while(|fix| fix.time < first).count()
     }
 
-    /// Everything the sensors said, in order of arrival: a fix arrives its latency after it is true.
+    /// Everything the sensors said, in order of arrival: as [`order`](Self::order) tells, else by
+    /// time, a fix arriving its latency after it is true.
     pub fn events(&self) -> impl Iterator<Item = Event> + '_ {
         let latency_s = self.manifest.gps.latency_s;
         let mut imu = self.imu.iter().peekable();
         let mut fixes = self.fixes.iter().peekable();
         let mut baro = self.baro.iter().peekable();
         let mut magnetometer = self.magnetometer.iter().peekable();
+        let mut order = if self.has_order() { self.order.iter() } else { [].iter() };
         std::iter::from_fn(move || {
-            let last = Time::from_nanoseconds(i64::MAX);
-            let times = [
-                imu.peek().map_or(last, |sample| sample.time),
-                fixes.peek().map_or(last, |fix| fix.time.offset_by(latency_s)),
-                baro.peek().map_or(last, |(time, _)| *time),
-                magnetometer.peek().map_or(last, |(time, _)| *time),
-            ];
-            let (first, _) = times.iter().enumerate().min_by_key(|(_, time)| **time)?;
-            match first {
-                0 => imu.next().map(|sample| Event::Imu(*sample)),
-                1 => fixes.next().map(|fix| Event::Gps(*fix)),
-                2 => baro.next().map(|&(time, height_m)| Event::Baro { time, height_m }),
-                _ => magnetometer
+            let source = order.next().copied().or_else(|| {
+                let times = [
+                    (Source::Imu, imu.peek().map(|sample| sample.time)),
+                    (Source::Gps, fixes.peek().map(|fix| fix.time.offset_by(latency_s))),
+                    (Source::Baro, baro.peek().map(|(time, _)| *time)),
+                    (Source::Magnetometer, magnetometer.peek().map(|(time, _)| *time)),
+                ];
+                let present = times.into_iter().filter_map(|(source, time)| Some((source, time?)));
+                present.min_by_key(|(_, time)| *time).map(|(source, _)| source)
+            })?;
+            match source {
+                Source::Imu => imu.next().map(|sample| Event::Imu(*sample)),
+                Source::Gps => fixes.next().map(|fix| Event::Gps(*fix)),
+                Source::Baro => baro.next().map(|&(time, height_m)| Event::Baro { time, height_m }),
+                Source::Magnetometer => magnetometer
                     .next()
                     .map(|&(time, field_gauss)| Event::Magnetometer { time, field_gauss }),
             }
         })
+    }
+
+    /// Whether `order` tells of every event there is.
+    fn has_order(&self) -> bool {
+        let count = |of| self.order.iter().filter(|source| **source == of).count();
+        count(Source::Imu) == self.imu.len()
+            && count(Source::Gps) == self.fixes.len()
+            && count(Source::Baro) == self.baro.len()
+            && count(Source::Magnetometer) == self.magnetometer.len()
     }
 
     /// Runs the estimator over the log. `progress` hears how many inertial samples are done.

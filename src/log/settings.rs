@@ -94,7 +94,9 @@ impl Manifest {
         config.alignment.antenna_lever_arm_m = ekf.antenna_lever_arm_m;
 
         let attitude_magnetic = imu.heading_reference == HeadingReference::Magnetic;
-        if !magnetic && !attitude_magnetic {
+        // A declination that is given counts whatever the data hold: settings before a flight and after
+        // it are the same.
+        if !magnetic && !attitude_magnetic && imu.magnetic_declination_deg.is_none() {
             return Ok((config, None));
         }
         let (declination_rad, remark) = match (imu.magnetic_declination_deg, place) {

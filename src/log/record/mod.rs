@@ -1,0 +1,38 @@
+//! The flight record: everything that came in, as it came, and what was made of it, in one MCAP file.
+//!
+//! [`Recorder`] writes it beside the loop, [`Record`] reads it, also one that was cut off at any
+//! byte, and [`Record::dataset`] makes the bytes a dataset again, from which the estimator
+//! reproduces what it flew, bit for bit.
+//!
+//! Every message is JSON with a JSON schema; a few have schemas that Foxglove knows. `log_time` is
+//! when the loop came to it, `publish_time` when what it says was true, both on UTC from the start
+//! in `configuration`; `sequence` counts what the loop recorded, over all topics. Angles, vectors and
+//! units are as in the names: `_ned` and `_body` axes, `xyzw` quaternions.
+//!
+//! | topic | what |
+//! |---|---|
+//! | `configuration` | first of all: `fly.toml`, the start on both clocks, the version |
+//! | `dmu/raw`, `gps/raw`, `servo/raw` | the bytes of one call and its time, none where it had none |
+//! | `gps/restart` | the receiver's conversation began anew |
+//! | `imu`, `gps/fix`, `gps/location` | decoded: every packet with a time, every fix, used or not |
+//! | `solution`, `solution/location` | after every inertial sample; `solution` holds every bit |
+//! | `innovations` | of every measurement the filter compared |
+//! | `servo`, `controls` | pulse widths, stick positions |
+//! | `events` | in words, with a `name` for programs |
+//! | `lost` | how many entries found no room before this point |
+
+mod channel;
+mod encode;
+mod entry;
+mod header;
+mod message;
+mod read;
+mod recorder;
+mod replay;
+mod writer;
+
+pub use entry::{Entry, Level, Line, RawBytes, ShortText};
+pub use header::Header;
+pub use read::{Call, Record, RecordedEvent};
+pub use recorder::{Recorder, Status};
+pub use replay::{Difference, Reproduction};
