@@ -2,6 +2,8 @@
 //! is computed, the library computes.
 
 mod estimate;
+#[cfg(target_os = "linux")]
+mod fly;
 mod report;
 mod simulate;
 mod summary;
@@ -30,6 +32,9 @@ enum Verb {
         /// A dataset directory
         log: PathBuf,
     },
+    /// Fly: the real-time loop on the flight computer, recorded
+    #[cfg(target_os = "linux")]
+    Fly(fly::Arguments),
     /// Fly a path in simulation and record its sensors as a dataset
     Simulate(simulate::Arguments),
 }
@@ -40,6 +45,8 @@ fn main() -> ExitCode {
         Verb::Info { log } => Dataset::open(&log)
             .map(|dataset| print!("{}", Info(&dataset)))
             .map_err(anyhow::Error::from),
+        #[cfg(target_os = "linux")]
+        Verb::Fly(arguments) => fly::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
     };
     match result {

@@ -1,5 +1,6 @@
 //! The filter itself: the state, the step of the inertial unit, the correction.
 
+use core::fmt;
 use core::marker::PhantomData;
 
 use super::config::EkfConfig;
@@ -28,6 +29,17 @@ pub enum ImuFault {
     /// The step would have led to where NED does not exist, or beyond 10 km/s: not taken, and taken
     /// for the loss of all but the place.
     Astray,
+}
+
+impl fmt::Display for ImuFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => f.write_str("not finite: passed over"),
+            Self::NotLater => f.write_str("not later than the sample before: passed over"),
+            Self::Gap(length_s) => write!(f, "none for {length_s:.3} s: bridged"),
+            Self::Astray => f.write_str("it would lead off the Earth: not followed"),
+        }
+    }
 }
 
 /// Watches a filter at work: what a smoother needs to go back over it.

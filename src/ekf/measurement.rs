@@ -1,5 +1,7 @@
 //! Measurements: GPS position and velocity, attitude and heading references, barometric height.
 
+use core::fmt;
+
 use glam::{DMat3, DVec3};
 
 use super::covariance::Sensitivity;
@@ -87,6 +89,18 @@ pub enum Unusable {
     TooSoon,
     /// The layout has no state for it.
     NoState,
+}
+
+impl fmt::Display for Unusable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "no place, or not finite",
+            Self::TooOld => "older than the filter's memory",
+            Self::AheadOfImu => "ahead of the inertial samples",
+            Self::TooSoon => "too soon after the last to be worth anything",
+            Self::NoState => "the filter has no state for it",
+        })
+    }
 }
 
 /// Greatest and least learned variance against the configured.

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::mpsc::SyncSender;
 
 use super::config::FlyConfig;
-use super::flight::FlyError;
 use super::downlink::{Downlink, Language};
+use super::flight::FlyError;
 use super::flight::Told;
 use super::report::FlightReport;
 use super::servos::{ServoEvent, Servos};
@@ -241,7 +241,7 @@ impl Cabin {
                     sigma_rad.to_degrees()
                 )),
                 Notice::FixUnusable(_, reason) => {
-                    ShortText::new(format_args!("fix not usable: {reason:?}"))
+                    ShortText::new(format_args!("fix not used: {reason}"))
                 }
                 Notice::ImuFault(_, fault) => {
                     ShortText::new(format_args!("inertial sample: {fault}"))
@@ -263,7 +263,8 @@ impl Cabin {
         health.heading = below(sigmas.heading_rad, HEADING_GOOD_RAD);
         health.velocity = below(sigmas.horizontal_velocity_mps, VELOCITY_GOOD_MPS)
             && below(sigmas.vertical_velocity_mps, VELOCITY_GOOD_MPS);
-        health.position = below(sigmas.horizontal_m, POSITION_GOOD_M) && solution.position.is_navigable();
+        health.position =
+            below(sigmas.horizontal_m, POSITION_GOOD_M) && solution.position.is_navigable();
     }
 
     /// The pilot's commands to the servos, and everyone told.
@@ -276,9 +277,11 @@ impl Cabin {
                     recorder.raw(Line::Servo, bytes, arrival);
                     return;
                 }
-                ServoEvent::Port(event) => {
-                    (port_level(&event), "servo_port", ShortText::new(format_args!("pilot: {event}")))
-                }
+                ServoEvent::Port(event) => (
+                    port_level(&event),
+                    "servo_port",
+                    ShortText::new(format_args!("pilot: {event}")),
+                ),
                 ServoEvent::Signal(Signal::Good) => {
                     (Level::Info, "pilot_signal", ShortText::new("the pilot's signal is there"))
                 }
@@ -330,7 +333,8 @@ impl Cabin {
             self.event(now, level, "gps_fixes", text);
         }
         let status = self.recorder.status();
-        let good = status.bytes_waiting == 0 || status.failed_writes == self.report.record.failed_writes;
+        let good =
+            status.bytes_waiting == 0 || status.failed_writes == self.report.record.failed_writes;
         let good = good && status.lost_raw == self.report.record.lost_raw;
         self.report.record = status;
         if std::mem::replace(&mut self.record_good, good) != good {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use chrono::{DateTime, Datelike as _, Timelike as _};
 use serde::{Deserialize, Serialize};
 
 use super::sections::{
@@ -141,15 +142,22 @@ impl FlyConfig {
         Ok(config)
     }
 
-    /// Fills in the magnetic declination, if it is not given, by the World Magnetic Model for the
-    /// site on the day `navigation.date`; the remark says how. Afterwards the settings depend on
-    /// nothing but what this configuration spells out.
+    /// Fills in what the moment of the flight decides, `unix_s` seconds after the start of 1970: the
+    /// date, and the magnetic declination by the World Magnetic Model for the site on that day, each
+    /// if it is not given; the remark says how. Afterwards the settings depend on nothing but what
+    /// this configuration spells out.
     ///
     /// # Errors
     /// Neither a declination nor a site; a site that is not on Earth; settings of the estimator that
     /// cannot be.
-    pub fn settle(&mut self) -> Result<Option<String>, FlyConfigError> {
+    pub fn settle(&mut self, unix_s: i64) -> Result<Option<String>, FlyConfigError> {
         let mut remark = None;
+        if self.navigation.date.is_none()
+            && let Some(now) = DateTime::from_timestamp_secs(unix_s)
+        {
+            self.navigation.date =
+                format!("{:04}-{:02}-{:02}", now.year(), now.month(), now.day()).parse().ok();
+        }
         if self.navigation.imu.magnetic_declination_deg.is_none() {
             let Some(site) = self.site else {
                 return Err(value(
@@ -180,6 +188,21 @@ impl FlyConfig {
     /// Settings that cannot be.
     pub fn settings(&self) -> Result<EstimatorConfig, FlyConfigError> {
         Ok(self.navigation.settings(true, None).map_err(navigation_value)?.0)
+    }
+
+    /// Where the record of a flight goes that starts `unix_s` seconds after the start of 1970: a file
+    /// named after the second in UTC, in the directory `record.directory`.
+    #[must_use]
+    pub fn record_path(&self, unix_s: i64) -> PathBuf {
+        let name = DateTime::from_timestamp_secs(unix_s).map_or_else(
+            || format!("{unix_s}.mcap"),
+            |at| {
+                let (year, month, day) = (at.year(), at.month(), at.day());
+                let (hour, minute, second) = (at.hour(), at.minute(), at.second());
+                format!("{year:04}-{month:02}-{day:02}T{hour:02}-{minute:02}-{second:02}Z.mcap")
+            },
+        );
+        self.record.directory.join(name)
     }
 
     /// The configuration as it would stand in a file, every key spelt out.

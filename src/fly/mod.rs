@@ -1,29 +1,29 @@
 //! Flying for real: the configuration of a flight computer and the loop that runs on it. Needs `std`;
-//! the loop needs the feature `fly`.
+//! the loop needs the feature `fly`, and Linux.
 
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 mod cabin;
 mod config;
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 mod downlink;
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 mod flight;
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 mod report;
 mod sections;
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 mod servos;
 mod timing;
 
 pub use config::{FlyConfig, FlyConfigError};
-#[cfg(feature = "fly")]
-pub use {
-    downlink::DownlinkCounts,
-    flight::{FlyError, Told, fly},
-    report::FlightReport,
-};
 pub use sections::{
     AccelerationSign, CaptureSection, DmuMode, DmuSection, LineSection, MavlinkSection,
     ReceiverProtocol, ReceiverSection, RecordSection, ServoSection, SiteSection,
 };
 pub use timing::Durations;
+#[cfg(all(feature = "fly", target_os = "linux"))]
+pub use {
+    downlink::DownlinkCounts,
+    flight::{FlyError, Told, fly},
+    report::FlightReport,
+};

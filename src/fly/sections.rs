@@ -181,7 +181,6 @@ pub struct ServoSection {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub capture: Option<CaptureSection>,
     /// The PWM outputs of the servos; channels without one are not driven.
-    #[serde(skip_serializing_if = "Channels::are_none")]
     pub output: Channels<Option<PwmLine>>,
     /// Trim, range, direction and speed of each.
     pub channels: Channels<ChannelConfig>,

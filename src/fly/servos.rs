@@ -116,7 +116,12 @@ impl Servos {
             signal_good: signal == Signal::Good,
             receiver_failsafe: signal == Signal::Failsafe,
             servos_good: true,
-            pulses_lost: pulses.channels.iter().map(|(_, channel)| channel.errors).max().unwrap_or(0),
+            pulses_lost: pulses
+                .channels
+                .iter()
+                .map(|(_, channel)| channel.errors)
+                .max()
+                .unwrap_or(0),
             ..Widths::default()
         };
         let believed = signal != Signal::Failsafe;

@@ -110,6 +110,17 @@ impl ChannelConfig {
     }
 }
 
+/// One output of the kernel's PWM: `pwmchip{chip}/pwm{output}`.
+#[cfg(feature = "std")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PwmLine {
+    /// Number of the chip.
+    pub chip: u32,
+    /// Number of the output on its chip.
+    pub output: u32,
+}
+
 impl Channels<ChannelConfig> {
     /// Checks all five: see [`ChannelConfig::check`].
     ///

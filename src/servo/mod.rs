@@ -44,7 +44,7 @@ mod channel;
 mod config;
 mod edges;
 mod limiter;
-#[cfg(feature = "linux")]
+#[cfg(all(feature = "linux", target_os = "linux"))]
 pub mod linux;
 pub mod packet;
 #[cfg(feature = "std")]
@@ -54,6 +54,8 @@ mod stream;
 
 pub use capture::{Captured, PilotPulses, Pulse, PulseFault, Signal, SignalConfig};
 pub use channel::{Channel, Channels};
+#[cfg(feature = "std")]
+pub use config::PwmLine;
 pub use config::{ChannelConfig, ConfigError, Direction};
 pub use edges::{EdgeTimer, Paired};
 pub use limiter::{Limit, Limited, Limiter};

@@ -4,4 +4,4 @@ mod gpio;
 mod pwm;
 
 pub use gpio::{GpioCapture, GpioError};
-pub use pwm::{PwmAction, PwmError, PwmLine, PwmOutput};
+pub use pwm::{PwmAction, PwmError, PwmOutput};

@@ -9,23 +9,15 @@ use std::io::{self, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
-use crate::servo::{Channel, Channels, LONGEST_MS, PulseOutput, SHORTEST_MS, is_plausible};
+use crate::servo::{
+    Channel, Channels, LONGEST_MS, PulseOutput, PwmLine, SHORTEST_MS, is_plausible,
+};
 use crate::time::Time;
 
 /// Where the kernel shows its PWM chips.
 const ROOT: &str = "/sys/class/pwm";
 /// From pulse to pulse, ns: 50 Hz, which every servo takes.
 const PERIOD_NS: u32 = 20_000_000;
-
-/// One output: `pwmchip{chip}/pwm{output}`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct PwmLine {
-    /// Number of the chip.
-    pub chip: u32,
-    /// Number of the output on its chip.
-    pub output: u32,
-}
 
 /// What was being done to an output when it failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

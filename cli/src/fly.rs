@@ -1,0 +1,83 @@
+//! `hovernav fly`: the real-time loop, until it is told to end.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use anyhow::Context as _;
+use hovernav::fly::{FlyConfig, Told, fly};
+use hovernav::log::record::Level;
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The flight's configuration: ports, mounting, servos, telemetry
+    #[arg(long, value_name = "FILE")]
+    config: PathBuf,
+    /// Where to write the record; a file named after the time in the configured directory unless
+    /// given
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// End after this many seconds; otherwise Ctrl-C or SIGTERM ends the flight
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
+    duration: Option<u64>,
+}
+
+/// Lines that may wait for a terminal that is stuck.
+const LINES: usize = 256;
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut config = FlyConfig::read(&arguments.config)?;
+    let unix_s = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs().cast_signed();
+    let remark = config.settle(unix_s).with_context(|| arguments.config.display().to_string())?;
+    if let Some(remark) = remark {
+        eprintln!("{remark}");
+    }
+    let record = arguments.record.clone().unwrap_or_else(|| config.record_path(unix_s));
+    if let Some(directory) = record.parent() {
+        std::fs::create_dir_all(directory)
+            .with_context(|| format!("cannot create {}", directory.display()))?;
+    }
+
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // Asked twice, it ends at once, whatever hangs.
+        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop))?;
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    if let Some(seconds) = arguments.duration {
+        let stop = Arc::clone(&stop);
+        thread::spawn(move || {
+            thread::sleep(Duration::from_secs(seconds));
+            stop.store(true, Ordering::Relaxed);
+        });
+    }
+    let (console, told) = sync_channel(LINES);
+    let printer = thread::spawn(move || print(&told));
+    eprintln!("recording to {}", record.display());
+    let report = fly(&config, &record, &stop, console)
+        .with_context(|| arguments.config.display().to_string())?;
+    // The last lines before the report; a terminal that is stuck keeps neither.
+    for _ in 0..100 {
+        if printer.is_finished() {
+            break;
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    println!("{report}\n  in                {}", record.display());
+    Ok(())
+}
+
+fn print(told: &Receiver<Told>) {
+    for Told { time, level, text } in told {
+        let level = match level {
+            Level::Info => "",
+            Level::Warning => "warning: ",
+            Level::Error => "error: ",
+        };
+        eprintln!("{:9.3}  {level}{}", time.seconds(), text.as_str());
+    }
+}
