@@ -2,6 +2,7 @@
 //! is computed, the library computes.
 
 mod estimate;
+mod play;
 mod report;
 mod simulate;
 mod summary;
@@ -30,6 +31,8 @@ enum Verb {
         /// A dataset directory
         log: PathBuf,
     },
+    /// Play a log as the sensors sent it, over pseudo-terminals, for `hovernav fly` to fly on
+    Play(play::Arguments),
     /// Fly a path in simulation and record its sensors as a dataset
     Simulate(simulate::Arguments),
 }
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         Verb::Info { log } => Dataset::open(&log)
             .map(|dataset| print!("{}", Info(&dataset)))
             .map_err(anyhow::Error::from),
+        Verb::Play(arguments) => play::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
     };
     match result {
