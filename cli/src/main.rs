@@ -4,6 +4,7 @@
 mod estimate;
 #[cfg(target_os = "linux")]
 mod fly;
+mod play;
 mod report;
 mod simulate;
 mod summary;
@@ -35,6 +36,8 @@ enum Verb {
     /// Fly: the real-time loop on the flight computer, recorded
     #[cfg(target_os = "linux")]
     Fly(fly::Arguments),
+    /// Play a log as the sensors sent it, over pseudo-terminals, for `hovernav fly` to fly on
+    Play(play::Arguments),
     /// Fly a path in simulation and record its sensors as a dataset
     Simulate(simulate::Arguments),
 }
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
             .map_err(anyhow::Error::from),
         #[cfg(target_os = "linux")]
         Verb::Fly(arguments) => fly::run(&arguments),
+        Verb::Play(arguments) => play::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
     };
     match result {

@@ -118,9 +118,9 @@ pub enum PlayError {
 /// A line that is cut for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// When, s of flight.
-    pub start_s: f64,
-    /// How long, s of flight.
+    /// From when on, on the clock of the dataset.
+    pub start: Time,
+    /// How long, s.
     pub duration_s: f64,
     /// In what way.
     pub kind: CutKind,
@@ -268,7 +268,7 @@ fn play(
     let (mut opened, mut asked) = (false, false);
     while !stop.load(Ordering::Relaxed) {
         let now = flight.now();
-        let cut = flight.flown_s().and_then(|flown| cut_at(&outlet.cuts, flown));
+        let cut = cut_at(&outlet.cuts, now);
         match cut {
             Some(CutKind::Adapter) => terminal = None,
             _ if terminal.is_none() => terminal = Some(Terminal::open(&outlet.path)?),
@@ -308,7 +308,7 @@ fn play(
     Ok(counts)
 }
 
-fn cut_at(cuts: &[Cut], flown_s: f64) -> Option<CutKind> {
-    let covers = |cut: &&Cut| (cut.start_s..cut.start_s + cut.duration_s).contains(&flown_s);
+fn cut_at(cuts: &[Cut], now: Time) -> Option<CutKind> {
+    let covers = |cut: &&Cut| now >= cut.start && now - cut.start < cut.duration_s;
     cuts.iter().find(covers).map(|cut| cut.kind)
 }

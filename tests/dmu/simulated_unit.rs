@@ -33,7 +33,8 @@ impl SimulatedUnit {
         };
         let time = |index| Time::ZERO + f64::from(index) * PACKET_S;
         let packets = (0..PACKETS).map(|index| (time(index), packet)).collect();
-        let device = DmuDevice { firmware, mode, continuous, ..DmuDevice::new(packets) };
+        let mut device = DmuDevice::new(packets);
+        (device.firmware, device.mode, device.continuous) = (firmware, mode, continuous);
         Self { device, unplugged: false, sent: Vec::new() }
     }
 

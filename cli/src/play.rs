@@ -1,0 +1,193 @@
+//! `hovernav play`: a log as its sensors sent it, over pseudo-terminals.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use hovernav::gps::Protocol;
+use hovernav::time::Time;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A dataset directory
+    log: PathBuf,
+    /// Where the inertial unit's port is to be found
+    #[arg(long, value_name = "PATH", required_unless_present = "gps")]
+    dmu: Option<PathBuf>,
+    /// Where the GPS receiver's port is to be found
+    #[arg(long, value_name = "PATH")]
+    gps: Option<PathBuf>,
+    /// What the GPS receiver speaks
+    #[arg(long, value_enum, default_value_t = Language::Ubx)]
+    gps_protocol: Language,
+    /// How many times as fast as it was
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    speed: f64,
+    /// Cut the wire of `dmu` or `gps` from START for DURATION seconds of the log's clock; may be
+    /// repeated
+    #[arg(long, value_name = "WHAT=START:DURATION")]
+    cut: Vec<Window>,
+    /// Pull out the port of `dmu` or `gps` from START for DURATION seconds of the log's clock, and put
+    /// it back; may be repeated
+    #[arg(long, value_name = "WHAT=START:DURATION")]
+    pull: Vec<Window>,
+    /// Begin this many seconds after the ports are there, instead of when they have been opened and
+    /// the inertial unit was asked for packets
+    #[arg(long, value_name = "SECONDS", value_parser = delay)]
+    start_delay: Option<f64>,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Language {
+    Nmea,
+    Tsip,
+    Ubx,
+}
+
+impl From<Language> for Protocol {
+    fn from(language: Language) -> Self {
+        match language {
+            Language::Nmea => Self::Nmea,
+            Language::Tsip => Self::Tsip,
+            Language::Ubx => Self::Ubx,
+        }
+    }
+}
+
+/// `WHAT=START:DURATION`.
+#[derive(Clone, Copy)]
+#[cfg_attr(not(unix), expect(dead_code, reason = "there is nothing to cut"))]
+struct Window {
+    sensor: Sensor,
+    start: Time,
+    duration_s: f64,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Sensor {
+    Dmu,
+    Gps,
+}
+
+impl FromStr for Window {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected =
+            || format!("found \"{text}\", expected dmu=START:DURATION or gps=… in seconds");
+        let (what, window) = text.split_once('=').ok_or_else(expected)?;
+        let (start, duration) = window.split_once(':').ok_or_else(expected)?;
+        let sensor = match what.trim() {
+            "dmu" => Sensor::Dmu,
+            "gps" => Sensor::Gps,
+            _ => return Err(expected()),
+        };
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+        let start = number(start).and_then(Time::from_seconds).ok_or_else(expected)?;
+        let duration_s =
+            number(duration).filter(|&duration| duration > 0.0).ok_or_else(expected)?;
+        Ok(Self { sensor, start, duration_s })
+    }
+}
+
+fn delay(text: &str) -> Result<f64, String> {
+    let delay = text.parse().ok().filter(|delay: &f64| (0.0..=86_400.0).contains(delay));
+    delay.ok_or_else(|| format!("found \"{text}\", expected 0 to 86400 seconds"))
+}
+
+#[cfg(not(unix))]
+pub fn run(_arguments: &Arguments) -> anyhow::Result<()> {
+    anyhow::bail!("play needs pseudo-terminals, which only Unix systems have")
+}
+
+#[cfg(unix)]
+pub use unix::run;
+
+#[cfg(unix)]
+mod unix {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::thread;
+    use std::time::Duration;
+
+    use anyhow::Context as _;
+    use hovernav::log::Dataset;
+    use hovernav::play::{self, Begin, Cut, CutKind, Outlet, Player};
+    use signal_hook::consts::{SIGINT, SIGTERM};
+
+    use super::{Arguments, Sensor};
+
+    pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+        let dataset = Dataset::open(&arguments.log)?;
+        for warning in &dataset.warnings {
+            eprintln!("warning: {warning}");
+        }
+        let interrupted = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            signal_hook::flag::register(signal, Arc::clone(&interrupted))
+                .context("cannot listen for signals")?;
+        }
+
+        let mut outlets = Vec::new();
+        let mut names = Vec::new();
+        if let Some(path) = &arguments.dmu {
+            tell_ranges(&dataset);
+            let outlet = Outlet::new(path, play::dmu(&dataset)?);
+            outlets.push(Outlet { cuts: cuts(arguments, Sensor::Dmu), ..outlet });
+            names.push(("dmu", path));
+        }
+        if let Some(path) = &arguments.gps {
+            let outlet = Outlet::new(path, play::gps(&dataset, arguments.gps_protocol.into()));
+            outlets.push(Outlet { cuts: cuts(arguments, Sensor::Gps), ..outlet });
+            names.push(("gps", path));
+        }
+        let begin = match arguments.start_delay {
+            Some(seconds) => Begin::After(Duration::from_secs_f64(seconds)),
+            None => Begin::WhenAsked,
+        };
+        let player = Player::start(outlets, arguments.speed, begin)?;
+        let ports: Vec<String> =
+            names.iter().map(|(name, path)| format!("{name} at {}", path.display())).collect();
+        println!("ready: {}", ports.join(", "));
+
+        while !player.is_finished() && !interrupted.load(Ordering::Relaxed) {
+            thread::sleep(Duration::from_millis(20));
+        }
+        let flown_s = player.flown_s().unwrap_or_default();
+        let counts = player.stop()?;
+        println!("played {flown_s:.1} s");
+        for ((name, _), counts) in names.iter().zip(counts) {
+            println!(
+                "{name}: {} bytes sent, {} lost, {} heard",
+                counts.sent, counts.lost, counts.heard
+            );
+        }
+        Ok(())
+    }
+
+    /// What the flight computer has to be told, for the packets do not say it.
+    fn tell_ranges(dataset: &Dataset) {
+        let imu = &dataset.manifest.imu;
+        let (rate_degps, acceleration_g) = play::DEFAULT_RANGES;
+        println!(
+            "dmu: ranges {} deg/s and {} g",
+            imu.gyro_range_degps.unwrap_or(rate_degps),
+            imu.accel_range_g.unwrap_or(acceleration_g)
+        );
+        if dataset.imu.iter().all(|sample| sample.attitude.is_none()) {
+            eprintln!("warning: the log has no attitude: packets of angle mode carry zeros for it");
+        }
+        if dataset.imu.iter().all(|sample| sample.magnetic_field_gauss.is_none()) {
+            eprintln!("warning: the log has no magnetic field: packets carry zeros for it");
+        }
+    }
+
+    fn cuts(arguments: &Arguments, sensor: Sensor) -> Vec<Cut> {
+        let wires = arguments.cut.iter().map(|window| (window, CutKind::Wire));
+        let adapters = arguments.pull.iter().map(|window| (window, CutKind::Adapter));
+        wires
+            .chain(adapters)
+            .filter(|(window, _)| window.sensor == sensor)
+            .map(|(window, kind)| Cut { start: window.start, duration_s: window.duration_s, kind })
+            .collect()
+    }
+}
