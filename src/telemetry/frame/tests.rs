@@ -16,7 +16,7 @@ fn full() -> Snapshot {
         specific_force_mps2: Some(Vector::new(0.5, -0.25, -9.805)),
         magnetic_field_gauss: Some(Vector::new(0.2012, -0.0311, 0.4523)),
         temperature_degc: Some(31.5),
-        attitude: Some(EulerAngles { roll_rad: 0.0312, pitch_rad: -0.0127, yaw_rad: -3.1415 }),
+        attitude: Some(EulerAngles { roll_rad: 0.0312, pitch_rad: -0.0127, yaw_rad: -2.9671 }),
         position: Geodetic::from_degrees(1.345_678_9, 103.680_123_4, 38.125),
         velocity_mps: Some(Vector::new(1.25, -0.5, 0.03)),
         sigmas: Sigmas {
@@ -167,7 +167,7 @@ proptest! {
         force in -160.0f64..160.0,
         field in -3.2f64..3.2,
         temperature in -60.0f64..100.0,
-        yaw in -3.1415f64..3.1415,
+        yaw in -3.14f64..3.13,
         latitude in -90.0f64..90.0,
         longitude in -179.999f64..180.0,
         height in -500.0f64..20_000.0,
