@@ -167,7 +167,7 @@ proptest! {
         force in -160.0f64..160.0,
         field in -3.2f64..3.2,
         temperature in -60.0f64..100.0,
-        yaw in -3.14f64..3.13,
+        yaw in -3.1f64..3.1,
         latitude in -90.0f64..90.0,
         longitude in -179.999f64..180.0,
         height in -500.0f64..20_000.0,
