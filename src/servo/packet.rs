@@ -59,16 +59,16 @@ impl ServoPacket {
             *pair = ticks.unwrap_or(0).to_le_bytes();
             *status |= u8::from(ticks.is_some()) << bit;
         }
-        let [_, _, body @ .., low, high] = &mut bytes;
-        [*low, *high] = CRC.checksum(body).to_le_bytes();
+        let [_, _, body @ .., high, low] = &mut bytes;
+        [*high, *low] = CRC.checksum(body).to_be_bytes();
         bytes
     }
 
     /// The packet in 16 bytes; `None` unless the sync bytes and the checksum hold.
     #[must_use]
     pub fn decode(bytes: &[u8; LENGTH]) -> Option<Self> {
-        let [s0, s1, body @ .., low, high] = bytes;
-        if [*s0, *s1] != SYNC || CRC.checksum(body) != u16::from_le_bytes([*low, *high]) {
+        let [s0, s1, body @ .., high, low] = bytes;
+        if [*s0, *s1] != SYNC || CRC.checksum(body) != u16::from_be_bytes([*high, *low]) {
             return None;
         }
         let [sequence, status, a0, a1, b0, b1, c0, c1, d0, d1, e0, e1] = *body;
@@ -252,7 +252,7 @@ mod tests {
         };
         let bytes = packet.encode();
         let shown: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-        assert_eq!(shown.join(" "), "A5 5A 07 3B 60 09 B8 0B 00 00 26 0C 8B 0B 5D DD");
+        assert_eq!(shown.join(" "), "A5 5A 07 3B 60 09 B8 0B 00 00 26 0C 8B 0B DD 5D");
         let page = include_str!("../../docs/servo-packet.md");
         assert!(page.contains(&shown.join(" ")));
     }

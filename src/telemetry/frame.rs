@@ -103,7 +103,7 @@ impl fmt::Display for FrameError {
 impl core::error::Error for FrameError {}
 
 /// The frame numbered `sequence` that tells `snapshot`, to the nearest step of each field; what a
-/// field cannot hold becomes the nearest that it can.
+/// field cannot hold becomes the nearest that it can, and what is no place on Earth becomes unknown.
 #[must_use]
 pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {
     let mut plain = [0; BODY + CHECKSUM];
@@ -164,8 +164,12 @@ fn walk(codec: &mut Codec<'_>, header: &mut [u8; 4], snapshot: &mut Snapshot) {
     codec.scaled_all::<i16, 3>(&mut angles, ANGLE_RAD);
     snapshot.attitude =
         angles.map(|[roll_rad, pitch_rad, yaw_rad]| EulerAngles { roll_rad, pitch_rad, yaw_rad });
-    let mut place = snapshot.position.map(|p| [p.latitude_deg(), p.longitude_deg()]);
-    let mut height_m = snapshot.position.map(|p| p.height_m);
+    // The nearest number is no answer for what is no place on Earth.
+    let position = snapshot.position.and_then(|position| {
+        Geodetic::from_degrees(position.latitude_deg(), position.longitude_deg(), position.height_m)
+    });
+    let mut place = position.map(|p| [p.latitude_deg(), p.longitude_deg()]);
+    let mut height_m = position.map(|p| p.height_m);
     codec.scaled_all::<i32, 2>(&mut place, PLACE_DEG);
     codec.scaled::<i32>(&mut height_m, HEIGHT_M);
     snapshot.position =
@@ -210,6 +214,10 @@ fn gps(codec: &mut Codec<'_>, gps: &mut GpsSummary) {
     codec.scaled::<u8>(&mut satellites, 1.0);
     gps.satellites = satellites.map(|count| count as u8);
     codec.scaled::<u8>(&mut gps.age_s, AGE_S);
+    gps.latitude_longitude_deg =
+        gps.latitude_longitude_deg.filter(|[latitude_deg, longitude_deg]| {
+            libm::fabs(*latitude_deg) <= 90.0 && libm::fabs(*longitude_deg) <= 180.0
+        });
     codec.scaled_all::<i32, 2>(&mut gps.latitude_longitude_deg, PLACE_DEG);
     codec.scaled::<i32>(&mut gps.height_m, HEIGHT_M);
     codec.scaled::<i32>(&mut gps.altitude_msl_m, HEIGHT_M);

@@ -159,7 +159,8 @@ impl Mavlink {
     /// message set asks where it has: see `docs/telemetry.md`.
     pub fn encode(&mut self, snapshot: &Snapshot, out: &mut Vec<u8>) {
         let now = snapshot.time;
-        self.origin = self.origin.or(snapshot.position);
+        let place = snapshot.position.filter(Geodetic::is_navigable);
+        self.origin = self.origin.or(place);
         if self.heartbeat.is_due(now) {
             self.send(&heartbeat(snapshot), out);
         }
@@ -278,7 +279,8 @@ impl Mavlink {
         &self,
         snapshot: &Snapshot,
     ) -> Option<common::LOCAL_POSITION_NED_DATA> {
-        let offset_m = snapshot.position?.local_ned_m(&self.origin?);
+        let place = snapshot.position.filter(Geodetic::is_navigable)?;
+        let offset_m = place.local_ned_m(&self.origin?);
         let [x, y, z] = singles(Some(offset_m), 0.0);
         let [vx, vy, vz] = singles(snapshot.velocity_mps, f32::NAN);
         let time_boot_ms = self.boot_ms(snapshot.time);

@@ -95,6 +95,9 @@ pub struct PwmOutput {
 impl PwmOutput {
     /// Takes the outputs of the channels that have one.
     ///
+    /// An output is asked of the kernel if it is not there yet. Where its files need a rule of udev
+    /// before we may write them, have it exported when the system starts: the rule takes its time.
+    ///
     /// # Errors
     /// [`PwmError::System`] for the first that cannot be had.
     pub fn open(lines: &Channels<Option<PwmLine>>) -> Result<Self, PwmError> {
@@ -156,7 +159,7 @@ impl Output {
         let folder = chip.join(format!("pwm{}", line.output));
         if !folder.is_dir() {
             let path = chip.join("export");
-            fs::write(&path, line.output.to_string())
+            put(&path, line.output)
                 .map_err(|source| system(channel, PwmAction::Export, path, source))?;
         }
         let path = folder.join("duty_cycle");
@@ -197,14 +200,15 @@ impl Output {
 
     fn set(&self, action: PwmAction, file: &str, value: u32) -> Result<(), PwmError> {
         let path = self.folder.join(file);
-        // Not created if it is missing: this is the kernel's folder.
-        OpenOptions::new()
-            .write(true)
-            .truncate(true)
-            .open(&path)
-            .and_then(|mut file| writeln!(file, "{value}"))
-            .map_err(|source| system(self.channel, action, path, source))
+        put(&path, value).map_err(|source| system(self.channel, action, path, source))
     }
+}
+
+/// Writes a number to a file of the kernel's, which is never created: where it is missing, so is
+/// what it stands for.
+fn put(path: &Path, value: u32) -> io::Result<()> {
+    let mut file = OpenOptions::new().write(true).truncate(true).open(path)?;
+    writeln!(file, "{value}")
 }
 
 fn system(channel: Channel, action: PwmAction, path: PathBuf, source: io::Error) -> PwmError {
@@ -277,7 +281,7 @@ mod tests {
     fn an_output_that_is_not_there_is_asked_for_and_named_when_it_does_not_come() {
         let root = chip(4, "0");
         let error = PwmOutput::open_at(root.path(), &lines()).unwrap_err();
-        assert_eq!(fs::read_to_string(root.path().join("pwmchip0/export")).unwrap(), "4");
+        assert_eq!(fs::read_to_string(root.path().join("pwmchip0/export")).unwrap(), "4\n");
         let PwmError::System { channel, action, path, source } = error else { panic!() };
         assert_eq!((channel, action), (Channel::Pedal, PwmAction::Open));
         assert!(path.ends_with("pwmchip0/pwm4/duty_cycle"));
@@ -307,7 +311,22 @@ mod tests {
     }
 
     #[test]
-    fn a_failing_output_is_reported_and_the_others_are_written() {
+    fn a_width_that_the_kernel_refuses_is_reported_and_the_others_are_written() {
+        let root = chip(5, "0");
+        let duty_cycle = root.path().join("pwmchip0/pwm1/duty_cycle");
+        fs::remove_file(&duty_cycle).unwrap();
+        std::os::unix::fs::symlink("/dev/full", &duty_cycle).unwrap();
+        let mut servos = PwmOutput::open_at(root.path(), &lines()).unwrap();
+        let error = servos.write(&widths(), Time::ZERO).unwrap_err();
+        let PwmError::System { channel, action, path, source } = error else { panic!() };
+        assert_eq!((channel, action, path), (Channel::Collective, PwmAction::SetWidth, duty_cycle));
+        assert_eq!(source.kind(), io::ErrorKind::StorageFull);
+        assert_eq!(read(&root, 1, "enable"), "0");
+        assert!([0, 2, 3, 4].into_iter().all(|output| read(&root, output, "enable") == "1"));
+    }
+
+    #[test]
+    fn an_output_that_does_not_start_is_reported_and_the_others_are_written() {
         let root = chip(5, "0");
         let mut servos = PwmOutput::open_at(root.path(), &lines()).unwrap();
         fs::remove_file(root.path().join("pwmchip0/pwm1/enable")).unwrap();

@@ -16,7 +16,7 @@ fn full() -> Snapshot {
         specific_force_mps2: Some(Vector::new(0.5, -0.25, -9.805)),
         magnetic_field_gauss: Some(Vector::new(0.2012, -0.0311, 0.4523)),
         temperature_degc: Some(31.5),
-        attitude: Some(EulerAngles { roll_rad: 0.0312, pitch_rad: -0.0127, yaw_rad: -3.1415 }),
+        attitude: Some(EulerAngles { roll_rad: 0.0312, pitch_rad: -0.0127, yaw_rad: -2.9671 }),
         position: Geodetic::from_degrees(1.345_678_9, 103.680_123_4, 38.125),
         velocity_mps: Some(Vector::new(1.25, -0.5, 0.03)),
         sigmas: Sigmas {
@@ -121,6 +121,24 @@ fn what_a_field_cannot_hold_becomes_the_nearest_it_can_and_nan_becomes_unknown()
 }
 
 #[test]
+fn what_is_no_place_on_earth_is_told_as_unknown_and_not_as_the_nearest() {
+    let pole = f64::to_radians(90.0);
+    for (latitude_rad, longitude_rad, height_m) in
+        [(pole + 0.01, 0.0, 0.0), (0.0, 1e300, 0.0), (f64::NAN, 0.0, 0.0), (0.0, 0.0, 1e6)]
+    {
+        let position = Some(Geodetic { latitude_rad, longitude_rad, height_m });
+        let mut nowhere = Snapshot { position, ..full() };
+        nowhere.gps.latitude_longitude_deg = Some([0.0, 200.0]);
+        let told = decode(&pack(&nowhere, 0))[0].unwrap().snapshot;
+        assert_eq!((told.position, told.gps.latitude_longitude_deg), (None, None));
+    }
+    let date_line = Geodetic { latitude_rad: -pole, longitude_rad: -2.0 * pole, height_m: 0.0 };
+    let there = Snapshot { position: Some(date_line), ..full() };
+    let told = decode(&pack(&there, 0))[0].unwrap().snapshot.position.unwrap();
+    assert_eq!((told.latitude_deg(), told.longitude_deg()), (-90.0, 180.0));
+}
+
+#[test]
 fn frames_of_another_version_or_with_unknown_codes_say_so() {
     let repacked = |place: usize, value: u8| {
         let mut bytes = pack(&full(), 0);
@@ -167,7 +185,7 @@ proptest! {
         force in -160.0f64..160.0,
         field in -3.2f64..3.2,
         temperature in -60.0f64..100.0,
-        yaw in -3.1415f64..3.1415,
+        yaw in -3.1f64..3.1,
         latitude in -90.0f64..90.0,
         longitude in -179.999f64..180.0,
         height in -500.0f64..20_000.0,

@@ -184,9 +184,13 @@ fn the_time_of_day_is_told_once_it_is_known() {
 }
 
 #[test]
-fn local_positions_count_from_the_first() {
+fn local_positions_count_from_the_first_that_is_a_place() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     let first = flying(at(0.0));
+    let nowhere = Geodetic { latitude_rad: f64::NAN, longitude_rad: 0.0, height_m: 0.0 };
+    let lost = Snapshot { position: Some(nowhere), ..flying(at(-1.0)) };
+    let messages = told(&mut mavlink, &lost);
+    assert!(!messages.iter().any(|message| matches!(message, MavMessage::LOCAL_POSITION_NED(_))));
     told(&mut mavlink, &first);
     let place = first.position.unwrap().displaced(Vector::new(30.0, -20.0, -5.0));
     let moved = Snapshot { position: Some(place), ..flying(at(1.0)) };

@@ -1,0 +1,49 @@
+//! Any bytes, through everything that a byte of the pulse-timing microcontroller goes through.
+//!
+//! What is delivered is in the stream, in order and byte for byte; what is captured is a pulse that a
+//! servo can have; and pieces of any size give the same.
+#![no_main]
+
+use hovernav::servo::packet::{Decoder, LENGTH, PacketCapture};
+use hovernav::servo::{LONGEST_MS, SHORTEST_MS, SignalConfig};
+use hovernav::time::Time;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|stream: &[u8]| {
+    let mut decoder = Decoder::default();
+    let mut end = 0;
+    for (at, byte) in stream.iter().enumerate() {
+        if let Some(received) = decoder.push(*byte) {
+            let start = at + 1 - LENGTH;
+            assert!(start >= end, "packets overlap");
+            // What no packet needs, bit 7 and widths without their bit, may stand in it all the same.
+            let (sent, again) = (&stream[start..=at], received.packet.encode());
+            assert_eq!((sent[2], sent[3] & 0x7F), (again[2], again[3]));
+            for bit in (0..5).filter(|bit| sent[3] & (1 << bit) != 0) {
+                let width = 4 + 2 * bit..6 + 2 * bit;
+                assert_eq!(sent[width.clone()], again[width]);
+            }
+            end = at + 1;
+        }
+    }
+    let tally = decoder.tally();
+    assert_eq!(tally.bytes, stream.len() as u64);
+    assert!(tally.packets * LENGTH as u64 <= tally.bytes);
+
+    let mut whole = PacketCapture::default();
+    whole.receive(stream, Time::ZERO);
+    let piece = stream.first().map_or(1, |first| usize::from(*first).max(1));
+    let mut pieces = PacketCapture::default();
+    for bytes in stream.chunks(piece) {
+        pieces.receive(bytes, Time::ZERO);
+    }
+    assert_eq!(whole.pulses(), pieces.pulses());
+    for (_, captured) in whole.pulses().channels.iter() {
+        assert!(
+            captured
+                .pulse
+                .is_none_or(|pulse| { (SHORTEST_MS..=LONGEST_MS).contains(&pulse.width_ms) })
+        );
+    }
+    let _ = whole.pulses().signal(Time::ZERO, &SignalConfig::default());
+});
