@@ -129,16 +129,18 @@ impl Cabin {
             return;
         }
         let late = std::mem::take(&mut self.woke_late);
-        if late || self.work_s > self.cycle_s {
+        let on_time = !late && self.work_s <= self.cycle_s;
+        if !on_time {
             self.report.missed_deadlines += 1;
-            let text = format_args!("a cycle took {:.1} ms of work", 1e3 * self.work_s);
+            let late = if late { ", and began late" } else { "" };
+            let text = format_args!("a cycle took {:.1} ms of work{late}", 1e3 * self.work_s);
             self.event(now, Level::Warning, "deadline_missed", text);
         }
         let timing = &mut self.snapshot.timing;
         timing.work_s = Some(self.work_s);
         timing.longest_work_s = Some(timing.longest_work_s.unwrap_or(0.0).max(self.work_s));
         timing.overruns = u32::try_from(self.report.missed_deadlines).unwrap_or(u32::MAX);
-        self.snapshot.health.on_time = !late && self.work_s <= self.cycle_s;
+        self.snapshot.health.on_time = on_time;
         self.report.work.add(self.work_s);
         self.work_s = 0.0;
     }

@@ -40,6 +40,11 @@ use crate::sensors::{DmuConfig, GpsConfig};
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct FlyConfig {
+    /// Priority of the loop's thread among the system's real-time threads, 1 to 99: no other program
+    /// then delays it. Needs the right to (`CAP_SYS_NICE`); without it, the flight says so and goes
+    /// on. Without this key the thread is an ordinary one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub realtime_priority: Option<u8>,
     /// The inertial unit.
     pub dmu: DmuSection,
     /// The GPS receiver.
@@ -95,7 +100,7 @@ pub enum FlyConfigError {
     /// A value that cannot be.
     #[error("[{section}] {key}: {reason}")]
     Value {
-        /// The section.
+        /// The section; empty of the keys that stand in none.
         section: &'static str,
         /// The key.
         key: &'static str,
@@ -218,6 +223,9 @@ impl FlyConfig {
     /// # Errors
     /// [`FlyConfigError::Value`] for a range, rate or latency that cannot be.
     pub fn sensors(&self) -> Result<(DmuConfig, GpsConfig), FlyConfigError> {
+        if let Some(found) = self.realtime_priority.filter(|found| !(1..=99).contains(found)) {
+            return Err(value("", "realtime_priority", &expected(found, "1 to 99")));
+        }
         let mode = match self.dmu.mode {
             DmuMode::Angle => Mode::Angle,
             DmuMode::Scaled => Mode::Scaled,

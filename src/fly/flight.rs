@@ -6,6 +6,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id,
+};
+
 use super::cabin::Cabin;
 use super::config::{FlyConfig, FlyConfigError};
 use super::report::FlightReport;
@@ -93,6 +98,9 @@ pub fn fly(
         sensors: Sensors::new(dmu, gps, start),
         cabin: Cabin::new(config, record, clock, start, unix_ns, console)?,
     };
+    if let Some(priority) = config.realtime_priority {
+        flight.take_priority(priority);
+    }
     flight.run(stop);
     Ok(flight.end(start))
 }
@@ -123,6 +131,27 @@ impl Flight {
                 Read::Changed(event) => self.cabin.port(now, "dmu_port", "inertial unit", &event),
             }
             self.cabin.cycle_without_sample(now);
+        }
+    }
+
+    fn take_priority(&mut self, priority: u8) {
+        let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+        let taken =
+            ThreadPriorityValue::try_from(priority).map_err(String::from).and_then(|value| {
+                let priority = ThreadPriority::Crossplatform(value);
+                set_thread_priority_and_policy(thread_native_id(), priority, policy)
+                    .map_err(|error| error.to_string())
+            });
+        let now = self.clock.now();
+        match taken {
+            Ok(()) => {
+                let text = format_args!("the loop has real-time priority {priority}");
+                self.cabin.event(now, Level::Info, "priority", text);
+            }
+            Err(error) => {
+                let text = format_args!("no real-time priority for the loop: {error}");
+                self.cabin.event(now, Level::Warning, "priority", text);
+            }
         }
     }
 
