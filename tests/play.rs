@@ -314,6 +314,19 @@ fn a_host_that_does_not_read_does_not_hold_the_player() {
 }
 
 #[test]
+fn a_host_that_lets_go_finds_the_port_again() {
+    let (place, dataset, clock) = (Place::new(), flight(12), Clock::at_speed(SPEED).unwrap());
+    let outlets = vec![Outlet::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
+    let _player = Player::start(outlets, SPEED, Begin::WhenAsked).unwrap();
+    for count in [20, 40] {
+        let heard = listen(port(&place.path("dmu"), clock), clock, Flow::Continuous, |listened| {
+            listened.samples.len() >= count
+        });
+        assert_eq!(heard.samples.len(), count);
+    }
+}
+
+#[test]
 fn a_port_takes_no_files_place_and_a_link_left_over_is_replaced() {
     let (place, dataset) = (Place::new(), flight(1));
     let path = place.path("dmu");

@@ -286,19 +286,26 @@ fn play(
 
         let next = outlet.device.next_transmission().unwrap_or(Time::from_nanoseconds(i64::MAX));
         let wait = flight.until(next).min(ATTENTION);
-        match &mut terminal {
-            None => thread::sleep(wait),
-            Some(terminal) => match terminal.hear(&mut buffer, wait)? {
-                Heard::Nobody => opened = false,
-                Heard::Nothing => opened = true,
-                Heard::Bytes(count) => {
-                    opened = true;
-                    counts.heard += count as u64;
-                    if cut.is_none() {
-                        outlet.device.receive(&buffer[..count], flight.now());
-                    }
+        let heard = match &mut terminal {
+            None => {
+                thread::sleep(wait);
+                Heard::Nobody
+            }
+            Some(terminal) => terminal.hear(&mut buffer, wait)?,
+        };
+        match heard {
+            // The host let go of the port. Had it been killed, the port would stay locked for as long
+            // as this end is held.
+            Heard::Nobody if opened => (opened, terminal) = (false, None),
+            Heard::Nobody => {}
+            Heard::Nothing => opened = true,
+            Heard::Bytes(count) => {
+                opened = true;
+                counts.heard += count as u64;
+                if cut.is_none() {
+                    outlet.device.receive(&buffer[..count], flight.now());
                 }
-            },
+            }
         }
         if !asked && opened && outlet.device.is_awaited() {
             asked = true;
