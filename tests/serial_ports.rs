@@ -259,6 +259,17 @@ fn a_port_that_is_pulled_out_is_told_of_and_taken_up_when_it_comes_back() {
 }
 
 #[test]
+fn the_first_write_opens_the_port() {
+    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let mut port = wire.port(clock);
+    port.write(b"P", clock.now() + 5.0).unwrap();
+    let mut heard = [0];
+    wire.device().read_exact(&mut heard).unwrap();
+    assert_eq!(&heard, b"P");
+    assert_eq!(next_event(&mut port, clock), PortEvent::Opened);
+}
+
+#[test]
 fn a_missing_port_is_tried_less_and_less_often() {
     let clock = Clock::at_speed(20.0).unwrap();
     let mut wire = Wire::new();
