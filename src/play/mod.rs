@@ -47,9 +47,6 @@ pub const DEFAULT_RANGES: (f64, f64) = (200.0, 4.0);
 /// How soon a line hears of the end, of a cut or of the flight's beginning.
 const ATTENTION: Duration = Duration::from_millis(20);
 
-/// After the last byte is due the player is not yet finished for this long, s.
-const LINGER_S: f64 = 0.5;
-
 /// The inertial unit that measured a dataset, with the ranges that its manifest names, or else
 /// [`DEFAULT_RANGES`]. Its yaw is from the north that the dataset's is from.
 ///
@@ -230,8 +227,7 @@ impl Player {
     /// Whether everything has been sent, or an outlet has failed.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        let over = self.flown_s().is_some_and(|flown| flown > self.flight.length_s() + LINGER_S);
-        over || self.threads.iter().any(JoinHandle::is_finished)
+        self.flight.is_over() || self.threads.iter().any(JoinHandle::is_finished)
     }
 
     /// Ends it, and takes the ports away.
