@@ -9,6 +9,9 @@ use crate::time::Time;
 /// goes by until it begins, nothing has been measured yet.
 const BEFORE_S: f64 = 1e8;
 
+/// After the last that is told the flight is not yet over for this long, s: the host has to read it.
+const LINGER_S: f64 = 0.5;
+
 /// The time of the devices: it runs from long before the flight, and skips to its beginning.
 #[derive(Debug)]
 pub(super) struct Flight {
@@ -61,8 +64,10 @@ impl Flight {
         Some(self.shown(&state) - self.first).filter(|flown| state.has_begun && *flown >= 0.0)
     }
 
-    pub fn length_s(&self) -> f64 {
-        self.last - self.first
+    /// Whether everything has been told, half a second ago.
+    pub fn is_over(&self) -> bool {
+        let state = self.state();
+        state.has_begun && self.shown(&state) - self.last > LINGER_S * self.speed
     }
 
     /// How long to wait for `time` if nothing changes.

@@ -47,9 +47,6 @@ pub const DEFAULT_RANGES: (f64, f64) = (200.0, 4.0);
 /// How soon a line hears of the end, of a cut or of the flight's beginning.
 const ATTENTION: Duration = Duration::from_millis(20);
 
-/// After the last byte is due the player is not yet finished for this long, s.
-const LINGER_S: f64 = 0.5;
-
 /// The inertial unit that measured a dataset, with the ranges that its manifest names, or else
 /// [`DEFAULT_RANGES`]. Its yaw is from the north that the dataset's is from.
 ///
@@ -230,8 +227,7 @@ impl Player {
     /// Whether everything has been sent, or an outlet has failed.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        let over = self.flown_s().is_some_and(|flown| flown > self.flight.length_s() + LINGER_S);
-        over || self.threads.iter().any(JoinHandle::is_finished)
+        self.flight.is_over() || self.threads.iter().any(JoinHandle::is_finished)
     }
 
     /// Ends it, and takes the ports away.
@@ -286,19 +282,26 @@ fn play(
 
         let next = outlet.device.next_transmission().unwrap_or(Time::from_nanoseconds(i64::MAX));
         let wait = flight.until(next).min(ATTENTION);
-        match &mut terminal {
-            None => thread::sleep(wait),
-            Some(terminal) => match terminal.hear(&mut buffer, wait)? {
-                Heard::Nobody => opened = false,
-                Heard::Nothing => opened = true,
-                Heard::Bytes(count) => {
-                    opened = true;
-                    counts.heard += count as u64;
-                    if cut.is_none() {
-                        outlet.device.receive(&buffer[..count], flight.now());
-                    }
+        let heard = match &mut terminal {
+            None => {
+                thread::sleep(wait);
+                Heard::Nobody
+            }
+            Some(terminal) => terminal.hear(&mut buffer, wait)?,
+        };
+        match heard {
+            // The host let go of the port. Had it been killed, the port would stay locked for as long
+            // as this end is held.
+            Heard::Nobody if opened => (opened, terminal) = (false, None),
+            Heard::Nobody => {}
+            Heard::Nothing => opened = true,
+            Heard::Bytes(count) => {
+                opened = true;
+                counts.heard += count as u64;
+                if cut.is_none() {
+                    outlet.device.receive(&buffer[..count], flight.now());
                 }
-            },
+            }
         }
         if !asked && opened && outlet.device.is_awaited() {
             asked = true;

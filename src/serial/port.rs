@@ -185,7 +185,7 @@ pub struct Port {
 }
 
 impl Port {
-    /// The line of `config`, to be opened by the first read.
+    /// The line of `config`, to be opened by the first read or write.
     #[must_use]
     pub fn new(config: PortConfig, clock: Clock) -> Self {
         let state = State::Closed { retry: clock.now(), told: None };
@@ -236,11 +236,18 @@ impl Port {
         }
     }
 
-    /// Writes `bytes`, waiting up to `deadline` for the line to take them; not for them to be sent.
+    /// Writes `bytes`, waiting up to `deadline` for the line to take them; not for them to be sent. A
+    /// port that is not open is tried when its time has come, as by a read.
     ///
     /// # Errors
     /// [`WriteError`] tells why not all of them were taken.
     pub fn write(&mut self, bytes: &[u8], deadline: Time) -> Result<(), WriteError> {
+        if let State::Closed { retry, .. } = self.state
+            && self.untold.is_none()
+            && self.clock.now() >= retry
+        {
+            self.open();
+        }
         let State::Open { port, .. } = &mut self.state else { return Err(WriteError::Closed) };
         let mut written = 0;
         while let Some(rest @ [_, ..]) = bytes.get(written..) {

@@ -1,9 +1,10 @@
 //! Counts in units, and packets that cannot be.
 
 use hovernav::dmu::{
-    AnglePacket, Calibration, Implausible, Motion, Packet, Plausibility, ScaledPacket, Sensor,
-    Sign, VoltagePacket, temperature_degc, volts,
+    AnglePacket, Calibration, Implausible, Measurement, Motion, Packet, Plausibility, ScaledPacket,
+    Sensor, Sign, VoltagePacket, temperature_degc, volts,
 };
+use hovernav::frames::Vector;
 use hovernav::time::Time;
 use proptest::prelude::*;
 
@@ -176,5 +177,38 @@ proptest! {
                 prop_assert!((found - sent).abs() <= 0.500_001 * lsb, "{} for {}", found, sent);
             }
         }
+    }
+}
+
+#[test]
+fn what_cannot_be_sent_stands_at_the_end_of_its_scale_or_at_zero() {
+    let calibration = Calibration::new(200.0, 4.0).unwrap();
+    let still = calibration.measure(&Packet::Angle(AnglePacket::default())).unwrap();
+    let packet = calibration.counts(&Measurement {
+        angular_rate_radps: Vector::new(1e9, -1e9, f64::NAN),
+        specific_force_mps2: Vector::new(1e9, -1e9, f64::INFINITY),
+        attitude: None,
+        temperature_degc: 1e9,
+        ..still
+    });
+    assert_eq!(packet.angular_rate, [i16::MAX, i16::MIN, 0]);
+    assert_eq!(packet.acceleration, [i16::MIN, i16::MAX, i16::MIN]);
+    assert_eq!((packet.attitude, packet.temperature), ([0; 3], 0x0FFF));
+}
+
+proptest! {
+    #[test]
+    fn counts_of_a_measurement_are_those_that_were_measured(
+        words: [[i16; 3]; 4],
+        temperature in 0u16..=0x0FFF,
+        rate_range in 1.0f64..1e3,
+        acceleration_range in 0.1f64..1e2,
+    ) {
+        let [attitude, angular_rate, acceleration, magnetic_field] = words;
+        let packet =
+            AnglePacket { attitude, angular_rate, acceleration, magnetic_field, temperature, timer: 0 };
+        let calibration = Calibration::new(rate_range, acceleration_range).unwrap();
+        let measurement = calibration.measure(&Packet::Angle(packet)).unwrap();
+        prop_assert_eq!(calibration.counts(&measurement), packet);
     }
 }

@@ -135,7 +135,10 @@ impl DmuDevice {
             b'G' if self.continuous => self.continuous = false,
             b'G' => {
                 self.awaited = true;
-                if let Some(packet) = self.measured(now) {
+                // A request that comes while it speaks goes unheard.
+                if self.line.is_idle()
+                    && let Some(packet) = self.measured(now)
+                {
                     self.send(packet, now);
                 }
             }

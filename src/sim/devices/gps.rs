@@ -39,7 +39,7 @@ pub struct GpsDevice {
 #[derive(Clone, Debug)]
 enum Language {
     Nmea,
-    Tsip { framer: Framer, options: IoOptions, status: Option<Time> },
+    Tsip { framer: Box<Framer>, options: IoOptions, status: Option<Time> },
     Ubx { heard: Vec<u8>, pvt: bool, sentences: Vec<u8> },
 }
 
@@ -60,7 +60,7 @@ impl GpsDevice {
             Protocol::Nmea => (Language::Nmea, Line::new(38_400, 10)),
             Protocol::Tsip => {
                 let options = IoOptions { position: 0x02, velocity: 0x02, timing: 0, auxiliary: 0 };
-                let framer = Framer::default();
+                let framer = Box::default();
                 (Language::Tsip { framer, options, status: None }, Line::new(9600, 11))
             }
             Protocol::Ubx => {

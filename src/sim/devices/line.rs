@@ -48,6 +48,11 @@ impl Line {
         Some(self.arrival(message, bytes))
     }
 
+    /// Whether all that was sent has arrived.
+    pub fn is_idle(&self) -> bool {
+        self.messages.is_empty()
+    }
+
     /// Appends what has arrived by `now` to `wire`.
     pub fn take(&mut self, now: Time, wire: &mut Vec<u8>) {
         while let Some(mut message) = self.messages.pop_front() {
