@@ -154,11 +154,11 @@ fn flown(
                 thread::sleep(Duration::from_millis(20));
             }
             stop.store(true, Ordering::Relaxed);
-            player.stop().unwrap();
+            player
         })
     };
     let report = fly(config, record, stop, console).unwrap();
-    watch.join().unwrap();
+    watch.join().unwrap().stop().unwrap();
     reader.join().unwrap();
     println!("{report}");
     report
