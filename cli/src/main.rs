@@ -1,16 +1,19 @@
 //! The command `hovernav`: one verb a job. It reads arguments, shows progress and writes files; what
 //! is computed, the library computes.
 
+mod convert;
 mod estimate;
+mod log;
 mod report;
 mod simulate;
 mod summary;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hovernav::log::{Dataset, Info};
+use hovernav::log::Info;
+use hovernav::log::record::RecordInfo;
 
 /// Navigation for small helicopters and drones: from a recorded log to position, velocity and
 /// attitude with honest uncertainties.
@@ -27,9 +30,11 @@ enum Verb {
     Estimate(estimate::Arguments),
     /// Say what is in a log: sensors, rates, spans, gaps
     Info {
-        /// A dataset directory
+        /// A dataset directory or a flight record
         log: PathBuf,
     },
+    /// Write any log as a dataset directory
+    Convert(convert::Arguments),
     /// Fly a path in simulation and record its sensors as a dataset
     Simulate(simulate::Arguments),
 }
@@ -37,9 +42,8 @@ enum Verb {
 fn main() -> ExitCode {
     let result = match Arguments::parse().verb {
         Verb::Estimate(arguments) => estimate::run(&arguments),
-        Verb::Info { log } => Dataset::open(&log)
-            .map(|dataset| print!("{}", Info(&dataset)))
-            .map_err(anyhow::Error::from),
+        Verb::Info { log } => info(&log),
+        Verb::Convert(arguments) => convert::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
     };
     match result {
@@ -49,6 +53,15 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn info(log: &Path) -> anyhow::Result<()> {
+    let (dataset, record) = log::open(log)?;
+    print!("{}", Info(&dataset));
+    if let Some(record) = record {
+        print!("{}", RecordInfo(&record));
+    }
+    Ok(())
 }
 
 /// The error and its causes, less those that the message before already ends with.
