@@ -12,6 +12,7 @@
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
+//! | `log::record` | with `record`: the flight record, written beside the loop and replayed to the bit |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 #![cfg_attr(not(feature = "std"), no_std)]
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hovernav::log::record::{Record, Recorder};
+use hovernav::log::record::{Record, RecordInfo, Recorder};
 
 use crate::flight::header;
 use crate::replay::recorded;
@@ -50,6 +50,50 @@ fn a_spoilt_byte_never_becomes_a_wrong_value() {
         }
         bytes[index] ^= 1 << (index % 8);
     }
+}
+
+#[test]
+fn nonsense_with_a_good_checksum_is_left_out_or_told() {
+    let (path, _dir) = recorded(1.0);
+    let bytes = std::fs::read(path).unwrap();
+    let crc32 = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let mut random = 1u64;
+    let mut below = |end: usize| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (random >> 33) as usize % end
+    };
+    let (mut read_whole, mut refused) = (0, 0);
+    for round in 0..600 {
+        let mut spoilt = bytes.clone();
+        let mut at = mcap::MAGIC.len();
+        while at < spoilt.len() - mcap::MAGIC.len() {
+            let length = u64::from_le_bytes(spoilt[at + 1..at + 9].try_into().unwrap()) as usize;
+            let (kind, body) = (spoilt[at], at + 9);
+            // A chunk's two times, length, checksum, compression and length again.
+            let (checksum, records) = (body + 24, body + 40);
+            if kind == mcap::records::op::CHUNK {
+                for _ in 0..1 + round % 4 {
+                    spoilt[records + below(length - 40)] = below(256) as u8;
+                }
+                let sum = crc32.checksum(&spoilt[records..body + length]);
+                spoilt[checksum..checksum + 4].copy_from_slice(&sum.to_le_bytes());
+            }
+            at = body + length;
+        }
+        match read(&spoilt) {
+            Ok(record) => {
+                read_whole += 1;
+                let _ = RecordInfo(&record).to_string();
+                let _ = record.reproduced_by(&record.solutions);
+                let _ = record.dataset();
+            }
+            Err(error) => {
+                refused += 1;
+                assert!(error.starts_with("flight.mcap: "), "{error}");
+            }
+        }
+    }
+    assert!(read_whole > 50 && refused > 50, "{read_whole} {refused}");
 }
 
 #[test]

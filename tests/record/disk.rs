@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hovernav::log::record::{Line, Record, Recorder, Status};
 
@@ -142,6 +142,42 @@ fn what_a_replay_can_compute_gives_way_first() {
     recorder.finish();
     assert_eq!(disk.record().lost_decoded, lost);
     assert_eq!(disk.record().warnings, Vec::<String>::new());
+}
+
+/// A disk that takes its time: writing waits for the lock.
+struct Hanging(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Hanging {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_disk_that_hangs_does_not_hold_the_loop() {
+    let bytes = Arc::new(Mutex::new(Vec::new()));
+    let mut recorder = Recorder::start(Hanging(Arc::clone(&bytes)), &header()).unwrap();
+    let hanging = bytes.lock().unwrap();
+    let (mut now, mut longest) = (START, Duration::ZERO);
+    // Would never end if one of these calls waited for the disk.
+    while recorder.status().lost_raw < 1000 {
+        now = now + 1e-3;
+        let before = Instant::now();
+        recorder.raw(Line::Dmu, &[0x55; 30], now);
+        longest = longest.max(before.elapsed());
+    }
+    drop(hanging);
+    println!("longest call {longest:?}");
+    let lost = recorder.finish().lost_raw;
+    let record = Record::read(&bytes.lock().unwrap(), Path::new("slow.mcap")).unwrap();
+    assert!(record.is_ended);
+    // Nothing came after the loss to tell it with; the status has it.
+    assert_eq!((record.lost_raw, lost), (0, 1000));
 }
 
 #[test]

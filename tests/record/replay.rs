@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use hovernav::event::Event;
 use hovernav::log::record::{Call, Entry, Level, Line, Record, Recorder};
 use hovernav::log::{Dataset, Outage};
 use hovernav::time::Time;
@@ -68,7 +69,7 @@ fn withheld_fixes_leave_the_order_of_all_others() {
         .events()
         .filter(|event| {
             let since_start = event.time() - start;
-            !(whole.fixes.iter().any(|fix| hovernav::event::Event::Gps(*fix) == *event)
+            !(whole.fixes.iter().any(|fix| Event::Gps(*fix) == *event)
                 && (0.0..4.5).contains(&since_start))
         })
         .collect();
@@ -101,6 +102,40 @@ fn calls_longer_than_an_entry_and_other_entries_come_back() {
     );
     assert_eq!(event.text, "/dev/ttyS1 does not answer");
     assert_eq!(record.end, at(5));
+}
+
+#[test]
+fn another_latency_moves_fixes_and_keeps_the_loops_order() {
+    let (path, dir) = recorded(5.0);
+    let mut dataset = Dataset::open(&path).unwrap();
+    let kinds = |dataset: &Dataset| {
+        let is_imu = |event| matches!(event, Event::Imu(_));
+        dataset.events().map(is_imu).collect::<Vec<_>>()
+    };
+    let (before, order) = (dataset.fixes.clone(), kinds(&dataset));
+    let config = dir.path().join("later.toml");
+    std::fs::write(&config, "[gps]\nlatency_s = 0.42\n").unwrap();
+    dataset.configure(&config).unwrap();
+    assert!((before[0].time - dataset.fixes[0].time - 0.3).abs() < 1e-9);
+    assert_eq!(kinds(&dataset), order);
+}
+
+#[test]
+fn every_message_is_what_its_schema_says() {
+    let (path, _dir) = recorded(5.0);
+    let bytes = std::fs::read(path).unwrap();
+    let mut topics = std::collections::BTreeSet::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let schema = message.channel.schema.as_ref().unwrap();
+        let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
+        let told: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
+        for key in told.as_object().unwrap().keys() {
+            assert!(schema["properties"].get(key).is_some(), "{key} of {}", message.channel.topic);
+        }
+        topics.insert(message.channel.topic.clone());
+    }
+    assert!(topics.len() > 9, "{topics:?}");
 }
 
 #[test]
