@@ -13,6 +13,7 @@
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
+//! | `log::record` | with `record`: the flight record, written beside the loop and replayed to the bit |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 //! | `serial`, `play` | with `serial`: lines that come back by themselves, and devices to test them on |
 #![cfg_attr(not(feature = "std"), no_std)]

@@ -10,6 +10,7 @@ use hovernav::ins::HeadingSource;
 use hovernav::log::{Axis, Dataset, Run, Score, Statistics};
 use serde::Serialize;
 
+use crate::log::Flown;
 use crate::report::Fact;
 
 /// The summary of `hovernav estimate`.
@@ -32,6 +33,9 @@ pub struct Summary {
     alignment: Option<AlignmentSummary>,
     innovations: BTreeMap<&'static str, ChannelSummary>,
     reopened: Vec<Reopened>,
+    /// How it compares with the solution that flew, of a flight record.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flown: Option<Flown>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<BTreeMap<&'static str, Statistics>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -102,6 +106,7 @@ impl Summary {
             alignment: None,
             innovations: BTreeMap::new(),
             reopened: Vec::new(),
+            flown: None,
             error: None,
             within_3_sigma: None,
             outages: Vec::new(),
@@ -298,6 +303,9 @@ impl Summary {
                     );
                 }
             }
+        }
+        if let Some(flown) = &self.flown {
+            let _ = writeln!(text, "{}", flown.in_words());
         }
         for warning in &self.warnings {
             let _ = writeln!(text, "warning: {warning}");

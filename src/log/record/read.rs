@@ -185,6 +185,9 @@ impl Reader {
         let mut rest = &data[..];
         while let Some((opcode, body)) = frame(rest) {
             rest = &rest[FRAME + body.len()..];
+            if !matches!(opcode, op::CHANNEL | op::MESSAGE) {
+                continue;
+            }
             match mcap::parse_record(opcode, body) {
                 Ok(McapRecord::Channel(channel)) => {
                     let known = Channel::with_topic(&channel.topic);
