@@ -89,8 +89,13 @@ fn ground(mut port: TTYPort, pause_after: usize, stop: Arc<AtomicBool>) -> Groun
     let mut buffer = [0; 512];
     let mut paused: Option<std::time::Instant> = None;
     let mut has_paused = false;
-    port.write_all(b"#").unwrap();
+    let mut asked = std::time::Instant::now();
     while !stop.load(Ordering::Relaxed) {
+        // What is said before the flight computer listens is lost, on a modem as here.
+        if ground.snapshots.is_empty() && asked.elapsed() > Duration::from_millis(200) {
+            port.write_all(b"#").unwrap();
+            asked = std::time::Instant::now();
+        }
         let count = port.read(&mut buffer).unwrap_or(0);
         match paused {
             // What was on its way still comes.

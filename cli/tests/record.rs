@@ -1,8 +1,5 @@
 //! What the command makes of a flight record.
 
-#[allow(dead_code, reason = "shared with the library's tests")]
-#[path = "../../tests/gps_streams/encode.rs"]
-mod encode;
 #[path = "../../tests/record/flight.rs"]
 mod flight;
 

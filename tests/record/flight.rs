@@ -13,7 +13,7 @@ use hovernav::sensors::{Report, Sensors};
 use hovernav::sim::{self, FlightPlan, Recording};
 use hovernav::time::Time;
 
-use crate::encode::{Epoch, tsip_epoch, tsip_time};
+use hovernav::sim::devices::encode::{Epoch, tsip_epoch, tsip_time};
 
 /// Some time after the machine was switched on, on a day of 2026.
 pub const START: Time = Time::from_nanoseconds(86_412_345_678_901);
@@ -165,12 +165,12 @@ fn receiver(truth: &Recording) -> Vec<(Time, Vec<u8>)> {
     for (index, fix) in truth.fixes.iter().enumerate() {
         let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
         let epoch = Epoch {
-            time_of_week_s: 446_988 + index as u32,
             latitude_deg: fix.position.latitude_deg(),
             longitude_deg: fix.position.longitude_deg(),
             height_m: fix.position.height_m,
-            velocity_ned_mps: [north, east, fix.down_velocity_mps.unwrap_or_default()],
+            velocity_ned_mps: Some([north, east, fix.down_velocity_mps.unwrap_or_default()]),
             satellites: 8,
+            ..Epoch::flying(index as u32)
         };
         let arrival = START + (fix.time - Time::ZERO) + 0.12;
         let mut bytes = if index == 0 { tsip_time(&epoch) } else { Vec::new() };

@@ -3,9 +3,6 @@
 
 mod damage;
 mod disk;
-#[allow(dead_code, reason = "shared with the tests of receivers")]
-#[path = "../gps_streams/encode.rs"]
-mod encode;
 mod flight;
 mod killed;
 mod replay;
