@@ -310,6 +310,15 @@ fn no_record_is_written_over_and_no_flight_begins_without_one() {
 }
 
 #[test]
+fn the_examples_can_be_flown() {
+    for name in ["fly.toml", "play.toml"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
+        let mut config = FlyConfig::read(&path).unwrap();
+        config.settle(1_760_000_000).unwrap();
+    }
+}
+
+#[test]
 fn a_configuration_that_cannot_be_flown_is_refused_with_the_reason() {
     let base = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n";
     for (text, said) in [
