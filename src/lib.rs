@@ -10,6 +10,7 @@
 //! | [`dmu`], [`gps`], [`event`] | what sensors say: a sample, a fix, one stream of both |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
+//! | `model` | with `std`: the nonlinear helicopter, and linear models as data |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 #![cfg_attr(not(feature = "std"), no_std)]
 
@@ -22,6 +23,8 @@ pub mod gps;
 pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
+#[cfg(feature = "std")]
+pub mod model;
 #[cfg(feature = "std")]
 pub mod sim;
 pub mod time;
