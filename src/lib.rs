@@ -14,6 +14,8 @@
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 #![cfg_attr(not(feature = "std"), no_std)]
 
+#[cfg(feature = "std")]
+pub mod design;
 pub mod dmu;
 pub mod earth;
 pub mod ekf;
