@@ -165,13 +165,28 @@ impl ReducedDerivatives {
     }
 }
 
-/// The part of a hover model in which roll and pitch live: p, q, phi, theta, u, v by the cyclic.
+/// The hover model with the fast states that it has, flapping a and b, bar c and d, yaw-rate feedback
+/// rfb, taken out as [`StateSpace::residualised`] does.
+///
+/// # Errors
+/// [`ModelError::NoSteadyValue`](super::ModelError::NoSteadyValue) where they have none.
+pub fn quasi_steady(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
+    let fast: Vec<&str> = ["a", "b", "c", "d", "rfb"]
+        .into_iter()
+        .filter(|fast| model.states().iter().any(|state| state.name == *fast))
+        .collect();
+    model.residualised(&fast)
+}
+
+/// The part of a hover model in which roll and pitch live: p, q, phi, theta, u, v by the cyclic. Fast
+/// states are taken out first, by [`quasi_steady`]; also for [`heave`] and [`yaw`].
 ///
 /// # Errors
 /// [`ModelError::Unknown`](super::ModelError::Unknown) where the model has not all of them; also for
 /// [`heave`] and [`yaw`].
 pub fn roll_pitch(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
-    model.subsystem(&["p", "q", "phi", "theta", "u", "v"], &["lateral", "longitudinal"])
+    quasi_steady(model)?
+        .subsystem(&["p", "q", "phi", "theta", "u", "v"], &["lateral", "longitudinal"])
 }
 
 /// The heave part: w by the collective.
@@ -179,7 +194,7 @@ pub fn roll_pitch(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
 /// # Errors
 /// As [`roll_pitch`].
 pub fn heave(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
-    model.subsystem(&["w"], &["collective"])
+    quasi_steady(model)?.subsystem(&["w"], &["collective"])
 }
 
 /// The yaw part with heading, r and psi, by collective and pedal, as Paw's heading hold uses it.
@@ -188,7 +203,7 @@ pub fn heave(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
 /// # Errors
 /// As [`roll_pitch`].
 pub fn yaw(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
-    let rate = model.subsystem(&["r"], &["collective", "pedal"])?;
+    let rate = quasi_steady(model)?.subsystem(&["r"], &["collective", "pedal"])?;
     let (per_rate, own) = match model.time() {
         TimeDomain::Continuous => (1.0, 0.0),
         TimeDomain::Discrete { period_s } => (period_s, 1.0),
