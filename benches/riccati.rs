@@ -1,5 +1,4 @@
 //! Time of the Riccati solvers.
-#![expect(missing_docs, reason = "the macro of criterion documents nothing")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use hovernav::design::{care, sampled_lqr};

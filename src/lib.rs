@@ -11,6 +11,7 @@
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | `model` | with `std`: the nonlinear helicopter, and linear models as data |
+//! | `design` | with `std`: Riccati equations, optimal gains, exact holds, responses and margins |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 #![cfg_attr(not(feature = "std"), no_std)]
 

@@ -127,6 +127,35 @@ fn the_discrete_benchmark_equations_are_solved_to_rounding_singular_weights_too(
 }
 
 #[test]
+fn large_and_long_problems_meet_their_closed_forms() {
+    // A ring of 64 cells: X has the eigenvectors of A and λ + √(λ² + 1) (CAREX 3.2).
+    let n = 64;
+    let ring = DMatrix::from_fn(n, n, |i, j| match (i + n - j) % n {
+        0 => -2.0,
+        1 | 63 => 1.0,
+        _ => 0.0,
+    });
+    let one = DMatrix::identity(n, n);
+    let x = care(&ring, &one, &one, &one).unwrap().x;
+    let eigen = ring.symmetric_eigen();
+    let values = eigen.eigenvalues.map(|value| value + (value * value + 1.0).sqrt());
+    let expected =
+        &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose();
+    assert!((x - &expected).norm() < 1e-12 * expected.norm());
+
+    // A chain of 21 integrators, seen at one end and pushed at the other: that corner of X is 1
+    // (CAREX 4.1, Laub 1979).
+    let n = 21;
+    let chain = DMatrix::from_fn(n, n, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
+    let end = DMatrix::from_fn(n, 1, |i, _| if i == n - 1 { 1.0 } else { 0.0 });
+    let mut seen = DMatrix::zeros(n, n);
+    seen[(0, 0)] = 1.0;
+    let solution = care(&chain, &end, &seen, &dmatrix![1.0]).unwrap();
+    println!("corner off by {:e}", solution.x[(0, n - 1)] - 1.0);
+    assert!((solution.x[(0, n - 1)] - 1.0).abs() < 1e-10);
+}
+
+#[test]
 fn the_thesis_models_are_controllable_and_observable_with_the_printed_ranks() {
     let thesis = shipped::thesis();
     let roll_pitch = hover::roll_pitch(&thesis).unwrap();

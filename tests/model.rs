@@ -15,7 +15,7 @@ fn raptor() -> Helicopter {
 const CALM: Vector<Ned> = Vector::ZERO;
 
 #[test]
-fn hover_carries_the_weight_by_momentum_theory() {
+fn hover_is_steady_right_side_low_and_feels_one_g() {
     let helicopter = raptor();
     let hover = helicopter.hover();
     let rest = helicopter.derivative(hover, &Controls::default(), CALM);
@@ -61,13 +61,47 @@ fn trimmed_flight_stays_trimmed() {
 }
 
 #[test]
+fn slow_flight_is_trimmed_in_every_direction_up_to_its_limit() {
+    let helicopter = raptor();
+    for speed in [2.0, 8.0, 15.0] {
+        for heading in 0..8 {
+            let (east, north) = (f64::from(heading) * std::f64::consts::FRAC_PI_4).sin_cos();
+            let velocity = Vector::new(speed * north, speed * east, 0.0);
+            let trim = helicopter.trim(velocity, CALM, 0.0);
+            if speed < 10.0 || heading == 0 {
+                let angles = trim.unwrap().state.body_to_ned.euler();
+                assert!(angles.roll_rad.abs() < 0.5 && angles.pitch_rad.abs() < 0.5);
+            }
+        }
+    }
+    let climb = |down| helicopter.trim(Vector::new(0.0, 0.0, down), CALM, 0.0).unwrap();
+    assert!(climb(-3.0).controls.collective > 0.2 && climb(1.5).controls.collective < -0.1);
+}
+
+#[test]
+fn no_state_or_stick_makes_the_helicopter_panic() {
+    let helicopter = raptor();
+    let extremes = [0.0, -1e3, 1e3, 1e200, -1e200, f64::NAN, f64::INFINITY];
+    for one in extremes {
+        for other in extremes {
+            let mut state = *helicopter.hover();
+            state.velocity_mps = Vector::new(one, other, -one);
+            state.rate_radps = Vector::new(other, one, other);
+            state.lateral_flapping_rad = other;
+            let controls = Controls { collective: one, pedal: other, ..Default::default() };
+            let _ = helicopter.step(&state, &controls, Vector::new(other, 0.0, one), 0.01);
+        }
+    }
+}
+
+#[test]
 fn wind_and_motion_through_still_air_are_the_same_to_the_forces() {
     let helicopter = raptor();
     let mut state = *helicopter.hover();
     state.body_to_ned = Rotation::from_euler(EulerAngles::from_degrees(4.0, -6.0, 130.0));
     let wind = Vector::<Ned>::new(3.0, -2.0, 0.5);
     let blown = helicopter.derivative(&state, &Controls::default(), wind);
-    state.velocity_mps = state.velocity_mps - state.body_to_ned.inverse() * wind;
+    state.velocity_mps -= state.body_to_ned.inverse() * wind;
     let moving = helicopter.derivative(&state, &Controls::default(), CALM);
     assert!((blown.specific_force_mps2 - moving.specific_force_mps2).norm() < 1e-12);
     assert!((blown.rate_radps2 - moving.rate_radps2).norm() < 1e-11);

@@ -8,7 +8,9 @@ use nalgebra::DMatrix;
 
 use super::error::DesignError;
 use super::exact::Exact;
-use super::linalg::{check, check_symmetric, inverse, invert, lyapunov, stein, symmetric};
+use super::linalg::{
+    check, check_symmetric, inverse, invert, lyapunov, sign_step, stein, symmetric,
+};
 use super::reachability::unstabilisable_mode;
 use crate::model::{TimeDomain, eigenvalues};
 
@@ -305,14 +307,7 @@ fn sign_solution(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Option
         inverse.copy_from(&z);
         let log_determinant = invert(&mut inverse)?;
         let scale = if change > 0.01 { (-log_determinant / (2 * n) as f64).exp() } else { 1.0 };
-        let (mut moved, mut size) = (0.0, 0.0);
-        for (value, &inverse) in z.iter_mut().zip(&inverse) {
-            let next = 0.5 * (scale * *value + inverse / scale);
-            moved += (next - *value) * (next - *value);
-            size += next * next;
-            *value = next;
-        }
-        change = (moved / size).sqrt();
+        change = sign_step(&mut z, &inverse, scale);
         if !change.is_finite() {
             return None;
         }
