@@ -68,7 +68,6 @@ impl HybridDerivatives {
     ///
     /// # Errors
     /// [`ModelError::NotFinite`] where a derivative is not finite or the time constant is zero.
-    #[must_use]
     pub fn state_space(&self, stick_unit: &str) -> Result<StateSpace, ModelError> {
         let Self { tau_f, xu, xa, yv, yb, zw, lu, lv, la, lb, mu, mv, ma, mb, nr, .. } = *self;
         let (g, k) = (self.gravity_mps2, 1.0 / tau_f);
@@ -171,7 +170,6 @@ impl ReducedDerivatives {
     ///
     /// # Errors
     /// [`ModelError::NotFinite`] where a derivative is not finite.
-    #[must_use]
     pub fn state_space(&self, stick_unit: &str) -> Result<StateSpace, ModelError> {
         let Self { lp, lq, mp, mq, lu, lv, mu, mv, xu, yv, zw, nr, gravity_mps2: g, .. } = *self;
         let a = dmatrix![
