@@ -11,6 +11,7 @@
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
+//! | `sysid` | with `std`: a model identified from a recorded flight, and how far to trust it |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod dmu;
@@ -24,4 +25,6 @@ pub mod ins;
 pub mod log;
 #[cfg(feature = "std")]
 pub mod sim;
+#[cfg(feature = "std")]
+pub mod sysid;
 pub mod time;
