@@ -10,7 +10,11 @@
 //! a one-step map and carries its sample period.
 
 pub mod experiment;
+pub mod least_squares;
 pub mod linear;
+mod linear_least_squares;
+pub mod subspace;
+pub mod validate;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
-pub use linear::LinearModel;
+pub use linear::{InnovationModel, LinearModel};

@@ -1,0 +1,3 @@
+//! Validation.
+mod fit;
+pub use fit::fit_percent;
