@@ -10,7 +10,11 @@
 //! a one-step map and carries its sample period.
 
 pub mod experiment;
+pub mod helicopter;
+pub mod least_squares;
 pub mod linear;
+pub mod prediction_error;
+pub mod structure;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
 pub use linear::LinearModel;
