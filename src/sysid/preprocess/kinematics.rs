@@ -100,6 +100,8 @@ pub struct KinematicReport {
 const PIECE_S: f64 = 10.0;
 /// Later or earlier than this is not looked for, s.
 const LONGEST_SKEW_S: f64 = 0.25;
+/// Sides apart by more samples than this have different clocks or filters.
+const MOST_SKEW: usize = 2;
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.806_65;
 /// Scales of a kinematic relation outside these are wrong.
@@ -199,18 +201,18 @@ impl Check {
             Relation { equation, scale, explained, skew_s: shift as f64 * self.period_s };
         let ([least, most], related) =
             if drag.is_some() { (ROUGHLY, ROUGHLY_RELATED) } else { (CLOSES, RELATED) };
-        let fault = if scale < 0.0 && explained > REVERSED {
-            Some(KinematicFault::Sign(relation.clone()))
+        if scale < 0.0 && explained > REVERSED {
+            self.faults.push(KinematicFault::Sign(relation.clone()));
         } else if explained < related {
-            Some(KinematicFault::Unrelated(relation.clone()))
-        } else if !(least..=most).contains(&scale) {
-            Some(KinematicFault::Scale(relation.clone()))
-        } else if drag.is_none() && shift.unsigned_abs() > 2 {
-            Some(KinematicFault::Skew(relation.clone()))
+            self.faults.push(KinematicFault::Unrelated(relation.clone()));
         } else {
-            None
-        };
-        self.faults.extend(fault);
+            if !(least..=most).contains(&scale) {
+                self.faults.push(KinematicFault::Scale(relation.clone()));
+            }
+            if drag.is_none() && shift.unsigned_abs() > MOST_SKEW {
+                self.faults.push(KinematicFault::Skew(relation.clone()));
+            }
+        }
         self.relations.push(relation);
     }
 

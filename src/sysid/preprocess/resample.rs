@@ -44,10 +44,7 @@ pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, Pr
         DMatrix::from_fn(samples, signals.ncols(), |sample, column| {
             let at = (sample as f64 * step).min(last);
             let before = (at as usize).min(signals.nrows().saturating_sub(2));
-            let value = |offset: isize| {
-                let row = before.saturating_add_signed(offset).min(signals.nrows() - 1);
-                signals[(row, column)]
-            };
+            let value = |offset: isize| prolonged(signals, column, before as isize + offset);
             cubic([value(-1), value(0), value(1), value(2)], at - before as f64)
         })
     };
@@ -59,6 +56,19 @@ pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, Pr
         moved(&source.inputs),
         moved(&source.outputs),
     )?)
+}
+
+/// The value at `row`; one row past either end that of the parabola through the last three.
+fn prolonged(signals: &DMatrix<f64>, column: usize, row: isize) -> f64 {
+    let last = signals.nrows() - 1;
+    let value = |row: usize| signals[(row.min(last), column)];
+    if row >= 0 && row as usize <= last {
+        value(row as usize)
+    } else if row < 0 {
+        3.0 * (value(0) - value(1)) + value(2)
+    } else {
+        3.0 * (value(last) - value(last.saturating_sub(1))) + value(last.saturating_sub(2))
+    }
 }
 
 /// Catmull and Rom's cubic between the middle two of four values, `part` of the way.
