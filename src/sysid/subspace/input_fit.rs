@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::refine::{forced_responses, free_responses};
+use super::responses::{forced_responses, free_responses};
 use crate::sysid::experiment::Experiment;
 use crate::sysid::linear::InnovationModel;
 use crate::sysid::linear_least_squares::least_squares;

@@ -11,11 +11,13 @@
 //! Source: P. Van Overschee & B. De Moor, *Subspace Identification for Linear Systems* (1996),
 //! chapters 4 and 5; L. Ljung, *System Identification*, 2nd ed., section 10.6.
 
+mod balance;
 mod gain;
 mod input_fit;
 mod projection;
 mod realization;
 mod refine;
+mod responses;
 mod search;
 
 pub use input_fit::fit_initial_state;

@@ -239,10 +239,10 @@ fn divide_by_triangle(
     triangle: &DMatrixView<'_, f64>,
 ) -> DMatrix<f64> {
     let diagonal = triangle.diagonal().abs();
-    if diagonal.min() > 1e-10 * diagonal.max() {
-        if let Some(solution) = triangle.tr_solve_lower_triangular(&left.transpose()) {
-            return solution.transpose();
-        }
+    if diagonal.min() > 1e-10 * diagonal.max()
+        && let Some(solution) = triangle.tr_solve_lower_triangular(&left.transpose())
+    {
+        return solution.transpose();
     }
     let svd = triangle.transpose().svd(true, true);
     let tolerance = 1e-10 * svd.singular_values.max();
