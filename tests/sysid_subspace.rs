@@ -24,7 +24,7 @@ fn coupled() -> InnovationModel {
 }
 
 /// `model` under white inputs less `feedback` times the outputs, with innovations of size `noise`.
-fn flown(model: &InnovationModel, feedback: f64, noise: f64, samples: usize) -> Experiment {
+fn flown(model: &InnovationModel, feedback: [f64; 2], noise: f64, samples: usize) -> Experiment {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
     let LinearModel { a, b, c, d, period_s } = &model.system;
@@ -34,7 +34,7 @@ fn flown(model: &InnovationModel, feedback: f64, noise: f64, samples: usize) -> 
     for k in 0..samples {
         let innovation = DMatrix::from_fn(c.nrows(), 1, |_, _| noise * normal());
         let seen = c * &state + &innovation;
-        let input = DMatrix::from_fn(b.ncols(), 1, |row, _| normal() - feedback * seen[row]);
+        let input = DMatrix::from_fn(b.ncols(), 1, |row, _| normal() - feedback[row] * seen[row]);
         outputs.set_row(k, &(seen + d * &input).transpose().row(0));
         inputs.set_row(k, &input.transpose().row(0));
         state = a * state + b * input + &model.gain * innovation;
@@ -43,6 +43,9 @@ fn flown(model: &InnovationModel, feedback: f64, noise: f64, samples: usize) -> 
     let (inputs_named, outputs_named) = (names("u", b.ncols()), names("y", c.nrows()));
     Experiment::new("made", *period_s, inputs_named, outputs_named, inputs, outputs).unwrap()
 }
+
+/// No feedback.
+const OPEN: [f64; 2] = [0.0, 0.0];
 
 fn poles(model: &LinearModel) -> Vec<Complex<f64>> {
     let mut poles: Vec<_> = model.a.complex_eigenvalues().iter().copied().collect();
@@ -60,7 +63,7 @@ const WEIGHTINGS: [Weighting; 3] = [Weighting::N4sid, Weighting::Moesp, Weightin
 #[test]
 fn without_noise_order_poles_and_outputs_are_exact() {
     let truth = coupled();
-    let record = flown(&truth, 0.0, 0.0, 600);
+    let record = flown(&truth, OPEN, 0.0, 600);
     for weighting in WEIGHTINGS {
         let settings = SubspaceSettings { weighting, ..SubspaceSettings::default() };
         let found = identify(&record, &settings).unwrap();
@@ -76,7 +79,7 @@ fn without_noise_order_poles_and_outputs_are_exact() {
 #[test]
 fn noise_moves_the_poles_little_and_the_gain_is_found() {
     let truth = coupled();
-    let record = flown(&truth, 0.0, 0.5, 4000);
+    let record = flown(&truth, OPEN, 0.5, 4000);
     let settings = SubspaceSettings { order: Some(3), ..SubspaceSettings::default() };
     let found = identify(&record, &settings).unwrap();
     assert!(farthest(&found.model.system, &truth.system) < 0.03);
@@ -90,7 +93,7 @@ fn noise_moves_the_poles_little_and_the_gain_is_found() {
 
 #[test]
 fn the_unit_of_a_signal_does_not_matter() {
-    let record = flown(&coupled(), 0.0, 0.3, 1000);
+    let record = flown(&coupled(), OPEN, 0.3, 1000);
     let mut other = record.clone();
     other.outputs.column_mut(1).scale_mut(1e6);
     other.inputs.column_mut(0).scale_mut(1e-4);
@@ -105,7 +108,7 @@ fn an_unstable_plant_under_feedback_is_found_by_its_predictions() {
     truth.system.a[(2, 2)] = 1.05;
     truth.system.d.fill(0.0);
     truth.gain[(2, 1)] = 0.6;
-    let record = flown(&truth, 0.35, 0.1, 3000);
+    let record = flown(&truth, [0.0, -0.15], 0.1, 3000);
     assert!(record.outputs.amax() < 1e3, "the feedback holds it");
     let settings =
         SubspaceSettings { order: Some(3), feedthrough: false, ..SubspaceSettings::default() };
@@ -126,7 +129,7 @@ fn an_unstable_plant_under_feedback_is_found_by_its_predictions() {
 
 #[test]
 fn a_record_without_inputs_is_a_time_series() {
-    let record = flown(&coupled(), 0.0, 0.3, 2000);
+    let record = flown(&coupled(), OPEN, 0.3, 2000);
     let series = record.select(&[], &["y0", "y1"]).unwrap();
     let settings = SubspaceSettings { order: Some(3), ..SubspaceSettings::default() };
     let found = identify(&series, &settings).unwrap();
@@ -135,7 +138,7 @@ fn a_record_without_inputs_is_a_time_series() {
 
 #[test]
 fn what_cannot_be_identified_is_refused_with_the_reason() {
-    let record = flown(&coupled(), 0.0, 0.3, 600);
+    let record = flown(&coupled(), OPEN, 0.3, 600);
     let order = |order, horizon| SubspaceSettings {
         order: Some(order),
         horizon,
