@@ -41,7 +41,7 @@ pub struct RefineSettings {
 
 impl Default for RefineSettings {
     fn default() -> Self {
-        Self { criterion: Criterion::Simulation, feedthrough: true, max_steps: 100 }
+        Self { criterion: Criterion::Simulation, feedthrough: true, max_steps: 200 }
     }
 }
 
@@ -82,7 +82,7 @@ pub fn refine(
     let (model, initial_state) = balanced(model, start.initial_state.clone());
     let theta = problem.pack(&model, &initial_state);
     let before = problem.cost(&theta)?;
-    let limits = Limits { iterations: settings.max_steps, least_decrease: 1e-8 * before };
+    let limits = Limits { iterations: settings.max_steps, least_decrease: 1e-10 * before };
     let free = vec![f64::INFINITY; theta.len()];
     let bound: Vec<f64> = free.iter().map(|bound| -bound).collect();
     let end = minimise(&problem, &theta, &bound, &free, limits)?;
