@@ -190,7 +190,7 @@ impl Summary {
             self.gps_fixes_rejected += usize::from(report.any_rejected());
         }
         for axis in report.innovations() {
-            let channel = self.innovations.entry(channel_name(axis.channel)).or_default();
+            let channel = self.innovations.entry(axis.channel.name()).or_default();
             match axis.verdict {
                 Verdict::Rejected => channel.rejected += 1,
                 verdict => {
@@ -199,7 +199,7 @@ impl Summary {
                     if verdict == Verdict::Reopened {
                         self.reopened.push(Reopened {
                             time_s: axis.time.seconds(),
-                            channel: channel_name(axis.channel),
+                            channel: axis.channel.name(),
                             innovation: axis.innovation,
                         });
                     }
@@ -340,21 +340,6 @@ const fn heading_name(source: HeadingSource) -> &'static str {
         HeadingSource::Magnetometer => "magnetometer",
         HeadingSource::Course => "course",
         HeadingSource::Unknown => "unknown",
-    }
-}
-
-const fn channel_name(channel: Channel) -> &'static str {
-    match channel {
-        Channel::PositionNorth => "position_north_m",
-        Channel::PositionEast => "position_east_m",
-        Channel::PositionDown => "position_down_m",
-        Channel::VelocityNorth => "velocity_north_mps",
-        Channel::VelocityEast => "velocity_east_mps",
-        Channel::VelocityDown => "velocity_down_mps",
-        Channel::Roll => "roll_rad",
-        Channel::Pitch => "pitch_rad",
-        Channel::Yaw => "yaw_rad",
-        Channel::BaroHeight => "baro_height_m",
     }
 }
 
