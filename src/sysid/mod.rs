@@ -11,10 +11,12 @@
 
 pub mod experiment;
 pub mod helicopter;
+pub mod identify;
 pub mod least_squares;
 pub mod linear;
 pub mod prediction_error;
 pub mod structure;
+pub mod test_points;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
 pub use linear::LinearModel;

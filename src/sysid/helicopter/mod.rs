@@ -64,6 +64,8 @@ impl Kind {
     pub fn process_sigma(self) -> Vec<f64> {
         let of = |noise: &String| match noise.as_str() {
             "n_p" | "n_q" | "n_r" => 0.3,
+            "n_phi" | "n_theta" => 0.01,
+            "n_ug" | "n_vg" | "n_wg" => 1.0,
             _ => 0.2,
         };
         self.structure().noises.iter().map(of).collect()
