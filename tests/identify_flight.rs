@@ -31,7 +31,7 @@ fn truth() -> HashMap<String, f64> {
 
 fn report(found: &Identification) {
     println!("== {} {:?}", found.kind, found.velocity);
-    println!("{:?}", found.warnings);
+    println!("{:?} {:?}", found.warnings, found.tones);
     println!("{:#?}", found.identified.log);
     println!("iterations {} converged {}", found.identified.iterations, found.identified.converged);
     println!("estimation {}", found.estimation);
@@ -44,6 +44,7 @@ fn report(found: &Identification) {
         }
     }
     for (name, value) in truth() {
+        let name = if name == "tau" { "tau_f".to_owned() } else { name };
         if let Some(estimate) = found.identified.estimates.get(&name) {
             println!(
                 "{name}: {:.4} true {value:.4}, off {:.1} %, {:.1} bounds",
@@ -77,7 +78,9 @@ fn test_points_are_found_from_the_sticks() {
 #[test]
 fn explore() {
     for kind in [Kind::Yaw, Kind::Heave, Kind::RollPitch, Kind::Hybrid] {
+        let began = std::time::Instant::now();
         let Some(found) = identified(kind, Velocity::Estimated) else { return };
         report(&found);
+        println!("{:?}", began.elapsed());
     }
 }

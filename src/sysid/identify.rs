@@ -6,6 +6,7 @@ use thiserror::Error;
 use super::helicopter::Kind;
 use super::prediction_error::{self, Dropping, Fit, Identified, PredictionErrorError, Settings};
 use super::test_points::{STICKS, TestPoint, find_test_points};
+use super::tones::{Tone, find_tones, without_tones};
 use super::{Experiment, ExperimentError};
 use crate::ekf::Solution;
 use crate::gps::Fix;
@@ -17,6 +18,8 @@ pub const MOTION: [&str; 8] = ["u", "v", "w", "p", "q", "r", "phi", "theta"];
 
 /// Windows of the simulated fits, s: long enough for an answer, short enough for an unstable plant.
 const WINDOW_S: f64 = 5.0;
+/// Below this a line may be the helicopter's own mode, Hz.
+const LEAST_TONE_HZ: f64 = 5.0;
 /// Over which residuals may be correlated, s: about a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
 
@@ -76,6 +79,8 @@ pub struct Identification {
     pub kind: Kind,
     /// Whose velocity.
     pub velocity: Velocity,
+    /// Vibration's tones, notched out of every signal.
+    pub tones: Vec<Tone>,
     /// Every test point of the flight.
     pub test_points: Vec<TestPoint>,
     /// Those the parameters are from: indices into `test_points`.
@@ -200,7 +205,9 @@ pub fn identify(
     kind: Kind,
     velocity: Velocity,
 ) -> Result<Identification, IdentifyError> {
-    let record = FlightRecord::new(dataset, solutions, velocity)?;
+    let mut record = FlightRecord::new(dataset, solutions, velocity)?;
+    let tones = find_tones(&record.experiment, LEAST_TONE_HZ);
+    record.experiment = without_tones(&record.experiment, &tones);
     let end = record.start.offset_by(record.experiment.duration_s());
     let mut test_points = find_test_points(&dataset.controls);
     test_points.retain(|point| point.start >= record.start && point.end <= end);
@@ -249,6 +256,7 @@ pub fn identify(
     Ok(Identification {
         kind,
         velocity,
+        tones,
         estimation: identified.simulate(&estimation, WINDOW_S)?,
         test_points,
         estimation_points,

@@ -31,9 +31,9 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 100 iterations, 1e-4: of a log-likelihood, steps of a hundredth of a bound.
+    /// 100 iterations, 1e-3: of a log-likelihood, a twentieth of a bound.
     fn default() -> Self {
-        Self { iterations: 100, least_decrease: 1e-4 }
+        Self { iterations: 100, least_decrease: 1e-3 }
     }
 }
 

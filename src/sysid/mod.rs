@@ -17,6 +17,7 @@ pub mod linear;
 pub mod prediction_error;
 pub mod structure;
 pub mod test_points;
+pub mod tones;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
 pub use linear::LinearModel;

@@ -80,6 +80,13 @@ const R50: &[Row] = &[
     ("Dlat", "rad", 0.2731, -5.0, 5.0),
 ];
 
+/// From the stick's sample to what the sensors' sample says of it. Negative where a stick is recorded
+/// after it has moved.
+const DELAY_LIMITS_S: (f64, f64) = (-0.03, 0.2);
+const CYCLIC_DELAY: &[Row] = &[("tau_cyc", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+const COLLECTIVE_DELAY: &[Row] = &[("tau_col", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+const PEDAL_DELAY: &[Row] = &[("tau_ped", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+
 /// Time constant of the gusts, first-order Gauss–Markov in each axis.
 const GUST: &[Row] = &[("tau_gust", "s", 2.0, 0.2, 20.0)];
 
@@ -89,7 +96,8 @@ const HEAVE_EQUATIONS: &str = "
     wg' = -wg/tau_gust + n_wg";
 const YAW_EQUATION: &str = "
     r' = Nr*r + Nped*pedal + Ncol*collective + n_r";
-/// Attitude walks with what vibration leaves in the integrated rates.
+/// The estimator's attitude is the integral of its gyros, vibration included: the two say the same
+/// thing, so that attitude is measured and walks, and the rates are shown but not measured again.
 const ATTITUDE_EQUATIONS: &str = "
     phi' = p + n_phi
     theta' = q + n_theta";
@@ -130,34 +138,63 @@ const R50_EQUATIONS: &str = "
 pub(super) fn structure(kind: Kind) -> Structure {
     let whole = |cyclic: &str| {
         format!(
-            "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\
+            "inputs lateral longitudinal collective pedal\noutputs phi theta u v w r\nshown p q\n\
              noise {CYCLIC_NOISE} n_w n_wg n_r\noffsets p q u v w r\n\
+             delay lateral tau_cyc\ndelay longitudinal tau_cyc\n\
+             delay collective tau_col\ndelay pedal tau_ped\n\
              {cyclic}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}{HEAVE_EQUATIONS}{YAW_EQUATION}"
         )
     };
     let (rows, text): (Vec<&[Row]>, String) = match kind {
         Kind::Yaw => (
-            vec![YAW],
-            "inputs pedal\noutputs r\nnoise n_r\noffsets r\nr' = Nr*r + Nped*pedal + n_r".into(),
+            vec![YAW, PEDAL_DELAY],
+            "inputs pedal\noutputs r\nnoise n_r\noffsets r\ndelay pedal tau_ped\n\
+             r' = Nr*r + Nped*pedal + n_r"
+                .into(),
         ),
         Kind::Heave => (
-            vec![HEAVE, GUST],
-            format!("inputs collective\noutputs w\nnoise n_w n_wg\noffsets w\n{HEAVE_EQUATIONS}"),
+            vec![HEAVE, COLLECTIVE_DELAY, GUST],
+            format!(
+                "inputs collective\noutputs w\nnoise n_w n_wg\noffsets w\ndelay collective tau_col\n{HEAVE_EQUATIONS}"
+            ),
         ),
         Kind::RollPitch => (
-            vec![REDUCED, SPEED_MOMENTS, TRANSLATION, GUST],
+            vec![REDUCED, SPEED_MOMENTS, TRANSLATION, CYCLIC_DELAY, GUST],
             format!(
-                "inputs lateral longitudinal\noutputs p q phi theta u v\n\
+                "inputs lateral longitudinal\noutputs phi theta u v\nshown p q\n\
                  noise {CYCLIC_NOISE}\noffsets p q u v\n\
+                 delay lateral tau_cyc\ndelay longitudinal tau_cyc\n\
                  {REDUCED_EQUATIONS}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}"
             ),
         ),
         Kind::Hybrid => (
-            vec![FLAPPING, SPEED_MOMENTS, TRANSLATION, HEAVE, YAW, YAW_COLLECTIVE, GUST],
+            vec![
+                FLAPPING,
+                SPEED_MOMENTS,
+                TRANSLATION,
+                HEAVE,
+                YAW,
+                YAW_COLLECTIVE,
+                CYCLIC_DELAY,
+                COLLECTIVE_DELAY,
+                PEDAL_DELAY,
+                GUST,
+            ],
             whole(HYBRID_EQUATIONS),
         ),
         Kind::Hover => (
-            vec![REDUCED, SPEED_MOMENTS, TRANSLATION, HEAVE, YAW, YAW_COLLECTIVE, GUST],
+            vec![
+                REDUCED,
+                SPEED_MOMENTS,
+                TRANSLATION,
+                HEAVE,
+                YAW,
+                YAW_COLLECTIVE,
+                CYCLIC_DELAY,
+                COLLECTIVE_DELAY,
+                PEDAL_DELAY,
+                GUST,
+            ],
             whole(REDUCED_EQUATIONS),
         ),
         Kind::R50 => (vec![R50], R50_EQUATIONS.into()),
@@ -166,7 +203,9 @@ pub(super) fn structure(kind: Kind) -> Structure {
         .concat()
         .iter()
         .map(|&(name, unit, start, lower, upper)| {
-            Parameter::new(name, unit, start).within(lower, upper)
+            let parameter = Parameter::new(name, unit, start).within(lower, upper);
+            // A test point of ten seconds cannot tell it from the noise it shapes.
+            if name == "tau_gust" { parameter.held() } else { parameter }
         })
         .collect();
     match Structure::new(kind.name(), parameters, &text) {

@@ -10,9 +10,11 @@ use rand_distr::{Distribution as _, StandardNormal};
 
 use super::predictor::Predictor;
 use super::problem::{Problem, solve};
+use super::statistics::noise_of;
 use super::sweep::{Pass, Record};
 use super::{Estimates, Identified, PredictionErrorError};
 use crate::sysid::Experiment;
+use crate::sysid::structure::Structure;
 
 /// Noise-only windows behind a noise floor.
 const FLOOR_RUNS: usize = 100;
@@ -104,24 +106,46 @@ impl Identified {
         window_s: f64,
     ) -> Result<Fit, PredictionErrorError> {
         let failed = || PredictionErrorError::Start { structure: self.structure.name.clone() };
-        let records = experiments
-            .iter()
-            .map(|experiment| Record::new(&self.structure, experiment))
-            .collect::<Result<Vec<_>, _>>()?;
+        let structure = self.structure.with_shown();
+        let records = |structure: &Structure| {
+            experiments
+                .iter()
+                .map(|experiment| Record::new(structure, experiment))
+                .collect::<Result<Vec<_>, _>>()
+        };
+        let (narrow, records) = (records(&self.structure)?, records(&structure)?);
+        let mut theta = self.theta.clone();
+        for output in self.structure.outputs.len()..structure.outputs.len() {
+            theta.push(noise_of(&records, output, structure.outputs.len()).ln());
+        }
+        let view = Identified { structure, theta, ..self.clone() };
+        view.fit(&narrow, &records, self, window_s).ok_or_else(failed)
+    }
+
+    /// The fit of `self`, a model with the shown states as outputs, over `records` of these outputs;
+    /// `narrow` are those of `model`, the one identified.
+    fn fit(
+        &self,
+        narrow: &[Record],
+        records: &[Record],
+        model: &Self,
+        window_s: f64,
+    ) -> Option<Fit> {
         let whole = ((window_s / self.period_s).round() as usize).max(2);
-        let predictor =
-            Predictor::new(&self.structure, &self.theta, self.period_s, self.innovations_form)
-                .ok_or_else(failed)?;
-        let noise = WindowNoise::new(self, &predictor, whole);
-        let open = Predictor::new(&self.structure, &noise.weighted(self), self.period_s, false)
-            .ok_or_else(failed)?;
+        let predictor = |model: &Self| {
+            let innovations = model.innovations_form;
+            Predictor::new(&model.structure, &model.theta, self.period_s, innovations)
+        };
+        let noise = WindowNoise::new(self, &predictor(self)?, whole);
+        let predictor = predictor(model)?;
+        let open = Predictor::new(&self.structure, &noise.weighted(self), self.period_s, false)?;
 
         let p = self.structure.outputs.len();
         let (mut residual, mut deviation) = (vec![0.0; p], vec![0.0; p]);
         let (mut runs, mut floor, mut simulated) = (Vec::new(), vec![0.0; p], 0);
-        for record in &records {
+        for (narrow, record) in narrow.iter().zip(records) {
             let length = whole.min(record.samples);
-            let own = self.own_values(record, &predictor).ok_or_else(failed)?;
+            let own = model.own_values(narrow, &predictor)?;
             let inputs = record.delayed(&self.structure, &self.theta, self.period_s);
             let means: Vec<f64> = (0..p)
                 .map(|output| {
@@ -130,8 +154,7 @@ impl Identified {
                 })
                 .collect();
             for first in (0..=record.samples - length).step_by(length) {
-                let run =
-                    self.window(&open, record, &inputs, &own, first, length).ok_or_else(failed)?;
+                let run = self.window(&open, record, &inputs, &own, first, length)?;
                 for output in 0..p {
                     for sample in 0..length {
                         let measured = run.measured[(sample, output)];
@@ -143,7 +166,7 @@ impl Identified {
                 runs.push(run);
             }
         }
-        let per_sample = noise.residual_variances(self, &open).ok_or_else(failed)?;
+        let per_sample = noise.residual_variances(self, &open)?;
         for (floor, variance) in floor.iter_mut().zip(&per_sample) {
             *floor = variance * simulated as f64;
         }
@@ -157,7 +180,7 @@ impl Identified {
                 residual_rms: (residual[output] / simulated as f64).sqrt(),
             })
             .collect();
-        Ok(Fit {
+        Some(Fit {
             window_s: whole as f64 * self.period_s,
             channels,
             estimates: self.estimates.clone(),

@@ -1,6 +1,6 @@
 //! What the innovations say of the estimates.
 
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::DMatrix;
 
 use super::problem::{Forced, Passed, Problem, solve_many};
 use super::sweep::{Normal, Record};
@@ -36,12 +36,12 @@ pub(super) fn covariances(
     passed: &Passed,
     lags: usize,
 ) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-    let white = Cholesky::new(at.information.clone())?.inverse();
+    let count = problem.free.len();
+    let white = solve_many(&at.information, &DMatrix::identity(count, count))?;
     if lags == 0 {
         return Some((white.clone(), white));
     }
     let p = problem.structure.outputs.len();
-    let count = problem.free.len();
     let correlations = autocovariances(&passed.normals, p, lags);
     let samples = problem.samples() as f64;
     let mut middle = DMatrix::from_fn(count, count, |row, column| {

@@ -30,6 +30,7 @@ pub(super) fn parse(
         states: Vec::new(),
         inputs: Vec::new(),
         outputs: Vec::new(),
+        shown: Vec::new(),
         noises: Vec::new(),
         offsets: Vec::new(),
         biases: Vec::new(),
@@ -70,12 +71,14 @@ pub(super) fn parse(
         match keyword {
             "inputs" => structure.inputs = names,
             "outputs" => structure.outputs = names,
+            "shown" => structure.shown = names,
             "noise" => structure.noises = names,
             "offsets" => structure.offsets = names,
             "biases" => structure.biases = names,
             "delay" => delays.push((names, line)),
             _ => {
-                let expected = "an equation, inputs, outputs, noise, offsets, biases or delay";
+                let expected =
+                    "an equation, inputs, outputs, shown, noise, offsets, biases or delay";
                 return Err(line.error(keyword, expected));
             }
         }
@@ -117,14 +120,17 @@ fn complete(
         }
         let column = position(&structure.states, output)
             .ok_or_else(|| whole.error(output, "an output that is a state or has an equation"))?;
-        structure.measurement.push(Term { row, column, coefficient: 1.0, factors: Vec::new() });
+        structure.measurement.push(Term::plain(row, column));
     }
     let first = structure.width() - structure.offsets.len();
     for (index, offset) in structure.offsets.iter().enumerate() {
         let row = position(&structure.states, offset)
             .ok_or_else(|| whole.error(offset, "the name of a state to offset"))?;
-        let column = first + index;
-        structure.dynamics.push(Term { row, column, coefficient: 1.0, factors: Vec::new() });
+        structure.dynamics.push(Term::plain(row, first + index));
+    }
+    for shown in &structure.shown {
+        position(&structure.states, shown)
+            .ok_or_else(|| whole.error(shown, "the name of a state to show"))?;
     }
     for bias in &structure.biases {
         let row = position(&structure.outputs, bias)

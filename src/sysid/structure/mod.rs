@@ -122,6 +122,11 @@ pub(super) struct Term {
 }
 
 impl Term {
+    /// One signal as it is.
+    fn plain(row: usize, column: usize) -> Self {
+        Self { row, column, coefficient: 1.0, factors: Vec::new() }
+    }
+
     /// The value at the parameters `theta`.
     pub fn value(&self, theta: &[f64]) -> f64 {
         self.factors
@@ -172,6 +177,8 @@ pub struct Structure {
     pub inputs: Vec<String>,
     /// Outputs.
     pub outputs: Vec<String>,
+    /// States whose signal a fit shows beside the outputs, though the likelihood leaves it out.
+    pub shown: Vec<String>,
     /// Process noises: unmeasured inputs, white from sample to sample and held between.
     pub noises: Vec<String>,
     /// States with a constant forcing of their own in each experiment (trim, mean wind).
@@ -195,6 +202,7 @@ impl Structure {
     /// | `inputs a b …` | the inputs, by the names the experiments have |
     /// | `noise n …` | process noises, optional |
     /// | `outputs y …` | the outputs; a name without an equation is the state of that name |
+    /// | `shown x …` | measured states to compare but not to identify from, optional |
     /// | `offsets x …` | states with a constant forcing per experiment, optional |
     /// | `biases y …` | outputs with a constant bias per experiment, optional |
     /// | `delay a tau` | parameter `tau`, s, delays input `a`, optional |
@@ -234,6 +242,18 @@ impl Structure {
             parameter.fixed = fixed;
         }
         self
+    }
+
+    /// The same structure with the shown states as outputs, last.
+    pub(super) fn with_shown(&self) -> Self {
+        let mut structure = self.clone();
+        for name in std::mem::take(&mut structure.shown) {
+            let (row, state) =
+                (structure.outputs.len(), self.states.iter().position(|known| *known == name));
+            structure.measurement.extend(state.map(|column| Term::plain(row, column)));
+            structure.outputs.push(name);
+        }
+        structure
     }
 
     /// Whether a parameter stands in a denominator, and so can never be 0.
