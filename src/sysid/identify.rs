@@ -233,6 +233,7 @@ pub fn identify(
     };
     let (estimation, validation) = (cut(&estimation_points)?, cut(&validation_points)?);
     let settings = Settings {
+        held_sigma: kind.held_sigma(),
         dropping: Some(Dropping::default()),
         residual_correlation_s: RESIDUAL_CORRELATION_S,
         ..Settings::innovations(kind.process_sigma())

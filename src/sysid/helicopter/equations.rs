@@ -96,11 +96,9 @@ const HEAVE_EQUATIONS: &str = "
     wg' = -wg/tau_gust + n_wg";
 const YAW_EQUATION: &str = "
     r' = Nr*r + Nped*pedal + Ncol*collective + n_r";
-/// The estimator's attitude is the integral of its gyros, vibration included: the two say the same
-/// thing, so that attitude is measured and walks, and the rates are shown but not measured again.
 const ATTITUDE_EQUATIONS: &str = "
-    phi' = p + n_phi
-    theta' = q + n_theta";
+    phi' = p
+    theta' = q";
 const GUST_EQUATIONS: &str = "
     ug' = -ug/tau_gust + n_ug
     vg' = -vg/tau_gust + n_vg";
@@ -116,7 +114,7 @@ const HYBRID_EQUATIONS: &str = "
     q' = Mu*u - Mu*ug + Mv*v - Mv*vg + Ma*a + n_q
     u' = Xu*u - Xu*ug - 9.81*theta - 9.81*a + n_u
     v' = Yv*v - Yv*vg + 9.81*phi + 9.81*b + n_v";
-const CYCLIC_NOISE: &str = "n_p n_q n_u n_v n_phi n_theta n_ug n_vg";
+const CYCLIC_NOISE: &str = "n_p n_q n_u n_v n_ug n_vg";
 const R50_EQUATIONS: &str = "
     inputs  lateral longitudinal pedal collective
     outputs u v w p q r phi theta
@@ -138,7 +136,7 @@ const R50_EQUATIONS: &str = "
 pub(super) fn structure(kind: Kind) -> Structure {
     let whole = |cyclic: &str| {
         format!(
-            "inputs lateral longitudinal collective pedal\noutputs phi theta u v w r\nshown p q\n\
+            "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\
              noise {CYCLIC_NOISE} n_w n_wg n_r\noffsets p q u v w r\n\
              delay lateral tau_cyc\ndelay longitudinal tau_cyc\n\
              delay collective tau_col\ndelay pedal tau_ped\n\
@@ -161,7 +159,7 @@ pub(super) fn structure(kind: Kind) -> Structure {
         Kind::RollPitch => (
             vec![REDUCED, SPEED_MOMENTS, TRANSLATION, CYCLIC_DELAY, GUST],
             format!(
-                "inputs lateral longitudinal\noutputs phi theta u v\nshown p q\n\
+                "inputs lateral longitudinal\noutputs p q phi theta u v\n\
                  noise {CYCLIC_NOISE}\noffsets p q u v\n\
                  delay lateral tau_cyc\ndelay longitudinal tau_cyc\n\
                  {REDUCED_EQUATIONS}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}"

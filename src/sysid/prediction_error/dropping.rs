@@ -113,10 +113,15 @@ fn summarise(
 ) -> Result<Estimates, PredictionErrorError> {
     let singular = || PredictionErrorError::Singular { structure: problem.structure.name.clone() };
     let lags = (settings.residual_correlation_s / problem.period_s).round() as usize;
-    let (_, forced, passed) = problem.pass(&minimum.theta, lags > 0).ok_or_else(singular)?;
-    let (mut covariance, mut white) =
-        statistics::covariances(problem, &minimum.at, &forced, &passed, lags)
-            .ok_or_else(singular)?;
+    let white = statistics::white_covariance(&minimum.at).ok_or_else(singular)?;
+    let covariance = if lags == 0 {
+        Some(white.clone())
+    } else {
+        problem.pass(&minimum.theta, true).and_then(|(_, forced, passed)| {
+            statistics::colored_covariance(problem, &white, &forced, &passed, lags)
+        })
+    };
+    let (mut covariance, mut white) = (covariance.ok_or_else(singular)?, white);
     let whole = problem.whole(&minimum.theta);
     let structure = problem.structure;
     let own = structure.parameters.len();

@@ -115,8 +115,13 @@ impl Identified {
         };
         let (narrow, records) = (records(&self.structure)?, records(&structure)?);
         let mut theta = self.theta.clone();
-        for output in self.structure.outputs.len()..structure.outputs.len() {
-            theta.push(noise_of(&records, output, structure.outputs.len()).ln());
+        theta.resize(theta.len() + structure.outputs.len() - self.structure.outputs.len(), 0.0);
+        let first = theta.len() - structure.outputs.len();
+        for (output, log) in theta[first..].iter_mut().enumerate() {
+            // A σ that was not estimated says how much to trust an output, not how noisy it is.
+            if !self.estimates.free.contains(&(first + output)) {
+                *log = noise_of(&records, output, structure.outputs.len()).ln();
+            }
         }
         let view = Identified { structure, theta, ..self.clone() };
         view.fit(&narrow, &records, self, window_s).ok_or_else(failed)
@@ -198,7 +203,7 @@ impl Identified {
             innovations: self.innovations_form,
             base: self.theta.clone(),
             free: Vec::new(),
-            own: RefCell::new(Vec::new()),
+            own: RefCell::default(),
         };
         let mut own = Problem::guess(&self.structure, record);
         let inputs = record.delayed(&self.structure, &self.theta, self.period_s);

@@ -21,7 +21,14 @@ pub(super) fn noise_of(records: &[Record], output: usize, outputs: usize) -> f64
     sigma.max(1e-6 * largest).max(1e-12)
 }
 
-/// The covariance of the free parameters, and the one white innovations would give.
+/// The covariance of the free parameters where innovations are white.
+pub(super) fn white_covariance(at: &Quadratic) -> Option<DMatrix<f64>> {
+    let count = at.gradient.len();
+    solve_many(&at.information, &DMatrix::identity(count, count))
+}
+
+/// The covariance of the free parameters where innovations are correlated over `lags` samples, from
+/// `white`, the one of white innovations.
 ///
 /// With J̃ the sensitivities less what a record's own unknowns explain, M the information and R(l) the
 /// innovations' autocovariance, M⁻¹ (Σₖₗ J̃ₖᵀ R(l) J̃ₖ₊ₗ) M⁻¹; Bartlett's window keeps the middle
@@ -29,18 +36,14 @@ pub(super) fn noise_of(records: &[Record], output: usize, outputs: usize) -> f64
 ///
 /// # Source
 /// Morelli and Klein (1997), *J. Aircraft* 34(2).
-pub(super) fn covariances(
+pub(super) fn colored_covariance(
     problem: &Problem<'_>,
-    at: &Quadratic,
+    white: &DMatrix<f64>,
     forced: &Forced,
     passed: &Passed,
     lags: usize,
-) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+) -> Option<DMatrix<f64>> {
     let count = problem.free.len();
-    let white = solve_many(&at.information, &DMatrix::identity(count, count))?;
-    if lags == 0 {
-        return Some((white.clone(), white));
-    }
     let p = problem.structure.outputs.len();
     let correlations = autocovariances(&passed.normals, p, lags);
     let samples = problem.samples() as f64;
@@ -67,8 +70,7 @@ pub(super) fn covariances(
             middle += product;
         }
     }
-    let colored = &white * middle * &white;
-    Some((colored, white))
+    Some(white * middle * white)
 }
 
 /// Tapered autocovariances of the whitened innovations over all records, lags 0 to `lags`.

@@ -163,12 +163,14 @@ impl Pass<'_> {
         let width = n + 2 * m + o + p;
 
         let mut x = DVector::from_column_slice(&self.own[..n]);
-        let mut sensitivity = vec![0.0; n * columns];
+        // Columns × states: one state's sensitivities together.
+        let mut sensitivity = DMatrix::zeros(columns, n);
         for (index, own) in self.own_columns.clone().enumerate() {
             if own < n {
-                sensitivity[own * columns + parameters + index] = 1.0;
+                sensitivity[(parameters + index, own)] = 1.0;
             }
         }
+        let closed = self.predictor.closed.transpose();
         let mut next = sensitivity.clone();
         let mut z = DMatrix::zeros(width, BLOCK);
         let mut forced = DMatrix::zeros(n * parameters, BLOCK);
@@ -194,28 +196,20 @@ impl Pass<'_> {
             }
             for step in 0..length {
                 let z = &z.as_slice()[step * width..(step + 1) * width];
-                self.innovation_rows(z, &sensitivity, columns, &mut raw);
+                self.innovation_rows(z, sensitivity.as_slice(), columns, &mut raw);
                 let rows = &mut rows.as_mut_slice()[step * p * columns..(step + 1) * p * columns];
                 let errors = &mut errors.as_mut_slice()[step * p..(step + 1) * p];
                 self.whiten(&z[width - p..], &raw, columns, rows, errors);
 
                 for row in 0..n {
-                    let into = &mut next[row * columns..(row + 1) * columns];
+                    let into = &mut next.as_mut_slice()[row * columns..(row + 1) * columns];
                     let own = &steady[row * self.own_columns.len()..];
                     into[parameters..].copy_from_slice(&own[..self.own_columns.len()]);
-                    if parameters > 0 {
-                        let start = (step * n + row) * parameters;
-                        into[..parameters]
-                            .copy_from_slice(&forced.as_slice()[start..start + parameters]);
-                    }
-                    for column in 0..n {
-                        let factor = self.predictor.closed[(row, column)];
-                        if factor != 0.0 {
-                            let from = &sensitivity[column * columns..(column + 1) * columns];
-                            add(into, factor, from);
-                        }
-                    }
+                    let start = (step * n + row) * parameters;
+                    into[..parameters]
+                        .copy_from_slice(&forced.as_slice()[start..start + parameters]);
                 }
+                next.gemm(1.0, &sensitivity, &closed, 1.0);
                 std::mem::swap(&mut sensitivity, &mut next);
             }
             let used = rows.columns(0, p * length);

@@ -43,7 +43,7 @@ fn gradient_holds(structure: &Structure, innovations: bool) {
         innovations,
         base,
         free,
-        own: RefCell::new(records.iter().map(|record| Problem::guess(structure, record)).collect()),
+        own: RefCell::new(Problem::guesses(structure, &records)),
     };
     let at = problem.quadratic(&theta).expect("a predictor");
     assert!((at.cost - problem.cost(&theta).expect("a cost")).abs() < 1e-8 * at.cost.abs());
