@@ -17,14 +17,14 @@ pub struct Dropping {
     pub bound_percent: f64,
     /// Largest insensitivity, percent of the value.
     pub insensitivity_percent: f64,
-    /// Largest rise of −2 ln L a parameter may be missed by, if innovations were white: the 95 % point
-    /// of χ² with one degree of freedom is 3.84.
+    /// Largest rise of −2 ln L a parameter may be missed by, made as much smaller as coloured
+    /// innovations widen its bound. 2 is Akaike's price of a parameter.
     pub likelihood_rise: f64,
 }
 
 impl Default for Dropping {
     fn default() -> Self {
-        Self { bound_percent: 20.0, insensitivity_percent: 10.0, likelihood_rise: 3.84 }
+        Self { bound_percent: 20.0, insensitivity_percent: 10.0, likelihood_rise: 2.0 }
     }
 }
 
