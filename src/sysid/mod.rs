@@ -5,6 +5,10 @@
 //! | step | what it does |
 //! |---|---|
 //! | [`experiment`] | one record of inputs and outputs, uniformly sampled and finite |
+//! | [`test_points`], [`tones`] | where the pilot tested what, and vibration's lines taken out |
+//! | [`structure`], [`helicopter`] | equations with named parameters, and those of a helicopter in hover |
+//! | [`prediction_error`] | the parameters, their bounds, what was dropped and why; fits over windows |
+//! | [`identify`] | all of it, from a recorded flight to a model |
 //!
 //! Every matrix found here says in which time domain it is: [`LinearModel`](linear::LinearModel) is
 //! a one-step map and carries its sample period.

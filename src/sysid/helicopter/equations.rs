@@ -81,7 +81,8 @@ const R50: &[Row] = &[
 ];
 
 /// From the stick's sample to what the sensors' sample says of it. Negative where a stick is recorded
-/// after it has moved.
+/// after it has moved: half a period where it moves on between samples. Each stick has its own, as
+/// where a step falls between two samples is chance.
 const DELAY_LIMITS_S: (f64, f64) = (-0.03, 0.2);
 const CYCLIC_DELAY: &[Row] = &[
     ("tau_lat", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),

@@ -33,9 +33,10 @@ pub(super) fn search(
     mut problem: Problem<'_>,
     settings: &Settings,
 ) -> Result<Identified, PredictionErrorError> {
+    let mut iterations = settle(&mut problem, settings)?;
     let mut theta: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
     let mut minimum = super::search(&problem, &theta, settings.limits)?;
-    let mut iterations = minimum.iterations;
+    iterations += minimum.iterations;
     let (mut log, mut dropped, mut kept) = (Vec::new(), Vec::new(), Vec::new());
     let estimates = loop {
         let estimates = summarise(&problem, &minimum, settings, &dropped)?;
@@ -50,7 +51,8 @@ pub(super) fn search(
         };
         let (name, before) = (problem.structure.parameters[index].name.clone(), minimum.clone());
         let (base, free) = (problem.base.clone(), problem.free.clone());
-        let value = if problem.structure.divides(index) { problem.base[index] } else { 0.0 };
+        let start = problem.structure.parameters[index].start;
+        let value = if problem.structure.divides(index) { start } else { 0.0 };
         problem.base[index] = value;
         problem.free.remove(place);
         theta = minimum.theta.clone();
@@ -77,6 +79,21 @@ pub(super) fn search(
         }
     };
     finish(&problem, &minimum, estimates, iterations, log, &dropped)
+}
+
+/// A first search with the outputs' noise held at what their differences say.
+///
+/// Process noise can stand in for an output's noise and explain each sample by itself: that is a
+/// second optimum of the likelihood, and a search from far off may end there.
+fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, PredictionErrorError> {
+    let first_output = problem.structure.parameters.len() + problem.structure.noises.len();
+    let all = problem.free.clone();
+    problem.free.retain(|&index| index < first_output);
+    let start: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
+    let minimum = super::search(problem, &start, settings.limits)?;
+    problem.base = problem.whole(&minimum.theta);
+    problem.free = all;
+    Ok(minimum.iterations)
 }
 
 /// The parameter to drop next, and why: the most insensitive, then the least bounded.
