@@ -10,15 +10,15 @@ use crate::sysid::least_squares::Minimum;
 /// by it.
 ///
 /// # Source
-/// Tischler and Remple, section 12.3.4: bound at most 20 %, insensitivity at most 10 % of the value.
+/// Tischler and Remple, chapter 12: bound at most 20 %, insensitivity at most 10 % of the value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dropping {
     /// Largest Cramér–Rao bound, percent of the value.
     pub bound_percent: f64,
     /// Largest insensitivity, percent of the value.
     pub insensitivity_percent: f64,
-    /// Largest rise of −2 ln L a parameter may be missed by, made as much smaller as coloured
-    /// innovations widen its bound. 2 is Akaike's price of a parameter.
+    /// Largest rise of −2 ln L a parameter may be missed by; 2 is Akaike's price of a parameter. The
+    /// rise counts by as much less as innovations that are not white widen the bound's variance.
     pub likelihood_rise: f64,
 }
 
