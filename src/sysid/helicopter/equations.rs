@@ -80,21 +80,45 @@ const R50: &[Row] = &[
     ("Dlat", "rad", 0.2731, -5.0, 5.0),
 ];
 
-const HEAVE_EQUATION: &str = "w' = Zw*w + Zcol*collective + n_w";
-const YAW_EQUATION: &str = "r' = Nr*r + Nped*pedal + Ncol*collective + n_r";
-const ATTITUDE_EQUATIONS: &str = "phi' = p\ntheta' = q";
+/// From the stick's sample to what the sensors' sample says of it. Negative where a stick is recorded
+/// after it has moved: half a period where it moves on between samples. Each stick has its own, as
+/// where a step falls between two samples is chance.
+const DELAY_LIMITS_S: (f64, f64) = (-0.03, 0.2);
+const CYCLIC_DELAY: &[Row] = &[
+    ("tau_lat", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
+    ("tau_lon", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
+];
+const COLLECTIVE_DELAY: &[Row] = &[("tau_col", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+const PEDAL_DELAY: &[Row] = &[("tau_ped", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+
+/// Time constant of the gusts, first-order Gauss–Markov in each axis.
+const GUST: &[Row] = &[("tau_gust", "s", 2.0, 0.2, 20.0)];
+
+/// Aerodynamic forces feel the velocity through the air: over ground less gust.
+const HEAVE_EQUATIONS: &str = "
+    w' = Zw*w - Zw*wg + Zcol*collective + n_w
+    wg' = -wg/tau_gust + n_wg";
+const YAW_EQUATION: &str = "
+    r' = Nr*r + Nped*pedal + Ncol*collective + n_r";
+const ATTITUDE_EQUATIONS: &str = "
+    phi' = p
+    theta' = q";
+const GUST_EQUATIONS: &str = "
+    ug' = -ug/tau_gust + n_ug
+    vg' = -vg/tau_gust + n_vg";
 const REDUCED_EQUATIONS: &str = "
-    p' = Lp*p + Lq*q + Lu*u + Lv*v + Llat*lateral + Llon*longitudinal + n_p
-    q' = Mp*p + Mq*q + Mu*u + Mv*v + Mlat*lateral + Mlon*longitudinal + n_q
-    u' = Xu*u - 9.81*theta + Xlat*lateral + Xlon*longitudinal + n_u
-    v' = Yv*v + 9.81*phi + Ylat*lateral + Ylon*longitudinal + n_v";
+    p' = Lp*p + Lq*q + Lu*u - Lu*ug + Lv*v - Lv*vg + Llat*lateral + Llon*longitudinal + n_p
+    q' = Mp*p + Mq*q + Mu*u - Mu*ug + Mv*v - Mv*vg + Mlat*lateral + Mlon*longitudinal + n_q
+    u' = Xu*u - Xu*ug - 9.81*theta + Xlat*lateral + Xlon*longitudinal + n_u
+    v' = Yv*v - Yv*vg + 9.81*phi + Ylat*lateral + Ylon*longitudinal + n_v";
 const HYBRID_EQUATIONS: &str = "
     b' = -b/tau_f - p + Ba/tau_f*a + Blat/tau_f*lateral
     a' = -a/tau_f - q + Ab/tau_f*b + Alon/tau_f*longitudinal
-    p' = Lu*u + Lv*v + Lb*b + n_p
-    q' = Mu*u + Mv*v + Ma*a + n_q
-    u' = Xu*u - 9.81*theta - 9.81*a + n_u
-    v' = Yv*v + 9.81*phi + 9.81*b + n_v";
+    p' = Lu*u - Lu*ug + Lv*v - Lv*vg + Lb*b + n_p
+    q' = Mu*u - Mu*ug + Mv*v - Mv*vg + Ma*a + n_q
+    u' = Xu*u - Xu*ug - 9.81*theta - 9.81*a + n_u
+    v' = Yv*v - Yv*vg + 9.81*phi + 9.81*b + n_v";
+const CYCLIC_NOISE: &str = "n_p n_q n_u n_v n_ug n_vg";
 const R50_EQUATIONS: &str = "
     inputs  lateral longitudinal pedal collective
     outputs u v w p q r phi theta
@@ -114,37 +138,66 @@ const R50_EQUATIONS: &str = "
     d' = -p - d/tau_s + Dlat/tau_s*lateral";
 
 pub(super) fn structure(kind: Kind) -> Structure {
+    let whole = |cyclic: &str| {
+        format!(
+            "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\
+             noise {CYCLIC_NOISE} n_w n_wg n_r\noffsets p q u v w r\n\
+             delay lateral tau_lat\ndelay longitudinal tau_lon\n\
+             delay collective tau_col\ndelay pedal tau_ped\n\
+             {cyclic}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}{HEAVE_EQUATIONS}{YAW_EQUATION}"
+        )
+    };
     let (rows, text): (Vec<&[Row]>, String) = match kind {
         Kind::Yaw => (
-            vec![YAW],
-            "inputs pedal\noutputs r\nnoise n_r\noffsets r\nr' = Nr*r + Nped*pedal + n_r".into(),
+            vec![YAW, PEDAL_DELAY],
+            "inputs pedal\noutputs r\nnoise n_r\noffsets r\ndelay pedal tau_ped\n\
+             r' = Nr*r + Nped*pedal + n_r"
+                .into(),
         ),
         Kind::Heave => (
-            vec![HEAVE],
-            format!("inputs collective\noutputs w\nnoise n_w\noffsets w\n{HEAVE_EQUATION}"),
+            vec![HEAVE, COLLECTIVE_DELAY, GUST],
+            format!(
+                "inputs collective\noutputs w\nnoise n_w n_wg\noffsets w\ndelay collective tau_col\n{HEAVE_EQUATIONS}"
+            ),
         ),
         Kind::RollPitch => (
-            vec![REDUCED, SPEED_MOMENTS, TRANSLATION],
+            vec![REDUCED, SPEED_MOMENTS, TRANSLATION, CYCLIC_DELAY, GUST],
             format!(
                 "inputs lateral longitudinal\noutputs p q phi theta u v\n\
-                 noise n_p n_q n_u n_v\noffsets p q u v\n{REDUCED_EQUATIONS}\n{ATTITUDE_EQUATIONS}"
+                 noise {CYCLIC_NOISE}\noffsets p q u v\n\
+                 delay lateral tau_lat\ndelay longitudinal tau_lon\n\
+                 {REDUCED_EQUATIONS}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}"
             ),
         ),
         Kind::Hybrid => (
-            vec![FLAPPING, SPEED_MOMENTS, TRANSLATION, HEAVE, YAW, YAW_COLLECTIVE],
-            format!(
-                "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\
-                 noise n_p n_q n_u n_v n_w n_r\noffsets p q u v w r\n\
-                 {HYBRID_EQUATIONS}\n{ATTITUDE_EQUATIONS}\n{HEAVE_EQUATION}\n{YAW_EQUATION}"
-            ),
+            vec![
+                FLAPPING,
+                SPEED_MOMENTS,
+                TRANSLATION,
+                HEAVE,
+                YAW,
+                YAW_COLLECTIVE,
+                CYCLIC_DELAY,
+                COLLECTIVE_DELAY,
+                PEDAL_DELAY,
+                GUST,
+            ],
+            whole(HYBRID_EQUATIONS),
         ),
         Kind::Hover => (
-            vec![REDUCED, SPEED_MOMENTS, TRANSLATION, HEAVE, YAW, YAW_COLLECTIVE],
-            format!(
-                "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\
-                 noise n_p n_q n_u n_v n_w n_r\noffsets p q u v w r\n\
-                 {REDUCED_EQUATIONS}\n{ATTITUDE_EQUATIONS}\n{HEAVE_EQUATION}\n{YAW_EQUATION}"
-            ),
+            vec![
+                REDUCED,
+                SPEED_MOMENTS,
+                TRANSLATION,
+                HEAVE,
+                YAW,
+                YAW_COLLECTIVE,
+                CYCLIC_DELAY,
+                COLLECTIVE_DELAY,
+                PEDAL_DELAY,
+                GUST,
+            ],
+            whole(REDUCED_EQUATIONS),
         ),
         Kind::R50 => (vec![R50], R50_EQUATIONS.into()),
     };
@@ -152,7 +205,9 @@ pub(super) fn structure(kind: Kind) -> Structure {
         .concat()
         .iter()
         .map(|&(name, unit, start, lower, upper)| {
-            Parameter::new(name, unit, start).within(lower, upper)
+            let parameter = Parameter::new(name, unit, start).within(lower, upper);
+            // A test point of ten seconds cannot tell it from the noise it shapes.
+            if name == "tau_gust" { parameter.held() } else { parameter }
         })
         .collect();
     match Structure::new(kind.name(), parameters, &text) {

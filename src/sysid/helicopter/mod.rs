@@ -64,9 +64,25 @@ impl Kind {
     pub fn process_sigma(self) -> Vec<f64> {
         let of = |noise: &String| match noise.as_str() {
             "n_p" | "n_q" | "n_r" => 0.3,
+            "n_ug" | "n_vg" | "n_wg" => 1.0,
             _ => 0.2,
         };
         self.structure().noises.iter().map(of).collect()
+    }
+
+    /// Outputs whose noise is not to be estimated, with the σ to hold, rad.
+    ///
+    /// An estimator's attitude is the integral of its gyros, noise included: taken at its own
+    /// precision it would say that the rates have no noise. A σ far above it lets the attitude
+    /// say what it alone knows, where level is, and leaves the dynamics to the rates.
+    #[must_use]
+    pub fn held_sigma(self) -> Vec<(String, f64)> {
+        match self {
+            Self::Yaw | Self::Heave | Self::R50 => Vec::new(),
+            Self::RollPitch | Self::Hybrid | Self::Hover => {
+                vec![("phi".to_owned(), 0.02), ("theta".to_owned(), 0.02)]
+            }
+        }
     }
 }
 

@@ -43,7 +43,7 @@ pub use fit::{ChannelFit, Fit, Run};
 use self::problem::Problem;
 use self::sweep::Record;
 use super::least_squares::{Limits, minimise};
-use super::structure::Structure;
+use super::structure::{Matrices, Structure};
 use super::{Experiment, ExperimentError};
 
 /// Why nothing could be identified.
@@ -117,16 +117,15 @@ pub enum Form {
 pub struct Settings {
     /// What predicts the output.
     pub form: Form,
-    /// Starts for the σ of each output's noise, in the output's unit; from the outputs' second
-    /// differences where `None`.
-    pub measurement_sigma: Option<Vec<f64>>,
-    /// Whether the noises stay at their starts.
-    pub hold_noise: bool,
+    /// Outputs whose σ is held at a value, by name, in the output's unit. The others are estimated,
+    /// from a start that the output's second differences give.
+    pub held_sigma: Vec<(String, f64)>,
     /// When to stop.
     pub limits: Limits,
     /// Which parameters to drop; none where `None`.
     pub dropping: Option<Dropping>,
-    /// The time over which the innovations' correlation widens the bounds, s; 0 takes them as white.
+    /// The time over which correlated innovations widen the bounds, s; 0 takes them as white and as
+    /// large at all times.
     pub residual_correlation_s: f64,
 }
 
@@ -143,8 +142,7 @@ impl Settings {
     pub fn output_error() -> Self {
         Self {
             form: Form::OutputError,
-            measurement_sigma: None,
-            hold_noise: false,
+            held_sigma: Vec::new(),
             limits: Limits::default(),
             dropping: None,
             residual_correlation_s: 0.0,
@@ -196,6 +194,14 @@ pub struct Identified {
     theta: Vec<f64>,
 }
 
+impl Identified {
+    /// The model's matrices, continuous in time; delays are apart, in the estimates.
+    #[must_use]
+    pub fn matrices(&self) -> Matrices {
+        self.structure.at(&self.theta[..self.structure.parameters.len()])
+    }
+}
+
 /// Identifies `structure` on `experiments`.
 ///
 /// The signals are found by name; an experiment may hold others.
@@ -227,9 +233,9 @@ pub fn identify(
         innovations: settings.form != Form::OutputError,
         base,
         free,
-        own: RefCell::new(records.iter().map(|record| Problem::guess(structure, record)).collect()),
+        own: RefCell::new(Problem::guesses(structure, &records)),
     };
-    let own = problem.own.borrow().iter().map(Vec::len).sum::<usize>();
+    let own = problem.own.borrow().values.iter().map(Vec::len).sum::<usize>();
     let (unknowns, numbers) =
         (problem.free.len() + own, problem.samples() * structure.outputs.len());
     if unknowns >= numbers {
@@ -266,17 +272,17 @@ fn start(
         }
         Form::OutputError => vec![1.0; expected],
     };
-    let measurement = match &settings.measurement_sigma {
-        Some(sigmas) => sigmas.clone(),
-        None => (0..structure.outputs.len())
-            .map(|output| statistics::noise_of(records, output, structure.outputs.len()))
-            .collect(),
-    };
-    if !settings.hold_noise {
-        if settings.form != Form::OutputError {
-            free.extend(own..own + expected);
+    if settings.form != Form::OutputError {
+        free.extend(own..own + expected);
+    }
+    let mut measurement = Vec::new();
+    for (output, name) in structure.outputs.iter().enumerate() {
+        if let Some((_, sigma)) = settings.held_sigma.iter().find(|(held, _)| held == name) {
+            measurement.push(*sigma);
+        } else {
+            measurement.push(statistics::noise_of(records, output, structure.outputs.len()));
+            free.push(own + expected + output);
         }
-        free.extend(own + expected..own + expected + structure.outputs.len());
     }
     let mut base = structure.start();
     base.extend(process.iter().chain(&measurement).map(|sigma| sigma.ln()));
@@ -291,7 +297,6 @@ fn search(
 ) -> Result<super::least_squares::Minimum, PredictionErrorError> {
     // A noise a thousand times off its start is not there, or not noise.
     const WIDEST: f64 = 7.0;
-    let own = problem.structure.parameters.len();
     let bound = |side: fn(&super::structure::Parameter) -> f64, widen: f64| -> Vec<f64> {
         let free = problem.free.iter();
         free.map(|&index| match problem.structure.parameters.get(index) {
@@ -300,7 +305,6 @@ fn search(
         })
         .collect()
     };
-    debug_assert!(problem.base.len() >= own, "noises follow the parameters");
     let lower = bound(|parameter| parameter.lower, -WIDEST);
     let upper = bound(|parameter| parameter.upper, WIDEST);
     minimise(problem, start, &lower, &upper, limits)

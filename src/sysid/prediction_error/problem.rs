@@ -22,8 +22,16 @@ pub(super) struct Problem<'a> {
     /// The whole parameter vector; its free entries give way to the search.
     pub base: Vec<f64>,
     pub free: Vec<usize>,
-    /// The records' own values of the last evaluation: where the next one starts.
-    pub own: RefCell<Vec<Vec<f64>>>,
+    /// The records' own values of the last evaluation, and where it was: the next one starts there.
+    pub own: RefCell<Own>,
+}
+
+/// Own values, solved at one set of parameters.
+#[derive(Default)]
+pub(super) struct Own {
+    pub values: Vec<Vec<f64>>,
+    /// The whole parameter vector they are solved for.
+    pub at: Vec<f64>,
 }
 
 /// Everything at the end of a search.
@@ -44,6 +52,12 @@ impl Problem<'_> {
 
     pub fn samples(&self) -> usize {
         self.records.iter().map(|record| record.samples).sum()
+    }
+
+    /// First guesses of all records' own values, solved for nothing yet.
+    pub fn guesses(structure: &Structure, records: &[Record]) -> Own {
+        let values = records.iter().map(|record| Self::guess(structure, record)).collect();
+        Own { values, at: Vec::new() }
     }
 
     /// A first guess of a record's own values: what is measured at its start.
@@ -92,11 +106,15 @@ impl Problem<'_> {
         let derivatives =
             predictor.derivatives(self.structure, &whole, &self.free, self.innovations)?;
         let forcing = Forcing::new(&predictor, &derivatives, self.structure.offsets.len());
-        let mut owns = self.own.borrow().clone();
+        let mut own = self.own.borrow_mut();
+        let solved = own.at == whole;
+        own.at.clone_from(&whole);
         let mut normals = Vec::with_capacity(self.records.len());
-        for (record, own) in self.records.iter().zip(&mut owns) {
+        for (record, own) in self.records.iter().zip(&mut own.values) {
             let inputs = record.delayed(self.structure, &whole, self.period_s);
-            self.solve_own(&predictor, &inputs, record, own)?;
+            if !solved {
+                self.solve_own(&predictor, &inputs, record, own)?;
+            }
             let pass = Pass {
                 structure: self.structure,
                 predictor: &predictor,
@@ -110,7 +128,7 @@ impl Problem<'_> {
             normals.push(pass.run());
         }
         let spreads = derivatives.into_iter().map(|change| change.whitened_innovations).collect();
-        Some((predictor, Forced { spreads }, Passed { own: owns, normals }))
+        Some((predictor, Forced { spreads }, Passed { own: own.values.clone(), normals }))
     }
 
     /// Cost, gradient and information of the free parameters from the passes' normal equations.
@@ -158,13 +176,14 @@ impl Cost for Problem<'_> {
         let whole = self.whole(theta);
         let predictor = Predictor::new(self.structure, &whole, self.period_s, self.innovations)?;
         let mut cost = 0.5 * self.samples() as f64 * predictor.log_determinant;
-        for (record, own) in self.records.iter().zip(self.own.borrow_mut().iter_mut()) {
+        let mut own = self.own.borrow_mut();
+        let mut trial = own.values.clone();
+        for (record, own) in self.records.iter().zip(&mut trial) {
             let inputs = record.delayed(self.structure, &whole, self.period_s);
-            let mut trial = own.clone();
-            cost += self.solve_own(&predictor, &inputs, record, &mut trial)?;
-            if trial.iter().all(|value| value.is_finite()) {
-                *own = trial;
-            }
+            cost += self.solve_own(&predictor, &inputs, record, own)?;
+        }
+        if cost.is_finite() {
+            *own = Own { values: trial, at: whole };
         }
         Some(cost)
     }

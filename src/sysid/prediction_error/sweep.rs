@@ -163,12 +163,15 @@ impl Pass<'_> {
         let width = n + 2 * m + o + p;
 
         let mut x = DVector::from_column_slice(&self.own[..n]);
-        let mut sensitivity = vec![0.0; n * columns];
+        // Columns × states: one state's sensitivities together.
+        let mut sensitivity = DMatrix::zeros(columns, n);
         for (index, own) in self.own_columns.clone().enumerate() {
             if own < n {
-                sensitivity[own * columns + parameters + index] = 1.0;
+                sensitivity[(parameters + index, own)] = 1.0;
             }
         }
+        // Row by row: a state's row of F is one slice.
+        let closed = self.predictor.closed.transpose();
         let mut next = sensitivity.clone();
         let mut z = DMatrix::zeros(width, BLOCK);
         let mut forced = DMatrix::zeros(n * parameters, BLOCK);
@@ -194,28 +197,20 @@ impl Pass<'_> {
             }
             for step in 0..length {
                 let z = &z.as_slice()[step * width..(step + 1) * width];
-                self.innovation_rows(z, &sensitivity, columns, &mut raw);
+                self.innovation_rows(z, sensitivity.as_slice(), columns, &mut raw);
                 let rows = &mut rows.as_mut_slice()[step * p * columns..(step + 1) * p * columns];
                 let errors = &mut errors.as_mut_slice()[step * p..(step + 1) * p];
                 self.whiten(&z[width - p..], &raw, columns, rows, errors);
 
                 for row in 0..n {
-                    let into = &mut next[row * columns..(row + 1) * columns];
+                    let into = &mut next.as_mut_slice()[row * columns..(row + 1) * columns];
                     let own = &steady[row * self.own_columns.len()..];
                     into[parameters..].copy_from_slice(&own[..self.own_columns.len()]);
-                    if parameters > 0 {
-                        let start = (step * n + row) * parameters;
-                        into[..parameters]
-                            .copy_from_slice(&forced.as_slice()[start..start + parameters]);
-                    }
-                    for column in 0..n {
-                        let factor = self.predictor.closed[(row, column)];
-                        if factor != 0.0 {
-                            let from = &sensitivity[column * columns..(column + 1) * columns];
-                            add(into, factor, from);
-                        }
-                    }
+                    let start = (step * n + row) * parameters;
+                    into[..parameters]
+                        .copy_from_slice(&forced.as_slice()[start..start + parameters]);
                 }
+                propagate(&closed, sensitivity.as_slice(), next.as_mut_slice(), columns);
                 std::mem::swap(&mut sensitivity, &mut next);
             }
             let used = rows.columns(0, p * length);
@@ -333,6 +328,33 @@ impl Pass<'_> {
             }));
         }
         steady
+    }
+}
+
+/// next += F s, `closed` being Fᵀ; a state's sensitivities lie together, `columns` of them. Four states
+/// at a time, as a general product would spend its time packing matrices this small.
+fn propagate(closed: &DMatrix<f64>, sensitivity: &[f64], next: &mut [f64], columns: usize) {
+    if columns == 0 {
+        return;
+    }
+    let states = closed.nrows();
+    for (row, into) in next.chunks_exact_mut(columns).enumerate() {
+        let factors = closed.column(row);
+        let factors = factors.as_slice();
+        let whole = states - states % 4;
+        for first in (0..whole).step_by(4) {
+            let [f0, f1, f2, f3] = [0, 1, 2, 3].map(|offset| factors[first + offset]);
+            let (s0, rest) = sensitivity[first * columns..].split_at(columns);
+            let (s1, rest) = rest.split_at(columns);
+            let (s2, rest) = rest.split_at(columns);
+            let s3 = &rest[..columns];
+            for ((((into, a), b), c), d) in into.iter_mut().zip(s0).zip(s1).zip(s2).zip(s3) {
+                *into += (f0 * a + f1 * b) + (f2 * c + f3 * d);
+            }
+        }
+        for state in whole..states {
+            add(into, factors[state], &sensitivity[state * columns..(state + 1) * columns]);
+        }
     }
 }
 

@@ -117,14 +117,13 @@ fn complete(
         }
         let column = position(&structure.states, output)
             .ok_or_else(|| whole.error(output, "an output that is a state or has an equation"))?;
-        structure.measurement.push(Term { row, column, coefficient: 1.0, factors: Vec::new() });
+        structure.measurement.push(Term::plain(row, column));
     }
     let first = structure.width() - structure.offsets.len();
     for (index, offset) in structure.offsets.iter().enumerate() {
         let row = position(&structure.states, offset)
             .ok_or_else(|| whole.error(offset, "the name of a state to offset"))?;
-        let column = first + index;
-        structure.dynamics.push(Term { row, column, coefficient: 1.0, factors: Vec::new() });
+        structure.dynamics.push(Term::plain(row, first + index));
     }
     for bias in &structure.biases {
         let row = position(&structure.outputs, bias)

@@ -122,6 +122,11 @@ pub(super) struct Term {
 }
 
 impl Term {
+    /// One signal as it is.
+    fn plain(row: usize, column: usize) -> Self {
+        Self { row, column, coefficient: 1.0, factors: Vec::new() }
+    }
+
     /// The value at the parameters `theta`.
     pub fn value(&self, theta: &[f64]) -> f64 {
         self.factors
