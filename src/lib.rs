@@ -11,10 +11,12 @@
 //! | [`sensors`] | both conversations at once: from a line's bytes to events |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
+//! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 #![cfg_attr(not(feature = "std"), no_std)]
 
+pub mod autopilot;
 pub mod dmu;
 pub mod earth;
 pub mod ekf;
