@@ -12,6 +12,7 @@
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
+//! | `model` | with `std`: the nonlinear helicopter, and linear models as data |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 #![cfg_attr(not(feature = "std"), no_std)]
@@ -29,6 +30,8 @@ pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
 pub mod sensors;
+#[cfg(feature = "std")]
+pub mod model;
 #[cfg(feature = "std")]
 pub mod sim;
 pub mod time;
