@@ -42,7 +42,8 @@ pub struct Outputs {
 /// Each step picks the best mode that the pilot and the estimate allow, computes the mode's command,
 /// fades what is left of the difference to the mode before, and limits the result. The pilot's
 /// switch, and any stick moved by more than the override travel, give the sticks back at once; the
-/// switch must then be opened before the autopilot takes over again.
+/// switch must then be opened before the autopilot takes over again. Without an attitude to fly on it
+/// does not take over at all.
 #[derive(Clone, Copy, Debug)]
 pub struct HoverAutopilot {
     config: HoverConfig,
@@ -147,8 +148,10 @@ impl HoverAutopilot {
             _ => self.config.transfer.fade_s,
         };
         self.fading = match transition {
+            // On the way to trim every command follows from the last.
+            _ if self.mode == Mode::Neutral => Sticks::NEUTRAL,
             Some(_) => self.sticks.zip(wanted, |last, wanted| last - wanted),
-            None => self.fading.zip(Sticks::NEUTRAL, |left, _| left * (1.0 - (period_s / fade_s).min(1.0))),
+            None => self.fading.scaled(1.0 - (period_s / fade_s).min(1.0)),
         };
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
         let limits = &self.config.limits;
@@ -178,6 +181,8 @@ impl HoverAutopilot {
         let (possible, reason) = match (health.tilt, health.velocity, health.position) {
             _ if self.overridden => (Mode::Manual, Reason::Override),
             _ if !inputs.engage => (Mode::Manual, Reason::Switch),
+            // Nothing to fly on is no reason to take the sticks from a pilot.
+            (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
             (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
             (_, Err(_), _) if self.without_velocity_s >= transfer.patience_s => {
                 (Mode::Descent, Reason::Patience)
@@ -231,6 +236,11 @@ impl HoverAutopilot {
             if self.learned.is_plausible() {
                 self.trim = self.learned;
             }
+            if from == Mode::Manual {
+                // Collective and pedal stand where this flight needs them; cyclic follows the wind.
+                self.trim.sticks.collective = self.sticks.collective;
+                self.trim.sticks.pedal = self.sticks.pedal;
+            }
             let [lateral, longitudinal, _, pedal] =
                 self.sticks.zip(self.trim.sticks, |now, trim| now - trim).to_array();
             self.roll_pitch.start([lateral, longitudinal]);
@@ -255,9 +265,7 @@ impl HoverAutopilot {
     ) -> Sticks {
         let flown = match (self.mode, flown) {
             (Mode::Manual, _) => return pilot.unwrap_or(self.sticks),
-            (Mode::Neutral, _) => return self.towards_trim(),
-            // The estimate is back, but not for long enough.
-            (_, None) => return self.towards_trim(),
+            (Mode::Neutral, _) | (_, None) => return self.towards_trim(),
             (_, Some(flown)) => flown,
         };
         let sinks = self.mode == Mode::Descent;
@@ -286,7 +294,6 @@ impl HoverAutopilot {
     fn towards_trim(&self) -> Sticks {
         let share = (self.config.period_s / self.config.transfer.neutral_s).min(1.0);
         let trim = if self.learned.is_plausible() { self.learned } else { self.config.trim };
-        // The fade of the mode before is part of the last command already.
         self.sticks.zip(trim.sticks, |last, trim| last + share * (trim - last))
     }
 

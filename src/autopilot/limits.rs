@@ -54,7 +54,7 @@ impl StickLimits {
     /// `last`.
     #[must_use]
     pub fn reachable(&self, wanted: Sticks, last: Sticks, period_s: f64) -> Sticks {
-        let travel = self.rate_per_s.zip(Sticks::NEUTRAL, |rate, _| rate * period_s);
+        let travel = self.rate_per_s.scaled(period_s);
         self.in_range(wanted)
             .zip(last.zip(travel, |last, travel| last - travel), f64::max)
             .zip(last.zip(travel, |last, travel| last + travel), f64::min)

@@ -51,6 +51,12 @@ impl Sticks {
         }
     }
 
+    /// All controls times `factor`.
+    #[must_use]
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self::from_array(self.to_array().map(|stick| stick * factor))
+    }
+
     /// The largest difference of any control to `other`.
     #[must_use]
     pub(super) fn farthest_from(self, other: Self) -> f64 {

@@ -81,7 +81,7 @@ pub struct Vehicle {
     crashed: bool,
 }
 
-/// A deviation from hover to start with: the disturbances of Paw (2005), table 6.1.
+/// What throws a vehicle out of its motion: the disturbances of Paw (2005), table 6.1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbance {
     /// Roll, pitch and heading, rad.
@@ -93,7 +93,7 @@ pub struct Disturbance {
 }
 
 impl Vehicle {
-    /// `helicopter` in its hover at `position`, the nose at `heading_rad`, moved by `disturbance`.
+    /// `helicopter` in its hover at `position`, the nose at `heading_rad`.
     ///
     /// # Errors
     /// [`ConfigError`] names the value of `config` that cannot be.
@@ -102,21 +102,13 @@ impl Vehicle {
         helicopter: Helicopter,
         position: Geodetic,
         heading_rad: f64,
-        disturbance: &Disturbance,
     ) -> Result<Self, ConfigError> {
         config.check()?;
         let servo = SimulatedServo::new(&config.servo, 0.0)?;
         let tail = SimulatedServo::new(&config.tail_servo, 0.0)?;
         let mut motion = *helicopter.hover();
-        let [roll, pitch, yaw] = disturbance.attitude_rad;
         let hover = motion.body_to_ned.euler();
-        motion.body_to_ned = Rotation::from_euler(EulerAngles {
-            roll_rad: hover.roll_rad + roll,
-            pitch_rad: hover.pitch_rad + pitch,
-            yaw_rad: heading_rad + yaw,
-        });
-        motion.rate_radps += disturbance.rate_radps;
-        motion.velocity_mps += disturbance.velocity_mps;
+        motion.body_to_ned = Rotation::from_euler(EulerAngles { yaw_rad: heading_rad, ..hover });
         Ok(Self {
             config: *config,
             helicopter,
@@ -127,6 +119,19 @@ impl Vehicle {
             wind_mps: Vector::ZERO,
             crashed: false,
         })
+    }
+
+    /// Throws the vehicle out of its motion.
+    pub fn disturb(&mut self, disturbance: &Disturbance) {
+        let [roll, pitch, yaw] = disturbance.attitude_rad;
+        let angles = self.motion.body_to_ned.euler();
+        self.motion.body_to_ned = Rotation::from_euler(EulerAngles {
+            roll_rad: angles.roll_rad + roll,
+            pitch_rad: angles.pitch_rad + pitch,
+            yaw_rad: angles.yaw_rad + yaw,
+        });
+        self.motion.rate_radps += disturbance.rate_radps;
+        self.motion.velocity_mps += disturbance.velocity_mps;
     }
 
     /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays where

@@ -1,0 +1,326 @@
+//! Gains of the hover autopilot from a model, at the loop's own sample period.
+//!
+//! The plant of the design is what the loop meets: the model's exact step over one period, behind
+//! servos that lag and one sample of delay. Each regulator minimises Σ e^(2αkT)(yᵀQy + zᵀQᵢz + uᵀRu)
+//! over that plant with integral action z, so that what it promises holds for the digital loop and
+//! not for a continuous one it stands for.
+//!
+//! ```
+//! use hovernav::design::hover::{HoverDesign, Loop};
+//! use hovernav::model::shipped;
+//!
+//! let design = HoverDesign::default();
+//! let model = shipped::raptor60();
+//! let gains = design.synthesise(&model)?;
+//! let closed = design.close(&model, &gains)?;
+//! assert!(closed.is_stable());
+//! assert!(closed.margins(Loop::Lateral).phase_deg > 45.0);
+//! # Ok::<(), hovernav::design::hover::DesignError>(())
+//! ```
+
+mod closed_loop;
+mod regulator;
+
+pub use closed_loop::{ClosedLoop, Loop, Margins};
+
+use crate::autopilot::{Gains, PidGains, RegulatorGains};
+use crate::model::{ModelError, StateSpace};
+use regulator::{Plant, Weights};
+
+/// Why no gains come of a model.
+#[derive(Debug, thiserror::Error)]
+pub enum DesignError {
+    /// The model is not one of hover.
+    #[error("cannot design on model {name}: {source}")]
+    Model {
+        /// The model.
+        name: String,
+        /// What is missing or wrong.
+        source: ModelError,
+    },
+    /// An input is neither in sticks of −1…1 nor in percent.
+    #[error("input {input} is in {unit}, expected \"stick\" or \"percent\"")]
+    InputUnit {
+        /// The input.
+        input: String,
+        /// Its unit.
+        unit: String,
+    },
+    /// There are more states than the autopilot can predict.
+    #[error("{loops}: {found} states that nothing measures, expected at most {most}")]
+    Hidden {
+        /// Which loop.
+        loops: &'static str,
+        /// How many.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// No gain stabilises the plant.
+    #[error("{loops}: no regulator stabilises this model")]
+    Unstabilisable {
+        /// Which loop.
+        loops: &'static str,
+    },
+    /// A weight or time that cannot be.
+    #[error("design: {what}: found {found}, expected a finite number above 0")]
+    Setting {
+        /// Which.
+        what: &'static str,
+        /// What was found.
+        found: f64,
+    },
+}
+
+/// What the design is to weigh, and what stands between a command and the model.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HoverDesign {
+    /// The loop's period, s.
+    pub period_s: f64,
+    /// Time constant of the servos of cyclic and collective, s.
+    pub servo_s: f64,
+    /// Time constant of the tail's servo, s.
+    pub tail_servo_s: f64,
+    /// How fast integrals follow a limited command, s.
+    pub tracking_s: f64,
+    /// Roll and pitch with velocity.
+    pub roll_pitch: RollPitchWeights,
+    /// Roll and pitch alone.
+    pub attitude: AttitudeWeights,
+    /// Yaw.
+    pub yaw: YawWeights,
+    /// Heave.
+    pub heave: HeavePoles,
+}
+
+/// Weights of the velocity regulator. Sticks count from −1 to 1.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RollPitchWeights {
+    /// Of p, q, φ, θ, u, v squared, per (rad/s)², rad², (m/s)².
+    pub states: [f64; 6],
+    /// Of the integrals of u and v squared, per m².
+    pub integrals: [f64; 2],
+    /// Of lateral and longitudinal stick squared.
+    pub sticks: [f64; 2],
+    /// Least rate at which every disturbance shall die out, α, 1/s.
+    pub decay_per_s: f64,
+}
+
+/// Weights of the attitude regulator.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct AttitudeWeights {
+    /// Of p, q, φ, θ squared.
+    pub states: [f64; 4],
+    /// Of the integrals of φ and θ squared.
+    pub integrals: [f64; 2],
+    /// Of lateral and longitudinal stick squared.
+    pub sticks: [f64; 2],
+    /// As [`RollPitchWeights::decay_per_s`].
+    pub decay_per_s: f64,
+}
+
+/// Weights of the yaw regulator.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct YawWeights {
+    /// Of r and ψ squared.
+    pub states: [f64; 2],
+    /// Of the integral of ψ squared.
+    pub integral: f64,
+    /// Of pedal squared.
+    pub stick: f64,
+    /// As [`RollPitchWeights::decay_per_s`].
+    pub decay_per_s: f64,
+}
+
+/// Where the PID shall put the poles of heave.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeavePoles {
+    /// Natural frequency, rad/s.
+    pub frequency_radps: f64,
+    /// Damping ratio.
+    pub damping: f64,
+    /// Derivative gain as a share of the proportional one, s.
+    pub derivative_s: f64,
+    /// Time constant of the derivative's filter, s.
+    pub derivative_filter_s: f64,
+}
+
+impl Default for HoverDesign {
+    /// For a 60-class helicopter at 33 Hz with the servos that [`sim`](crate::sim) gives it.
+    fn default() -> Self {
+        Self {
+            period_s: 1.0 / 33.0,
+            servo_s: 0.02,
+            tail_servo_s: 0.0133,
+            tracking_s: 0.5,
+            roll_pitch: RollPitchWeights {
+                states: [1.0, 1.0, 10.0, 10.0, 0.6, 0.6],
+                integrals: [0.2, 0.2],
+                sticks: [10.0, 10.0],
+                decay_per_s: 0.1,
+            },
+            attitude: AttitudeWeights {
+                states: [0.1, 0.1, 3.0, 3.0],
+                integrals: [1.0, 1.0],
+                sticks: [1.0, 1.0],
+                decay_per_s: 0.0,
+            },
+            yaw: YawWeights { states: [0.01, 10.0], integral: 30.0, stick: 0.5, decay_per_s: 0.5 },
+            heave: HeavePoles {
+                frequency_radps: 3.0,
+                damping: 1.0,
+                derivative_s: 0.0,
+                derivative_filter_s: 0.05,
+            },
+        }
+    }
+}
+
+impl HoverDesign {
+    /// For the model as Paw (2005) prints it, in which every mode is unstable: faster loops.
+    #[must_use]
+    pub fn thesis() -> Self {
+        Self {
+            roll_pitch: RollPitchWeights {
+                states: [0.178, 0.302, 0.724, 0.851, 0.513, 3.16],
+                integrals: [0.060, 0.089],
+                sticks: [3470.0, 1260.0],
+                decay_per_s: 0.21,
+            },
+            ..Self::default()
+        }
+    }
+
+    /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs
+    /// lateral, longitudinal, collective, pedal, in any order; a, b, c, d, flapping and bar, and one
+    /// more of the yaw gyro may be there.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn synthesise(&self, model: &StateSpace) -> Result<Gains, DesignError> {
+        self.check()?;
+        let whole = Plant::of(model)?;
+        let rotor = whole.rotor_states();
+        let others = whole.other_states();
+        let velocity = ["p", "q", "phi", "theta", "u", "v"];
+        let cyclic = ["lateral", "longitudinal"];
+
+        let weights = &self.roll_pitch;
+        let roll_pitch = self.regulator::<6, 6, 2>(
+            "roll and pitch",
+            &whole.part(&velocity, &rotor, &cyclic),
+            self.servo_s,
+            &Weights {
+                states: &weights.states,
+                integrated: &[4, 5],
+                integrals: &weights.integrals,
+                sticks: &weights.sticks,
+                decay_per_s: weights.decay_per_s,
+            },
+        )?;
+        let weights = &self.attitude;
+        let attitude = self.regulator::<4, 6, 2>(
+            "attitude",
+            &whole.part(&velocity[..4], &rotor, &cyclic),
+            self.servo_s,
+            &Weights {
+                states: &weights.states,
+                integrated: &[2, 3],
+                integrals: &weights.integrals,
+                sticks: &weights.sticks,
+                decay_per_s: weights.decay_per_s,
+            },
+        )?;
+        let weights = &self.yaw;
+        let yaw = self.regulator::<2, 2, 1>(
+            "yaw",
+            &whole.part(&["r", "psi"], &others, &["pedal"]),
+            self.tail_servo_s,
+            &Weights {
+                states: &weights.states,
+                integrated: &[1],
+                integrals: &[weights.integral],
+                sticks: &[weights.stick],
+                decay_per_s: weights.decay_per_s,
+            },
+        )?;
+        let heave = whole.part(&["w"], &[], &["collective"]);
+        let turn = whole.part(&["r"], &[], &["collective", "pedal"]);
+        Ok(Gains {
+            heave: self.heave_gains(heave.a[(0, 0)], heave.b[(0, 0)])?,
+            yaw,
+            pedal_per_collective: -turn.b[(0, 0)] / turn.b[(0, 1)],
+            roll_pitch,
+            attitude,
+        })
+    }
+
+    /// The loops closed around `model` by `gains`, as the autopilot closes them when it holds
+    /// velocity and heading.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn close(&self, model: &StateSpace, gains: &Gains) -> Result<ClosedLoop, DesignError> {
+        self.check()?;
+        Ok(ClosedLoop::new(self, &Plant::of(model)?, gains))
+    }
+
+    fn regulator<const Y: usize, const H: usize, const U: usize>(
+        &self,
+        loops: &'static str,
+        part: &Plant,
+        servo_s: f64,
+        weights: &Weights<'_>,
+    ) -> Result<RegulatorGains<Y, H, U>, DesignError> {
+        let found = part.a.nrows() - Y + U;
+        if found > H {
+            return Err(DesignError::Hidden { loops, found: found - U, most: H - U });
+        }
+        regulator::regulate(part, servo_s, self.period_s, self.tracking_s, weights)
+            .ok_or(DesignError::Unstabilisable { loops })
+    }
+
+    /// Pole placement on ẇ = Zw w + Zcol δ under PI: s² + (Zcol Kp − Zw) s + Zcol Ki.
+    fn heave_gains(&self, zw: f64, zcol: f64) -> Result<PidGains, DesignError> {
+        let HeavePoles { frequency_radps, damping, derivative_s, derivative_filter_s } = self.heave;
+        let proportional = (2.0 * damping * frequency_radps + zw) / zcol;
+        if !proportional.is_finite() {
+            return Err(DesignError::Unstabilisable { loops: "heave" });
+        }
+        Ok(PidGains {
+            proportional,
+            integral_per_s: frequency_radps * frequency_radps / zcol,
+            derivative_s: derivative_s * proportional,
+            derivative_filter_s,
+            tracking_time_s: self.tracking_s,
+        })
+    }
+
+    fn check(&self) -> Result<(), DesignError> {
+        let (roll_pitch, attitude, yaw) = (&self.roll_pitch, &self.attitude, &self.yaw);
+        let times = [
+            ("period_s", self.period_s),
+            ("servo_s", self.servo_s),
+            ("tail_servo_s", self.tail_servo_s),
+            ("tracking_s", self.tracking_s),
+            ("heave.frequency_radps", self.heave.frequency_radps),
+            ("heave.damping", self.heave.damping),
+            ("yaw.integral", yaw.integral),
+            ("yaw.stick", yaw.stick),
+        ];
+        let weights = (roll_pitch.states.iter().chain(&roll_pitch.integrals))
+            .chain(&roll_pitch.sticks)
+            .chain(attitude.states.iter().chain(&attitude.integrals).chain(&attitude.sticks))
+            .chain(&yaw.states)
+            .map(|&weight| ("weight", weight));
+        match times.into_iter().chain(weights).find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
+            Some((what, found)) => Err(DesignError::Setting { what, found }),
+            None => Ok(()),
+        }
+    }
+}
