@@ -1,7 +1,7 @@
 //! The closed loop: what was designed flies, with sensors, estimator, servos and wind inside.
 
 use hovernav::autopilot::{HoverConfig, Mode, SetPoint};
-use hovernav::design::hover::{HoverDesign, Loop};
+use hovernav::design::hover::HoverDesign;
 use hovernav::frames::Vector;
 use hovernav::model::shipped;
 use hovernav::sim::*;
@@ -14,13 +14,13 @@ fn autopilot() -> HoverConfig {
 fn print_margins(design: &HoverDesign, model: &hovernav::model::StateSpace) {
     let gains = design.synthesise(model).unwrap();
     let closed = design.close(model, &gains).unwrap();
-    println!("{}: spectral radius {:.4}", model.name(), closed.spectral_radius());
-    for each in Loop::ALL {
-        let m = closed.margins(each);
-        println!(
-            "  {each:?}: {:.1} dB up, {:.1} dB down, {:.1}°, crossover {:.2} rad/s",
-            m.gain_up_db, m.gain_down_db, m.phase_deg, m.crossover_radps
-        );
+    println!("{}: {:?}", model.name(), closed.closed_poles().map(|p| p.iter().map(|p| p.norm()).fold(0.0, f64::max)));
+    match closed.margins() {
+        Err(e) => println!("{e}"),
+        Ok(m) => for c in &m.channels {
+            println!("  {}: up {:?} down {:?} pm {:?} at {:?}", c.name, c.gain_up.map(|g| 20.0*g.margin.log10()), c.gain_down.map(|g| -20.0*g.margin.log10()),
+              c.phase.map(|p| p.margin.to_degrees()), c.phase.map(|p| p.frequency_radps));
+        }
     }
 }
 

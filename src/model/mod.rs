@@ -19,6 +19,7 @@ pub mod shipped;
 mod state_space;
 
 pub use error::ModelError;
+pub(crate) use modes::eigenvalues;
 pub use modes::{Mode, Modes};
 pub use pattern::StepTakenForRate;
 pub use state_space::{Parameter, Signal, StateSpace, TimeDomain};

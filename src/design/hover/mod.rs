@@ -6,71 +6,26 @@
 //! not for a continuous one it stands for.
 //!
 //! ```
-//! use hovernav::design::hover::{HoverDesign, Loop};
+//! use hovernav::design::hover::HoverDesign;
 //! use hovernav::model::shipped;
 //!
 //! let design = HoverDesign::default();
 //! let model = shipped::raptor60();
 //! let gains = design.synthesise(&model)?;
-//! let closed = design.close(&model, &gains)?;
-//! assert!(closed.is_stable());
-//! assert!(closed.margins(Loop::Lateral).phase_deg > 45.0);
-//! # Ok::<(), hovernav::design::hover::DesignError>(())
+//! let margins = design.close(&model, &gains)?.margins()?;
+//! for channel in &margins.channels {
+//!     assert!(channel.phase.is_none_or(|phase| phase.margin.to_degrees() > 45.0));
+//! }
+//! # Ok::<(), hovernav::design::DesignError>(())
 //! ```
 
 mod closed_loop;
 mod regulator;
 
-pub use closed_loop::{ClosedLoop, Loop, Margins};
-
+use super::{DesignError, Loop};
 use crate::autopilot::{Gains, PidGains, RegulatorGains};
-use crate::model::{ModelError, StateSpace};
+use crate::model::StateSpace;
 use regulator::{Plant, Weights};
-
-/// Why no gains come of a model.
-#[derive(Debug, thiserror::Error)]
-pub enum DesignError {
-    /// The model is not one of hover.
-    #[error("cannot design on model {name}: {source}")]
-    Model {
-        /// The model.
-        name: String,
-        /// What is missing or wrong.
-        source: ModelError,
-    },
-    /// An input is neither in sticks of −1…1 nor in percent.
-    #[error("input {input} is in {unit}, expected \"stick\" or \"percent\"")]
-    InputUnit {
-        /// The input.
-        input: String,
-        /// Its unit.
-        unit: String,
-    },
-    /// There are more states than the autopilot can predict.
-    #[error("{loops}: {found} states that nothing measures, expected at most {most}")]
-    Hidden {
-        /// Which loop.
-        loops: &'static str,
-        /// How many.
-        found: usize,
-        /// How many there may be.
-        most: usize,
-    },
-    /// No gain stabilises the plant.
-    #[error("{loops}: no regulator stabilises this model")]
-    Unstabilisable {
-        /// Which loop.
-        loops: &'static str,
-    },
-    /// A weight or time that cannot be.
-    #[error("design: {what}: found {found}, expected a finite number above 0")]
-    Setting {
-        /// Which.
-        what: &'static str,
-        /// What was found.
-        found: f64,
-    },
-}
 
 /// What the design is to weigh, and what stands between a command and the model.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
@@ -212,7 +167,6 @@ impl HoverDesign {
 
         let weights = &self.roll_pitch;
         let roll_pitch = self.regulator::<6, 6, 2>(
-            "roll and pitch",
             &whole.part(&velocity, &rotor, &cyclic),
             self.servo_s,
             &Weights {
@@ -225,7 +179,6 @@ impl HoverDesign {
         )?;
         let weights = &self.attitude;
         let attitude = self.regulator::<4, 6, 2>(
-            "attitude",
             &whole.part(&velocity[..4], &rotor, &cyclic),
             self.servo_s,
             &Weights {
@@ -238,7 +191,6 @@ impl HoverDesign {
         )?;
         let weights = &self.yaw;
         let yaw = self.regulator::<2, 2, 1>(
-            "yaw",
             &whole.part(&["r", "psi"], &others, &["pedal"]),
             self.tail_servo_s,
             &Weights {
@@ -261,28 +213,33 @@ impl HoverDesign {
     }
 
     /// The loops closed around `model` by `gains`, as the autopilot closes them when it holds
-    /// velocity and heading.
+    /// velocity and heading: model, servos and delay under the four loops, cut where the commands go
+    /// to the actuators lateral, longitudinal, collective, pedal.
     ///
     /// # Errors
     /// [`DesignError`].
-    pub fn close(&self, model: &StateSpace, gains: &Gains) -> Result<ClosedLoop, DesignError> {
+    pub fn close(&self, model: &StateSpace, gains: &Gains) -> Result<Loop, DesignError> {
         self.check()?;
-        Ok(ClosedLoop::new(self, &Plant::of(model)?, gains))
+        closed_loop::cut_at_actuators(self, &Plant::of(model)?, gains)
     }
 
     fn regulator<const Y: usize, const H: usize, const U: usize>(
         &self,
-        loops: &'static str,
         part: &Plant,
         servo_s: f64,
         weights: &Weights<'_>,
     ) -> Result<RegulatorGains<Y, H, U>, DesignError> {
         let found = part.a.nrows() - Y + U;
         if found > H {
-            return Err(DesignError::Hidden { loops, found: found - U, most: H - U });
+            return Err(DesignError::Shape {
+                matrix: "states that nothing measures",
+                rows: found - U,
+                columns: 1,
+                expected_rows: H - U,
+                expected_columns: 1,
+            });
         }
         regulator::regulate(part, servo_s, self.period_s, self.tracking_s, weights)
-            .ok_or(DesignError::Unstabilisable { loops })
     }
 
     /// Pole placement on ẇ = Zw w + Zcol δ under PI: s² + (Zcol Kp − Zw) s + Zcol Ki.
@@ -290,7 +247,7 @@ impl HoverDesign {
         let HeavePoles { frequency_radps, damping, derivative_s, derivative_filter_s } = self.heave;
         let proportional = (2.0 * damping * frequency_radps + zw) / zcol;
         if !proportional.is_finite() {
-            return Err(DesignError::Unstabilisable { loops: "heave" });
+            return Err(DesignError::Singular { matrix: "Zcol, what collective does to w," });
         }
         Ok(PidGains {
             proportional,
@@ -319,7 +276,9 @@ impl HoverDesign {
             .chain(&yaw.states)
             .map(|&weight| ("weight", weight));
         match times.into_iter().chain(weights).find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
-            Some((what, found)) => Err(DesignError::Setting { what, found }),
+            Some((name, value)) => {
+                Err(DesignError::Range { name, value, expected: "a finite number above 0" })
+            }
             None => Ok(()),
         }
     }

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::DesignError;
+use crate::design::{DesignError, dare};
 use crate::autopilot::RegulatorGains;
 use crate::model::StateSpace;
 
@@ -25,16 +25,15 @@ const ROTOR: [&str; 4] = ["a", "b", "c", "d"];
 impl Plant {
     /// `model` with every stick scaled to −1…1, and with a heading if it has none.
     pub fn of(model: &StateSpace) -> Result<Self, DesignError> {
-        let refused = |source| DesignError::Model { name: model.name().into(), source };
-        model.require_continuous().map_err(refused)?;
+        model.require_continuous()?;
         for name in MEASURED {
-            model.state(name).map_err(refused)?;
+            model.state(name)?;
         }
         let mut names: Vec<String> = model.states().iter().map(|s| s.name.clone()).collect();
         let mut a = model.a().clone();
         let mut b = DMatrix::zeros(names.len(), STICKS.len());
         for (column, name) in STICKS.into_iter().enumerate() {
-            let input = model.input(name).map_err(refused)?;
+            let input = model.input(name)?;
             let full = match model.inputs()[input].unit.as_str() {
                 "stick" => 1.0,
                 "percent" | "%" => 100.0,
@@ -46,7 +45,7 @@ impl Plant {
         }
         if !names.iter().any(|name| name == "psi") {
             let n = names.len();
-            let rate = model.state("r").map_err(refused)?;
+            let rate = model.state("r")?;
             a = a.insert_row(n, 0.0).insert_column(n, 0.0);
             a[(n, rate)] = 1.0;
             b = b.insert_row(n, 0.0);
@@ -118,7 +117,7 @@ pub(super) struct Weights<'a> {
     pub decay_per_s: f64,
 }
 
-/// The regulator of `part`, whose first `Y` states are measured. `None` where there is none.
+/// The regulator of `part`, whose first `Y` states are measured.
 ///
 /// # Source
 /// Delay and servo as states: Franklin, Powell and Workman, *Digital Control of Dynamic Systems*,
@@ -129,7 +128,7 @@ pub(super) fn regulate<const Y: usize, const H: usize, const U: usize>(
     period_s: f64,
     tracking_time_s: f64,
     weights: &Weights<'_>,
-) -> Option<RegulatorGains<Y, H, U>> {
+) -> Result<RegulatorGains<Y, H, U>, DesignError> {
     let (step, input) = part.stepped(&[servo_s; U], period_s);
     let moving = step.nrows();
     let (delay, integrals) = (moving, moving + U);
@@ -150,7 +149,8 @@ pub(super) fn regulate<const Y: usize, const H: usize, const U: usize>(
     b.view_mut((delay, 0), (U, U)).fill_with_identity();
     let r = DMatrix::from_diagonal(&DVector::from_row_slice(weights.sticks));
     let growth = (weights.decay_per_s * period_s).exp();
-    let gain = lqr(&(a * growth), &(b * growth), &DMatrix::from_diagonal(&q), &r)?;
+    let q = DMatrix::from_diagonal(&q);
+    let gain = dare(&(a * growth), &(b * growth), &q, &r, None)?.gain;
 
     let hidden = moving - Y;
     let mut gains = RegulatorGains { tracking_time_s, ..RegulatorGains::default() };
@@ -179,38 +179,5 @@ pub(super) fn regulate<const Y: usize, const H: usize, const U: usize>(
             gains.hidden_from_pending[h][u] = input[(Y + h, u)];
         }
     }
-    Some(gains)
-}
-
-/// Doublings of the horizon: 2⁶⁰ samples.
-const DOUBLINGS: usize = 60;
-
-/// K of u = −K x, from the discrete algebraic Riccati equation by structure-preserving doubling.
-///
-/// # Source
-/// Chu, Fan, Lin and Wang, *Structure-preserving algorithms for periodic discrete-time algebraic
-/// Riccati equations*, International Journal of Control 77 (2004).
-fn lqr(
-    a: &DMatrix<f64>,
-    b: &DMatrix<f64>,
-    q: &DMatrix<f64>,
-    r: &DMatrix<f64>,
-) -> Option<DMatrix<f64>> {
-    let n = a.nrows();
-    let mut step = a.clone();
-    let mut reach = b * r.clone().try_inverse()? * b.transpose();
-    let mut cost = q.clone();
-    for _ in 0..DOUBLINGS {
-        let inverse = (DMatrix::identity(n, n) + &reach * &cost).try_inverse()?;
-        let through = &step * &inverse;
-        let added = step.transpose() * &cost * &inverse * &step;
-        reach += &through * &reach * step.transpose();
-        step = &through * &step;
-        cost += &added;
-        if added.amax() <= 1e-13 * cost.amax() {
-            let gain = (r + b.transpose() * &cost * b).try_inverse()? * b.transpose() * &cost * a;
-            return gain.iter().all(|gain| gain.is_finite()).then_some(gain);
-        }
-    }
-    None
+    Ok(gains)
 }
