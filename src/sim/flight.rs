@@ -15,7 +15,7 @@ use crate::earth::Geodetic;
 use crate::ekf::layout::Full;
 use crate::ekf::{Estimator, EstimatorConfig, Solution};
 use crate::event::Event;
-use crate::frames::{Ned, Vector, wrap_angle};
+use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::log::{Dataset, LogError, Manifest};
 use crate::model::helicopter::{Helicopter, HelicopterError, HelicopterParameters};
@@ -168,6 +168,8 @@ pub struct HoverStatistics {
     /// Root mean square of what the estimator got wrong of north, east and down velocity, m/s; NaN
     /// where it said nothing.
     pub velocity_error_rms_mps: [f64; 3],
+    /// Root mean square of what the estimator got wrong of roll, pitch and heading, °; NaN as above.
+    pub attitude_error_rms_deg: [f64; 3],
     /// Root mean square of the commands about their means.
     pub sticks_rms: [f64; 4],
 }
@@ -223,7 +225,19 @@ impl FlightConfig {
         manifest.gps.rate_hz = Some(self.gps.rate_hz);
         manifest.gps.antenna_lever_arm_m = self.gps.lever_arm_m;
         manifest.gps.latency_s = self.gps.assumed_latency_s;
+        // The heading that a unit computes for itself wanders by degrees within a minute, the error
+        // of its magnetometer stays: a hover is held by the one that stays.
+        let unit_attitude = self.dmu.magnetometer.is_none();
+        manifest.aiding.insert("attitude".into(), unit_attitude.into());
         manifest
+    }
+
+    /// The estimator's settings as the sensors' own configurations tell them.
+    ///
+    /// # Errors
+    /// [`LogError`] for sensors that no dataset can describe.
+    pub fn settings(&self) -> Result<EstimatorConfig, LogError> {
+        Dataset { manifest: self.manifest(), ..Dataset::default() }.settings()
     }
 
     /// Flies it.
@@ -285,10 +299,7 @@ impl<'a> Run<'a> {
         let manifest = config.manifest();
         let settings = match config.estimator {
             Some(settings) => settings,
-            None => {
-                let mut sensors = Dataset { manifest: manifest.clone(), ..Dataset::default() };
-                sensors.settings()?
-            }
+            None => config.settings()?,
         };
         let helicopter = Helicopter::new(config.helicopter)?;
         let samples = (config.duration_s / period_s) as usize + 1;
@@ -484,7 +495,7 @@ impl Flight {
         let Some(first) = held.first().map(|moment| moment.truth) else {
             return HoverStatistics::default();
         };
-        let heading = first.body_to_ned.euler().yaw_rad;
+        let [_, _, heading] = angles(&first.body_to_ned);
         let rms = |value: &dyn Fn(&Moment) -> f64| {
             let squares: f64 = held.iter().map(|moment| value(moment).powi(2)).sum();
             (squares / held.len() as f64).sqrt()
@@ -502,13 +513,13 @@ impl Flight {
                 })
             }),
             attitude_rms_deg: [
-                spread(&|moment| moment.truth.body_to_ned.euler().roll_rad.to_degrees()),
-                spread(&|moment| moment.truth.body_to_ned.euler().pitch_rad.to_degrees()),
+                spread(&|moment| angles(&moment.truth.body_to_ned)[0].to_degrees()),
+                spread(&|moment| angles(&moment.truth.body_to_ned)[1].to_degrees()),
             ],
             heading_worst_deg: held
                 .iter()
                 .map(|moment| {
-                    let yaw = moment.truth.body_to_ned.euler().yaw_rad;
+                    let [_, _, yaw] = angles(&moment.truth.body_to_ned);
                     wrap_angle(yaw - heading).abs().to_degrees()
                 })
                 .fold(0.0, f64::max),
@@ -524,7 +535,21 @@ impl Flight {
                     })
                 })
             }),
+            attitude_error_rms_deg: axes.map(|axis| {
+                rms(&|moment| {
+                    moment.solution.map_or(f64::NAN, |solution| {
+                        let found = angles(&solution.body_to_ned)[axis];
+                        wrap_angle(found - angles(&moment.truth.body_to_ned)[axis]).to_degrees()
+                    })
+                })
+            }),
             sticks_rms: [0, 1, 2, 3].map(|stick| spread(&|m| m.sticks.to_array()[stick])),
         }
     }
+}
+
+/// Roll, pitch and yaw, rad.
+fn angles(body_to_ned: &Rotation<Body, Ned>) -> [f64; 3] {
+    let EulerAngles { roll_rad, pitch_rad, yaw_rad } = body_to_ned.euler();
+    [roll_rad, pitch_rad, yaw_rad]
 }
