@@ -32,9 +32,9 @@ pub mod gps;
 pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
-pub mod sensors;
 #[cfg(feature = "std")]
 pub mod model;
+pub mod sensors;
 #[cfg(feature = "std")]
 pub mod sim;
 pub mod time;

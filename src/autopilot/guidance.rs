@@ -194,7 +194,7 @@ impl Guidance {
             (self.config.acceleration_mps2, self.config.climb_acceleration_mps2);
         let horizontal = libm::hypot(north, east) * per_s;
         let eased = if horizontal > hardest { hardest / horizontal } else { 1.0 } * per_s;
-        let down = (down * per_s).clamp(-hardest_climb, hardest_climb);
+        let down = within_size(down * per_s, hardest_climb);
         let acceleration = Vector::new(north * eased, east * eased, down);
         self.reference.velocity_mps = before + acceleration * self.period_s;
         self.reference.acceleration_mps2 = acceleration;
@@ -219,17 +219,12 @@ impl Guidance {
             reference.heading_rad = yaw_rad;
         }
         let missing = wrap_angle(self.heading_rad - reference.heading_rad) / self.period_s;
-        reference.yaw_rate_radps = missing.clamp(-fastest, fastest);
+        reference.yaw_rate_radps = within_size(missing, fastest);
         let turned = reference.heading_rad + reference.yaw_rate_radps * self.period_s;
         reference.heading_rad = wrap_angle(turned);
     }
 
-    fn wanted_velocity(
-        &self,
-        solution: &Solution,
-        yaw_rad: f64,
-        trusted: Trusted,
-    ) -> Vector<Ned> {
+    fn wanted_velocity(&self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Vector<Ned> {
         let config = &self.config;
         let wanted = match self.set_point {
             SetPoint::Velocity { forward_mps, right_mps, down_mps, .. } => {
@@ -245,12 +240,10 @@ impl Guidance {
                     let distance = libm::hypot(north, east);
                     // Half the hardest deceleration brakes, the rest is left for the wind.
                     let braking = libm::sqrt(config.acceleration_mps2 * distance);
-                    let speed = (config.position_gain_per_s * distance)
-                        .min(config.speed_mps)
-                        .min(braking);
+                    let speed =
+                        (config.position_gain_per_s * distance).min(config.speed_mps).min(braking);
                     let per_distance = if distance > 1e-6 { speed / distance } else { 0.0 };
-                    let climb = config.climb_mps;
-                    let down = (config.height_gain_per_s * down).clamp(-climb, climb);
+                    let down = within_size(config.height_gain_per_s * down, config.climb_mps);
                     Vector::new(north * per_distance, east * per_distance, down)
                 }
                 _ => Vector::ZERO,
@@ -261,4 +254,9 @@ impl Guidance {
             None => wanted,
         }
     }
+}
+
+/// `value` brought into ±`size`.
+fn within_size(value: f64, size: f64) -> f64 {
+    value.max(-size).min(size)
 }

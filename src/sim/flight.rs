@@ -100,7 +100,9 @@ pub enum FlightError {
         source: SetPointError,
     },
     /// The inertial unit does not sample at the autopilot's rate.
-    #[error("the inertial unit samples every {dmu_s} s, the autopilot is designed for {autopilot_s} s")]
+    #[error(
+        "the inertial unit samples every {dmu_s} s, the autopilot is designed for {autopilot_s} s"
+    )]
     Rate {
         /// The unit's period, s.
         dmu_s: f64,

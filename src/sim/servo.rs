@@ -19,7 +19,12 @@ impl Default for ServoConfig {
     /// 0.1 s for 45° where full travel is 30° each way, pulses of 400 µs for full travel in steps of
     /// 1 µs, a dead band of 1.5 µs.
     fn default() -> Self {
-        Self { bandwidth_hz: 8.0, rate_per_s: 15.0, dead_band: 1.5 / 400.0, resolution: 1.0 / 400.0 }
+        Self {
+            bandwidth_hz: 8.0,
+            rate_per_s: 15.0,
+            dead_band: 1.5 / 400.0,
+            resolution: 1.0 / 400.0,
+        }
     }
 }
 

@@ -31,7 +31,11 @@ impl Default for VehicleConfig {
     fn default() -> Self {
         Self {
             servo: ServoConfig::default(),
-            tail_servo: ServoConfig { bandwidth_hz: 12.0, rate_per_s: 20.0, ..ServoConfig::default() },
+            tail_servo: ServoConfig {
+                bandwidth_hz: 12.0,
+                rate_per_s: 20.0,
+                ..ServoConfig::default()
+            },
             governor_time_s: 0.5,
             droop: 0.03,
             ground_m: 0.0,
@@ -210,8 +214,7 @@ impl Vehicle {
     }
 
     fn controls(&self) -> Controls {
-        let [lateral, longitudinal, collective, pedal] =
-            self.servos.map(|servo| servo.position());
+        let [lateral, longitudinal, collective, pedal] = self.servos.map(|servo| servo.position());
         Controls { lateral, longitudinal, collective, pedal }
     }
 

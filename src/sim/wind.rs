@@ -7,7 +7,8 @@ use super::gps::Spread;
 use super::noise::{Noise, Stream};
 use crate::frames::{Ned, Vector};
 
-/// The air's motion. The default is a light wind with the gusts of flat land at 10 m.
+/// The air's motion. The default is a light wind with gusts of the scales that MIL-F-8785C gives for
+/// 10 m above the ground, three times as strong as it gives for so light a wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindConfig {
     /// The steady wind, the direction it blows to, m/s.
@@ -22,13 +23,13 @@ pub struct WindConfig {
 }
 
 impl Default for WindConfig {
-    /// 1.5 m/s of horizontal gusts in 4 m/s of wind from the north-west.
+    /// Gusts of 1.5 m/s along each horizontal axis in 3 m/s of wind from the north-west.
     fn default() -> Self {
         Self {
-            steady_mps: Vector::new(2.83, -2.83, 0.0),
+            steady_mps: Vector::new(2.12, -2.12, 0.0),
             gust_sigma_mps: Spread::new(1.5, 0.8),
             gust_length_m: Spread::new(67.0, 10.0),
-            passing_mps: 4.0,
+            passing_mps: 3.0,
         }
     }
 }
@@ -37,11 +38,7 @@ impl WindConfig {
     /// No wind at all.
     #[must_use]
     pub fn calm() -> Self {
-        Self {
-            steady_mps: Vector::ZERO,
-            gust_sigma_mps: Spread::default(),
-            ..Self::default()
-        }
+        Self { steady_mps: Vector::ZERO, gust_sigma_mps: Spread::default(), ..Self::default() }
     }
 
     fn check(&self) -> Checked {

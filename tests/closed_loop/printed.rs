@@ -43,8 +43,12 @@ impl Printed {
         let transition = (generator * step_s).exp();
         let servo = |lag_s: f64| {
             let bandwidth_hz = 1.0 / (core::f64::consts::TAU * lag_s);
-            let config =
-                ServoConfig { bandwidth_hz, dead_band: 0.0, resolution: 0.0, ..ServoConfig::default() };
+            let config = ServoConfig {
+                bandwidth_hz,
+                dead_band: 0.0,
+                resolution: 0.0,
+                ..ServoConfig::default()
+            };
             SimulatedServo::new(&config, 0.0).unwrap()
         };
         let cyclic = servo(design.servo_s);

@@ -27,8 +27,7 @@ pub(super) fn cut_at_actuators(
 ) -> Result<Loop, DesignError> {
     let time = TimeDomain::Discrete { period_s: design.period_s };
     let measured = MEASURED.map(|name| Signal::new(name, "SI")).to_vec();
-    let sticks: Vec<Signal> =
-        whole.inputs.iter().map(|name| Signal::new(name, "stick")).collect();
+    let sticks: Vec<Signal> = whole.inputs.iter().map(|name| Signal::new(name, "stick")).collect();
     let numbered = |count| (0..count).map(|k| Signal::new(&format!("x{k}"), "")).collect();
 
     let servos_s = [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s];
@@ -57,9 +56,8 @@ pub(super) fn cut_at_actuators(
         sticks.set_row(3, &pedal);
     }
     // A loop counts u = −(controller) y.
-    let controller =
-        StateSpace::new("autopilot", time, numbered(a.nrows()), measured, a, b)?
-            .with_outputs(sticks, -c, -d)?;
+    let controller = StateSpace::new("autopilot", time, numbered(a.nrows()), measured, a, b)?
+        .with_outputs(sticks, -c, -d)?;
     Loop::at_plant_input(&plant, &controller)
 }
 
@@ -85,52 +83,66 @@ fn together(parts: &[(Controller, usize)]) -> Controller {
     all
 }
 
-/// States: hidden, pending, integrals.
+/// States: hidden, as many as are used, pending, integrals.
 fn regulator<const Y: usize, const H: usize, const U: usize>(
     gains: &RegulatorGains<Y, H, U>,
     period_s: f64,
 ) -> Controller {
-    let states = H + 2 * U;
+    let is_used = |h: usize| {
+        gains.hidden_from_hidden[h].iter().any(|&gain| gain != 0.0)
+            || gains.hidden_from_measured[h].iter().any(|&gain| gain != 0.0)
+            || gains.hidden_from_pending[h].iter().any(|&gain| gain != 0.0)
+    };
+    let used = (0..H).rev().find(|&h| is_used(h)).map_or(0, |last| last + 1);
+    let states = used + 2 * U;
     let mut c = DMatrix::zeros(U, states);
     let mut d = DMatrix::zeros(U, Y);
     for u in 0..U {
-        for h in 0..H {
+        for h in 0..used {
             c[(u, h)] = -gains.hidden[u][h];
         }
         for other in 0..U {
-            c[(u, H + other)] = -gains.pending[u][other];
+            c[(u, used + other)] = -gains.pending[u][other];
         }
-        c[(u, H + U + u)] = 1.0;
+        c[(u, used + U + u)] = 1.0;
         for y in 0..Y {
             d[(u, y)] = -gains.measured[u][y];
         }
     }
     let mut a = DMatrix::zeros(states, states);
     let mut b = DMatrix::zeros(states, Y);
-    for h in 0..H {
-        for other in 0..H {
+    for h in 0..used {
+        for other in 0..used {
             a[(h, other)] = gains.hidden_from_hidden[h][other];
         }
         for u in 0..U {
-            a[(h, H + u)] = gains.hidden_from_pending[h][u];
+            a[(h, used + u)] = gains.hidden_from_pending[h][u];
         }
         for y in 0..Y {
             b[(h, y)] = gains.hidden_from_measured[h][y];
         }
     }
-    a.view_mut((H, 0), (U, states)).copy_from(&c);
-    b.view_mut((H, 0), (U, Y)).copy_from(&d);
+    a.view_mut((used, 0), (U, states)).copy_from(&c);
+    b.view_mut((used, 0), (U, Y)).copy_from(&d);
     for u in 0..U {
-        a[(H + U + u, H + U + u)] = 1.0;
+        a[(used + U + u, used + U + u)] = 1.0;
         for y in 0..Y {
-            b[(H + U + u, y)] = -gains.integral_per_s[u][y] * period_s;
+            b[(used + U + u, y)] = -gains.integral_per_s[u][y] * period_s;
         }
     }
     Controller { a, b, c, d }
 }
 
-/// States: integral, derivative, the measurement before.
+/// States: integral, and where there is a derivative, that and the measurement before.
 fn pid(gains: &PidGains, period_s: f64) -> Controller {
+    if gains.derivative_s == 0.0 {
+        return Controller {
+            a: DMatrix::identity(1, 1),
+            b: DMatrix::from_element(1, 1, -gains.integral_per_s * period_s),
+            c: DMatrix::identity(1, 1),
+            d: DMatrix::from_element(1, 1, -gains.proportional),
+        };
+    }
     let per = 1.0 / (gains.derivative_filter_s + period_s);
     let keep = gains.derivative_filter_s * per;
     let slope = gains.derivative_s * per;

@@ -125,7 +125,7 @@ impl Default for HoverDesign {
                 sticks: [1.0, 1.0],
                 decay_per_s: 0.0,
             },
-            yaw: YawWeights { states: [0.01, 10.0], integral: 30.0, stick: 0.5, decay_per_s: 0.5 },
+            yaw: YawWeights { states: [0.03, 10.0], integral: 10.0, stick: 0.05, decay_per_s: 0.0 },
             heave: HeavePoles {
                 frequency_radps: 3.0,
                 damping: 1.0,
@@ -147,7 +147,7 @@ impl HoverDesign {
                 states: [0.23, 0.23, 1.76, 0.79, 0.31, 7.0],
                 integrals: [0.05, 0.098],
                 sticks: [5100.0, 1450.0],
-                decay_per_s: 0.215,
+                decay_per_s: 0.24,
             },
             yaw: YawWeights {
                 states: [0.3, 10.0],

@@ -3,8 +3,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::design::{DesignError, dare};
 use crate::autopilot::RegulatorGains;
+use crate::design::{DesignError, dare};
 use crate::model::StateSpace;
 
 /// A continuous model whose sticks count from −1 to 1, with names.
@@ -61,9 +61,7 @@ impl Plant {
 
     /// The states it has that are neither measured nor the rotor's.
     pub fn other_states(&self) -> Vec<&str> {
-        self.named(|name| {
-            name != "psi" && !MEASURED.contains(&name) && !ROTOR.contains(&name)
-        })
+        self.named(|name| name != "psi" && !MEASURED.contains(&name) && !ROTOR.contains(&name))
     }
 
     fn named(&self, keep: impl Fn(&str) -> bool) -> Vec<&str> {
