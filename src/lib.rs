@@ -13,7 +13,7 @@
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
 //! | `model` | with `std`: the nonlinear helicopter, and linear models as data |
-//! | `design` | with `std`: gains from a model, at the loop's own rate |
+//! | `design` | with `std`: Riccati equations, optimal gains, exact holds, responses and margins; the hover's gains |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 #![cfg_attr(not(feature = "std"), no_std)]

@@ -11,26 +11,26 @@ pub(super) fn invert(matrix: &mut DMatrix<f64>) -> Option<f64> {
     let mut log_determinant = 0.0;
     let mut swaps = Vec::with_capacity(n);
     let mut pivot_column = vec![0.0; n];
+    let values = matrix.as_mut_slice();
     for k in 0..n {
-        let column = matrix.column(k);
+        let column = &values[k * n..(k + 1) * n];
         let p = (k..n).max_by(|&i, &j| column[i].abs().total_cmp(&column[j].abs()))?;
-        if p != k {
-            matrix.swap_rows(k, p);
-        }
         swaps.push(p);
-        pivot_column.copy_from_slice(matrix.column(k).as_slice());
+        pivot_column.copy_from_slice(column);
+        pivot_column.swap(k, p);
         let pivot = pivot_column[k];
         if pivot == 0.0 || !pivot.is_finite() {
             return None;
         }
         log_determinant += pivot.abs().ln();
-        for (j, column) in matrix.as_mut_slice().chunks_exact_mut(n).enumerate() {
+        for (j, column) in values.chunks_exact_mut(n).enumerate() {
             if j == k {
                 for (value, &factor) in column.iter_mut().zip(&pivot_column) {
                     *value = -factor / pivot;
                 }
                 column[k] = 1.0 / pivot;
             } else {
+                column.swap(k, p);
                 let scaled = column[k] / pivot;
                 for (value, &factor) in column.iter_mut().zip(&pivot_column) {
                     *value -= scaled * factor;
@@ -40,8 +40,8 @@ pub(super) fn invert(matrix: &mut DMatrix<f64>) -> Option<f64> {
         }
     }
     for (k, &p) in swaps.iter().enumerate().rev() {
-        if p != k {
-            matrix.swap_columns(k, p);
+        for row in 0..n {
+            values.swap(k * n + row, p * n + row);
         }
     }
     Some(log_determinant)
@@ -62,6 +62,20 @@ pub(super) fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     (matrix + matrix.transpose()) * 0.5
 }
 
+/// One step of the iteration for the sign of a matrix, given its inverse; gives how far it moved,
+/// relative.
+pub(super) fn sign_step(matrix: &mut DMatrix<f64>, inverse: &DMatrix<f64>, scale: f64) -> f64 {
+    let (mut moved, mut size) = (0.0, 0.0);
+    let (own, other) = (0.5 * scale, 0.5 / scale);
+    for (value, &inverse) in matrix.iter_mut().zip(inverse) {
+        let next = own * *value + other * inverse;
+        moved += (next - *value) * (next - *value);
+        size += next * next;
+        *value = next;
+    }
+    (moved / size).sqrt()
+}
+
 /// Enough for the matrix sign of anything whose modes are apart from the axis in double precision.
 const MOST_STEPS: usize = 100;
 
@@ -72,18 +86,19 @@ const MOST_STEPS: usize = 100;
 /// function*, 1971/1980.
 pub(super) fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
-    let (mut a, mut q) = (a.clone(), q.clone());
-    let mut change = 1.0;
+    let (mut a, mut q, mut inverse) = (a.clone(), q.clone(), a.clone());
+    let (mut half, mut turned) = (q.clone(), q.clone());
+    let mut change = f64::INFINITY;
     for _ in 0..MOST_STEPS {
-        let mut inverse = a.clone();
+        inverse.copy_from(&a);
         let log_determinant = invert(&mut inverse)?;
         let scale = if change > 0.01 { (-log_determinant / n as f64).exp() } else { 1.0 };
-        let turned = inverse.tr_mul(&q) * &inverse;
-        q = (q * scale + turned * (1.0 / scale)) * 0.5;
-        let next = (&a * scale + inverse * (1.0 / scale)) * 0.5;
-        change = (&next - &a).norm() / next.norm();
-        a = next;
-        if change < 1e-12 || !change.is_finite() {
+        q.mul_to(&inverse, &mut half);
+        inverse.tr_mul_to(&half, &mut turned);
+        q.zip_apply(&turned, |q, turned| *q = 0.5 * (scale * *q + turned / scale));
+        change = sign_step(&mut a, &inverse, scale);
+        // Convergence is quadratic: the next step would move by the square of this.
+        if change < 1e-8 || !change.is_finite() {
             break;
         }
     }

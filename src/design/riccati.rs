@@ -8,9 +8,11 @@ use nalgebra::DMatrix;
 
 use super::error::DesignError;
 use super::exact::Exact;
-use super::linalg::{check, check_symmetric, inverse, invert, lyapunov, stein, symmetric};
+use super::linalg::{
+    check, check_symmetric, inverse, invert, lyapunov, sign_step, stein, symmetric,
+};
 use super::reachability::unstabilisable_mode;
-use crate::model::TimeDomain;
+use crate::model::{TimeDomain, eigenvalues};
 
 /// The stabilising solution of a Riccati equation.
 #[derive(Clone, Debug, PartialEq)]
@@ -230,6 +232,9 @@ impl Equation<'_> {
     }
 
     /// Newton's rule from a gain that stabilises, all the way.
+    ///
+    /// Where no stabilising solution exists it creeps towards one on the border of stability; that is
+    /// no solution.
     fn descended(&self, mut gain: DMatrix<f64>) -> Option<RiccatiSolution> {
         let mut before: Option<DMatrix<f64>> = None;
         for _ in 0..MOST_STEPS {
@@ -238,12 +243,22 @@ impl Equation<'_> {
             let x = if self.discrete { stein(&closed, &cost)? } else { lyapunov(&closed, &cost)? };
             gain = self.gain(&x)?;
             let settled = before.is_some_and(|old| (&x - old).norm() <= 1e-10 * x.norm());
-            before = Some(x);
             if settled {
-                break;
+                let solution = self.refined(x)?;
+                return self.is_inside(&solution.gain).then_some(solution);
             }
+            before = Some(x);
         }
-        self.refined(before?)
+        None
+    }
+
+    /// Whether the closed loop is stable by more than rounding and slow convergence can feign.
+    fn is_inside(&self, gain: &DMatrix<f64>) -> bool {
+        let closed = self.a - self.b * gain;
+        let border = if self.discrete { 1.0 - 1e-8 } else { -1e-8 * closed.norm() };
+        eigenvalues(&closed).is_ok_and(|poles| {
+            poles.iter().all(|pole| if self.discrete { pole.norm() } else { pole.re } < border)
+        })
     }
 
     fn finished(&self, last: Iterate) -> Option<RiccatiSolution> {
@@ -292,14 +307,7 @@ fn sign_solution(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Option
         inverse.copy_from(&z);
         let log_determinant = invert(&mut inverse)?;
         let scale = if change > 0.01 { (-log_determinant / (2 * n) as f64).exp() } else { 1.0 };
-        let (mut moved, mut size) = (0.0, 0.0);
-        for (value, &inverse) in z.iter_mut().zip(&inverse) {
-            let next = 0.5 * (scale * *value + inverse / scale);
-            moved += (next - *value) * (next - *value);
-            size += next * next;
-            *value = next;
-        }
-        change = (moved / size).sqrt();
+        change = sign_step(&mut z, &inverse, scale);
         if !change.is_finite() {
             return None;
         }

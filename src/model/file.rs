@@ -88,28 +88,29 @@ impl StateSpace {
                 return Err(refused(0, reason.into()));
             }
         };
-        let places = [
-            ("A", Some(&written.a)),
-            ("B", Some(&written.b)),
-            ("C", written.c.as_ref()),
-            ("D", written.d.as_ref()),
-            ("covariance", written.parameter_covariance.as_ref()),
-        ];
-        let mut matrices = Vec::new();
-        for (name, rows) in places {
-            let matrix = rows.map(|rows| {
-                matrix(rows.get_ref())
-                    .map_err(|reason| refused(rows.span().start, format!("{name}: {reason}")))
-            });
-            matrices.push(matrix.transpose()?);
-        }
+        let read = |name: &str, rows: &Spanned<Rows>| {
+            matrix(rows.get_ref())
+                .map_err(|reason| refused(rows.span().start, format!("{name}: {reason}")))
+        };
+        let a = read("A", &written.a)?;
+        let b = read("B", &written.b)?;
+        let c = written.c.as_ref().map(|rows| read("C", rows)).transpose()?;
+        let d = written.d.as_ref().map(|rows| read("D", rows)).transpose()?;
+        let covariance = written.parameter_covariance.as_ref();
+        let covariance = covariance.map(|rows| read("covariance", rows)).transpose()?;
         // An error of the model points at the matrix or list it speaks of.
         let placed = |error: ModelError| {
+            let start_of = |rows: &Option<Spanned<Rows>>| rows.as_ref().map(|r| r.span().start);
             let start = match &error {
-                ModelError::Shape { matrix, .. } | ModelError::NotFinite { matrix, .. } => places
-                    .iter()
-                    .find(|(name, _)| name == matrix)
-                    .and_then(|(_, rows)| rows.map(|rows| rows.span().start)),
+                ModelError::Shape { matrix, .. } | ModelError::NotFinite { matrix, .. } => {
+                    match *matrix {
+                        "A" => Some(written.a.span().start),
+                        "B" => Some(written.b.span().start),
+                        "C" => start_of(&written.c),
+                        "D" => start_of(&written.d),
+                        _ => start_of(&written.parameter_covariance),
+                    }
+                }
                 ModelError::Name { list: "states", .. } => Some(written.states.span().start),
                 ModelError::Name { list: "inputs", .. } => Some(written.inputs.span().start),
                 ModelError::Name { list: "outputs", .. } => {
@@ -122,12 +123,6 @@ impl StateSpace {
             };
             refused(start.unwrap_or(0), error.to_string())
         };
-        let [Some(a), Some(b), c, d, covariance] = <[_; 5]>::try_from(matrices)
-            .unwrap_or_else(|_| unreachable!("five matrices were collected"))
-        else {
-            unreachable!("A and B are not optional")
-        };
-        let (n, m) = (written.states.get_ref().len(), written.inputs.get_ref().len());
         let mut model = Self::new(
             &written.name,
             time,
@@ -141,7 +136,7 @@ impl StateSpace {
         match (&written.outputs, c) {
             (Some(outputs), Some(c)) => {
                 let outputs = outputs.get_ref().clone();
-                let d = d.unwrap_or_else(|| DMatrix::zeros(outputs.len(), m));
+                let d = d.unwrap_or_else(|| DMatrix::zeros(outputs.len(), model.inputs().len()));
                 model = model.with_outputs(outputs, c, d).map_err(placed)?;
             }
             (None, None) if d.is_none() => {}
@@ -151,7 +146,6 @@ impl StateSpace {
                 return Err(refused(start, reason.into()));
             }
         }
-        debug_assert_eq!(model.a().nrows(), n);
         model.with_parameters(written.parameters.clone(), covariance).map_err(placed)
     }
 

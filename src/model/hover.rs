@@ -5,6 +5,7 @@
 
 use nalgebra::{DMatrix, dmatrix};
 
+use super::error::ModelError;
 use super::state_space::{Signal, StateSpace, TimeDomain};
 
 /// Derivatives of the hybrid hover model: fuselage and first-order flapping.
@@ -12,10 +13,6 @@ use super::state_space::{Signal, StateSpace, TimeDomain};
 /// # Source
 /// Paw (2005), equations 3.50–3.57, doi:10.32657/10356/47095; flapping in the form of Mettler.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[expect(
-    missing_docs,
-    reason = "the derivatives are named as in every text: force or moment, then cause"
-)]
 pub struct HybridDerivatives {
     /// Time constant of flapping with the bar, s.
     pub tau_f: f64,
@@ -23,24 +20,43 @@ pub struct HybridDerivatives {
     pub ab: f64,
     /// Lateral flapping by longitudinal flapping.
     pub ba: f64,
+    /// Lateral flapping by full lateral stick, rad per stick unit.
     pub blat: f64,
+    /// Longitudinal flapping by full longitudinal stick, rad per stick unit.
     pub alon: f64,
+    /// Forward force by forward velocity over mass, 1/s.
     pub xu: f64,
+    /// Forward force by longitudinal flapping over mass, m/s² per rad; −g in hover.
     pub xa: f64,
+    /// Side force by side velocity over mass, 1/s.
     pub yv: f64,
+    /// Side force by lateral flapping over mass, m/s² per rad; g in hover.
     pub yb: f64,
+    /// Vertical force by vertical velocity over mass, 1/s.
     pub zw: f64,
+    /// Vertical force by collective over mass, m/s² per stick unit.
     pub zcol: f64,
+    /// Rolling moment by forward velocity over inertia, rad/s² per m/s.
     pub lu: f64,
+    /// Rolling moment by side velocity over inertia, rad/s² per m/s.
     pub lv: f64,
+    /// Rolling moment by longitudinal flapping over inertia, 1/s².
     pub la: f64,
+    /// Rolling moment by lateral flapping over inertia, 1/s².
     pub lb: f64,
+    /// Pitching moment by forward velocity over inertia, rad/s² per m/s.
     pub mu: f64,
+    /// Pitching moment by side velocity over inertia, rad/s² per m/s.
     pub mv: f64,
+    /// Pitching moment by longitudinal flapping over inertia, 1/s².
     pub ma: f64,
+    /// Pitching moment by lateral flapping over inertia, 1/s².
     pub mb: f64,
+    /// Yawing moment by yaw rate over inertia, 1/s.
     pub nr: f64,
+    /// Yawing moment by collective over inertia, rad/s² per stick unit.
     pub ncol: f64,
+    /// Yawing moment by pedal over inertia, rad/s² per stick unit.
     pub nped: f64,
     /// Gravity, m/s².
     pub gravity_mps2: f64,
@@ -48,10 +64,11 @@ pub struct HybridDerivatives {
 
 impl HybridDerivatives {
     /// The continuous model of 10 states b, a, p, q, phi, theta, u, v, w, r and inputs lateral,
-    /// longitudinal, collective, pedal in `stick_unit`. `None` where a derivative is not finite or
-    /// the time constant is zero.
-    #[must_use]
-    pub fn state_space(&self, stick_unit: &str) -> Option<StateSpace> {
+    /// longitudinal, collective, pedal in `stick_unit`.
+    ///
+    /// # Errors
+    /// [`ModelError::NotFinite`] where a derivative is not finite or the time constant is zero.
+    pub fn state_space(&self, stick_unit: &str) -> Result<StateSpace, ModelError> {
         let Self { tau_f, xu, xa, yv, yb, zw, lu, lv, la, lb, mu, mv, ma, mb, nr, .. } = *self;
         let (g, k) = (self.gravity_mps2, 1.0 / tau_f);
         let (ab, ba) = (self.ab * k, self.ba * k);
@@ -84,27 +101,38 @@ impl HybridDerivatives {
 /// # Source
 /// Paw (2005), section 5.6.1.3.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[expect(
-    missing_docs,
-    reason = "the derivatives are named as in every text: force or moment, then cause"
-)]
 pub struct ReducedDerivatives {
+    /// Rolling moment by roll rate over inertia, 1/s.
     pub lp: f64,
+    /// Rolling moment by pitch rate over inertia, 1/s.
     pub lq: f64,
+    /// Pitching moment by roll rate over inertia, 1/s.
     pub mp: f64,
+    /// Pitching moment by pitch rate over inertia, 1/s.
     pub mq: f64,
+    /// Rolling moment by forward velocity over inertia, rad/s² per m/s.
     pub lu: f64,
+    /// Rolling moment by side velocity over inertia, rad/s² per m/s.
     pub lv: f64,
+    /// Pitching moment by forward velocity over inertia, rad/s² per m/s.
     pub mu: f64,
+    /// Pitching moment by side velocity over inertia, rad/s² per m/s.
     pub mv: f64,
+    /// Forward force by forward velocity over mass, 1/s.
     pub xu: f64,
+    /// Side force by side velocity over mass, 1/s.
     pub yv: f64,
-    /// Rows p, q, u, v; columns lateral, longitudinal.
+    /// What the cyclic does: rows p, q, u, v; columns lateral, longitudinal, per stick unit.
     pub cyclic: [[f64; 2]; 4],
+    /// Vertical force by vertical velocity over mass, 1/s.
     pub zw: f64,
+    /// Vertical force by collective over mass, m/s² per stick unit.
     pub zcol: f64,
+    /// Yawing moment by yaw rate over inertia, 1/s.
     pub nr: f64,
+    /// Yawing moment by collective over inertia, rad/s² per stick unit.
     pub ncol: f64,
+    /// Yawing moment by pedal over inertia, rad/s² per stick unit.
     pub nped: f64,
     /// Gravity, m/s².
     pub gravity_mps2: f64,
@@ -138,9 +166,11 @@ impl ReducedDerivatives {
     }
 
     /// The continuous model of 8 states p, q, phi, theta, u, v, w, r and inputs lateral,
-    /// longitudinal, collective, pedal in `stick_unit`. `None` where a derivative is not finite.
-    #[must_use]
-    pub fn state_space(&self, stick_unit: &str) -> Option<StateSpace> {
+    /// longitudinal, collective, pedal in `stick_unit`.
+    ///
+    /// # Errors
+    /// [`ModelError::NotFinite`] where a derivative is not finite.
+    pub fn state_space(&self, stick_unit: &str) -> Result<StateSpace, ModelError> {
         let Self { lp, lq, mp, mq, lu, lv, mu, mv, xu, yv, zw, nr, gravity_mps2: g, .. } = *self;
         let a = dmatrix![
             lp, lq, 0.0, 0.0, lu, lv, 0.0, 0.0;
@@ -165,21 +195,36 @@ impl ReducedDerivatives {
     }
 }
 
-/// The part of a hover model in which roll and pitch live: p, q, phi, theta, u, v by the cyclic.
+/// The hover model with the fast states that it has, flapping a and b, bar c and d, yaw-rate feedback
+/// rfb, taken out as [`StateSpace::residualised`] does.
 ///
 /// # Errors
-/// [`ModelError::Unknown`](super::ModelError::Unknown) where the model has not all of them; also for
+/// [`ModelError::NoSteadyValue`] where they have none.
+pub fn quasi_steady(model: &StateSpace) -> Result<StateSpace, ModelError> {
+    let fast: Vec<&str> = ["a", "b", "c", "d", "rfb"]
+        .into_iter()
+        .filter(|fast| model.states().iter().any(|state| state.name == *fast))
+        .collect();
+    model.residualised(&fast)
+}
+
+/// The part of a hover model in which roll and pitch live: p, q, phi, theta, u, v by the cyclic. Fast
+/// states are taken out first, by [`quasi_steady`]; also for [`heave`] and [`yaw`].
+///
+/// # Errors
+/// [`ModelError::Unknown`] where the model has not all of them; also for
 /// [`heave`] and [`yaw`].
-pub fn roll_pitch(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
-    model.subsystem(&["p", "q", "phi", "theta", "u", "v"], &["lateral", "longitudinal"])
+pub fn roll_pitch(model: &StateSpace) -> Result<StateSpace, ModelError> {
+    quasi_steady(model)?
+        .subsystem(&["p", "q", "phi", "theta", "u", "v"], &["lateral", "longitudinal"])
 }
 
 /// The heave part: w by the collective.
 ///
 /// # Errors
 /// As [`roll_pitch`].
-pub fn heave(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
-    model.subsystem(&["w"], &["collective"])
+pub fn heave(model: &StateSpace) -> Result<StateSpace, ModelError> {
+    quasi_steady(model)?.subsystem(&["w"], &["collective"])
 }
 
 /// The yaw part with heading, r and psi, by collective and pedal, as Paw's heading hold uses it.
@@ -187,8 +232,8 @@ pub fn heave(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
 ///
 /// # Errors
 /// As [`roll_pitch`].
-pub fn yaw(model: &StateSpace) -> Result<StateSpace, super::ModelError> {
-    let rate = model.subsystem(&["r"], &["collective", "pedal"])?;
+pub fn yaw(model: &StateSpace) -> Result<StateSpace, ModelError> {
+    let rate = quasi_steady(model)?.subsystem(&["r"], &["collective", "pedal"])?;
     let (per_rate, own) = match model.time() {
         TimeDomain::Continuous => (1.0, 0.0),
         TimeDomain::Discrete { period_s } => (period_s, 1.0),
@@ -206,7 +251,7 @@ fn continuous(
     stick_unit: &str,
     a: DMatrix<f64>,
     b: DMatrix<f64>,
-) -> Option<StateSpace> {
+) -> Result<StateSpace, ModelError> {
     let unit = |state: &str| match state {
         "u" | "v" | "w" => "m/s",
         "p" | "q" | "r" => "rad/s",
@@ -216,5 +261,5 @@ fn continuous(
     let inputs = ["lateral", "longitudinal", "collective", "pedal"]
         .map(|stick| Signal::new(stick, stick_unit))
         .to_vec();
-    StateSpace::new(name, TimeDomain::Continuous, states, inputs, a, b).ok()
+    StateSpace::new(name, TimeDomain::Continuous, states, inputs, a, b)
 }

@@ -338,6 +338,9 @@ impl StateSpace {
     /// [`ModelError::Unknown`], and [`ModelError::NoSteadyValue`] where the fast states have none.
     pub fn residualised(&self, fast: &[&str]) -> Result<Self, ModelError> {
         let removed = fast.iter().map(|name| self.state(name)).collect::<Result<Vec<_>, _>>()?;
+        if removed.is_empty() {
+            return Ok(self.clone());
+        }
         let kept: Vec<usize> =
             (0..self.states.len()).filter(|row| !removed.contains(row)).collect();
         let block =

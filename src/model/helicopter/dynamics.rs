@@ -233,3 +233,57 @@ impl Helicopter {
 fn fin_force<T: Real>(fin: &Fin, half_density: f64, along: T, across: T) -> T {
     (along.abs() * fin.lift_slope_per_rad + across.abs()) * across * (-half_density * fin.area_m2)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn main_disc() -> Disc {
+        let parameters = HelicopterParameters::raptor60();
+        Disc::new(&parameters.main_rotor, parameters.air_density_kgpm3)
+    }
+
+    proptest! {
+        #[test]
+        fn blade_element_and_momentum_thrust_agree(
+            pitch in 0.02..0.07_f64, climb in -0.02..0.05_f64, advance in 0.0..0.17_f64,
+        ) {
+            let disc = main_disc();
+            let x = disc.inflow(pitch, climb, advance * advance);
+            let momentum = 2.0 * (x - climb) * (advance * advance + x * x).sqrt();
+            prop_assert!((momentum - disc.slope * (pitch - 0.5 * x)).abs() < 1e-13);
+        }
+
+        #[test]
+        fn a_rotor_turned_upside_down_thrusts_the_other_way(
+            pitch in -0.07..0.07_f64, climb in -0.05..0.05_f64,
+        ) {
+            let disc = main_disc();
+            let (up, down) = (disc.axial_inflow(pitch, climb), disc.axial_inflow(-pitch, -climb));
+            prop_assert!((up + down).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn hover_inflow_is_that_of_momentum_theory() {
+        let disc = main_disc();
+        let x: f64 = disc.axial_inflow(0.0357, 0.0);
+        let coefficient = disc.slope * (0.0357 - 0.5 * x);
+        assert!((x - (0.5 * coefficient).sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn inflow_has_no_jump_between_climb_and_descent() {
+        let disc = main_disc();
+        for advance in [0.0, 0.05, 0.15_f64] {
+            let mut before: f64 = disc.inflow(0.0357, 0.06, advance * advance);
+            for index in 1..=1000 {
+                let climb = 0.06 - 1e-4 * f64::from(index);
+                let x = disc.inflow(0.0357, climb, advance * advance);
+                assert!((x - before).abs() < 2e-4, "{advance} {climb}: {x} after {before}");
+                before = x;
+            }
+        }
+    }
+}
