@@ -376,7 +376,7 @@ impl<'a> Run<'a> {
             engage: self.engaged && !pilot_flies,
         });
         self.flight.transitions.extend(outputs.transition);
-        let wind_mps = self.wind.next();
+        let wind_mps = self.wind.blow();
         self.flight.moments.push(Moment {
             truth,
             solution,
