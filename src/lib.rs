@@ -15,6 +15,7 @@
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 //! | `serial`, `play` | with `serial`: lines that come back by themselves, and devices to test them on |
+//! | `sysid` | with `std`: a model identified from a recorded flight, and how far to trust it |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod dmu;
@@ -37,4 +38,6 @@ pub mod servo;
 #[cfg(feature = "std")]
 pub mod sim;
 pub mod telemetry;
+#[cfg(feature = "std")]
+pub mod sysid;
 pub mod time;
