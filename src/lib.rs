@@ -12,12 +12,16 @@
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
+//! | `model` | with `std`: the nonlinear helicopter, and linear models as data |
+//! | `design` | with `std`: Riccati equations, optimal gains, exact holds, responses and margins |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 //! | `serial`, `play` | with `serial`: lines that come back by themselves, and devices to test them on |
 //! | `sysid` | with `std`: a model identified from a recorded flight, and how far to trust it |
 #![cfg_attr(not(feature = "std"), no_std)]
 
+#[cfg(feature = "std")]
+pub mod design;
 pub mod dmu;
 pub mod earth;
 pub mod ekf;
@@ -29,6 +33,8 @@ pub mod gps;
 pub mod ins;
 #[cfg(feature = "std")]
 pub mod log;
+#[cfg(feature = "std")]
+pub mod model;
 #[cfg(all(feature = "serial", unix))]
 pub mod play;
 pub mod sensors;
@@ -37,7 +43,7 @@ pub mod serial;
 pub mod servo;
 #[cfg(feature = "std")]
 pub mod sim;
-pub mod telemetry;
 #[cfg(feature = "std")]
 pub mod sysid;
+pub mod telemetry;
 pub mod time;

@@ -1,0 +1,27 @@
+//! Design and check of feedback loops, on the ground.
+//!
+//! [`care`] and [`dare`] solve the Riccati equations without LAPACK; [`lqr`], [`sampled_lqr`] and
+//! [`kalman`] turn them into gains; [`zero_order_hold`] turns a continuous model into what a sampled
+//! loop sees of it. [`reachability`] says whether a model can be controlled, [`frequency_response`],
+//! [`step_response`] and [`root_locus`] how a loop behaves, and [`Loop::margins`] how far it is from
+//! not behaving.
+
+mod discretize;
+mod error;
+mod exact;
+mod linalg;
+mod lqr;
+mod margins;
+mod reachability;
+mod response;
+mod riccati;
+
+pub use discretize::zero_order_hold;
+pub use error::DesignError;
+pub use lqr::{Regulator, discrete_lqr, kalman, lqr, sampled_lqr};
+pub use margins::{ChannelMargins, Crossing, Loop, Margins, Peak};
+pub use reachability::{Reachability, observability, reachability};
+pub use response::{
+    StepResponse, bode, frequency_response, logarithmic_frequencies, root_locus, step_response,
+};
+pub use riccati::{RiccatiSolution, care, dare};

@@ -1,0 +1,42 @@
+//! The models that come with the library, each with its source.
+
+use std::path::Path;
+
+use super::state_space::StateSpace;
+
+/// The model as printed by Paw (2005): 8 states, continuous as he reads it, inputs in percent of
+/// stick. It reproduces his eigenvalues and gains; [`StateSpace::step_taken_for_rate`] says what is
+/// wrong with it.
+#[must_use]
+pub fn thesis() -> StateSpace {
+    parsed("thesis.toml", include_str!("data/thesis.toml"))
+}
+
+/// Mettler's identified Yamaha R-50 in hover: 13 states with stabilizer bar and yaw-rate feedback,
+/// SI units, normalised sticks.
+#[must_use]
+pub fn mettler_r50() -> StateSpace {
+    parsed("mettler_r50.toml", include_str!("data/mettler_r50.toml"))
+}
+
+/// The shipped 60-class helicopter linearised in hover: 13 states, stick −1…1. The same as
+/// [`Helicopter::linearise`](super::helicopter::Helicopter::linearise) gives.
+#[must_use]
+pub fn raptor60() -> StateSpace {
+    parsed("raptor60.toml", include_str!("data/raptor60.toml"))
+}
+
+/// A shipped model by its name: `thesis`, `mettler_r50` or `raptor60`.
+#[must_use]
+pub fn by_name(name: &str) -> Option<StateSpace> {
+    match name {
+        "thesis" => Some(thesis()),
+        "mettler_r50" => Some(mettler_r50()),
+        "raptor60" => Some(raptor60()),
+        _ => None,
+    }
+}
+
+fn parsed(name: &str, text: &str) -> StateSpace {
+    StateSpace::parse(text, Path::new(name)).expect("shipped models are read by the tests")
+}

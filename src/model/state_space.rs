@@ -1,0 +1,420 @@
+//! A linear model that knows its names, units and time domain.
+
+use std::fmt;
+
+use nalgebra::DMatrix;
+
+use super::error::ModelError;
+
+/// Whether a model's matrices say how fast the state changes, or what it is one period later.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimeDomain {
+    /// ẋ = A x + B u.
+    Continuous,
+    /// x⁺ = A x + B u, one period later.
+    Discrete {
+        /// The period, s, above zero.
+        period_s: f64,
+    },
+}
+
+impl TimeDomain {
+    /// `"continuous"` or `"discrete"`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Continuous => "continuous",
+            Self::Discrete { .. } => "discrete",
+        }
+    }
+}
+
+impl fmt::Display for TimeDomain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Continuous => f.write_str("continuous"),
+            Self::Discrete { period_s } => write!(f, "discrete, {period_s} s"),
+        }
+    }
+}
+
+/// The name and unit of a state, an input or an output.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Signal {
+    /// Name, as `p` or `lateral`.
+    pub name: String,
+    /// Unit, as `rad/s` or `stick`.
+    pub unit: String,
+}
+
+impl Signal {
+    /// A signal of this name and unit.
+    #[must_use]
+    pub fn new(name: &str, unit: &str) -> Self {
+        Self { name: name.into(), unit: unit.into() }
+    }
+}
+
+/// A parameter from which the matrices were filled.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameter {
+    /// Name, as `Lp`.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// A linear time-invariant model, n states, m inputs, p outputs: ẋ or x⁺ = A x + B u, y = C x + D u.
+///
+/// Every number is finite, every shape agrees with the names: a value of this type is a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateSpace {
+    name: String,
+    source: String,
+    time: TimeDomain,
+    states: Vec<Signal>,
+    inputs: Vec<Signal>,
+    outputs: Vec<Signal>,
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    c: DMatrix<f64>,
+    d: DMatrix<f64>,
+    parameters: Vec<Parameter>,
+    covariance: Option<DMatrix<f64>>,
+}
+
+impl StateSpace {
+    /// A model whose outputs are its states. `a` is n×n, `b` n×m.
+    ///
+    /// # Errors
+    /// [`ModelError`] where names are empty or repeated, shapes disagree with the names, a number is
+    /// not finite, or the sample period is not above zero.
+    pub fn new(
+        name: &str,
+        time: TimeDomain,
+        states: Vec<Signal>,
+        inputs: Vec<Signal>,
+        a: DMatrix<f64>,
+        b: DMatrix<f64>,
+    ) -> Result<Self, ModelError> {
+        if let TimeDomain::Discrete { period_s } = time
+            && !(period_s > 0.0 && period_s.is_finite())
+        {
+            return Err(ModelError::Period { period_s });
+        }
+        check_names("states", &states)?;
+        check_names("inputs", &inputs)?;
+        let (n, m) = (states.len(), inputs.len());
+        check_matrix("A", &a, n, n)?;
+        check_matrix("B", &b, n, m)?;
+        Ok(Self {
+            name: name.into(),
+            source: String::new(),
+            time,
+            outputs: states.clone(),
+            states,
+            inputs,
+            a,
+            b,
+            c: DMatrix::identity(n, n),
+            d: DMatrix::zeros(n, m),
+            parameters: Vec::new(),
+            covariance: None,
+        })
+    }
+
+    /// The same model with a note of where its numbers come from.
+    #[must_use]
+    pub fn with_source(mut self, source: &str) -> Self {
+        self.source = source.into();
+        self
+    }
+
+    /// The same model under another name.
+    #[must_use]
+    pub fn with_name(mut self, name: &str) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// The same model with p outputs y = C x + D u: `c` is p×n, `d` p×m.
+    ///
+    /// # Errors
+    /// As [`StateSpace::new`].
+    pub fn with_outputs(
+        mut self,
+        outputs: Vec<Signal>,
+        c: DMatrix<f64>,
+        d: DMatrix<f64>,
+    ) -> Result<Self, ModelError> {
+        check_names("outputs", &outputs)?;
+        check_matrix("C", &c, outputs.len(), self.states.len())?;
+        check_matrix("D", &d, outputs.len(), self.inputs.len())?;
+        (self.outputs, self.c, self.d) = (outputs, c, d);
+        Ok(self)
+    }
+
+    /// The same model with the parameters that fill it and their covariance, square in the order of
+    /// the parameters, where it is known.
+    ///
+    /// # Errors
+    /// As [`StateSpace::new`], and [`ModelError::Parameter`] for a value that is not finite, a
+    /// variance below zero, or a covariance that is not symmetric.
+    pub fn with_parameters(
+        mut self,
+        parameters: Vec<Parameter>,
+        covariance: Option<DMatrix<f64>>,
+    ) -> Result<Self, ModelError> {
+        let refused = |parameter: &Parameter, reason| ModelError::Parameter {
+            name: parameter.name.clone(),
+            reason,
+        };
+        check_unique("parameters", parameters.iter().map(|parameter| parameter.name.as_str()))?;
+        if let Some(parameter) = parameters.iter().find(|parameter| !parameter.value.is_finite()) {
+            return Err(refused(parameter, "found a value that is not finite, expected a number"));
+        }
+        if let Some(covariance) = &covariance {
+            check_matrix("covariance", covariance, parameters.len(), parameters.len())?;
+            for (row, parameter) in parameters.iter().enumerate() {
+                if covariance[(row, row)] < 0.0 {
+                    return Err(refused(parameter, "found a variance below 0"));
+                }
+                let even = (0..row).all(|column| {
+                    let scale = (covariance[(row, row)] * covariance[(column, column)]).sqrt();
+                    (covariance[(row, column)] - covariance[(column, row)]).abs() <= 1e-9 * scale
+                });
+                if !even {
+                    return Err(refused(parameter, "found a covariance that is not symmetric"));
+                }
+            }
+        }
+        (self.parameters, self.covariance) = (parameters, covariance);
+        Ok(self)
+    }
+
+    /// What the model is called.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Where its numbers come from.
+    #[must_use]
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// Continuous or discrete.
+    #[must_use]
+    pub fn time(&self) -> TimeDomain {
+        self.time
+    }
+
+    /// Names and units of the n states.
+    #[must_use]
+    pub fn states(&self) -> &[Signal] {
+        &self.states
+    }
+
+    /// Names and units of the m inputs.
+    #[must_use]
+    pub fn inputs(&self) -> &[Signal] {
+        &self.inputs
+    }
+
+    /// Names and units of the p outputs.
+    #[must_use]
+    pub fn outputs(&self) -> &[Signal] {
+        &self.outputs
+    }
+
+    /// A, n×n.
+    #[must_use]
+    pub fn a(&self) -> &DMatrix<f64> {
+        &self.a
+    }
+
+    /// B, n×m.
+    #[must_use]
+    pub fn b(&self) -> &DMatrix<f64> {
+        &self.b
+    }
+
+    /// C, p×n.
+    #[must_use]
+    pub fn c(&self) -> &DMatrix<f64> {
+        &self.c
+    }
+
+    /// D, p×m.
+    #[must_use]
+    pub fn d(&self) -> &DMatrix<f64> {
+        &self.d
+    }
+
+    /// The parameters that fill the matrices, where told.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// Covariance of the parameters, in their order, where known.
+    #[must_use]
+    pub fn covariance(&self) -> Option<&DMatrix<f64>> {
+        self.covariance.as_ref()
+    }
+
+    /// Refuses a model that is not continuous.
+    ///
+    /// # Errors
+    /// [`ModelError::TimeDomain`].
+    pub fn require_continuous(&self) -> Result<(), ModelError> {
+        match self.time {
+            TimeDomain::Continuous => Ok(()),
+            TimeDomain::Discrete { .. } => {
+                Err(ModelError::TimeDomain { found: "discrete", expected: "a continuous model" })
+            }
+        }
+    }
+
+    /// The sample period of a discrete model, s.
+    ///
+    /// # Errors
+    /// [`ModelError::TimeDomain`] for a continuous one.
+    pub fn require_discrete(&self) -> Result<f64, ModelError> {
+        match self.time {
+            TimeDomain::Discrete { period_s } => Ok(period_s),
+            TimeDomain::Continuous => {
+                Err(ModelError::TimeDomain { found: "continuous", expected: "a discrete model" })
+            }
+        }
+    }
+
+    /// Where the state `name` stands.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`].
+    pub fn state(&self, name: &str) -> Result<usize, ModelError> {
+        position("states", &self.states, name)
+    }
+
+    /// Where the input `name` stands.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`].
+    pub fn input(&self, name: &str) -> Result<usize, ModelError> {
+        position("inputs", &self.inputs, name)
+    }
+
+    /// The model of some states and inputs alone, in the order asked for, all others held at zero;
+    /// its outputs are its states. Parameters and covariance stay behind.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`] for a name the model does not have, [`ModelError::Name`] for one asked
+    /// for twice.
+    pub fn subsystem(&self, states: &[&str], inputs: &[&str]) -> Result<Self, ModelError> {
+        let rows = states.iter().map(|name| self.state(name)).collect::<Result<Vec<_>, _>>()?;
+        let columns = inputs.iter().map(|name| self.input(name)).collect::<Result<Vec<_>, _>>()?;
+        let kept = Self::new(
+            &self.name,
+            self.time,
+            rows.iter().map(|&row| self.states[row].clone()).collect(),
+            columns.iter().map(|&column| self.inputs[column].clone()).collect(),
+            self.a.select_rows(&rows).select_columns(&rows),
+            self.b.select_rows(&rows).select_columns(&columns),
+        )?;
+        Ok(kept.with_source(&self.source))
+    }
+
+    /// The slow model that is left when the states `fast` follow the others without delay
+    /// (residualisation): flapping taken out of a hybrid model leaves the quasi-steady one. Outputs
+    /// become the states left; parameters and covariance stay behind.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`], and [`ModelError::NoSteadyValue`] where the fast states have none.
+    pub fn residualised(&self, fast: &[&str]) -> Result<Self, ModelError> {
+        let removed = fast.iter().map(|name| self.state(name)).collect::<Result<Vec<_>, _>>()?;
+        if removed.is_empty() {
+            return Ok(self.clone());
+        }
+        let kept: Vec<usize> =
+            (0..self.states.len()).filter(|row| !removed.contains(row)).collect();
+        let block =
+            |rows: &[usize], columns: &[usize]| self.a.select_rows(rows).select_columns(columns);
+        // 0 = A21 x1 + A22 x2 + B2 u, or x2 = the same.
+        let own = match self.time {
+            TimeDomain::Continuous => -block(&removed, &removed),
+            TimeDomain::Discrete { .. } => {
+                DMatrix::identity(removed.len(), removed.len()) - block(&removed, &removed)
+            }
+        };
+        let no_steady_value = || ModelError::NoSteadyValue { states: fast.join(", ") };
+        let own = own.lu();
+        let from_states = own.solve(&block(&removed, &kept)).ok_or_else(no_steady_value)?;
+        let from_inputs = own.solve(&self.b.select_rows(&removed)).ok_or_else(no_steady_value)?;
+        let onto = block(&kept, &removed);
+        let left = Self::new(
+            &self.name,
+            self.time,
+            kept.iter().map(|&row| self.states[row].clone()).collect(),
+            self.inputs.clone(),
+            block(&kept, &kept) + &onto * from_states,
+            self.b.select_rows(&kept) + onto * from_inputs,
+        )?;
+        Ok(left.with_source(&self.source))
+    }
+}
+
+fn position(list: &'static str, signals: &[Signal], name: &str) -> Result<usize, ModelError> {
+    signals.iter().position(|signal| signal.name == name).ok_or_else(|| ModelError::Unknown {
+        list,
+        name: name.into(),
+        known: signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>().join(", "),
+    })
+}
+
+fn check_names(list: &'static str, signals: &[Signal]) -> Result<(), ModelError> {
+    check_unique(list, signals.iter().map(|signal| signal.name.as_str()))
+}
+
+fn check_unique<'a>(
+    list: &'static str,
+    names: impl Iterator<Item = &'a str>,
+) -> Result<(), ModelError> {
+    let mut seen = std::collections::HashSet::new();
+    for name in names {
+        let found = match name.trim().is_empty() {
+            true => "empty",
+            false if !seen.insert(name) => "twice",
+            false => continue,
+        };
+        return Err(ModelError::Name { list, name: name.into(), found });
+    }
+    Ok(())
+}
+
+fn check_matrix(
+    matrix: &'static str,
+    values: &DMatrix<f64>,
+    expected_rows: usize,
+    expected_columns: usize,
+) -> Result<(), ModelError> {
+    let (rows, columns) = values.shape();
+    if (rows, columns) != (expected_rows, expected_columns) {
+        return Err(ModelError::Shape { matrix, rows, columns, expected_rows, expected_columns });
+    }
+    for column in 0..columns {
+        for row in 0..rows {
+            let value = values[(row, column)];
+            if !value.is_finite() {
+                let (row, column) = (row + 1, column + 1);
+                return Err(ModelError::NotFinite { matrix, row, column, value });
+            }
+        }
+    }
+    Ok(())
+}
