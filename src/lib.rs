@@ -15,6 +15,7 @@
 //! | `model` | with `std`: the nonlinear helicopter, and linear models as data |
 //! | `design` | with `std`: Riccati equations, optimal gains, exact holds, responses and margins |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
+//! | `log::record` | with `record`: the flight record, written beside the loop and replayed to the bit |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 //! | `serial`, `play` | with `serial`: lines that come back by themselves, and devices to test them on |
 //! | `sysid` | with `std`: a model identified from a recorded flight, and how far to trust it |

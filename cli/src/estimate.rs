@@ -18,7 +18,7 @@ use crate::summary::{OutageDrift, Summary};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A dataset directory
+    /// A dataset directory or a flight record
     log: PathBuf,
     /// Where to write; out/NAME unless given
     #[arg(long, value_name = "DIR")]
@@ -38,6 +38,13 @@ pub struct Arguments {
     /// Write no report.html
     #[arg(long)]
     no_report: bool,
+}
+
+impl Arguments {
+    /// Whether anything asks for another solution than the one that flew.
+    fn changes_the_filter(&self) -> bool {
+        self.config.is_some() || !self.outage.is_empty() || self.gps_rate.is_some()
+    }
 }
 
 /// `START:DURATION`, both in seconds.
@@ -70,14 +77,15 @@ const SAMPLES_WORTH_A_BAR: usize = 500_000;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
-    let mut dataset = Dataset::open(&arguments.log)?;
+    let (mut dataset, record) = crate::log::open(&arguments.log)?;
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }
     ensure!(
         !dataset.fixes.is_empty(),
         "{}: found no usable fix, expected at least one to start from",
-        arguments.log.join("gps.csv").display()
+        if record.is_some() { arguments.log.clone() } else { arguments.log.join("gps.csv") }
+            .display()
     );
     let config = dataset.settings()?;
     let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.0).collect();
@@ -103,7 +111,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         config.alignment.duration_s
     );
 
-    let reference = Reference::open(&arguments.log, &dataset.manifest)?;
+    let reference = match &record {
+        Some(_) => None,
+        None => Reference::open(&arguments.log, &dataset.manifest)?,
+    };
     let first_imu = dataset.imu.first().map_or(Time::ZERO, |sample| sample.time);
     let solutions = if smoothed.is_empty() { &run.solutions } else { &smoothed };
     let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
@@ -119,6 +130,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         summary.warnings.push(warning.into());
     }
     summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
+    summary.flown = record
+        .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())
+        .map(|record| record.reproduced_by(&run.solutions).into());
     summary.set_scores(scored.as_ref(), drifts);
     if !arguments.no_report {
         write_report(

@@ -1,19 +1,22 @@
 //! The command `hovernav`: one verb a job. It reads arguments, shows progress and writes files; what
 //! is computed, the library computes.
 
+mod convert;
 mod estimate;
 #[cfg(target_os = "linux")]
 mod fly;
+mod log;
 mod play;
 mod report;
 mod simulate;
 mod summary;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hovernav::log::{Dataset, Info};
+use hovernav::log::Info;
+use hovernav::log::record::RecordInfo;
 
 /// Navigation for small helicopters and drones: from a recorded log to position, velocity and
 /// attitude with honest uncertainties.
@@ -30,7 +33,7 @@ enum Verb {
     Estimate(estimate::Arguments),
     /// Say what is in a log: sensors, rates, spans, gaps
     Info {
-        /// A dataset directory
+        /// A dataset directory or a flight record
         log: PathBuf,
     },
     /// Fly: the real-time loop on the flight computer, recorded
@@ -38,6 +41,8 @@ enum Verb {
     Fly(fly::Arguments),
     /// Play a log as the sensors sent it, over pseudo-terminals, for `hovernav fly` to fly on
     Play(play::Arguments),
+    /// Write any log as a dataset directory
+    Convert(convert::Arguments),
     /// Fly a path in simulation and record its sensors as a dataset
     Simulate(simulate::Arguments),
 }
@@ -45,12 +50,11 @@ enum Verb {
 fn main() -> ExitCode {
     let result = match Arguments::parse().verb {
         Verb::Estimate(arguments) => estimate::run(&arguments),
-        Verb::Info { log } => Dataset::open(&log)
-            .map(|dataset| print!("{}", Info(&dataset)))
-            .map_err(anyhow::Error::from),
         #[cfg(target_os = "linux")]
         Verb::Fly(arguments) => fly::run(&arguments),
         Verb::Play(arguments) => play::run(&arguments),
+        Verb::Info { log } => info(&log),
+        Verb::Convert(arguments) => convert::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
     };
     match result {
@@ -60,6 +64,15 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn info(log: &Path) -> anyhow::Result<()> {
+    let (dataset, record) = log::open(log)?;
+    print!("{}", Info(&dataset));
+    if let Some(record) = record {
+        print!("{}", RecordInfo(&record));
+    }
+    Ok(())
 }
 
 /// The error and its causes, less those that the message before already ends with.

@@ -10,6 +10,7 @@ use hovernav::ins::HeadingSource;
 use hovernav::log::{Axis, Dataset, Run, Score, Statistics};
 use serde::Serialize;
 
+use crate::log::Flown;
 use crate::report::Fact;
 
 /// The summary of `hovernav estimate`.
@@ -32,6 +33,9 @@ pub struct Summary {
     alignment: Option<AlignmentSummary>,
     innovations: BTreeMap<&'static str, ChannelSummary>,
     reopened: Vec<Reopened>,
+    /// How it compares with the solution that flew, of a flight record.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flown: Option<Flown>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<BTreeMap<&'static str, Statistics>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -102,6 +106,7 @@ impl Summary {
             alignment: None,
             innovations: BTreeMap::new(),
             reopened: Vec::new(),
+            flown: None,
             error: None,
             within_3_sigma: None,
             outages: Vec::new(),
@@ -185,7 +190,7 @@ impl Summary {
             self.gps_fixes_rejected += usize::from(report.any_rejected());
         }
         for axis in report.innovations() {
-            let channel = self.innovations.entry(channel_name(axis.channel)).or_default();
+            let channel = self.innovations.entry(axis.channel.name()).or_default();
             match axis.verdict {
                 Verdict::Rejected => channel.rejected += 1,
                 verdict => {
@@ -194,7 +199,7 @@ impl Summary {
                     if verdict == Verdict::Reopened {
                         self.reopened.push(Reopened {
                             time_s: axis.time.seconds(),
-                            channel: channel_name(axis.channel),
+                            channel: axis.channel.name(),
                             innovation: axis.innovation,
                         });
                     }
@@ -299,6 +304,9 @@ impl Summary {
                 }
             }
         }
+        if let Some(flown) = &self.flown {
+            let _ = writeln!(text, "{}", flown.in_words());
+        }
         for warning in &self.warnings {
             let _ = writeln!(text, "warning: {warning}");
         }
@@ -332,21 +340,6 @@ const fn heading_name(source: HeadingSource) -> &'static str {
         HeadingSource::Magnetometer => "magnetometer",
         HeadingSource::Course => "course",
         HeadingSource::Unknown => "unknown",
-    }
-}
-
-const fn channel_name(channel: Channel) -> &'static str {
-    match channel {
-        Channel::PositionNorth => "position_north_m",
-        Channel::PositionEast => "position_east_m",
-        Channel::PositionDown => "position_down_m",
-        Channel::VelocityNorth => "velocity_north_mps",
-        Channel::VelocityEast => "velocity_east_mps",
-        Channel::VelocityDown => "velocity_down_mps",
-        Channel::Roll => "roll_rad",
-        Channel::Pitch => "pitch_rad",
-        Channel::Yaw => "yaw_rad",
-        Channel::BaroHeight => "baro_height_m",
     }
 }
 

@@ -136,12 +136,11 @@ impl Flight {
 
     fn take_priority(&mut self, priority: u8) {
         let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-        let taken =
-            ThreadPriorityValue::try_from(priority).map_err(String::from).and_then(|value| {
-                let priority = ThreadPriority::Crossplatform(value);
-                set_thread_priority_and_policy(thread_native_id(), priority, policy)
-                    .map_err(|error| error.to_string())
-            });
+        let taken = ThreadPriorityValue::try_from(priority).and_then(|value| {
+            let priority = ThreadPriority::Crossplatform(value);
+            set_thread_priority_and_policy(thread_native_id(), priority, policy)
+                .map_err(|error| error.to_string())
+        });
         let now = self.clock.now();
         match taken {
             Ok(()) => {

@@ -111,6 +111,7 @@ impl LogError {
     }
 
     /// What is wrong with `path` at a byte.
+    #[cfg(feature = "record")]
     pub(super) fn bytes(path: &Path, offset: usize, reason: String) -> Self {
         Self::Bytes { path: path.to_path_buf(), offset: offset as u64, reason }
     }

@@ -213,7 +213,7 @@ fn arm([forward, right, down]: [f64; 3]) -> String {
 }
 
 /// `text` filled to the terminal's width behind `lead`, whose width indents what follows.
-fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
+pub(super) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
     let indent = lead.chars().count();
     f.write_str(lead)?;
     let mut column = indent;

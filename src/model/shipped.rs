@@ -13,7 +13,7 @@ pub fn thesis() -> StateSpace {
 }
 
 /// Mettler's identified Yamaha R-50 in hover: 13 states with stabilizer bar and yaw-rate feedback,
-/// SI units, normalised sticks.
+/// SI units, normalised sticks. Its source tells which numbers were not checked against print.
 #[must_use]
 pub fn mettler_r50() -> StateSpace {
     parsed("mettler_r50.toml", include_str!("data/mettler_r50.toml"))

@@ -11,7 +11,8 @@ use crate::time::Time;
 
 /// The wait after a first failure to open, s; it doubles up to [`LONGEST_BACK_OFF_S`].
 const SHORTEST_BACK_OFF_S: f64 = 0.05;
-const LONGEST_BACK_OFF_S: f64 = 2.0;
+/// A device in flight that is plugged in again is wanted at once, and looking for it costs nothing.
+const LONGEST_BACK_OFF_S: f64 = 0.5;
 
 /// A port that was lost sooner than this after it opened is opened again no sooner than the back-off
 /// had come to, s.
@@ -195,7 +196,7 @@ impl Port {
 
     /// Reads what there is, waiting for it up to `deadline`, and returns as soon as anything comes or
     /// the port changes. What has come is read even if the deadline is past. A port that is not open
-    /// is tried 50 ms after it failed, then after twice as long each time, up to 2 s.
+    /// is tried 50 ms after it failed, then after twice as long each time, up to 0.5 s.
     pub fn read_until(&mut self, buffer: &mut [u8], deadline: Time) -> Read {
         loop {
             if let Some(event) = self.untold.take() {

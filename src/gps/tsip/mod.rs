@@ -2,8 +2,9 @@
 //!
 //! Line: 9600 baud, 8 data bits, **odd parity**, 1 stop bit. Packets are `10 id data… 10 03`, with
 //! every 0x10 in the data doubled; numbers are big-endian. There is no length and no checksum: the
-//! parity bit is the only guard on the wire. So a port should be opened to *drop* bytes whose parity
-//! fails (`INPCK | IGNPAR`): the packet then has the wrong length and is refused. What parity misses
+//! parity bit is the only guard on the wire. So a port is best opened to *drop* bytes whose parity
+//! fails (`INPCK | IGNPAR`): the packet then has the wrong length and is refused. (The `serial` module
+//! cannot ask for that: see there.) What parity misses
 //! is caught as far as lengths, ranges and [`quality`](super::quality) checks can.
 //!
 //! [`Framer`] finds packets, [`Report`] reads them, [`Decoder`] puts together one fix a second, and

@@ -91,7 +91,8 @@ impl ShortText {
 impl fmt::Write for ShortText {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let length = usize::from(self.length);
-        let fits = text.floor_char_boundary(Self::CAPACITY - length);
+        let room = text.len().min(Self::CAPACITY - length);
+        let fits = (0..=room).rev().find(|&end| text.is_char_boundary(end)).unwrap_or(0);
         self.bytes[length..length + fits].copy_from_slice(&text.as_bytes()[..fits]);
         self.length = (length + fits) as u8;
         if fits < text.len() { Err(fmt::Error) } else { Ok(()) }

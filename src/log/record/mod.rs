@@ -25,6 +25,7 @@ mod channel;
 mod encode;
 mod entry;
 mod header;
+mod info;
 mod message;
 mod read;
 mod recorder;
@@ -33,6 +34,7 @@ mod writer;
 
 pub use entry::{Entry, Level, Line, RawBytes, ShortText};
 pub use header::Header;
+pub use info::RecordInfo;
 pub use read::{Call, Record, RecordedEvent};
 pub use recorder::{Recorder, Status};
 pub use replay::{Difference, Reproduction};

@@ -128,6 +128,10 @@ impl Record {
                     reader.damage(offset, "found a zero, expected the kind of a record");
                     break;
                 }
+                op::STATISTICS => match mcap::parse_record(opcode, body) {
+                    Ok(McapRecord::Statistics(told)) => reader.told = Some(told.message_count),
+                    _ => reader.damage(offset, "the statistics are damaged"),
+                },
                 _ => {}
             }
             offset += FRAME + body.len();
@@ -153,6 +157,9 @@ struct Reader {
     /// The last number of an entry, and how many different ones there were.
     sequence: u32,
     entries: u32,
+    /// Messages read, and as many as the writer says there are.
+    messages: u64,
+    told: Option<u64>,
     unreadable: usize,
     damages: Vec<(usize, String)>,
     is_ended: bool,
@@ -185,6 +192,9 @@ impl Reader {
         let mut rest = &data[..];
         while let Some((opcode, body)) = frame(rest) {
             rest = &rest[FRAME + body.len()..];
+            if !matches!(opcode, op::CHANNEL | op::MESSAGE) {
+                continue;
+            }
             match mcap::parse_record(opcode, body) {
                 Ok(McapRecord::Channel(channel)) => {
                     let known = Channel::with_topic(&channel.topic);
@@ -198,6 +208,7 @@ impl Reader {
     }
 
     fn message(&mut self, header: MessageHeader, data: &[u8], path: &Path) -> Result<(), LogError> {
+        self.messages += 1;
         let channel = self.channels.iter().find(|(id, _)| *id == header.channel_id);
         let Some(&(_, channel)) = channel else { return Ok(()) };
         if header.sequence > self.sequence {
@@ -274,6 +285,11 @@ impl Reader {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         for (offset, reason) in self.damages {
             record.warnings.push(format!("{name}: at byte {offset}: {reason}"));
+        }
+        // A chunk whose kind is damaged is skipped like anything that is not known.
+        if let Some(told) = self.told.filter(|&told| told != self.messages) {
+            let found = self.messages;
+            record.warnings.push(format!("{name}: found {found} messages, expected {told}"));
         }
         if self.unreadable > 0 {
             let count = self.unreadable;

@@ -1,0 +1,42 @@
+//! `hovernav convert`: any log to a dataset directory.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, ensure};
+
+/// The reference, which is copied unread: only a scorer may look into it.
+const REFERENCE: &str = "reference.csv";
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A dataset directory or a flight record
+    log: PathBuf,
+    /// The directory to write
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let Arguments { log, out } = arguments;
+    let (dataset, _) = crate::log::open(log)?;
+    std::fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+    let same = matches!((log.canonicalize(), out.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    ensure!(!same, "{}: the log itself, expected another directory", out.display());
+    dataset.write(out, &[])?;
+    let reference = log.join(REFERENCE);
+    if reference.exists() {
+        std::fs::copy(&reference, out.join(REFERENCE))
+            .with_context(|| format!("cannot copy {}", reference.display()))?;
+    }
+    println!(
+        "{}: {} inertial samples, {} fixes, {} stick positions",
+        out.display(),
+        dataset.imu.len(),
+        dataset.fixes.len(),
+        dataset.controls.len()
+    );
+    for warning in &dataset.warnings {
+        println!("warning: {warning}");
+    }
+    Ok(())
+}

@@ -1,0 +1,122 @@
+//! Records that were cut off, spoilt, or are none.
+
+use std::path::Path;
+
+use hovernav::log::record::{Record, RecordInfo, Recorder};
+
+use crate::flight::header;
+use crate::replay::recorded;
+
+fn read(bytes: &[u8]) -> Result<Record, String> {
+    Record::read(bytes, Path::new("flight.mcap")).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_record_cut_off_at_any_byte_gives_all_that_was_whole() {
+    let (path, _dir) = recorded(1.0);
+    let bytes = std::fs::read(path).unwrap();
+    let whole = read(&bytes).unwrap();
+    let mut calls = 0;
+    for length in 0..bytes.len() {
+        match read(&bytes[..length]) {
+            Ok(record) => {
+                assert_eq!(record.calls, whole.calls[..record.calls.len()]);
+                assert_eq!(record.solutions, whole.solutions[..record.solutions.len()]);
+                assert!(record.calls.len() >= calls);
+                calls = record.calls.len();
+            }
+            Err(error) => {
+                assert!(calls == 0 && error.starts_with("flight.mcap: at byte "), "{error}");
+                assert!(error.contains("expected"), "{error}");
+            }
+        }
+    }
+    assert_eq!(calls, whole.calls.len());
+}
+
+#[test]
+fn a_spoilt_byte_never_becomes_a_wrong_value() {
+    let (path, _dir) = recorded(1.0);
+    let mut bytes = std::fs::read(path).unwrap();
+    let whole = read(&bytes).unwrap();
+    for index in (0..bytes.len()).step_by(3) {
+        bytes[index] ^= 1 << (index % 8);
+        if let Ok(record) = read(&bytes) {
+            let mut originals = whole.calls.iter();
+            assert!(record.calls.iter().all(|call| originals.any(|original| original == call)));
+            let is_less = record.calls.len() < whole.calls.len();
+            assert!(!is_less || !record.warnings.is_empty(), "byte {index}");
+            assert_eq!(record.header, whole.header);
+        }
+        bytes[index] ^= 1 << (index % 8);
+    }
+}
+
+#[test]
+fn nonsense_with_a_good_checksum_is_left_out_or_told() {
+    let (path, _dir) = recorded(1.0);
+    let bytes = std::fs::read(path).unwrap();
+    let crc32 = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let mut random = 1u64;
+    let mut below = |end: usize| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (random >> 33) as usize % end
+    };
+    let (mut read_whole, mut refused) = (0, 0);
+    for round in 0..600 {
+        let mut spoilt = bytes.clone();
+        let mut at = mcap::MAGIC.len();
+        while at < spoilt.len() - mcap::MAGIC.len() {
+            let length = u64::from_le_bytes(spoilt[at + 1..at + 9].try_into().unwrap()) as usize;
+            let (kind, body) = (spoilt[at], at + 9);
+            // A chunk's two times, length, checksum, compression and length again.
+            let (checksum, records) = (body + 24, body + 40);
+            if kind == mcap::records::op::CHUNK {
+                for _ in 0..1 + round % 4 {
+                    spoilt[records + below(length - 40)] = below(256) as u8;
+                }
+                let sum = crc32.checksum(&spoilt[records..body + length]);
+                spoilt[checksum..checksum + 4].copy_from_slice(&sum.to_le_bytes());
+            }
+            at = body + length;
+        }
+        match read(&spoilt) {
+            Ok(record) => {
+                read_whole += 1;
+                let _ = RecordInfo(&record).to_string();
+                let _ = record.reproduced_by(&record.solutions);
+                let _ = record.dataset();
+            }
+            Err(error) => {
+                refused += 1;
+                assert!(error.starts_with("flight.mcap: "), "{error}");
+            }
+        }
+    }
+    assert!(read_whole > 50 && refused > 50, "{read_whole} {refused}");
+}
+
+#[test]
+fn what_is_no_record_is_named_with_the_byte() {
+    let found = |bytes: &[u8]| read(bytes).unwrap_err();
+    assert_eq!(found(b""), "flight.mcap: at byte 0: found nothing, expected an MCAP file");
+    assert_eq!(
+        found(b"t_s,gyro_x_radps\n"),
+        "flight.mcap: at byte 0: found \"t_s,gyro\", expected an MCAP file"
+    );
+    let mut foreign = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
+    foreign.finish().unwrap();
+    let foreign = foreign.into_inner().into_inner();
+    let error = found(&foreign);
+    assert!(error.ends_with("expected a flight record of hovernav"), "{error}");
+}
+
+#[test]
+fn a_record_of_nothing_but_its_configuration_opens() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("empty.mcap");
+    Recorder::create(&path, &header()).unwrap().finish();
+    let record = Record::open(&path).unwrap();
+    assert!(record.is_ended && record.calls.is_empty() && record.warnings.is_empty());
+    assert!(record.dataset().unwrap().imu.is_empty());
+}
