@@ -7,16 +7,20 @@
 //! | [`inputs`] | what to fly: steps, doublets, 3-2-1-1, sine sweeps |
 //! | [`test_points`] | what the pilot flew, found from the sticks |
 //! | [`experiment`] | one record of inputs and outputs, uniformly sampled and finite |
-//! | [`tones`] | vibration's lines, notched out |
+//! | [`test_points`], [`tones`] | where the pilot tested what; vibration's lines taken out |
 //! | [`preprocess`] | filters, trim, segments; is the data fit to be fitted? |
 //! | [`subspace`] | black-box models without a start value |
 //! | [`frequency`] | frequency responses with their coherence, and models fitted to them |
 //! | [`structure`], [`helicopter`] | what is known of the plant, as equations with unknowns |
-//! | [`prediction_error`] | those unknowns, with their bounds |
+//! | [`prediction_error`] | those unknowns with their bounds, what was dropped and why |
 //! | [`validate`] | how well the model does on data it has not seen, or why it is refused |
+<<<<<<< HEAD
 //! | [`flight_checks`], [`flight_response`] | is a flight fit for it; what it says of the model in frequency |
 //! | [`vehicle`] | the model that others get, its poles and how sure they are |
 //! | [`identify`] | all of it, from a flight and its estimate |
+=======
+//! | [`identify`] | all of it for a helicopter, from a recorded flight to a model |
+>>>>>>> sysid-b
 //!
 //! Every matrix found here says in which time domain it is: [`LinearModel`](linear::LinearModel) is
 //! a one-step map and carries its sample period.
