@@ -5,7 +5,6 @@
 //! | step | what it does |
 //! |---|---|
 //! | [`inputs`] | what to fly: steps, doublets, 3-2-1-1, sine sweeps |
-//! | [`test_points`] | what the pilot flew, found from the sticks |
 //! | [`experiment`] | one record of inputs and outputs, uniformly sampled and finite |
 //! | [`test_points`], [`tones`] | where the pilot tested what; vibration's lines taken out |
 //! | [`preprocess`] | filters, trim, segments; is the data fit to be fitted? |
@@ -14,13 +13,9 @@
 //! | [`structure`], [`helicopter`] | what is known of the plant, as equations with unknowns |
 //! | [`prediction_error`] | those unknowns with their bounds, what was dropped and why |
 //! | [`validate`] | how well the model does on data it has not seen, or why it is refused |
-<<<<<<< HEAD
-//! | [`flight_checks`], [`flight_response`] | is a flight fit for it; what it says of the model in frequency |
-//! | [`vehicle`] | the model that others get, its poles and how sure they are |
-//! | [`identify`] | all of it, from a flight and its estimate |
-=======
 //! | [`identify`] | all of it for a helicopter, from a recorded flight to a model |
->>>>>>> sysid-b
+//! | [`flight_checks`], [`flight_response`] | is the flight fit for it; what it says of the model in frequency |
+//! | [`vehicle`] | the model that others get, its poles and how sure they are |
 //!
 //! Every matrix found here says in which time domain it is: [`LinearModel`](linear::LinearModel) is
 //! a one-step map and carries its sample period.
