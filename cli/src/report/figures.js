@@ -35,9 +35,7 @@
     input: { name: "Input", ...line(INK, 1.3, { shape: "hv" }) },
     flight: { name: "Flight", ...line("rgba(0,158,115,0.6)", 4.5) },
     residual: { name: "Residual", ...line(BLUE, 1.2) },
-    alternative: { name: "Other model", ...line(ORANGE, 1.5) },
     model: { name: "Model", ...line(BLUE, 1.5) },
-    zero: { name: "Zero", ...dots(INK, 10, "circle-open") },
     alternative_pole: { name: "Pole of the other model", ...dots(ORANGE, 9, "x-thin") },
     pole: { name: "Pole", ...dots(BLUE, 9, "x-thin") },
   };
