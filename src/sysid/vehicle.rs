@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, Matrix2};
 
-use super::prediction_error::Identified;
+use super::prediction_error::{Estimate, Identified};
 use crate::model::{ModelError, Parameter, Signal, StateSpace, TimeDomain, eigenvalues};
 
 /// An eigenvalue of an identified vehicle with what its parameters' bounds make of it.
@@ -125,12 +125,12 @@ impl Identified {
         Ok(poles.map(|(value, slopes)| Pole { value, covariance: spread(slopes) }).collect())
     }
 
-    /// Seconds by which `input` acts late; 0 where the structure has no delay for it.
+    /// The transport delay of `input`, s; `None` where the structure has none for it.
     #[must_use]
-    pub fn delay_s(&self, input: &str) -> f64 {
-        let place = self.structure.inputs.iter().position(|name| name == input);
-        let parameter = place.and_then(|place| self.structure.delays.get(place).copied().flatten());
-        parameter.map_or(0.0, |parameter| self.estimates.list[parameter].value)
+    pub fn delay(&self, input: &str) -> Option<&Estimate> {
+        let place = self.structure.inputs.iter().position(|name| name == input)?;
+        let parameter = self.structure.delays.get(place).copied().flatten()?;
+        self.estimates.list.get(parameter)
     }
 
     /// The structure's parameters as found.

@@ -110,11 +110,15 @@ fn default_out(log: &Path) -> PathBuf {
 /// Where the model's numbers come from, for `model.toml`.
 fn source(dataset: &Dataset, found: &Identification) -> String {
     let points = found.estimation_points.len();
+    let inputs = found.identified.structure.inputs.iter();
+    let delays = inputs.filter_map(|input| Some(&*found.identified.delay(input)?.name));
     format!(
         "identified by prediction error from {points} test points of {}, sampled every {:.4} s; \
-         derivatives in SI per full stick, continuous in time; delays (tau_cyc, tau_col, tau_ped) \
-         are parameters and not in the matrices; no variance: held or dropped",
-        dataset.manifest.name, found.identified.period_s
+         derivatives in SI per full stick, continuous in time; the sticks' delays are parameters \
+         ({}) and not in the matrices; a parameter without variance was held or dropped",
+        dataset.manifest.name,
+        found.identified.period_s,
+        delays.collect::<Vec<_>>().join(", ")
     )
 }
 

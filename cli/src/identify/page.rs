@@ -486,7 +486,10 @@ fn compared(shown: &Shown<'_>) -> Section {
         None => &held.estimation_points,
     };
     let runs = runs_of(other, held, points);
-    let section = section.with(side_by_side(shown.found, held));
+    let mut section = section.with(side_by_side(shown.found, held));
+    if !held.warnings.is_empty() {
+        section = section.with(held.warnings.clone());
+    }
     histories(shown.dataset, held, other, &runs).fold(section, Section::with)
 }
 
