@@ -227,8 +227,7 @@ impl Summary {
 
     /// Writes `summary.json`.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = serde_json::to_string_pretty(self)? + "\n";
-        std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+        write_json(self, path)
     }
 
     /// The facts of the run as the report's table has them.
@@ -313,6 +312,12 @@ impl Summary {
         let _ = writeln!(text, "{:<32} {} ({:.3} s)", "written", out.display(), self.wall_s);
         text
     }
+}
+
+/// Writes a summary as JSON that people can read, too.
+pub fn write_json(summary: &impl Serialize, path: &Path) -> anyhow::Result<()> {
+    let text = serde_json::to_string_pretty(summary)? + "\n";
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }
 
 impl AlignmentSummary {

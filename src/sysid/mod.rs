@@ -14,11 +14,15 @@
 //! | [`prediction_error`] | those unknowns with their bounds, what was dropped and why |
 //! | [`validate`] | how well the model does on data it has not seen, or why it is refused |
 //! | [`identify`] | all of it for a helicopter, from a recorded flight to a model |
+//! | [`flight_checks`], [`flight_response`] | is the flight fit for it; what it says of the model in frequency |
+//! | [`vehicle`] | the model that others get, its poles and how sure they are |
 //!
 //! Every matrix found here says in which time domain it is: [`LinearModel`](linear::LinearModel) is
 //! a one-step map and carries its sample period.
 
 pub mod experiment;
+pub mod flight_checks;
+pub mod flight_response;
 pub mod frequency;
 pub mod helicopter;
 pub mod identify;
@@ -34,6 +38,7 @@ pub mod subspace;
 pub mod test_points;
 pub mod tones;
 pub mod validate;
+pub mod vehicle;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
 pub use linear::{InnovationModel, LinearModel};
