@@ -205,7 +205,7 @@ mod tests {
     fn yaw() -> Identified {
         const PERIOD_S: f64 = 0.03;
         let decay = f64::exp(-4.0 * PERIOD_S);
-        let pedal = |sample: usize| if sample / 50 % 2 == 0 { 0.1 } else { -0.1 };
+        let pedal = |sample: usize| if (sample / 50).is_multiple_of(2) { 0.1 } else { -0.1 };
         let mut rate = 0.0;
         let outputs = DMatrix::from_fn(1000, 1, |sample, _| {
             let measured: f64 = rate + 0.01 * ((sample * sample) as f64 * 0.618).fract();
