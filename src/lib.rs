@@ -12,14 +12,16 @@
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
+//! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
 //! | `model` | with `std`: the nonlinear helicopter, and linear models as data |
-//! | `design` | with `std`: Riccati equations, optimal gains, exact holds, responses and margins |
+//! | `design` | with `std`: Riccati equations, optimal gains, exact holds, responses and margins; the hover's gains |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |
 //! | `log::record` | with `record`: the flight record, written beside the loop and replayed to the bit |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 //! | `serial`, `play` | with `serial`: lines that come back by themselves, and devices to test them on |
 #![cfg_attr(not(feature = "std"), no_std)]
 
+pub mod autopilot;
 #[cfg(feature = "std")]
 pub mod design;
 pub mod dmu;

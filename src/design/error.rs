@@ -87,4 +87,12 @@ pub enum DesignError {
         /// What was expected.
         expected: &'static str,
     },
+    /// An input counts in a unit that no stick has.
+    #[error("input {input}: found the unit {unit}, expected \"stick\" (-1 to 1) or \"percent\"")]
+    InputUnit {
+        /// The input.
+        input: String,
+        /// Its unit.
+        unit: String,
+    },
 }

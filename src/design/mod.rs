@@ -4,11 +4,12 @@
 //! [`kalman`] turn them into gains; [`zero_order_hold`] turns a continuous model into what a sampled
 //! loop sees of it. [`reachability`] says whether a model can be controlled, [`frequency_response`],
 //! [`step_response`] and [`root_locus`] how a loop behaves, and [`Loop::margins`] how far it is from
-//! not behaving.
+//! not behaving. [`hover`] makes of these the gains that [`autopilot`](crate::autopilot) flies with.
 
 mod discretize;
 mod error;
 mod exact;
+pub mod hover;
 mod linalg;
 mod lqr;
 mod margins;

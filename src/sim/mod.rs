@@ -12,25 +12,35 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod baro;
 mod check;
 pub mod devices;
 mod dmu;
+mod flight;
 mod gps;
 mod noise;
 mod plan;
+mod servo;
 mod state;
 mod trajectory;
 mod triad;
+mod vehicle;
 mod vibration;
+mod wind;
 
+pub use baro::{BaroConfig, SimulatedBaro};
 pub use check::ConfigError;
 pub use dmu::{AttitudeConfig, DmuConfig, DmuOutput, Felt, MagnetometerConfig, SimulatedDmu};
+pub use flight::{Feedback, Flight, FlightConfig, FlightError, HoverStatistics, Moment, Order};
 pub use gps::{GpsConfig, SimulatedGps, Spread};
 pub use plan::{FlightPlan, Leg, Level};
+pub use servo::{ServoConfig, SimulatedServo};
 pub use state::State;
 pub use trajectory::{Trajectory, TrajectoryError};
 pub use triad::{AccelerometerConfig, GyroConfig};
+pub use vehicle::{Disturbance, Vehicle, VehicleConfig};
 pub use vibration::{Harmonic, VibrationSource};
+pub use wind::{Wind, WindConfig};
 
 use crate::dmu::ImuSample;
 use crate::earth::Geodetic;

@@ -16,6 +16,8 @@ pub(super) enum Stream {
     Magnetometer,
     GpsPosition,
     GpsVelocity,
+    Gust,
+    Baro,
 }
 
 /// Independent standard normal deviates.

@@ -1,0 +1,262 @@
+//! Set-points: from where the vehicle shall be to how fast it shall go.
+
+use super::config::{ConfigError, within};
+use crate::earth::Geodetic;
+use crate::ekf::Solution;
+use crate::frames::{Ned, Vector, wrap_angle};
+
+/// What the vehicle shall do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SetPoint {
+    /// Stop, and stay where it stops.
+    Hold,
+    /// Go there and stay.
+    Place {
+        /// Where.
+        position: Geodetic,
+        /// The heading to turn to, rad; `None` keeps the one it has.
+        heading_rad: Option<f64>,
+    },
+    /// Fly at a steady velocity: slow forward flight.
+    Velocity {
+        /// Forward of the heading, m/s.
+        forward_mps: f64,
+        /// Right of the heading, m/s.
+        right_mps: f64,
+        /// Downwards, m/s.
+        down_mps: f64,
+        /// Turn rate, right positive, rad/s.
+        yaw_rate_radps: f64,
+    },
+}
+
+/// Why a set-point is refused; the one before stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetPointError {
+    /// A value of it is NaN, infinite or no place on Earth.
+    NotFinite,
+    /// It is faster than the configured speed, climb or turn.
+    TooFast,
+}
+
+impl core::fmt::Display for SetPointError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "set-point: a value is not finite, or no place on Earth",
+            Self::TooFast => "set-point: faster than the configuration allows",
+        })
+    }
+}
+
+impl core::error::Error for SetPointError {}
+
+/// How set-points are flown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct GuidanceConfig {
+    /// Horizontal speed per distance from the place, 1/s.
+    pub position_gain_per_s: f64,
+    /// Vertical speed per height missing, 1/s.
+    pub height_gain_per_s: f64,
+    /// Fastest horizontal speed, m/s.
+    pub speed_mps: f64,
+    /// Fastest climb and descent, m/s.
+    pub climb_mps: f64,
+    /// Hardest horizontal acceleration asked for, m/s².
+    pub acceleration_mps2: f64,
+    /// Hardest vertical acceleration asked for, m/s².
+    pub climb_acceleration_mps2: f64,
+    /// Fastest turn, rad/s.
+    pub yaw_rate_radps: f64,
+}
+
+impl Default for GuidanceConfig {
+    fn default() -> Self {
+        Self {
+            position_gain_per_s: 0.25,
+            height_gain_per_s: 0.3,
+            speed_mps: 5.0,
+            climb_mps: 1.5,
+            acceleration_mps2: 1.0,
+            climb_acceleration_mps2: 0.7,
+            yaw_rate_radps: 0.6,
+        }
+    }
+}
+
+impl GuidanceConfig {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        let gain = "0 to 2 1/s";
+        within("guidance.position_gain_per_s", self.position_gain_per_s, 0.0, 2.0, gain)?;
+        within("guidance.height_gain_per_s", self.height_gain_per_s, 0.0, 2.0, gain)?;
+        within("guidance.speed_mps", self.speed_mps, 0.0, 15.0, "0 to 15 m/s")?;
+        within("guidance.climb_mps", self.climb_mps, 0.0, 5.0, "0 to 5 m/s")?;
+        let hardest = "0.05 to 5 m/s²";
+        within("guidance.acceleration_mps2", self.acceleration_mps2, 0.05, 5.0, hardest)?;
+        let climb = self.climb_acceleration_mps2;
+        within("guidance.climb_acceleration_mps2", climb, 0.05, 5.0, hardest)?;
+        within("guidance.yaw_rate_radps", self.yaw_rate_radps, 0.01, 3.0, "0.01 to 3 rad/s")
+    }
+}
+
+/// What the loops shall follow now.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Reference {
+    pub velocity_mps: Vector<Ned>,
+    pub acceleration_mps2: Vector<Ned>,
+    pub heading_rad: f64,
+    pub yaw_rate_radps: f64,
+}
+
+/// From set-points to references that no step jumps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Guidance {
+    config: GuidanceConfig,
+    period_s: f64,
+    set_point: SetPoint,
+    /// Where it stays, once it has stopped.
+    station: Option<Geodetic>,
+    heading_rad: f64,
+    reference: Reference,
+}
+
+/// What guidance may steer by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trusted {
+    pub position: bool,
+    pub heading: bool,
+    /// Downward speed to keep whatever the set-point says, m/s.
+    pub sink_mps: Option<f64>,
+}
+
+impl Guidance {
+    pub fn new(config: GuidanceConfig, period_s: f64) -> Self {
+        Self {
+            config,
+            period_s,
+            set_point: SetPoint::Hold,
+            station: None,
+            heading_rad: 0.0,
+            reference: Reference::default(),
+        }
+    }
+
+    pub fn accept(&mut self, set_point: SetPoint) -> Result<(), SetPointError> {
+        match set_point {
+            SetPoint::Hold => self.station = None,
+            SetPoint::Place { position, heading_rad } => {
+                if !position.is_navigable() || heading_rad.is_some_and(|angle| !angle.is_finite()) {
+                    return Err(SetPointError::NotFinite);
+                }
+                if let Some(heading_rad) = heading_rad {
+                    self.heading_rad = wrap_angle(heading_rad);
+                }
+                self.station = Some(position);
+            }
+            SetPoint::Velocity { forward_mps, right_mps, down_mps, yaw_rate_radps } => {
+                let all = [forward_mps, right_mps, down_mps, yaw_rate_radps];
+                if !all.iter().all(|value| value.is_finite()) {
+                    return Err(SetPointError::NotFinite);
+                }
+                if libm::hypot(forward_mps, right_mps) > self.config.speed_mps
+                    || libm::fabs(down_mps) > self.config.climb_mps
+                    || libm::fabs(yaw_rate_radps) > self.config.yaw_rate_radps
+                {
+                    return Err(SetPointError::TooFast);
+                }
+            }
+        }
+        self.set_point = set_point;
+        Ok(())
+    }
+
+    /// Begins at the motion there is, and stops from there.
+    pub fn engage(&mut self, solution: &Solution, yaw_rad: f64) {
+        self.set_point = SetPoint::Hold;
+        self.station = None;
+        self.heading_rad = yaw_rad;
+        let velocity_mps = solution.velocity_mps;
+        self.reference = Reference { velocity_mps, heading_rad: yaw_rad, ..Reference::default() };
+    }
+
+    /// The references of this sample.
+    pub fn step(&mut self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Reference {
+        self.steer_heading(yaw_rad, trusted.heading);
+        let wanted = self.wanted_velocity(solution, yaw_rad, trusted);
+        let before = self.reference.velocity_mps;
+        let [north, east, down] = (wanted - before).to_array();
+        let per_s = 1.0 / self.period_s;
+        let (hardest, hardest_climb) =
+            (self.config.acceleration_mps2, self.config.climb_acceleration_mps2);
+        let horizontal = libm::hypot(north, east) * per_s;
+        let eased = if horizontal > hardest { hardest / horizontal } else { 1.0 } * per_s;
+        let down = within_size(down * per_s, hardest_climb);
+        let acceleration = Vector::new(north * eased, east * eased, down);
+        self.reference.velocity_mps = before + acceleration * self.period_s;
+        self.reference.acceleration_mps2 = acceleration;
+        if self.set_point == SetPoint::Hold
+            && self.station.is_none()
+            && trusted.position
+            && self.reference.velocity_mps.norm() < 0.05
+        {
+            self.station = Some(solution.position);
+        }
+        self.reference
+    }
+
+    fn steer_heading(&mut self, yaw_rad: f64, trusted: bool) {
+        let fastest = self.config.yaw_rate_radps;
+        let reference = &mut self.reference;
+        if let SetPoint::Velocity { yaw_rate_radps, .. } = self.set_point {
+            self.heading_rad = wrap_angle(self.heading_rad + yaw_rate_radps * self.period_s);
+        }
+        if !trusted {
+            self.heading_rad = yaw_rad;
+            reference.heading_rad = yaw_rad;
+        }
+        let missing = wrap_angle(self.heading_rad - reference.heading_rad) / self.period_s;
+        reference.yaw_rate_radps = within_size(missing, fastest);
+        let turned = reference.heading_rad + reference.yaw_rate_radps * self.period_s;
+        reference.heading_rad = wrap_angle(turned);
+    }
+
+    fn wanted_velocity(&self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Vector<Ned> {
+        let config = &self.config;
+        let wanted = match self.set_point {
+            SetPoint::Velocity { forward_mps, right_mps, down_mps, .. } => {
+                let (sin, cos) = libm::sincos(yaw_rad);
+                let north = cos * forward_mps - sin * right_mps;
+                let east = sin * forward_mps + cos * right_mps;
+                Vector::new(north, east, down_mps)
+            }
+            SetPoint::Hold | SetPoint::Place { .. } => match self.station {
+                Some(station) if trusted.position => {
+                    let [north, east, down] =
+                        station.displacement_from(&solution.position).to_array();
+                    let distance = libm::hypot(north, east);
+                    // Half the hardest deceleration brakes, the rest is left for the wind.
+                    let braking = libm::sqrt(config.acceleration_mps2 * distance);
+                    let speed =
+                        (config.position_gain_per_s * distance).min(config.speed_mps).min(braking);
+                    let per_distance = if distance > 1e-6 { speed / distance } else { 0.0 };
+                    let down = within_size(config.height_gain_per_s * down, config.climb_mps);
+                    Vector::new(north * per_distance, east * per_distance, down)
+                }
+                _ => Vector::ZERO,
+            },
+        };
+        match trusted.sink_mps {
+            Some(sink_mps) => Vector::new(0.0, 0.0, sink_mps),
+            None => wanted,
+        }
+    }
+}
+
+/// `value` brought into ±`size`.
+fn within_size(value: f64, size: f64) -> f64 {
+    value.max(-size).min(size)
+}

@@ -1,0 +1,409 @@
+//! The autopilot: three loops, a choice of modes, and the pilot on top.
+
+use super::config::{ConfigError, HoverConfig};
+use super::guidance::{Guidance, Reference, SetPoint, SetPointError, Trusted};
+use super::health::Health;
+use super::mode::{Mode, Reason, Transition};
+use super::pid::Pid;
+use super::regulator::Regulator;
+use super::sticks::Sticks;
+use super::trim::Trim;
+use crate::ekf::Solution;
+use crate::frames::{Body, EulerAngles, Ned, Vector, wrap_angle};
+use crate::time::Time;
+
+/// What one step of the autopilot goes by.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// The moment of the step, on the estimator's clock.
+    pub now: Time,
+    /// The estimator's latest word, if there is one.
+    pub solution: Option<&'a Solution>,
+    /// The pilot's sticks; `None` where nothing is heard of them. Values that are not finite count
+    /// as not heard.
+    pub pilot: Option<Sticks>,
+    /// The pilot's switch: whether the autopilot shall fly.
+    pub engage: bool,
+}
+
+/// What one step of the autopilot comes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outputs {
+    /// Where the controls go, within range and, when the autopilot flies, rate.
+    pub sticks: Sticks,
+    /// What it is doing.
+    pub mode: Mode,
+    /// The change of mode in this step, if there was one.
+    pub transition: Option<Transition>,
+}
+
+/// The hover autopilot, stepped once every [`HoverConfig::period_s`].
+///
+/// Each step picks the best mode that the pilot and the estimate allow, computes the mode's command,
+/// fades what is left of the difference to the mode before, and limits the result. The pilot's
+/// switch, and any stick moved by more than the override travel, give the sticks back at once; the
+/// switch must then be opened before the autopilot takes over again. Without an attitude to fly on it
+/// does not take over at all.
+#[derive(Clone, Copy, Debug)]
+pub struct HoverAutopilot {
+    config: HoverConfig,
+    heave: Pid,
+    yaw: Regulator<2, 2, 1>,
+    roll_pitch: Regulator<6, 6, 2>,
+    attitude: Regulator<4, 6, 2>,
+    guidance: Guidance,
+    mode: Mode,
+    last_transition: Option<Transition>,
+    /// The last command given out.
+    sticks: Sticks,
+    /// What is left of the difference between modes.
+    fading: Sticks,
+    /// Where the sticks were when the autopilot took over; `None` after an override.
+    pilot_at_engagement: Option<Sticks>,
+    overridden: bool,
+    /// As learned so far, and as flown about since the loops began.
+    learned: Trim,
+    trim: Trim,
+    heave_runs: bool,
+    without_velocity_s: f64,
+    improving_s: f64,
+}
+
+/// What the filter says, in the loops' terms.
+#[derive(Clone, Copy, Debug)]
+struct Flown<'a> {
+    solution: &'a Solution,
+    angles: EulerAngles,
+}
+
+impl HoverAutopilot {
+    /// An autopilot that has not taken over, the sticks at trim.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the first value of `config` that cannot be flown.
+    pub fn new(config: HoverConfig) -> Result<Self, ConfigError> {
+        config.check()?;
+        let (gains, period_s) = (&config.gains, config.period_s);
+        Ok(Self {
+            heave: Pid::unchecked(gains.heave, period_s),
+            yaw: Regulator::unchecked(gains.yaw, period_s),
+            roll_pitch: Regulator::unchecked(gains.roll_pitch, period_s),
+            attitude: Regulator::unchecked(gains.attitude, period_s),
+            guidance: Guidance::new(config.guidance, period_s),
+            mode: Mode::Manual,
+            last_transition: None,
+            sticks: config.trim.sticks,
+            fading: Sticks::NEUTRAL,
+            pilot_at_engagement: None,
+            overridden: false,
+            learned: config.trim,
+            trim: config.trim,
+            heave_runs: false,
+            without_velocity_s: 0.0,
+            improving_s: 0.0,
+            config,
+        })
+    }
+
+    /// What the vehicle shall do from now on. Taking over resets it to [`SetPoint::Hold`].
+    ///
+    /// # Errors
+    /// [`SetPointError`] for values that are not finite or too fast; the set-point before stays.
+    pub fn set(&mut self, set_point: SetPoint) -> Result<(), SetPointError> {
+        self.guidance.accept(set_point)
+    }
+
+    /// What it is doing.
+    #[must_use]
+    pub const fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// The latest change of mode.
+    #[must_use]
+    pub const fn last_transition(&self) -> Option<Transition> {
+        self.last_transition
+    }
+
+    /// Trim as learned in steady hover, by the pilot's hand or its own.
+    #[must_use]
+    pub const fn trim(&self) -> Trim {
+        self.learned
+    }
+
+    /// One step: call it every [`HoverConfig::period_s`].
+    pub fn step(&mut self, inputs: &Inputs<'_>) -> Outputs {
+        let pilot = inputs.pilot.filter(|sticks| sticks.is_finite());
+        let health = Health::of(inputs.solution, inputs.now, &self.config.health);
+        let flown = inputs
+            .solution
+            .filter(|_| health.tilt.is_ok())
+            .map(|solution| Flown { solution, angles: solution.body_to_ned.euler() });
+
+        let transition = self.choose(inputs, pilot, &health, flown.as_ref());
+        let wanted = self.wanted(pilot, flown.as_ref(), &health);
+        let period_s = self.config.period_s;
+        let fade_s = match self.mode {
+            Mode::Manual => self.config.transfer.hand_back_s,
+            _ => self.config.transfer.fade_s,
+        };
+        self.fading = match transition {
+            // On the way to trim every command follows from the last.
+            _ if self.mode == Mode::Neutral => Sticks::NEUTRAL,
+            Some(_) => self.sticks.zip(wanted, |last, wanted| last - wanted),
+            None => self.fading.scaled(1.0 - (period_s / fade_s).min(1.0)),
+        };
+        let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
+        let limits = &self.config.limits;
+        self.sticks = match self.mode {
+            Mode::Manual => limits.in_range(faded),
+            _ => limits.reachable(faded, self.sticks, period_s),
+        };
+        self.advance();
+        self.learn(flown.as_ref());
+        Outputs { sticks: self.sticks, mode: self.mode, transition }
+    }
+
+    /// The best mode that pilot and estimate allow, entered if it is another.
+    fn choose(
+        &mut self,
+        inputs: &Inputs<'_>,
+        pilot: Option<Sticks>,
+        health: &Health,
+        flown: Option<&Flown<'_>>,
+    ) -> Option<Transition> {
+        let transfer = &self.config.transfer;
+        if !inputs.engage {
+            self.overridden = false;
+        } else if let (Some(now), Some(then)) = (pilot, self.pilot_at_engagement) {
+            self.overridden |= now.farthest_from(then) > transfer.override_travel;
+        }
+        let (possible, reason) = match (health.tilt, health.velocity, health.position) {
+            _ if self.overridden => (Mode::Manual, Reason::Override),
+            _ if !inputs.engage => (Mode::Manual, Reason::Switch),
+            // Nothing to fly on is no reason to take the sticks from a pilot.
+            (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
+            (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
+            (_, Err(_), _) if self.without_velocity_s >= transfer.patience_s => {
+                (Mode::Descent, Reason::Patience)
+            }
+            (_, Err(why), _) => (Mode::Attitude, Reason::Distrust(why)),
+            (.., Err(why)) => (Mode::Velocity, Reason::Distrust(why)),
+            _ => (Mode::Position, Reason::Recovered),
+        };
+        let hands_over = self.mode == Mode::Manual || possible == Mode::Manual;
+        self.without_velocity_s = if health.velocity.is_ok() || possible == Mode::Manual {
+            0.0
+        } else {
+            self.without_velocity_s + self.config.period_s
+        };
+        if possible == self.mode {
+            self.improving_s = 0.0;
+            return None;
+        }
+        let mut reason = reason;
+        if hands_over {
+            reason = if self.overridden { Reason::Override } else { Reason::Switch };
+        } else if rank(possible) < rank(self.mode) {
+            self.improving_s += self.config.period_s;
+            if self.improving_s < self.config.health.recovery_s {
+                return None;
+            }
+            reason = Reason::Recovered;
+        }
+        // The estimate came back and went again before it was flown on: nothing to enter.
+        self.improving_s = 0.0;
+        if possible == Mode::Manual {
+            self.pilot_at_engagement = None;
+        } else if self.mode == Mode::Manual {
+            self.pilot_at_engagement = pilot;
+        }
+        let transition = Transition { time: inputs.now, from: self.mode, to: possible, reason };
+        self.enter(possible, flown);
+        self.last_transition = Some(transition);
+        Some(transition)
+    }
+
+    fn enter(&mut self, mode: Mode, flown: Option<&Flown<'_>>) {
+        let from = self.mode;
+        self.mode = mode;
+        let same_loops = (from.holds_velocity() && mode.holds_velocity())
+            || (from == Mode::Attitude && mode == Mode::Descent);
+        if same_loops {
+            return;
+        }
+        if !matches!(mode, Mode::Manual | Mode::Neutral) {
+            if self.learned.is_plausible() {
+                self.trim = self.learned;
+            }
+            if from == Mode::Manual {
+                // Collective and pedal stand where this flight needs them; cyclic follows the wind.
+                self.trim.sticks.collective = self.sticks.collective;
+                self.trim.sticks.pedal = self.sticks.pedal;
+            }
+            let [lateral, longitudinal, _, pedal] =
+                self.sticks.zip(self.trim.sticks, |now, trim| now - trim).to_array();
+            self.roll_pitch.start([lateral, longitudinal]);
+            self.attitude.start([lateral, longitudinal]);
+            let runs_on = !matches!(from, Mode::Manual | Mode::Neutral);
+            if !runs_on {
+                self.yaw.start([pedal]);
+                self.heave_runs = false;
+            }
+            if let Some(flown) = flown {
+                self.guidance.engage(flown.solution, flown.angles.yaw_rad);
+            }
+        }
+    }
+
+    /// The mode's command before fading and limits.
+    fn wanted(
+        &mut self,
+        pilot: Option<Sticks>,
+        flown: Option<&Flown<'_>>,
+        health: &Health,
+    ) -> Sticks {
+        let flown = match (self.mode, flown) {
+            (Mode::Manual, _) => return pilot.unwrap_or(self.sticks),
+            (Mode::Neutral, _) | (_, None) => return self.towards_trim(),
+            (_, Some(flown)) => flown,
+        };
+        let sinks = self.mode == Mode::Descent;
+        let trusted = Trusted {
+            position: self.mode == Mode::Position && health.position.is_ok(),
+            heading: health.heading,
+            sink_mps: sinks.then_some(self.config.transfer.descent_mps),
+        };
+        let reference = self.guidance.step(flown.solution, flown.angles.yaw_rad, trusted);
+        let [lateral, longitudinal] = if self.mode.holds_velocity() {
+            self.velocity_loop(flown, &reference)
+        } else {
+            self.attitude_loop(flown)
+        };
+        let collective = self.heave_loop(flown, &reference, health.vertical_velocity);
+        let turn = wrap_angle(flown.angles.yaw_rad - reference.heading_rad);
+        let yaw_rate = flown.solution.angular_rate_radps.z();
+        // ψ is measured from its reference, which turns at the reference rate.
+        let [pedal] = self.yaw.command(&[yaw_rate, turn], &[reference.yaw_rate_radps, 0.0]);
+        let deviation = Sticks { lateral, longitudinal, collective, pedal };
+        let mut wanted = self.trim.sticks.zip(deviation, |trim, more| trim + more);
+        wanted.pedal += self.config.gains.pedal_per_collective * collective;
+        wanted
+    }
+
+    fn towards_trim(&self) -> Sticks {
+        let share = (self.config.period_s / self.config.transfer.neutral_s).min(1.0);
+        let trim = if self.learned.is_plausible() { self.learned } else { self.config.trim };
+        self.sticks.zip(trim.sticks, |last, trim| last + share * (trim - last))
+    }
+
+    fn velocity_loop(&mut self, flown: &Flown<'_>, reference: &Reference) -> [f64; 2] {
+        let [p, q, _] = flown.solution.angular_rate_radps.to_array();
+        let (roll, pitch) = self.tilt_from_trim(flown);
+        let to_body = flown.solution.body_to_ned.inverse();
+        let velocity: Vector<Body> = to_body * flown.solution.velocity_mps;
+        let wanted: Vector<Body> = to_body * level(reference.velocity_mps);
+        let (sin, cos) = libm::sincos(flown.angles.yaw_rad);
+        let acceleration = reference.acceleration_mps2;
+        let forward = cos * acceleration.x() + sin * acceleration.y();
+        let right = cos * acceleration.y() - sin * acceleration.x();
+        self.roll_pitch.command(
+            &[p, q, roll, pitch, velocity.x(), velocity.y()],
+            &[0.0, 0.0, right / GRAVITY_MPS2, -forward / GRAVITY_MPS2, wanted.x(), wanted.y()],
+        )
+    }
+
+    fn attitude_loop(&mut self, flown: &Flown<'_>) -> [f64; 2] {
+        let [p, q, _] = flown.solution.angular_rate_radps.to_array();
+        let (roll, pitch) = self.tilt_from_trim(flown);
+        self.attitude.command(&[p, q, roll, pitch], &[0.0; 4])
+    }
+
+    fn tilt_from_trim(&self, flown: &Flown<'_>) -> (f64, f64) {
+        (flown.angles.roll_rad - self.trim.roll_rad, flown.angles.pitch_rad - self.trim.pitch_rad)
+    }
+
+    /// Collective about trim.
+    fn heave_loop(&mut self, flown: &Flown<'_>, reference: &Reference, trusted: bool) -> f64 {
+        if !trusted {
+            self.heave_runs = false;
+            let sinking = if self.mode == Mode::Descent {
+                self.config.transfer.descent_collective
+            } else {
+                0.0
+            };
+            // Sinking is positive w: collective that brings it is that which heave would give to
+            // a w too small.
+            return libm::copysign(sinking, self.config.gains.heave.proportional);
+        }
+        let to_body = flown.solution.body_to_ned.inverse();
+        let [w, wanted] = [flown.solution.velocity_mps.z(), reference.velocity_mps.z()]
+            .map(|down| (to_body * Vector::new(0.0, 0.0, down)).z());
+        if !self.heave_runs {
+            self.heave_runs = true;
+            self.heave.start(self.config.gains.heave.proportional * (wanted - w), wanted, w);
+        }
+        self.heave.command(wanted, w)
+    }
+
+    /// Tells the loops what became of their commands: without the fade, which is not theirs.
+    fn advance(&mut self) {
+        if matches!(self.mode, Mode::Manual | Mode::Neutral) {
+            return;
+        }
+        let own = self.sticks.zip(self.fading, |stick, left| stick - left);
+        let [lateral, longitudinal, collective, pedal] =
+            own.zip(self.trim.sticks, |stick, trim| stick - trim).to_array();
+        if self.mode.holds_velocity() {
+            self.roll_pitch.advance(&[lateral, longitudinal]);
+        } else {
+            self.attitude.advance(&[lateral, longitudinal]);
+        }
+        if self.heave_runs {
+            self.heave.advance(collective);
+        }
+        self.yaw.advance(&[pedal - self.config.gains.pedal_per_collective * collective]);
+    }
+
+    /// Moves the learned trim towards what flies a steady hover now.
+    fn learn(&mut self, flown: Option<&Flown<'_>>) {
+        let Some(flown) = flown else { return };
+        let steady = matches!(self.mode, Mode::Manual | Mode::Position | Mode::Velocity)
+            && self.fading.farthest_from(Sticks::NEUTRAL) < 0.02
+            && flown.solution.velocity_mps.norm() < STEADY_MPS
+            && flown.solution.velocity_sigma_mps.norm() < STEADY_MPS
+            && flown.solution.angular_rate_radps.norm() < STEADY_RADPS;
+        if steady {
+            let now = Trim {
+                sticks: self.sticks,
+                roll_rad: flown.angles.roll_rad,
+                pitch_rad: flown.angles.pitch_rad,
+            };
+            let share = (self.config.period_s / self.config.transfer.trim_s).min(1.0);
+            self.learned = self.learned.towards(&now, share);
+        }
+    }
+}
+
+/// Standard gravity, m/s²: what turns acceleration into tilt.
+const GRAVITY_MPS2: f64 = 9.806_65;
+/// Slower than this, m/s and rad/s, is a steady hover.
+const STEADY_MPS: f64 = 1.0;
+const STEADY_RADPS: f64 = 0.3;
+
+/// Less is better.
+const fn rank(mode: Mode) -> u8 {
+    match mode {
+        Mode::Manual => 0,
+        Mode::Position => 1,
+        Mode::Velocity => 2,
+        Mode::Attitude => 3,
+        Mode::Descent => 4,
+        Mode::Neutral => 5,
+    }
+}
+
+/// The horizontal part.
+fn level(velocity: Vector<Ned>) -> Vector<Ned> {
+    Vector::new(velocity.x(), velocity.y(), 0.0)
+}

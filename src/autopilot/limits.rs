@@ -1,0 +1,82 @@
+//! What the servos may be asked for.
+
+use super::config::{ConfigError, within};
+use super::sticks::Sticks;
+
+/// Range and speed that the autopilot keeps to, each control for itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct StickLimits {
+    /// Lowest, −1 to 0.
+    pub lowest: Sticks,
+    /// Highest, 0 to 1.
+    pub highest: Sticks,
+    /// Fastest, full travels (of 1) a second; above 0.
+    pub rate_per_s: Sticks,
+}
+
+impl Default for StickLimits {
+    /// The whole range, and from stop to stop within 0.5 s.
+    fn default() -> Self {
+        Self {
+            lowest: Sticks::from_array([-1.0; 4]),
+            highest: Sticks::from_array([1.0; 4]),
+            rate_per_s: Sticks::from_array([4.0; 4]),
+        }
+    }
+}
+
+impl StickLimits {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        for lowest in self.lowest.to_array() {
+            within("limits.lowest", lowest, -1.0, 0.0, "-1 to 0")?;
+        }
+        for highest in self.highest.to_array() {
+            within("limits.highest", highest, 0.0, 1.0, "0 to 1")?;
+        }
+        for rate in self.rate_per_s.to_array() {
+            within("limits.rate_per_s", rate, 1e-3, 1e3, "0.001 to 1000 a second")?;
+        }
+        Ok(())
+    }
+
+    /// `wanted` brought into the range.
+    #[must_use]
+    pub fn in_range(&self, wanted: Sticks) -> Sticks {
+        wanted.zip(self.lowest, f64::max).zip(self.highest, f64::min)
+    }
+
+    /// `wanted` brought into the range, and within what the controls can move in `period_s` from
+    /// `last`.
+    #[must_use]
+    pub fn reachable(&self, wanted: Sticks, last: Sticks, period_s: f64) -> Sticks {
+        let travel = self.rate_per_s.scaled(period_s);
+        self.in_range(wanted)
+            .zip(last.zip(travel, |last, travel| last - travel), f64::max)
+            .zip(last.zip(travel, |last, travel| last + travel), f64::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn sticks(range: core::ops::Range<f64>) -> impl Strategy<Value = Sticks> {
+        prop::array::uniform4(range).prop_map(Sticks::from_array)
+    }
+
+    proptest! {
+        #[test]
+        fn commands_keep_to_range_and_rate(last in sticks(-1.0..1.0), wanted in sticks(-9.0..9.0)) {
+            let limits = StickLimits::default();
+            let out = limits.reachable(wanted, last, 0.03);
+            prop_assert!(out.to_array().iter().all(|stick| (-1.0..=1.0).contains(stick)));
+            prop_assert!(out.farthest_from(last) <= 4.0 * 0.03 + 1e-12);
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! Hover control: from what the filter says to where the sticks go. The flight core's last link.
+//!
+//! [`HoverAutopilot`] is the hybrid of Paw (2005), chapter 6, doi:10.32657/10356/47095, at the
+//! loop's own rate: a PID on heave, a linear-quadratic regulator with integral action on yaw with
+//! heading hold, another on roll and pitch over p, q, φ, θ, u, v. Position, velocity and heading
+//! set-points stand above them, degraded modes below, and the pilot on top.
+//!
+//! Everything here is plain data and bounded arithmetic: no allocation, no panic, no clock of its
+//! own. Gains come from a design at the same sample period; [`HoverConfig::check`] refuses what
+//! cannot fly.
+
+mod config;
+mod guidance;
+mod health;
+mod hover;
+mod limits;
+mod matrix;
+mod mode;
+mod pid;
+mod regulator;
+mod sticks;
+mod trim;
+
+pub use config::{ConfigError, Gains, HoverConfig, TransferConfig};
+pub use guidance::{GuidanceConfig, SetPoint, SetPointError};
+pub use health::{Distrust, Health, HealthLimits};
+pub use hover::{HoverAutopilot, Inputs, Outputs};
+pub use limits::StickLimits;
+pub use mode::{Mode, Reason, Transition};
+pub use pid::{Pid, PidGains};
+pub use regulator::{Regulator, RegulatorGains};
+pub use sticks::Sticks;
+pub use trim::Trim;

@@ -1,0 +1,208 @@
+//! The digital PID controller.
+
+use super::config::{ConfigError, finite, within};
+
+/// Gains of a [`Pid`]. Units are the command's over the error's, with s where they say so.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(deny_unknown_fields)
+)]
+pub struct PidGains {
+    /// Command per error.
+    pub proportional: f64,
+    /// Command per error and s.
+    pub integral_per_s: f64,
+    /// Command per rate of change of the measured value, s.
+    pub derivative_s: f64,
+    /// Time constant of the low-pass on the derivative, s; from 0.
+    pub derivative_filter_s: f64,
+    /// How fast the integral follows a command that was limited, s; above 0. The smaller, the
+    /// shorter the memory of what could not be done.
+    pub tracking_time_s: f64,
+}
+
+impl PidGains {
+    pub(super) fn check(&self, what: &'static str) -> Result<(), ConfigError> {
+        finite(what, self.proportional)?;
+        finite(what, self.integral_per_s)?;
+        finite(what, self.derivative_s)?;
+        within(what, self.derivative_filter_s, 0.0, 1e3, "a filter time from 0 to 1000 s")?;
+        within(what, self.tracking_time_s, 1e-3, 1e6, "a tracking time from 0.001 s")
+    }
+}
+
+/// PID controller with a filtered derivative of the measurement, tracking anti-windup and bumpless
+/// start, at a fixed sample period.
+///
+/// The derivative acts on the measurement alone, so a stepping set-point does not kick. Gains may be
+/// of either sign, as the plant's.
+///
+/// ```
+/// use hovernav::autopilot::{Pid, PidGains};
+/// let gains = PidGains {
+///     proportional: 2.0,
+///     integral_per_s: 1.0,
+///     derivative_s: 0.0,
+///     derivative_filter_s: 0.0,
+///     tracking_time_s: 0.5,
+/// };
+/// let mut pid = Pid::new(gains, 0.03)?;
+/// pid.start(0.4, 0.0, 1.0); // takes over at a command of 0.4
+/// assert_eq!(pid.command(0.0, 1.0), 0.4);
+/// # Ok::<(), hovernav::autopilot::ConfigError>(())
+/// ```
+///
+/// # Source
+/// Åström and Hägglund, *Advanced PID Control* (2006), sections 3.3 to 3.5 and 13.3: backward
+/// difference for the derivative, forward difference for the integral, back-calculation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pid {
+    gains: PidGains,
+    period_s: f64,
+    integral: f64,
+    derivative: f64,
+    before: Option<f64>,
+    error: f64,
+    wanted: f64,
+}
+
+impl Pid {
+    /// A controller at rest, sampled every `period_s`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for a gain that is not a number, a time that cannot be.
+    pub fn new(gains: PidGains, period_s: f64) -> Result<Self, ConfigError> {
+        gains.check("PID gains")?;
+        within("sample period", period_s, 1e-4, 1.0, "0.0001 to 1 s")?;
+        Ok(Self::unchecked(gains, period_s))
+    }
+
+    pub(super) const fn unchecked(gains: PidGains, period_s: f64) -> Self {
+        Self {
+            gains,
+            period_s,
+            integral: 0.0,
+            derivative: 0.0,
+            before: None,
+            error: 0.0,
+            wanted: 0.0,
+        }
+    }
+
+    /// Takes over without a bump: the next [`command`](Self::command) with this set-point and
+    /// measurement is `command`.
+    pub fn start(&mut self, command: f64, set_point: f64, measured: f64) {
+        self.integral = command - self.gains.proportional * (set_point - measured);
+        self.derivative = 0.0;
+        self.before = Some(measured);
+        self.error = 0.0;
+        self.wanted = command;
+    }
+
+    /// The command wanted for this sample. [`advance`](Self::advance) must follow.
+    #[must_use]
+    pub fn command(&mut self, set_point: f64, measured: f64) -> f64 {
+        let gains = &self.gains;
+        let moved = measured - self.before.unwrap_or(measured);
+        self.derivative = (gains.derivative_filter_s * self.derivative
+            - gains.derivative_s * moved)
+            / (gains.derivative_filter_s + self.period_s);
+        self.before = Some(measured);
+        self.error = set_point - measured;
+        self.wanted = gains.proportional * self.error + self.integral + self.derivative;
+        self.wanted
+    }
+
+    /// Ends the sample: `applied` is what became of the command after its limits.
+    pub fn advance(&mut self, applied: f64) {
+        let follow = (self.period_s / self.gains.tracking_time_s).min(1.0);
+        self.integral += self.gains.integral_per_s * self.period_s * self.error
+            + follow * (applied - self.wanted);
+    }
+
+    /// The integral's share of the command.
+    #[must_use]
+    pub const fn integral(&self) -> f64 {
+        self.integral
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f64 = 1.0 / 33.0;
+    const GAINS: PidGains = PidGains {
+        proportional: 3.0,
+        integral_per_s: 4.0,
+        derivative_s: 0.2,
+        derivative_filter_s: 0.05,
+        tracking_time_s: 0.3,
+    };
+
+    /// First-order plant y' = −y + u held over a sample, under the PID with its command limited.
+    fn run(pid: &mut Pid, mut y: f64, set_point: impl Fn(f64) -> f64, limit: f64) -> Vec<f64> {
+        (0..400)
+            .map(|k| {
+                let command = pid.command(set_point(f64::from(k) * PERIOD_S), y);
+                let applied = command.clamp(-limit, limit);
+                pid.advance(applied);
+                let keep = (-PERIOD_S).exp();
+                y = y * keep + applied * (1.0 - keep);
+                y
+            })
+            .collect()
+    }
+
+    #[test]
+    fn integral_action_leaves_no_error_under_a_constant_set_point() {
+        let mut pid = Pid::new(GAINS, PERIOD_S).unwrap();
+        let y = run(&mut pid, 0.0, |_| 0.7, 10.0);
+        assert!((y.last().unwrap() - 0.7).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_limited_command_does_not_wind_the_integral_up() {
+        let overshoot = |tracking_time_s| {
+            let gains = PidGains { tracking_time_s, ..GAINS };
+            let mut pid = Pid::new(gains, PERIOD_S).unwrap();
+            // 4 s out of reach, then a set-point within it.
+            let y = run(&mut pid, 0.0, |t| if t < 4.0 { 5.0 } else { 0.2 }, 1.0);
+            y.iter().skip(200).fold(f64::NEG_INFINITY, |most, &y| most.max(y))
+        };
+        assert!(overshoot(0.3) < 0.35, "{}", overshoot(0.3));
+        assert!(overshoot(1e6) > 0.9, "{}", overshoot(1e6));
+    }
+
+    #[test]
+    fn it_takes_over_at_the_command_it_is_given() {
+        let mut pid = Pid::new(GAINS, PERIOD_S).unwrap();
+        pid.start(-0.3, 1.0, 0.4);
+        assert!((pid.command(1.0, 0.4) + 0.3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_stepping_set_point_does_not_kick_the_derivative() {
+        let mut pid = Pid::new(GAINS, PERIOD_S).unwrap();
+        pid.start(0.0, 0.0, 0.0);
+        assert!((pid.command(1.0, 0.0) - GAINS.proportional).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_derivative_settles_on_the_slope_of_a_ramp() {
+        let gains = PidGains { proportional: 0.0, integral_per_s: 0.0, ..GAINS };
+        let mut pid = Pid::new(gains, PERIOD_S).unwrap();
+        let last = (0..100).map(|k| pid.command(0.0, 2.0 * f64::from(k) * PERIOD_S)).last();
+        assert!((last.unwrap() + 2.0 * gains.derivative_s).abs() < 1e-9);
+    }
+
+    #[test]
+    fn gains_that_are_no_numbers_are_refused_by_name() {
+        let refused = Pid::new(PidGains { integral_per_s: f64::NAN, ..GAINS }, PERIOD_S);
+        assert!(matches!(refused, Err(ConfigError { what: "PID gains", .. })));
+        assert!(Pid::new(PidGains { tracking_time_s: 0.0, ..GAINS }, PERIOD_S).is_err());
+        assert!(Pid::new(GAINS, f64::INFINITY).is_err());
+    }
+}

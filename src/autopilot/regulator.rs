@@ -1,0 +1,226 @@
+//! The linear-quadratic regulator as it flies: with integral action, and with a memory of what no
+//! sensor shows.
+
+use super::config::{ConfigError, finite, within};
+use super::matrix::{add, difference, dot, times};
+
+/// Gains of a [`Regulator`] of `Y` measured states, `H` hidden ones and `U` controls, at one sample
+/// period.
+///
+/// Hidden are the states of the design's plant that nothing measures but that follow from the
+/// measured ones and the commands: flapping, stabilizer bar, where the servos stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(deny_unknown_fields),
+    serde(bound(
+        serialize = "[[f64; Y]; U]: serde::Serialize, [[f64; H]; U]: serde::Serialize, \
+                     [[f64; U]; U]: serde::Serialize, [[f64; Y]; H]: serde::Serialize, \
+                     [[f64; H]; H]: serde::Serialize, [[f64; U]; H]: serde::Serialize",
+        deserialize = "[[f64; Y]; U]: serde::Deserialize<'de>, \
+                       [[f64; H]; U]: serde::Deserialize<'de>, \
+                       [[f64; U]; U]: serde::Deserialize<'de>, \
+                       [[f64; Y]; H]: serde::Deserialize<'de>, \
+                       [[f64; H]; H]: serde::Deserialize<'de>, \
+                       [[f64; U]; H]: serde::Deserialize<'de>"
+    ))
+)]
+pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize> {
+    /// Stick per measured state, row by control.
+    pub measured: [[f64; Y]; U],
+    /// Stick per hidden state.
+    pub hidden: [[f64; H]; U],
+    /// Stick per command under way: the one sample of delay.
+    pub pending: [[f64; U]; U],
+    /// Stick per s of measured error: zero but for the states that shall have no steady error.
+    pub integral_per_s: [[f64; Y]; U],
+    /// How the hidden states follow, over a sample, from themselves,
+    pub hidden_from_hidden: [[f64; H]; H],
+    /// from the measured ones,
+    pub hidden_from_measured: [[f64; Y]; H],
+    /// and from the command that acts.
+    pub hidden_from_pending: [[f64; U]; H],
+    /// How fast the integrals follow a command that was limited, s.
+    pub tracking_time_s: f64,
+}
+
+impl<const Y: usize, const H: usize, const U: usize> Default for RegulatorGains<Y, H, U> {
+    /// Gains that do nothing.
+    fn default() -> Self {
+        Self {
+            measured: [[0.0; Y]; U],
+            hidden: [[0.0; H]; U],
+            pending: [[0.0; U]; U],
+            integral_per_s: [[0.0; Y]; U],
+            hidden_from_hidden: [[0.0; H]; H],
+            hidden_from_measured: [[0.0; Y]; H],
+            hidden_from_pending: [[0.0; U]; H],
+            tracking_time_s: 1.0,
+        }
+    }
+}
+
+impl<const Y: usize, const H: usize, const U: usize> RegulatorGains<Y, H, U> {
+    pub(super) fn check(&self, what: &'static str) -> Result<(), ConfigError> {
+        let all = self
+            .measured
+            .as_flattened()
+            .iter()
+            .chain(self.hidden.as_flattened())
+            .chain(self.pending.as_flattened())
+            .chain(self.integral_per_s.as_flattened())
+            .chain(self.hidden_from_hidden.as_flattened())
+            .chain(self.hidden_from_measured.as_flattened())
+            .chain(self.hidden_from_pending.as_flattened());
+        for &gain in all {
+            finite(what, gain)?;
+        }
+        within(what, self.tracking_time_s, 1e-3, 1e6, "a tracking time from 0.001 s")
+    }
+}
+
+/// State feedback u = −K·(x − reference) + integral, where x holds the measured states, the hidden
+/// states as a model predicts them from what is measured and commanded, and the command under way.
+///
+/// The prediction has no gain of its own: the measured states enter it as they are, and what is
+/// hidden forgets its start as fast as rotor and servos do. Commands are deviations from trim.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Regulator<const Y: usize, const H: usize, const U: usize> {
+    gains: RegulatorGains<Y, H, U>,
+    period_s: f64,
+    hidden: [f64; H],
+    pending: [f64; U],
+    integral: [f64; U],
+    measured: [f64; Y],
+    error: [f64; Y],
+    wanted: [f64; U],
+}
+
+impl<const Y: usize, const H: usize, const U: usize> Regulator<Y, H, U> {
+    /// A regulator at trim, sampled every `period_s`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for a gain that is not a number, a time that cannot be.
+    pub fn new(gains: RegulatorGains<Y, H, U>, period_s: f64) -> Result<Self, ConfigError> {
+        gains.check("regulator gains")?;
+        within("sample period", period_s, 1e-4, 1.0, "0.0001 to 1 s")?;
+        Ok(Self::unchecked(gains, period_s))
+    }
+
+    pub(super) const fn unchecked(gains: RegulatorGains<Y, H, U>, period_s: f64) -> Self {
+        Self {
+            gains,
+            period_s,
+            hidden: [0.0; H],
+            pending: [0.0; U],
+            integral: [0.0; U],
+            measured: [0.0; Y],
+            error: [0.0; Y],
+            wanted: [0.0; U],
+        }
+    }
+
+    /// Begins anew at trim, nothing remembered but the command under way.
+    pub fn start(&mut self, pending: [f64; U]) {
+        *self = Self { pending, ..Self::unchecked(self.gains, self.period_s) };
+    }
+
+    /// The command wanted for this sample, as a deviation from trim. [`advance`](Self::advance) must
+    /// follow.
+    #[must_use]
+    pub fn command(&mut self, measured: &[f64; Y], reference: &[f64; Y]) -> [f64; U] {
+        self.measured = *measured;
+        self.error = difference(measured, reference);
+        let gains = &self.gains;
+        let rows = gains.measured.iter().zip(&gains.hidden).zip(&gains.pending);
+        let mut wanted = self.integral;
+        for (wanted, ((measured, hidden), pending)) in wanted.iter_mut().zip(rows) {
+            *wanted -= dot(measured, &self.error)
+                + dot(hidden, &self.hidden)
+                + dot(pending, &self.pending);
+        }
+        self.wanted = wanted;
+        wanted
+    }
+
+    /// Ends the sample: `applied` is what became of the command after its limits.
+    pub fn advance(&mut self, applied: &[f64; U]) {
+        let gains = &self.gains;
+        let mut hidden = times(&gains.hidden_from_hidden, &self.hidden);
+        add(&mut hidden, &times(&gains.hidden_from_measured, &self.measured), 1.0);
+        add(&mut hidden, &times(&gains.hidden_from_pending, &self.pending), 1.0);
+        self.hidden = hidden;
+        self.pending = *applied;
+        add(&mut self.integral, &times(&gains.integral_per_s, &self.error), -self.period_s);
+        let follow = (self.period_s / gains.tracking_time_s).min(1.0);
+        add(&mut self.integral, &difference(applied, &self.wanted), follow);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f64 = 1.0 / 33.0;
+
+    /// A double integrator whose servo lags and whose command is a sample late, regulated by gains
+    /// that know both.
+    fn gains() -> RegulatorGains<2, 1, 1> {
+        RegulatorGains {
+            measured: [[6.0, 3.6]],
+            hidden: [[0.1]],
+            pending: [[0.1]],
+            integral_per_s: [[3.0, 0.0]],
+            hidden_from_hidden: [[0.4]],
+            hidden_from_measured: [[0.0, 0.0]],
+            hidden_from_pending: [[0.6]],
+            tracking_time_s: 0.5,
+        }
+    }
+
+    fn run(regulator: &mut Regulator<2, 1, 1>, disturbance: f64, limit: f64) -> [f64; 2] {
+        let [mut place, mut speed, mut servo, mut pending] = [1.0, 0.0, 0.0, 0.0];
+        for _ in 0..1000 {
+            let [wanted] = regulator.command(&[place, speed], &[0.0; 2]);
+            let applied = wanted.clamp(-limit, limit);
+            regulator.advance(&[applied]);
+            servo = 0.4 * servo + 0.6 * pending;
+            pending = applied;
+            speed += PERIOD_S * (servo + disturbance);
+            place += PERIOD_S * speed;
+        }
+        [place, speed]
+    }
+
+    #[test]
+    fn integral_action_takes_a_constant_disturbance_out() {
+        let mut regulator = Regulator::new(gains(), PERIOD_S).unwrap();
+        let [place, speed] = run(&mut regulator, 0.5, 10.0);
+        assert!(place.abs() < 1e-3 && speed.abs() < 1e-3, "{place} {speed}");
+    }
+
+    #[test]
+    fn a_limited_command_still_comes_to_rest() {
+        let mut regulator = Regulator::new(gains(), PERIOD_S).unwrap();
+        let [place, speed] = run(&mut regulator, 0.5, 0.9);
+        assert!(place.abs() < 0.01 && speed.abs() < 0.01, "{place} {speed}");
+    }
+
+    #[test]
+    fn the_hidden_state_follows_the_command_that_acts() {
+        let mut regulator = Regulator::new(gains(), PERIOD_S).unwrap();
+        for _ in 0..40 {
+            let _ = regulator.command(&[0.0; 2], &[0.0; 2]);
+            regulator.advance(&[0.25]);
+        }
+        assert!((regulator.hidden[0] - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_gain_that_is_no_number_is_refused() {
+        let mut bad = gains();
+        bad.hidden_from_pending[0][0] = f64::NAN;
+        assert!(Regulator::new(bad, PERIOD_S).is_err());
+    }
+}

@@ -1,0 +1,119 @@
+//! A simulated servo: where the control really stands.
+
+use super::check::{Checked, ConfigError, positive, size};
+
+/// The servos, all alike. The default is a digital servo of a 60-class helicopter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServoConfig {
+    /// Corner of its first-order answer to small commands, Hz; infinite for none.
+    pub bandwidth_hz: f64,
+    /// Fastest travel, sticks (full travel is 1) a second; infinite for none.
+    pub rate_per_s: f64,
+    /// Errors smaller than this, sticks, do not move it; 0 for none.
+    pub dead_band: f64,
+    /// Least step of the pulse width, sticks; 0 for none.
+    pub resolution: f64,
+}
+
+impl Default for ServoConfig {
+    /// 0.1 s for 45° where full travel is 30° each way, pulses of 400 µs for full travel in steps of
+    /// 1 µs, a dead band of 1.5 µs.
+    fn default() -> Self {
+        Self {
+            bandwidth_hz: 8.0,
+            rate_per_s: 15.0,
+            dead_band: 1.5 / 400.0,
+            resolution: 1.0 / 400.0,
+        }
+    }
+}
+
+impl ServoConfig {
+    /// A servo that stands where it is told.
+    pub const IDEAL: Self = Self {
+        bandwidth_hz: f64::INFINITY,
+        rate_per_s: f64::INFINITY,
+        dead_band: 0.0,
+        resolution: 0.0,
+    };
+
+    fn check(&self) -> Checked {
+        const SENSOR: &str = "servo";
+        positive(SENSOR, "bandwidth", self.bandwidth_hz)?;
+        positive(SENSOR, "rate", self.rate_per_s)?;
+        size(SENSOR, "dead band", self.dead_band)?;
+        size(SENSOR, "resolution", self.resolution)
+    }
+}
+
+/// One servo at work.
+#[derive(Clone, Copy, Debug)]
+pub struct SimulatedServo {
+    config: ServoConfig,
+    /// Where it stands.
+    position: f64,
+}
+
+impl SimulatedServo {
+    /// A servo standing at `position`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the value of `config` that no servo can have.
+    pub fn new(config: &ServoConfig, position: f64) -> Result<Self, ConfigError> {
+        config.check()?;
+        Ok(Self { config: *config, position })
+    }
+
+    /// Where it stands after `interval_s` under `command`.
+    pub fn step(&mut self, command: f64, interval_s: f64) -> f64 {
+        let ServoConfig { bandwidth_hz, rate_per_s, dead_band, resolution } = self.config;
+        let told = command.clamp(-1.0, 1.0);
+        let told = if resolution > 0.0 { (told / resolution).round() * resolution } else { told };
+        let error = told - self.position;
+        if error.abs() > dead_band {
+            let answered = 1.0 - (-core::f64::consts::TAU * bandwidth_hz * interval_s).exp();
+            let fastest = rate_per_s * interval_s;
+            self.position += (answered * error).clamp(-fastest, fastest);
+        }
+        self.position
+    }
+
+    /// Where it stands.
+    #[must_use]
+    pub const fn position(&self) -> f64 {
+        self.position
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_step_is_answered_with_the_time_constant() {
+        let config = ServoConfig { dead_band: 0.0, resolution: 0.0, ..ServoConfig::default() };
+        let mut servo = SimulatedServo::new(&config, 0.0).unwrap();
+        let lag_s = 1.0 / (core::f64::consts::TAU * config.bandwidth_hz);
+        for _ in 0..100 {
+            servo.step(0.01, lag_s / 100.0);
+        }
+        assert!((servo.position() / 0.01 - (1.0 - (-1f64).exp())).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_large_step_takes_the_time_of_the_rate() {
+        let mut servo = SimulatedServo::new(&ServoConfig::default(), -1.0).unwrap();
+        for _ in 0..60 {
+            servo.step(1.0, 1e-3);
+        }
+        assert!((servo.position() + 1.0 - 15.0 * 0.06).abs() < 1e-9);
+    }
+
+    #[test]
+    fn errors_within_the_dead_band_do_not_move_it() {
+        let config = ServoConfig { resolution: 0.0, ..ServoConfig::default() };
+        let mut servo = SimulatedServo::new(&config, 0.2).unwrap();
+        servo.step(0.2 + 0.9 * config.dead_band, 1.0);
+        assert_eq!(servo.position(), 0.2);
+    }
+}

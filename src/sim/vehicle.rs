@@ -1,0 +1,281 @@
+//! The whole vehicle: airframe, servos, governor, ground.
+
+use glam::DVec3;
+
+use super::check::{Checked, ConfigError, finite, positive, size};
+use super::servo::{ServoConfig, SimulatedServo};
+use super::state::State;
+use crate::autopilot::Sticks;
+use crate::earth::{Geodetic, Local};
+use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector};
+use crate::model::helicopter::{Controls, Helicopter, HelicopterState, StateDerivative};
+
+/// What stands around the airframe. The default is that of the thesis's helicopter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleConfig {
+    /// The servos of cyclic and collective.
+    pub servo: ServoConfig,
+    /// The servo of the tail, faster than the others.
+    pub tail_servo: ServoConfig,
+    /// Time constant by which the governor brings the rotor to speed, s.
+    pub governor_time_s: f64,
+    /// Share of its speed that the rotor loses at full collective above trim.
+    pub droop: f64,
+    /// Height of the ground above the ellipsoid, m.
+    pub ground_m: f64,
+    /// Longest step of the integration, s.
+    pub step_s: f64,
+}
+
+impl Default for VehicleConfig {
+    fn default() -> Self {
+        Self {
+            servo: ServoConfig::default(),
+            tail_servo: ServoConfig {
+                bandwidth_hz: 12.0,
+                rate_per_s: 20.0,
+                ..ServoConfig::default()
+            },
+            governor_time_s: 0.5,
+            droop: 0.03,
+            ground_m: 0.0,
+            step_s: 0.01,
+        }
+    }
+}
+
+impl VehicleConfig {
+    fn check(&self) -> Checked {
+        const SENSOR: &str = "vehicle";
+        positive(SENSOR, "time of the governor", self.governor_time_s)?;
+        size(SENSOR, "droop", self.droop)?;
+        finite(SENSOR, "height of the ground", self.ground_m)?;
+        positive(SENSOR, "step", self.step_s)
+    }
+}
+
+/// The feet of the skids from the centre of gravity, m.
+const FEET_M: [DVec3; 4] = [
+    DVec3::new(0.25, 0.18, 0.38),
+    DVec3::new(0.25, -0.18, 0.38),
+    DVec3::new(-0.25, 0.18, 0.38),
+    DVec3::new(-0.25, -0.18, 0.38),
+];
+/// One foot's stiffness, N/m, damping, N·s/m, and friction.
+const FOOT_STIFFNESS_NPM: f64 = 4000.0;
+const FOOT_DAMPING_NSPM: f64 = 120.0;
+const FRICTION: f64 = 0.6;
+/// Sliding slower than this is resisted in proportion, m/s.
+const SLIDE_MPS: f64 = 0.1;
+/// What the skids do not survive: sink rate, m/s, and tilt, rad.
+const HARD_MPS: f64 = 2.5;
+const TIPPED_RAD: f64 = 0.6;
+
+/// A helicopter flying, from sticks to motion.
+#[derive(Clone, Debug)]
+pub struct Vehicle {
+    config: VehicleConfig,
+    helicopter: Helicopter,
+    servos: [SimulatedServo; 4],
+    motion: HelicopterState,
+    position: Geodetic,
+    /// Rotor speed over its nominal.
+    rotor_speed: f64,
+    wind_mps: Vector<Ned>,
+    crashed: bool,
+}
+
+/// What throws a vehicle out of its motion: the disturbances of Paw (2005), table 6.1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disturbance {
+    /// Roll, pitch and heading, rad.
+    pub attitude_rad: [f64; 3],
+    /// p, q, r, rad/s.
+    pub rate_radps: Vector<Body>,
+    /// u, v, w, m/s.
+    pub velocity_mps: Vector<Body>,
+}
+
+impl Vehicle {
+    /// `helicopter` in its hover at `position`, the nose at `heading_rad`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the value of `config` that cannot be.
+    pub fn hovering(
+        config: &VehicleConfig,
+        helicopter: Helicopter,
+        position: Geodetic,
+        heading_rad: f64,
+    ) -> Result<Self, ConfigError> {
+        config.check()?;
+        let servo = SimulatedServo::new(&config.servo, 0.0)?;
+        let tail = SimulatedServo::new(&config.tail_servo, 0.0)?;
+        let mut motion = *helicopter.hover();
+        let hover = motion.body_to_ned.euler();
+        motion.body_to_ned = Rotation::from_euler(EulerAngles { yaw_rad: heading_rad, ..hover });
+        Ok(Self {
+            config: *config,
+            helicopter,
+            servos: [servo, servo, servo, tail],
+            motion,
+            position,
+            rotor_speed: 1.0,
+            wind_mps: Vector::ZERO,
+            crashed: false,
+        })
+    }
+
+    /// Throws the vehicle out of its motion.
+    pub fn disturb(&mut self, disturbance: &Disturbance) {
+        let [roll, pitch, yaw] = disturbance.attitude_rad;
+        let angles = self.motion.body_to_ned.euler();
+        self.motion.body_to_ned = Rotation::from_euler(EulerAngles {
+            roll_rad: angles.roll_rad + roll,
+            pitch_rad: angles.pitch_rad + pitch,
+            yaw_rad: angles.yaw_rad + yaw,
+        });
+        self.motion.rate_radps += disturbance.rate_radps;
+        self.motion.velocity_mps += disturbance.velocity_mps;
+    }
+
+    /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays where
+    /// it is.
+    pub fn step(&mut self, sticks: Sticks, wind_mps: Vector<Ned>, interval_s: f64) {
+        self.wind_mps = wind_mps;
+        if self.crashed {
+            return;
+        }
+        let steps = (interval_s / self.config.step_s).ceil().max(1.0);
+        let step_s = interval_s / steps;
+        for _ in 0..steps as usize {
+            for (servo, command) in self.servos.iter_mut().zip(sticks.to_array()) {
+                servo.step(command, step_s);
+            }
+            self.integrate(step_s);
+        }
+    }
+
+    fn integrate(&mut self, step_s: f64) {
+        let collective = self.controls().collective;
+        let governed = 1.0 - self.config.droop * collective.max(-1.0);
+        let share = 1.0 - (-step_s / self.config.governor_time_s).exp();
+        self.rotor_speed += share * (governed - self.rotor_speed);
+
+        let before = self.motion;
+        let first = self.derivative(&before);
+        let second = self.derivative(&before.moved(&first, 0.5 * step_s));
+        let third = self.derivative(&before.moved(&second, 0.5 * step_s));
+        let fourth = self.derivative(&before.moved(&third, step_s));
+        let sixth_s = step_s / 6.0;
+        let mut after = before
+            .moved(&first, sixth_s)
+            .moved(&second, 2.0 * sixth_s)
+            .moved(&third, 2.0 * sixth_s)
+            .moved(&fourth, sixth_s);
+        after.body_to_ned = Rotation::claim(after.body_to_ned.quaternion().normalize());
+        let travel = (before.velocity_ned_mps() + after.velocity_ned_mps()) * (0.5 * step_s);
+        self.position = Local::at(&self.position).carried(&self.position, travel);
+        self.motion = after;
+        self.crashed |= self.strikes();
+    }
+
+    /// The airframe's derivative with the rotor at its speed and the ground under the skids.
+    fn derivative(&self, motion: &HelicopterState) -> StateDerivative {
+        let mut change = self.helicopter.derivative(motion, &self.controls(), self.wind_mps);
+        // Lift goes with the square of the rotor's speed.
+        let lost = change.specific_force_mps2 * (self.rotor_speed * self.rotor_speed - 1.0);
+        change.velocity_mps2 += lost;
+        change.specific_force_mps2 += lost;
+        let height_m = self.position.height_m - self.config.ground_m;
+        if height_m < 1.0 {
+            let (force, moment) = ground_reaction(motion, height_m);
+            let parameters = self.helicopter.parameters();
+            let push = force * (1.0 / parameters.mass_kg);
+            change.velocity_mps2 += push;
+            change.specific_force_mps2 += push;
+            let inertia = DVec3::from_array(parameters.inertia_kgm2);
+            change.rate_radps2 += Vector::claim(moment.components() / inertia);
+        }
+        change
+    }
+
+    fn strikes(&self) -> bool {
+        let height_m = self.position.height_m - self.config.ground_m;
+        let lowest = FEET_M
+            .iter()
+            .map(|&foot| (self.motion.body_to_ned * Vector::<Body>::claim(foot)).z())
+            .fold(f64::NEG_INFINITY, f64::max);
+        let angles = self.motion.body_to_ned.euler();
+        let tilt = angles.roll_rad.abs().max(angles.pitch_rad.abs());
+        let touching = lowest > height_m;
+        let sinking = self.motion.velocity_ned_mps().z();
+        let lost = !self.motion.velocity_mps.is_finite() || tilt > 1.4;
+        lost || touching && (tilt > TIPPED_RAD || sinking > HARD_MPS)
+    }
+
+    fn controls(&self) -> Controls {
+        let [lateral, longitudinal, collective, pedal] = self.servos.map(|servo| servo.position());
+        Controls { lateral, longitudinal, collective, pedal }
+    }
+
+    /// Where the servos stand.
+    #[must_use]
+    pub fn servos(&self) -> Sticks {
+        Sticks::from_array(self.servos.map(|servo| servo.position()))
+    }
+
+    /// Whether it struck the ground too hard, turned over, or left every envelope.
+    #[must_use]
+    pub const fn has_crashed(&self) -> bool {
+        self.crashed
+    }
+
+    /// The motion of the centre of gravity, with what inertial sensors there feel: of the turning
+    /// Earth too, which the airframe's own equations leave out.
+    #[must_use]
+    pub fn state(&self) -> State {
+        let motion = &self.motion;
+        let change = self.derivative(motion);
+        let local = Local::at(&self.position);
+        let velocity_mps = motion.velocity_ned_mps();
+        let to_body = motion.body_to_ned.inverse();
+        let transport = local.transport_rate(velocity_mps);
+        let frame_rate = local.earth_rate_radps + transport;
+        let coriolis = (local.earth_rate_radps * 2.0 + transport).cross(velocity_mps);
+        let heavier = self.helicopter.parameters().gravity_mps2 - local.gravity_mps2;
+        State {
+            position: self.position,
+            velocity_mps,
+            body_to_ned: motion.body_to_ned,
+            angular_rate_radps: motion.rate_radps,
+            inertial_rate_radps: motion.rate_radps + to_body * frame_rate,
+            angular_acceleration_radps2: change.rate_radps2,
+            specific_force_mps2: change.specific_force_mps2
+                + to_body * (coriolis + Vector::new(0.0, 0.0, heavier)),
+            local,
+        }
+    }
+}
+
+/// Force and moment of the ground on the skids, the centre of gravity `height_m` above it.
+fn ground_reaction(motion: &HelicopterState, height_m: f64) -> (Vector<Body>, Vector<Body>) {
+    let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
+    for foot in FEET_M {
+        let arm: Vector<Body> = Vector::claim(foot);
+        let depth_m = (motion.body_to_ned * arm).z() - height_m;
+        if depth_m <= 0.0 {
+            continue;
+        }
+        let velocity: Vector<Ned> =
+            motion.body_to_ned * (motion.velocity_mps + motion.rate_radps.cross(arm));
+        let [north, east, down] = velocity.to_array();
+        let normal = (FOOT_STIFFNESS_NPM * depth_m + FOOT_DAMPING_NSPM * down).max(0.0);
+        let sliding = north.hypot(east);
+        let grip = -FRICTION * normal / sliding.max(SLIDE_MPS);
+        let push: Vector<Ned> = Vector::new(grip * north, grip * east, -normal);
+        let push = motion.body_to_ned.inverse() * push;
+        force += push;
+        moment += arm.cross(push);
+    }
+    (force, moment)
+}

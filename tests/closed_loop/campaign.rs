@@ -1,0 +1,103 @@
+//! Many flights: what holds for a few here, `cargo test --release --test closed_loop -- --ignored
+//! --nocapture` shows for hundreds.
+
+use hovernav::autopilot::Mode;
+use hovernav::sim::{Flight, FlightConfig, HoverStatistics};
+
+use crate::autopilot;
+
+/// Flies `config` for every seed, on as many threads as there are, and keeps what `keep` says.
+fn fly_all<T: Send>(
+    config: &FlightConfig,
+    seeds: u64,
+    keep: impl Fn(&Flight) -> T + Sync,
+) -> Vec<T> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from) as u64;
+    std::thread::scope(|scope| {
+        let running: Vec<_> = (0..threads)
+            .map(|first| {
+                let keep = &keep;
+                scope.spawn(move || {
+                    let mine = (1..=seeds).filter(|seed| seed % threads == first);
+                    mine.map(|seed| keep(&FlightConfig { seed, ..config.clone() }.fly().unwrap()))
+                        .collect::<Vec<_>>()
+                })
+            })
+            .collect();
+        running.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+/// Hovers for 300 s per seed.
+fn hover(seeds: u64) {
+    let flights = fly_all(&FlightConfig::new(autopilot()), seeds, |flight| {
+        (flight.crashed_s, flight.statistics(30.0))
+    });
+    assert!(flights.iter().all(|(crashed, _)| crashed.is_none()), "a crash");
+    let report = |name: &str, limit: f64, value: &dyn Fn(&HoverStatistics) -> f64| {
+        let mut values: Vec<f64> = flights.iter().map(|(_, held)| value(held)).collect();
+        values.sort_by(f64::total_cmp);
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let within = values.iter().filter(|value| **value <= limit).count();
+        let worst = values.last().copied().unwrap_or(f64::NAN);
+        println!("{name}: mean {mean:.3}, worst {worst:.3}, within {limit}: {within} of {seeds}");
+        (mean, worst)
+    };
+    for (axis, name) in ["u", "v", "w"].into_iter().enumerate() {
+        let (_, worst) = report(name, 0.35, &|held| held.velocity_rms_mps[axis]);
+        assert!(worst <= 0.35);
+    }
+    let tilt = |held: &HoverStatistics| {
+        let [roll, pitch] = held.attitude_rms_deg;
+        ((roll * roll + pitch * pitch) / 2.0).sqrt()
+    };
+    report("roll", 2.0, &|held| held.attitude_rms_deg[0]);
+    report("pitch", 2.0, &|held| held.attitude_rms_deg[1]);
+    let (mean, _) = report("roll and pitch", 2.0, &tilt);
+    assert!(mean <= 2.0);
+    let (mean, _) = report("heading", 5.0, &|held| held.heading_worst_deg);
+    assert!(mean <= 5.0);
+    for (axis, name) in ["north", "east", "down"].into_iter().enumerate() {
+        report(&format!("position {name}"), 5.0, &|held| held.position_rms_m[axis]);
+        report(&format!("velocity error {name}"), 0.2, &|held| held.velocity_error_rms_mps[axis]);
+    }
+    for (axis, name) in ["roll", "pitch", "yaw"].into_iter().enumerate() {
+        report(&format!("error of {name}"), 2.0, &|held| held.attitude_error_rms_deg[axis]);
+    }
+}
+
+#[test]
+fn a_gusty_hover_of_300_s_is_held() {
+    hover(6);
+}
+
+#[test]
+#[ignore = "200 flights of 300 s"]
+fn two_hundred_gusty_hovers_are_held() {
+    hover(200);
+}
+
+#[test]
+#[ignore = "200 flights of 120 s"]
+fn two_hundred_outages_of_20_s_are_survived() {
+    let mut config = FlightConfig { duration_s: 120.0, ..FlightConfig::new(autopilot()) };
+    config.gps.outages_s = vec![60.0..80.0];
+    let flights = fly_all(&config, 200, |flight| {
+        let hovers = flight.moments.last().is_some_and(|last| last.mode == Mode::Position);
+        let degraded = flight.transitions.iter().any(|change| change.to == Mode::Attitude);
+        let held = flight.moments.iter().filter(|m| (60.0..80.0).contains(&m.truth.time.seconds()));
+        let fastest = held.map(|m| m.truth.velocity_mps.norm()).fold(0.0, f64::max);
+        (flight.crashed_s.is_some(), hovers, degraded, fastest)
+    });
+    let count = |which: &dyn Fn(&(bool, bool, bool, f64)) -> bool| {
+        flights.iter().filter(|flight| which(flight)).count()
+    };
+    let fastest = flights.iter().map(|flight| flight.3).fold(0.0, f64::max);
+    println!(
+        "outages: {} crashed, {} hover after, {} held attitude, fastest {fastest:.1} m/s",
+        count(&|f| f.0),
+        count(&|f| f.1),
+        count(&|f| f.2)
+    );
+    assert!(flights.iter().all(|(crashed, hovers, ..)| !crashed && *hovers));
+}
