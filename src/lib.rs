@@ -19,6 +19,7 @@
 //! | `log::record` | with `record`: the flight record, written beside the loop and replayed to the bit |
 //! | `fly` | with `std`: the real-time loop and its configuration |
 //! | `serial`, `play` | with `serial`: lines that come back by themselves, and devices to test them on |
+//! | `sysid` | with `std`: a model identified from a recorded flight, and how far to trust it |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod autopilot;
@@ -45,5 +46,7 @@ pub mod serial;
 pub mod servo;
 #[cfg(feature = "std")]
 pub mod sim;
+#[cfg(feature = "std")]
+pub mod sysid;
 pub mod telemetry;
 pub mod time;

@@ -38,7 +38,7 @@ pub fn table(score: &Score, clock: Clock) -> Table {
              percentile and largest of its size",
             clock.seconds(score.from)
         ),
-        heads: &["", "RMSE", "Median", "95 %", "Max"],
+        heads: ["", "RMSE", "Median", "95 %", "Max"].map(Into::into).into(),
         rows: score.axes.iter().map(row).collect(),
     }
 }
@@ -73,14 +73,13 @@ pub fn section(score: &Score, clock: Clock) -> Section {
             None,
         )))
     });
-    Section {
-        anchor: "errors",
-        title: "Error against the reference",
-        explanation: "Estimate less reference, within the bounds that the filter itself gives \
-                      (3σ). A filter that knows its own error stays inside 99.7 % of the time."
-            .into(),
-        figure: Figure::against_time(rows),
-    }
+    Section::new(
+        "errors",
+        "Error against the reference",
+        "Estimate less reference, within the bounds that the filter itself gives \
+                      (3σ). A filter that knows its own error stays inside 99.7 % of the time.",
+    )
+    .with(Figure::against_time(rows))
 }
 
 /// A number to three digits, as a person would write it; a dash where it is unknown.

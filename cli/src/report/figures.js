@@ -29,6 +29,17 @@
     gps_rejected: { name: "GPS rejected", outlier: true, ...refused },
     start: { name: "Start", ...dots(INK, 10, "triangle-up") },
     end: { name: "End", ...dots(INK, 9, "square") },
+    region: { name: "95 % region", ...line("rgba(0,114,178,0.5)", 1), fill: "toself", fillcolor: "rgba(0,114,178,0.16)" },
+    alternative_region: { name: "95 % region", ...line("rgba(230,159,0,0.5)", 1), fill: "toself", fillcolor: "rgba(230,159,0,0.16)" },
+    limit: { name: "Limit", ...line(SOFT, 1.2, { dash: "dash" }) },
+    input: { name: "Input", ...line(INK, 1.3, { shape: "hv" }) },
+    flight: { name: "Flight", ...line("rgba(0,158,115,0.6)", 4.5) },
+    residual: { name: "Residual", ...line(BLUE, 1.2) },
+    alternative: { name: "Other model", ...line(ORANGE, 1.5) },
+    model: { name: "Model", ...line(BLUE, 1.5) },
+    zero: { name: "Zero", ...dots(INK, 10, "circle-open") },
+    alternative_pole: { name: "Pole of the other model", ...dots(ORANGE, 9, "x-thin") },
+    pole: { name: "Pole", ...dots(BLUE, 9, "x-thin") },
   };
   const ORDER = Object.keys(ROLES);
 
@@ -53,6 +64,8 @@
     }
     return { x: xs, y: ys };
   };
+
+  const isPlane = ({ abscissa }) => abscissa === "east_m" || Boolean(abscissa.own?.to_scale);
 
   // A bound without its widest few, which may be as far out as the first fix after an outage puts
   // them: they would squeeze all the others into a line.
@@ -93,7 +106,7 @@
     return { shown, text: notes.filter(Boolean).join(" · ") };
   };
 
-  const traces = (row, number, named, isMap) => {
+  const traces = (row, number, named, figure) => {
     const axes = { xaxis: "x", yaxis: number === 1 ? "y" : `y${number}` };
     const legend = (name) => {
       const isFirst = !named.has(name);
@@ -104,14 +117,16 @@
     const drawn = [];
     const inOrder = [...row.series].sort((a, b) => ORDER.indexOf(a.role) - ORDER.indexOf(b.role));
     for (const series of inOrder.filter(({ band }) => band)) {
-      const [name, fillcolor] = ROLES[series.role].range;
+      const [ofRole, fillcolor] = ROLES[series.role].range;
+      const name = (series.y.length === 0 && series.name) || ofRole;
       drawn.push({
         type: "scatter", mode: "lines", line: { width: 0 }, fill: "toself", fillcolor, hoverinfo: "skip",
         ...outline(series.x, limits(series)), ...axes, ...legend(name),
       });
     }
     for (const series of inOrder.filter(({ y }) => y.length > 0)) {
-      const { name, range, outlier, ...style } = ROLES[series.role];
+      const { name: ofRole, range, outlier, ...style } = ROLES[series.role];
+      const name = series.name ?? ofRole;
       if (style.line && series.y.length === 1) Object.assign(style, dots(style.line.color, 6));
       const half = series.band?.around;
       const spread = half ? " ± %{customdata:.3~g}" : "";
@@ -119,8 +134,10 @@
       drawn.push({
         type: "scatter", ...style, x: series.x, y: series.y,
         customdata: half ?? series.time ?? [],
-        hovertemplate: isMap
+        hovertemplate: figure.abscissa === "east_m"
           ? `%{y:.2f} m north, %{x:.2f} m east${series.time ? "<br>at %{customdata:.2f} s" : ""}<extra>${name}</extra>`
+          : isPlane(figure)
+          ? `%{x:.4~g}, %{y:.4~g}${unit}<extra>${name}</extra>`
           : `%{y:.4~g}${spread}${unit} <i>${quantity} ${name.toLowerCase().replace("gps", "GPS")}</i><extra></extra>`,
         ...axes, ...legend(name),
       });
@@ -132,11 +149,23 @@
   const NOTE = 18;
   const axis = { gridcolor: GRID, linecolor: "#c6ced4", zerolinecolor: "#c6ced4", ticks: "outside", tickcolor: "#c6ced4", ticklen: 4 };
 
-  const [first, last] = time.span;
+  const [first, last] = time?.span ?? [0, 1];
   const whole = last > first ? [first, last] : [first - 1, last + 1];
 
+  // What an axis of its own shows at first: its limits or, a plane with a margin, all there is.
+  const reach = ({ abscissa: { own }, rows }) => {
+    const place = own.logarithmic ? Math.log10 : (value) => value;
+    if (own.limits) return own.limits.map(place);
+    const xs = rows.flatMap(({ series }) => series.map(({ x }) => x));
+    if (own.to_scale) return extent(xs);
+    const known = xs.flat().filter((value) => isNumber(value) && (!own.logarithmic || value > 0));
+    const [low, high] = [Math.min, Math.max].map((pick) => place(known.reduce((a, b) => pick(a, b))));
+    return high > low ? [low, high] : [low - 1, high + 1];
+  };
+
   const describe = (figure, height) => {
-    const isMap = figure.abscissa !== "time";
+    const isMap = isPlane(figure);
+    const own = figure.abscissa.own;
     const data = [], annotations = [], shapes = [], named = new Set();
     const count = figure.rows.length;
     const views = figure.rows.map(firstView);
@@ -154,16 +183,17 @@
       hoverlabel: { bgcolor: "rgba(255,255,255,0.94)", bordercolor: "#c6ced4", font: { size: 12 } },
       legend: { orientation: "h", x: 0, xanchor: "left", y: 1 + (4 + room) / plotHeight, yanchor: "bottom", itemsizing: "constant" },
       xaxis: {
-        ...axis, title: { text: isMap ? "East, m" : time.label, standoff: 8 },
-        anchor: count > 1 ? `y${count}` : "y", range: [...whole],
-        ...(isMap ? {} : { showspikes: true, spikemode: "across", spikethickness: 1, spikedash: "solid", spikecolor: "#9aa5ae", hoverformat: ".2f" }),
+        ...axis, title: { text: own?.label ?? (isMap ? "East, m" : time.label), standoff: 8 },
+        anchor: count > 1 ? `y${count}` : "y", range: own ? reach(figure) : [...whole],
+        ...(own?.logarithmic ? { type: "log", dtick: 1, minor: { ticks: "outside", dtick: "D1", ticklen: 2, showgrid: true, gridcolor: "#f3f5f6" } } : {}),
+        ...(isMap ? {} : { showspikes: true, spikemode: "across", spikethickness: 1, spikedash: "solid", spikecolor: "#9aa5ae", hoverformat: own ? ".4~g" : ".2f" }),
       },
     };
     figure.rows.forEach((row, index) => {
       const number = index + 1;
       const { shown, text } = views[index];
       const top = 1 - index * (share + gap);
-      data.push(...traces(row, number, named, isMap));
+      data.push(...traces(row, number, named, figure));
       layout[number === 1 ? "yaxis" : `yaxis${number}`] = {
         ...axis, title: { text: row.label.length > 14 ? row.label.replace(" ", "<br>") : row.label, standoff: 6 },
         domain: [Math.max(0, top - share), top],
@@ -180,10 +210,10 @@
         });
       }
     });
-    if (isMap) {
+    if (figure.abscissa === "east_m") {
       const tracks = figure.rows[0].series.filter(({ role }) => !ROLES[role].outlier);
       layout.xaxis.range = extent((tracks.length ? tracks : figure.rows[0].series).map(({ x }) => x));
-    } else if (time.outages.length) {
+    } else if (!own && time.outages.length) {
       for (const [x0, x1] of time.outages) {
         shapes.push({ type: "rect", layer: "below", xref: "x", yref: "paper", x0, x1, y0: 0, y1: 1, fillcolor: "rgba(90,103,114,0.13)", line: { width: 0 } });
       }

@@ -47,7 +47,7 @@ pub fn page<'a>(report: &Report<'a>) -> Page<'a> {
         facts: report.facts,
         table: report.score.map(|score| errors::table(score, clock)),
         sections,
-        time: clock.axis(report),
+        time: Some(clock.axis(report)),
     }
 }
 
@@ -87,16 +87,16 @@ impl Flight<'_, '_> {
             .with(Series::points(Role::Start, [(start(east), start(north))].into_iter()))
             .with(Series::points(Role::End, [(end(east), end(north))].into_iter()));
         let rows = if row.series.is_empty() { Vec::new() } else { vec![row] };
-        Section {
-            anchor: "map",
-            title: "Map",
-            explanation: format!(
+        Section::new(
+            "map",
+            "Map",
+            format!(
                 "The flight from above, both axes to one scale, in metres from {}. GPS dots are \
                  the antenna's.",
                 if rows.is_empty() { "its first point".into() } else { described(&self.origin) }
             ),
-            figure: Figure { abscissa: Abscissa::EastM, rows },
-        }
+        )
+        .with(Figure::new(Abscissa::EastM, rows))
     }
 
     fn position(&self) -> Section {
@@ -106,15 +106,14 @@ impl Flight<'_, '_> {
         let rows = rows
             .zip(fixes)
             .map(|(row, fixes)| dots(row, &self.fixes.time, fixes, &self.fixes.position_refused));
-        Section {
-            anchor: "position",
-            title: "Position",
-            explanation: "Metres north, east and down from the map's first point, the shaded band \
+        Section::new(
+            "position",
+            "Position",
+            "Metres north, east and down from the map's first point, the shaded band \
                           three standard deviations (3σ) to either side. The down axis points down \
-                          the page, so that climbing looks like climbing."
-                .into(),
-            figure: Figure::against_time(downwards(rows)),
-        }
+                          the page, so that climbing looks like climbing.",
+        )
+        .with(Figure::against_time(downwards(rows)))
     }
 
     fn velocity(&self) -> Section {
@@ -124,46 +123,37 @@ impl Flight<'_, '_> {
         let rows = rows
             .zip(fixes)
             .map(|(row, fixes)| dots(row, &self.fixes.time, fixes, &self.fixes.velocity_refused));
-        Section {
-            anchor: "velocity",
-            title: "Velocity",
-            explanation:
-                "Speed over ground northwards, eastwards and downwards, with its 3σ band. \
-                          Dots are the velocity that the receiver itself gives, where it gives one."
-                    .into(),
-            figure: Figure::against_time(downwards(rows)),
-        }
+        Section::new("velocity", "Velocity", "Speed over ground northwards, eastwards and downwards, with its 3σ band. \
+                          Dots are the velocity that the receiver itself gives, where it gives one.").with(Figure::against_time(downwards(rows)))
     }
 
     fn body_velocity(&self) -> Section {
         let names = ["Forward u", "Right v", "Down w"];
-        Section {
-            anchor: "body-velocity",
-            title: "Body velocity",
-            explanation: "The same velocity seen from the cockpit: forward, to the right, and \
+        Section::new(
+            "body-velocity",
+            "Body velocity",
+            "The same velocity seen from the cockpit: forward, to the right, and \
                           through the floor. This is what hover control and model identification \
-                          work with."
-                .into(),
-            figure: Figure::against_time(self.rows(
-                names,
-                "m/s",
-                |motion| &motion.body_velocity_mps,
-                None,
-            )),
-        }
+                          work with.",
+        )
+        .with(Figure::against_time(self.rows(
+            names,
+            "m/s",
+            |motion| &motion.body_velocity_mps,
+            None,
+        )))
     }
 
     fn attitude(&self) -> Section {
         let sigma = columns(self.report.solutions, |s| s.attitude_sigma_rad.map(f64::to_degrees));
         let rows = self.rows(ANGLES, "°", |motion| &motion.attitude_deg, Some(&sigma));
-        Section {
-            anchor: "attitude",
-            title: "Attitude",
-            explanation: "Roll (right side down), pitch (nose up) and yaw (heading clockwise from \
-                          true north), with 3σ bands. Yaw starts over at ±180°."
-                .into(),
-            figure: Figure::against_time(rows),
-        }
+        Section::new(
+            "attitude",
+            "Attitude",
+            "Roll (right side down), pitch (nose up) and yaw (heading clockwise from \
+                          true north), with 3σ bands. Yaw starts over at ±180°.",
+        )
+        .with(Figure::against_time(rows))
     }
 
     fn biases(&self) -> Section {
@@ -192,14 +182,13 @@ impl Flight<'_, '_> {
             columns(solutions, |s| s.accel_bias_mps2.to_array()),
             columns(solutions, |s| s.accel_bias_sigma_mps2.to_array()),
         );
-        Section {
-            anchor: "biases",
-            title: "Sensor biases",
-            explanation: "What the filter has found the gyros and accelerometers to read at rest \
-                          in excess, with 3σ bands. A band that narrows is a bias being learnt."
-                .into(),
-            figure: Figure::against_time(gyro.into_iter().chain(accelerometer)),
-        }
+        Section::new(
+            "biases",
+            "Sensor biases",
+            "What the filter has found the gyros and accelerometers to read at rest \
+                          in excess, with 3σ bands. A band that narrows is a bias being learnt.",
+        )
+        .with(Figure::against_time(gyro.into_iter().chain(accelerometer)))
     }
 
     /// One row per component: reference, smoothed and estimate, the estimate in its 3σ band.

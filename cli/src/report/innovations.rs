@@ -56,16 +56,14 @@ pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
             .with(Series::points(Role::Rejected, those(Verdict::Rejected)));
         (!own.is_empty()).then(|| row.with(Series::bound(&times, &high)))
     });
-    Section {
-        anchor: "innovations",
-        title: "Innovations",
-        explanation:
-            "Each measurement less what the filter expected of it. Nearly all should fall \
+    Section::new(
+        "innovations",
+        "Innovations",
+        "Each measurement less what the filter expected of it. Nearly all should fall \
                       inside the band, as often above as below; crosses were too far out and were \
-                      not used."
-                .into(),
-        figure: Figure::against_time(rows),
-    }
+                      not used.",
+    )
+    .with(Figure::against_time(rows))
 }
 
 /// The normalised innovation squared of each fix, and its running mean.
@@ -80,17 +78,17 @@ pub fn test(innovations: &[Innovation], clock: Clock) -> Section {
         let tests = fix_tests(&of_channels(innovations, channels));
         (!tests.is_empty()).then(|| test_row(name, &tests, clock))
     });
-    Section {
-        anchor: "test",
-        title: "Normalised innovation test",
-        explanation: format!(
+    Section::new(
+        "test",
+        "Normalised innovation test",
+        format!(
             "The square of each fix's innovations in units of their expected size, per channel: 1 \
              on average if the filter knows its own uncertainty, more if it is too sure of itself, \
              less if too timid. The shaded interval holds 95 of 100 fixes of a filter that does \
              (chi-square); the line is the mean over {MEAN_OVER} fixes."
         ),
-        figure: Figure::against_time(rows),
-    }
+    )
+    .with(Figure::against_time(rows))
 }
 
 fn test_row(name: &str, tests: &[FixTest], clock: Clock) -> Row {

@@ -1,7 +1,8 @@
-//! The page that `hovernav estimate` leaves beside its solution: one file that needs nothing else.
+//! The pages that commands leave beside their results, each one file that needs nothing else.
 //!
-//! [`Report`] borrows what is to be shown; [`write()`] draws it. Only what depends on the plots is
-//! worked out here; every number of the estimate comes from the library.
+//! A [`page::Page`] is made of sections, a section of figures, tables and notes; [`series`] says what
+//! a figure draws. [`Report`] and [`write()`] are the page of `hovernav estimate`. Only what depends
+//! on the plots is worked out here; every number comes from the library.
 
 mod consistency;
 mod decimate;
@@ -9,16 +10,13 @@ mod errors;
 mod flight;
 mod innovations;
 mod motion;
-mod page;
-mod series;
+pub mod page;
+pub mod series;
 #[cfg(test)]
 mod tests;
 
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-use anyhow::Context as _;
 use hovernav::ekf::{Innovation, Solution};
 use hovernav::gps::Fix;
 use hovernav::log::{Outage, ReferenceMoment, Score};
@@ -68,16 +66,10 @@ impl Fact {
     }
 }
 
-/// Writes the page to `path`, over what may stand there.
+/// Writes the page of an estimate to `path`, over what may stand there.
 ///
 /// # Errors
 /// When the file cannot be written; the error names it.
 pub fn write(path: &Path, report: &Report<'_>) -> anyhow::Result<()> {
-    let page = flight::page(report);
-    let written = File::create(path).and_then(|file| {
-        let mut out = BufWriter::new(file);
-        page.write_to(&mut out)?;
-        out.flush()
-    });
-    written.with_context(|| format!("cannot write the report {}", path.display()))
+    flight::page(report).write(path)
 }

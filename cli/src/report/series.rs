@@ -14,6 +14,9 @@ const MOST_POINTS: usize = 2400;
 /// One drawing: rows stacked above a shared abscissa.
 #[derive(Debug, Serialize)]
 pub struct Figure {
+    /// What this one shows, where a section has several; stands above it.
+    #[serde(skip)]
+    pub caption: Option<String>,
     pub abscissa: Abscissa,
     pub rows: Vec<Row>,
 }
@@ -21,27 +24,88 @@ pub struct Figure {
 impl Figure {
     /// A figure against time, without the rows that have nothing to draw.
     pub fn against_time(rows: impl IntoIterator<Item = Row>) -> Self {
+        Self::new(Abscissa::Time, rows)
+    }
+
+    /// A figure against an axis of its own, without the rows that have nothing to draw.
+    pub fn against(axis: Axis, rows: impl IntoIterator<Item = Row>) -> Self {
+        Self::new(Abscissa::Own(axis), rows)
+    }
+
+    /// A figure without the rows that have nothing to draw.
+    pub fn new(abscissa: Abscissa, rows: impl IntoIterator<Item = Row>) -> Self {
         let rows = rows.into_iter().filter(|row| !row.series.is_empty()).collect();
-        Self { abscissa: Abscissa::Time, rows }
+        Self { caption: None, abscissa, rows }
+    }
+
+    /// With a heading of its own, plain text.
+    pub fn captioned(self, caption: impl Into<String>) -> Self {
+        Self { caption: Some(caption.into()), ..self }
     }
 
     /// Height on the page, px: what the drawing will take is kept free from the start, so that
     /// nothing moves as figures appear.
     pub fn height_px(&self) -> usize {
-        match self.abscissa {
-            Abscissa::Time => 88 + self.rows.len() * if self.rows.len() > 3 { 140 } else { 165 },
+        match &self.abscissa {
             Abscissa::EastM => 640,
+            Abscissa::Own(axis) if axis.to_scale => 640,
+            Abscissa::Time | Abscissa::Own(_) => {
+                88 + self.rows.len() * if self.rows.len() > 3 { 140 } else { 165 }
+            }
         }
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Abscissa {
     /// The page's time axis, shared with every other figure against time.
     Time,
     /// Metres east, to the scale of the ordinate.
     EastM,
+    /// The figure's own.
+    Own(Axis),
+}
+
+/// An abscissa that a figure has to itself.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Axis {
+    /// The quantity, with its unit.
+    label: String,
+    unit: &'static str,
+    logarithmic: bool,
+    /// Whether a unit is as long on it as on the ordinate.
+    to_scale: bool,
+    /// What it shows at first; all there is to draw where `None`.
+    limits: Option<[f64; 2]>,
+}
+
+impl Axis {
+    /// `quantity` in `unit`.
+    pub fn linear(quantity: &str, unit: &'static str) -> Self {
+        let label = labelled(quantity, unit);
+        Self { label, unit, logarithmic: false, to_scale: false, limits: None }
+    }
+
+    /// `quantity` in `unit`, above zero.
+    pub fn logarithmic(quantity: &str, unit: &'static str) -> Self {
+        Self { logarithmic: true, ..Self::linear(quantity, unit) }
+    }
+
+    /// The abscissa of a plane, as long per unit as the ordinate: poles, responses.
+    pub fn plane(quantity: &str, unit: &'static str) -> Self {
+        Self { to_scale: true, ..Self::linear(quantity, unit) }
+    }
+
+    /// Showing no more than this at first.
+    pub fn within(self, limits: [f64; 2]) -> Self {
+        Self { limits: Some(limits), ..self }
+    }
+}
+
+/// What stands beside an axis.
+fn labelled(quantity: &str, unit: &str) -> String {
+    if unit.is_empty() { quantity.into() } else { format!("{quantity}, {unit}") }
 }
 
 /// One pair of axes.
@@ -65,13 +129,12 @@ pub struct Row {
 impl Row {
     /// An empty row for `quantity` in `unit`.
     pub fn new(quantity: &str, unit: &'static str) -> Self {
-        let label = if unit.is_empty() { quantity.into() } else { format!("{quantity}, {unit}") };
-        Self { label, unit, ..Self::default() }
+        Self { label: labelled(quantity, unit), unit, ..Self::default() }
     }
 
     /// With one more series, unless it has nothing to draw.
     pub fn with(mut self, series: Series) -> Self {
-        if series.x.0.iter().any(|value| value.is_finite()) {
+        if series.x.values.iter().any(|value| value.is_finite()) {
             self.series.push(series);
         }
         self
@@ -101,6 +164,25 @@ pub enum Role {
     /// Where a test ought to fall, 95 times of 100.
     Interval,
     Mean,
+    /// What a vehicle did, against which a model is held.
+    Flight,
+    /// What a model says of it.
+    Model,
+    /// What another model says, for comparison.
+    Alternative,
+    /// What was put in: held from one point to the next.
+    Input,
+    /// Flight less model.
+    Residual,
+    /// A value not to be passed.
+    Limit,
+    Pole,
+    /// A pole of the other model.
+    AlternativePole,
+    Zero,
+    /// Outlines of where a point may be.
+    Region,
+    AlternativeRegion,
 }
 
 /// The shaded range that goes with a series.
@@ -119,6 +201,8 @@ pub enum Band {
 #[derive(Debug, Serialize)]
 pub struct Series {
     pub role: Role,
+    /// Its name in the legend, where the role's own does not do.
+    pub name: Option<String>,
     pub x: Numbers,
     pub y: Numbers,
     pub band: Option<Band>,
@@ -162,14 +246,33 @@ impl Series {
     pub fn bound(x: &[f64], half_width: &[f64]) -> Self {
         let picked = line_indices(x, &[half_width]);
         let band = Some(Band::AboutZero(gather(half_width, &picked)));
-        Self { band, ..Self::new(Role::Bound, gather(x, &picked), Numbers(Vec::new())) }
+        Self { band, ..Self::new(Role::Bound, gather(x, &picked), Numbers::new(Vec::new())) }
     }
 
     /// A shaded range alone.
     pub fn range(role: Role, x: &[f64], low: &[f64], high: &[f64]) -> Self {
         let picked = line_indices(x, &[low, high]);
         let between = Band::Between(gather(low, &picked), gather(high, &picked));
-        Self { band: Some(between), ..Self::new(role, gather(x, &picked), Numbers(Vec::new())) }
+        Self {
+            band: Some(between),
+            ..Self::new(role, gather(x, &picked), Numbers::new(Vec::new()))
+        }
+    }
+
+    /// A curve through points in the order given, such as a locus, a response or an outline; broken
+    /// where a coordinate is not finite. Each number keeps five digits of its own.
+    pub fn curve(role: Role, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let broken = |(x, y): (f64, f64)| {
+            if x.is_finite() && y.is_finite() { (x, y) } else { (f64::NAN, f64::NAN) }
+        };
+        let (x, y) = points.into_iter().map(broken).unzip();
+        let exact = |values| Numbers { values, digits: Digits::OfEach };
+        Self::new(role, exact(x), exact(y))
+    }
+
+    /// The same under another name in the legend.
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: Some(name.into()), ..self }
     }
 
     /// Separate points; those that are unknown are left out.
@@ -177,7 +280,8 @@ impl Series {
         let (x, y): (Vec<f64>, Vec<f64>) =
             points.filter(|(x, y)| x.is_finite() && y.is_finite()).unzip();
         let picked = decimate(&[&y], MOST_POINTS);
-        let take = |values: &[f64]| Numbers(picked.iter().map(|&index| values[index]).collect());
+        let take =
+            |values: &[f64]| Numbers::new(picked.iter().map(|&index| values[index]).collect());
         Self::new(role, take(&x), take(&y))
     }
 
@@ -195,7 +299,7 @@ impl Series {
     }
 
     fn new(role: Role, x: Numbers, y: Numbers) -> Self {
-        Self { role, x, y, band: None, time: None }
+        Self { role, name: None, x, y, band: None, time: None }
     }
 }
 
@@ -227,20 +331,42 @@ fn line_indices(x: &[f64], channels: &[&[f64]]) -> Vec<Option<usize>> {
 }
 
 fn gather(values: &[f64], picked: &[Option<usize>]) -> Numbers {
-    Numbers(picked.iter().map(|index| index.map_or(f64::NAN, |index| values[index])).collect())
+    Numbers::new(picked.iter().map(|index| index.map_or(f64::NAN, |index| values[index])).collect())
 }
 
-/// Numbers to draw: written to five digits of the largest, but at least to a thousandth; what is not
-/// finite is written as `null`, which breaks a line.
+/// Numbers to draw; what is not finite is written as `null`, which breaks a line.
 #[derive(Debug)]
-pub struct Numbers(pub Vec<f64>);
+pub struct Numbers {
+    values: Vec<f64>,
+    digits: Digits,
+}
+
+/// How exactly numbers are written.
+#[derive(Debug)]
+enum Digits {
+    /// Five digits of the largest, but at least to a thousandth: for what is drawn to one scale.
+    OfLargest,
+    /// Five digits of each: for logarithmic axes.
+    OfEach,
+}
+
+impl Numbers {
+    fn new(values: Vec<f64>) -> Self {
+        Self { values, digits: Digits::OfLargest }
+    }
+}
 
 impl Serialize for Numbers {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let largest = self.0.iter().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
-        let decimals = 4.0 - largest.max(1e-12).log10().floor();
-        let scale = 10f64.powi(decimals.clamp(3.0, 15.0) as i32);
-        serializer.collect_seq(self.0.iter().map(|value| {
+        let decimals = |size: f64| 4.0 - size.max(1e-12).log10().floor();
+        let sizes = self.values.iter().filter(|value| value.is_finite()).map(|value| value.abs());
+        let of_largest = decimals(sizes.fold(0.0, f64::max)).clamp(3.0, 15.0);
+        serializer.collect_seq(self.values.iter().map(|value| {
+            let decimals = match self.digits {
+                Digits::OfLargest => of_largest,
+                Digits::OfEach => decimals(value.abs()).clamp(0.0, 15.0),
+            };
+            let scale = 10f64.powi(decimals as i32);
             let rounded = (value * scale).round() / scale;
             rounded.is_finite().then_some(rounded)
         }))
@@ -252,7 +378,7 @@ mod tests {
     use super::*;
 
     fn text(values: &[f64]) -> String {
-        serde_json::to_string(&Numbers(values.to_vec())).unwrap()
+        serde_json::to_string(&Numbers::new(values.to_vec())).unwrap()
     }
 
     #[test]
@@ -266,15 +392,22 @@ mod tests {
     }
 
     #[test]
+    fn a_curve_keeps_five_digits_of_each_number() {
+        let curve = Series::curve(Role::Model, [(0.012_345_67, 1e-7), (123.456_789, f64::NAN)]);
+        let text = serde_json::to_string(&[curve.x, curve.y]).unwrap();
+        assert_eq!(text, "[[0.012346,null],[1e-7,null]]");
+    }
+
+    #[test]
     fn a_line_breaks_where_samples_are_missing_or_unknown() {
         let mut x: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.01).collect();
         let mut y = x.clone();
         y[10] = f64::NAN;
         x[500..].iter_mut().for_each(|time| *time += 5.0);
         let line = Series::line(Role::Estimate, &x, &y, None);
-        let nulls = line.y.0.iter().filter(|value| value.is_nan()).count();
-        assert_eq!((nulls, line.y.0.len()), (2, 1001));
-        assert!(line.y.0[10].is_nan() && line.y.0[500].is_nan());
+        let nulls = line.y.values.iter().filter(|value| value.is_nan()).count();
+        assert_eq!((nulls, line.y.values.len()), (2, 1001));
+        assert!(line.y.values[10].is_nan() && line.y.values[500].is_nan());
     }
 
     #[test]
@@ -283,8 +416,8 @@ mod tests {
         x[50_001..].iter_mut().for_each(|time| *time += 60.0);
         let y: Vec<f64> = x.iter().map(|t| t.sin()).collect();
         let line = Series::line(Role::Estimate, &x, &y, Some(&vec![1.0; 100_000]));
-        assert_eq!(line.x.0.iter().filter(|value| value.is_nan()).count(), 1);
-        assert!(line.x.0.len() <= MOST_POINTS + 1);
+        assert_eq!(line.x.values.iter().filter(|value| value.is_nan()).count(), 1);
+        assert!(line.x.values.len() <= MOST_POINTS + 1);
     }
 
     #[test]
@@ -292,7 +425,7 @@ mod tests {
         let x: Vec<f64> = (0..100).map(f64::from).collect();
         let y: Vec<f64> = x.iter().map(|t| if *t < 50.0 { 179.0 } else { -179.0 }).collect();
         let line = Series::heading(Role::Estimate, &x, &y, None);
-        assert!(line.y.0[50].is_nan() && line.y.0.len() == 101);
+        assert!(line.y.values[50].is_nan() && line.y.values.len() == 101);
     }
 
     #[test]

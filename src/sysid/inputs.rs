@@ -1,0 +1,137 @@
+//! What to fly: the stick movements that make a vehicle show its dynamics.
+//!
+//! Each manoeuvre is a deviation from trim over time, in the unit of its amplitude. The thesis flew
+//! steps of 10 to 15 % held 1.5 s; a sweep shows more of the vehicle in one run and is what
+//! frequency responses want.
+
+use std::f64::consts::TAU;
+
+/// A deviation of one stick from trim, from time 0 on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Maneuver {
+    /// `amplitude` for `hold_s`, then back to trim.
+    Step {
+        /// Deviation from trim.
+        amplitude: f64,
+        /// How long, s.
+        hold_s: f64,
+    },
+    /// `amplitude` for `hold_s`, then its opposite as long.
+    Doublet {
+        /// Deviation from trim.
+        amplitude: f64,
+        /// How long each way, s.
+        hold_s: f64,
+    },
+    /// Alternating pulses of 3, 2, 1 and 1 units: a flat spectrum over a decade.
+    ///
+    /// Source: J. Marchand, after R. Jategaonkar, *Flight Vehicle System Identification*, section
+    /// 2.3.
+    ThreeTwoOneOne {
+        /// Deviation from trim.
+        amplitude: f64,
+        /// Length of one unit, s.
+        unit_s: f64,
+    },
+    /// A sine whose frequency rises from `first_hz` to `last_hz`, slowly at first so that low
+    /// frequencies get their share of time.
+    ///
+    /// Source: M. Tischler & R. Remple, *Aircraft and Rotorcraft System Identification*, section
+    /// 5.11: ω = ω₁ + K (ω₂ − ω₁), K = 0.0187 (exp(4 t/T) − 1).
+    Sweep {
+        /// Largest deviation from trim.
+        amplitude: f64,
+        /// Frequency at the start, Hz.
+        first_hz: f64,
+        /// Frequency at the end, Hz.
+        last_hz: f64,
+        /// How long, s. At least four periods of `first_hz` are advised.
+        duration_s: f64,
+        /// Over which the amplitude fades in and out, s.
+        fade_s: f64,
+    },
+}
+
+/// Tischler & Remple's constants of the exponential sweep.
+const SWEEP_RATE: f64 = 4.0;
+const SWEEP_SCALE: f64 = 0.0187;
+
+impl Maneuver {
+    /// How long it lasts, s; after that it is at trim.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match *self {
+            Self::Step { hold_s, .. } => hold_s,
+            Self::Doublet { hold_s, .. } => 2.0 * hold_s,
+            Self::ThreeTwoOneOne { unit_s, .. } => 7.0 * unit_s,
+            Self::Sweep { duration_s, .. } => duration_s,
+        }
+    }
+
+    /// The deviation from trim at `time_s`; 0 before 0 and from [`Maneuver::duration_s`] on.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> f64 {
+        if !(0.0..self.duration_s()).contains(&time_s) {
+            return 0.0;
+        }
+        match *self {
+            Self::Step { amplitude, .. } => amplitude,
+            Self::Doublet { amplitude, hold_s } => {
+                if time_s < hold_s {
+                    amplitude
+                } else {
+                    -amplitude
+                }
+            }
+            Self::ThreeTwoOneOne { amplitude, unit_s } => {
+                let unit = time_s / unit_s;
+                if unit < 3.0 || (5.0..6.0).contains(&unit) { amplitude } else { -amplitude }
+            }
+            Self::Sweep { amplitude, first_hz, last_hz, duration_s, fade_s } => {
+                let rate = SWEEP_RATE / duration_s;
+                let risen = SWEEP_SCALE * (((rate * time_s).exp() - 1.0) / rate - time_s);
+                let phase = TAU * (first_hz * time_s + (last_hz - first_hz) * risen);
+                let edge = time_s.min(duration_s - time_s);
+                let fade = if edge < fade_s { edge / fade_s } else { 1.0 };
+                amplitude * fade * phase.sin()
+            }
+        }
+    }
+
+    /// The deviations at `samples` instants a period apart, the manoeuvre starting at `start_s`.
+    #[must_use]
+    pub fn sampled(&self, samples: usize, period_s: f64, start_s: f64) -> Vec<f64> {
+        (0..samples).map(|sample| self.at(sample as f64 * period_s - start_s)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pulses_change_sign_when_they_say_and_end_at_trim() {
+        let maneuver = Maneuver::ThreeTwoOneOne { amplitude: 2.0, unit_s: 0.5 };
+        let seen: Vec<f64> = (0..8).map(|unit| maneuver.at(0.25 + 0.5 * f64::from(unit))).collect();
+        assert_eq!(seen, [2.0, 2.0, 2.0, -2.0, -2.0, 2.0, -2.0, 0.0]);
+        let doublet = Maneuver::Doublet { amplitude: 1.0, hold_s: 1.0 };
+        assert_eq!(doublet.sampled(5, 0.75, 0.5), [0.0, 1.0, 1.0, -1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_sweep_ends_at_its_last_frequency_and_fades() {
+        let sweep = Maneuver::Sweep {
+            amplitude: 1.0,
+            first_hz: 0.1,
+            last_hz: 3.0,
+            duration_s: 60.0,
+            fade_s: 2.0,
+        };
+        assert!(sweep.at(0.0) == 0.0 && sweep.at(59.999).abs() < 0.01 && sweep.at(60.0) == 0.0);
+        // Zero crossings of the last ten seconds before the fade, two a period.
+        let samples: Vec<f64> = (0..8000).map(|k| sweep.at(50.0 + 1e-3 * f64::from(k))).collect();
+        let crossings = samples.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
+        let mean_hz = crossings as f64 / 16.0;
+        assert!((1.5..3.0).contains(&mean_hz), "{mean_hz}");
+    }
+}

@@ -1,0 +1,147 @@
+//! Damped least squares: Levenberg's and Marquardt's way between gradient and Gauss–Newton.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// A cost near one point, as Gauss and Newton see it.
+#[derive(Debug, Clone)]
+pub struct Quadratic {
+    /// The cost there: half the sum of squares, or a negative log-likelihood.
+    pub cost: f64,
+    /// Its gradient.
+    pub gradient: DVector<f64>,
+    /// JᵀJ, or Fisher's information: symmetric, positive semidefinite.
+    pub information: DMatrix<f64>,
+}
+
+/// What is to be minimised.
+pub trait Cost {
+    /// The cost at `theta`; `None` where it does not exist.
+    fn cost(&self, theta: &[f64]) -> Option<f64>;
+    /// The cost at `theta` with gradient and information; `None` where it does not exist.
+    fn quadratic(&self, theta: &[f64]) -> Option<Quadratic>;
+}
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Most linearisations.
+    pub iterations: usize,
+    /// Stop where the cost a full Gauss–Newton step promises to save is below this.
+    pub least_decrease: f64,
+}
+
+impl Default for Limits {
+    /// 100 iterations, 1e-3: of a log-likelihood, a twentieth of a bound.
+    fn default() -> Self {
+        Self { iterations: 100, least_decrease: 1e-3 }
+    }
+}
+
+/// Where the search ended.
+#[derive(Debug, Clone)]
+pub struct Minimum {
+    /// The point.
+    pub theta: Vec<f64>,
+    /// The cost there, linearised.
+    pub at: Quadratic,
+    /// Linearisations made.
+    pub iterations: usize,
+    /// Whether it stopped because there was nothing left to gain.
+    pub converged: bool,
+    /// Which parameters ended on a bound that pushes back.
+    pub on_bound: Vec<bool>,
+}
+
+/// Minimises `problem` from `start` between `lower` and `upper`.
+///
+/// A parameter on a bound that its gradient pushes against is left out of the step; a step past a
+/// bound ends on it. Damping multiplies the information's diagonal, so the scale of a parameter does
+/// not matter. `None` where the cost does not exist at the start.
+///
+/// # Source
+/// Marquardt (1963), *J. SIAM* 11(2); the damping's schedule is Nielsen's, IMM-REP-1999-05.
+///
+/// # Panics
+/// Where the lengths differ.
+pub fn minimise(
+    problem: &impl Cost,
+    start: &[f64],
+    lower: &[f64],
+    upper: &[f64],
+    limits: Limits,
+) -> Option<Minimum> {
+    assert!(start.len() == lower.len() && start.len() == upper.len(), "one bound per parameter");
+    let clamp = |value: f64, index: usize| value.max(lower[index]).min(upper[index]);
+    let mut theta: Vec<f64> = (0..start.len()).map(|index| clamp(start[index], index)).collect();
+    let mut at = problem.quadratic(&theta)?;
+    let (mut damping, mut growth) = (1e-3, 2.0);
+    let mut iterations = 1;
+    loop {
+        let on_bound: Vec<bool> = (0..theta.len())
+            .map(|index| {
+                (theta[index] <= lower[index] && at.gradient[index] > 0.0)
+                    || (theta[index] >= upper[index] && at.gradient[index] < 0.0)
+            })
+            .collect();
+        let free: Vec<usize> = (0..theta.len()).filter(|&index| !on_bound[index]).collect();
+        let done = |theta, at, converged| {
+            Some(Minimum { theta, at, iterations, converged, on_bound: on_bound.clone() })
+        };
+        let promise = step(&at, &free, 0.0)
+            .or_else(|| step(&at, &free, 1e-9))
+            .map_or(f64::INFINITY, |step| -0.5 * at.gradient.dot(&step));
+        if promise < limits.least_decrease {
+            return done(theta, at, true);
+        }
+        if iterations >= limits.iterations {
+            return done(theta, at, false);
+        }
+        loop {
+            if damping > 1e12 {
+                return done(theta, at, false);
+            }
+            if let Some(step) = step(&at, &free, damping) {
+                let trial: Vec<f64> = (0..theta.len())
+                    .map(|index| clamp(theta[index] + step[index], index))
+                    .collect();
+                let moved = DVector::from_iterator(
+                    theta.len(),
+                    trial.iter().zip(&theta).map(|(new, old)| new - old),
+                );
+                let expected =
+                    -(at.gradient.dot(&moved) + 0.5 * moved.dot(&(&at.information * &moved)));
+                let ratio = problem
+                    .cost(&trial)
+                    .filter(|cost| cost.is_finite())
+                    .map_or(-1.0, |cost| (at.cost - cost) / expected);
+                if expected > 0.0
+                    && ratio > 1e-4
+                    && let Some(next) = problem.quadratic(&trial)
+                {
+                    damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 10.0);
+                    growth = 2.0;
+                    (theta, at) = (trial, next);
+                    iterations += 1;
+                    break;
+                }
+            }
+            damping *= growth;
+            growth *= 2.0;
+        }
+    }
+}
+
+/// The damped step on the free parameters, 0 on the others.
+fn step(at: &Quadratic, free: &[usize], damping: f64) -> Option<DVector<f64>> {
+    let mut matrix = at.information.select_rows(free).select_columns(free);
+    let smallest = 1e-14 * matrix.diagonal().amax();
+    for index in 0..free.len() {
+        matrix[(index, index)] += damping * matrix[(index, index)].max(smallest);
+    }
+    let solved = Cholesky::new(matrix)?.solve(&at.gradient.select_rows(free));
+    let mut step = DVector::zeros(at.gradient.len());
+    for (&index, value) in free.iter().zip(solved.iter()) {
+        step[index] = -value;
+    }
+    step.iter().all(|value| value.is_finite()).then_some(step)
+}

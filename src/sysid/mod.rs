@@ -1,0 +1,39 @@
+//! Identification: from a recorded flight to a model that can be trusted, or to the reason why not.
+//!
+//! The work flows in this order, and each step names what is wrong before the next one starts:
+//!
+//! | step | what it does |
+//! |---|---|
+//! | [`inputs`] | what to fly: steps, doublets, 3-2-1-1, sine sweeps |
+//! | [`test_points`] | what the pilot flew, found from the sticks |
+//! | [`experiment`] | one record of inputs and outputs, uniformly sampled and finite |
+//! | [`tones`] | vibration's lines, notched out |
+//! | [`preprocess`] | filters, trim, segments; is the data fit to be fitted? |
+//! | [`subspace`] | black-box models without a start value |
+//! | [`frequency`] | frequency responses with their coherence, and models fitted to them |
+//! | [`structure`], [`helicopter`] | what is known of the plant, as equations with unknowns |
+//! | [`prediction_error`] | those unknowns, with their bounds |
+//! | [`validate`] | how well the model does on data it has not seen, or why it is refused |
+//! | [`identify`] | all of it, from a flight and its estimate |
+//!
+//! Every matrix found here says in which time domain it is: [`LinearModel`](linear::LinearModel) is
+//! a one-step map and carries its sample period.
+
+pub mod experiment;
+pub mod frequency;
+pub mod helicopter;
+pub mod identify;
+pub mod inputs;
+pub mod least_squares;
+pub mod linear;
+mod linear_least_squares;
+pub mod prediction_error;
+pub mod preprocess;
+pub mod structure;
+pub mod subspace;
+pub mod test_points;
+pub mod tones;
+pub mod validate;
+
+pub use experiment::{Experiment, ExperimentError, Offsets};
+pub use linear::{InnovationModel, LinearModel};

@@ -1,0 +1,73 @@
+//! How much of a measured output a model explains.
+
+use nalgebra::DMatrix;
+
+/// Fit in percent of each output, 100·(1 − ‖y − ŷ‖/‖y − ȳ‖): 100 is perfect, 0 no better than the
+/// mean, and a model that runs the wrong way is below. Both matrices are samples × outputs.
+///
+/// A constant output has no deviation to explain: its fit is NaN.
+///
+/// # Panics
+/// Where the shapes differ.
+#[must_use]
+pub fn fit_percent(measured: &DMatrix<f64>, predicted: &DMatrix<f64>) -> Vec<f64> {
+    assert_eq!(measured.shape(), predicted.shape(), "one prediction per measurement");
+    measured
+        .column_iter()
+        .zip(predicted.column_iter())
+        .map(|(measured, predicted)| {
+            let deviation = measured.add_scalar(-measured.mean()).norm();
+            if deviation > 0.0 {
+                100.0 * (1.0 - (measured - predicted).norm() / deviation)
+            } else {
+                f64::NAN
+            }
+        })
+        .collect()
+}
+
+/// Theil's inequality coefficient, and where the error lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Theil {
+    /// Root mean square of the error over the sum of those of both signals: 0 is perfect, 1 the
+    /// worst; 0.25 to 0.3 is usual for a good flight model.
+    pub coefficient: f64,
+    /// Part of the squared error that is a constant offset.
+    pub bias: f64,
+    /// Part that is a difference in the size of the movements.
+    pub variance: f64,
+    /// Part that is neither: the two do not move together. The three parts sum to 1.
+    pub covariance: f64,
+}
+
+/// Theil's coefficient of two signals of one length. Equal signals have coefficient 0 and no parts.
+///
+/// # Panics
+/// Where the lengths differ.
+///
+/// # Source
+/// Jategaonkar, *Flight Vehicle System Identification*, section 11.2.
+#[must_use]
+pub fn theil(measured: &[f64], predicted: &[f64]) -> Theil {
+    assert_eq!(measured.len(), predicted.len(), "one prediction per measurement");
+    let count = measured.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
+    let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>() / count;
+    let error: f64 =
+        measured.iter().zip(predicted).map(|(one, other)| (one - other).powi(2)).sum::<f64>()
+            / count;
+    if error == 0.0 {
+        return Theil { coefficient: 0.0, bias: 0.0, variance: 0.0, covariance: 0.0 };
+    }
+    let (mean_one, mean_other) = (mean(measured), mean(predicted));
+    let deviation = |values: &[f64], mean: f64| (square(values) - mean * mean).max(0.0).sqrt();
+    let size_gap = deviation(measured, mean_one) - deviation(predicted, mean_other);
+    let bias = (mean_one - mean_other).powi(2) / error;
+    let variance = size_gap * size_gap / error;
+    Theil {
+        coefficient: error.sqrt() / (square(measured).sqrt() + square(predicted).sqrt()),
+        bias,
+        variance,
+        covariance: 1.0 - bias - variance,
+    }
+}

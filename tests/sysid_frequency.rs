@@ -1,0 +1,204 @@
+//! Frequency responses: what was put in comes out, with honest coherence and bounds.
+#![cfg(feature = "std")]
+
+use std::f64::consts::TAU;
+
+use hovernav::sysid::frequency::{
+    Band, FrequencyError, ResponseFitSettings, ResponseSettings, fit_response, frequency_response,
+};
+use hovernav::sysid::{Experiment, LinearModel, inputs::Maneuver};
+use nalgebra::{Complex, DMatrix, DVector, dmatrix};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+const PERIOD_S: f64 = 0.02;
+const BAND: Band = Band { first_hz: 0.1, last_hz: 5.0, points: 60 };
+
+/// Roll and yaw rate of a small helicopter, coupled: a one-step map at 50 Hz.
+fn plant() -> LinearModel {
+    LinearModel {
+        a: dmatrix![0.90, 0.02; -0.01, 0.95],
+        b: dmatrix![0.5, 0.1; 0.05, -0.3],
+        c: DMatrix::identity(2, 2),
+        d: DMatrix::zeros(2, 2),
+        period_s: PERIOD_S,
+    }
+}
+
+fn true_response(model: &LinearModel, frequency_hz: f64) -> DMatrix<Complex<f64>> {
+    let shift = Complex::from_polar(1.0, TAU * frequency_hz * model.period_s);
+    let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
+    let order = model.order();
+    let resolvent = DMatrix::from_diagonal_element(order, order, shift) - complex(&model.a);
+    complex(&model.c) * resolvent.try_inverse().unwrap() * complex(&model.b) + complex(&model.d)
+}
+
+/// A sweep on one stick while the pilot moves the other a little, as pilots do.
+fn flight(swept: usize, noise: f64, seed: u64) -> Experiment {
+    let samples = 5000;
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let sweep = Maneuver::Sweep {
+        amplitude: 1.0,
+        first_hz: 0.1,
+        last_hz: 5.0,
+        duration_s: 98.0,
+        fade_s: 2.0,
+    };
+    let own = sweep.sampled(samples, PERIOD_S, 1.0);
+    let mut wander = 0.0;
+    let inputs = DMatrix::from_fn(samples, 2, |k, column| {
+        if column == swept {
+            own[k]
+        } else {
+            wander = 0.8 * wander + 0.15 * normal();
+            wander + 0.3 * own[k]
+        }
+    });
+    let clean = plant().simulate(&inputs, &DVector::zeros(2));
+    let outputs = clean.map(|value| value + noise * normal());
+    let names = |names: [&str; 2]| names.map(str::to_owned).to_vec();
+    let (inputs_named, outputs_named) = (names(["lateral", "pedal"]), names(["p", "r"]));
+    Experiment::new(format!("sweep {seed}"), PERIOD_S, inputs_named, outputs_named, inputs, outputs)
+        .unwrap()
+}
+
+fn flights(noise: f64) -> Vec<Experiment> {
+    vec![flight(0, noise, 1), flight(1, noise, 2)]
+}
+
+#[test]
+fn responses_are_found_within_their_own_random_error() {
+    let settings = ResponseSettings::composite(BAND, 100.0);
+    let found = frequency_response(&flights(0.05), &settings).unwrap();
+    let (mut inside, mut all) = (0, 0);
+    for (point, &frequency_hz) in found.frequencies_hz.iter().enumerate() {
+        let truth = true_response(&plant(), frequency_hz);
+        for at in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let coherence = found.coherence[point][at];
+            assert!((0.0..=1.0).contains(&coherence));
+            if coherence > 0.6 {
+                let error = (found.responses[point][at] - truth[at]).norm() / truth[at].norm();
+                all += 1;
+                inside += usize::from(error < 3.0 * found.random_error[point][at] + 0.02);
+            }
+        }
+    }
+    println!("{inside} of {all} points within three times their random error");
+    assert!(all > 150 && inside * 100 >= all * 90, "{inside} of {all}");
+}
+
+#[test]
+fn conditioning_takes_out_what_the_other_stick_did() {
+    let settings = ResponseSettings::composite(BAND, 100.0);
+    let both = frequency_response(&flights(0.01), &settings).unwrap();
+    let alone: Vec<Experiment> =
+        flights(0.01).iter().map(|flight| flight.select(&["lateral"], &["r"]).unwrap()).collect();
+    let alone = frequency_response(&alone, &settings).unwrap();
+    let point = 20;
+    let truth = true_response(&plant(), both.frequencies_hz[point])[(1, 0)];
+    let conditioned = (both.responses[point][(1, 0)] - truth).norm() / truth.norm();
+    let naive = (alone.responses[point][(0, 0)] - truth).norm() / truth.norm();
+    println!("conditioned {conditioned:.3}, alone {naive:.3}");
+    assert!(conditioned < 0.1 && naive > 5.0 * conditioned);
+}
+
+#[test]
+fn coherence_falls_with_noise() {
+    let settings = ResponseSettings::composite(BAND, 100.0);
+    let [quiet, loud] = [0.01, 1.0].map(|noise| {
+        let found = frequency_response(&flights(noise), &settings).unwrap();
+        found.multiple_coherence.iter().map(|point| point[0]).sum::<f64>() / BAND.points as f64
+    });
+    assert!(quiet > 0.97 && loud < quiet - 0.05, "{quiet} {loud}");
+}
+
+/// Continuous-time derivatives with a half-period hold: θ = Lp, Llat, Nr, Nped, coupling aside.
+fn rates(theta: &[f64], omega: f64) -> Option<DMatrix<Complex<f64>>> {
+    let [roll_damping, lateral, yaw_damping, pedal] = *theta else { return None };
+    let s = Complex::new(0.0, omega);
+    let hold = Complex::from_polar(1.0, -0.5 * omega * PERIOD_S);
+    let zero = Complex::from(0.0);
+    Some(dmatrix![
+        hold * lateral / (s - roll_damping), zero;
+        zero, hold * pedal / (s - yaw_damping)
+    ])
+}
+
+#[test]
+fn derivatives_are_found_from_sweeps_with_bounds_that_hold() {
+    // p' = −5.3 p + 26 lat, r' = −2.6 r − 15 ped, sampled exactly.
+    let exact = |rate: f64, gain: f64| {
+        let pole = (rate * PERIOD_S).exp();
+        (pole, gain * (pole - 1.0) / rate)
+    };
+    let truth = [-5.3, 26.0, -2.6, -15.0];
+    let ((a, b), (c, d)) = (exact(truth[0], truth[1]), exact(truth[2], truth[3]));
+    let model = LinearModel { a: dmatrix![a, 0.0; 0.0, c], b: dmatrix![b, 0.0; 0.0, d], ..plant() };
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let flights: Vec<Experiment> = flights(0.0)
+        .into_iter()
+        .map(|mut flight| {
+            let clean = model.simulate(&flight.inputs, &DVector::zeros(2));
+            flight.outputs = clean.map(|value| value + 0.1 * normal());
+            flight
+        })
+        .collect();
+    let measured = frequency_response(&flights, &ResponseSettings::composite(BAND, 100.0)).unwrap();
+    let start = [-1.0, 5.0, -1.0, -5.0];
+    let settings = ResponseFitSettings { least_coherence: 0.8, ..ResponseFitSettings::default() };
+    // The responses across are nothing: only those on the diagonal are fitted.
+    let mut direct = measured.clone();
+    for coherence in &mut direct.coherence {
+        coherence[(0, 1)] = 0.0;
+        coherence[(1, 0)] = 0.0;
+    }
+    let fit = fit_response(&direct, &start, &settings, rates).unwrap();
+    println!("{fit:.3?}");
+    for ((found, bound), truth) in fit.parameters.iter().zip(&fit.bounds).zip(truth) {
+        assert!((found - truth).abs() < 0.03 * truth.abs(), "{found} {truth}");
+        assert!(*bound < 0.05 * truth.abs() && *bound > 0.0);
+    }
+    assert!(fit.cost < 50.0 && fit.converged);
+}
+
+#[test]
+fn a_parameter_the_responses_do_not_show_has_no_bound() {
+    let measured =
+        frequency_response(&flights(0.05), &ResponseSettings::composite(BAND, 100.0)).unwrap();
+    let blind = |theta: &[f64], omega: f64| rates(&theta[..4], omega);
+    let start = [-1.0, 5.0, -1.0, -5.0, 1.0];
+    let mut direct = measured.clone();
+    for coherence in &mut direct.coherence {
+        coherence[(0, 1)] = 0.0;
+        coherence[(1, 0)] = 0.0;
+    }
+    let fit = fit_response(&direct, &start, &ResponseFitSettings::default(), blind).unwrap();
+    assert!(fit.bounds[4] > 1e3, "{:?}", fit.bounds);
+}
+
+#[test]
+fn what_cannot_be_estimated_is_refused_with_the_reason() {
+    let good = flights(0.05);
+    let refuse = |experiments: &[Experiment], settings: &ResponseSettings| {
+        frequency_response(experiments, settings).unwrap_err()
+    };
+    let settings = ResponseSettings::composite(BAND, 100.0);
+    let mut twins = good.clone();
+    for flight in &mut twins {
+        let lateral = flight.inputs.column(0).into_owned();
+        flight.inputs.set_column(1, &(2.0 * lateral));
+    }
+    assert!(matches!(refuse(&twins, &settings), FrequencyError::DependentInputs { .. }));
+    let beyond = ResponseSettings { band: Band { last_hz: 26.0, ..BAND }, ..settings.clone() };
+    assert!(matches!(refuse(&good, &beyond), FrequencyError::Band { .. }));
+    let long = ResponseSettings { windows_s: vec![200.0], ..settings.clone() };
+    assert!(matches!(refuse(&good, &long), FrequencyError::Window { .. }));
+    assert!(matches!(refuse(&[], &settings), FrequencyError::Experiments { .. }));
+    let noise = frequency_response(&flights(1e6), &settings).unwrap();
+    let fit =
+        fit_response(&noise, &[-1.0, 5.0, -1.0, -5.0], &ResponseFitSettings::default(), rates);
+    assert!(matches!(fit, Err(FrequencyError::TooFewPoints { .. })));
+}
