@@ -22,7 +22,7 @@
 mod closed_loop;
 mod regulator;
 
-use super::{DesignError, Loop};
+use super::{DesignError, DisturbanceResponse, Loop};
 use crate::autopilot::{Gains, PidGains, RegulatorGains};
 use crate::model::StateSpace;
 use regulator::{Plant, Weights};
@@ -229,6 +229,38 @@ impl HoverDesign {
     pub fn close(&self, model: &StateSpace, gains: &Gains) -> Result<Loop, DesignError> {
         self.check()?;
         closed_loop::cut_at_actuators(self, &Plant::of(model)?, gains)
+    }
+
+    /// What becomes of `disturbance`, a state of [`DISTURBED`](super::DISTURBED) and by how much in its
+    /// SI unit, in the loops that [`close`](Self::close) closes: at every sample, without the limits of
+    /// the servos.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn respond(
+        &self,
+        model: &StateSpace,
+        gains: &Gains,
+        disturbance: (&str, f64),
+        duration_s: f64,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        self.check()?;
+        closed_loop::respond(self, &Plant::of(model)?, gains, disturbance, duration_s)
+    }
+
+    /// What becomes of `disturbance` with every stick left at trim, as [`respond`](Self::respond)
+    /// tells it.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn drift(
+        &self,
+        model: &StateSpace,
+        disturbance: (&str, f64),
+        duration_s: f64,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        self.check()?;
+        closed_loop::drift(&Plant::of(model)?, self.period_s, disturbance, duration_s)
     }
 
     fn regulator<const Y: usize, const H: usize, const U: usize>(
