@@ -286,11 +286,11 @@ pub struct CampaignResult {
     pub outcome: Outcome,
     /// When it crashed, s.
     pub crashed_s: Option<f64>,
-    /// How well it hovered from [`Campaign::judged_from_s`] on; all zero where it did not last so long.
-    pub hover: HoverStatistics,
-    /// Steepest tilt once judged, °.
+    /// How well it hovered from [`Campaign::judged_from_s`] on, if it lasted so long.
+    pub hover: Option<HoverStatistics>,
+    /// Steepest tilt from then on, °; 0 where it did not last so long.
     pub tilt_worst_deg: f64,
-    /// Farthest from where it was when judging began, m.
+    /// Farthest from where it was then, m; likewise.
     pub distance_worst_m: f64,
 }
 
@@ -380,7 +380,7 @@ impl Campaign {
             draw: draw.clone(),
             outcome,
             crashed_s: flight.crashed_s,
-            hover: flight.statistics(self.judged_from_s),
+            hover: (!judged.is_empty()).then(|| flight.statistics(self.judged_from_s)),
             tilt_worst_deg: largest(
                 &mut judged.iter().map(|m| tilt(m.truth.body_to_ned.euler()).to_degrees()),
             ),
