@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use hovernav::log::Dataset;
 use hovernav::sysid::helicopter::Kind;
 use hovernav::sysid::identify::{Identification, Velocity, identify};
+use hovernav::sysid::prediction_error::{Estimates, Fit};
 use hovernav::sysid::test_points::{STICKS, find_test_points};
 
 fn folder() -> Option<PathBuf> {
@@ -21,66 +22,117 @@ fn identified(kind: Kind, velocity: Velocity) -> Option<Identification> {
     let mut dataset = Dataset::open(&folder()?).unwrap();
     let config = dataset.settings().unwrap();
     let solutions = dataset.smooth(&config, |_| ()).solutions;
-    Some(identify(&dataset, &solutions, kind, velocity).unwrap())
+    let found = identify(&dataset, &solutions, kind, velocity).unwrap();
+    println!("== {kind}, {velocity:?} {:?} {:?}", found.warnings, found.tones);
+    println!("{:#?}", found.identified.log);
+    println!("{} iterations, AIC {:.0}", found.identified.iterations, found.identified.aic);
+    println!("estimation: {}", found.estimation);
+    println!("validation: {:#?}", found.validation.as_ref().unwrap().channels().0);
+    Some(found)
 }
 
+fn percent(fit: &Fit, name: &str) -> f64 {
+    fit.channels().0.iter().find(|channel| channel.name == name).unwrap().percent
+}
+
+/// What the dataset was made with: for this scorer alone.
 fn truth() -> HashMap<String, f64> {
     let path = folder().unwrap().join("true-parameters.json");
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    let mut truth: HashMap<String, f64> =
+        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let tau = truth.remove("tau").unwrap();
+    truth.insert("tau_f".into(), tau);
+    truth
 }
 
-fn report(found: &Identification) {
-    println!("== {} {:?}", found.kind, found.velocity);
-    println!("{:?} {:?}", found.warnings, found.tones);
-    println!("{:#?}", found.identified.log);
-    println!("iterations {} converged {}", found.identified.iterations, found.identified.converged);
-    println!("estimation {}", found.estimation);
-    if let Some(validation) = &found.validation {
-        for channel in validation.channels().0 {
-            println!(
-                "validation {} {:.1} % floor {:.1} %",
-                channel.name, channel.percent, channel.floor_percent
-            );
-        }
-    }
-    for (name, value) in truth() {
-        let name = if name == "tau" { "tau_f".to_owned() } else { name };
-        if let Some(estimate) = found.identified.estimates.get(&name) {
-            println!(
-                "{name}: {:.4} true {value:.4}, off {:.1} %, {:.1} bounds",
-                estimate.value,
-                100.0 * (estimate.value / value - 1.0),
-                (estimate.value - value).abs() / estimate.bound
-            );
+/// A value and its bound: of a parameter, or of the ratio of two.
+fn value(estimates: &Estimates, name: &str) -> (f64, f64) {
+    let Some((over, under)) = name.split_once('/') else {
+        let estimate = estimates.get(name).unwrap();
+        return (estimate.value, estimate.bound);
+    };
+    let (above, below) = (estimates.get(over).unwrap(), estimates.get(under).unwrap());
+    let (one, other) = (above.bound / above.value, below.bound / below.value);
+    let joint = estimates.correlation(over, under).unwrap() * one * other;
+    let ratio = above.value / below.value;
+    (ratio, ratio.abs() * (one * one + other * other - 2.0 * joint).sqrt())
+}
+
+fn score(found: &Identification, names: &[&str]) {
+    let truth = truth();
+    for name in names {
+        let expected = match name.split_once('/') {
+            Some((over, under)) => truth[over] / truth[under],
+            None => truth[*name],
+        };
+        let (value, bound) = value(&found.identified.estimates, name);
+        let bounds = (value - expected).abs() / bound;
+        let off = 100.0 * (value / expected - 1.0);
+        println!("{name}: {value:.4}, true {expected:.4}: {off:.1} %, {bounds:.1} bounds");
+        assert!(bounds < 3.0, "{name}: {bounds} bounds");
+        if (bound / value).abs() < 0.1 {
+            assert!(off.abs() < 15.0, "{name}: off by {off} %");
         }
     }
 }
 
 #[test]
-fn test_points_are_found_from_the_sticks() {
+fn three_repetitions_on_each_stick_are_found_and_slow_flight_is_told_apart() {
     let Some(folder) = folder() else { return };
     let dataset = Dataset::open(&folder).unwrap();
     let points = find_test_points(&dataset.controls);
-    for point in &points {
-        println!(
-            "{:?} {:.2} {:.2}",
-            point.stick,
-            point.first_step.seconds(),
-            point.last_step.seconds()
-        );
+    for (stick, name) in STICKS.iter().enumerate() {
+        let own: Vec<_> = points.iter().filter(|point| point.stick == Some(stick)).collect();
+        assert_eq!(own.len(), 3, "{name}");
+        for point in own {
+            // A doublet: on, over and off, each held 1.5 s.
+            assert!((point.last_step - point.first_step - 3.0).abs() < 0.1);
+        }
     }
-    for stick in 0..STICKS.len() {
-        let own = points.iter().filter(|point| point.stick == Some(stick)).count();
-        assert_eq!(own, 3, "{}", STICKS[stick]);
+    assert_eq!(points.iter().filter(|point| point.stick.is_none()).count(), 4);
+}
+
+#[test]
+fn a_flight_without_steps_has_no_test_points() {
+    let still: Vec<_> = (0..1000)
+        .map(|sample| {
+            let time_s = f64::from(sample) * 0.03;
+            let time = hovernav::time::Time::from_seconds(time_s).unwrap();
+            (time, [0.05 * time_s.sin(), 0.0, 0.02, f64::NAN])
+        })
+        .collect();
+    assert_eq!(find_test_points(&still), Vec::new());
+    assert_eq!(find_test_points(&[]), Vec::new());
+}
+
+#[test]
+fn yaw_and_heave_alone_return_their_derivatives() {
+    let Some(yaw) = identified(Kind::Yaw, Velocity::Estimated) else { return };
+    score(&yaw, &["Nr", "Nped"]);
+    assert!(percent(yaw.validation.as_ref().unwrap(), "r") > 90.0);
+    let heave = identified(Kind::Heave, Velocity::Estimated).unwrap();
+    score(&heave, &["Zw", "Zcol"]);
+    assert!(percent(heave.validation.as_ref().unwrap(), "w") > 80.0);
+}
+
+#[test]
+fn the_whole_hover_returns_its_derivatives_and_flies_what_it_has_not_seen() {
+    let Some(found) = identified(Kind::Hybrid, Velocity::Estimated) else { return };
+    score(&found, &["Zw", "Zcol", "Nr", "Nped", "Lb", "Ma", "Blat/tau_f", "Alon/tau_f"]);
+    for fit in [&found.estimation, found.validation.as_ref().unwrap()] {
+        for name in ["r", "w", "p", "q"] {
+            assert!(percent(fit, name) >= 75.0, "{name}: {} %", percent(fit, name));
+        }
+        for name in ["u", "v"] {
+            assert!(percent(fit, name) >= 65.0, "{name}: {} %", percent(fit, name));
+        }
     }
 }
 
 #[test]
-fn explore() {
-    for kind in [Kind::Yaw, Kind::Heave, Kind::RollPitch, Kind::Hybrid] {
-        let began = std::time::Instant::now();
-        let Some(found) = identified(kind, Velocity::Estimated) else { return };
-        report(&found);
-        println!("{:?}", began.elapsed());
-    }
+fn held_gps_velocity_loses_what_the_estimators_keeps() {
+    let Some(estimated) = identified(Kind::Heave, Velocity::Estimated) else { return };
+    let held = identified(Kind::Heave, Velocity::HeldGps).unwrap();
+    let of = |found: &Identification| percent(found.validation.as_ref().unwrap(), "w");
+    assert!(of(&estimated) > of(&held) + 30.0, "{} against {}", of(&estimated), of(&held));
 }

@@ -53,11 +53,11 @@ fn table_row(name: &str, inputs: usize, order: usize) -> Option<Row> {
     Some(row)
 }
 
-/// At least `least` on each half, to the two decimals the comparison is printed with.
-fn reaches(fits: &[Vec<f64>; 2], least: [&[f64]; 2]) {
+/// At least `least` on each half, to the last digit that the comparison is printed with.
+fn reaches(fits: &[Vec<f64>; 2], least: [&[f64]; 2], digit: f64) {
     for (fits, least) in fits.iter().zip(least) {
         for (fit, least) in fits.iter().zip(least) {
-            assert!(*fit >= least - 0.005, "{fit:.3} < {least}");
+            assert!(*fit >= least - 0.5 * digit, "{fit:.3} < {least}");
         }
     }
 }
@@ -65,30 +65,30 @@ fn reaches(fits: &[Vec<f64>; 2], least: [&[f64]; 2]) {
 #[test]
 fn the_hairdryer_is_explained_to_89_percent() {
     let Some(row) = table_row("hairdryer", 1, 3) else { return };
-    reaches(&row.subspace, [&[89.13], &[85.85]]);
-    reaches(&row.refined, [&[89.13], &[85.85]]);
-    reaches(&row.searched, [&[89.13], &[85.85]]);
+    reaches(&row.subspace, [&[89.13], &[85.85]], 0.01);
+    reaches(&row.refined, [&[89.13], &[85.85]], 0.01);
+    reaches(&row.searched, [&[89.13], &[85.85]], 0.01);
 }
 
 #[test]
 fn the_robot_arm_is_explained_to_97_percent_by_one_pass() {
     let Some(row) = table_row("robot_arm", 1, 4) else { return };
-    reaches(&row.subspace, [&[97.06], &[96.52]]);
-    reaches(&row.refined, [&[97.26], &[96.44]]);
-    reaches(&row.searched, [&[97.06], &[96.52]]);
+    reaches(&row.subspace, [&[97.06], &[96.52]], 0.01);
+    reaches(&row.refined, [&[97.26], &[96.44]], 0.01);
+    reaches(&row.searched, [&[97.06], &[96.52]], 0.01);
 }
 
 #[test]
 fn the_arm_of_the_cd_player_needs_refinement() {
     let Some(row) = table_row("CD_player_arm", 2, 4) else { return };
-    reaches(&row.refined, [&[76.7, 86.4], &[70.6, 81.8]]);
-    reaches(&row.searched, [&[76.7, 86.4], &[70.6, 81.8]]);
+    reaches(&row.refined, [&[76.7, 86.4], &[70.6, 81.8]], 0.1);
+    reaches(&row.searched, [&[76.7, 86.4], &[70.6, 81.8]], 0.1);
 }
 
 #[test]
 fn the_heat_exchanger_drifts_away_from_every_linear_model() {
     let Some(row) = table_row("exchanger", 1, 3) else { return };
-    reaches(&row.searched, [&[81.67], &[50.42]]);
+    reaches(&row.searched, [&[81.67], &[50.42]], 0.01);
 }
 
 #[test]

@@ -150,7 +150,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn name_of(log: &Path) -> String {
+/// What a log's results are called after.
+pub fn name_of(log: &Path) -> String {
     let full = log.canonicalize().unwrap_or_else(|_| log.to_path_buf());
     full.file_stem().map_or_else(|| "log".into(), |name| name.to_string_lossy().into_owned())
 }

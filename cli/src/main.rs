@@ -5,6 +5,7 @@ mod convert;
 mod estimate;
 #[cfg(target_os = "linux")]
 mod fly;
+mod identify;
 mod log;
 mod play;
 mod report;
@@ -31,6 +32,9 @@ struct Arguments {
 enum Verb {
     /// Run the filter over a log; writes solution.csv, summary.json and report.html
     Estimate(estimate::Arguments),
+    /// Identify a model of the helicopter from a flight, and validate it; writes model.toml,
+    /// summary.json and report.html
+    Identify(identify::Arguments),
     /// Say what is in a log: sensors, rates, spans, gaps
     Info {
         /// A dataset directory or a flight record
@@ -53,6 +57,7 @@ fn main() -> ExitCode {
         #[cfg(target_os = "linux")]
         Verb::Fly(arguments) => fly::run(&arguments),
         Verb::Play(arguments) => play::run(&arguments),
+        Verb::Identify(arguments) => identify::run(&arguments),
         Verb::Info { log } => info(&log),
         Verb::Convert(arguments) => convert::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),

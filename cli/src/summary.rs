@@ -190,7 +190,7 @@ impl Summary {
             self.gps_fixes_rejected += usize::from(report.any_rejected());
         }
         for axis in report.innovations() {
-            let channel = self.innovations.entry(channel_name(axis.channel)).or_default();
+            let channel = self.innovations.entry(axis.channel.name()).or_default();
             match axis.verdict {
                 Verdict::Rejected => channel.rejected += 1,
                 verdict => {
@@ -199,7 +199,7 @@ impl Summary {
                     if verdict == Verdict::Reopened {
                         self.reopened.push(Reopened {
                             time_s: axis.time.seconds(),
-                            channel: channel_name(axis.channel),
+                            channel: axis.channel.name(),
                             innovation: axis.innovation,
                         });
                     }
@@ -227,8 +227,7 @@ impl Summary {
 
     /// Writes `summary.json`.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = serde_json::to_string_pretty(self)? + "\n";
-        std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+        write_json(self, path)
     }
 
     /// The facts of the run as the report's table has them.
@@ -315,6 +314,12 @@ impl Summary {
     }
 }
 
+/// Writes a summary as JSON that people can read, too.
+pub fn write_json(summary: &impl Serialize, path: &Path) -> anyhow::Result<()> {
+    let text = serde_json::to_string_pretty(summary)? + "\n";
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
 impl AlignmentSummary {
     fn in_words(&self) -> String {
         let source = match (self.heading, self.heading_found_s) {
@@ -340,21 +345,6 @@ const fn heading_name(source: HeadingSource) -> &'static str {
         HeadingSource::Magnetometer => "magnetometer",
         HeadingSource::Course => "course",
         HeadingSource::Unknown => "unknown",
-    }
-}
-
-const fn channel_name(channel: Channel) -> &'static str {
-    match channel {
-        Channel::PositionNorth => "position_north_m",
-        Channel::PositionEast => "position_east_m",
-        Channel::PositionDown => "position_down_m",
-        Channel::VelocityNorth => "velocity_north_mps",
-        Channel::VelocityEast => "velocity_east_mps",
-        Channel::VelocityDown => "velocity_down_mps",
-        Channel::Roll => "roll_rad",
-        Channel::Pitch => "pitch_rad",
-        Channel::Yaw => "yaw_rad",
-        Channel::BaroHeight => "baro_height_m",
     }
 }
 

@@ -27,6 +27,25 @@ pub enum Channel {
     BaroHeight,
 }
 
+impl Channel {
+    /// Its name in files, with its unit.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PositionNorth => "position_north_m",
+            Self::PositionEast => "position_east_m",
+            Self::PositionDown => "position_down_m",
+            Self::VelocityNorth => "velocity_north_mps",
+            Self::VelocityEast => "velocity_east_mps",
+            Self::VelocityDown => "velocity_down_mps",
+            Self::Roll => "roll_rad",
+            Self::Pitch => "pitch_rad",
+            Self::Yaw => "yaw_rad",
+            Self::BaroHeight => "baro_height_m",
+        }
+    }
+}
+
 /// What became of a scalar update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {

@@ -115,7 +115,7 @@ mod tests {
         let seen: Vec<f64> = (0..8).map(|unit| maneuver.at(0.25 + 0.5 * f64::from(unit))).collect();
         assert_eq!(seen, [2.0, 2.0, 2.0, -2.0, -2.0, 2.0, -2.0, 0.0]);
         let doublet = Maneuver::Doublet { amplitude: 1.0, hold_s: 1.0 };
-        assert_eq!(doublet.sampled(5, 0.75, 0.5), [0.0, 1.0, 1.0, -1.0, 0.0]);
+        assert_eq!(doublet.sampled(5, 0.75, 0.5), [0.0, 1.0, -1.0, -1.0, 0.0]);
     }
 
     #[test]

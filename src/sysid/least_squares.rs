@@ -31,9 +31,9 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 100 iterations, 1e-3: of a log-likelihood, a twentieth of a bound.
+    /// 100 iterations, 5e-3: of a log-likelihood, a tenth of a bound.
     fn default() -> Self {
-        Self { iterations: 100, least_decrease: 1e-3 }
+        Self { iterations: 100, least_decrease: 5e-3 }
     }
 }
 
@@ -74,7 +74,7 @@ pub fn minimise(
     let clamp = |value: f64, index: usize| value.max(lower[index]).min(upper[index]);
     let mut theta: Vec<f64> = (0..start.len()).map(|index| clamp(start[index], index)).collect();
     let mut at = problem.quadratic(&theta)?;
-    let (mut damping, mut growth) = (1e-3, 2.0);
+    let (mut damping, mut growth) = (1e-4, 2.0);
     let mut iterations = 1;
     loop {
         let on_bound: Vec<bool> = (0..theta.len())
@@ -144,4 +144,50 @@ fn step(at: &Quadratic, free: &[usize], damping: f64) -> Option<DVector<f64>> {
         step[index] = -value;
     }
     step.iter().all(|value| value.is_finite()).then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley as least squares: residuals 10 (y − x²) and 1 − x.
+    struct Valley;
+
+    impl Cost for Valley {
+        fn cost(&self, theta: &[f64]) -> Option<f64> {
+            self.quadratic(theta).map(|at| at.cost)
+        }
+
+        fn quadratic(&self, theta: &[f64]) -> Option<Quadratic> {
+            let (x, y) = (theta[0], theta[1]);
+            let residual = DVector::from_vec(vec![10.0 * (y - x * x), 1.0 - x]);
+            let slope = DMatrix::from_row_slice(2, 2, &[-20.0 * x, 10.0, -1.0, 0.0]);
+            Some(Quadratic {
+                cost: 0.5 * residual.norm_squared(),
+                gradient: slope.tr_mul(&residual),
+                information: slope.tr_mul(&slope),
+            })
+        }
+    }
+
+    const FREE: [f64; 2] = [f64::INFINITY; 2];
+
+    #[test]
+    fn a_curved_valley_is_followed_to_its_end() {
+        let limits = Limits { least_decrease: 1e-20, ..Limits::default() };
+        let found = minimise(&Valley, &[-1.2, 1.0], &FREE.map(|b| -b), &FREE, limits).unwrap();
+        assert!(found.converged && found.iterations < 40, "{}", found.iterations);
+        assert!((found.theta[0] - 1.0).abs() < 1e-8 && (found.theta[1] - 1.0).abs() < 1e-8);
+    }
+
+    #[test]
+    fn a_bound_in_the_way_holds_and_is_told() {
+        let limits = Limits { least_decrease: 1e-20, ..Limits::default() };
+        let found =
+            minimise(&Valley, &[-1.2, 1.0], &FREE.map(|b| -b), &[0.5, f64::INFINITY], limits)
+                .unwrap();
+        assert_eq!(found.theta[0], 0.5);
+        assert_eq!(found.on_bound, [true, false]);
+        assert!((found.theta[1] - 0.25).abs() < 1e-8);
+    }
 }

@@ -5,21 +5,24 @@
 //! | step | what it does |
 //! |---|---|
 //! | [`inputs`] | what to fly: steps, doublets, 3-2-1-1, sine sweeps |
-//! | [`test_points`] | what the pilot flew, found from the sticks |
 //! | [`experiment`] | one record of inputs and outputs, uniformly sampled and finite |
-//! | [`tones`] | vibration's lines, notched out |
+//! | [`test_points`], [`tones`] | where the pilot tested what; vibration's lines taken out |
 //! | [`preprocess`] | filters, trim, segments; is the data fit to be fitted? |
 //! | [`subspace`] | black-box models without a start value |
 //! | [`frequency`] | frequency responses with their coherence, and models fitted to them |
 //! | [`structure`], [`helicopter`] | what is known of the plant, as equations with unknowns |
-//! | [`prediction_error`] | those unknowns, with their bounds |
+//! | [`prediction_error`] | those unknowns with their bounds, what was dropped and why |
 //! | [`validate`] | how well the model does on data it has not seen, or why it is refused |
-//! | [`identify`] | all of it, from a flight and its estimate |
+//! | [`identify`] | all of it for a helicopter, from a recorded flight to a model |
+//! | [`flight_checks`], [`flight_response`] | is the flight fit for it; what it says of the model in frequency |
+//! | [`vehicle`] | the model that others get, its poles and how sure they are |
 //!
 //! Every matrix found here says in which time domain it is: [`LinearModel`](linear::LinearModel) is
 //! a one-step map and carries its sample period.
 
 pub mod experiment;
+pub mod flight_checks;
+pub mod flight_response;
 pub mod frequency;
 pub mod helicopter;
 pub mod identify;
@@ -34,6 +37,7 @@ pub mod subspace;
 pub mod test_points;
 pub mod tones;
 pub mod validate;
+pub mod vehicle;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
 pub use linear::{InnovationModel, LinearModel};

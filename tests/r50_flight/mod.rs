@@ -64,7 +64,7 @@ fn multisine(time_s: f64, axis: usize) -> f64 {
     (0..8)
         .map(|harmonic| {
             let rate = 0.5 * 1.6_f64.powi(harmonic) * (1.0 + 0.1 * axis as f64);
-            let phase = (harmonic * harmonic) as f64 * 0.8 + axis as f64;
+            let phase = f64::from(harmonic * harmonic) * 0.8 + axis as f64;
             0.05 * (rate * time_s + phase).sin()
         })
         .sum()

@@ -66,6 +66,18 @@ impl Fact {
     }
 }
 
+/// A number to four digits, as a person would write it; a dash where it is unknown.
+pub fn digits(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    if value != 0.0 && value.abs() < 1e-4 {
+        return format!("{value:.2e}");
+    }
+    let whole_digits = value.abs().max(1e-4).log10().floor();
+    format!("{value:.*}", (3.0 - whole_digits).clamp(0.0, 7.0) as usize)
+}
+
 /// Writes the page of an estimate to `path`, over what may stand there.
 ///
 /// # Errors

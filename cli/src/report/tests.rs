@@ -8,7 +8,7 @@ use hovernav::frames::{EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::log::{Axis, AxisScore, ErrorPoint, Statistics};
 
 use super::page::{Page, Section, Table, TableRow};
-use super::series::{Axis, Figure, Role, Row, Series};
+use super::series::{Figure, Role, Row, Series};
 use super::*;
 
 /// Normal numbers, the same on every run: the sum of twelve uniform ones (Knuth's generator).
@@ -425,7 +425,7 @@ fn a_page_without_a_flight_has_axes_of_its_own() {
     };
     let turn = |from: f64| (0..=60).map(move |step| from + f64::from(step) / 60.0 * TAU);
     let figure = Figure::against(
-        Axis::logarithmic("Frequency", "rad/s"),
+        series::Axis::logarithmic("Frequency", "rad/s"),
         [
             Row::new("Magnitude", "dB")
                 .with(Series::curve(Role::Flight, lag(2.0)).named("Flight, coherent"))
@@ -437,13 +437,13 @@ fn a_page_without_a_flight_has_axes_of_its_own() {
         ],
     );
     let poles = Figure::against(
-        Axis::plane("Real part", "1/s"),
+        series::Axis::plane("Real part", "1/s"),
         [Row::new("Imaginary part", "1/s")
             .with(Series::curve(Role::Region, turn(0.0).map(|a| (a.cos() - 2.0, 0.5 * a.sin()))))
             .with(Series::points(Role::Pole, [(-2.0, 0.0)].into_iter()))],
     );
     let window = Figure::against(
-        Axis::linear("Time", "s").within([10.0, 15.0]),
+        series::Axis::linear("Time", "s").within([10.0, 15.0]),
         [Row::new("Pedal", "").with(Series::curve(Role::Input, [(10.0, 0.0), (12.0, 0.1)]))],
     );
     let table = Table {

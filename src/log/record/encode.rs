@@ -13,7 +13,7 @@ use super::message::{
 use super::writer::Writer;
 use crate::dmu::Measurement;
 use crate::earth::Geodetic;
-use crate::ekf::{ImuFault, Notice, Unusable};
+use crate::ekf::Notice;
 use crate::frames::Vector;
 use crate::gps::ReceiverFix;
 use crate::gps::quality::Failures;
@@ -145,21 +145,11 @@ impl<W: Write> Writer<W> {
                 self.event(time, level, kind, &told.join(", "))
             }
             Notice::FixUnusable(time, reason) => {
-                let text = match reason {
-                    Unusable::NotFinite => "the fix is no place, or not finite",
-                    Unusable::TooOld => "the fix is older than the filter's memory",
-                    Unusable::AheadOfImu => "the fix is ahead of the inertial samples",
-                    Unusable::TooSoon | Unusable::NoState => "the filter cannot use the fix",
-                };
-                self.event(*time, Level::Warning, "fix_unusable", text)
+                let text = format!("the fix is not used: {reason}");
+                self.event(*time, Level::Warning, "fix_unusable", &text)
             }
             Notice::ImuFault(time, fault) => {
-                let text = match fault {
-                    ImuFault::NotFinite => "the sample is not finite: passed over".into(),
-                    ImuFault::NotLater => "not later than the sample before: passed over".into(),
-                    ImuFault::Gap(length_s) => format!("no sample for {length_s:.3} s: bridged"),
-                    ImuFault::Astray => "the sample would lead off the Earth: not followed".into(),
-                };
+                let text = format!("inertial sample: {fault}");
                 self.event(*time, Level::Warning, "imu_fault", &text)
             }
         }

@@ -6,7 +6,7 @@ use glam::DQuat;
 use serde::{Deserialize, Serialize};
 
 use crate::earth::Geodetic;
-use crate::ekf::{Channel, Innovation, Solution, Verdict};
+use crate::ekf::{Innovation, Solution, Verdict};
 use crate::frames::{Rotation, Vector};
 use crate::gps::ReceiverFix;
 use crate::gps::quality::Failures;
@@ -254,25 +254,9 @@ impl InnovationsMessage {
                 Verdict::Reopened => "reopened",
             };
             let told = AxisMessage { innovation: axis.innovation, sigma: axis.sigma, verdict };
-            message.axes.insert(channel_name(axis.channel), told);
+            message.axes.insert(axis.channel.name(), told);
         }
         message
-    }
-}
-
-/// The name of an innovation, with its unit.
-pub const fn channel_name(channel: Channel) -> &'static str {
-    match channel {
-        Channel::PositionNorth => "position_north_m",
-        Channel::PositionEast => "position_east_m",
-        Channel::PositionDown => "position_down_m",
-        Channel::VelocityNorth => "velocity_north_mps",
-        Channel::VelocityEast => "velocity_east_mps",
-        Channel::VelocityDown => "velocity_down_mps",
-        Channel::Roll => "roll_rad",
-        Channel::Pitch => "pitch_rad",
-        Channel::Yaw => "yaw_rad",
-        Channel::BaroHeight => "baro_height_m",
     }
 }
 

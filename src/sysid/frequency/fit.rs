@@ -32,8 +32,9 @@ impl Default for ResponseFitSettings {
 pub struct ResponseFit {
     /// The parameters.
     pub parameters: Vec<f64>,
-    /// Their standard deviations by Cramér and Rao, scaled by the misfit that remains. Infinite
-    /// where the responses say nothing of a parameter.
+    /// Their standard deviations: Cramér and Rao's bounds, scaled by the misfit that remains and
+    /// doubled, since neighbouring frequencies share their windows and are not independent (Tischler
+    /// & Remple, section 11.3). Infinite where the responses say nothing of a parameter.
     pub bounds: Vec<f64>,
     /// Tischler & Remple's J of each response, outputs × inputs; NaN where no point was coherent.
     /// Below 50 a model is hardly told from the vehicle, below 100 it is good for most uses.
@@ -111,7 +112,7 @@ pub fn fit_response(
         Some(inverse) => inverse
             .diagonal()
             .iter()
-            .map(|&own| if own >= 0.0 { (variance * own).sqrt() } else { f64::INFINITY })
+            .map(|&own| if own >= 0.0 { 2.0 * (variance * own).sqrt() } else { f64::INFINITY })
             .collect(),
         None => vec![f64::INFINITY; start.len()],
     };

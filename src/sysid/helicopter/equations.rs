@@ -81,9 +81,13 @@ const R50: &[Row] = &[
 ];
 
 /// From the stick's sample to what the sensors' sample says of it. Negative where a stick is recorded
-/// after it has moved.
+/// after it has moved: half a period where it moves on between samples. Each stick has its own, as
+/// where a step falls between two samples is chance.
 const DELAY_LIMITS_S: (f64, f64) = (-0.03, 0.2);
-const CYCLIC_DELAY: &[Row] = &[("tau_cyc", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+const CYCLIC_DELAY: &[Row] = &[
+    ("tau_lat", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
+    ("tau_lon", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
+];
 const COLLECTIVE_DELAY: &[Row] = &[("tau_col", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 const PEDAL_DELAY: &[Row] = &[("tau_ped", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 
@@ -138,7 +142,7 @@ pub(super) fn structure(kind: Kind) -> Structure {
         format!(
             "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\
              noise {CYCLIC_NOISE} n_w n_wg n_r\noffsets p q u v w r\n\
-             delay lateral tau_cyc\ndelay longitudinal tau_cyc\n\
+             delay lateral tau_lat\ndelay longitudinal tau_lon\n\
              delay collective tau_col\ndelay pedal tau_ped\n\
              {cyclic}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}{HEAVE_EQUATIONS}{YAW_EQUATION}"
         )
@@ -161,7 +165,7 @@ pub(super) fn structure(kind: Kind) -> Structure {
             format!(
                 "inputs lateral longitudinal\noutputs p q phi theta u v\n\
                  noise {CYCLIC_NOISE}\noffsets p q u v\n\
-                 delay lateral tau_cyc\ndelay longitudinal tau_cyc\n\
+                 delay lateral tau_lat\ndelay longitudinal tau_lon\n\
                  {REDUCED_EQUATIONS}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}"
             ),
         ),

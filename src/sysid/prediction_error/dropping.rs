@@ -10,21 +10,21 @@ use crate::sysid::least_squares::Minimum;
 /// by it.
 ///
 /// # Source
-/// Tischler and Remple, section 12.3.4: bound at most 20 %, insensitivity at most 10 % of the value.
+/// Tischler and Remple, chapter 12: bound at most 20 %, insensitivity at most 10 % of the value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dropping {
     /// Largest Cramér–Rao bound, percent of the value.
     pub bound_percent: f64,
     /// Largest insensitivity, percent of the value.
     pub insensitivity_percent: f64,
-    /// Largest rise of −2 ln L a parameter may be missed by, if innovations were white: the 95 % point
-    /// of χ² with one degree of freedom is 3.84.
+    /// Largest rise of −2 ln L a parameter may be missed by; 2 is Akaike's price of a parameter. The
+    /// rise counts by as much less as innovations that are not white widen the bound's variance.
     pub likelihood_rise: f64,
 }
 
 impl Default for Dropping {
     fn default() -> Self {
-        Self { bound_percent: 20.0, insensitivity_percent: 10.0, likelihood_rise: 3.84 }
+        Self { bound_percent: 20.0, insensitivity_percent: 10.0, likelihood_rise: 2.0 }
     }
 }
 
@@ -33,9 +33,10 @@ pub(super) fn search(
     mut problem: Problem<'_>,
     settings: &Settings,
 ) -> Result<Identified, PredictionErrorError> {
+    let mut iterations = settle(&mut problem, settings)?;
     let mut theta: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
     let mut minimum = super::search(&problem, &theta, settings.limits)?;
-    let mut iterations = minimum.iterations;
+    iterations += minimum.iterations;
     let (mut log, mut dropped, mut kept) = (Vec::new(), Vec::new(), Vec::new());
     let estimates = loop {
         let estimates = summarise(&problem, &minimum, settings, &dropped)?;
@@ -50,7 +51,8 @@ pub(super) fn search(
         };
         let (name, before) = (problem.structure.parameters[index].name.clone(), minimum.clone());
         let (base, free) = (problem.base.clone(), problem.free.clone());
-        let value = if problem.structure.divides(index) { problem.base[index] } else { 0.0 };
+        let start = problem.structure.parameters[index].start;
+        let value = if problem.structure.divides(index) { start } else { 0.0 };
         problem.base[index] = value;
         problem.free.remove(place);
         theta = minimum.theta.clone();
@@ -77,6 +79,21 @@ pub(super) fn search(
         }
     };
     finish(&problem, &minimum, estimates, iterations, log, &dropped)
+}
+
+/// A first search with the outputs' noise held at what their differences say.
+///
+/// Process noise can stand in for an output's noise and explain each sample by itself: that is a
+/// second optimum of the likelihood, and a search from far off may end there.
+fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, PredictionErrorError> {
+    let first_output = problem.structure.parameters.len() + problem.structure.noises.len();
+    let all = problem.free.clone();
+    problem.free.retain(|&index| index < first_output);
+    let start: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
+    let minimum = super::search(problem, &start, settings.limits)?;
+    problem.base = problem.whole(&minimum.theta);
+    problem.free = all;
+    Ok(minimum.iterations)
 }
 
 /// The parameter to drop next, and why: the most insensitive, then the least bounded.

@@ -30,8 +30,9 @@ pub struct Estimate {
     pub start: f64,
     /// What became of it.
     pub status: Status,
-    /// Cramér–Rao bound, one sigma, in the parameter's unit; 0 where it was not estimated. Widened for
-    /// coloured innovations where the settings ask for it.
+    /// Cramér–Rao bound, one sigma, in the parameter's unit; 0 where it was not estimated. Where
+    /// the settings ask for it, it is that of innovations as they are: correlated, and larger at some
+    /// times than at others.
     pub bound: f64,
     /// The bound if innovations were white.
     pub white_bound: f64,

@@ -14,7 +14,6 @@ use super::statistics::noise_of;
 use super::sweep::{Pass, Record};
 use super::{Estimates, Identified, PredictionErrorError};
 use crate::sysid::Experiment;
-use crate::sysid::structure::Structure;
 
 /// Noise-only windows behind a noise floor.
 const FLOOR_RUNS: usize = 100;
@@ -105,52 +104,27 @@ impl Identified {
         experiments: &[Experiment],
         window_s: f64,
     ) -> Result<Fit, PredictionErrorError> {
-        let failed = || PredictionErrorError::Start { structure: self.structure.name.clone() };
-        let structure = self.structure.with_shown();
-        let records = |structure: &Structure| {
-            experiments
-                .iter()
-                .map(|experiment| Record::new(structure, experiment))
-                .collect::<Result<Vec<_>, _>>()
-        };
-        let (narrow, records) = (records(&self.structure)?, records(&structure)?);
-        let mut theta = self.theta.clone();
-        theta.resize(theta.len() + structure.outputs.len() - self.structure.outputs.len(), 0.0);
-        let first = theta.len() - structure.outputs.len();
-        for (output, log) in theta[first..].iter_mut().enumerate() {
-            // A σ that was not estimated says how much to trust an output, not how noisy it is.
-            if !self.estimates.free.contains(&(first + output)) {
-                *log = noise_of(&records, output, structure.outputs.len()).ln();
-            }
-        }
-        let view = Identified { structure, theta, ..self.clone() };
-        view.fit(&narrow, &records, self, window_s).ok_or_else(failed)
+        let records = experiments
+            .iter()
+            .map(|experiment| Record::new(&self.structure, experiment))
+            .collect::<Result<Vec<_>, _>>()?;
+        self.fit(&records, window_s)
+            .ok_or_else(|| PredictionErrorError::Start { structure: self.structure.name.clone() })
     }
 
-    /// The fit of `self`, a model with the shown states as outputs, over `records` of these outputs;
-    /// `narrow` are those of `model`, the one identified.
-    fn fit(
-        &self,
-        narrow: &[Record],
-        records: &[Record],
-        model: &Self,
-        window_s: f64,
-    ) -> Option<Fit> {
+    fn fit(&self, records: &[Record], window_s: f64) -> Option<Fit> {
         let whole = ((window_s / self.period_s).round() as usize).max(2);
-        let predictor = |model: &Self| {
-            let innovations = model.innovations_form;
-            Predictor::new(&model.structure, &model.theta, self.period_s, innovations)
-        };
-        let noise = WindowNoise::new(self, &predictor(self)?, whole);
-        let predictor = predictor(model)?;
-        let open = Predictor::new(&self.structure, &noise.weighted(self), self.period_s, false)?;
+        let innovations = self.innovations_form;
+        let predictor = Predictor::new(&self.structure, &self.theta, self.period_s, innovations)?;
+        let noise = WindowNoise::new(self, &predictor, records, whole);
+        let open = Predictor::new(&self.structure, &noise.weights, self.period_s, false)?;
 
         let p = self.structure.outputs.len();
         let (mut residual, mut deviation) = (vec![0.0; p], vec![0.0; p]);
         let (mut runs, mut floor, mut simulated) = (Vec::new(), vec![0.0; p], 0);
-        for (narrow, record) in narrow.iter().zip(records) {
+        for record in records {
             let length = whole.min(record.samples);
-            let own = model.own_values(narrow, &predictor)?;
+            let own = self.own_values(record, &predictor)?;
             let inputs = record.delayed(&self.structure, &self.theta, self.period_s);
             let means: Vec<f64> = (0..p)
                 .map(|output| {
@@ -260,44 +234,45 @@ struct WindowNoise {
     /// Γₙ diag(σ).
     driven: DMatrix<f64>,
     measurement_sigma: Vec<f64>,
-    /// Mean variance of each output's error over the window, from a known initial state.
-    variances: Vec<f64>,
+    /// The whole parameter vector with each output's error over the window, from a known initial
+    /// state, in place of its noise: how the initial state is to weigh the outputs.
+    weights: Vec<f64>,
     length: usize,
 }
 
 impl WindowNoise {
-    fn new(model: &Identified, predictor: &Predictor, length: usize) -> Self {
+    fn new(model: &Identified, predictor: &Predictor, records: &[Record], length: usize) -> Self {
         let structure = &model.structure;
         let (n, m, q) = (structure.states.len(), structure.inputs.len(), structure.noises.len());
-        let sigmas: Vec<f64> =
-            model.theta[structure.parameters.len()..].iter().map(|log| log.exp()).collect();
-        let (process, measurement) = sigmas.split_at(q);
+        let p = structure.outputs.len();
+        let own = structure.parameters.len();
+        let sigmas: Vec<f64> = model.theta[own..].iter().map(|log| log.exp()).collect();
+        let (process, trusted) = sigmas.split_at(q);
         let mut driven = predictor.gamma.columns(m, q).into_owned();
         for (index, sigma) in process.iter().enumerate() {
             let present = if model.innovations_form { *sigma } else { 0.0 };
             driven.column_mut(index).scale_mut(present);
         }
+        // A σ that was held says how much to trust an output, not how noisy it is.
+        let held = |output: usize| !model.estimates.free.contains(&(own + q + output));
+        let measurement_sigma: Vec<f64> = (0..p)
+            .map(|output| if held(output) { noise_of(records, output, p) } else { trusted[output] })
+            .collect();
+        let mut variances: Vec<f64> = trusted.iter().map(|sigma| sigma * sigma).collect();
         let step = &driven * driven.transpose();
         let mut covariance = DMatrix::zeros(n, n);
-        let mut variances = vec![0.0; structure.outputs.len()];
         for _ in 0..length {
             let seen = &predictor.c * &covariance * predictor.c.transpose();
             for (output, variance) in variances.iter_mut().enumerate() {
-                *variance += (seen[(output, output)] + measurement[output].powi(2)) / length as f64;
+                *variance += seen[(output, output)] / length as f64;
             }
             covariance = &predictor.phi * covariance * predictor.phi.transpose() + &step;
         }
-        Self { driven, measurement_sigma: measurement.to_vec(), variances, length }
-    }
-
-    /// The parameter vector with the window's error in place of the measurement noise.
-    fn weighted(&self, model: &Identified) -> Vec<f64> {
-        let mut theta = model.theta.clone();
-        let first = theta.len() - self.variances.len();
-        for (log, variance) in theta[first..].iter_mut().zip(&self.variances) {
+        let mut weights = model.theta.clone();
+        for (log, variance) in weights[own + q..].iter_mut().zip(&variances) {
             *log = 0.5 * variance.ln();
         }
-        theta
+        Self { driven, measurement_sigma, weights, length }
     }
 
     /// Expected variance of each output's residual after the initial state is fitted, by simulation
@@ -305,7 +280,7 @@ impl WindowNoise {
     fn residual_variances(&self, model: &Identified, open: &Predictor) -> Option<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let (n, p) = (open.phi.nrows(), self.variances.len());
+        let (n, p) = (open.phi.nrows(), self.measurement_sigma.len());
         let m = model.structure.inputs.len();
         let own = vec![0.0; n + model.structure.offsets.len() + model.structure.biases.len()];
         let inputs = (vec![0.0; self.length * m], vec![0.0; self.length * m]);

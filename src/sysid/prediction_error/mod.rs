@@ -43,7 +43,7 @@ pub use fit::{ChannelFit, Fit, Run};
 use self::problem::Problem;
 use self::sweep::Record;
 use super::least_squares::{Limits, minimise};
-use super::structure::Structure;
+use super::structure::{Matrices, Structure};
 use super::{Experiment, ExperimentError};
 
 /// Why nothing could be identified.
@@ -124,7 +124,8 @@ pub struct Settings {
     pub limits: Limits,
     /// Which parameters to drop; none where `None`.
     pub dropping: Option<Dropping>,
-    /// The time over which the innovations' correlation widens the bounds, s; 0 takes them as white.
+    /// The time over which correlated innovations widen the bounds, s; 0 takes them as white and as
+    /// large at all times.
     pub residual_correlation_s: f64,
 }
 
@@ -191,6 +192,14 @@ pub struct Identified {
     pub converged: bool,
     /// The whole parameter vector: structure, ln σ of process noise, ln σ of measurement noise.
     theta: Vec<f64>,
+}
+
+impl Identified {
+    /// The model's matrices, continuous in time; delays are apart, in the estimates.
+    #[must_use]
+    pub fn matrices(&self) -> Matrices {
+        self.structure.at(&self.theta[..self.structure.parameters.len()])
+    }
 }
 
 /// Identifies `structure` on `experiments`.

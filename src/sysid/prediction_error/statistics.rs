@@ -1,6 +1,6 @@
 //! What the innovations say of the estimates.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::problem::{Forced, Passed, Problem, solve_many};
 use super::sweep::{Normal, Record};
@@ -27,15 +27,17 @@ pub(super) fn white_covariance(at: &Quadratic) -> Option<DMatrix<f64>> {
     solve_many(&at.information, &DMatrix::identity(count, count))
 }
 
-/// The covariance of the free parameters where innovations are correlated over `lags` samples, from
-/// `white`, the one of white innovations.
+/// The covariance of the free parameters where innovations are correlated over `lags` samples, or
+/// larger at some times than at others, from `white`, the one of innovations that are neither.
 ///
-/// With J̃ the sensitivities less what a record's own unknowns explain, M the information and R(l) the
-/// innovations' autocovariance, M⁻¹ (Σₖₗ J̃ₖᵀ R(l) J̃ₖ₊ₗ) M⁻¹; Bartlett's window keeps the middle
-/// positive.
+/// With gₖ a sample's share of the cost's gradient and M the information,
+/// M⁻¹ (Σₖₗ wₗ gₖ gₖ₊ₗᵀ) M⁻¹; Bartlett's window w keeps the middle positive. Where a step falls
+/// between two samples of the stick is unknown, so residuals are largest just where the
+/// parameters are felt most: only the gradients themselves see that.
 ///
 /// # Source
-/// Morelli and Klein (1997), *J. Aircraft* 34(2).
+/// Newey and West (1987), *Econometrica* 55(3); for flight data Morelli and Klein (1997),
+/// *J. Aircraft* 34(2).
 pub(super) fn colored_covariance(
     problem: &Problem<'_>,
     white: &DMatrix<f64>,
@@ -44,26 +46,14 @@ pub(super) fn colored_covariance(
     lags: usize,
 ) -> Option<DMatrix<f64>> {
     let count = problem.free.len();
-    let p = problem.structure.outputs.len();
-    let correlations = autocovariances(&passed.normals, p, lags);
-    let samples = problem.samples() as f64;
-    let mut middle = DMatrix::from_fn(count, count, |row, column| {
-        0.5 * samples * forced.spreads[row].dot(&forced.spreads[column])
-    });
+    let mut middle = DMatrix::zeros(count, count);
     for normal in &passed.normals {
-        let rows = projected(normal, count)?;
-        let length = rows.ncols() / p;
-        for (lag, correlation) in correlations.iter().enumerate().take(length) {
-            let mut later = DMatrix::zeros(count, (length - lag) * p);
-            for sample in 0..length - lag {
-                later.columns_mut(sample * p, p).gemm(
-                    1.0,
-                    &rows.columns((sample + lag) * p, p),
-                    &correlation.transpose(),
-                    0.0,
-                );
-            }
-            let product = rows.columns(0, (length - lag) * p) * later.transpose();
+        let shares = gradients(problem, normal, forced)?;
+        let length = shares.ncols();
+        for lag in 0..=lags.min(length - 1) {
+            let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
+            let early = shares.columns(0, length - lag);
+            let product = early * shares.columns(lag, length - lag).transpose() * weight;
             if lag > 0 {
                 middle += product.transpose();
             }
@@ -73,23 +63,20 @@ pub(super) fn colored_covariance(
     Some(white * middle * white)
 }
 
-/// Tapered autocovariances of the whitened innovations over all records, lags 0 to `lags`.
-fn autocovariances(normals: &[Normal], p: usize, lags: usize) -> Vec<DMatrix<f64>> {
-    let mut found = vec![DMatrix::zeros(p, p); lags + 1];
-    let mut samples = 0;
-    for normal in normals {
-        let length = normal.whitened.len() / p;
-        samples += length;
-        let errors = DMatrix::from_column_slice(p, length, &normal.whitened);
-        for (lag, sum) in found.iter_mut().enumerate().take(length) {
-            let early = errors.columns(0, length - lag);
-            *sum += early * errors.columns(lag, length - lag).transpose();
+/// Each sample's share of the cost's gradient, parameters × samples.
+fn gradients(problem: &Problem<'_>, normal: &Normal, forced: &Forced) -> Option<DMatrix<f64>> {
+    let (count, p) = (problem.free.len(), problem.structure.outputs.len());
+    let rows = projected(normal, count)?;
+    let length = normal.whitened.len() / p;
+    let mut shares = DMatrix::zeros(count, length);
+    for (sample, mut share) in shares.column_iter_mut().enumerate() {
+        let error = DVector::from_column_slice(&normal.whitened[sample * p..(sample + 1) * p]);
+        share.gemv(1.0, &rows.columns(sample * p, p), &error, 0.0);
+        for (parameter, spread) in forced.spreads.iter().enumerate() {
+            share[parameter] += 0.5 * (spread.trace() - error.dot(&(spread * &error)));
         }
     }
-    for (lag, sum) in found.iter_mut().enumerate() {
-        *sum *= (1.0 - lag as f64 / (lags as f64 + 1.0)) / samples as f64;
-    }
-    found
+    Some(shares)
 }
 
 /// Sensitivities of the parameters, parameters × (samples · outputs), less what the record's own

@@ -170,6 +170,7 @@ impl Pass<'_> {
                 sensitivity[(parameters + index, own)] = 1.0;
             }
         }
+        // Row by row: a state's row of F is one slice.
         let closed = self.predictor.closed.transpose();
         let mut next = sensitivity.clone();
         let mut z = DMatrix::zeros(width, BLOCK);
@@ -209,7 +210,7 @@ impl Pass<'_> {
                     into[..parameters]
                         .copy_from_slice(&forced.as_slice()[start..start + parameters]);
                 }
-                next.gemm(1.0, &sensitivity, &closed, 1.0);
+                propagate(&closed, sensitivity.as_slice(), next.as_mut_slice(), columns);
                 std::mem::swap(&mut sensitivity, &mut next);
             }
             let used = rows.columns(0, p * length);
@@ -327,6 +328,33 @@ impl Pass<'_> {
             }));
         }
         steady
+    }
+}
+
+/// next += F s, `closed` being Fᵀ; a state's sensitivities lie together, `columns` of them. Four states
+/// at a time, as a general product would spend its time packing matrices this small.
+fn propagate(closed: &DMatrix<f64>, sensitivity: &[f64], next: &mut [f64], columns: usize) {
+    if columns == 0 {
+        return;
+    }
+    let states = closed.nrows();
+    for (row, into) in next.chunks_exact_mut(columns).enumerate() {
+        let factors = closed.column(row);
+        let factors = factors.as_slice();
+        let whole = states - states % 4;
+        for first in (0..whole).step_by(4) {
+            let [f0, f1, f2, f3] = [0, 1, 2, 3].map(|offset| factors[first + offset]);
+            let (s0, rest) = sensitivity[first * columns..].split_at(columns);
+            let (s1, rest) = rest.split_at(columns);
+            let (s2, rest) = rest.split_at(columns);
+            let s3 = &rest[..columns];
+            for ((((into, a), b), c), d) in into.iter_mut().zip(s0).zip(s1).zip(s2).zip(s3) {
+                *into += (f0 * a + f1 * b) + (f2 * c + f3 * d);
+            }
+        }
+        for state in whole..states {
+            add(into, factors[state], &sensitivity[state * columns..(state + 1) * columns]);
+        }
     }
 }
 

@@ -48,7 +48,7 @@ fn gradient_holds(structure: &Structure, innovations: bool) {
     let at = problem.quadratic(&theta).expect("a predictor");
     assert!((at.cost - problem.cost(&theta).expect("a cost")).abs() < 1e-8 * at.cost.abs());
     for index in 0..theta.len() {
-        let step = 1e-5 * theta[index].abs().max(0.1);
+        let step = 1e-4 * theta[index].abs().max(0.1);
         let at_offset = |offset: f64| {
             let mut moved = theta.clone();
             moved[index] += offset;

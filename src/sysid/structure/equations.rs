@@ -30,7 +30,6 @@ pub(super) fn parse(
         states: Vec::new(),
         inputs: Vec::new(),
         outputs: Vec::new(),
-        shown: Vec::new(),
         noises: Vec::new(),
         offsets: Vec::new(),
         biases: Vec::new(),
@@ -71,14 +70,12 @@ pub(super) fn parse(
         match keyword {
             "inputs" => structure.inputs = names,
             "outputs" => structure.outputs = names,
-            "shown" => structure.shown = names,
             "noise" => structure.noises = names,
             "offsets" => structure.offsets = names,
             "biases" => structure.biases = names,
             "delay" => delays.push((names, line)),
             _ => {
-                let expected =
-                    "an equation, inputs, outputs, shown, noise, offsets, biases or delay";
+                let expected = "an equation, inputs, outputs, noise, offsets, biases or delay";
                 return Err(line.error(keyword, expected));
             }
         }
@@ -127,10 +124,6 @@ fn complete(
         let row = position(&structure.states, offset)
             .ok_or_else(|| whole.error(offset, "the name of a state to offset"))?;
         structure.dynamics.push(Term::plain(row, first + index));
-    }
-    for shown in &structure.shown {
-        position(&structure.states, shown)
-            .ok_or_else(|| whole.error(shown, "the name of a state to show"))?;
     }
     for bias in &structure.biases {
         let row = position(&structure.outputs, bias)

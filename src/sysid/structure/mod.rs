@@ -177,8 +177,6 @@ pub struct Structure {
     pub inputs: Vec<String>,
     /// Outputs.
     pub outputs: Vec<String>,
-    /// States whose signal a fit shows beside the outputs, though the likelihood leaves it out.
-    pub shown: Vec<String>,
     /// Process noises: unmeasured inputs, white from sample to sample and held between.
     pub noises: Vec<String>,
     /// States with a constant forcing of their own in each experiment (trim, mean wind).
@@ -202,7 +200,6 @@ impl Structure {
     /// | `inputs a b …` | the inputs, by the names the experiments have |
     /// | `noise n …` | process noises, optional |
     /// | `outputs y …` | the outputs; a name without an equation is the state of that name |
-    /// | `shown x …` | measured states to compare but not to identify from, optional |
     /// | `offsets x …` | states with a constant forcing per experiment, optional |
     /// | `biases y …` | outputs with a constant bias per experiment, optional |
     /// | `delay a tau` | parameter `tau`, s, delays input `a`, optional |
@@ -242,18 +239,6 @@ impl Structure {
             parameter.fixed = fixed;
         }
         self
-    }
-
-    /// The same structure with the shown states as outputs, last.
-    pub(super) fn with_shown(&self) -> Self {
-        let mut structure = self.clone();
-        for name in std::mem::take(&mut structure.shown) {
-            let (row, state) =
-                (structure.outputs.len(), self.states.iter().position(|known| *known == name));
-            structure.measurement.extend(state.map(|column| Term::plain(row, column)));
-            structure.outputs.push(name);
-        }
-        structure
     }
 
     /// Whether a parameter stands in a denominator, and so can never be 0.

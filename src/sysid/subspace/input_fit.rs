@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::refine::{forced_responses, free_responses};
+use super::responses::{forced_responses, free_responses};
 use crate::sysid::experiment::Experiment;
 use crate::sysid::linear::InnovationModel;
 use crate::sysid::linear_least_squares::least_squares;
@@ -114,7 +114,16 @@ pub fn fit_initial_state(model: &InnovationModel, experiment: &Experiment) -> DV
         )
     };
     let left = (&experiment.outputs - run).transpose();
-    let left = DMatrix::from_column_slice(left.len(), 1, left.as_slice());
-    let free = free_responses(&transition, &system.c, experiment.samples());
+    let mut left = DMatrix::from_column_slice(left.len(), 1, left.as_slice());
+    let mut free = free_responses(&transition, &system.c, experiment.samples());
+    // Each output in units of its own size, so that no unit outweighs another.
+    for (output, signal) in experiment.outputs.column_iter().enumerate() {
+        let size = signal.norm().max(f64::MIN_POSITIVE);
+        for sample in 0..experiment.samples() {
+            let row = sample * experiment.outputs.ncols() + output;
+            left[row] /= size;
+            free.row_mut(row).unscale_mut(size);
+        }
+    }
     least_squares(free, &left).column(0).into_owned()
 }

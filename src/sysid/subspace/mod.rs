@@ -11,11 +11,14 @@
 //! Source: P. Van Overschee & B. De Moor, *Subspace Identification for Linear Systems* (1996),
 //! chapters 4 and 5; L. Ljung, *System Identification*, 2nd ed., section 10.6.
 
+mod balance;
 mod gain;
 mod input_fit;
 mod projection;
 mod realization;
 mod refine;
+mod responses;
+mod scales;
 mod search;
 
 pub use input_fit::fit_initial_state;
@@ -28,6 +31,7 @@ use thiserror::Error;
 use super::experiment::Experiment;
 use super::linear::InnovationModel;
 use projection::Projection;
+use scales::Scales;
 
 /// How the projection of the future on the past is weighted before its singular values are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -181,12 +185,16 @@ pub fn identify(
     experiment: &Experiment,
     settings: &SubspaceSettings,
 ) -> Result<Identified, SubspaceError> {
-    let projection = Projection::of(experiment, settings.horizon, settings.weighting)?;
+    let scales = Scales::of(experiment)?;
+    let unit = scales.applied(experiment);
+    let projection = Projection::of(&unit, settings.horizon, settings.weighting)?;
     let order = match settings.order {
         Some(order) => order,
         None => order_from(&projection.singular_values, projection.largest_order()),
     };
-    realization::realize(experiment, &projection, order, settings)
+    let mut found = realization::realize(&unit, &projection, order, settings)?;
+    scales.restore(&mut found.model);
+    Ok(found)
 }
 
 /// The number of singular values above the middle, on a logarithmic scale, between the largest and

@@ -28,7 +28,8 @@ const WELL_CONDITIONED: f64 = 1e-5;
 const EXCITED: f64 = 1e-9;
 
 impl Projection {
-    /// Projects with `horizon` samples of past and future.
+    /// Projects with `horizon` samples of past and future. The signals should be of one size
+    /// ([`super::scales::Scales`]), so that no unit outweighs another.
     pub fn of(
         experiment: &Experiment,
         horizon: usize,
@@ -48,8 +49,7 @@ impl Projection {
                 needed,
             });
         }
-        let scales = Scales::of(experiment)?;
-        let factor = triangular_factor(&stacked(experiment, &scales, horizon));
+        let factor = triangular_factor(&stacked(experiment, horizon));
         let future_inputs = horizon * inputs;
         let past = horizon * (inputs + outputs);
         let future = horizon * outputs;
@@ -100,39 +100,18 @@ impl Projection {
         for (mut column, value) in observability.column_iter_mut().zip(values.iter()) {
             column *= value.sqrt();
         }
-        let mut projection = Self {
+        Ok(Self {
             observability,
             singular_values: values.iter().copied().collect(),
             past_to_future,
             horizon,
             outputs,
-        };
-        projection.restore(&scales);
-        Ok(projection)
+        })
     }
 
     /// Most states this horizon can show.
     pub fn largest_order(&self) -> usize {
         ((self.horizon - 1) * self.outputs).min(self.singular_values.len())
-    }
-
-    /// From signals of unit size back to the record's units.
-    fn restore(&mut self, scales: &Scales) {
-        let outputs = self.outputs;
-        for row in 0..self.observability.nrows() {
-            let scale = scales.outputs[row % outputs];
-            self.observability.row_mut(row).scale_mut(scale);
-            self.past_to_future.row_mut(row).scale_mut(scale);
-        }
-        let inputs = scales.inputs.len();
-        for column in 0..self.past_to_future.ncols() {
-            let scale = if column < self.horizon * inputs {
-                scales.inputs[column % inputs]
-            } else {
-                scales.outputs[(column - self.horizon * inputs) % outputs]
-            };
-            self.past_to_future.column_mut(column).unscale_mut(scale);
-        }
     }
 }
 
@@ -140,64 +119,24 @@ fn breakdown(experiment: &Experiment) -> SubspaceError {
     SubspaceError::Breakdown { experiment: experiment.name.clone(), step: "the projection" }
 }
 
-/// Root mean square of each signal, so that no unit outweighs another.
-struct Scales {
-    inputs: Vec<f64>,
-    outputs: Vec<f64>,
-}
-
-impl Scales {
-    fn of(experiment: &Experiment) -> Result<Self, SubspaceError> {
-        let samples = experiment.samples() as f64;
-        let size = |signals: &DMatrix<f64>| -> Vec<f64> {
-            signals.column_iter().map(|column| (column.norm_squared() / samples).sqrt()).collect()
-        };
-        let (inputs, outputs) = (size(&experiment.inputs), size(&experiment.outputs));
-        let still = |column: usize, signals: &DMatrix<f64>| {
-            let column = signals.column(column);
-            column.max() - column.min() <= 1e-12 * column.amax()
-        };
-        for (column, name) in experiment.input_names.iter().enumerate() {
-            if still(column, &experiment.inputs) {
-                return Err(SubspaceError::NotExciting {
-                    experiment: experiment.name.clone(),
-                    input: name.clone(),
-                });
-            }
-        }
-        for (column, name) in experiment.output_names.iter().enumerate() {
-            if still(column, &experiment.outputs) {
-                return Err(SubspaceError::ConstantOutput {
-                    experiment: experiment.name.clone(),
-                    output: name.clone(),
-                });
-            }
-        }
-        Ok(Self { inputs, outputs })
-    }
-}
-
 /// Block Hankel matrices side by side, transposed: one row per instant; columns are future inputs,
 /// past inputs, past outputs, future outputs, each oldest first.
-fn stacked(experiment: &Experiment, scales: &Scales, horizon: usize) -> DMatrix<f64> {
+fn stacked(experiment: &Experiment, horizon: usize) -> DMatrix<f64> {
     let instants = experiment.samples() - 2 * horizon + 1;
-    let mut columns = Vec::with_capacity(
-        instants * 2 * horizon * (experiment.inputs.ncols() + experiment.outputs.ncols()),
-    );
-    let mut push = |signals: &DMatrix<f64>, scales: &[f64], first: usize| {
+    let signals = experiment.inputs.ncols() + experiment.outputs.ncols();
+    let mut columns = Vec::with_capacity(instants * 2 * horizon * signals);
+    let mut push = |signals: &DMatrix<f64>, first: usize| {
         for shift in first..first + horizon {
-            for (column, scale) in signals.column_iter().zip(scales) {
-                let shifted = column.rows(shift, instants);
-                columns.extend(shifted.iter().map(|value| value / scale));
+            for column in signals.column_iter() {
+                columns.extend(column.rows(shift, instants).iter());
             }
         }
     };
-    push(&experiment.inputs, &scales.inputs, horizon);
-    push(&experiment.inputs, &scales.inputs, 0);
-    push(&experiment.outputs, &scales.outputs, 0);
-    push(&experiment.outputs, &scales.outputs, horizon);
-    let width = columns.len() / instants;
-    DMatrix::from_vec(instants, width, columns)
+    push(&experiment.inputs, horizon);
+    push(&experiment.inputs, 0);
+    push(&experiment.outputs, 0);
+    push(&experiment.outputs, horizon);
+    DMatrix::from_vec(instants, 2 * horizon * signals, columns)
 }
 
 /// The lower triangular L with L Lᵀ = dataᵀ data.
@@ -239,10 +178,10 @@ fn divide_by_triangle(
     triangle: &DMatrixView<'_, f64>,
 ) -> DMatrix<f64> {
     let diagonal = triangle.diagonal().abs();
-    if diagonal.min() > 1e-10 * diagonal.max() {
-        if let Some(solution) = triangle.tr_solve_lower_triangular(&left.transpose()) {
-            return solution.transpose();
-        }
+    if diagonal.min() > 1e-10 * diagonal.max()
+        && let Some(solution) = triangle.tr_solve_lower_triangular(&left.transpose())
+    {
+        return solution.transpose();
     }
     let svd = triangle.transpose().svd(true, true);
     let tolerance = 1e-10 * svd.singular_values.max();

@@ -11,6 +11,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::balance::balanced;
+use super::responses::{forced_responses, free_responses};
 use super::{Identified, InputFit};
 use crate::sysid::experiment::Experiment;
 use crate::sysid::least_squares::{Cost, Limits, Quadratic, minimise};
@@ -39,7 +41,7 @@ pub struct RefineSettings {
 
 impl Default for RefineSettings {
     fn default() -> Self {
-        Self { criterion: Criterion::Simulation, feedthrough: true, max_steps: 100 }
+        Self { criterion: Criterion::Simulation, feedthrough: true, max_steps: 200 }
     }
 }
 
@@ -80,7 +82,7 @@ pub fn refine(
     let (model, initial_state) = balanced(model, start.initial_state.clone());
     let theta = problem.pack(&model, &initial_state);
     let before = problem.cost(&theta)?;
-    let limits = Limits { iterations: settings.max_steps, least_decrease: 1e-8 * before };
+    let limits = Limits { iterations: settings.max_steps, least_decrease: 1e-10 * before };
     let free = vec![f64::INFINITY; theta.len()];
     let bound: Vec<f64> = free.iter().map(|bound| -bound).collect();
     let end = minimise(&problem, &theta, &bound, &free, limits)?;
@@ -283,125 +285,5 @@ impl Predictor {
             state.gemv(1.0, &self.transition, &kept, 1.0);
         }
         states.transpose()
-    }
-}
-
-/// `model` in the basis in which each state is as easy to reach from inputs and innovations as to
-/// see in the outputs; unchanged where some state is neither.
-fn balanced(
-    model: InnovationModel,
-    initial_state: DVector<f64>,
-) -> (InnovationModel, DVector<f64>) {
-    let Some(basis) = balancing_basis(&model) else { return (model, initial_state) };
-    let Some(inverse) = basis.clone().try_inverse() else { return (model, initial_state) };
-    let system = model.system;
-    let moved = LinearModel {
-        a: &inverse * system.a * &basis,
-        b: &inverse * system.b,
-        c: system.c * &basis,
-        ..system
-    };
-    (InnovationModel { system: moved, gain: &inverse * model.gain }, inverse * initial_state)
-}
-
-fn balancing_basis(model: &InnovationModel) -> Option<DMatrix<f64>> {
-    let (system, gain) = (&model.system, &model.gain);
-    let transition = &system.a - gain * &system.c;
-    let drive = &system.b - gain * &system.d;
-    let reached = gramian(&transition, &(&drive * drive.transpose() + gain * gain.transpose()))?;
-    let seen = gramian(&transition.transpose(), &system.c.tr_mul(&system.c))?;
-    let factor = reached.cholesky()?.unpack();
-    let svd = (factor.tr_mul(&seen) * &factor).svd(true, false);
-    if svd.singular_values.min() <= 0.0 {
-        return None;
-    }
-    // The singular values here are the squares of Hankel's.
-    let scales = svd.singular_values.map(|value| value.powf(-0.25));
-    Some(factor * svd.u? * DMatrix::from_diagonal(&scales))
-}
-
-/// X = A X Aᵀ + Q by doubling (Smith, 1968); `None` where A is not stable.
-fn gramian(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let (mut power, mut sum) = (a.clone(), q.clone());
-    for _ in 0..60 {
-        let added = &power * &sum * power.transpose();
-        sum += &added;
-        if !sum.norm().is_finite() {
-            return None;
-        }
-        if added.amax() <= 1e-15 * sum.amax() {
-            return Some(sum);
-        }
-        power = &power * &power;
-    }
-    None
-}
-
-/// What the outputs do when each of the `signals` (samples × signals) in turn pushes each of the
-/// states in turn: rows are outputs, sample by sample; column signal·order + state.
-pub(crate) fn forced_responses(
-    a: &DMatrix<f64>,
-    c: &DMatrix<f64>,
-    signals: &DMatrix<f64>,
-) -> DMatrix<f64> {
-    let rows = signals.nrows() * c.nrows();
-    let mut responses = DMatrix::zeros(rows, signals.ncols() * a.nrows());
-    let mut recursion = Recursion::new(a, c);
-    for (index, mut response) in responses.column_iter_mut().enumerate() {
-        let signal = signals.column(index / a.nrows());
-        recursion.run(index % a.nrows(), 0.0, signal.as_slice(), response.as_mut_slice());
-    }
-    responses
-}
-
-/// What the outputs do when each state in turn starts at one: rows as in [`forced_responses`].
-pub(super) fn free_responses(a: &DMatrix<f64>, c: &DMatrix<f64>, samples: usize) -> DMatrix<f64> {
-    let silence = vec![0.0; samples];
-    let mut responses = DMatrix::zeros(samples * c.nrows(), a.nrows());
-    let mut recursion = Recursion::new(a, c);
-    for (state, mut response) in responses.column_iter_mut().enumerate() {
-        recursion.run(state, 1.0, &silence, response.as_mut_slice());
-    }
-    responses
-}
-
-/// x(k+1) = A x(k) + e z(k), y(k) = C x(k), as the tight loop everything here spends its time in.
-struct Recursion {
-    order: usize,
-    outputs: usize,
-    /// A above C, column by column: one sweep gives the next state and the output.
-    columns: Vec<f64>,
-    state: Vec<f64>,
-    swept: Vec<f64>,
-}
-
-impl Recursion {
-    fn new(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
-        let (order, outputs) = (a.nrows(), c.nrows());
-        let columns = a
-            .column_iter()
-            .zip(c.column_iter())
-            .flat_map(|(a, c)| a.iter().chain(c.iter()).copied().collect::<Vec<_>>())
-            .collect();
-        Self { order, outputs, columns, state: vec![0.0; order], swept: vec![0.0; order + outputs] }
-    }
-
-    /// Drives `state` with `signal`, starting it at `start` and all others at zero.
-    fn run(&mut self, state: usize, start: f64, signal: &[f64], response: &mut [f64]) {
-        self.state.fill(0.0);
-        self.state[state] = start;
-        for (push, output) in signal.iter().zip(response.chunks_exact_mut(self.outputs)) {
-            self.swept.fill(0.0);
-            let columns = self.columns.chunks_exact(self.order + self.outputs);
-            for (value, column) in self.state.iter().zip(columns) {
-                for (sum, entry) in self.swept.iter_mut().zip(column) {
-                    *sum += value * entry;
-                }
-            }
-            self.swept[state] += push;
-            let (next, seen) = self.swept.split_at(self.order);
-            self.state.copy_from_slice(next);
-            output.copy_from_slice(seen);
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! Several passes, and the one that holds on data set aside.
 
-use super::refine::{Criterion, RefineSettings, refine};
+use super::refine::{Criterion, RefineSettings, Refined, refine};
 use super::{Identified, SubspaceError, SubspaceSettings, Weighting, fit_initial_state, identify};
 use crate::sysid::experiment::Experiment;
 use crate::sysid::linear::InnovationModel;
@@ -31,7 +31,7 @@ impl Default for SearchSettings {
             weightings: vec![Weighting::Cva, Weighting::Moesp, Weighting::N4sid],
             feedthrough: true,
             set_aside: 0.25,
-            max_steps: 60,
+            max_steps: 100,
         }
     }
 }
@@ -50,9 +50,9 @@ pub struct Candidate {
 pub enum Way {
     /// One subspace pass.
     Pass(SubspaceSettings),
-    /// Every pass refined for simulation; the lowest cost of all, so that no local minimum of one
-    /// start decides.
-    Refined,
+    /// Refinement for simulation, here from this pass. On the whole record it starts from every
+    /// pass and keeps the lowest cost, so that no local minimum of one start decides.
+    Refined(SubspaceSettings),
 }
 
 /// What the search found.
@@ -66,8 +66,7 @@ pub struct Search {
     pub candidates: Vec<Candidate>,
 }
 
-/// Tries every horizon and weighting, and the refinement that starts from all of them, on the first
-/// part of `experiment`; the way whose free run fits the rest best is then run on the whole record.
+/// Tries every horizon and weighting, with and without refinement, on the first part of `experiment`; the way whose free run fits the rest best is then run on the whole record.
 ///
 /// The plant is taken to be stable: nothing else can run free. The choice sees nothing but
 /// `experiment`; validation data stays unseen.
@@ -87,10 +86,14 @@ pub fn search(experiment: &Experiment, settings: &SearchSettings) -> Result<Sear
     let rest = experiment.slice(fitted..samples).map_err(too_short)?;
 
     let tried = Tried::on(&first, settings)?;
-    let ways = tried.passes.iter().map(|(pass, found)| (Way::Pass(*pass), found.model.clone()));
-    let refined = tried.refined(&first, settings).map(|model| (Way::Refined, model));
-    let mut candidates: Vec<Candidate> = ways
-        .chain(refined)
+    let mut candidates: Vec<Candidate> = tried
+        .passes
+        .iter()
+        .flat_map(|(pass, found)| {
+            let refined = refined(found, &first, settings);
+            let refined = refined.map(|refined| (Way::Refined(*pass), refined.model));
+            [Some((Way::Pass(*pass), found.model.clone())), refined].into_iter().flatten()
+        })
         .filter_map(|(way, model)| {
             Some(Candidate { way, set_aside_fit: free_run_fit(&model, &rest)? })
         })
@@ -99,7 +102,7 @@ pub fn search(experiment: &Experiment, settings: &SearchSettings) -> Result<Sear
     for candidate in &candidates {
         let model = match candidate.way {
             Way::Pass(pass) => identify(experiment, &pass).ok().map(|found| found.model),
-            Way::Refined => Tried::on(experiment, settings)?.refined(experiment, settings),
+            Way::Refined(_) => Tried::on(experiment, settings)?.best_refined(experiment, settings),
         };
         if let Some(model) = model {
             return Ok(Search { model, chosen: candidate.clone(), candidates });
@@ -141,22 +144,30 @@ impl Tried {
         }
     }
 
-    fn refined(
+    fn best_refined(
         &self,
         experiment: &Experiment,
         settings: &SearchSettings,
     ) -> Option<InnovationModel> {
-        let how = RefineSettings {
-            criterion: Criterion::Simulation,
-            feedthrough: settings.feedthrough,
-            max_steps: settings.max_steps,
-        };
         self.passes
             .iter()
-            .filter_map(|(_, found)| refine(found, experiment, &how))
+            .filter_map(|(_, found)| refined(found, experiment, settings))
             .min_by(|one, other| one.cost[1].total_cmp(&other.cost[1]))
             .map(|refined| refined.model)
     }
+}
+
+fn refined(
+    start: &Identified,
+    experiment: &Experiment,
+    settings: &SearchSettings,
+) -> Option<Refined> {
+    let how = RefineSettings {
+        criterion: Criterion::Simulation,
+        feedthrough: settings.feedthrough,
+        max_steps: settings.max_steps,
+    };
+    refine(start, experiment, &how)
 }
 
 fn free_run_fit(model: &InnovationModel, experiment: &Experiment) -> Option<f64> {

@@ -17,7 +17,8 @@ pub fn fit_percent(measured: &DMatrix<f64>, predicted: &DMatrix<f64>) -> Vec<f64
         .zip(predicted.column_iter())
         .map(|(measured, predicted)| {
             let deviation = measured.add_scalar(-measured.mean()).norm();
-            if deviation > 0.0 {
+            // The mean of a constant is only that constant to rounding.
+            if deviation > 1e-13 * measured.norm() {
                 100.0 * (1.0 - (measured - predicted).norm() / deviation)
             } else {
                 f64::NAN

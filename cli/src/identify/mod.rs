@@ -1,0 +1,121 @@
+//! `hovernav identify`: from a recorded flight to a model of the helicopter that flew it.
+
+mod page;
+mod summary;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context as _, ensure};
+use hovernav::log::{Dataset, SmoothedRun};
+use hovernav::sysid::flight_checks::flight_warnings;
+use hovernav::sysid::flight_response::stick_responses;
+use hovernav::sysid::helicopter::Kind;
+use hovernav::sysid::identify::{FlightRecord, Identification, IdentifyError, Velocity, identify};
+
+use self::page::Shown;
+use self::summary::Summary;
+use crate::estimate::name_of;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A dataset directory with controls.csv, or a flight record
+    log: PathBuf,
+    /// Which part of the helicopter: yaw, heave, roll-pitch, hybrid (10 states with flapping), hover
+    /// (8 states without)
+    #[arg(long, default_value_t = Kind::Hybrid, value_name = "MODEL")]
+    model: Kind,
+    /// Where to write; out/NAME-identify unless given
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Settings that override those of the log's dataset.toml, in the same form
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Write no report.html
+    #[arg(long)]
+    no_report: bool,
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let log = &arguments.log;
+    let (mut dataset, _) = crate::log::open(log)?;
+    if let Some(config) = &arguments.config {
+        dataset.configure(config)?;
+    }
+    ensure!(
+        !dataset.controls.is_empty(),
+        "{}: found no sticks, expected one row per sample of what the pilot did: there is nothing \
+         to identify from",
+        log.join("controls.csv").display()
+    );
+    ensure!(
+        !dataset.fixes.is_empty(),
+        "{}: found no usable fix, expected at least one to start from",
+        log.join("gps.csv").display()
+    );
+    let config = dataset.settings()?;
+    let SmoothedRun { forward, solutions } = dataset.smooth(&config, |_| ());
+    ensure!(
+        !solutions.is_empty(),
+        "{}: no solution to identify from: alignment found no fix with {} s of inertial samples \
+         before it, or never the heading",
+        log.display(),
+        config.alignment.duration_s
+    );
+
+    // The velocity held from fix to fix is there for comparison: its failure is a finding too.
+    let with = |velocity| identify(&dataset, &solutions, arguments.model, velocity);
+    let (found, held) = rayon::join(|| with(Velocity::Estimated), || with(Velocity::HeldGps));
+    let found = found.with_context(|| log.display().to_string())?;
+    let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)?;
+    let vehicle = found.identified.vehicle()?;
+    let vehicle = vehicle.with_source(&source(&dataset, &found));
+
+    let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref());
+    summary.warn(flight_warnings(&record.experiment, arguments.model));
+    let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
+    summary.warn(pattern.iter().map(ToString::to_string));
+
+    let out = arguments.out.clone().unwrap_or_else(|| default_out(log));
+    std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
+    vehicle.write(&out.join("model.toml"))?;
+    if !arguments.no_report {
+        let responses = stick_responses(&found, &record);
+        let (facts, headlines) = (summary.facts(), page::headlines(&found));
+        let shown = Shown {
+            title: &format!("{}: {} model", dataset.manifest.name, found.kind),
+            facts: &facts,
+            headlines: &headlines,
+            warnings: summary.warnings(),
+            dataset: &dataset,
+            found: &found,
+            held: held.as_ref(),
+            responses: &responses,
+        };
+        page::page(&shown)?.write(&out.join("report.html"))?;
+    }
+    summary.set_wall(started.elapsed().as_secs_f64());
+    summary.write(&out.join("summary.json"))?;
+    print!("{}", summary.in_words(&found, held.as_ref().ok(), &out));
+    Ok(())
+}
+
+/// Beside what `hovernav estimate` leaves of the same log, whose files have the same names.
+fn default_out(log: &Path) -> PathBuf {
+    Path::new("out").join(name_of(log) + "-identify")
+}
+
+/// Where the model's numbers come from, for `model.toml`.
+fn source(dataset: &Dataset, found: &Identification) -> String {
+    let points = found.estimation_points.len();
+    format!(
+        "identified by prediction error from {points} test points of {}, sampled every {:.4} s; \
+         derivatives in SI per full stick, continuous in time; delays (tau_cyc, tau_col, tau_ped) \
+         are parameters and not in the matrices; no variance: held or dropped",
+        dataset.manifest.name, found.identified.period_s
+    )
+}
+
+/// The comparison with held GPS velocity, or why there is none.
+type Held<'a> = Result<&'a Identification, &'a IdentifyError>;

@@ -1,0 +1,72 @@
+//! The recursions from which regressors and derivatives are made.
+
+use nalgebra::DMatrix;
+
+/// What the outputs do when each of the `signals` (samples × signals) in turn pushes each of the
+/// states in turn: rows are outputs, sample by sample; column signal·order + state.
+pub(super) fn forced_responses(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    signals: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let rows = signals.nrows() * c.nrows();
+    let mut responses = DMatrix::zeros(rows, signals.ncols() * a.nrows());
+    let mut recursion = Recursion::new(a, c);
+    for (index, mut response) in responses.column_iter_mut().enumerate() {
+        let signal = signals.column(index / a.nrows());
+        recursion.run(index % a.nrows(), 0.0, signal.as_slice(), response.as_mut_slice());
+    }
+    responses
+}
+
+/// What the outputs do when each state in turn starts at one: rows as in [`forced_responses`].
+pub(super) fn free_responses(a: &DMatrix<f64>, c: &DMatrix<f64>, samples: usize) -> DMatrix<f64> {
+    let silence = vec![0.0; samples];
+    let mut responses = DMatrix::zeros(samples * c.nrows(), a.nrows());
+    let mut recursion = Recursion::new(a, c);
+    for (state, mut response) in responses.column_iter_mut().enumerate() {
+        recursion.run(state, 1.0, &silence, response.as_mut_slice());
+    }
+    responses
+}
+
+/// x(k+1) = A x(k) + e z(k), y(k) = C x(k), as the tight loop everything here spends its time in.
+struct Recursion {
+    order: usize,
+    outputs: usize,
+    /// A above C, column by column: one sweep gives the next state and the output.
+    columns: Vec<f64>,
+    state: Vec<f64>,
+    swept: Vec<f64>,
+}
+
+impl Recursion {
+    fn new(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
+        let (order, outputs) = (a.nrows(), c.nrows());
+        let columns = a
+            .column_iter()
+            .zip(c.column_iter())
+            .flat_map(|(a, c)| a.iter().chain(c.iter()).copied().collect::<Vec<_>>())
+            .collect();
+        Self { order, outputs, columns, state: vec![0.0; order], swept: vec![0.0; order + outputs] }
+    }
+
+    /// Drives `state` with `signal`, starting it at `start` and all others at zero.
+    fn run(&mut self, state: usize, start: f64, signal: &[f64], response: &mut [f64]) {
+        self.state.fill(0.0);
+        self.state[state] = start;
+        for (push, output) in signal.iter().zip(response.chunks_exact_mut(self.outputs)) {
+            self.swept.fill(0.0);
+            let columns = self.columns.chunks_exact(self.order + self.outputs);
+            for (value, column) in self.state.iter().zip(columns) {
+                for (sum, entry) in self.swept.iter_mut().zip(column) {
+                    *sum += value * entry;
+                }
+            }
+            self.swept[state] += push;
+            let (next, seen) = self.swept.split_at(self.order);
+            self.state.copy_from_slice(next);
+            output.copy_from_slice(seen);
+        }
+    }
+}
