@@ -161,7 +161,7 @@ fn nan_from_the_estimator_lets_the_last_good_command_decay_to_trim() {
     let mut bench = Bench::engaged();
     let drifting = Solution { velocity_mps: Vector::new(0.8, 0.5, 0.0), ..hovering() };
     let last = bench.steps(0.5, Some(drifting), Some(PILOT), true).sticks;
-    let trim = bench.autopilot.trim().sticks;
+    let trim = bench.autopilot.learned_trim().sticks;
     let lost = Solution { velocity_mps: Vector::new(f64::NAN, 0.0, 0.0), ..drifting };
     let first = bench.step(Some(lost), Some(PILOT), true);
     assert_eq!(first.mode, Mode::Neutral);
@@ -230,7 +230,7 @@ fn a_tilted_vehicle_is_levelled_even_without_velocity() {
         body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(13.0, 0.5, 40.0)),
         ..hovering()
     };
-    let trim = bench.autopilot.trim().sticks;
+    let trim = bench.autopilot.learned_trim().sticks;
     let outputs = bench.steps(1.0, Some(tilted), Some(PILOT), true);
     assert!(outputs.sticks.lateral < trim.lateral - 0.05, "rolled right: lateral goes left");
 }
@@ -239,7 +239,7 @@ fn a_tilted_vehicle_is_levelled_even_without_velocity() {
 fn trim_is_learned_from_the_pilots_hover() {
     let mut bench = Bench::new();
     bench.steps(60.0, Some(hovering()), Some(PILOT), false);
-    let trim = bench.autopilot.trim();
+    let trim = bench.autopilot.learned_trim();
     assert!(apart(trim.sticks, PILOT) < 1e-2);
     assert!((trim.roll_rad.to_degrees() - 3.0).abs() < 0.1);
 }

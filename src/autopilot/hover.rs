@@ -43,7 +43,7 @@ pub struct Outputs {
 /// fades what is left of the difference to the mode before, and limits the result. The pilot's
 /// switch, and any stick moved by more than the override travel, give the sticks back at once; the
 /// switch must then be opened before the autopilot takes over again. Without an attitude to fly on it
-/// does not take over at all.
+/// leaves the sticks to the pilot until there is one.
 #[derive(Clone, Copy, Debug)]
 pub struct HoverAutopilot {
     config: HoverConfig,
@@ -127,7 +127,7 @@ impl HoverAutopilot {
 
     /// Trim as learned in steady hover, by the pilot's hand or its own.
     #[must_use]
-    pub const fn trim(&self) -> Trim {
+    pub const fn learned_trim(&self) -> Trim {
         self.learned
     }
 
@@ -164,7 +164,8 @@ impl HoverAutopilot {
         Outputs { sticks: self.sticks, mode: self.mode, transition }
     }
 
-    /// The best mode that pilot and estimate allow, entered if it is another.
+    /// Enters the best mode that pilot and estimate allow, if it is another: a worse one at once, a
+    /// better one when the estimate has been good enough for a while.
     fn choose(
         &mut self,
         inputs: &Inputs<'_>,
@@ -178,50 +179,47 @@ impl HoverAutopilot {
         } else if let (Some(now), Some(then)) = (pilot, self.pilot_at_engagement) {
             self.overridden |= now.farthest_from(then) > transfer.override_travel;
         }
-        let (possible, reason) = match (health.tilt, health.velocity, health.position) {
-            _ if self.overridden => (Mode::Manual, Reason::Override),
-            _ if !inputs.engage => (Mode::Manual, Reason::Switch),
-            // Nothing to fly on is no reason to take the sticks from a pilot.
-            (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
-            (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
-            (_, Err(_), _) if self.without_velocity_s >= transfer.patience_s => {
-                (Mode::Descent, Reason::Patience)
-            }
-            (_, Err(why), _) => (Mode::Attitude, Reason::Distrust(why)),
-            (.., Err(why)) => (Mode::Velocity, Reason::Distrust(why)),
-            _ => (Mode::Position, Reason::Recovered),
-        };
-        let hands_over = self.mode == Mode::Manual || possible == Mode::Manual;
-        self.without_velocity_s = if health.velocity.is_ok() || possible == Mode::Manual {
+        let (from, (to, why)) = (self.mode, self.possible(inputs.engage, health));
+        self.without_velocity_s = if health.velocity.is_ok() || to == Mode::Manual {
             0.0
         } else {
             self.without_velocity_s + self.config.period_s
         };
-        if possible == self.mode {
-            self.improving_s = 0.0;
+        let hands_over = from == Mode::Manual || to == Mode::Manual;
+        let improves = !hands_over && rank(to) < rank(from);
+        self.improving_s = if improves { self.improving_s + self.config.period_s } else { 0.0 };
+        if to == from || (improves && self.improving_s < self.config.health.recovery_s) {
             return None;
         }
-        let mut reason = reason;
+        let reason = match from {
+            Mode::Manual => Reason::Switch,
+            _ if improves => Reason::Recovered,
+            _ => why,
+        };
         if hands_over {
-            reason = if self.overridden { Reason::Override } else { Reason::Switch };
-        } else if rank(possible) < rank(self.mode) {
-            self.improving_s += self.config.period_s;
-            if self.improving_s < self.config.health.recovery_s {
-                return None;
-            }
-            reason = Reason::Recovered;
+            self.pilot_at_engagement = pilot.filter(|_| from == Mode::Manual);
         }
-        // The estimate came back and went again before it was flown on: nothing to enter.
         self.improving_s = 0.0;
-        if possible == Mode::Manual {
-            self.pilot_at_engagement = None;
-        } else if self.mode == Mode::Manual {
-            self.pilot_at_engagement = pilot;
-        }
-        let transition = Transition { time: inputs.now, from: self.mode, to: possible, reason };
-        self.enter(possible, flown);
+        self.enter(to, flown);
+        let transition = Transition { time: inputs.now, from, to, reason };
         self.last_transition = Some(transition);
         Some(transition)
+    }
+
+    /// The best mode that pilot and estimate allow, and what stands in the way of a better one.
+    fn possible(&self, engage: bool, health: &Health) -> (Mode, Reason) {
+        let impatient = self.without_velocity_s >= self.config.transfer.patience_s;
+        match (health.tilt, health.velocity, health.position) {
+            _ if self.overridden => (Mode::Manual, Reason::Override),
+            _ if !engage => (Mode::Manual, Reason::Switch),
+            // Nothing to fly on is no reason to take the sticks from a pilot.
+            (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
+            (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
+            (_, Err(_), _) if impatient => (Mode::Descent, Reason::Patience),
+            (_, Err(why), _) => (Mode::Attitude, Reason::Distrust(why)),
+            (.., Err(why)) => (Mode::Velocity, Reason::Distrust(why)),
+            _ => (Mode::Position, Reason::Recovered),
+        }
     }
 
     fn enter(&mut self, mode: Mode, flown: Option<&Flown<'_>>) {
@@ -229,30 +227,32 @@ impl HoverAutopilot {
         self.mode = mode;
         let same_loops = (from.holds_velocity() && mode.holds_velocity())
             || (from == Mode::Attitude && mode == Mode::Descent);
-        if same_loops {
+        if same_loops || matches!(mode, Mode::Manual | Mode::Neutral) {
             return;
         }
-        if !matches!(mode, Mode::Manual | Mode::Neutral) {
-            if self.learned.is_plausible() {
-                self.trim = self.learned;
-            }
-            if from == Mode::Manual {
-                // Collective and pedal stand where this flight needs them; cyclic follows the wind.
-                self.trim.sticks.collective = self.sticks.collective;
-                self.trim.sticks.pedal = self.sticks.pedal;
-            }
-            let [lateral, longitudinal, _, pedal] =
-                self.sticks.zip(self.trim.sticks, |now, trim| now - trim).to_array();
-            self.roll_pitch.start([lateral, longitudinal]);
-            self.attitude.start([lateral, longitudinal]);
-            let runs_on = !matches!(from, Mode::Manual | Mode::Neutral);
-            if !runs_on {
-                self.yaw.start([pedal]);
-                self.heave_runs = false;
-            }
-            if let Some(flown) = flown {
-                self.guidance.engage(flown.solution, flown.angles.yaw_rad);
-            }
+        let before = self.trim.sticks;
+        if self.learned.is_plausible() {
+            self.trim = self.learned;
+        }
+        // Collective and pedal stand where this flight needs them; cyclic follows the wind.
+        let runs_on = !matches!(from, Mode::Manual | Mode::Neutral);
+        if runs_on {
+            (self.trim.sticks.collective, self.trim.sticks.pedal) =
+                (before.collective, before.pedal);
+        } else if from == Mode::Manual {
+            (self.trim.sticks.collective, self.trim.sticks.pedal) =
+                (self.sticks.collective, self.sticks.pedal);
+        }
+        let [lateral, longitudinal, _, pedal] =
+            self.sticks.zip(self.trim.sticks, |now, trim| now - trim).to_array();
+        self.roll_pitch.start([lateral, longitudinal]);
+        self.attitude.start([lateral, longitudinal]);
+        if !runs_on {
+            self.yaw.start([pedal]);
+            self.heave_runs = false;
+        }
+        if let Some(flown) = flown {
+            self.guidance.engage(flown.solution, flown.angles.yaw_rad);
         }
     }
 
@@ -326,6 +326,9 @@ impl HoverAutopilot {
     /// Collective about trim.
     fn heave_loop(&mut self, flown: &Flown<'_>, reference: &Reference, trusted: bool) -> f64 {
         if !trusted {
+            if self.heave_runs && self.learned.is_plausible() {
+                self.trim.sticks.collective = self.learned.sticks.collective;
+            }
             self.heave_runs = false;
             let sinking = if self.mode == Mode::Descent {
                 self.config.transfer.descent_collective

@@ -49,8 +49,8 @@ impl PidGains {
 ///     tracking_time_s: 0.5,
 /// };
 /// let mut pid = Pid::new(gains, 0.03)?;
-/// pid.start(0.4, 0.0, 1.0); // takes over at a command of 0.4
-/// assert_eq!(pid.command(0.0, 1.0), 0.4);
+/// pid.start(0.5, 0.0, 1.0); // takes over at a command of 0.5
+/// assert_eq!(pid.command(0.0, 1.0), 0.5);
 /// # Ok::<(), hovernav::autopilot::ConfigError>(())
 /// ```
 ///

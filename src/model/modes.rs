@@ -100,15 +100,18 @@ pub(crate) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Mo
         return Err(refused());
     }
     let matrix = balanced(matrix);
-    let settled = |shift: f64| {
+    let size_of_matrix = matrix.amax();
+    // A mode is split off where its coupling is small beside it. Modes that a delay puts at zero may
+    // never be: moved away from zero they settle, to within a few roundings of the whole.
+    let attempts = [(0.0, 1.0), (0.7, 1.0), (0.7, 16.0), (-0.4, 64.0)];
+    let found = attempts.into_iter().find_map(|(shift, roundings)| {
+        let shift = shift * size_of_matrix;
         let shifted = &matrix + DMatrix::identity(size, size) * shift;
-        let schur = Schur::try_new(shifted, f64::EPSILON, 1000 * size)?;
+        let schur = Schur::try_new(shifted, roundings * f64::EPSILON, 100 * size)?;
         let shift = Complex::new(shift, 0.0);
         Some(schur.complex_eigenvalues().iter().map(|value| value - shift).collect())
-    };
-    // A mode is split off where its coupling is small beside it. Modes that a delay puts at zero never
-    // are: away from zero they settle.
-    settled(0.0).or_else(|| settled(0.7 * matrix.amax())).ok_or_else(refused)
+    });
+    found.ok_or_else(refused)
 }
 
 /// A similar matrix whose rows and columns are of like size, by powers of two that cost no rounding.

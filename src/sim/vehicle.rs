@@ -279,3 +279,61 @@ fn ground_reaction(motion: &HelicopterState, height_m: f64) -> (Vector<Body>, Ve
     }
     (force, moment)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::helicopter::HelicopterParameters;
+
+    fn hovering_at(height_m: f64) -> Vehicle {
+        let helicopter = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
+        let place = Geodetic::from_degrees(1.35, 103.82, height_m).unwrap();
+        Vehicle::hovering(&VehicleConfig::default(), helicopter, place, 0.7).unwrap()
+    }
+
+    fn fly(vehicle: &mut Vehicle, collective: f64, seconds: f64) {
+        let sticks = Sticks { collective, ..Sticks::NEUTRAL };
+        for _ in 0..(seconds / 0.03) as usize {
+            vehicle.step(sticks, Vector::ZERO, 0.03);
+        }
+    }
+
+    #[test]
+    fn in_hover_its_sensors_feel_gravity_and_the_turning_earth() {
+        let vehicle = hovering_at(30.0);
+        let state = vehicle.state();
+        let local = Local::at(&state.position);
+        let up = state.body_to_ned * state.specific_force_mps2;
+        assert!((up + Vector::new(0.0, 0.0, local.gravity_mps2)).norm() < 1e-6);
+        let turning = state.body_to_ned * state.inertial_rate_radps;
+        assert!((turning - local.earth_rate_radps).norm() < 1e-12);
+    }
+
+    #[test]
+    fn it_settles_on_its_skids_and_stays() {
+        let mut vehicle = hovering_at(0.42);
+        fly(&mut vehicle, -0.9, 5.0);
+        let state = vehicle.state();
+        assert!(!vehicle.has_crashed(), "{:?}", state.body_to_ned.euler().to_degrees());
+        assert!((state.position.height_m - 0.38).abs() < 0.03, "{}", state.position.height_m);
+        assert!(state.velocity_mps.norm() < 0.02);
+    }
+
+    #[test]
+    fn a_fall_is_a_crash() {
+        let mut vehicle = hovering_at(12.0);
+        fly(&mut vehicle, -1.0, 10.0);
+        assert!(vehicle.has_crashed());
+    }
+
+    #[test]
+    fn droop_costs_lift_at_high_collective() {
+        let climb = |droop| {
+            let mut vehicle = hovering_at(30.0);
+            vehicle.config.droop = droop;
+            fly(&mut vehicle, 0.3, 2.0);
+            -vehicle.state().velocity_mps.z()
+        };
+        assert!(climb(0.0) > climb(0.03) + 0.05);
+    }
+}
