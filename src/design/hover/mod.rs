@@ -22,6 +22,8 @@
 mod closed_loop;
 mod regulator;
 
+use std::path::Path;
+
 use super::{DesignError, DisturbanceResponse, Loop};
 use crate::autopilot::{Gains, PidGains, RegulatorGains};
 use crate::model::StateSpace;
@@ -157,6 +159,23 @@ impl HoverDesign {
             },
             ..Self::default()
         }
+    }
+
+    /// Reads weights, poles and times from a TOML file; what it leaves out is as by default.
+    ///
+    /// # Errors
+    /// [`DesignError::File`], and [`DesignError::Range`] for what no design can have: a weight below
+    /// zero makes the cost indefinite.
+    pub fn read(path: &Path) -> Result<Self, DesignError> {
+        let refused = |line, reason| DesignError::File { path: path.into(), line, reason };
+        let text = std::fs::read_to_string(path).map_err(|error| refused(0, error.to_string()))?;
+        let design: Self = toml::from_str(&text).map_err(|error| {
+            let start = error.span().map_or(0, |span| span.start);
+            let line = 1 + text.bytes().take(start).filter(|&byte| byte == b'\n').count();
+            refused(line, error.message().into())
+        })?;
+        design.check()?;
+        Ok(design)
     }
 
     /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs
@@ -314,7 +333,7 @@ impl HoverDesign {
             .chain(&roll_pitch.sticks)
             .chain(attitude.states.iter().chain(&attitude.integrals).chain(&attitude.sticks))
             .chain(&yaw.states)
-            .map(|&weight| ("weight", weight));
+            .map(|&weight| ("a weight of Q or R", weight));
         match times.into_iter().chain(weights).find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
             Some((name, value)) => {
                 Err(DesignError::Range { name, value, expected: "a finite number above 0" })

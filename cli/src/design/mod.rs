@@ -1,5 +1,7 @@
 //! `hovernav design`: from a model to the autopilot's gains, checked at the loop's own rate.
 
+mod page;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -12,8 +14,6 @@ use hovernav::design::{ChannelMargins, DisturbanceResponse, Loop, Margins, TABLE
 use hovernav::model::StateSpace;
 use serde_json::{Value, json};
 
-use crate::report::design as page;
-
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A model.toml, or a model that comes with hovernav: thesis, raptor60, r50
@@ -21,7 +21,7 @@ pub struct Arguments {
     /// Where to write; out/MODEL-autopilot unless given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Weights, poles, servos and period of the design; see autopilot design in the documentation
+    /// A TOML file of weights, poles, servos and period, as `weights` in summary.json has them
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
     /// Write no report.html
@@ -87,17 +87,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
     config.write(&out.join("autopilot.toml"), &remark)?;
     if !arguments.no_report {
-        page::page(&checked).write(&out.join("report.html"))?;
+        page::write(&checked, &out.join("report.html"))?;
     }
     let mut summary = checked.summary(&arguments.model);
     summary["wall_s"] = started.elapsed().as_secs_f64().into();
-    crate::summary::write_json(&out.join("summary.json"), &summary)?;
+    crate::summary::write_json(&summary, &out.join("summary.json"))?;
     print!("{}", checked.in_words(&out));
     Ok(())
 }
 
 impl Checked {
-    fn new(model: StateSpace, design: HoverDesign) -> anyhow::Result<Self> {
+    pub fn new(model: StateSpace, design: HoverDesign) -> anyhow::Result<Self> {
         let gains = design.synthesise(&model)?;
         let closed = design.close(&model, &gains)?;
         let poles = closed.closed_poles()?;
@@ -219,7 +219,11 @@ impl Checked {
             1.0 / self.design.period_s,
             self.radius
         );
-        let _ = writeln!(text, "{:>14}  {:>8}  {:>8}  {:>7}  {:>9}", "loop", "gain up", "down", "phase", "delay");
+        let _ = writeln!(
+            text,
+            "{:>14}  {:>8}  {:>8}  {:>7}  {:>9}",
+            "loop", "gain up", "down", "phase", "delay"
+        );
         for channel in &self.margins.channels {
             let ChannelMargins { name, gain_up, gain_down, delay_s, .. } = channel;
             let db = |crossing: &Option<hovernav::design::Crossing>| match crossing {
@@ -230,7 +234,8 @@ impl Checked {
             let (up, down, phase) = (db(gain_up), db(gain_down), phase_deg(channel));
             let _ = writeln!(text, "{name:>14}  {up:>8}  {down:>8}  {phase:>6.1}°  {delay:>9}");
         }
-        let _ = writeln!(text, "\n{:>14}  {:>12}  {:>14}", "disturbance", "within 5 %", "all at trim");
+        let _ =
+            writeln!(text, "\n{:>14}  {:>12}  {:>14}", "disturbance", "within 5 %", "all at trim");
         for response in &self.responses {
             let seconds = |s: Option<f64>| s.map_or_else(|| "-".into(), |s| format!("{s:.2} s"));
             let name = format!("{} {}", response.state, response.size);
