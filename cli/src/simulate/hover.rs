@@ -255,13 +255,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = config(arguments, &mut warnings)?;
     let flight = config.fly()?;
     let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
-    let (dataset, truth) = flight.dataset();
+    let (mut dataset, truth) = flight.dataset();
     dataset.write(&out, &truth)?;
 
     let settings = dataset.settings()?;
-    let mut replayed = dataset;
-    let run = replayed.estimate(&settings, |_| {});
-    let dataset = replayed;
+    let run = dataset.estimate(&settings, |_| {});
     let flown = Flown::new(&config, &flight);
     let described = Path::new(&dataset.manifest.vehicle).to_path_buf();
     let mut summary = Summary::new(&described, &dataset, &run, false);
