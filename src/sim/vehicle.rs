@@ -82,7 +82,36 @@ pub struct Vehicle {
     /// Rotor speed over its nominal.
     rotor_speed: f64,
     wind_mps: Vector<Ned>,
+    pushes: Vec<Push>,
+    /// What the pushes do in the step under way: acceleration, m/s², and angular acceleration, rad/s².
+    pushed: (Vector<Body>, Vector<Body>),
     crashed: bool,
+}
+
+/// A disturbance under way.
+#[derive(Clone, Copy, Debug)]
+struct Push {
+    disturbance: Disturbance,
+    elapsed_s: f64,
+}
+
+/// How long a push takes, s: gyros and accelerometers of a small helicopter keep up with it.
+const PUSH_S: f64 = 0.3;
+
+impl Push {
+    /// Mean acceleration and angular acceleration over the next `step_s`: steady for velocity and
+    /// rate, up and down again for the rate that turns the attitude.
+    fn advance(&mut self, step_s: f64) -> (Vector<Body>, Vector<Body>) {
+        let (from_s, to_s) = (self.elapsed_s.min(PUSH_S), (self.elapsed_s + step_s).min(PUSH_S));
+        self.elapsed_s += step_s;
+        let Disturbance { attitude_rad: [roll, pitch, yaw], rate_radps, velocity_mps } =
+            self.disturbance;
+        let share = (to_s - from_s) / (PUSH_S * step_s);
+        let rise = |time_s: f64| time_s.min(PUSH_S - time_s) * 4.0 / (PUSH_S * PUSH_S);
+        let turn: Vector<Body> = Vector::new(roll, pitch, yaw);
+        let turned = turn * ((rise(to_s) - rise(from_s)) / step_s);
+        (velocity_mps * share, rate_radps * share + turned)
+    }
 }
 
 /// What throws a vehicle out of its motion: the disturbances of Paw (2005), table 6.1.
@@ -121,6 +150,8 @@ impl Vehicle {
             position,
             rotor_speed: 1.0,
             wind_mps: Vector::ZERO,
+            pushes: Vec::new(),
+            pushed: (Vector::ZERO, Vector::ZERO),
             crashed: false,
         })
     }
@@ -136,6 +167,12 @@ impl Vehicle {
         });
         self.motion.rate_radps += disturbance.rate_radps;
         self.motion.velocity_mps += disturbance.velocity_mps;
+    }
+
+    /// Pushes the vehicle out of its motion by `disturbance` within 0.3 s, with a force and a moment
+    /// that inertial sensors feel.
+    pub fn push(&mut self, disturbance: &Disturbance) {
+        self.pushes.push(Push { disturbance: *disturbance, elapsed_s: 0.0 });
     }
 
     /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays where
@@ -156,6 +193,12 @@ impl Vehicle {
     }
 
     fn integrate(&mut self, step_s: f64) {
+        self.pushes.retain(|push| push.elapsed_s < PUSH_S);
+        self.pushed = (Vector::ZERO, Vector::ZERO);
+        for push in &mut self.pushes {
+            let (acceleration, turn) = push.advance(step_s);
+            self.pushed = (self.pushed.0 + acceleration, self.pushed.1 + turn);
+        }
         let collective = self.controls().collective;
         let governed = 1.0 - self.config.droop * collective.max(-1.0);
         let share = 1.0 - (-step_s / self.config.governor_time_s).exp();
@@ -186,6 +229,10 @@ impl Vehicle {
         let lost = change.specific_force_mps2 * (self.rotor_speed * self.rotor_speed - 1.0);
         change.velocity_mps2 += lost;
         change.specific_force_mps2 += lost;
+        let (acceleration, turn) = self.pushed;
+        change.velocity_mps2 += acceleration;
+        change.specific_force_mps2 += acceleration;
+        change.rate_radps2 += turn;
         let height_m = self.position.height_m - self.config.ground_m;
         if height_m < 1.0 {
             let (force, moment) = ground_reaction(motion, height_m);

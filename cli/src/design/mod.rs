@@ -213,7 +213,7 @@ impl Checked {
 
     fn in_words(&self, out: &Path) -> String {
         let mut text = format!(
-            "{}: {} at {:.1} Hz, closed loop within {:.4} of the unit circle's 1\n\n",
+            "{}: {} at {:.1} Hz, spectral radius of the closed loop {:.4}\n\n",
             out.display(),
             self.model.name(),
             1.0 / self.design.period_s,

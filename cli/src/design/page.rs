@@ -124,7 +124,7 @@ fn titled(response: &DisturbanceResponse) -> String {
         "u" | "v" | "w" => "m/s",
         _ => "rad",
     };
-    format!("{} {} {unit}", response.state, response.size)
+    format!("{}\u{a0}{}\u{a0}{unit}", response.state, response.size)
 }
 
 fn disturbances(checked: &Checked) -> Section {
@@ -200,8 +200,17 @@ fn with_responses(
 ) -> Section {
     let figure = |response: &DisturbanceResponse| {
         let time = &response.time_s;
-        let state = |row: usize, scale: f64| -> Vec<f64> {
-            response.states.iter().map(|states| scale * states[row]).collect()
+        // What has left the picture does not come back to be looked at.
+        let state = |row: usize, scale: f64, most: f64| -> Vec<f64> {
+            let mut has_left = false;
+            let values = response.states.iter().map(|states| scale * states[row]);
+            values
+                .map(|value| {
+                    let shown = if has_left { f64::NAN } else { value.clamp(-most, most) };
+                    has_left |= value.abs() >= most;
+                    shown
+                })
+                .collect()
         };
         let rows = [
             ("Rate", "°/s", 0, DEGREES, ["p", "q", "r"], 400.0),
@@ -213,7 +222,7 @@ fn with_responses(
             .map(|(quantity, unit, first, scale, names, most)| {
                 let mut row = Row::new(quantity, unit);
                 for (component, name) in names.into_iter().enumerate() {
-                    let values = state(first + component, scale);
+                    let values = state(first + component, scale, most);
                     let line = Series::line(ROLES[component], time, &values, None);
                     row = row.with(line.named(name));
                 }

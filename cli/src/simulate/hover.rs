@@ -234,7 +234,8 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
     config.seed = arguments.seed;
     for (at, thrown) in arguments.disturbance.iter().enumerate() {
         let at_s = thrown.at_s.unwrap_or(30.0 + 20.0 * at as f64);
-        config.orders.push((at_s, Order::Disturb(thrown.disturbance)));
+        let order = if arguments.truth { Order::Disturb } else { Order::Push };
+        config.orders.push((at_s, order(thrown.disturbance)));
     }
     config.orders.sort_by(|(one, _), (other, _)| one.total_cmp(other));
     let last_s = config.orders.last().map(|(at_s, _)| *at_s);

@@ -37,8 +37,10 @@ pub enum Feedback {
 pub enum Order {
     /// A new set-point.
     Go(SetPoint),
-    /// The vehicle is thrown out of its motion.
+    /// The vehicle is thrown out of its motion at once, which no inertial sensor feels.
     Disturb(Disturbance),
+    /// The same within 0.3 s, by a force and a moment that the inertial sensors feel.
+    Push(Disturbance),
     /// The pilot's switch.
     Engage(bool),
     /// The pilot holds the sticks here from now on.
