@@ -186,11 +186,15 @@ fn closed_loop(checked: &Checked) -> Section {
         "closed-loop",
         "Closed loop",
         "The same with the autopilot (appendix B), at the loop's own samples: model, servos, one \
-         sample of delay. Sticks are in percent of full travel about trim.",
+         sample of delay. Sticks are in percent of full travel about trim; the linear loop has no stops, \
+         the flight has.",
     );
     with_responses(section, &checked.responses, true)
 }
 
+/// What the lines of one colour are, from the top row to the last.
+const NAMES: [&str; 4] =
+    ["p, roll, u, lateral", "q, pitch, v, longitudinal", "r, heading, w, collective", "pedal"];
 const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
 
 fn with_responses(
@@ -213,15 +217,15 @@ fn with_responses(
                 .collect()
         };
         let rows = [
-            ("Rate", "°/s", 0, DEGREES, ["p", "q", "r"], 400.0),
-            ("Attitude", "°", 3, DEGREES, ["roll", "pitch", "heading"], 90.0),
-            ("Velocity", "m/s", 6, 1.0, ["u", "v", "w"], 15.0),
+            ("Rate", "°/s", 0, DEGREES, 400.0),
+            ("Attitude", "°", 3, DEGREES, 90.0),
+            ("Velocity", "m/s", 6, 1.0, 15.0),
         ];
         let mut rows: Vec<Row> = rows
             .into_iter()
-            .map(|(quantity, unit, first, scale, names, most)| {
+            .map(|(quantity, unit, first, scale, most)| {
                 let mut row = Row::new(quantity, unit);
-                for (component, name) in names.into_iter().enumerate() {
+                for (component, name) in NAMES.into_iter().take(3).enumerate() {
                     let values = state(first + component, scale, most);
                     let line = Series::line(ROLES[component], time, &values, None);
                     row = row.with(line.named(name));
@@ -231,8 +235,7 @@ fn with_responses(
             .collect();
         if with_sticks {
             let mut row = Row { limits: Some([-300.0, 300.0]), ..Row::new("Sticks", "%") };
-            let names = ["lateral", "longitudinal", "collective", "pedal"];
-            for (stick, name) in names.into_iter().enumerate() {
+            for (stick, name) in NAMES.into_iter().enumerate() {
                 let values: Vec<f64> =
                     response.sticks.iter().map(|sticks| 100.0 * sticks[stick]).collect();
                 row = row.with(Series::line(ROLES[stick], time, &values, None).named(name));
