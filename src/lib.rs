@@ -11,8 +11,8 @@
 //! | [`sensors`] | both conversations at once: from a line's bytes to events |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
-//! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
+//! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
 //! | `model` | with `std`: the nonlinear helicopter, and linear models as data |
 //! | `design` | with `std`: Riccati equations, optimal gains, exact holds, responses and margins; the hover's gains |
 //! | `sim`, `log` | with `std`: simulated flights, recorded flights and their scores |

@@ -335,9 +335,11 @@ impl Cabin {
             self.event(now, level, "gps_fixes", text);
         }
         let status = self.recorder.status();
-        let good =
-            status.bytes_waiting == 0 || status.failed_writes == self.report.record.failed_writes;
-        let good = good && status.lost_raw == self.report.record.lost_raw;
+        let before = self.report.record;
+        // What has been refused waits until it is written; what is lost is lost for good.
+        let good = status.bytes_waiting == 0
+            && status.lost_raw == before.lost_raw
+            && status.lost_decoded == before.lost_decoded;
         self.report.record = status;
         if std::mem::replace(&mut self.record_good, good) != good {
             let (level, text) = match (good, status.os_error) {

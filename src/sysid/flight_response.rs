@@ -77,7 +77,7 @@ fn stick_response(
     let vehicle = found.identified.vehicle().ok()?;
     let held = design::zero_order_hold(&vehicle, period_s, 0.0).ok()?;
     let (row, column) = (held.state(output).ok()?, held.input(name).ok()?);
-    let delay_s = found.identified.delay_s(name);
+    let delay_s = found.identified.delay(name).map_or(0.0, |delay| delay.value);
     let modelled = flown.frequencies_hz.iter().map(|&frequency_hz| {
         let radps = TAU * frequency_hz;
         let response = design::frequency_response(&held, radps);

@@ -32,6 +32,7 @@ pub mod linear;
 mod linear_least_squares;
 pub mod prediction_error;
 pub mod preprocess;
+mod riccati;
 pub mod structure;
 pub mod subspace;
 pub mod test_points;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, Matrix2};
 
-use super::prediction_error::Identified;
+use super::prediction_error::{Estimate, Identified};
 use crate::model::{ModelError, Parameter, Signal, StateSpace, TimeDomain, eigenvalues};
 
 /// An eigenvalue of an identified vehicle with what its parameters' bounds make of it.
@@ -125,12 +125,12 @@ impl Identified {
         Ok(poles.map(|(value, slopes)| Pole { value, covariance: spread(slopes) }).collect())
     }
 
-    /// Seconds by which `input` acts late; 0 where the structure has no delay for it.
+    /// The transport delay of `input`, s; `None` where the structure has none for it.
     #[must_use]
-    pub fn delay_s(&self, input: &str) -> f64 {
-        let place = self.structure.inputs.iter().position(|name| name == input);
-        let parameter = place.and_then(|place| self.structure.delays.get(place).copied().flatten());
-        parameter.map_or(0.0, |parameter| self.estimates.list[parameter].value)
+    pub fn delay(&self, input: &str) -> Option<&Estimate> {
+        let place = self.structure.inputs.iter().position(|name| name == input)?;
+        let parameter = self.structure.delays.get(place).copied().flatten()?;
+        self.estimates.list.get(parameter)
     }
 
     /// The structure's parameters as found.
@@ -189,5 +189,82 @@ fn unit_of(state: &str) -> &'static str {
         "u" | "v" | "w" => "m/s",
         "p" | "q" | "r" | "rfb" => "rad/s",
         _ => "rad",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::sysid::Experiment;
+    use crate::sysid::helicopter::Kind;
+    use crate::sysid::prediction_error::{Settings, identify};
+
+    /// Yaw by the book, r' = −4 r + 25 pedal, with a little noise and exact holds.
+    fn yaw() -> Identified {
+        const PERIOD_S: f64 = 0.03;
+        let decay = f64::exp(-4.0 * PERIOD_S);
+        let pedal = |sample: usize| if sample / 50 % 2 == 0 { 0.1 } else { -0.1 };
+        let mut rate = 0.0;
+        let outputs = DMatrix::from_fn(1000, 1, |sample, _| {
+            let measured: f64 = rate + 0.01 * ((sample * sample) as f64 * 0.618).fract();
+            rate = decay * rate + 25.0 / 4.0 * (1.0 - decay) * pedal(sample);
+            measured
+        });
+        let inputs = DMatrix::from_fn(1000, 1, |sample, _| pedal(sample));
+        let names = (vec!["pedal".to_owned()], vec!["r".to_owned()]);
+        let record = Experiment::new("yaw", PERIOD_S, names.0, names.1, inputs, outputs)
+            .expect("finite numbers");
+        let settings = Settings::innovations(Kind::Yaw.process_sigma());
+        identify(&Kind::Yaw.structure(), &[record], &settings).expect("it is identifiable")
+    }
+
+    #[test]
+    fn the_pole_of_yaw_is_its_damping_and_as_sure_as_that() {
+        let found = yaw();
+        let damping = found.estimates.get("Nr").expect("it has one");
+        let poles = found.poles().expect("one number");
+        assert_eq!(poles.len(), 1);
+        assert!((poles[0].value.re - damping.value).abs() < 1e-9, "{poles:?}");
+        assert!((poles[0].covariance[(0, 0)].sqrt() / damping.bound - 1.0).abs() < 1e-6);
+        let [low, high] = poles[0].region_95(61)[..] else { panic!("an interval") };
+        assert!(((high - low).re / (2.0 * 1.96 * damping.bound) - 1.0).abs() < 1e-3);
+        assert!(low.re < -4.0 && -4.0 < high.re, "{low} to {high}");
+    }
+
+    #[test]
+    fn the_vehicle_has_the_parameters_in_its_matrices_and_no_gusts() {
+        let vehicle = yaw().vehicle().expect("finite");
+        let value = |name: &str| {
+            let found = vehicle.parameters().iter().find(|parameter| parameter.name == name);
+            found.expect("it is listed").value
+        };
+        assert_eq!(vehicle.a()[(0, 0)], value("Nr"));
+        assert_eq!(vehicle.b()[(0, 0)], value("Nped"));
+        for kind in Kind::ALL {
+            let structure = kind.structure();
+            let driven = |state: usize| {
+                let own = structure.states.len() + structure.inputs.len();
+                let mut terms = structure.dynamics.iter().filter(|term| term.row == state);
+                terms.any(|term| term.column != state && term.column < own)
+            };
+            let gusts: Vec<_> =
+                (0..structure.states.len()).filter(|&state| !driven(state)).collect();
+            let named = |state: &usize| structure.states[*state].ends_with('g');
+            assert!(gusts.iter().all(named), "{kind}: {gusts:?}");
+        }
+    }
+
+    #[test]
+    fn a_region_lies_where_the_normalised_distance_is_that_of_95_of_100() {
+        let covariance = Matrix2::new(0.04, 0.018, 0.018, 0.01);
+        let pole = Pole { value: Complex::new(-1.0, 2.0), covariance };
+        let inverse = covariance.try_inverse().expect("it is positive");
+        for at in pole.region_95(31) {
+            let off = nalgebra::Vector2::new(at.re + 1.0, at.im - 2.0);
+            let distance = (off.transpose() * inverse * off)[(0, 0)];
+            assert!((distance - 5.991).abs() < 1e-6, "{distance}");
+        }
     }
 }

@@ -5,66 +5,11 @@
 use mavlink::dialects::common;
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
 
+use super::mavlink_config::MavlinkConfig;
 use super::snapshot::{Mode, Snapshot};
 use crate::earth::Geodetic;
 use crate::frames::Vector;
 use crate::time::Time;
-
-/// How often each message is sent at most, Hz; 0 is never. None is sent more often than
-/// [`Mavlink::encode`] is called.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MavlinkRates {
-    /// HEARTBEAT; ground stations give up after some seconds without.
-    pub heartbeat_hz: f64,
-    /// ATTITUDE.
-    pub attitude_hz: f64,
-    /// HIGHRES_IMU.
-    pub highres_imu_hz: f64,
-    /// LOCAL_POSITION_NED.
-    pub local_position_hz: f64,
-    /// GPS_RAW_INT.
-    pub gps_raw_hz: f64,
-    /// SERVO_OUTPUT_RAW.
-    pub servo_output_hz: f64,
-    /// ESTIMATOR_STATUS.
-    pub estimator_status_hz: f64,
-}
-
-impl Default for MavlinkRates {
-    /// Two thirds of 57 600 baud.
-    fn default() -> Self {
-        Self {
-            heartbeat_hz: 1.0,
-            attitude_hz: 33.0,
-            highres_imu_hz: 20.0,
-            local_position_hz: 10.0,
-            gps_raw_hz: 2.0,
-            servo_output_hz: 10.0,
-            estimator_status_hz: 2.0,
-        }
-    }
-}
-
-/// Who speaks, and how much.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MavlinkConfig {
-    /// The vehicle's number, 1 to 255.
-    pub system_id: u8,
-    /// The part of the vehicle that speaks; 1 is the autopilot.
-    pub component_id: u8,
-    /// Innovations beyond this many one-sigma are refused: what test ratios are ratios to.
-    pub gate_sigmas: f64,
-    /// How often.
-    pub rates: MavlinkRates,
-}
-
-impl Default for MavlinkConfig {
-    fn default() -> Self {
-        Self { system_id: 1, component_id: 1, gate_sigmas: 5.0, rates: MavlinkRates::default() }
-    }
-}
 
 /// When messages of one kind go out: on a grid of their own period, so that a loop whose rate is no
 /// multiple still sends the right number of them.

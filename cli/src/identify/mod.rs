@@ -39,7 +39,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let log = &arguments.log;
-    let (mut dataset, _) = crate::log::open(log)?;
+    let (mut dataset, record) = crate::log::open(log)?;
+    let part = |name| if record.is_some() { log.clone() } else { log.join(name) };
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }
@@ -47,12 +48,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         !dataset.controls.is_empty(),
         "{}: found no sticks, expected one row per sample of what the pilot did: there is nothing \
          to identify from",
-        log.join("controls.csv").display()
+        part("controls.csv").display()
     );
     ensure!(
         !dataset.fixes.is_empty(),
         "{}: found no usable fix, expected at least one to start from",
-        log.join("gps.csv").display()
+        part("gps.csv").display()
     );
     let config = dataset.settings()?;
     let SmoothedRun { forward, solutions } = dataset.smooth(&config, |_| ());
@@ -68,12 +69,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let with = |velocity| identify(&dataset, &solutions, arguments.model, velocity);
     let (found, held) = rayon::join(|| with(Velocity::Estimated), || with(Velocity::HeldGps));
     let found = found.with_context(|| log.display().to_string())?;
-    let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)?;
+    let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)?;
     let vehicle = found.identified.vehicle()?;
     let vehicle = vehicle.with_source(&source(&dataset, &found));
 
     let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref());
-    summary.warn(flight_warnings(&record.experiment, arguments.model));
+    summary.warn(flight_warnings(&flight.experiment, arguments.model));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
     summary.warn(pattern.iter().map(ToString::to_string));
 
@@ -81,7 +82,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
     vehicle.write(&out.join("model.toml"))?;
     if !arguments.no_report {
-        let responses = stick_responses(&found, &record);
+        let responses = stick_responses(&found, &flight);
         let (facts, headlines) = (summary.facts(), page::headlines(&found));
         let shown = Shown {
             title: &format!("{}: {} model", dataset.manifest.name, found.kind),
@@ -109,11 +110,15 @@ fn default_out(log: &Path) -> PathBuf {
 /// Where the model's numbers come from, for `model.toml`.
 fn source(dataset: &Dataset, found: &Identification) -> String {
     let points = found.estimation_points.len();
+    let inputs = found.identified.structure.inputs.iter();
+    let delays = inputs.filter_map(|input| Some(&*found.identified.delay(input)?.name));
     format!(
         "identified by prediction error from {points} test points of {}, sampled every {:.4} s; \
-         derivatives in SI per full stick, continuous in time; delays (tau_cyc, tau_col, tau_ped) \
-         are parameters and not in the matrices; no variance: held or dropped",
-        dataset.manifest.name, found.identified.period_s
+         derivatives in SI per full stick, continuous in time; the sticks' delays are parameters \
+         ({}) and not in the matrices; a parameter without variance was held or dropped",
+        dataset.manifest.name,
+        found.identified.period_s,
+        delays.collect::<Vec<_>>().join(", ")
     )
 }
 

@@ -412,24 +412,26 @@ fn poles(found: &Identification, held: Held<'_>) -> Result<Section, ModelError> 
     let marks = |role, poles: &[Pole]| {
         Series::points(role, poles.iter().map(|pole| (pole.value.re, pole.value.im)))
     };
-    let figure = |reach: f64, caption: String| {
-        let row =
-            Row { limits: Some([-0.6 * reach, 0.6 * reach]), ..Row::new("Imaginary part", "1/s") }
-                .with(
-                    Series::curve(Role::Limit, [(0.0, -10.0 * reach), (0.0, 10.0 * reach)])
-                        .named("Border of stability"),
-                )
-                .with(
-                    Series::curve(Role::AlternativeRegion, outlines(&others))
-                        .named("its 95 % region"),
-                )
-                .with(marks(Role::AlternativePole, &others).named("From held GPS velocity"))
-                .with(Series::curve(Role::Region, outlines(&poles)))
-                .with(marks(Role::Pole, &poles).named("Pole"));
-        let axis = Axis::plane("Real part", "1/s").within([-1.1 * reach, 0.4 * reach]);
+    let figure = |[left, right, up]: [f64; 3], caption: &str| {
+        let row = Row { limits: Some([-up, up]), ..Row::new("Imaginary part", "1/s") }
+            .with(
+                Series::curve(Role::Limit, [(0.0, -10.0 * up), (0.0, 10.0 * up)])
+                    .named("Border of stability"),
+            )
+            .with(
+                Series::curve(Role::AlternativeRegion, outlines(&others)).named("its 95 % region"),
+            )
+            .with(marks(Role::AlternativePole, &others).named("From held GPS velocity"))
+            .with(Series::curve(Role::Region, outlines(&poles)))
+            .with(marks(Role::Pole, &poles).named("Pole"));
+        let axis = Axis::plane("Real part", "1/s").within([left, right]);
         Figure::against(axis, [row]).captioned(caption)
     };
-    let largest = poles.iter().map(|pole| pole.value.norm()).fold(0.1, f64::max);
+    let most = |part: fn(&Pole) -> f64| poles.iter().map(part).fold(0.0, f64::max);
+    let (left, right, up) =
+        (most(|pole| -pole.value.re), most(|pole| pole.value.re), most(|pole| pole.value.im));
+    let size = left.max(right).max(up).max(0.1);
+    let whole = [-left - 0.1 * size, right + 0.2 * size, up + 0.2 * size];
     let mut section = Section::new(
         "poles",
         "Poles",
@@ -437,9 +439,10 @@ fn poles(found: &Identification, held: Held<'_>) -> Result<Section, ModelError> 
          the dashed line grows, off the real axis oscillates. Each with the region in which the \
          parameters' bounds leave it 95 times of 100; of a real pole that is a stretch of the axis.",
     )
-    .with(figure(largest, "All".into()));
-    if largest > 5.0 {
-        section = section.with(figure(1.5, "Near the origin: the slow motion over ground".into()));
+    .with(figure(whole, "All"));
+    if size > 5.0 && poles.len() > 1 {
+        let near = [-1.5, 0.5, 0.6];
+        section = section.with(figure(near, "Near the origin: the slow motion over ground"));
     }
     let rows = poles.iter().map(|Pole { value, covariance }| {
         let sigma = |axis: usize| digits(covariance[(axis, axis)].max(0.0).sqrt());
@@ -483,7 +486,10 @@ fn compared(shown: &Shown<'_>) -> Section {
         None => &held.estimation_points,
     };
     let runs = runs_of(other, held, points);
-    let section = section.with(side_by_side(shown.found, held));
+    let mut section = section.with(side_by_side(shown.found, held));
+    if !held.warnings.is_empty() {
+        section = section.with(held.warnings.clone());
+    }
     histories(shown.dataset, held, other, &runs).fold(section, Section::with)
 }
 

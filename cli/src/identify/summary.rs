@@ -8,6 +8,7 @@ use hovernav::log::{Dataset, Run};
 use hovernav::sysid::identify::Identification;
 use hovernav::sysid::prediction_error::{Estimate, Fit, Status};
 use hovernav::sysid::test_points::STICKS;
+use hovernav::sysid::validate::GOOD_FIT_PERCENT;
 use serde::Serialize;
 
 use super::Held;
@@ -182,6 +183,14 @@ impl Summary {
         if found.validation.is_none() {
             let why = "no stick was tested twice: nothing is held back, the fit is not validated";
             summary.warn([why.to_owned()]);
+        }
+        let fit = fit_of(found);
+        for channel in fit.channels().0.iter().filter(|one| one.percent < GOOD_FIT_PERCENT) {
+            summary.warn([format!(
+                "{} fits to {:.1} %, below the {GOOD_FIT_PERCENT} % that count as good; the noise \
+                 would let a perfect model reach {:.1} %",
+                channel.name, channel.percent, channel.floor_percent
+            )]);
         }
         summary
     }

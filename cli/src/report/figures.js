@@ -29,19 +29,17 @@
     gps_rejected: { name: "GPS rejected", outlier: true, ...refused },
     start: { name: "Start", ...dots(INK, 10, "triangle-up") },
     end: { name: "End", ...dots(INK, 9, "square") },
-    region: { name: "95 % region", ...line("rgba(0,114,178,0.5)", 1), fill: "toself", fillcolor: "rgba(0,114,178,0.16)" },
-    alternative_region: { name: "95 % region", ...line("rgba(230,159,0,0.5)", 1), fill: "toself", fillcolor: "rgba(230,159,0,0.16)" },
+    region: { name: "95 % region", ...line("rgba(0,114,178,0.5)", 2), fill: "toself", fillcolor: "rgba(0,114,178,0.16)" },
+    alternative_region: { name: "95 % region", ...line("rgba(230,159,0,0.5)", 2), fill: "toself", fillcolor: "rgba(230,159,0,0.16)" },
     limit: { name: "Limit", ...line(SOFT, 1.2, { dash: "dash" }) },
     input: { name: "Input", ...line(INK, 1.3, { shape: "hv" }) },
     flight: { name: "Flight", ...line("rgba(0,158,115,0.6)", 4.5) },
     residual: { name: "Residual", ...line(BLUE, 1.2) },
-    alternative: { name: "Other model", ...line(ORANGE, 1.5) },
     first: { name: "First", ...line(BLUE, 1.5) },
     second: { name: "Second", ...line(ORANGE, 1.5) },
     third: { name: "Third", ...line(GREEN, 1.5) },
     fourth: { name: "Fourth", ...line(PURPLE, 1.5) },
     model: { name: "Model", ...line(BLUE, 1.5) },
-    zero: { name: "Zero", ...dots(INK, 10, "circle-open") },
     alternative_pole: { name: "Pole of the other model", ...dots(ORANGE, 9, "x-thin") },
     pole: { name: "Pole", ...dots(BLUE, 9, "x-thin") },
   };
@@ -74,7 +72,7 @@
   // A bound without its widest few, which may be as far out as the first fix after an outage puts
   // them: they would squeeze all the others into a line.
   const bulk = ({ role, band }, lists) => {
-    if (role !== "bound") return lists;
+    if (role !== "bound" || !band.about_zero) return lists;
     const sorted = band.about_zero.filter(isNumber).sort((a, b) => a - b);
     const widest = sorted[Math.floor(0.97 * (sorted.length - 1))];
     return [[-widest, widest]];
@@ -97,7 +95,7 @@
   };
 
   // What a row shows at first, and what is said above it: its result, and how much lies beyond.
-  const firstView = (row) => {
+  const firstView = (row, isOwnPlane) => {
     const inView = row.series.filter(({ role }) => !ROLES[role].outlier);
     const lists = (inView.length ? inView : row.series).flatMap((series) => bulk(series, limits(series)));
     const [lowest, highest] = row.limits ?? [-Infinity, Infinity];
@@ -105,7 +103,7 @@
     const shown = [Math.max(low, lowest), Math.min(high, highest)];
     const place = row.logarithmic ? Math.log10 : (value) => value;
     const isBeyond = (value) => isNumber(value) && (place(value) < shown[0] || place(value) > shown[1]);
-    const beyond = row.series.reduce((count, { y }) => count + y.filter(isBeyond).length, 0);
+    const beyond = isOwnPlane ? 0 : row.series.reduce((count, { y }) => count + y.filter(isBeyond).length, 0);
     const notes = [row.note, beyond && `${beyond} outlier${beyond === 1 ? "" : "s"} beyond this view: double-click to see all`];
     return { shown, text: notes.filter(Boolean).join(" · ") };
   };
@@ -167,12 +165,18 @@
     return high > low ? [low, high] : [low - 1, high + 1];
   };
 
+  // Over fewer than two decades the decades alone would be too few numbers to read by.
+  const logarithmicAxis = ([from, to]) => ({
+    type: "log", dtick: to - from < 2 ? "D2" : 1,
+    minor: { ticks: "outside", dtick: "D1", ticklen: 2, showgrid: true, gridcolor: "#f3f5f6" },
+  });
+
   const describe = (figure, height) => {
     const isMap = isPlane(figure);
     const own = figure.abscissa.own;
     const data = [], annotations = [], shapes = [], named = new Set();
     const count = figure.rows.length;
-    const views = figure.rows.map(firstView);
+    const views = figure.rows.map((row) => firstView(row, Boolean(own?.to_scale)));
     const room = views.some(({ text }) => text) ? NOTE : 0;
     const plotHeight = height - SIDE.top - room - SIDE.bottom;
     const gap = (10 + room) / plotHeight;
@@ -189,7 +193,7 @@
       xaxis: {
         ...axis, title: { text: own?.label ?? (isMap ? "East, m" : time.label), standoff: 8 },
         anchor: count > 1 ? `y${count}` : "y", range: own ? reach(figure) : [...whole],
-        ...(own?.logarithmic ? { type: "log", dtick: 1, minor: { ticks: "outside", dtick: "D1", ticklen: 2, showgrid: true, gridcolor: "#f3f5f6" } } : {}),
+        ...(own?.logarithmic ? logarithmicAxis(reach(figure)) : {}),
         ...(isMap ? {} : { showspikes: true, spikemode: "across", spikethickness: 1, spikedash: "solid", spikecolor: "#9aa5ae", hoverformat: own ? ".4~g" : ".2f" }),
       },
     };

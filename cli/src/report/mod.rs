@@ -71,10 +71,13 @@ pub fn digits(value: f64) -> String {
     if !value.is_finite() {
         return "–".into();
     }
-    if value != 0.0 && value.abs() < 1e-4 {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if value.abs() < 1e-4 {
         return format!("{value:.2e}");
     }
-    let whole_digits = value.abs().max(1e-4).log10().floor();
+    let whole_digits = value.abs().log10().floor();
     format!("{value:.*}", (3.0 - whole_digits).clamp(0.0, 7.0) as usize)
 }
 

@@ -168,8 +168,6 @@ pub enum Role {
     Flight,
     /// What a model says of it.
     Model,
-    /// What another model says, for comparison.
-    Alternative,
     /// What was put in: held from one point to the next.
     Input,
     /// Flight less model.
@@ -179,7 +177,6 @@ pub enum Role {
     Pole,
     /// A pole of the other model.
     AlternativePole,
-    Zero,
     /// Outlines of where a point may be.
     Region,
     AlternativeRegion,

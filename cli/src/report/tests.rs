@@ -433,7 +433,7 @@ fn a_page_without_a_flight_has_axes_of_its_own() {
                 .with(Series::curve(Role::Limit, [(0.01, -3.0), (160.0, -3.0)])),
             Row { limits: Some([0.0, 1.0]), ..Row::new("Coherence", "") }
                 .with(Series::curve(Role::Flight, [(0.01, 0.9), (160.0, 0.2)])),
-            Row::new("Nothing", "").with(Series::curve(Role::Zero, [(f64::NAN, 0.0)])),
+            Row::new("Nothing", "").with(Series::curve(Role::Model, [(f64::NAN, 0.0)])),
         ],
     );
     let poles = Figure::against(

@@ -25,7 +25,6 @@ mod fit;
 mod held;
 mod predictor;
 mod problem;
-mod riccati;
 mod statistics;
 mod sweep;
 #[cfg(test)]

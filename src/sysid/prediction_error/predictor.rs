@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix};
 
 use super::held::Held;
-use super::riccati::{Lyapunov, predicted_covariance};
+use crate::sysid::riccati::{Lyapunov, predicted_covariance};
 use crate::sysid::structure::Structure;
 
 /// x⁺ = Φ x + Γ [u n o] + K ν, ν = y − C x − D u − b, of covariance S = L Lᵀ.

@@ -4,6 +4,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use crate::sysid::experiment::Experiment;
 use crate::sysid::linear_least_squares::least_squares;
+use crate::sysid::riccati::predicted_covariance;
 
 /// K of x(k+1) = A x + B u + K e, from the scatter that the estimated states (states × instants,
 /// the first at sample `first`) leave unexplained. Zero where the scatter allows no filter.
@@ -47,8 +48,8 @@ pub(super) fn innovation_gain(
 /// The steady one-step predictor's gain for process noise Q, measurement noise R and their cross
 /// covariance S: K = (A P Cᵀ + S)(C P Cᵀ + R)⁻¹.
 ///
-/// The cross covariance is taken out first, then P is found by structure-preserving doubling
-/// (Chu, Fan, Lin and Wang, 2004).
+/// The cross covariance is taken out first: P is that of the state without what the outputs' noise
+/// explains of its own.
 fn steady_gain(
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,
@@ -56,31 +57,16 @@ fn steady_gain(
     cross: &DMatrix<f64>,
     noise: &DMatrix<f64>,
 ) -> Option<DMatrix<f64>> {
-    let order = a.nrows();
-    let identity = DMatrix::<f64>::identity(order, order);
-    let noise_factor = Cholesky::new(noise.clone())?;
-    let projected = noise_factor.solve(&cross.transpose()).transpose();
-    let mut carried = (a - &projected * c).transpose();
-    let mut reach = c.tr_mul(&noise_factor.solve(c));
-    let mut covariance = process - &projected * cross.transpose();
-    for _ in 0..50 {
-        let inverse = (&identity + &reach * &covariance).try_inverse()?;
-        let half = &carried * &inverse;
-        let added = carried.tr_mul(&(&covariance * &inverse * &carried));
-        reach += &half * &reach * carried.transpose();
-        carried = half * carried;
-        covariance += &added;
-        let size = added.amax();
-        if !size.is_finite() {
-            return None;
-        }
-        if size <= 1e-13 * covariance.amax() {
-            let innovation = c * &covariance * c.transpose() + noise;
-            let moved = a * &covariance * c.transpose() + cross;
-            return Some(Cholesky::new(innovation)?.solve(&moved.transpose()).transpose());
-        }
-    }
-    None
+    let explained = Cholesky::new(noise.clone())?.solve(&cross.transpose()).transpose();
+    let covariance = predicted_covariance(
+        &(a - &explained * c),
+        c,
+        &(process - &explained * cross.transpose()),
+        noise,
+    )?;
+    let innovation = c * &covariance * c.transpose() + noise;
+    let moved = a * &covariance * c.transpose() + cross;
+    Some(Cholesky::new(innovation)?.solve(&moved.transpose()).transpose())
 }
 
 #[cfg(test)]

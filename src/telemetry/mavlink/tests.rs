@@ -7,6 +7,7 @@ use mavlink::{MavlinkReader, MavlinkVersion};
 use super::*;
 use crate::frames::EulerAngles;
 use crate::servo::Channels;
+use crate::telemetry::MavlinkRates;
 use crate::telemetry::{FixKind, GpsSummary, Health, Innovations, Sigmas};
 
 fn at(seconds: f64) -> Time {
