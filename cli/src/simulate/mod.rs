@@ -44,8 +44,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     autopilot: Option<PathBuf>,
     /// Throw the vehicle out of its hover: p, q, r in rad/s, phi, theta, psi in rad, u, v, w in m/s.
-    /// The first comes at 30 s, each further one 20 s later, or at the second given. It is a push of
-    /// 0.3 s that the sensors feel; with --truth, at once
+    /// The first comes at 30 s, each further one 20 s later, or at the second given. It takes
+    /// 0.3 s, so that the sensors feel it; with --truth it comes at once
     #[arg(long, value_name = "NAME=VALUE[@SECOND]", allow_hyphen_values = true)]
     disturbance: Vec<hover::Thrown>,
     /// How long to fly, s; 120, or until 30 s after the last disturbance

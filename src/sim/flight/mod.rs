@@ -39,7 +39,7 @@ pub enum Order {
     Go(SetPoint),
     /// The vehicle is thrown out of its motion at once, which no inertial sensor feels.
     Disturb(Disturbance),
-    /// The same within 0.3 s, by a force and a moment that the inertial sensors feel.
+    /// The same so that inertial sensors feel it: rates at once, velocity and attitude within 0.3 s.
     Push(Disturbance),
     /// The pilot's switch.
     Engage(bool),
