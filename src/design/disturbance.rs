@@ -49,7 +49,7 @@ impl DisturbanceResponse {
     #[must_use]
     pub fn settled_s(&self) -> Option<f64> {
         let is_away = |states: &[f64; 9]| {
-            states.iter().zip(SETTLED).any(|(value, band)| !(value.abs() <= band))
+            states.iter().zip(SETTLED).any(|(&value, band)| is_beyond(value, band))
         };
         match self.states.iter().rposition(is_away) {
             None => Some(0.0),
@@ -64,7 +64,7 @@ impl DisturbanceResponse {
     pub fn recovered_s(&self, share: f64) -> Option<f64> {
         let row = DISTURBED.iter().position(|name| *name == self.state)?;
         let band = share * self.size.abs();
-        match self.states.iter().rposition(|states| !(states[row].abs() <= band)) {
+        match self.states.iter().rposition(|states| is_beyond(states[row], band)) {
             None => Some(0.0),
             Some(last) => self.time_s.get(last + 1).copied(),
         }
@@ -81,6 +81,11 @@ impl DisturbanceResponse {
     pub fn stick_peaks(&self) -> [f64; 4] {
         largest(&self.sticks)
     }
+}
+
+/// What is no number is beyond everything.
+fn is_beyond(value: f64, band: f64) -> bool {
+    value.is_nan() || value.abs() > band
 }
 
 fn largest<const N: usize>(rows: &[[f64; N]]) -> [f64; N] {
