@@ -379,12 +379,6 @@ mod tests {
         };
         assert!(climb(0.0) > climb(0.03) + 0.05);
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::model::helicopter::HelicopterParameters;
 
     #[test]
     fn a_push_comes_to_its_size_and_the_sensors_feel_all_of_it() {
