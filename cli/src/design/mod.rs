@@ -117,7 +117,7 @@ impl Checked {
             let (gain_db, phase_deg) = (smallest_gain_db(channel), phase_deg(channel));
             if gain_db < 6.0 || phase_deg < 45.0 {
                 warnings.push(format!(
-                    "the {} loop has {gain_db:.1} dB and {phase_deg:.0}°, less than 6 dB and 45°",
+                    "the {} loop has {gain_db:.1} dB and {phase_deg:.0}°, expected 6 dB and 45°",
                     channel.name
                 ));
             }
