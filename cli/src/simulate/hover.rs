@@ -189,6 +189,9 @@ impl Flown {
 
     /// The hover in a line.
     pub fn in_words(&self) -> String {
+        if let Some(crashed_s) = self.crashed_s {
+            return format!("crashed at {crashed_s:.2} s");
+        }
         let [u, v, w] = self.velocity_rms_mps;
         let [roll, pitch] = self.attitude_rms_deg;
         let [north, east, down] = self.position_rms_m;
