@@ -49,7 +49,14 @@ impl Arguments {
 
 /// `START:DURATION`, both in seconds.
 #[derive(Clone, Copy)]
-struct Window(Outage);
+pub struct Window(Outage);
+
+impl Window {
+    /// The same as an outage.
+    pub fn outage(self) -> Outage {
+        self.0
+    }
+}
 
 impl FromStr for Window {
     type Err = String;

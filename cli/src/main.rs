@@ -1,12 +1,15 @@
 //! The command `hovernav`: one verb a job. It reads arguments, shows progress and writes files; what
 //! is computed, the library computes.
 
+mod campaign;
 mod convert;
+mod design;
 mod estimate;
 #[cfg(target_os = "linux")]
 mod fly;
 mod identify;
 mod log;
+mod model;
 mod play;
 mod report;
 mod simulate;
@@ -47,8 +50,15 @@ enum Verb {
     Play(play::Arguments),
     /// Write any log as a dataset directory
     Convert(convert::Arguments),
-    /// Fly a path in simulation and record its sensors as a dataset
+    /// Design the hover autopilot for a model and check it at the loop's own rate; writes
+    /// autopilot.toml, summary.json and report.html
+    Design(design::Arguments),
+    /// Fly in simulation, the closed loop with sensors, estimator and servos inside, or with --flight
+    /// along a path, and record it as a dataset
     Simulate(simulate::Arguments),
+    /// Fly the closed loop many times over, airframe, wind, sensors and GPS drawn anew for each; writes
+    /// results.csv, percentiles.csv, summary.json and report.html
+    Campaign(campaign::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -60,7 +70,9 @@ fn main() -> ExitCode {
         Verb::Identify(arguments) => identify::run(&arguments),
         Verb::Info { log } => info(&log),
         Verb::Convert(arguments) => convert::run(&arguments),
+        Verb::Design(arguments) => design::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
+        Verb::Campaign(arguments) => campaign::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

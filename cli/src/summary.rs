@@ -36,6 +36,9 @@ pub struct Summary {
     /// How it compares with the solution that flew, of a flight record.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flown: Option<Flown>,
+    /// What the closed loop did, of a simulated flight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flight: Option<crate::simulate::Flown>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<BTreeMap<&'static str, Statistics>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -107,6 +110,7 @@ impl Summary {
             innovations: BTreeMap::new(),
             reopened: Vec::new(),
             flown: None,
+            flight: None,
             error: None,
             within_3_sigma: None,
             outages: Vec::new(),

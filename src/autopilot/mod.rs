@@ -10,6 +10,8 @@
 //! cannot fly.
 
 mod config;
+#[cfg(feature = "std")]
+mod file;
 mod guidance;
 mod health;
 mod hover;
@@ -22,6 +24,8 @@ mod sticks;
 mod trim;
 
 pub use config::{ConfigError, Gains, HoverConfig, TransferConfig};
+#[cfg(feature = "std")]
+pub use file::FileError;
 pub use guidance::{GuidanceConfig, SetPoint, SetPointError};
 pub use health::{Distrust, Health, HealthLimits};
 pub use hover::{HoverAutopilot, Inputs, Outputs};

@@ -95,4 +95,14 @@ pub enum DesignError {
         /// Its unit.
         unit: String,
     },
+    /// A file of weights does not spell a design.
+    #[error("{}:{line}: {reason}", path.display())]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Line, from 1; 0 where it could not be read at all.
+        line: usize,
+        /// What was found and expected.
+        reason: String,
+    },
 }

@@ -139,6 +139,37 @@ impl Loop {
         Ok(eigenvalues(&(self.open.a() - self.open.b() * back))?)
     }
 
+    /// The loop as its input `name` sees it: cut there, every other channel closed. One input, one
+    /// output.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`](crate::model::ModelError::Unknown), and [`DesignError::Singular`] where
+    /// the other channels cannot be closed.
+    pub fn channel(&self, name: &str) -> Result<StateSpace, DesignError> {
+        let open = &self.open;
+        let own = open.input(name)?;
+        let others: Vec<usize> = (0..open.inputs().len()).filter(|&other| other != own).collect();
+        let direct =
+            |rows: &[usize], columns: &[usize]| open.d().select_rows(rows).select_columns(columns);
+        // The others' inputs are u = −y, with y their outputs: u = −back x − through u_own.
+        let around =
+            (DMatrix::identity(others.len(), others.len()) + direct(&others, &others)).lu();
+        let singular = DesignError::Singular { matrix: "I + D" };
+        let back = around.solve(&open.c().select_rows(&others)).ok_or(singular)?;
+        let singular = DesignError::Singular { matrix: "I + D" };
+        let through = around.solve(&direct(&others, &[own])).ok_or(singular)?;
+        let onto = open.b().select_columns(&others);
+        let across = direct(&[own], &others);
+        let input = vec![open.inputs()[own].clone()];
+        let a = open.a() - &onto * &back;
+        let b = open.b().select_columns(&[own]) - onto * &through;
+        let c = open.c().select_rows(&[own]) - &across * back;
+        let d = direct(&[own], &[own]) - across * through;
+        let states = open.states().to_vec();
+        let channel = StateSpace::new(name, open.time(), states, input, a, b)?;
+        Ok(channel.with_outputs(vec![open.outputs()[own].clone()], c, d)?)
+    }
+
     /// Every margin of the loop.
     ///
     /// Searched on a logarithmic grid from a hundredth of the slowest mode to a hundred times the

@@ -26,12 +26,12 @@ pub fn raptor60() -> StateSpace {
     parsed("raptor60.toml", include_str!("data/raptor60.toml"))
 }
 
-/// A shipped model by its name: `thesis`, `mettler_r50` or `raptor60`.
+/// A shipped model by its name: `thesis`, `mettler_r50`, for short `r50`, or `raptor60`.
 #[must_use]
 pub fn by_name(name: &str) -> Option<StateSpace> {
     match name {
         "thesis" => Some(thesis()),
-        "mettler_r50" => Some(mettler_r50()),
+        "mettler_r50" | "r50" => Some(mettler_r50()),
         "raptor60" => Some(raptor60()),
         _ => None,
     }

@@ -13,6 +13,7 @@
 //! ```
 
 mod baro;
+pub mod campaign;
 mod check;
 pub mod devices;
 mod dmu;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
 /// Which error draws from which stream: no two share one, so changing one error leaves the others
@@ -18,6 +18,7 @@ pub(super) enum Stream {
     GpsVelocity,
     Gust,
     Baro,
+    Campaign,
 }
 
 /// Independent standard normal deviates.
@@ -33,6 +34,11 @@ impl Noise {
 
     pub(super) fn normal(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
+    }
+
+    /// Uniform from 0 to below 1.
+    pub(super) fn uniform(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     pub(super) fn normal3(&mut self) -> DVec3 {

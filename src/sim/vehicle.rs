@@ -82,7 +82,31 @@ pub struct Vehicle {
     /// Rotor speed over its nominal.
     rotor_speed: f64,
     wind_mps: Vector<Ned>,
+    pushes: Vec<Push>,
+    /// What the pushes do in the step under way: acceleration, m/s², and turn rate, rad/s.
+    pushed: (Vector<Body>, Vector<Body>),
     crashed: bool,
+}
+
+/// A disturbance under way.
+#[derive(Clone, Copy, Debug)]
+struct Push {
+    disturbance: Disturbance,
+    elapsed_s: f64,
+}
+
+/// How long a push takes, s: long enough for gyros and accelerometers to stay within their ranges.
+const PUSH_S: f64 = 0.3;
+
+impl Push {
+    /// Acceleration and turn rate over the next `step_s`.
+    fn advance(&mut self, step_s: f64) -> (Vector<Body>, Vector<Body>) {
+        let left_s = (PUSH_S - self.elapsed_s).min(step_s);
+        self.elapsed_s += step_s;
+        let per_s = left_s / (PUSH_S * step_s);
+        let [roll, pitch, yaw] = self.disturbance.attitude_rad;
+        (self.disturbance.velocity_mps * per_s, Vector::new(roll, pitch, yaw) * per_s)
+    }
 }
 
 /// What throws a vehicle out of its motion: the disturbances of Paw (2005), table 6.1.
@@ -121,6 +145,8 @@ impl Vehicle {
             position,
             rotor_speed: 1.0,
             wind_mps: Vector::ZERO,
+            pushes: Vec::new(),
+            pushed: (Vector::ZERO, Vector::ZERO),
             crashed: false,
         })
     }
@@ -136,6 +162,13 @@ impl Vehicle {
         });
         self.motion.rate_radps += disturbance.rate_radps;
         self.motion.velocity_mps += disturbance.velocity_mps;
+    }
+
+    /// Throws the vehicle out of its motion so that inertial sensors feel it: rates at once, velocity
+    /// and attitude within 0.3 s.
+    pub fn push(&mut self, disturbance: &Disturbance) {
+        self.motion.rate_radps += disturbance.rate_radps;
+        self.pushes.push(Push { disturbance: *disturbance, elapsed_s: 0.0 });
     }
 
     /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays where
@@ -156,6 +189,12 @@ impl Vehicle {
     }
 
     fn integrate(&mut self, step_s: f64) {
+        self.pushes.retain(|push| push.elapsed_s < PUSH_S);
+        self.pushed = (Vector::ZERO, Vector::ZERO);
+        for push in &mut self.pushes {
+            let (acceleration, turn) = push.advance(step_s);
+            self.pushed = (self.pushed.0 + acceleration, self.pushed.1 + turn);
+        }
         let collective = self.controls().collective;
         let governed = 1.0 - self.config.droop * collective.max(-1.0);
         let share = 1.0 - (-step_s / self.config.governor_time_s).exp();
@@ -172,7 +211,8 @@ impl Vehicle {
             .moved(&second, 2.0 * sixth_s)
             .moved(&third, 2.0 * sixth_s)
             .moved(&fourth, sixth_s);
-        after.body_to_ned = Rotation::claim(after.body_to_ned.quaternion().normalize());
+        after.body_to_ned = Rotation::claim(after.body_to_ned.quaternion().normalize())
+            .turned_in_from(self.pushed.1 * step_s);
         let travel = (before.velocity_ned_mps() + after.velocity_ned_mps()) * (0.5 * step_s);
         self.position = Local::at(&self.position).carried(&self.position, travel);
         self.motion = after;
@@ -186,6 +226,8 @@ impl Vehicle {
         let lost = change.specific_force_mps2 * (self.rotor_speed * self.rotor_speed - 1.0);
         change.velocity_mps2 += lost;
         change.specific_force_mps2 += lost;
+        change.velocity_mps2 += self.pushed.0;
+        change.specific_force_mps2 += self.pushed.0;
         let height_m = self.position.height_m - self.config.ground_m;
         if height_m < 1.0 {
             let (force, moment) = ground_reaction(motion, height_m);
@@ -243,12 +285,13 @@ impl Vehicle {
         let frame_rate = local.earth_rate_radps + transport;
         let coriolis = (local.earth_rate_radps * 2.0 + transport).cross(velocity_mps);
         let heavier = self.helicopter.parameters().gravity_mps2 - local.gravity_mps2;
+        let rate_radps = motion.rate_radps + self.pushed.1;
         State {
             position: self.position,
             velocity_mps,
             body_to_ned: motion.body_to_ned,
-            angular_rate_radps: motion.rate_radps,
-            inertial_rate_radps: motion.rate_radps + to_body * frame_rate,
+            angular_rate_radps: rate_radps,
+            inertial_rate_radps: rate_radps + to_body * frame_rate,
             angular_acceleration_radps2: change.rate_radps2,
             specific_force_mps2: change.specific_force_mps2
                 + to_body * (coriolis + Vector::new(0.0, 0.0, heavier)),
@@ -335,5 +378,36 @@ mod tests {
             -vehicle.state().velocity_mps.z()
         };
         assert!(climb(0.0) > climb(0.03) + 0.05);
+    }
+
+    #[test]
+    fn a_push_comes_to_its_size_and_the_sensors_feel_all_of_it() {
+        let helicopter = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
+        let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
+        let config = VehicleConfig::default();
+        let hovering = Vehicle::hovering(&config, helicopter, place, 0.0).unwrap();
+        let disturbance = Disturbance {
+            attitude_rad: [0.3, 0.0, 0.0],
+            velocity_mps: Vector::new(2.0, 0.0, 0.0),
+            ..Disturbance::default()
+        };
+        let (mut calm, mut pushed) = (hovering.clone(), hovering);
+        pushed.push(&disturbance);
+        let (mut rolled, mut sped) = (0.0, 0.0);
+        let step_s = 0.005;
+        for _ in 0..60 {
+            for vehicle in [&mut calm, &mut pushed] {
+                vehicle.step(Sticks::NEUTRAL, Vector::ZERO, step_s);
+            }
+            let (with, without) = (pushed.state(), calm.state());
+            rolled += step_s * (with.angular_rate_radps - without.angular_rate_radps).x();
+            sped += step_s * (with.specific_force_mps2 - without.specific_force_mps2).x();
+        }
+        let roll = |vehicle: &Vehicle| vehicle.state().body_to_ned.euler().roll_rad;
+        let forward = |vehicle: &Vehicle| vehicle.motion.velocity_mps.x();
+        let (turned, faster) = (roll(&pushed) - roll(&calm), forward(&pushed) - forward(&calm));
+        assert!((turned - 0.3).abs() < 0.05 && (faster - 2.0).abs() < 0.3, "{turned} {faster}");
+        assert!((rolled - turned).abs() < 0.01, "{rolled} {turned}");
+        assert!((sped - faster).abs() < 0.3, "{sped} {faster}");
     }
 }

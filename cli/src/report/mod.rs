@@ -7,7 +7,7 @@
 mod consistency;
 mod decimate;
 mod errors;
-mod flight;
+pub mod flight;
 mod innovations;
 mod motion;
 pub mod page;

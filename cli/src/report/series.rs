@@ -180,6 +180,11 @@ pub enum Role {
     /// Outlines of where a point may be.
     Region,
     AlternativeRegion,
+    /// The components of one quantity, in their order.
+    First,
+    Second,
+    Third,
+    Fourth,
 }
 
 /// The shaded range that goes with a series.

@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use super::HoverDesign;
 use super::regulator::Plant;
 use crate::autopilot::{Gains, PidGains, RegulatorGains};
-use crate::design::{DesignError, Loop};
+use crate::design::disturbance::Free;
+use crate::design::{DISTURBED, DesignError, DisturbanceResponse, Loop};
 use crate::model::{Signal, StateSpace, TimeDomain};
 
 /// A controller's matrices: z⁺ = A z + B y, u = C z + D y.
@@ -59,6 +60,38 @@ pub(super) fn cut_at_actuators(
     let controller = StateSpace::new("autopilot", time, numbered(a.nrows()), measured, a, b)?
         .with_outputs(sticks, -c, -d)?;
     Loop::at_plant_input(&plant, &controller)
+}
+
+/// From `size` in `state`, all else at trim, the loops closed as [`cut_at_actuators`] does.
+pub(super) fn respond(
+    design: &HoverDesign,
+    whole: &Plant,
+    gains: &Gains,
+    (state, size): (&str, f64),
+    duration_s: f64,
+) -> Result<DisturbanceResponse, DesignError> {
+    let cut = cut_at_actuators(design, whole, gains)?;
+    let open = cut.open();
+    // The plant moves only through its servos: nothing passes straight through.
+    let sticks = -open.c();
+    let step = open.a() + open.b() * &sticks;
+    let states = DISTURBED.map(|name| whole.index(name));
+    let free = Free { step: &step, interval_s: design.period_s, states, sticks: &sticks };
+    free.respond(state, size, duration_s)
+}
+
+/// From `size` in `state`, all else and every stick at trim.
+pub(super) fn drift(
+    whole: &Plant,
+    period_s: f64,
+    (state, size): (&str, f64),
+    duration_s: f64,
+) -> Result<DisturbanceResponse, DesignError> {
+    let step = (&whole.a * period_s).exp();
+    let sticks = DMatrix::zeros(4, whole.a.nrows());
+    let states = DISTURBED.map(|name| whole.index(name));
+    let free = Free { step: &step, interval_s: period_s, states, sticks: &sticks };
+    free.respond(state, size, duration_s)
 }
 
 /// Controllers side by side, each with where its first measurement stands.

@@ -22,7 +22,9 @@
 mod closed_loop;
 mod regulator;
 
-use super::{DesignError, Loop};
+use std::path::Path;
+
+use super::{DesignError, DisturbanceResponse, Loop};
 use crate::autopilot::{Gains, PidGains, RegulatorGains};
 use crate::model::StateSpace;
 use regulator::{Plant, Weights};
@@ -159,6 +161,23 @@ impl HoverDesign {
         }
     }
 
+    /// Reads weights, poles and times from a TOML file; what it leaves out is as by default.
+    ///
+    /// # Errors
+    /// [`DesignError::File`], and [`DesignError::Range`] for what no design can have: a weight below
+    /// zero makes the cost indefinite.
+    pub fn read(path: &Path) -> Result<Self, DesignError> {
+        let refused = |line, reason| DesignError::File { path: path.into(), line, reason };
+        let text = std::fs::read_to_string(path).map_err(|error| refused(0, error.to_string()))?;
+        let design: Self = toml::from_str(&text).map_err(|error| {
+            let start = error.span().map_or(0, |span| span.start);
+            let line = 1 + text.bytes().take(start).filter(|&byte| byte == b'\n').count();
+            refused(line, error.message().into())
+        })?;
+        design.check()?;
+        Ok(design)
+    }
+
     /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs
     /// lateral, longitudinal, collective, pedal, in any order; a, b, c, d, flapping and bar, and one
     /// more of the yaw gyro may be there.
@@ -231,6 +250,38 @@ impl HoverDesign {
         closed_loop::cut_at_actuators(self, &Plant::of(model)?, gains)
     }
 
+    /// What becomes of `disturbance`, a state of [`DISTURBED`](super::DISTURBED) and by how much in its
+    /// SI unit, in the loops that [`close`](Self::close) closes: at every sample, without the limits of
+    /// the servos.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn respond(
+        &self,
+        model: &StateSpace,
+        gains: &Gains,
+        disturbance: (&str, f64),
+        duration_s: f64,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        self.check()?;
+        closed_loop::respond(self, &Plant::of(model)?, gains, disturbance, duration_s)
+    }
+
+    /// What becomes of `disturbance` with every stick left at trim, as [`respond`](Self::respond)
+    /// tells it.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn drift(
+        &self,
+        model: &StateSpace,
+        disturbance: (&str, f64),
+        duration_s: f64,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        self.check()?;
+        closed_loop::drift(&Plant::of(model)?, self.period_s, disturbance, duration_s)
+    }
+
     fn regulator<const Y: usize, const H: usize, const U: usize>(
         &self,
         part: &Plant,
@@ -282,7 +333,7 @@ impl HoverDesign {
             .chain(&roll_pitch.sticks)
             .chain(attitude.states.iter().chain(&attitude.integrals).chain(&attitude.sticks))
             .chain(&yaw.states)
-            .map(|&weight| ("weight", weight));
+            .map(|&weight| ("a weight of Q or R", weight));
         match times.into_iter().chain(weights).find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
             Some((name, value)) => {
                 Err(DesignError::Range { name, value, expected: "a finite number above 0" })

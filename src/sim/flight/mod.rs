@@ -37,8 +37,10 @@ pub enum Feedback {
 pub enum Order {
     /// A new set-point.
     Go(SetPoint),
-    /// The vehicle is thrown out of its motion.
+    /// The vehicle is thrown out of its motion at once, which no inertial sensor feels.
     Disturb(Disturbance),
+    /// The same so that inertial sensors feel it: rates at once, velocity and attitude within 0.3 s.
+    Push(Disturbance),
     /// The pilot's switch.
     Engage(bool),
     /// The pilot holds the sticks here from now on.

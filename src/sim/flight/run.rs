@@ -154,6 +154,7 @@ impl<'a> Run<'a> {
                 .set(set_point)
                 .map_err(|source| FlightError::Order { time_s, source })?,
             Order::Disturb(disturbance) => self.vehicle.disturb(&disturbance),
+            Order::Push(disturbance) => self.vehicle.push(&disturbance),
             Order::Engage(engaged) => self.engaged = engaged,
             Order::Pilot(sticks) => self.pilot_sticks = sticks,
         }

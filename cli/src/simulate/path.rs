@@ -1,35 +1,17 @@
-//! `hovernav simulate`: a flight whose truth is known, recorded as a dataset.
+//! A path flown exactly, and what the sensors say of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context as _;
-use hovernav::earth::Geodetic;
 use hovernav::log::{Dataset, Manifest};
 use hovernav::sim::{self, DmuConfig, FlightPlan, GpsConfig};
 use serde_json::json;
 
-#[derive(clap::Args)]
-pub struct Arguments {
-    /// Where to write; out/simulated unless given
-    #[arg(long, value_name = "DIR", default_value = "out/simulated")]
-    out: PathBuf,
-    /// What to fly
-    #[arg(long, value_enum, default_value_t = Flight::Tour)]
-    flight: Flight,
-    /// Seed of every sensor error: the same seed gives the same dataset
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Where to start: latitude and longitude in degrees, height above the ellipsoid in metres
-    #[arg(long, value_name = "LAT,LON,HEIGHT", default_value = "1.3521,103.8198,50", value_parser = place, allow_hyphen_values = true)]
-    place: Geodetic,
-    /// Heading to start with, degrees from true north
-    #[arg(long, value_name = "DEG", default_value_t = 60.0, allow_hyphen_values = true)]
-    heading: f64,
-}
+use super::{Arguments, OUT};
 
 #[derive(Clone, Copy, clap::ValueEnum)]
-enum Flight {
+pub enum Flight {
     /// Five minutes of hover
     Hover,
     /// Roll, pitch, heave and yaw doublets from hover, as for identification
@@ -38,21 +20,11 @@ enum Flight {
     Tour,
 }
 
-fn place(text: &str) -> Result<Geodetic, String> {
-    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
-    match numbers[..] {
-        [lat, lon, height] => {
-            Geodetic::from_degrees(lat, lon, height).filter(Geodetic::is_navigable)
-        }
-        _ => None,
-    }
-    .ok_or_else(|| format!("found \"{text}\", expected LAT,LON,HEIGHT of a place on Earth"))
-}
-
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments, flight: Flight) -> anyhow::Result<()> {
     let started = Instant::now();
+    let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
     let (start, heading_rad) = (arguments.place, arguments.heading.to_radians());
-    let plan = match arguments.flight {
+    let plan = match flight {
         Flight::Hover => FlightPlan::hover_at(start, heading_rad).hold(300.0),
         Flight::TestPoints => {
             FlightPlan::hover_at(start, heading_rad).hold(30.0).test_points().hold(10.0)
@@ -68,11 +40,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         fixes: recording.fixes,
         ..Dataset::default()
     };
-    dataset.write(&arguments.out, &recording.truth)?;
-    write_summary(&arguments.out.join("summary.json"), &dataset, started)?;
+    dataset.write(&out, &recording.truth)?;
+    write_summary(&out.join("summary.json"), &dataset, started)?;
     println!(
         "{}: {:.0} s, {} inertial samples, {} fixes, seed {}",
-        arguments.out.display(),
+        out.display(),
         plan.duration_s(),
         dataset.imu.len(),
         dataset.fixes.len(),

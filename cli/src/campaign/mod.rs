@@ -1,0 +1,198 @@
+//! `hovernav campaign`: the closed loop flown many times over.
+
+mod page;
+mod table;
+
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Instant;
+
+use anyhow::{Context as _, ensure};
+use hovernav::autopilot::HoverConfig;
+use hovernav::sim::campaign::{
+    AirframeUncertainty, Campaign, CampaignResult, Outcome, SensorGrade,
+};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use table::{Measure, PERCENTILES};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// How many flights, over all shards
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    flights: u64,
+    /// How long each takes, s
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    duration: f64,
+    /// Fly the kth of N shares of the flights: results.csv of all shares together are those of all
+    /// flights
+    #[arg(long, value_name = "K/N", default_value = "1/1")]
+    shard: Shard,
+    /// Model to design the autopilot for and, where it has a covariance, to draw the airframe from:
+    /// a model.toml or raptor60
+    #[arg(long, default_value = "raptor60")]
+    model: String,
+    /// The autopilot.toml to fly with, instead of one designed for the model
+    #[arg(long, value_name = "FILE")]
+    autopilot: Option<PathBuf>,
+    /// Strongest steady wind, m/s; gusts are a quarter of the wind
+    #[arg(long, value_name = "MPS", default_value_t = 5.0)]
+    wind: f64,
+    /// Share of the flights that lose GPS once, for 5 to 20 s
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
+    outages: f64,
+    /// Where to write; out/campaign unless given
+    #[arg(long, value_name = "DIR", default_value = "out/campaign")]
+    out: PathBuf,
+    /// Write no report.html
+    #[arg(long)]
+    no_report: bool,
+}
+
+/// Which share of the flights this machine flies.
+#[derive(Clone, Copy)]
+struct Shard {
+    own: u64,
+    of: u64,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(own, of)| {
+            let (own, of) = (own.parse::<u64>().ok()?, of.parse::<u64>().ok()?);
+            (1 <= own && own <= of).then_some(Self { own, of })
+        });
+        numbers.ok_or_else(|| format!("found \"{text}\", expected K/N with K from 1 to N"))
+    }
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let Shard { own, of } = arguments.shard;
+    let campaign = campaign(arguments)?;
+    std::fs::create_dir_all(&arguments.out)
+        .with_context(|| format!("cannot create {}", arguments.out.display()))?;
+
+    let seeds: Vec<u64> = Campaign::seeds(arguments.flights, own, of).collect();
+    ensure!(!seeds.is_empty(), "shard {own}/{of}: found no flight of {} in it", arguments.flights);
+    let bar = ProgressBar::new(seeds.len() as u64);
+    let flown = seeds
+        .par_iter()
+        .map(|&seed| {
+            let result = campaign.fly(&campaign.draw(seed));
+            bar.inc(1);
+            result.with_context(|| format!("flight {seed}"))
+        })
+        .collect::<anyhow::Result<Vec<_>>>();
+    bar.finish_and_clear();
+    let results = flown?;
+    let flying_s = started.elapsed().as_secs_f64();
+
+    table::write_results(&arguments.out.join("results.csv"), &results)?;
+    table::write_percentiles(&arguments.out.join("percentiles.csv"), &results)?;
+    if !arguments.no_report {
+        page::write(&arguments.out.join("report.html"), &campaign, &results)?;
+    }
+    let summary = summary(arguments, &campaign, &results, (flying_s, started));
+    crate::summary::write_json(&summary, &arguments.out.join("summary.json"))?;
+
+    print!("{}", in_words(&results));
+    let cores = rayon::current_num_threads();
+    println!(
+        "{}: {} flights of {:.0} s in {flying_s:.1} s on {cores} threads, {:.0} times real time",
+        arguments.out.display(),
+        results.len(),
+        campaign.duration_s,
+        results.len() as f64 * campaign.duration_s / flying_s
+    );
+    Ok(())
+}
+
+fn campaign(arguments: &Arguments) -> anyhow::Result<Campaign> {
+    let model = crate::model::open(&arguments.model)?;
+    let autopilot = match &arguments.autopilot {
+        Some(path) => HoverConfig::read(path)?,
+        None => {
+            let design = crate::design::design_for(&model);
+            let gains = design.synthesise(&model).with_context(|| arguments.model.clone())?;
+            HoverConfig::new(design.period_s, gains)
+        }
+    };
+    let mut campaign = Campaign::new(autopilot);
+    let within = |name: &str, found: f64, low: f64, high: f64| {
+        ensure!((low..=high).contains(&found), "{name}: found {found}, expected {low} to {high}");
+        Ok(found)
+    };
+    campaign.airframe = AirframeUncertainty::of_model(&model);
+    campaign.duration_s = within("duration, s", arguments.duration, 30.0, 3600.0)?;
+    campaign.most_wind_mps = within("wind, m/s", arguments.wind, 0.0, 20.0)?;
+    campaign.outage_share = within("share of outages", arguments.outages, 0.0, 1.0)?;
+    campaign.nominal.dmu.rate_hz = 1.0 / autopilot.period_s;
+    Ok(campaign)
+}
+
+/// How many flights ended so, of all and of one grade of sensors.
+fn count(results: &[CampaignResult], outcome: Outcome, grade: Option<SensorGrade>) -> usize {
+    let is_of = |result: &&CampaignResult| {
+        result.outcome == outcome && grade.is_none_or(|grade| grade == result.draw.grade)
+    };
+    results.iter().filter(is_of).count()
+}
+
+fn summary(
+    arguments: &Arguments,
+    campaign: &Campaign,
+    results: &[CampaignResult],
+    (flying_s, started): (f64, Instant),
+) -> Value {
+    let outcomes: serde_json::Map<String, Value> = (Outcome::ALL.into_iter())
+        .map(|outcome| (outcome.name().into(), count(results, outcome, None).into()))
+        .collect();
+    let percentiles: serde_json::Map<String, Value> = Measure::ALL
+        .iter()
+        .map(|measure| {
+            let found = measure.percentiles(results, None);
+            let found =
+                PERCENTILES.iter().zip(found).map(|(p, value)| (format!("p{p}"), json!(value)));
+            (measure.name.into(), Value::Object(found.collect()))
+        })
+        .collect();
+    json!({
+        "tool": "hovernav",
+        "version": env!("CARGO_PKG_VERSION"),
+        "input": arguments.model,
+        "duration_s": campaign.duration_s,
+        "wall_s": started.elapsed().as_secs_f64(),
+        "imu_samples": 0,
+        "gps_fixes_used": 0,
+        "gps_fixes_rejected": 0,
+        "flights": results.len(),
+        "shard": format!("{}/{}", arguments.shard.own, arguments.shard.of),
+        "threads": rayon::current_num_threads(),
+        "flights_per_second": results.len() as f64 / flying_s,
+        "identified": campaign.airframe.identified(),
+        "outcomes": outcomes,
+        "percentiles": percentiles,
+    })
+}
+
+fn in_words(results: &[CampaignResult]) -> String {
+    let mut text = String::new();
+    for outcome in Outcome::ALL {
+        let found = count(results, outcome, None);
+        if found > 0 {
+            text += &format!("{:<32} {found}\n", outcome.name());
+        }
+    }
+    let heads = PERCENTILES.map(|p| format!("{:>9}", format!("{p} %"))).join("");
+    text += &format!("{:<32}{heads}\n", "percentile");
+    for measure in &Measure::ALL {
+        let numbers = measure.percentiles(results, None).map(|value| format!("{value:>9.3}"));
+        text += &format!("  {:<30}{}\n", measure.name, numbers.join(""));
+    }
+    text
+}

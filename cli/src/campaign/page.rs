@@ -1,0 +1,161 @@
+//! The page of a campaign: how flights ended, how well they hovered, and what it depended on.
+
+use std::path::Path;
+
+use hovernav::sim::campaign::{Campaign, CampaignResult, Outcome, SensorGrade, UNCERTAIN};
+
+use super::count;
+use super::table::{Measure, PERCENTILES};
+use crate::report::Fact;
+use crate::report::page::{Page, Section, Table, TableRow};
+use crate::report::series::{Axis, Figure, Role, Row, Series};
+
+const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
+
+pub fn write(path: &Path, campaign: &Campaign, results: &[CampaignResult]) -> anyhow::Result<()> {
+    let share = |outcome| 100.0 * count(results, outcome, None) as f64 / results.len() as f64;
+    let headlines = [
+        Fact::new("flights", format!("{} of {:.0} s", results.len(), campaign.duration_s)),
+        Fact::new("hover at the end", format!("{:.2} %", share(Outcome::Hovered))),
+        Fact::new("crashed", format!("{:.2} %", share(Outcome::Crashed))),
+    ];
+    let identified = campaign.airframe.identified();
+    let facts = [
+        Fact::new("judged", format!("from {:.0} s on", campaign.judged_from_s)),
+        Fact::new("wind", format!("0 to {} m/s from any side", campaign.most_wind_mps)),
+        Fact::new(
+            "gusts",
+            format!(
+                "{:.0} % of the wind, at least {} m/s",
+                100.0 * campaign.gust_share,
+                campaign.least_gust_mps
+            ),
+        ),
+        Fact::new(
+            "GPS outage",
+            format!(
+                "in {:.0} % of the flights, {} to {} s",
+                100.0 * campaign.outage_share,
+                campaign.outage_s.start,
+                campaign.outage_s.end
+            ),
+        ),
+        Fact::new(
+            "airframe drawn from",
+            if identified.is_empty() {
+                format!("5 % in mass, 10 % in {}, one sigma", UNCERTAIN[1..].join(", "))
+            } else {
+                format!("the identified covariance of {}", identified.join(", "))
+            },
+        ),
+    ];
+    let mut warnings = Vec::new();
+    if results.len() < 100 {
+        warnings.push("fewer than 100 flights: the outer percentiles mean little".into());
+    }
+    let page = Page {
+        title: "Campaign",
+        headlines: &headlines,
+        warnings: &warnings,
+        facts: &facts,
+        table: Some(percentiles(results)),
+        sections: vec![outcomes(results), distributions(results), causes(results)],
+        time: None,
+    };
+    page.write(path)
+}
+
+fn percentiles(results: &[CampaignResult]) -> Table {
+    let row = |measure: &Measure| TableRow {
+        name: measure.name.into(),
+        numbers: measure.percentiles(results, None).map(|v| format!("{v:.3}")).into(),
+    };
+    Table {
+        caption: "Percentiles over all flights that lasted to be judged".into(),
+        heads: [String::new()].into_iter().chain(PERCENTILES.map(|p| format!("{p} %"))).collect(),
+        rows: Measure::ALL.iter().map(row).collect(),
+    }
+}
+
+fn outcomes(results: &[CampaignResult]) -> Section {
+    let grades = SensorGrade::ALL;
+    let row = |outcome: Outcome| {
+        let mut numbers =
+            grades.map(|grade| count(results, outcome, Some(grade)).to_string()).to_vec();
+        numbers.push(count(results, outcome, None).to_string());
+        TableRow { name: outcome.name().replace('_', " "), numbers }
+    };
+    let heads = [""].into_iter().chain(grades.map(SensorGrade::name)).chain(["all"]);
+    Section::new(
+        "outcomes",
+        "Outcomes",
+        "How the flights ended, by the grade of their sensors: hovering at a place, flying in a mode \
+         that holds none, never given to the autopilot, crashed.",
+    )
+    .with(Table {
+        caption: "Flights".into(),
+        heads: heads.map(Into::into).collect(),
+        rows: Outcome::ALL.into_iter().map(row).collect(),
+    })
+}
+
+fn distributions(results: &[CampaignResult]) -> Section {
+    let section = Section::new(
+        "distributions",
+        "Distributions",
+        "Which share of the flights stayed below a value, by the grade of their sensors: the further \
+         left and the steeper, the better.",
+    );
+    let shown = [
+        ("Velocity u", "m/s", "u_rms_mps"),
+        ("Velocity v", "m/s", "v_rms_mps"),
+        ("Velocity w", "m/s", "w_rms_mps"),
+        ("Roll", "°", "roll_rms_deg"),
+        ("Position north", "m", "north_rms_m"),
+        ("Position down", "m", "down_rms_m"),
+        ("Error of velocity north", "m/s", "vn_error_rms_mps"),
+        ("Error of roll", "°", "roll_error_rms_deg"),
+    ];
+    let figure = |(quantity, unit, name): (&str, &'static str, &str)| {
+        let measure = Measure::ALL.iter().find(|measure| measure.name == name)?;
+        let mut row = Row { limits: Some([0.0, 100.0]), ..Row::new("Flights", "%") };
+        for (role, grade) in ROLES.into_iter().zip(SensorGrade::ALL) {
+            let mut values = measure.values(results, Some(grade));
+            values.sort_by(f64::total_cmp);
+            let last = values.len().max(2) - 1;
+            let share = (0..values.len()).map(|rank| 100.0 * rank as f64 / last as f64);
+            let step = (values.len() / 500).max(1);
+            let points = values.iter().copied().zip(share).step_by(step);
+            row = row.with(Series::curve(role, points).named(grade.name()));
+        }
+        let all = measure.percentiles(results, None);
+        let axis = Axis::linear(&format!("{quantity}, RMS"), unit).within([0.0, 1.3 * all[5]]);
+        Some(Figure::against(axis, [row]).captioned(format!("{quantity}, RMS")))
+    };
+    shown.into_iter().filter_map(figure).fold(section, Section::with)
+}
+
+fn causes(results: &[CampaignResult]) -> Section {
+    let speed = |result: &CampaignResult| result.draw.wind_mps[0].hypot(result.draw.wind_mps[1]);
+    let length = |result: &CampaignResult| {
+        result.draw.outage_s.as_ref().map(|outage| outage.end - outage.start)
+    };
+    let against = |axis: Axis, x: &dyn Fn(&CampaignResult) -> Option<f64>, caption: &str| {
+        let mut row = Row::new("Farthest", "m");
+        let roles = [Role::Innovation, Role::Gps, Role::Pole];
+        for (role, grade) in roles.into_iter().zip(SensorGrade::ALL) {
+            let own = results.iter().filter(|r| r.draw.grade == grade && r.hover.is_some());
+            let points = own.filter_map(|r| Some((x(r)?, r.distance_worst_m)));
+            row = row.with(Series::points(role, points).named(grade.name()));
+        }
+        Figure::against(axis, [row]).captioned(caption)
+    };
+    let calm = |result: &CampaignResult| result.draw.outage_s.is_none().then(|| speed(result));
+    Section::new(
+        "causes",
+        "What it depends on",
+        "How far a flight strayed from where it was when judging began, one dot a flight.",
+    )
+    .with(against(Axis::linear("Wind", "m/s"), &calm, "By wind, GPS never lost"))
+    .with(against(Axis::linear("GPS outage", "s"), &length, "By the length of the GPS outage"))
+}

@@ -1,0 +1,133 @@
+//! The results of a campaign as tables.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::Context as _;
+use hovernav::sim::HoverStatistics;
+use hovernav::sim::campaign::{CampaignResult, SensorGrade, UNCERTAIN, percentile};
+
+/// Percentiles that are told.
+pub const PERCENTILES: [u32; 6] = [5, 25, 50, 75, 95, 99];
+
+/// Something that is measured of every flight.
+pub struct Measure {
+    /// Its column, the unit last.
+    pub name: &'static str,
+    of: fn(&CampaignResult, &HoverStatistics) -> f64,
+}
+
+impl Measure {
+    /// All of them, in the order of the columns.
+    pub const ALL: [Self; 20] = [
+        Self { name: "u_rms_mps", of: |_, held| held.velocity_rms_mps[0] },
+        Self { name: "v_rms_mps", of: |_, held| held.velocity_rms_mps[1] },
+        Self { name: "w_rms_mps", of: |_, held| held.velocity_rms_mps[2] },
+        Self { name: "roll_rms_deg", of: |_, held| held.attitude_rms_deg[0] },
+        Self { name: "pitch_rms_deg", of: |_, held| held.attitude_rms_deg[1] },
+        Self { name: "heading_worst_deg", of: |_, held| held.heading_worst_deg },
+        Self { name: "north_rms_m", of: |_, held| held.position_rms_m[0] },
+        Self { name: "east_rms_m", of: |_, held| held.position_rms_m[1] },
+        Self { name: "down_rms_m", of: |_, held| held.position_rms_m[2] },
+        Self { name: "distance_worst_m", of: |result, _| result.distance_worst_m },
+        Self { name: "tilt_worst_deg", of: |result, _| result.tilt_worst_deg },
+        Self { name: "vn_error_rms_mps", of: |_, held| held.velocity_error_rms_mps[0] },
+        Self { name: "ve_error_rms_mps", of: |_, held| held.velocity_error_rms_mps[1] },
+        Self { name: "vd_error_rms_mps", of: |_, held| held.velocity_error_rms_mps[2] },
+        Self { name: "roll_error_rms_deg", of: |_, held| held.attitude_error_rms_deg[0] },
+        Self { name: "pitch_error_rms_deg", of: |_, held| held.attitude_error_rms_deg[1] },
+        Self { name: "yaw_error_rms_deg", of: |_, held| held.attitude_error_rms_deg[2] },
+        Self { name: "lateral_rms", of: |_, held| held.sticks_rms[0] },
+        Self { name: "longitudinal_rms", of: |_, held| held.sticks_rms[1] },
+        Self { name: "pedal_rms", of: |_, held| held.sticks_rms[3] },
+    ];
+
+    /// Of one flight; NaN where it did not last.
+    pub fn of(&self, result: &CampaignResult) -> f64 {
+        result.hover.as_ref().map_or(f64::NAN, |held| (self.of)(result, held))
+    }
+
+    /// Of all flights, or of those with one grade of sensors.
+    pub fn values(&self, results: &[CampaignResult], grade: Option<SensorGrade>) -> Vec<f64> {
+        let own = results.iter().filter(|r| grade.is_none_or(|grade| grade == r.draw.grade));
+        own.map(|result| self.of(result)).filter(|value| value.is_finite()).collect()
+    }
+
+    /// At each of [`PERCENTILES`].
+    pub fn percentiles(
+        &self,
+        results: &[CampaignResult],
+        grade: Option<SensorGrade>,
+    ) -> [f64; PERCENTILES.len()] {
+        let values = self.values(results, grade);
+        PERCENTILES.map(|p| percentile(&values, f64::from(p) / 100.0))
+    }
+}
+
+/// Writes one row a flight; what is unknown stays empty.
+pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<()> {
+    let mut text = String::from("seed,outcome,crashed_s,sensors,wind_n_mps,wind_e_mps,gust_mps,");
+    text += "outage_start_s,outage_duration_s";
+    for name in UNCERTAIN {
+        let _ = write!(text, ",factor_{name}");
+    }
+    for measure in &Measure::ALL {
+        let _ = write!(text, ",{}", measure.name);
+    }
+    text.push('\n');
+    let known = |value: Option<f64>| match value.filter(|value| value.is_finite()) {
+        Some(value) => value.to_string(),
+        None => String::new(),
+    };
+    for result in results {
+        let draw = &result.draw;
+        let [north, east] = draw.wind_mps;
+        let outage = draw.outage_s.as_ref();
+        let _ = write!(
+            text,
+            "{},{},{},{},{north},{east},{},{},{}",
+            draw.seed,
+            result.outcome.name(),
+            known(result.crashed_s),
+            draw.grade.name(),
+            draw.gust_mps,
+            known(outage.map(|outage| outage.start)),
+            known(outage.map(|outage| outage.end - outage.start)),
+        );
+        for factor in draw.factors {
+            let _ = write!(text, ",{factor}");
+        }
+        for measure in &Measure::ALL {
+            let _ = write!(text, ",{}", known(Some(measure.of(result))));
+        }
+        text.push('\n');
+    }
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Writes one row a measure and grade of sensors.
+pub fn write_percentiles(path: &Path, results: &[CampaignResult]) -> anyhow::Result<()> {
+    let mut text = String::from("measure,sensors,flights");
+    for p in PERCENTILES {
+        let _ = write!(text, ",p{p}");
+    }
+    text.push('\n');
+    let grades = SensorGrade::ALL.map(Some);
+    for measure in &Measure::ALL {
+        for grade in [None].into_iter().chain(grades) {
+            let flights = measure.values(results, grade).len();
+            let _ = write!(
+                text,
+                "{},{},{flights}",
+                measure.name,
+                grade.map_or("all", SensorGrade::name)
+            );
+            for value in measure.percentiles(results, grade) {
+                let known = if value.is_finite() { value.to_string() } else { String::new() };
+                let _ = write!(text, ",{known}");
+            }
+            text.push('\n');
+        }
+    }
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}

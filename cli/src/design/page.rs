@@ -1,0 +1,348 @@
+//! The page of a design: margins, disturbances, poles, root locus, frequency responses.
+
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+use hovernav::design::{
+    ChannelMargins, Crossing, DisturbanceResponse, bode, logarithmic_frequencies, root_locus,
+};
+use hovernav::model::StateSpace;
+
+use super::{Checked, FOLLOWED_S, phase_deg, smallest_gain_db};
+use crate::report::Fact;
+use crate::report::page::{Page, Section, Table, TableRow, TimeAxis};
+use crate::report::series::{Axis, Figure, Role, Row, Series};
+
+pub fn write(checked: &Checked, path: &Path) -> anyhow::Result<()> {
+    let rate_hz = 1.0 / checked.design.period_s;
+    let slowest = checked.responses.iter().map(|r| r.recovered_s(0.05).unwrap_or(f64::INFINITY));
+    let channels = || checked.margins.channels.iter();
+    let headlines = [
+        Fact::new(
+            "weakest margins",
+            format!(
+                "{:.1} dB, {:.0}°",
+                channels().map(smallest_gain_db).fold(f64::INFINITY, f64::min),
+                channels().map(phase_deg).fold(f64::INFINITY, f64::min)
+            ),
+        ),
+        Fact::new("slowest disturbance", format!("{:.1} s", slowest.fold(0.0, f64::max))),
+        Fact::new("spectral radius", format!("{:.4}", checked.radius)),
+    ];
+    let [lowest, highest] = checked.margins.disk_gain();
+    let facts = [
+        Fact::new("model", checked.model.name()),
+        Fact::new("source", checked.model.source()),
+        Fact::new("loop", format!("{rate_hz:.1} Hz, one sample of delay")),
+        Fact::new(
+            "servos",
+            format!(
+                "{:.1} ms, tail {:.1} ms",
+                1e3 * checked.design.servo_s,
+                1e3 * checked.design.tail_servo_s
+            ),
+        ),
+        Fact::new(
+            "disk margin, all actuators at once",
+            format!(
+                "gain {lowest:.2} to {highest:.2}, phase {:.0}°",
+                checked.margins.disk_phase_rad().to_degrees()
+            ),
+        ),
+        Fact::new(
+            "largest sensitivity",
+            format!(
+                "{:.2} at {:.2} rad/s",
+                checked.margins.sensitivity.value, checked.margins.sensitivity.frequency_radps
+            ),
+        ),
+    ];
+    let mut sections = vec![disturbances(checked), open_loop(checked), closed_loop(checked)];
+    if let Some(printed) = &checked.printed {
+        let section = Section::new(
+            "printed",
+            "The design as printed",
+            "The continuous gains of the thesis on its continuous model, as it simulated them: what \
+             they promise, and what becomes of them in a loop that samples.",
+        );
+        let section = section.with(printed.findings(rate_hz)?);
+        sections.push(with_responses(section, &printed.responses, true));
+    }
+    sections.extend([poles(checked)?, loci(checked)?, frequency_responses(checked)?]);
+    let page = Page {
+        title: &format!("Autopilot for {}", checked.model.name()),
+        headlines: &headlines,
+        warnings: &checked.warnings,
+        facts: &facts,
+        table: Some(margins(checked)),
+        sections,
+        time: Some(TimeAxis {
+            label: "Time after the disturbance, s".into(),
+            span: [0.0, 12.0],
+            outages: Vec::new(),
+        }),
+    };
+    page.write(path)
+}
+
+fn margins(checked: &Checked) -> Table {
+    let db = |crossing: &Option<Crossing>| match crossing {
+        Some(crossing) => format!("{:.1}", 20.0 * crossing.margin.log10()),
+        None => "any".into(),
+    };
+    let row = |channel: &ChannelMargins| TableRow {
+        name: channel.name.clone(),
+        numbers: vec![
+            db(&channel.gain_up),
+            db(&channel.gain_down),
+            channel.phase.map_or("any".into(), |p| format!("{:.1}", p.margin.to_degrees())),
+            channel.phase.map_or("-".into(), |p| format!("{:.2}", p.frequency_radps)),
+            channel.delay_s.map_or("any".into(), |s| format!("{:.0}", 1e3 * s)),
+            channel
+                .disturbance_rejection_bandwidth_radps
+                .map_or("-".into(), |bandwidth| format!("{bandwidth:.2}")),
+        ],
+    };
+    let heads = ["", "Gain up, dB", "down, dB", "Phase, °", "Crossover, rad/s", "Delay, ms"];
+    Table {
+        caption:
+            "Margins of each loop broken at its actuator, the others closed; last, up to which \
+                  rad/s disturbances there are halved in power"
+                .into(),
+        heads: heads.into_iter().chain(["Rejection"]).map(Into::into).collect(),
+        rows: checked.margins.channels.iter().map(row).collect(),
+    }
+}
+
+/// In a radian.
+const DEGREES: f64 = 180.0 / PI;
+
+/// Sizes as table 6.1 has them.
+fn titled(response: &DisturbanceResponse) -> String {
+    let unit = match response.state.as_str() {
+        "p" | "q" | "r" => "rad/s",
+        "u" | "v" | "w" => "m/s",
+        _ => "rad",
+    };
+    format!("{}\u{a0}{}\u{a0}{unit}", response.state, response.size)
+}
+
+fn disturbances(checked: &Checked) -> Section {
+    let seconds = |s: Option<f64>| s.map_or_else(|| "not".into(), |s| format!("{s:.2}"));
+    let row = |(at, response): (usize, &DisturbanceResponse)| {
+        let away = &checked.open_responses[at];
+        let mut numbers = vec![
+            seconds(away.settled_s()),
+            seconds(response.recovered_s(0.05)),
+            seconds(response.settled_s()),
+        ];
+        numbers.extend(response.stick_peaks().map(|peak| format!("{:.1}", 100.0 * peak)));
+        if let Some(printed) = &checked.printed {
+            numbers.push(seconds(printed.responses[at].settled_s()));
+        }
+        TableRow { name: titled(response), numbers }
+    };
+    let mut heads = vec![
+        "",
+        "Open loop, s",
+        "Itself within 5 %, s",
+        "All at trim, s",
+        "Lateral, %",
+        "Longitudinal, %",
+        "Collective, %",
+        "Pedal, %",
+    ];
+    if checked.printed.is_some() {
+        heads.push("As printed, all at trim, s");
+    }
+    Section::new(
+        "disturbances",
+        "Disturbances",
+        format!(
+            "The nine of Paw (2005), table 6.1, each alone, followed for {FOLLOWED_S:.0} s in the \
+             linear loop: when the vehicle was back at trim, and the most it took of each stick's \
+             travel on one side."
+        ),
+    )
+    .with(Table {
+        caption: "Return to trim and control activity".into(),
+        heads: heads.into_iter().map(Into::into).collect(),
+        rows: checked.responses.iter().enumerate().map(row).collect(),
+    })
+}
+
+fn open_loop(checked: &Checked) -> Section {
+    let section = Section::new(
+        "open-loop",
+        "Open loop",
+        "Each disturbance with every stick left at trim (appendix A of the thesis). What leaves the \
+         picture does not come back.",
+    );
+    with_responses(section, &checked.open_responses, false)
+}
+
+fn closed_loop(checked: &Checked) -> Section {
+    let section = Section::new(
+        "closed-loop",
+        "Closed loop",
+        "The same with the autopilot (appendix B), at the loop's own samples: model, servos, one \
+         sample of delay. Sticks are in percent of full travel about trim; the linear loop has no stops, \
+         the flight has.",
+    );
+    with_responses(section, &checked.responses, true)
+}
+
+/// What the lines of one colour are, from the top row to the last.
+const NAMES: [&str; 4] =
+    ["p, roll, u, lateral", "q, pitch, v, longitudinal", "r, heading, w, collective", "pedal"];
+const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
+
+fn with_responses(
+    section: Section,
+    responses: &[DisturbanceResponse],
+    with_sticks: bool,
+) -> Section {
+    let figure = |response: &DisturbanceResponse| {
+        let time = &response.time_s;
+        // What has left the picture does not come back to be looked at.
+        let state = |row: usize, scale: f64, most: f64| -> Vec<f64> {
+            let mut has_left = false;
+            let values = response.states.iter().map(|states| scale * states[row]);
+            values
+                .map(|value| {
+                    let shown = if has_left { f64::NAN } else { value.clamp(-most, most) };
+                    has_left |= value.abs() >= most;
+                    shown
+                })
+                .collect()
+        };
+        let rows = [
+            ("Rate", "°/s", 0, DEGREES, 400.0),
+            ("Attitude", "°", 3, DEGREES, 90.0),
+            ("Velocity", "m/s", 6, 1.0, 15.0),
+        ];
+        let mut rows: Vec<Row> = rows
+            .into_iter()
+            .map(|(quantity, unit, first, scale, most)| {
+                let mut row = Row::new(quantity, unit);
+                for (component, name) in NAMES.into_iter().take(3).enumerate() {
+                    let values = state(first + component, scale, most);
+                    let line = Series::line(ROLES[component], time, &values, None);
+                    row = row.with(line.named(name));
+                }
+                Row { limits: Some([-most, most]), ..row }
+            })
+            .collect();
+        if with_sticks {
+            let mut row = Row { limits: Some([-300.0, 300.0]), ..Row::new("Sticks", "%") };
+            for (stick, name) in NAMES.into_iter().enumerate() {
+                let values: Vec<f64> =
+                    response.sticks.iter().map(|sticks| 100.0 * sticks[stick]).collect();
+                row = row.with(Series::line(ROLES[stick], time, &values, None).named(name));
+            }
+            rows.push(row);
+        }
+        Figure::against_time(rows).captioned(titled(response))
+    };
+    responses.iter().map(figure).fold(section, Section::with)
+}
+
+/// The circle inside which a sampled loop is stable.
+fn unit_circle() -> Series {
+    let points = (0..=180).map(|k| (f64::from(k) * TAU / 180.0).sin_cos());
+    Series::curve(Role::Limit, points.map(|(sin, cos)| (cos, sin))).named("stable inside")
+}
+
+/// The z plane about the unit circle.
+fn plane(rows: Row) -> Figure {
+    let axis = Axis::plane("Real part", "").within([-1.7, 1.7]);
+    Figure::against(axis, [Row { limits: Some([-1.15, 1.15]), ..rows }])
+}
+
+fn poles(checked: &Checked) -> anyhow::Result<Section> {
+    let held = hovernav::design::zero_order_hold(&checked.model, checked.design.period_s, 0.0)?;
+    let open = held.modes()?.modes.into_iter().map(|mode| mode.eigenvalue);
+    let closed = checked.closed.closed_poles()?.into_iter();
+    let open = Series::points(Role::AlternativePole, open.map(|pole| (pole.re, pole.im)));
+    let closed = Series::points(Role::Pole, closed.map(|pole| (pole.re, pole.im)));
+    let row = Row::new("Imaginary part", "")
+        .with(unit_circle())
+        .with(open.named("model alone"))
+        .with(closed.named("closed loop"));
+    let section = Section::new(
+        "poles",
+        "Poles",
+        format!(
+            "Of the model held at {:.1} Hz and of the closed loop, in the z plane: stable is what lies \
+             within the circle, slow what lies near 1, as dead as can be what lies near 0.",
+            1.0 / checked.design.period_s
+        ),
+    );
+    Ok(section.with(plane(row)))
+}
+
+fn loci(checked: &Checked) -> anyhow::Result<Section> {
+    let mut section = Section::new(
+        "root-locus",
+        "Root locus",
+        "Where the closed poles go as the gain of one loop grows from nothing to four times its own, \
+         the others closed as designed. Crosses mark the gain as designed; where a branch leaves the \
+         circle, the gain margin ends.",
+    );
+    let gains: Vec<f64> = (0..=160).map(|k| 4.0 * (f64::from(k) / 160.0).powi(2)).collect();
+    for channel in &checked.margins.channels {
+        let model = checked.closed.channel(&channel.name)?;
+        let locus = root_locus(&model, &channel.name, 0, &gains)?;
+        let mut row = Row::new("Imaginary part", "").with(unit_circle());
+        let branches = locus.first().map_or(0, Vec::len);
+        for branch in 0..branches {
+            let points = locus.iter().map(|poles| (poles[branch].re, poles[branch].im));
+            // A pole that does not move draws nothing worth a line.
+            row = row.with(Series::curve(Role::Model, points).named("0 to 4 times the gain"));
+        }
+        let at = |gain: f64| gains.iter().position(|own| (own - gain).abs() < 1e-9);
+        let mark = |row: Row, role, gain, name: &str| {
+            let poles = at(gain).and_then(|at| locus.get(at)).into_iter().flatten();
+            row.with(Series::points(role, poles.map(|pole| (pole.re, pole.im))).named(name))
+        };
+        let row = mark(row, Role::AlternativePole, 0.0, "loop open");
+        let row = mark(row, Role::Pole, 1.0, "as designed");
+        section = section.with(plane(row).captioned(channel.name.clone()));
+    }
+    Ok(section)
+}
+
+fn frequency_responses(checked: &Checked) -> anyhow::Result<Section> {
+    let mut gain = Row { limits: Some([-60.0, 60.0]), ..Row::new("Gain", "dB") };
+    let mut phase = Row { limits: Some([-540.0, 180.0]), ..Row::new("Phase", "°") };
+    let nyquist = PI / checked.design.period_s;
+    let frequencies = logarithmic_frequencies(0.02, nyquist, 400);
+    let ends = [frequencies[0], nyquist];
+    gain = gain.with(Series::curve(Role::Limit, ends.map(|f| (f, 0.0))).named("critical"));
+    phase = phase.with(Series::curve(Role::Limit, ends.map(|f| (f, -180.0))).named("critical"));
+    for (role, channel) in ROLES.into_iter().zip(&checked.margins.channels) {
+        let model: StateSpace = checked.closed.channel(&channel.name)?;
+        let response = bode(&model, &channel.name, 0, &frequencies)?;
+        // The turn in which the crossover lies is the one to read a margin in.
+        let crossover = channel.phase.map_or(1.0, |phase| phase.frequency_radps);
+        let at = frequencies.partition_point(|&frequency| frequency < crossover);
+        let turns = response.get(at).map_or(0.0, |(_, phase)| ((phase + 180.0) / 360.0).round());
+        let points = || frequencies.iter().zip(&response);
+        gain = gain.with(
+            Series::curve(role, points().map(|(&f, &(db, _))| (f, db))).named(&*channel.name),
+        );
+        phase = phase.with(
+            Series::curve(role, points().map(|(&f, &(_, degrees))| (f, degrees - 360.0 * turns)))
+                .named(&*channel.name),
+        );
+    }
+    let section = Section::new(
+        "bode",
+        "Bode",
+        "Gain and phase around each loop, broken at its actuator with the others closed: how far the \
+         phase is from −180° where the gain is 0 dB is the phase margin, how far the gain from 0 dB \
+         where the phase is −180° the gain margin.",
+    );
+    let axis = Axis::logarithmic("Frequency", "rad/s");
+    Ok(section.with(Figure::against(axis, [gain, phase])))
+}

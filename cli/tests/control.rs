@@ -1,0 +1,208 @@
+//! The commands that design, fly and judge the autopilot, as a user runs them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn hovernav(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().expect("the command runs")
+}
+
+/// A place of this test's own.
+fn place(name: &str) -> PathBuf {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&place);
+    fs::create_dir_all(&place).expect("a directory can be made");
+    place
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("the path is text")
+}
+
+fn summary(out: &Path) -> Value {
+    let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
+    serde_json::from_str(&text).expect("valid JSON")
+}
+
+#[track_caller]
+fn assert_done(arguments: &[&str]) -> String {
+    let run = hovernav(arguments);
+    assert!(run.status.success(), "{run:?}");
+    String::from_utf8(run.stdout).expect("text")
+}
+
+/// Exit status 1 and one line that says `expected`.
+#[track_caller]
+fn assert_refused(arguments: &[&str], expected: &str) {
+    let run = hovernav(arguments);
+    let told = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert_eq!(run.status.code(), Some(1), "{told}");
+    assert!(told.contains(expected) && told.lines().count() == 1, "{told}");
+}
+
+#[test]
+fn the_thesis_design_is_reproduced_and_replaced() {
+    let out = place("design_thesis");
+    let told = assert_done(&["design", "thesis", "--out", text(&out)]);
+    for expected in [
+        "-38.312, 31.807, -48.756, 84.394, -21.346",
+        "29.425, -26.887, -424.20, 405.19, -60.082, -71.578",
+        "-5.65 ± 1.46i",
+        "roll and pitch 6 and 6, yaw 2 and 2",
+        "spectral radius 7.9 in roll and pitch, 24.7 in heave",
+        "transition matrix taken for a continuous one",
+    ] {
+        assert!(told.contains(expected), "{expected} in {told}");
+    }
+    let summary = summary(&out);
+    assert!(summary["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
+    for stick in ["lateral", "longitudinal", "collective", "pedal"] {
+        assert!(summary["margins"][stick]["phase_deg"].as_f64().expect("a number") >= 45.0);
+    }
+    assert_eq!(summary["disturbances"].as_object().expect("nine").len(), 9);
+    assert!(fs::metadata(out.join("report.html")).expect("a page").len() > 1_000_000);
+}
+
+#[test]
+fn every_shipped_model_gets_an_autopilot_that_can_be_flown_or_a_reason() {
+    for model in ["raptor60", "r50"] {
+        let out = place(&format!("design_{model}"));
+        assert_done(&["design", model, "--out", text(&out), "--no-report"]);
+        let written = fs::read_to_string(out.join("autopilot.toml")).expect("an autopilot");
+        assert!(written.starts_with("# Designed by hovernav"));
+        assert!(summary(&out)["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
+    }
+}
+
+#[test]
+fn a_design_is_flown_and_its_flight_estimated() {
+    let (design, flight, again) = (place("fly_design"), place("fly_flight"), place("fly_again"));
+    assert_done(&["design", "raptor60", "--out", text(&design), "--no-report"]);
+    let autopilot = design.join("autopilot.toml");
+    let arguments = [
+        "simulate",
+        "--autopilot",
+        text(&autopilot),
+        "--disturbance",
+        "phi=0.3",
+        "--disturbance",
+        "u=-2@45",
+        "--duration",
+        "70",
+        "--wind",
+        "2,90,0.5",
+        "--seed",
+        "5",
+        "--out",
+    ];
+    assert_done(&[&arguments[..], &[text(&flight)]].concat());
+    let told = summary(&flight);
+    assert!(told["flight"]["crashed_s"].is_null(), "{told}");
+    assert_eq!(told["flight"]["last_mode"], "position");
+    assert_eq!(told["flight"]["disturbances"][1]["time_s"], 45.0);
+    assert!(told["error"]["vn_mps"]["rmse"].as_f64().expect("scored") < 0.3);
+    assert!(fs::metadata(flight.join("report.html")).expect("a page").len() > 1_000_000);
+
+    assert_done(&["estimate", text(&flight), "--out", text(&again), "--no-report"]);
+    // Angles are recorded in degrees: the same to that rounding.
+    for axis in ["north_m", "vd_mps", "roll_deg", "yaw_deg"] {
+        let error = |told: &Value| told["error"][axis]["rmse"].as_f64().expect("scored");
+        let (flown, estimated) = (error(&told), error(&summary(&again)));
+        assert!((flown - estimated).abs() < 1e-6, "{axis}: {flown} {estimated}");
+    }
+
+    let same = place("fly_same");
+    assert_done(&[&arguments[..], &[text(&same), "--no-report"]].concat());
+    for file in ["imu.csv", "gps.csv", "controls.csv", "reference.csv"] {
+        let read = |dir: &Path| fs::read(dir.join(file)).expect("readable");
+        assert!(read(&flight) == read(&same), "{file} differs with the same seed");
+    }
+}
+
+#[test]
+fn shards_of_a_campaign_are_the_campaign() {
+    let fly = |name: &str, shard: &str| {
+        let out = place(name);
+        let own = ["--flights", "6", "--duration", "40", "--shard", shard, "--no-report"];
+        assert_done(&[&["campaign", "--out", text(&out)][..], &own].concat());
+        let results = fs::read_to_string(out.join("results.csv")).expect("results");
+        assert!(
+            fs::read_to_string(out.join("percentiles.csv")).expect("a table").lines().count() > 20
+        );
+        let mut rows: Vec<String> = results.lines().map(Into::into).collect();
+        (rows.remove(0), rows)
+    };
+    let (head, mut whole) = fly("campaign", "1/1");
+    let (_, mut parts) = fly("campaign_1", "1/2");
+    parts.extend(fly("campaign_2", "2/2").1);
+    whole.sort();
+    parts.sort();
+    assert_eq!(whole, parts);
+    assert_eq!(whole.len(), 6);
+    assert!(head.starts_with("seed,outcome,crashed_s,sensors,wind_n_mps"));
+    assert!(whole.iter().all(|row| row.split(',').count() == head.split(',').count()));
+}
+
+#[test]
+fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
+    let dir = place("refusals");
+    let write = |name: &str, text: &str| {
+        let path = dir.join(name);
+        fs::write(&path, text).expect("writable");
+        path
+    };
+    let shipped = include_str!("../../src/model/data/thesis.toml");
+    let no_pedal = shipped.replace("0.043484, -6.5782]", "0.0, 0.0]");
+    let discrete = shipped
+        .replace("time_domain = \"continuous\"", "time_domain = \"discrete\"\nperiod_s = 0.03");
+    for (model, expected) in [
+        (write("no_pedal.toml", &no_pedal), "no input moves it"),
+        (write("discrete.toml", &discrete), "the model is discrete, expected a continuous model"),
+        (write("broken.toml", "name = 3"), "broken.toml:1"),
+        (dir.join("nowhere.toml"), "nowhere.toml"),
+    ] {
+        assert_refused(&["design", text(&model), "--out", text(&dir)], expected);
+    }
+    let weights = write(
+        "weights.toml",
+        "[yaw]\nstates = [1.0, -10.0]\nintegral = 1.0\nstick = 1.0\ndecay_per_s = 0.0\n",
+    );
+    let design = ["design", "raptor60", "--out", text(&dir), "--weights", text(&weights)];
+    assert_refused(&design, "found -10, expected a finite number above 0");
+
+    assert_done(&["design", "raptor60", "--out", text(&dir), "--no-report"]);
+    let good = fs::read_to_string(dir.join("autopilot.toml")).expect("an autopilot");
+    let (start, end) = good.split_once("proportional = ").expect("a PID gain");
+    let (_, end) = end.split_once('\n').expect("a line");
+    let nan = write("nan.toml", &format!("{start}proportional = nan\n{end}"));
+    assert_refused(
+        &["simulate", "--autopilot", text(&nan), "--out", text(&dir)],
+        "gains.heave: found NaN",
+    );
+    assert_refused(
+        &["campaign", "--autopilot", text(&nan), "--out", text(&dir)],
+        "gains.heave: found NaN",
+    );
+    assert_refused(
+        &["simulate", "--disturbance", "p=1@500", "--duration", "60", "--out", text(&dir)],
+        "disturbance at 500 s",
+    );
+}
+
+#[test]
+fn wrong_usage_exits_with_two() {
+    for arguments in [
+        &["design"][..],
+        &["simulate", "--disturbance", "x=1"],
+        &["simulate", "--disturbance", "p=nan"],
+        &["simulate", "--wind", "-3"],
+        &["simulate", "--flight", "tour", "--disturbance", "p=1"],
+        &["campaign", "--shard", "3/2"],
+        &["campaign", "--flights", "0"],
+    ] {
+        assert_eq!(hovernav(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}

@@ -1,0 +1,148 @@
+//! The disturbances that a hover must come back from, and how it does.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::DesignError;
+
+/// The states that a disturbance moves, in the order of [`DisturbanceResponse::states`]: rates, rad/s,
+/// attitude, rad, velocity, m/s, as in the hover models.
+pub const DISTURBED: [&str; 9] = ["p", "q", "r", "phi", "theta", "psi", "u", "v", "w"];
+
+/// The nine disturbances, each alone: state and size in its SI unit.
+///
+/// # Source
+/// Paw (2005), table 6.1.
+pub const TABLE_6_1: [(&str, f64); 9] = [
+    ("phi", 0.5),
+    ("theta", 0.5),
+    ("psi", 0.3),
+    ("p", 1.0),
+    ("q", 1.0),
+    ("r", 1.0),
+    ("u", 2.0),
+    ("v", 2.0),
+    ("w", 2.0),
+];
+
+/// How near to trim counts as back at trim, in the order of [`DISTURBED`]: a twentieth of what
+/// [`TABLE_6_1`] disturbs that state by.
+pub const SETTLED: [f64; 9] = [0.05, 0.05, 0.05, 0.025, 0.025, 0.015, 0.1, 0.1, 0.1];
+
+/// What becomes of one disturbance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisturbanceResponse {
+    /// The disturbed state.
+    pub state: String,
+    /// By how much, in its SI unit.
+    pub size: f64,
+    /// Time since the disturbance, s.
+    pub time_s: Vec<f64>,
+    /// Deviations from trim at those times, in the order of [`DISTURBED`].
+    pub states: Vec<[f64; 9]>,
+    /// Lateral, longitudinal, collective, pedal about trim, −1…1, neither range nor rate limited.
+    pub sticks: Vec<[f64; 4]>,
+}
+
+impl DisturbanceResponse {
+    /// Since when every state is back at trim within [`SETTLED`], s; `None` where it was not by the
+    /// end.
+    #[must_use]
+    pub fn settled_s(&self) -> Option<f64> {
+        let is_away = |states: &[f64; 9]| {
+            states.iter().zip(SETTLED).any(|(&value, band)| is_beyond(value, band))
+        };
+        match self.states.iter().rposition(is_away) {
+            None => Some(0.0),
+            Some(last) if last + 1 < self.states.len() => Some(self.time_s[last]),
+            Some(_) => None,
+        }
+    }
+
+    /// Since when the disturbed state itself is within `share` of what it was disturbed by, s; `None`
+    /// where it was not by the end.
+    #[must_use]
+    pub fn recovered_s(&self, share: f64) -> Option<f64> {
+        let row = DISTURBED.iter().position(|name| *name == self.state)?;
+        let band = share * self.size.abs();
+        match self.states.iter().rposition(|states| is_beyond(states[row], band)) {
+            None => Some(0.0),
+            Some(last) => self.time_s.get(last + 1).copied(),
+        }
+    }
+
+    /// Largest deviation of each state, in the order of [`DISTURBED`].
+    #[must_use]
+    pub fn peaks(&self) -> [f64; 9] {
+        largest(&self.states)
+    }
+
+    /// Largest deviation of each stick.
+    #[must_use]
+    pub fn stick_peaks(&self) -> [f64; 4] {
+        largest(&self.sticks)
+    }
+}
+
+/// What is no number is beyond everything.
+fn is_beyond(value: f64, band: f64) -> bool {
+    value.is_nan() || value.abs() > band
+}
+
+fn largest<const N: usize>(rows: &[[f64; N]]) -> [f64; N] {
+    let mut most = [0.0; N];
+    for row in rows {
+        for (most, value) in most.iter_mut().zip(row) {
+            *most = f64::max(*most, value.abs());
+        }
+    }
+    most
+}
+
+/// A linear system left to itself, and what is read off its state.
+pub(super) struct Free<'a> {
+    /// From one row to the next.
+    pub step: &'a DMatrix<f64>,
+    pub interval_s: f64,
+    /// Where the states of [`DISTURBED`] stand.
+    pub states: [usize; 9],
+    /// Sticks, −1…1, from the state, 4×n.
+    pub sticks: &'a DMatrix<f64>,
+}
+
+impl Free<'_> {
+    /// From `size` in `state`, all else at trim.
+    pub fn respond(
+        &self,
+        state: &str,
+        size: f64,
+        duration_s: f64,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        let unknown = || {
+            let (name, expected) = ("disturbance", "one of p, q, r, phi, theta, psi, u, v, w");
+            DesignError::Range { name, value: size, expected }
+        };
+        let row = DISTURBED.iter().position(|name| *name == state).ok_or_else(unknown)?;
+        let rows = duration_s / self.interval_s;
+        if !(0.0..1e6).contains(&rows) {
+            let expected = "at most a million intervals";
+            return Err(DesignError::Range { name: "duration_s", value: duration_s, expected });
+        }
+        let mut x = DVector::zeros(self.step.nrows());
+        x[self.states[row]] = size;
+        let rows = (rows + 1e-9) as usize + 1;
+        let mut response = DisturbanceResponse {
+            state: state.into(),
+            size,
+            time_s: (0..rows).map(|k| k as f64 * self.interval_s).collect(),
+            states: Vec::with_capacity(rows),
+            sticks: Vec::with_capacity(rows),
+        };
+        for _ in 0..rows {
+            response.states.push(self.states.map(|index| x[index]));
+            let sticks = self.sticks * &x;
+            response.sticks.push([0, 1, 2, 3].map(|stick| sticks[stick]));
+            x = self.step * x;
+        }
+        Ok(response)
+    }
+}
