@@ -17,7 +17,7 @@
 //! | [`flight_checks`], [`flight_response`] | is the flight fit for it; what it says of the model in frequency |
 //! | [`vehicle`] | the model that others get, its poles and how sure they are |
 //!
-//! Every matrix found here says in which time domain it is: [`LinearModel`](linear::LinearModel) is
+//! Every matrix found here says in which time domain it is: [`LinearModel`] is
 //! a one-step map and carries its sample period.
 
 pub mod experiment;

@@ -1,7 +1,7 @@
 //! What is said in MAVLink, by whom and how often.
 
 /// How often each message is sent at most, Hz; 0 is never. None is sent more often than
-/// [`Mavlink::encode`] is called.
+/// the speaker is called.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MavlinkRates {
