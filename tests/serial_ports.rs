@@ -280,9 +280,9 @@ fn a_missing_port_is_tried_less_and_less_often() {
     while clock.now() < end {
         assert_eq!(port.read_until(&mut [0; 16], end), Read::Silent);
     }
-    // After 0, 0.05, 0.15, 0.35, 0.75, 1.55, 3.15, 5.15 … s; a machine that is slow tries less often.
+    // After 0, 0.05, 0.15, 0.35, 0.75, 1.25, 1.75 … s; a machine that is slow tries less often.
     let tried = port.counts().failed_to_open;
-    assert!((3..=12).contains(&tried), "{tried}");
+    assert!((3..=28).contains(&tried), "{tried}");
     wire.plug();
     assert_eq!(next_event(&mut port, clock), PortEvent::Opened);
 }
