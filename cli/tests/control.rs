@@ -193,6 +193,38 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
 }
 
 #[test]
+fn test_points_that_are_flown_are_found_and_give_the_heave() {
+    let dir = place("test_points");
+    let (flown, found) = (dir.join("flown"), dir.join("found"));
+    assert_done(&[
+        "simulate",
+        "--test-points",
+        "--wind",
+        "1,135,0.3",
+        "--seed",
+        "5",
+        "--no-report",
+        "--out",
+        text(&flown),
+    ]);
+    assert_done(&[
+        "identify",
+        text(&flown),
+        "--model",
+        "heave",
+        "--no-report",
+        "--out",
+        text(&found),
+    ]);
+    let model = fs::read_to_string(found.join("model.toml")).expect("a model");
+    let (_, after) = model.split_once("name = \"Zw\", value = ").expect("a heave damping");
+    let zw_per_s: f64 =
+        after.split(',').next().and_then(|value| value.trim().parse().ok()).unwrap();
+    // The vehicle's own is -0.80 1/s.
+    assert!((-1.3..-0.3).contains(&zw_per_s), "{zw_per_s}");
+}
+
+#[test]
 fn wrong_usage_exits_with_two() {
     for arguments in [
         &["design"][..],

@@ -152,7 +152,8 @@ impl Flown {
             to: format!("{:?}", change.to).to_lowercase(),
             reason: format!("{:?}", change.reason).to_lowercase(),
         };
-        let thrown = config.orders.iter().map(|(at_s, _)| {
+        let thrown = config.orders.iter().filter(|(_, order)| !matches!(order, Order::Add(_)));
+        let thrown = thrown.map(|(at_s, _)| {
             let after = flight.moments.iter().map(|moment| moment.truth);
             let after = after.filter(|truth| (0.0..20.0).contains(&(truth.time.seconds() - at_s)));
             let worst = after.fold((0.0, 0.0), |(tilt, speed), truth| {
@@ -240,13 +241,19 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         let order = if arguments.truth { Order::Disturb } else { Order::Push };
         config.orders.push((at_s, order(thrown.disturbance)));
     }
+    if let Some(size) = arguments.test_points {
+        // A pilot flies test points, not an autopilot that jumps with each fix.
+        config.feedback = Feedback::Truth;
+        config.orders = Order::test_points(30.0, size);
+    }
     config.orders.sort_by(|(one, _), (other, _)| one.total_cmp(other));
     let last_s = config.orders.last().map(|(at_s, _)| *at_s);
     config.duration_s = arguments.duration.unwrap_or(last_s.map_or(120.0, |last| last + 30.0));
     if let Some(last_s) = last_s {
+        let what = if arguments.test_points.is_some() { "test point" } else { "disturbance" };
         ensure!(
             last_s < config.duration_s && config.orders[0].0 >= 0.0,
-            "disturbance at {last_s} s: found a flight of {} s, expected it to happen within",
+            "{what} at {last_s} s: found a flight of {} s, expected it to happen within",
             config.duration_s
         );
     }

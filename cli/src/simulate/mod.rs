@@ -24,7 +24,8 @@ pub struct Arguments {
     out: Option<PathBuf>,
     /// Follow this path exactly, without autopilot, instead of flying the closed loop
     #[arg(long, value_enum, conflicts_with_all = [
-        "model", "autopilot", "disturbance", "duration", "wind", "sensors", "outage", "truth"
+        "model", "autopilot", "disturbance", "test_points", "duration", "wind", "sensors", "outage",
+        "truth"
     ])]
     flight: Option<path::Flight>,
     /// Seed of every gust and sensor error: the same seed gives the same dataset
@@ -48,7 +49,18 @@ pub struct Arguments {
     /// 0.3 s, so that the sensors feel it; with --truth it comes at once
     #[arg(long, value_name = "NAME=VALUE[@SECOND]", allow_hyphen_values = true)]
     disturbance: Vec<hover::Thrown>,
-    /// How long to fly, s; 120, or until 30 s after the last disturbance
+    /// Fly test points for `hovernav identify`: from 30 s on each stick is stepped by SIZE of its full
+    /// travel for 1.5 s, three times, by a pilot who sees the truth
+    #[arg(
+        long,
+        value_name = "SIZE",
+        num_args = 0..=1,
+        default_missing_value = "0.12",
+        value_parser = step,
+        conflicts_with = "disturbance"
+    )]
+    test_points: Option<f64>,
+    /// How long to fly, s; 120, or until 30 s after the last disturbance or test point
     #[arg(long, value_name = "S", value_parser = seconds)]
     duration: Option<f64>,
     /// Wind: `calm`, or speed in m/s, where it comes from in degrees, gusts in m/s (one sigma);
@@ -78,6 +90,11 @@ fn place(text: &str) -> Result<Geodetic, String> {
         _ => None,
     }
     .ok_or_else(|| format!("found \"{text}\", expected LAT,LON,HEIGHT of a place on Earth"))
+}
+
+fn step(text: &str) -> Result<f64, String> {
+    let size = text.parse().ok().filter(|size| (0.03..=0.5).contains(size));
+    size.ok_or_else(|| format!("found \"{text}\", expected a part of full travel, 0.03 to 0.5"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -45,6 +45,29 @@ pub enum Order {
     Engage(bool),
     /// The pilot holds the sticks here from now on.
     Pilot(Sticks),
+    /// This is added to the sticks from now on, whoever flies: a test input. The sticks that are
+    /// recorded hold it.
+    Add(Sticks),
+}
+
+impl Order {
+    /// Chapter 5's test points, the first at `start_s`: each stick stepped by `size` for 1.5 s, three
+    /// times, [`TEST_POINT_S`](Self::TEST_POINT_S) apart; pedal, collective, lateral, longitudinal.
+    #[must_use]
+    pub fn test_points(start_s: f64, size: f64) -> Vec<(f64, Self)> {
+        let mut orders = Vec::new();
+        for (point, stick) in [3, 2, 0, 1].into_iter().flat_map(|stick| [stick; 3]).enumerate() {
+            let at_s = start_s + point as f64 * Self::TEST_POINT_S;
+            let mut sticks = [0.0; 4];
+            sticks[stick] = size;
+            orders.push((at_s, Self::Add(Sticks::from_array(sticks))));
+            orders.push((at_s + 1.5, Self::Add(Sticks::NEUTRAL)));
+        }
+        orders
+    }
+
+    /// From one test point to the next, s.
+    pub const TEST_POINT_S: f64 = 10.0;
 }
 
 /// A flight to be flown. [`FlightConfig::new`] is five minutes of hover of the thesis's helicopter

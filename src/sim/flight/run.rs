@@ -35,6 +35,7 @@ pub(super) struct Run<'a> {
     pilot_sticks: Sticks,
     autopilot: HoverAutopilot,
     engaged: bool,
+    added: Sticks,
     orders: std::slice::Iter<'a, (f64, Order)>,
     /// The command of the sample before, which acts now.
     acting: Sticks,
@@ -84,6 +85,7 @@ impl<'a> Run<'a> {
             pilot_sticks: config.autopilot.trim.sticks,
             autopilot: HoverAutopilot::new(config.autopilot)?,
             engaged: true,
+            added: Sticks::NEUTRAL,
             orders: config.orders.iter(),
             acting: config.autopilot.trim.sticks,
             flight: Flight {
@@ -133,17 +135,21 @@ impl<'a> Run<'a> {
             engage: self.engaged && !pilot_flies,
         });
         self.flight.transitions.extend(outputs.transition);
+        let [added, flown] = [self.added, outputs.sticks].map(Sticks::to_array);
+        let sticks = Sticks::from_array(std::array::from_fn(|stick| {
+            (flown[stick] + added[stick]).clamp(-1.0, 1.0)
+        }));
         let wind_mps = self.wind.blow();
         self.flight.moments.push(Moment {
             truth,
             solution,
             mode: outputs.mode,
-            sticks: outputs.sticks,
+            sticks,
             servos: self.vehicle.servos(),
             wind_mps,
         });
         self.vehicle.step(self.acting, wind_mps, self.period_s);
-        self.acting = outputs.sticks;
+        self.acting = sticks;
         Ok(())
     }
 
@@ -157,6 +163,7 @@ impl<'a> Run<'a> {
             Order::Push(disturbance) => self.vehicle.push(&disturbance),
             Order::Engage(engaged) => self.engaged = engaged,
             Order::Pilot(sticks) => self.pilot_sticks = sticks,
+            Order::Add(sticks) => self.added = sticks,
         }
         Ok(())
     }
