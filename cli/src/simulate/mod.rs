@@ -19,8 +19,8 @@ const OUT: &str = "out/simulated";
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Where to write; out/simulated unless given
-    #[arg(long, value_name = "DIR")]
+    /// Where to write the dataset and its report; out/simulated unless given
+    #[arg(long, visible_alias = "record", value_name = "DIR")]
     out: Option<PathBuf>,
     /// Follow this path exactly, without autopilot, instead of flying the closed loop
     #[arg(long, value_enum, conflicts_with_all = [
