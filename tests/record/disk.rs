@@ -176,8 +176,10 @@ fn a_disk_that_hangs_does_not_hold_the_loop() {
     let lost = recorder.finish().lost_raw;
     let record = Record::read(&bytes.lock().unwrap(), Path::new("slow.mcap")).unwrap();
     assert!(record.is_ended);
-    // Nothing came after the loss to tell it with; the status has it.
-    assert_eq!((record.lost_raw, lost), (0, 1000));
+    // The status has every loss. The record tells of those after which there was room again, which is
+    // for the scheduler to say.
+    assert_eq!(lost, 1000);
+    assert!(record.lost_raw <= lost, "{}", record.lost_raw);
 }
 
 #[test]
