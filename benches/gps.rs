@@ -4,8 +4,9 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use hovernav::gps::{Protocol, Receiver};
-use hovernav::sim::devices::encode::{self, Epoch};
 use hovernav::time::Time;
+use hovernav_fly::devices::encode;
+use hovernav_fly::devices::encode::Epoch;
 
 fn decode(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("gps");

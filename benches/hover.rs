@@ -5,12 +5,13 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hovernav::autopilot::{HoverAutopilot, HoverConfig, Inputs, Sticks};
-use hovernav::design::hover::HoverDesign;
+use hovernav::autopilot::{HoverAutopilot, HoverConfig, Inputs};
+use hovernav::controls::Sticks;
 use hovernav::ekf::Estimator;
 use hovernav::ekf::layout::{Base, Full, Layout};
-use hovernav::model::shipped;
-use hovernav::sim::{Flight, FlightConfig};
+use hovernav_design::hover::HoverDesign;
+use hovernav_model::shipped;
+use hovernav_sim::{Flight, FlightConfig};
 
 fn config() -> FlightConfig {
     let design = HoverDesign::default();

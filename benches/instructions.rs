@@ -35,13 +35,13 @@ mod counted {
     use std::hint::black_box;
 
     use gungraun::{library_benchmark, library_benchmark_group};
-    use hovernav::dmu::ImuSample;
     use hovernav::ekf::Ekf;
     use hovernav::ekf::covariance::{Covariance, Sensitivity, Transition};
     use hovernav::ekf::layout::{Base, Full, Layout};
     use hovernav::ekf::scalar::Scalar;
     use hovernav::frames::Rotation;
     use hovernav::gps::Fix;
+    use hovernav::imu::ImuSample;
     use nalgebra::SMatrix;
 
     use super::fixtures::{self, Hover};

@@ -1,8 +1,8 @@
 //! Time of the Riccati solvers.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hovernav::design::{care, sampled_lqr};
-use hovernav::model::{hover, shipped};
+use hovernav_design::{care, sampled_lqr};
+use hovernav_model::{hover, shipped};
 use nalgebra::{DMatrix, DVector};
 
 fn riccati(criterion: &mut Criterion) {

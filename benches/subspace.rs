@@ -5,8 +5,8 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hovernav::sysid::subspace::{RefineSettings, SubspaceSettings, Weighting, identify, refine};
-use hovernav::sysid::{Experiment, LinearModel};
+use hovernav_sysid::subspace::{RefineSettings, SubspaceSettings, Weighting, identify, refine};
+use hovernav_sysid::{Experiment, LinearModel};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

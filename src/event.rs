@@ -1,8 +1,8 @@
 //! One stream of everything the sensors say, in order of arrival.
 
-use crate::dmu::ImuSample;
 use crate::frames::{Body, Vector};
 use crate::gps::Fix;
+use crate::imu::ImuSample;
 use crate::time::Time;
 
 /// Something a sensor said.

@@ -96,7 +96,8 @@ impl GpsCommand {
 /// ```
 /// use hovernav::dmu::{AnglePacket, Calibration, Flow, Mode};
 /// use hovernav::event::Event;
-/// use hovernav::gps::{Protocol, quality::Limits};
+/// use hovernav::gps::Protocol;
+/// use hovernav::gps::quality::Limits;
 /// use hovernav::sensors::{DmuConfig, GpsConfig, Report, Sensors};
 /// use hovernav::time::Time;
 ///
@@ -130,7 +131,7 @@ impl GpsCommand {
 ///     });
 ///     now = if reply.is_empty() { next } else { now + 0.008 };
 /// }
-/// # Ok::<(), hovernav::dmu::RangeError>(())
+/// # Ok::<(), crate::dmu::RangeError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Sensors {

@@ -1,14 +1,15 @@
 //! The first attitude, velocity and position: right to what they state, wherever they come from.
 
-use hovernav::dmu::{ImuSample, Motion};
 use hovernav::earth::{Geodetic, Local};
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, layout};
 use hovernav::event::Event;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource};
-use hovernav::sim::*;
 use hovernav::time::Time;
+use hovernav_log::Truth;
+use hovernav_sim::*;
 
 const PERIOD_S: f64 = 0.02;
 

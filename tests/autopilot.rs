@@ -1,12 +1,13 @@
 //! What the autopilot promises whoever flies: no bump, the pilot on top, and no bad input followed.
 
 use hovernav::autopilot::*;
-use hovernav::design::hover::HoverDesign;
+use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
-use hovernav::model::shipped;
 use hovernav::time::Time;
+use hovernav_design::hover::HoverDesign;
+use hovernav_model::shipped;
 use proptest::prelude::*;
 
 const PERIOD_S: f64 = 1.0 / 33.0;

@@ -5,15 +5,15 @@
 //! Y. Bar-Shalom, X. R. Li and T. Kirubarajan (2001), *Estimation with Applications to Tracking and
 //! Navigation*, section 5.4 (normalised estimation error squared and normalised innovation squared).
 
-use hovernav::dmu::{ImuSample, Motion};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::BASE;
 use hovernav::ekf::{BaseEkf, EkfConfig, ImuModel, Verdict};
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{NavState, Start};
-use hovernav::sim::*;
 use hovernav::time::Time;
+use hovernav_sim::*;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -4,12 +4,12 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use hovernav::dmu::{ImuSample, Motion};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
-use hovernav::log::{Dataset, Manifest};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
+use hovernav_log::{Dataset, Manifest};
 use proptest::prelude::*;
 
 const FILES: [&str; 6] =

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use hovernav::dmu::Motion;
-use hovernav::log::{Dataset, HeadingReference, LogError, Manifest, Point};
+use hovernav::imu::Motion;
 use hovernav::time::Time;
+use hovernav_log::{Dataset, HeadingReference, LogError, Manifest, Point};
 use tempfile::TempDir;
 
 const IMU_HEADER: &str =

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use hovernav::design::{
+use hovernav_design::{
     DesignError, Loop, bode, care, dare, discrete_lqr, frequency_response, kalman,
     logarithmic_frequencies, lqr, observability, reachability, root_locus, sampled_lqr,
     step_response, zero_order_hold,
 };
-use hovernav::model::{Signal, StateSpace, TimeDomain, hover, shipped};
+use hovernav_model::{Signal, StateSpace, TimeDomain, hover, shipped};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use serde_json::Value;
 

@@ -1,5 +1,5 @@
 //! A flight computer with no hardware: `fly` against devices on pseudo-terminals, at real speed.
-#![cfg(all(feature = "fly", target_os = "linux"))]
+#![cfg(target_os = "linux")]
 
 use std::collections::BTreeMap;
 use std::io::{Read as _, Write as _};
@@ -10,14 +10,16 @@ use std::sync::mpsc::sync_channel;
 use std::thread;
 use std::time::Duration;
 
-use hovernav::fly::{FlightReport, FlyConfig, FlyConfigError, Told, fly};
+use hovernav::controls::{Channel, Channels};
 use hovernav::gps::Protocol;
-use hovernav::log::Dataset;
-use hovernav::log::record::Record;
-use hovernav::play::{self, Begin, Cut, CutKind, Outlet, Player};
 use hovernav::servo::packet::ServoPacket;
-use hovernav::servo::{Channel, Channels};
 use hovernav::telemetry::{Mode, Snapshot, frame};
+use hovernav_fly::play;
+use hovernav_fly::play::{Begin, Cut, CutKind, Outlet, Player};
+use hovernav_fly::{FlightReport, Told, fly};
+use hovernav_log::Dataset;
+use hovernav_log::record::Record;
+use hovernav_log::{FlyConfig, FlyConfigError};
 use serialport::{SerialPort as _, TTYPort};
 
 fn hover() -> Dataset {

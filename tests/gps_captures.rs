@@ -3,7 +3,6 @@
 //! `gpsd` publishes captures with its own decoding (`.chk`, JSON), the Lassen iQ ones have been
 //! decoded a third time, packet by packet (`.decoded.jsonl`). Where gpsd is known to be wrong the
 //! bytes win, and the table below says how.
-#![cfg(feature = "std")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

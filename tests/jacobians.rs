@@ -1,12 +1,12 @@
 //! The transition of the covariance is the derivative of the mechanization, but for the terms that
 //! its documentation names.
 
-use hovernav::dmu::{ImuSample, Motion};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::covariance::{Covariance, Gain, Sensitivity, Transition};
 use hovernav::ekf::layout::WithScaleFactors;
 use hovernav::ekf::{Ekf, EkfConfig, Trace};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{ImuErrors, Increment, Integrator, NavState, Start};
 use hovernav::time::Time;
 use nalgebra::SMatrix;

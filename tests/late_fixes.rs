@@ -5,8 +5,8 @@ use hovernav::ekf::{BaseEkf, EkfConfig, FullEkf, Unusable};
 use hovernav::frames::{Ned, Rotation, Vector};
 use hovernav::gps::Fix;
 use hovernav::ins::{NavState, Start};
-use hovernav::sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Recording, Spread, fly};
 use hovernav::time::Time;
+use hovernav_sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Recording, Spread, fly};
 
 fn recording(rate_hz: f64) -> Recording {
     let start = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();

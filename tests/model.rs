@@ -1,10 +1,10 @@
 //! What the models promise.
 
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
-use hovernav::model::helicopter::{
+use hovernav_model::helicopter::{
     Controls, Helicopter, HelicopterError, HelicopterParameters, HelicopterState,
 };
-use hovernav::model::{ModelError, Parameter, Signal, StateSpace, TimeDomain, hover, shipped};
+use hovernav_model::{ModelError, Parameter, Signal, StateSpace, TimeDomain, hover, shipped};
 use nalgebra::DMatrix;
 use std::path::Path;
 

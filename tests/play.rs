@@ -1,24 +1,26 @@
 //! A flight that is played is the flight that was: what a link and a receiver read from the
 //! pseudo-terminals is what the dataset holds, through cuts and pulls, to the step of the wire.
-#![cfg(all(unix, feature = "serial"))]
+#![cfg(unix)]
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use hovernav::dmu::ImuSample;
 use hovernav::dmu::{
-    Calibration, ClockFault, Flow, Link, LinkAction, LinkFault, Mode, Motion, SampleClock,
+    Calibration, ClockFault, Flow, Link, LinkAction, LinkFault, Mode, SampleClock,
 };
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, EulerAngles, Ned, Vector};
 use hovernav::gps::tsip::Startup;
 use hovernav::gps::ubx::Configuration;
 use hovernav::gps::{Fix, Protocol, Receiver, ReceiverFix};
-use hovernav::log::Dataset;
-use hovernav::play::{self, Begin, Cut, CutKind, Outlet, PlayError, Player};
-use hovernav::serial::{Clock, Item, Parity, Port, PortConfig, Read, Reader};
-use hovernav::sim::devices::Recorded;
+use hovernav::imu::ImuSample;
+use hovernav::imu::Motion;
 use hovernav::time::Time;
+use hovernav_fly::devices::Recorded;
+use hovernav_fly::play;
+use hovernav_fly::play::{Begin, Cut, CutKind, Outlet, PlayError, Player};
+use hovernav_fly::serial::{Clock, Item, Parity, Port, PortConfig, Read, Reader};
+use hovernav_log::Dataset;
 use tempfile::TempDir;
 
 /// Faster than it was, and slow enough for a busy machine to keep up with.

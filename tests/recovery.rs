@@ -1,6 +1,5 @@
 //! Whatever the sensors say, the filter keeps what was good, says what it refused, and comes back.
 
-use hovernav::dmu::{ImuSample, Motion};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{
     BaseEkf, Channel, Ekf, EkfConfig, Estimator, EstimatorConfig, FullEkf, ImuFault, Innovation,
@@ -9,6 +8,7 @@ use hovernav::ekf::{
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{NavState, Start};
 use hovernav::time::Time;
 use proptest::prelude::*;

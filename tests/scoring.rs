@@ -5,12 +5,12 @@ use std::path::Path;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use hovernav::log::{
+use hovernav::time::Time;
+use hovernav_log::Truth;
+use hovernav_log::{
     Axis, Dataset, LogError, Manifest, Reference, Score, Statistics, outage_drift, score,
     write_solution,
 };
-use hovernav::sim::Truth;
-use hovernav::time::Time;
 use proptest::prelude::*;
 
 fn seconds(seconds: f64) -> Time {

@@ -1,14 +1,14 @@
 //! Serial lines on pseudo-terminals, opened by the same calls as real ones: whatever happens on the
 //! line, what was whole is read, what was not is counted, and the port comes back.
-#![cfg(all(unix, feature = "serial"))]
+#![cfg(unix)]
 
 use std::io::{Read as _, Write as _};
 use std::path::PathBuf;
 use std::time::Duration;
 
 use hovernav::dmu::{AnglePacket, Decoder, Mode, Packet};
-use hovernav::serial::{Clock, Fault, Item, Parity, Port, PortConfig, PortEvent, Read, Reader};
-use hovernav::serial::{Dropped, WriteError};
+use hovernav_fly::serial::{Clock, Fault, Item, Parity, Port, PortConfig, PortEvent, Read, Reader};
+use hovernav_fly::serial::{Dropped, WriteError};
 use serialport::{SerialPort as _, TTYPort};
 use tempfile::TempDir;
 

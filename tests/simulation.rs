@@ -1,10 +1,10 @@
 //! Simulated sensors: what they say differs from the truth by what their configuration says.
 
-use hovernav::dmu::Motion;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
-use hovernav::sim::*;
+use hovernav::imu::Motion;
 use hovernav::time::Time;
+use hovernav_sim::*;
 
 fn field() -> Geodetic {
     Geodetic::from_degrees(1.352, 103.82, 50.0).unwrap()

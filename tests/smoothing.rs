@@ -2,19 +2,20 @@
 
 use std::path::Path;
 
-use hovernav::dmu::{ImuSample, Motion};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::covariance::{Gain, Sensitivity, Transition};
 use hovernav::ekf::layout::{Full, Layout, WithScaleFactors};
 use hovernav::ekf::{Ekf, EkfConfig, EstimatorConfig, Smoother, Solution, Trace};
 use hovernav::frames::{EulerAngles, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{HeadingSource, NavState, Start};
-use hovernav::log::{Axis, Dataset, Outage, Reference, Score, score};
-use hovernav::sim::{
-    AttitudeConfig, DmuConfig, FlightPlan, GpsConfig, Recording, Spread, Trajectory, Truth, fly,
-};
 use hovernav::time::Time;
+use hovernav_log::Truth;
+use hovernav_log::{Axis, Dataset, Outage, Reference, Score, score};
+use hovernav_sim::{
+    AttitudeConfig, DmuConfig, FlightPlan, GpsConfig, Recording, Spread, Trajectory, fly,
+};
 use nalgebra::{SMatrix, SVector};
 
 fn field() -> Geodetic {

@@ -1,12 +1,12 @@
 //! Fed without noise, the strapdown mechanization alone follows the truth: the test flight of the
 //! simulation, and motions whose outcome is known in closed form.
 
-use hovernav::dmu::{ImuSample, Motion};
 use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{AngularAcceleration, ImuErrors, Integrator, LeverArm, NavState};
-use hovernav::sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Trajectory, fly};
 use hovernav::time::Time;
+use hovernav_sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Trajectory, fly};
 
 const LEVER_ARM_M: Vector<Body> = Vector::new(0.03, -0.02, 0.28);
 

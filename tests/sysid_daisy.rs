@@ -2,16 +2,15 @@
 //! second: free run over the whole half, start state fitted, the first half's means removed.
 //!
 //! `cargo test --test sysid_daisy -- --nocapture` prints the table.
-#![cfg(feature = "std")]
 
 mod sysid_data;
 
-use hovernav::sysid::subspace::{
+use hovernav_sysid::subspace::{
     Criterion, RefineSettings, SearchSettings, SubspaceSettings, fit_initial_state, identify,
     refine, search,
 };
-use hovernav::sysid::validate::fit_percent;
-use hovernav::sysid::{Experiment, InnovationModel};
+use hovernav_sysid::validate::fit_percent;
+use hovernav_sysid::{Experiment, InnovationModel};
 use sysid_data::recorded;
 
 /// Both halves about the trim of the first.

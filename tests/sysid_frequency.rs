@@ -1,12 +1,12 @@
 //! Frequency responses: what was put in comes out, with honest coherence and bounds.
-#![cfg(feature = "std")]
 
 use std::f64::consts::TAU;
 
-use hovernav::sysid::frequency::{
+use hovernav_sysid::frequency::{
     Band, FrequencyError, ResponseFitSettings, ResponseSettings, fit_response, frequency_response,
 };
-use hovernav::sysid::{Experiment, LinearModel, inputs::Maneuver};
+use hovernav_sysid::inputs::Maneuver;
+use hovernav_sysid::{Experiment, LinearModel};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

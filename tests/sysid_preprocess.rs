@@ -1,15 +1,15 @@
 //! Preparation shifts nothing, and bad data is named before it is fitted.
-#![cfg(feature = "std")]
 
 mod sysid_data;
 
-use hovernav::sysid::preprocess::{
+use hovernav_sysid::Experiment;
+use hovernav_sysid::inputs::Maneuver;
+use hovernav_sysid::preprocess::{
     InputFault, KinematicChannels, KinematicFault, LowPass, SegmentSettings, check_inputs,
     check_kinematics, excited_segments, resample, uniform,
 };
-use hovernav::sysid::subspace::{SubspaceSettings, identify};
-use hovernav::sysid::validate::{Horizon, validate};
-use hovernav::sysid::{Experiment, inputs::Maneuver};
+use hovernav_sysid::subspace::{SubspaceSettings, identify};
+use hovernav_sysid::validate::{Horizon, validate};
 use nalgebra::DMatrix;
 use sysid_data::recorded;
 

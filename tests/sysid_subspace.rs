@@ -1,11 +1,10 @@
 //! Subspace identification finds what made the data, and says why where it cannot.
-#![cfg(feature = "std")]
 
-use hovernav::sysid::subspace::{
+use hovernav_sysid::subspace::{
     Criterion, InputFit, RefineSettings, SubspaceError, SubspaceSettings, Weighting, identify,
     refine,
 };
-use hovernav::sysid::{Experiment, InnovationModel, LinearModel};
+use hovernav_sysid::{Experiment, InnovationModel, LinearModel};
 use nalgebra::{Complex, DMatrix, dmatrix};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

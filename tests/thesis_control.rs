@@ -1,7 +1,7 @@
 //! The control design as Paw (2005) prints it, reproduced.
 
-use hovernav::design::thesis::PrintedDesign;
-use hovernav::design::{DISTURBED, DisturbanceResponse, TABLE_6_1};
+use hovernav_design::thesis::PrintedDesign;
+use hovernav_design::{DISTURBED, DisturbanceResponse, TABLE_6_1};
 use serde_json::Value;
 
 fn reference() -> Option<Value> {

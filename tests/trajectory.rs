@@ -3,10 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DQuat, DVec3};
 use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
 use hovernav::frames::{Body, Vector};
-use hovernav::sim::{FlightPlan, Leg, State, Trajectory, TrajectoryError};
+use hovernav::glam::{DQuat, DVec3};
+use hovernav_sim::{FlightPlan, Leg, State, Trajectory, TrajectoryError};
 use proptest::prelude::*;
 
 const EARTH_RATE: DVec3 = DVec3::new(0.0, 0.0, EARTH_RATE_RADPS);

@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use hovernav::ekf::{Innovation, Notice, Solution};
-use hovernav::log::{
+use hovernav::time::Time;
+use hovernav_log::{
     Dataset, Outage, Reference, Run, Score, SmoothedRun, outage_drift, score, write_solution,
 };
-use hovernav::time::Time;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::report::{self, Report};

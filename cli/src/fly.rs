@@ -8,8 +8,9 @@ use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context as _;
-use hovernav::fly::{FlyConfig, Told, fly};
-use hovernav::log::record::Level;
+use hovernav_fly::{Told, fly};
+use hovernav_log::FlyConfig;
+use hovernav_log::record::Level;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 #[derive(clap::Args)]

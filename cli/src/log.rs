@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use hovernav::log::record::{Record, Reproduction};
-use hovernav::log::{Dataset, LogError};
+use hovernav_log::record::{Record, Reproduction};
+use hovernav_log::{Dataset, LogError};
 use serde::Serialize;
 
 /// The dataset that `log` is, and its flight record, if it is one.

@@ -5,11 +5,12 @@ mod campaign;
 mod convert;
 mod design;
 mod estimate;
-#[cfg(target_os = "linux")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 mod fly;
 mod identify;
 mod log;
 mod model;
+#[cfg(feature = "fly")]
 mod play;
 mod report;
 mod simulate;
@@ -19,8 +20,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hovernav::log::Info;
-use hovernav::log::record::RecordInfo;
+use hovernav_log::Info;
+use hovernav_log::record::RecordInfo;
 
 /// Navigation for small helicopters and drones: from a recorded log to position, velocity and
 /// attitude with honest uncertainties.
@@ -44,9 +45,10 @@ enum Verb {
         log: PathBuf,
     },
     /// Fly: the real-time loop on the flight computer, recorded
-    #[cfg(target_os = "linux")]
+    #[cfg(all(feature = "fly", target_os = "linux"))]
     Fly(fly::Arguments),
     /// Play a log as the sensors sent it, over pseudo-terminals, for `hovernav fly` to fly on
+    #[cfg(feature = "fly")]
     Play(play::Arguments),
     /// Write any log as a dataset directory
     Convert(convert::Arguments),
@@ -64,8 +66,9 @@ enum Verb {
 fn main() -> ExitCode {
     let result = match Arguments::parse().verb {
         Verb::Estimate(arguments) => estimate::run(&arguments),
-        #[cfg(target_os = "linux")]
+        #[cfg(all(feature = "fly", target_os = "linux"))]
         Verb::Fly(arguments) => fly::run(&arguments),
+        #[cfg(feature = "fly")]
         Verb::Play(arguments) => play::run(&arguments),
         Verb::Identify(arguments) => identify::run(&arguments),
         Verb::Info { log } => info(&log),

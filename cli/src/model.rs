@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hovernav::model::{ModelError, StateSpace, shipped};
+use hovernav_model::{ModelError, StateSpace, shipped};
 
 /// A shipped model by its name, or else the model of a file.
 ///

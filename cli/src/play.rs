@@ -110,8 +110,9 @@ mod unix {
     use std::time::Duration;
 
     use anyhow::Context as _;
-    use hovernav::log::Dataset;
-    use hovernav::play::{self, Begin, Cut, CutKind, Outlet, Player};
+    use hovernav_fly::play;
+    use hovernav_fly::play::{Begin, Cut, CutKind, Outlet, Player};
+    use hovernav_log::Dataset;
     use signal_hook::consts::{SIGINT, SIGTERM};
 
     use super::{Arguments, Sensor};

@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::Context as _;
 use hovernav::ekf::{Channel, ImuFault, Notice, Unusable, Verdict};
 use hovernav::ins::HeadingSource;
-use hovernav::log::{Axis, Dataset, Run, Score, Statistics};
+use hovernav_log::{Axis, Dataset, Run, Score, Statistics};
 use serde::Serialize;
 
 use crate::log::Flown;
@@ -94,7 +94,7 @@ impl Summary {
             (Some(first), Some(last)) => last - first,
             _ => 0.0,
         };
-        let times = |end: Option<&hovernav::dmu::ImuSample>| end.map(|sample| sample.time);
+        let times = |end: Option<&hovernav::imu::ImuSample>| end.map(|sample| sample.time);
         let mut summary = Self {
             tool: "hovernav",
             version: env!("CARGO_PKG_VERSION"),

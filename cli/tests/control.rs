@@ -154,7 +154,7 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
         fs::write(&path, text).expect("writable");
         path
     };
-    let shipped = include_str!("../../src/model/data/thesis.toml");
+    let shipped = include_str!("../../crates/model/src/data/thesis.toml");
     let no_pedal = shipped.replace("0.043484, -6.5782]", "0.0, 0.0]");
     let discrete = shipped
         .replace("time_domain = \"continuous\"", "time_domain = \"discrete\"\nperiod_s = 0.03");

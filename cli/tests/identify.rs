@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use hovernav::model::{StateSpace, TimeDomain};
+use hovernav_model::{StateSpace, TimeDomain};
 use serde_json::Value;
 
 const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use hovernav::dmu::{Flow, Link, LinkAction, Mode};
-use hovernav::serial::{Clock, Parity, Port, PortConfig, Read};
+use hovernav_fly::serial::{Clock, Parity, Port, PortConfig, Read};
 
 const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");
 

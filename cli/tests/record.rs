@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use hovernav::log::record::{Entry, Recorder};
+use hovernav_log::record::{Entry, Recorder};
 use serde_json::Value;
 
 fn hovernav(arguments: &[&str]) -> Output {

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock};
 
-use hovernav::fly::FlyConfig;
-use hovernav::log::record::{Header, Record, RecordInfo, Recorder};
+use hovernav_log::FlyConfig;
+use hovernav_log::record::{Header, Record, RecordInfo, Recorder};
 use hovernav::time::Time;
 use libfuzzer_sys::fuzz_target;
 

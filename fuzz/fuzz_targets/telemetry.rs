@@ -6,7 +6,7 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Vector};
-use hovernav::servo::Channels;
+use hovernav::controls::Channels;
 use hovernav::telemetry::{Flow, Snapshot, frame};
 use hovernav::time::Time;
 use libfuzzer_sys::fuzz_target;

@@ -51,7 +51,7 @@ pub(super) fn within(
 /// Every gain of the hybrid, at the sample period they were designed for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(deny_unknown_fields)
 )]
@@ -82,7 +82,7 @@ impl Gains {
 /// How modes give way to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
@@ -140,7 +140,7 @@ impl TransferConfig {
 /// Everything the autopilot is told: `autopilot.toml`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(deny_unknown_fields)
 )]
@@ -148,19 +148,19 @@ pub struct HoverConfig {
     /// The loop's period, s, for which the gains were designed.
     pub period_s: f64,
     /// Trim to begin with; better is learned in flight.
-    #[cfg_attr(feature = "std", serde(default))]
+    #[cfg_attr(feature = "serde", serde(default))]
     pub trim: Trim,
     /// Range and rate of the commands.
-    #[cfg_attr(feature = "std", serde(default))]
+    #[cfg_attr(feature = "serde", serde(default))]
     pub limits: StickLimits,
     /// How set-points are flown.
-    #[cfg_attr(feature = "std", serde(default))]
+    #[cfg_attr(feature = "serde", serde(default))]
     pub guidance: GuidanceConfig,
     /// What is good enough to fly on.
-    #[cfg_attr(feature = "std", serde(default))]
+    #[cfg_attr(feature = "serde", serde(default))]
     pub health: HealthLimits,
     /// How modes give way to each other.
-    #[cfg_attr(feature = "std", serde(default))]
+    #[cfg_attr(feature = "serde", serde(default))]
     pub transfer: TransferConfig,
     /// The gains.
     pub gains: Gains,

@@ -53,7 +53,7 @@ impl core::error::Error for SetPointError {}
 /// How set-points are flown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]

@@ -7,7 +7,7 @@ use crate::time::Time;
 /// One-sigmas up to which an estimate is flown on, and its greatest age.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]

@@ -1,12 +1,12 @@
 //! What the servos may be asked for.
 
 use super::config::{ConfigError, within};
-use super::sticks::Sticks;
+use crate::controls::Sticks;
 
 /// Range and speed that the autopilot keeps to, each control for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]

@@ -10,8 +10,6 @@
 //! cannot fly.
 
 mod config;
-#[cfg(feature = "std")]
-mod file;
 mod guidance;
 mod health;
 mod hover;
@@ -20,12 +18,9 @@ mod matrix;
 mod mode;
 mod pid;
 mod regulator;
-mod sticks;
 mod trim;
 
 pub use config::{ConfigError, Gains, HoverConfig, TransferConfig};
-#[cfg(feature = "std")]
-pub use file::FileError;
 pub use guidance::{GuidanceConfig, SetPoint, SetPointError};
 pub use health::{Distrust, Health, HealthLimits};
 pub use hover::{HoverAutopilot, Inputs, Outputs};
@@ -33,5 +28,4 @@ pub use limits::StickLimits;
 pub use mode::{Mode, Reason, Transition};
 pub use pid::{Pid, PidGains};
 pub use regulator::{Regulator, RegulatorGains};
-pub use sticks::Sticks;
 pub use trim::Trim;

@@ -5,7 +5,7 @@ use super::config::{ConfigError, finite, within};
 /// Gains of a [`Pid`]. Units are the command's over the error's, with s where they say so.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(deny_unknown_fields)
 )]
@@ -51,7 +51,7 @@ impl PidGains {
 /// let mut pid = Pid::new(gains, 0.03)?;
 /// pid.start(0.5, 0.0, 1.0); // takes over at a command of 0.5
 /// assert_eq!(pid.command(0.0, 1.0), 0.5);
-/// # Ok::<(), hovernav::autopilot::ConfigError>(())
+/// # Ok::<(), crate::autopilot::ConfigError>(())
 /// ```
 ///
 /// # Source

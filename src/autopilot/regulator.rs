@@ -11,7 +11,7 @@ use super::matrix::{add, difference, dot, times};
 /// measured ones and the commands: flapping, stabilizer bar, where the servos stand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(deny_unknown_fields),
     serde(bound(

@@ -1,12 +1,12 @@
 //! Trim: what keeps the vehicle where it is, as flown.
 
 use super::config::{ConfigError, within};
-use super::sticks::Sticks;
+use crate::controls::Sticks;
 
 /// Where the sticks stand in a steady hover and how the vehicle hangs in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]

@@ -29,7 +29,7 @@ macro_rules! settings {
         $(#[$group])*
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[cfg_attr(
-            feature = "std",
+            feature = "serde",
             derive(serde::Deserialize, serde::Serialize),
             serde(default, deny_unknown_fields)
         )]

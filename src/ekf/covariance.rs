@@ -121,7 +121,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     }
 
     /// A covariance of given rows, which must be symmetric.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "alloc")]
     pub(super) const fn from_rows(rows: [[T; N]; N]) -> Self {
         Self { rows }
     }

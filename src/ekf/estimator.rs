@@ -7,10 +7,10 @@ use super::layout::{Full, Layout};
 use super::measurement::{Report, Unusable};
 use super::scalar::Scalar;
 use super::solution::Solution;
-use crate::dmu::ImuSample;
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;
+use crate::imu::ImuSample;
 use crate::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
 use crate::time::Time;
 
@@ -28,7 +28,7 @@ pub struct EstimatorConfig {
 /// Which aids beside GPS are used once aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]

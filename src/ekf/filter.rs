@@ -10,9 +10,9 @@ use super::history::History;
 use super::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::scalar::Scalar;
 use super::solution::Solution;
-use crate::dmu::{ImuSample, Motion, Vibration};
 use crate::earth::Local;
 use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::imu::{ImuSample, Motion, Vibration};
 use crate::ins::{Advance, ImuErrors, Increment, Integrator, LeverArm, NavState, Start};
 use crate::time::Time;
 

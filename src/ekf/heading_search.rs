@@ -16,9 +16,9 @@ use super::layout::Base;
 use super::measurement::{Report, Unusable};
 use super::solution::Solution;
 use super::square;
-use crate::dmu::ImuSample;
 use crate::frames::{Vector, wrap_angle};
 use crate::gps::Fix;
+use crate::imu::ImuSample;
 use crate::ins::Start;
 use crate::time::Time;
 

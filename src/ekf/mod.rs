@@ -12,7 +12,7 @@ mod heading_search;
 mod history;
 mod innovation;
 mod measurement;
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 mod smoother;
 mod solution;
 
@@ -22,7 +22,7 @@ pub use filter::{Ekf, ImuFault, Trace};
 pub use heading_search::HeadingSearch;
 pub use innovation::{Channel, Innovation, Verdict};
 pub use measurement::{Report, Unusable};
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 pub use smoother::Smoother;
 pub use solution::Solution;
 

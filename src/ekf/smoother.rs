@@ -31,6 +31,8 @@
 //! of Control* 18 (1), 65–75; A. E. Bryson and M. Frazier (1963), Smoothing for linear and nonlinear
 //! dynamic systems, the form modified.
 
+use alloc::vec::Vec;
+
 use super::covariance::{Covariance, Gain, Sensitivity, Transition};
 use super::filter::{Ekf, Trace};
 use super::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
@@ -44,10 +46,12 @@ use crate::ins::NavState;
 /// solution is wanted.
 ///
 /// ```
-/// use hovernav::ekf::{FullEkf, Smoother, layout::Full};
-/// # use hovernav::{dmu::ImuSample, gps::Fix};
+/// use hovernav::ekf::{FullEkf, Smoother};
+/// use hovernav::ekf::layout::Full;
+/// # use hovernav::imu::ImuSample;
+/// # use hovernav::gps::Fix;
 ///
-/// # fn smooth(mut filter: FullEkf, log: &[(ImuSample, Option<Fix>)]) -> Vec<hovernav::ekf::Solution> {
+/// # fn smooth(mut filter: FullEkf, log: &[(ImuSample, Option<Fix>)]) -> Vec<crate::ekf::Solution> {
 /// let mut smoother = Smoother::<Full, 26>::with_capacity(log.len());
 /// for (sample, fix) in log {
 ///     let _ = filter.predict_traced(sample, &mut smoother);

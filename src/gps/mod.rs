@@ -16,7 +16,8 @@
 //! caller's to know: [`ReceiverFix::at`] takes the moment, usually the arrival less the latency.
 //!
 //! ```
-//! use hovernav::gps::{Protocol, Receiver, quality::{Limits, QualityCheck}};
+//! use hovernav::gps::{Protocol, Receiver};
+//! use hovernav::gps::quality::{Limits, QualityCheck};
 //! use hovernav::time::Time;
 //!
 //! let mut receiver = Receiver::new(Protocol::Nmea);

@@ -7,7 +7,7 @@ use crate::earth::Geodetic;
 
 /// What a fix must keep to. A value that the receiver does not send cannot fail.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "std", derive(serde::Deserialize, serde::Serialize), serde(default))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(default))]
 pub struct Limits {
     /// Whether a 2-D fix, whose height is held or assumed, is refused.
     pub need_three_dimensions: bool,

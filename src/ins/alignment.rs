@@ -7,17 +7,17 @@
 //! rest. Heading has the source that the configuration or the sensors allow; with none it stays
 //! open, for the filter to find in motion.
 
-use crate::dmu::{ImuSample, Motion, Vibration};
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
+use crate::imu::{ImuSample, Motion, Vibration};
 use crate::ins::{LeverArm, NavState};
 use crate::time::Time;
 
 /// Where the first heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(rename_all = "lowercase")
 )]
@@ -35,7 +35,7 @@ pub enum HeadingSource {
 /// Settings of the alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
@@ -46,16 +46,16 @@ pub struct AlignmentConfig {
     /// Length of inertial data needed, s.
     pub duration_s: f64,
     /// The inertial unit from the point of the solution, body axes, m.
-    #[cfg_attr(feature = "std", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub imu_lever_arm_m: Vector<Body>,
     /// The GPS antenna from the same point, body axes, m.
-    #[cfg_attr(feature = "std", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub antenna_lever_arm_m: Vector<Body>,
     /// What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
-    #[cfg_attr(feature = "std", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub attitude_declination_rad: f64,
     /// Magnetic declination, east positive, rad, for the magnetometer.
-    #[cfg_attr(feature = "std", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub declination_rad: f64,
     /// One-sigma of the unit's own roll and pitch, rad.
     pub attitude_tilt_sigma_rad: f64,

@@ -10,8 +10,8 @@
 //! Guidance, Control, and Dynamics* 21: part 1, attitude (1), 19–28; part 2, velocity and position
 //! (2), 208–221. Groves, second edition, sections 5.5.4 and 5.5.5.
 
-use crate::dmu::{ImuSample, Motion};
 use crate::frames::{Body, Vector};
+use crate::imu::{ImuSample, Motion};
 use crate::time::Time;
 
 /// What the unit went through between two samples, compensated and ready for the mechanization.

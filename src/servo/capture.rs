@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use super::{Channel, Channels, LONGEST_MS, SHORTEST_MS, is_plausible};
+use super::{LONGEST_MS, SHORTEST_MS, is_plausible};
+use crate::controls::{Channel, Channels};
 use crate::time::Time;
 
 /// One pulse.
@@ -98,7 +99,7 @@ pub struct PilotPulses {
 /// How the loss of the pilot's signal is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]

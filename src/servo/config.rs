@@ -2,12 +2,13 @@
 
 use core::fmt;
 
-use super::{Channel, Channels, LONGEST_MS, SHORTEST_MS};
+use super::{LONGEST_MS, SHORTEST_MS};
+use crate::controls::{Channel, Channels};
 
 /// Which way a servo turns for a positive stick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(rename_all = "lowercase")
 )]
@@ -29,7 +30,7 @@ pub enum Direction {
 /// with the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
-    feature = "std",
+    feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields, remote = "Self")
 )]
@@ -110,17 +111,6 @@ impl ChannelConfig {
     }
 }
 
-/// One output of the kernel's PWM: `pwmchip{chip}/pwm{output}`.
-#[cfg(feature = "std")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct PwmLine {
-    /// Number of the chip.
-    pub chip: u32,
-    /// Number of the output on its chip.
-    pub output: u32,
-}
-
 impl Channels<ChannelConfig> {
     /// Checks all five: see [`ChannelConfig::check`].
     ///
@@ -133,7 +123,7 @@ impl Channels<ChannelConfig> {
     }
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "serde")]
 impl<'de> serde::Deserialize<'de> for ChannelConfig {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let config = Self::deserialize(deserializer)?;
@@ -142,7 +132,7 @@ impl<'de> serde::Deserialize<'de> for ChannelConfig {
     }
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "serde")]
 impl serde::Serialize for ChannelConfig {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         Self::serialize(self, serializer)
@@ -224,7 +214,7 @@ mod tests {
         assert_eq!(error.to_string(), "pedal: trim_ms is 3, expected 1 to 2");
     }
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "serde")]
     #[test]
     fn a_file_sets_what_it_names_and_is_refused_where_it_is_wrong() {
         let read = toml::from_str::<Channels<ChannelConfig>>;

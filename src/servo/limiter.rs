@@ -1,6 +1,7 @@
 //! The last station before the servos: range, rate, and what to send when there is no command.
 
-use super::{ChannelConfig, Channels, ConfigError};
+use super::{ChannelConfig, ConfigError};
+use crate::controls::Channels;
 use crate::time::Time;
 
 /// Longest step, s, that the rate limit counts: a gap in the loop does not buy a jump.

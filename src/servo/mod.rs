@@ -9,7 +9,9 @@
 //! is behind [`PulseCapture`] and [`PulseOutput`], so a board can bring its own:
 //!
 //! ```
-//! use hovernav::servo::{Channels, ChannelConfig, Limiter, PulseOutput, Recording};
+//! use hovernav::controls::Channels;
+//! use hovernav::servo::{ChannelConfig, Limiter, PulseOutput};
+//! use hovernav_fly::servo::Recording;
 //! use hovernav::time::Time;
 //!
 //! let config = Channels::<ChannelConfig>::default();
@@ -40,30 +42,17 @@
 )]
 
 mod capture;
-mod channel;
 mod config;
 mod edges;
 mod limiter;
-#[cfg(all(feature = "linux", target_os = "linux"))]
-pub mod linux;
 pub mod packet;
-#[cfg(feature = "std")]
-mod recording;
-#[cfg(feature = "std")]
-mod stream;
 
 pub use capture::{Captured, PilotPulses, Pulse, PulseFault, Signal, SignalConfig};
-pub use channel::{Channel, Channels};
-#[cfg(feature = "std")]
-pub use config::PwmLine;
 pub use config::{ChannelConfig, ConfigError, Direction};
 pub use edges::{EdgeTimer, Paired};
 pub use limiter::{Limit, Limited, Limiter};
-#[cfg(feature = "std")]
-pub use recording::Recording;
-#[cfg(feature = "std")]
-pub use stream::StreamCapture;
 
+use crate::controls::Channels;
 use crate::time::Time;
 
 /// The shortest pulse that a receiver sends or a servo takes, ms.
@@ -98,6 +87,7 @@ pub trait PulseOutput {
 }
 
 /// Whether a servo's pulse can have this width.
-fn is_plausible(width_ms: f64) -> bool {
+#[must_use]
+pub fn is_plausible(width_ms: f64) -> bool {
     (SHORTEST_MS..=LONGEST_MS).contains(&width_ms)
 }

@@ -3,7 +3,8 @@
 
 use crc::{CRC_16_IBM_3740, Crc};
 
-use super::{Channels, PilotPulses};
+use super::PilotPulses;
+use crate::controls::Channels;
 use crate::time::Time;
 
 /// Bytes of a packet.

@@ -33,18 +33,10 @@
 
 mod flow;
 pub mod frame;
-#[cfg(feature = "mavlink")]
-mod mavlink;
-#[cfg(feature = "std")]
-mod mavlink_config;
 mod snapshot;
 mod wire;
 
 pub use flow::Flow;
-#[cfg(feature = "mavlink")]
-pub use mavlink::Mavlink;
-#[cfg(feature = "std")]
-pub use mavlink_config::{MavlinkConfig, MavlinkRates};
 pub use snapshot::{
     Drops, FixKind, GpsSummary, Health, Innovations, LoopTiming, Mode, Sigmas, Snapshot,
 };

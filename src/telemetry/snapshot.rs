@@ -1,11 +1,11 @@
 //! Everything that one moment of a flight tells the ground.
 
-use crate::dmu::{ImuSample, Motion};
+use crate::controls::Channels;
 use crate::earth::Geodetic;
 use crate::ekf::{Channel as Compared, Innovation, Solution, Verdict};
 use crate::frames::{Body, EulerAngles, Ned, Vector};
 use crate::gps::{Correction, Dimension, ReceiverFix};
-use crate::servo::Channels;
+use crate::imu::{ImuSample, Motion};
 use crate::time::Time;
 
 /// Who flies, and how far the navigation has come.

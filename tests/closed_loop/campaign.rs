@@ -2,7 +2,7 @@
 //! --nocapture` shows for hundreds.
 
 use hovernav::autopilot::Mode;
-use hovernav::sim::{Flight, FlightConfig, HoverStatistics};
+use hovernav_sim::{Flight, FlightConfig, HoverStatistics};
 
 use crate::autopilot;
 

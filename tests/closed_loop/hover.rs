@@ -1,9 +1,10 @@
 //! The 60-class helicopter, nonlinear, with everything inside.
 
-use hovernav::autopilot::{Mode, Reason, SetPoint, Sticks};
+use hovernav::autopilot::{Mode, Reason, SetPoint};
+use hovernav::controls::Sticks;
 use hovernav::frames::{Vector, wrap_angle};
-use hovernav::log::Dataset;
-use hovernav::sim::{Feedback, Flight, FlightConfig, Moment, Order, WindConfig};
+use hovernav_log::Dataset;
+use hovernav_sim::{Feedback, Flight, FlightConfig, Moment, Order, WindConfig};
 
 use crate::{STATES, STOP, allowed_s, autopilot, disturbances, settled_s};
 

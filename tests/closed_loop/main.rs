@@ -6,10 +6,10 @@ mod margins;
 mod printed;
 
 use hovernav::autopilot::{HoverConfig, SetPoint};
-use hovernav::design::hover::HoverDesign;
 use hovernav::frames::Vector;
-use hovernav::model::shipped;
-use hovernav::sim::Disturbance;
+use hovernav_design::hover::HoverDesign;
+use hovernav_model::shipped;
+use hovernav_sim::Disturbance;
 
 /// The autopilot of the 60-class helicopter.
 fn autopilot() -> HoverConfig {

@@ -1,7 +1,7 @@
 //! What the loops can stand.
 
-use hovernav::design::hover::HoverDesign;
-use hovernav::model::{StateSpace, shipped};
+use hovernav_design::hover::HoverDesign;
+use hovernav_model::{StateSpace, shipped};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

@@ -1,13 +1,14 @@
 //! The model as Paw (2005) prints it, under the autopilot's own code.
 
-use hovernav::autopilot::{HoverAutopilot, HoverConfig, Inputs, Mode, Sticks};
-use hovernav::design::hover::HoverDesign;
+use hovernav::autopilot::{HoverAutopilot, HoverConfig, Inputs, Mode};
+use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, EulerAngles, Rotation, Vector};
-use hovernav::model::{StateSpace, shipped};
-use hovernav::sim::{Disturbance, ServoConfig, SimulatedServo};
 use hovernav::time::Time;
+use hovernav_design::hover::HoverDesign;
+use hovernav_model::{StateSpace, shipped};
+use hovernav_sim::{Disturbance, ServoConfig, SimulatedServo};
 use nalgebra::{DMatrix, DVector};
 
 use crate::{STATES, STOP, allowed_s, disturbances, settled_s};

@@ -1,10 +1,11 @@
 //! Counts in units, and packets that cannot be.
 
 use hovernav::dmu::{
-    AnglePacket, Calibration, Implausible, Measurement, Motion, Packet, Plausibility, ScaledPacket,
-    Sensor, Sign, VoltagePacket, temperature_degc, volts,
+    AnglePacket, Calibration, Implausible, Measurement, Packet, Plausibility, ScaledPacket, Sensor,
+    Sign, VoltagePacket, temperature_degc, volts,
 };
 use hovernav::frames::Vector;
+use hovernav::imu::Motion;
 use hovernav::time::Time;
 use proptest::prelude::*;
 

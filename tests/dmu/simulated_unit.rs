@@ -1,8 +1,8 @@
 //! A unit at the far end of a serial line, and the conversation of a link with it.
 
 use hovernav::dmu::{AnglePacket, Link, LinkAction, LinkFault, Mode, Packet, Received};
-use hovernav::sim::devices::{Device, DmuDevice, Firmware};
 use hovernav::time::Time;
+use hovernav_fly::devices::{Device, DmuDevice, Firmware};
 
 /// Seconds between packets of continuous mode.
 const PACKET_S: f64 = 1.0 / 60.0;

@@ -1,8 +1,8 @@
 //! Start-up from any state of the unit, and starting over when it is lost.
 
 use hovernav::dmu::{Command, Flow, Link, LinkFault, Mode, Packet, StartupError};
-use hovernav::sim::devices::Firmware;
 use hovernav::time::Time;
+use hovernav_fly::devices::Firmware;
 
 use crate::simulated_unit::{Conversation, SimulatedUnit};
 

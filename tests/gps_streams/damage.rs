@@ -10,7 +10,8 @@ use hovernav::gps::quality::{Limits, QualityCheck};
 use hovernav::gps::{Protocol, Receiver, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
 
-use hovernav::sim::devices::encode::{self, Epoch};
+use hovernav_fly::devices::encode;
+use hovernav_fly::devices::encode::Epoch;
 
 const EPOCHS: u32 = 5;
 const BUT_THE_LAST: Range<usize> = 0..EPOCHS as usize - 1;

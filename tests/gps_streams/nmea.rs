@@ -5,7 +5,8 @@ use hovernav::gps::{Correction, Dimension, Protocol, ReceiverFix};
 use hovernav::time::Time;
 
 use crate::fixes;
-use hovernav::sim::devices::encode::{self, Epoch, nmea_sentence};
+use hovernav_fly::devices::encode;
+use hovernav_fly::devices::encode::{Epoch, nmea_sentence};
 
 fn read(bodies: &[&str]) -> Vec<ReceiverFix> {
     let wire: Vec<u8> = bodies.iter().flat_map(|body| nmea_sentence(body)).collect();

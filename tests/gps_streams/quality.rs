@@ -6,7 +6,8 @@ use hovernav::gps::{Dimension, Protocol, ReceiverFix};
 use hovernav::time::Time;
 
 use crate::fixes;
-use hovernav::sim::devices::encode::{self, Epoch};
+use hovernav_fly::devices::encode;
+use hovernav_fly::devices::encode::Epoch;
 
 /// Good fixes a second apart.
 fn flight(seconds: u32) -> Vec<ReceiverFix> {

@@ -10,7 +10,8 @@ use hovernav::time::Time;
 use proptest::array::uniform4;
 use proptest::prelude::*;
 
-use hovernav::sim::devices::encode::{self, Epoch};
+use hovernav_fly::devices::encode;
+use hovernav_fly::devices::encode::Epoch;
 
 fn epochs() -> impl Strategy<Value = Epoch> {
     (

@@ -7,7 +7,8 @@ use hovernav::gps::{Correction, Dimension, Protocol, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
 
 use crate::fixes;
-use hovernav::sim::devices::encode::{self, Epoch, tsip_packet};
+use hovernav_fly::devices::encode;
+use hovernav_fly::devices::encode::{Epoch, tsip_packet};
 
 fn singles(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_be_bytes()).collect()

@@ -7,7 +7,8 @@ use hovernav::gps::{Correction, Dimension, Protocol, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
 
 use crate::fixes;
-use hovernav::sim::devices::encode::{self, Epoch, ubx_message};
+use hovernav_fly::devices::encode;
+use hovernav_fly::devices::encode::{Epoch, ubx_message};
 
 fn read(wire: &[u8]) -> Vec<ReceiverFix> {
     fixes(Protocol::Ubx, wire)

@@ -1,8 +1,8 @@
 //! An R-50 in a closed loop at 100 Hz, excited by multisines, with process and measurement noise.
 
-use hovernav::sysid::Experiment;
-use hovernav::sysid::helicopter::Kind;
-use hovernav::sysid::structure::Structure;
+use hovernav_sysid::Experiment;
+use hovernav_sysid::helicopter::Kind;
+use hovernav_sysid::structure::Structure;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hovernav::log::record::{Record, RecordInfo, Recorder};
+use hovernav_log::record::{Record, RecordInfo, Recorder};
 
 use crate::flight::header;
 use crate::replay::recorded;

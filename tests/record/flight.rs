@@ -2,18 +2,20 @@
 
 use std::collections::VecDeque;
 
-use hovernav::dmu::{AnglePacket, ImuSample, Motion};
+use hovernav::dmu::AnglePacket;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Solution};
 use hovernav::event::Event;
-use hovernav::fly::{FlyConfig, ReceiverProtocol};
-use hovernav::log::record::{Entry, Header, Line, Recorder};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::sensors::{Report, Sensors};
-use hovernav::sim::{self, FlightPlan, Recording};
 use hovernav::time::Time;
+use hovernav_log::record::{Entry, Header, Line, Recorder};
+use hovernav_log::{FlyConfig, ReceiverProtocol};
+use hovernav_sim;
+use hovernav_sim::{FlightPlan, Recording};
 
-use hovernav::sim::devices::encode::{Epoch, tsip_epoch, tsip_time};
+use hovernav_fly::devices::encode::{Epoch, tsip_epoch, tsip_time};
 
 /// Some time after the machine was switched on, on a day of 2026.
 pub const START: Time = Time::from_nanoseconds(86_412_345_678_901);
@@ -37,7 +39,13 @@ pub fn header() -> Header {
 pub fn fly(header: &Header, recorder: &mut Recorder, duration_s: f64) -> Vec<Solution> {
     let start = Geodetic::from_degrees(1.3521, 103.8198, 50.0).unwrap();
     let path = FlightPlan::hover_at(start, 0.5).hold(duration_s).build().unwrap();
-    let truth = sim::fly(&path, &sim::DmuConfig::default(), &sim::GpsConfig::default(), 7).unwrap();
+    let truth = hovernav_sim::fly(
+        &path,
+        &hovernav_sim::DmuConfig::default(),
+        &hovernav_sim::GpsConfig::default(),
+        7,
+    )
+    .unwrap();
     let (dmu, gps) = header.config.sensors().unwrap();
     let mut vehicle = Vehicle {
         sensors: Sensors::new(dmu, gps, header.start),

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hovernav::log::record::{Call, Entry, Line, Record, Recorder};
 use hovernav::time::Time;
+use hovernav_log::record::{Call, Entry, Line, Record, Recorder};
 
 use crate::flight::{START, header};
 

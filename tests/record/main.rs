@@ -1,5 +1,4 @@
 //! What the flight record promises.
-#![cfg(feature = "record")]
 
 mod damage;
 mod disk;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use hovernav::event::Event;
-use hovernav::log::record::{Call, Entry, Level, Line, Record, Recorder};
-use hovernav::log::{Dataset, Outage};
 use hovernav::time::Time;
+use hovernav_log::record::{Call, Entry, Level, Line, Record, Recorder};
+use hovernav_log::{Dataset, Outage};
 
 use crate::flight::{START, fly, header};
 

@@ -9,9 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use hovernav::autopilot::HoverConfig;
-use hovernav::sim::campaign::{
-    AirframeUncertainty, Campaign, CampaignResult, Outcome, SensorGrade,
-};
+use hovernav_sim::campaign::{AirframeUncertainty, Campaign, CampaignResult, Outcome, SensorGrade};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -115,7 +113,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn campaign(arguments: &Arguments) -> anyhow::Result<Campaign> {
     let model = crate::model::open(&arguments.model)?;
     let autopilot = match &arguments.autopilot {
-        Some(path) => HoverConfig::read(path)?,
+        Some(path) => hovernav_log::read_autopilot(path)?,
         None => {
             let design = crate::design::design_for(&model);
             let gains = design.synthesise(&model).with_context(|| arguments.model.clone())?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hovernav::sim::campaign::{Campaign, CampaignResult, Outcome, SensorGrade, UNCERTAIN};
+use hovernav_sim::campaign::{Campaign, CampaignResult, Outcome, SensorGrade, UNCERTAIN};
 
 use super::count;
 use super::table::{Measure, PERCENTILES};

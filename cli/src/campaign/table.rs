@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context as _;
-use hovernav::sim::HoverStatistics;
-use hovernav::sim::campaign::{CampaignResult, SensorGrade, UNCERTAIN, percentile};
+use hovernav_sim::HoverStatistics;
+use hovernav_sim::campaign::{CampaignResult, SensorGrade, UNCERTAIN, percentile};
 
 /// Percentiles that are told.
 pub const PERCENTILES: [u32; 6] = [5, 25, 50, 75, 95, 99];

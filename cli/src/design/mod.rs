@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use hovernav::autopilot::{Gains, HoverConfig};
-use hovernav::design::hover::HoverDesign;
-use hovernav::design::thesis::PrintedDesign;
-use hovernav::design::{ChannelMargins, DisturbanceResponse, Loop, Margins, TABLE_6_1};
-use hovernav::model::StateSpace;
+use hovernav_design::hover::HoverDesign;
+use hovernav_design::thesis::PrintedDesign;
+use hovernav_design::{ChannelMargins, DisturbanceResponse, Loop, Margins, TABLE_6_1};
+use hovernav_model::StateSpace;
 use serde_json::{Value, json};
 
 #[derive(clap::Args)]
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         checked.model.name(),
         1.0 / checked.design.period_s
     );
-    config.write(&out.join("autopilot.toml"), &remark)?;
+    hovernav_log::write_autopilot(&config, &out.join("autopilot.toml"), &remark)?;
     if !arguments.no_report {
         page::write(&checked, &out.join("report.html"))?;
     }
@@ -107,7 +107,7 @@ impl Checked {
         let drift = |disturbance| design.drift(&model, disturbance, FOLLOWED_S);
         let responses = TABLE_6_1.into_iter().map(respond).collect::<Result<Vec<_>, _>>()?;
         let open_responses = TABLE_6_1.into_iter().map(drift).collect::<Result<_, _>>()?;
-        let printed = (model == hovernav::model::shipped::thesis())
+        let printed = (model == hovernav_model::shipped::thesis())
             .then(|| Printed::new(design.period_s))
             .transpose()?;
 
@@ -147,7 +147,7 @@ impl Checked {
             .iter()
             .map(|channel| {
                 let ChannelMargins { name, gain_up, gain_down, phase, delay_s, .. } = channel;
-                let db = |crossing: &hovernav::design::Crossing| 20.0 * crossing.margin.log10();
+                let db = |crossing: &hovernav_design::Crossing| 20.0 * crossing.margin.log10();
                 let value = json!({
                     "gain_up_db": gain_up.as_ref().map(db),
                     "gain_down_db": gain_down.as_ref().map(db),
@@ -195,7 +195,7 @@ impl Checked {
             "warnings": self.warnings,
         });
         if let Some(printed) = &self.printed {
-            let rows = |gain: &hovernav::design::Regulator| -> Vec<Vec<f64>> {
+            let rows = |gain: &hovernav_design::Regulator| -> Vec<Vec<f64>> {
                 gain.gain.row_iter().map(|row| row.iter().copied().collect()).collect()
             };
             summary["printed_design"] = json!({
@@ -226,7 +226,7 @@ impl Checked {
         );
         for channel in &self.margins.channels {
             let ChannelMargins { name, gain_up, gain_down, delay_s, .. } = channel;
-            let db = |crossing: &Option<hovernav::design::Crossing>| match crossing {
+            let db = |crossing: &Option<hovernav_design::Crossing>| match crossing {
                 Some(crossing) => format!("{:.1} dB", 20.0 * crossing.margin.log10()),
                 None => "any".into(),
             };
@@ -266,7 +266,7 @@ impl Printed {
         let row = |row: Vec<f64>| {
             row.iter().map(|value| five_digits(*value)).collect::<Vec<_>>().join(", ")
         };
-        let rows = |gain: &hovernav::design::Regulator| {
+        let rows = |gain: &hovernav_design::Regulator| {
             let rows = gain.gain.row_iter().map(|own| row(own.iter().copied().collect()));
             rows.collect::<Vec<_>>().join("; ")
         };

@@ -3,10 +3,10 @@
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-use hovernav::design::{
+use hovernav_design::{
     ChannelMargins, Crossing, DisturbanceResponse, bode, logarithmic_frequencies, root_locus,
 };
-use hovernav::model::StateSpace;
+use hovernav_model::StateSpace;
 
 use super::{Checked, FOLLOWED_S, phase_deg, smallest_gain_db};
 use crate::report::Fact;
@@ -260,7 +260,7 @@ fn plane(rows: Row) -> Figure {
 }
 
 fn poles(checked: &Checked) -> anyhow::Result<Section> {
-    let held = hovernav::design::zero_order_hold(&checked.model, checked.design.period_s, 0.0)?;
+    let held = hovernav_design::zero_order_hold(&checked.model, checked.design.period_s, 0.0)?;
     let open = held.modes()?.modes.into_iter().map(|mode| mode.eigenvalue);
     let closed = checked.closed.closed_poles()?.into_iter();
     let open = Series::points(Role::AlternativePole, open.map(|pole| (pole.re, pole.im)));

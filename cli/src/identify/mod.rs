@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
-use hovernav::log::{Dataset, SmoothedRun};
-use hovernav::sysid::flight_checks::flight_warnings;
-use hovernav::sysid::flight_response::stick_responses;
-use hovernav::sysid::helicopter::Kind;
-use hovernav::sysid::identify::{FlightRecord, Identification, IdentifyError, Velocity, identify};
+use hovernav_log::{Dataset, SmoothedRun};
+use hovernav_sysid::flight_checks::flight_warnings;
+use hovernav_sysid::flight_response::stick_responses;
+use hovernav_sysid::helicopter::Kind;
+use hovernav_sysid::identify::{FlightRecord, Identification, IdentifyError, Velocity, identify};
 
 use self::page::Shown;
 use self::summary::Summary;

@@ -1,12 +1,12 @@
 //! The page of an identification: what flew, what the model says of it, and how far to trust it.
 
-use hovernav::log::Dataset;
-use hovernav::model::ModelError;
-use hovernav::sysid::flight_response::StickResponse;
-use hovernav::sysid::identify::Identification;
-use hovernav::sysid::prediction_error::{Estimate, Fit, Run};
-use hovernav::sysid::test_points::{STICKS, TestPoint};
-use hovernav::sysid::vehicle::Pole;
+use hovernav_log::Dataset;
+use hovernav_model::ModelError;
+use hovernav_sysid::flight_response::StickResponse;
+use hovernav_sysid::identify::Identification;
+use hovernav_sysid::prediction_error::{Estimate, Fit, Run};
+use hovernav_sysid::test_points::{STICKS, TestPoint};
+use hovernav_sysid::vehicle::Pole;
 
 use super::Held;
 use super::summary::{is_estimated, status_name};

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use hovernav::log::{Dataset, Run};
-use hovernav::sysid::identify::Identification;
-use hovernav::sysid::prediction_error::{Estimate, Fit, Status};
-use hovernav::sysid::test_points::STICKS;
-use hovernav::sysid::validate::GOOD_FIT_PERCENT;
+use hovernav_log::{Dataset, Run};
+use hovernav_sysid::identify::Identification;
+use hovernav_sysid::prediction_error::{Estimate, Fit, Status};
+use hovernav_sysid::test_points::STICKS;
+use hovernav_sysid::validate::GOOD_FIT_PERCENT;
 use serde::Serialize;
 
 use super::Held;

@@ -1,6 +1,6 @@
 //! How far the estimate is from the reference, and whether the filter knew.
 
-use hovernav::log::{Axis, AxisScore, Score};
+use hovernav_log::{Axis, AxisScore, Score};
 
 use super::motion::Clock;
 use super::page::{Section, Table, TableRow};

@@ -19,8 +19,8 @@ use std::path::Path;
 
 use hovernav::ekf::{Innovation, Solution};
 use hovernav::gps::Fix;
-use hovernav::log::{Outage, ReferenceMoment, Score};
 use hovernav::time::Time;
+use hovernav_log::{Outage, ReferenceMoment, Score};
 
 /// What the page of an estimate shows. A slice may be empty: its figures then say so, or, for what
 /// is optional (`smoothed`, `reference`, `score`), are left out.

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use hovernav::earth::{Geodetic, Local};
 use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
 use hovernav::gps::Fix;
-use hovernav::log::ReferenceMoment;
 use hovernav::time::Time;
+use hovernav_log::ReferenceMoment;
 
 use super::Report;
 use super::page::TimeAxis;
@@ -153,7 +153,7 @@ impl Fixes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hovernav::log::Outage;
+    use hovernav_log::Outage;
 
     #[test]
     fn a_clock_that_counts_from_far_away_is_shown_from_the_first_second() {

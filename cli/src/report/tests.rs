@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Channel, Verdict};
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector, wrap_angle};
-use hovernav::log::{Axis, AxisScore, ErrorPoint, Statistics};
+use hovernav_log::{Axis, AxisScore, ErrorPoint, Statistics};
 
 use super::page::{Page, Section, Table, TableRow};
 use super::series::{Figure, Role, Row, Series};

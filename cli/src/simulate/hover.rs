@@ -7,11 +7,11 @@ use std::time::Instant;
 use anyhow::ensure;
 use hovernav::autopilot::{HoverConfig, Transition};
 use hovernav::frames::Vector;
-use hovernav::log::{Outage, Reference, score};
-use hovernav::sim::{
+use hovernav::time::Time;
+use hovernav_log::{Outage, Reference, score};
+use hovernav_sim::{
     Disturbance, Feedback, Flight, FlightConfig, HoverStatistics, Order, Spread, WindConfig,
 };
-use hovernav::time::Time;
 use serde::Serialize;
 
 use super::{Arguments, OUT, page};
@@ -207,7 +207,7 @@ impl Flown {
 /// The flight that the arguments ask for.
 fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<FlightConfig> {
     let autopilot = match &arguments.autopilot {
-        Some(path) => HoverConfig::read(path)?,
+        Some(path) => hovernav_log::read_autopilot(path)?,
         None => {
             let model = crate::model::open(arguments.model.as_deref().unwrap_or("raptor60"))?;
             if model.name() != "raptor60-hover" {

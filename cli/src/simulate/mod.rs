@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use hovernav::earth::Geodetic;
-use hovernav::sim::campaign::SensorGrade;
+use hovernav_sim::campaign::SensorGrade;
 
 use crate::estimate::Window;
 

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use hovernav::ekf::Notice;
-use hovernav::log::{Dataset, Outage, Reference, Run, Score};
-use hovernav::sim::{Flight, FlightConfig, Moment};
 use hovernav::time::Time;
+use hovernav_log::{Dataset, Outage, Reference, Run, Score};
+use hovernav_sim::{Flight, FlightConfig, Moment};
 
 use super::hover::Flown;
 use crate::report::page::{Section, Table, TableRow};

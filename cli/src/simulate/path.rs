@@ -4,8 +4,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context as _;
-use hovernav::log::{Dataset, Manifest};
-use hovernav::sim::{self, DmuConfig, FlightPlan, GpsConfig};
+use hovernav_log::{Dataset, Manifest};
+use hovernav_sim;
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig};
 use serde_json::json;
 
 use super::{Arguments, OUT};
@@ -32,7 +33,7 @@ pub fn run(arguments: &Arguments, flight: Flight) -> anyhow::Result<()> {
         Flight::Tour => FlightPlan::test_flight(start, heading_rad),
     };
     let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
-    let recording = sim::fly(&plan.build()?, &dmu, &gps, arguments.seed)?;
+    let recording = hovernav_sim::fly(&plan.build()?, &dmu, &gps, arguments.seed)?;
 
     let dataset = Dataset {
         manifest: manifest(&dmu, &gps, arguments.seed),

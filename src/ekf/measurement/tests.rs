@@ -5,9 +5,9 @@ use super::super::config::EkfConfig;
 use super::super::covariance::{Covariance, Gain, Transition};
 use super::super::layout::{Full, Layout};
 use super::*;
-use crate::dmu::{ImuSample, Motion};
 use crate::earth::Geodetic;
 use crate::frames::EulerAngles;
+use crate::imu::{ImuSample, Motion};
 use crate::ins::NavState;
 use crate::ins::Start;
 

@@ -2,8 +2,8 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 
 use super::*;
+use crate::controls::Channels;
 use crate::frames::Vector;
-use crate::servo::Channels;
 use crate::telemetry::{Drops, LoopTiming};
 
 /// A snapshot whose every number is whole steps and unlike the others.

@@ -1,0 +1,108 @@
+//! Why a design is refused.
+
+use hovernav_model::ModelError;
+
+/// Why a design could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum DesignError {
+    /// The model is refused.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A matrix has another shape than the rest of the problem asks for.
+    #[error("{matrix}: found {rows}x{columns}, expected {expected_rows}x{expected_columns}")]
+    Shape {
+        /// Which matrix.
+        matrix: &'static str,
+        /// Rows found.
+        rows: usize,
+        /// Columns found.
+        columns: usize,
+        /// Rows asked for.
+        expected_rows: usize,
+        /// Columns asked for.
+        expected_columns: usize,
+    },
+    /// A matrix holds NaN or an infinity.
+    #[error("{matrix}: found NaN or an infinity, expected finite numbers")]
+    NotFinite {
+        /// Which matrix.
+        matrix: &'static str,
+    },
+    /// A weight or covariance is not symmetric.
+    #[error("{matrix}: found a matrix that is not symmetric, expected a symmetric one")]
+    NotSymmetric {
+        /// Which matrix.
+        matrix: &'static str,
+    },
+    /// A weight or covariance is not as definite as it must be.
+    #[error("{matrix}: found the eigenvalue {eigenvalue}, expected none {bound}")]
+    NotDefinite {
+        /// Which matrix.
+        matrix: &'static str,
+        /// Its lowest eigenvalue.
+        eigenvalue: f64,
+        /// `"below 0"` or `"at or below 0"`.
+        bound: &'static str,
+    },
+    /// A matrix that must be inverted is singular.
+    #[error("{matrix} is singular")]
+    Singular {
+        /// Which matrix.
+        matrix: &'static str,
+    },
+    /// A mode that does not die away cannot be reached by the inputs.
+    #[error(
+        "the mode {re} {im:+}i does not die away and no input moves it (the matrix [λI - A, B] has \
+         a singular value of {singular_value}), expected a model that can be stabilised"
+    )]
+    NotStabilisable {
+        /// Real part of the mode.
+        re: f64,
+        /// Imaginary part.
+        im: f64,
+        /// Smallest singular value of the pencil there.
+        singular_value: f64,
+    },
+    /// The Riccati equation has no solution that stabilises.
+    #[error("no stabilising solution: {reason}")]
+    NoStabilisingSolution {
+        /// Why, as far as it is known.
+        reason: &'static str,
+    },
+    /// The closed loop whose margins are asked for is not stable.
+    #[error("the closed loop has the unstable mode {re} {im:+}i, expected a stable loop")]
+    UnstableLoop {
+        /// Real part of the mode.
+        re: f64,
+        /// Imaginary part.
+        im: f64,
+    },
+    /// A number is out of its range.
+    #[error("{name}: found {value}, expected {expected}")]
+    Range {
+        /// Which.
+        name: &'static str,
+        /// What was found.
+        value: f64,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// An input counts in a unit that no stick has.
+    #[error("input {input}: found the unit {unit}, expected \"stick\" (-1 to 1) or \"percent\"")]
+    InputUnit {
+        /// The input.
+        input: String,
+        /// Its unit.
+        unit: String,
+    },
+    /// A file of weights does not spell a design.
+    #[error("{}:{line}: {reason}", path.display())]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Line, from 1; 0 where it could not be read at all.
+        line: usize,
+        /// What was found and expected.
+        reason: String,
+    },
+}

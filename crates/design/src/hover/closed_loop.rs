@@ -1,0 +1,188 @@
+//! The loops as they close, for the margins of each actuator.
+
+use nalgebra::DMatrix;
+
+use super::HoverDesign;
+use super::regulator::Plant;
+use crate::disturbance::Free;
+use crate::{DISTURBED, DesignError, DisturbanceResponse, Loop};
+use hovernav::autopilot::{Gains, PidGains, RegulatorGains};
+use hovernav_model::{Signal, StateSpace, TimeDomain};
+
+/// A controller's matrices: z⁺ = A z + B y, u = C z + D y.
+struct Controller {
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    c: DMatrix<f64>,
+    d: DMatrix<f64>,
+}
+
+/// The measured states, in the order in which the loops take them.
+const MEASURED: [&str; 9] = ["p", "q", "phi", "theta", "u", "v", "w", "r", "psi"];
+
+/// Model, servos and one sample of delay under the autopilot, cut at the four actuators.
+pub(super) fn cut_at_actuators(
+    design: &HoverDesign,
+    whole: &Plant,
+    gains: &Gains,
+) -> Result<Loop, DesignError> {
+    let time = TimeDomain::Discrete { period_s: design.period_s };
+    let measured = MEASURED.map(|name| Signal::new(name, "SI")).to_vec();
+    let sticks: Vec<Signal> = whole.inputs.iter().map(|name| Signal::new(name, "stick")).collect();
+    let numbered = |count| (0..count).map(|k| Signal::new(&format!("x{k}"), "")).collect();
+
+    let servos_s = [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s];
+    let (step, input) = whole.stepped(&servos_s, design.period_s);
+    let moving = step.nrows();
+    let size = moving + 4;
+    let mut a = DMatrix::zeros(size, size);
+    a.view_mut((0, 0), (moving, moving)).copy_from(&step);
+    a.view_mut((0, moving), (moving, 4)).copy_from(&input);
+    let mut b = DMatrix::zeros(size, 4);
+    b.view_mut((moving, 0), (4, 4)).fill_with_identity();
+    let mut c = DMatrix::zeros(MEASURED.len(), size);
+    for (row, name) in MEASURED.into_iter().enumerate() {
+        c[(row, whole.index(name))] = 1.0;
+    }
+    let plant = StateSpace::new("plant", time, numbered(size), sticks.clone(), a, b)?
+        .with_outputs(measured.clone(), c, DMatrix::zeros(MEASURED.len(), 4))?;
+
+    let Controller { a, b, mut c, mut d } = together(&[
+        (regulator(&gains.roll_pitch, design.period_s), 0),
+        (pid(&gains.heave, design.period_s), 6),
+        (regulator(&gains.yaw, design.period_s), 7),
+    ]);
+    for sticks in [&mut c, &mut d] {
+        let pedal = sticks.row(3) + sticks.row(2) * gains.pedal_per_collective;
+        sticks.set_row(3, &pedal);
+    }
+    // A loop counts u = −(controller) y.
+    let controller = StateSpace::new("autopilot", time, numbered(a.nrows()), measured, a, b)?
+        .with_outputs(sticks, -c, -d)?;
+    Loop::at_plant_input(&plant, &controller)
+}
+
+/// From `size` in `state`, all else at trim, the loops closed as [`cut_at_actuators`] does.
+pub(super) fn respond(
+    design: &HoverDesign,
+    whole: &Plant,
+    gains: &Gains,
+    (state, size): (&str, f64),
+    duration_s: f64,
+) -> Result<DisturbanceResponse, DesignError> {
+    let cut = cut_at_actuators(design, whole, gains)?;
+    let open = cut.open();
+    // The plant moves only through its servos: nothing passes straight through.
+    let sticks = -open.c();
+    let step = open.a() + open.b() * &sticks;
+    let states = DISTURBED.map(|name| whole.index(name));
+    let free = Free { step: &step, interval_s: design.period_s, states, sticks: &sticks };
+    free.respond(state, size, duration_s)
+}
+
+/// From `size` in `state`, all else and every stick at trim.
+pub(super) fn drift(
+    whole: &Plant,
+    period_s: f64,
+    (state, size): (&str, f64),
+    duration_s: f64,
+) -> Result<DisturbanceResponse, DesignError> {
+    let step = (&whole.a * period_s).exp();
+    let sticks = DMatrix::zeros(4, whole.a.nrows());
+    let states = DISTURBED.map(|name| whole.index(name));
+    let free = Free { step: &step, interval_s: period_s, states, sticks: &sticks };
+    free.respond(state, size, duration_s)
+}
+
+/// Controllers side by side, each with where its first measurement stands.
+fn together(parts: &[(Controller, usize)]) -> Controller {
+    let states = parts.iter().map(|(part, _)| part.a.nrows()).sum();
+    let sticks = parts.iter().map(|(part, _)| part.c.nrows()).sum();
+    let mut all = Controller {
+        a: DMatrix::zeros(states, states),
+        b: DMatrix::zeros(states, MEASURED.len()),
+        c: DMatrix::zeros(sticks, states),
+        d: DMatrix::zeros(sticks, MEASURED.len()),
+    };
+    let (mut state, mut stick) = (0, 0);
+    for (part, measured) in parts {
+        all.a.view_mut((state, state), part.a.shape()).copy_from(&part.a);
+        all.b.view_mut((state, *measured), part.b.shape()).copy_from(&part.b);
+        all.c.view_mut((stick, state), part.c.shape()).copy_from(&part.c);
+        all.d.view_mut((stick, *measured), part.d.shape()).copy_from(&part.d);
+        state += part.a.nrows();
+        stick += part.c.nrows();
+    }
+    all
+}
+
+/// States: hidden, as many as are used, pending, integrals.
+fn regulator<const Y: usize, const H: usize, const U: usize>(
+    gains: &RegulatorGains<Y, H, U>,
+    period_s: f64,
+) -> Controller {
+    let is_used = |h: usize| {
+        gains.hidden_from_hidden[h].iter().any(|&gain| gain != 0.0)
+            || gains.hidden_from_measured[h].iter().any(|&gain| gain != 0.0)
+            || gains.hidden_from_pending[h].iter().any(|&gain| gain != 0.0)
+    };
+    let used = (0..H).rev().find(|&h| is_used(h)).map_or(0, |last| last + 1);
+    let states = used + 2 * U;
+    let mut c = DMatrix::zeros(U, states);
+    let mut d = DMatrix::zeros(U, Y);
+    for u in 0..U {
+        for h in 0..used {
+            c[(u, h)] = -gains.hidden[u][h];
+        }
+        for other in 0..U {
+            c[(u, used + other)] = -gains.pending[u][other];
+        }
+        c[(u, used + U + u)] = 1.0;
+        for y in 0..Y {
+            d[(u, y)] = -gains.measured[u][y];
+        }
+    }
+    let mut a = DMatrix::zeros(states, states);
+    let mut b = DMatrix::zeros(states, Y);
+    for h in 0..used {
+        for other in 0..used {
+            a[(h, other)] = gains.hidden_from_hidden[h][other];
+        }
+        for u in 0..U {
+            a[(h, used + u)] = gains.hidden_from_pending[h][u];
+        }
+        for y in 0..Y {
+            b[(h, y)] = gains.hidden_from_measured[h][y];
+        }
+    }
+    a.view_mut((used, 0), (U, states)).copy_from(&c);
+    b.view_mut((used, 0), (U, Y)).copy_from(&d);
+    for u in 0..U {
+        a[(used + U + u, used + U + u)] = 1.0;
+        for y in 0..Y {
+            b[(used + U + u, y)] = -gains.integral_per_s[u][y] * period_s;
+        }
+    }
+    Controller { a, b, c, d }
+}
+
+/// States: integral, and where there is a derivative, that and the measurement before.
+fn pid(gains: &PidGains, period_s: f64) -> Controller {
+    if gains.derivative_s == 0.0 {
+        return Controller {
+            a: DMatrix::identity(1, 1),
+            b: DMatrix::from_element(1, 1, -gains.integral_per_s * period_s),
+            c: DMatrix::identity(1, 1),
+            d: DMatrix::from_element(1, 1, -gains.proportional),
+        };
+    }
+    let per = 1.0 / (gains.derivative_filter_s + period_s);
+    let keep = gains.derivative_filter_s * per;
+    let slope = gains.derivative_s * per;
+    Controller {
+        a: DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.0, 0.0, keep, slope, 0.0, 0.0, 0.0]),
+        b: DMatrix::from_row_slice(3, 1, &[-gains.integral_per_s * period_s, -slope, 1.0]),
+        c: DMatrix::from_row_slice(1, 3, &[1.0, keep, slope]),
+        d: DMatrix::from_row_slice(1, 1, &[-gains.proportional - slope]),
+    }
+}

@@ -1,0 +1,148 @@
+//! Optimal gains.
+
+use nalgebra::{Complex, DMatrix};
+
+use super::discretize::{Hold, zero_order_hold};
+use super::error::DesignError;
+use super::linalg::{check, check_definite, inverse};
+use super::riccati::{care, dare};
+use hovernav_model::{StateSpace, TimeDomain, eigenvalues};
+
+/// A state feedback u = −K x with what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Regulator {
+    /// The model the gain is for; of a sampled design, the discrete one with the inputs under way.
+    pub model: StateSpace,
+    /// K, one row per input, one column per state of [`model`](Self::model).
+    pub gain: DMatrix<f64>,
+    /// X: the cost to go from state x is xᵀXx.
+    pub cost: DMatrix<f64>,
+    /// Eigenvalues of A − BK.
+    pub poles: Vec<Complex<f64>>,
+    /// What is left of the Riccati equation, relative.
+    pub residual: f64,
+}
+
+/// The gain that minimises ∫ xᵀQx + uᵀRu dt for a continuous model.
+///
+/// # Errors
+/// [`DesignError`]: a discrete model, a Q that is indefinite, an R that is not positive, NaN, shapes
+/// that disagree, a mode that cannot be stabilised.
+///
+/// ```
+/// use hovernav_design::lqr;
+/// use hovernav_model::{hover, shipped};
+/// use nalgebra::{DMatrix, DVector};
+///
+/// let yaw = hover::yaw(&shipped::thesis())?;
+/// let q = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 100.0]));
+/// let regulator = lqr(&yaw, &q, &DMatrix::identity(2, 2))?;
+/// assert!((regulator.gain[(1, 0)] - -2.0576).abs() < 5e-5);
+/// # Ok::<(), hovernav_design::DesignError>(())
+/// ```
+pub fn lqr(
+    model: &StateSpace,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<Regulator, DesignError> {
+    model.require_continuous()?;
+    check_definite("Q", q, model.states().len(), false)?;
+    check_definite("R", r, model.inputs().len(), true)?;
+    let solution = care(model.a(), model.b(), q, r)?;
+    Regulator::new(model.clone(), solution.gain, solution.x, solution.residual)
+}
+
+/// The gain that minimises Σ xᵀQx + uᵀRu over the steps of a discrete model.
+///
+/// # Errors
+/// As [`lqr`], for a continuous model.
+pub fn discrete_lqr(
+    model: &StateSpace,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<Regulator, DesignError> {
+    model.require_discrete()?;
+    check_definite("Q", q, model.states().len(), false)?;
+    check_definite("R", r, model.inputs().len(), true)?;
+    let solution = dare(model.a(), model.b(), q, r, None)?;
+    Regulator::new(model.clone(), solution.gain, solution.x, solution.residual)
+}
+
+/// The gain at `period_s` that minimises the continuous cost ∫ xᵀQx + uᵀRu dt, between the samples
+/// too, for inputs that are held and act `delay_s` late.
+///
+/// With a delay the gain also feeds back the inputs still under way; see [`zero_order_hold`] for
+/// their order.
+///
+/// # Errors
+/// As [`lqr`] and [`zero_order_hold`].
+///
+/// # Source
+/// Franklin, Powell, Workman, section 9.4; the integrals by Van Loan.
+pub fn sampled_lqr(
+    model: &StateSpace,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+    period_s: f64,
+    delay_s: f64,
+) -> Result<Regulator, DesignError> {
+    let (n, m) = (model.states().len(), model.inputs().len());
+    model.require_continuous()?;
+    check_definite("Q", q, n, false)?;
+    check_definite("R", r, m, true)?;
+    let sampled = zero_order_hold(model, period_s, delay_s)?;
+    let size = sampled.states().len();
+    let cost = Hold::new(model, period_s, delay_s)?.cost(q, r);
+    let solution = dare(
+        sampled.a(),
+        sampled.b(),
+        &cost.view((0, 0), (size, size)).into_owned(),
+        &cost.view((size, size), (m, m)).into_owned(),
+        Some(&cost.view((0, size), (size, m)).into_owned()),
+    )?;
+    Regulator::new(sampled, solution.gain, solution.x, solution.residual)
+}
+
+impl Regulator {
+    fn new(
+        model: StateSpace,
+        gain: DMatrix<f64>,
+        cost: DMatrix<f64>,
+        residual: f64,
+    ) -> Result<Self, DesignError> {
+        let poles = eigenvalues(&(model.a() - model.b() * &gain))?;
+        Ok(Self { model, gain, cost, poles, residual })
+    }
+}
+
+/// The steady Kalman gain L, n×p, and the covariance P of the state it belongs to.
+///
+/// `process` is n×n: the density of the noise on ẋ for a continuous model, its covariance a step for
+/// a discrete one. `measurement` is p×p likewise. For a continuous model L corrects ẋ̂ by L(y − Cx̂)
+/// and P is that of x̂; for a discrete one L corrects the prediction, and P is that of the prediction.
+///
+/// # Errors
+/// [`DesignError`] as [`lqr`], the roles of inputs and outputs exchanged: a mode is refused that
+/// neither dies away nor shows in the outputs.
+pub fn kalman(
+    model: &StateSpace,
+    process: &DMatrix<f64>,
+    measurement: &DMatrix<f64>,
+) -> Result<(DMatrix<f64>, DMatrix<f64>), DesignError> {
+    check("process", process, model.states().len(), model.states().len())?;
+    check_definite("process", process, model.states().len(), false)?;
+    check_definite("measurement", measurement, model.outputs().len(), true)?;
+    let (a, c) = (model.a().transpose(), model.c().transpose());
+    match model.time() {
+        TimeDomain::Continuous => {
+            let solution = care(&a, &c, process, measurement)?;
+            Ok((solution.gain.transpose(), solution.x))
+        }
+        TimeDomain::Discrete { .. } => {
+            let p = dare(&a, &c, process, measurement, None)?.x;
+            let onto = &p * &c;
+            let spread = model.c() * &onto + measurement;
+            Ok((onto * inverse(&spread, "CPCᵀ + V")?, p))
+        }
+    }
+}

@@ -1,0 +1,437 @@
+//! How far a loop is from instability.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Complex, DMatrix};
+
+use super::error::DesignError;
+use super::linalg::{check, complex};
+use super::response::{frequency_response, logarithmic_frequencies};
+use hovernav_model::{Signal, StateSpace, TimeDomain, eigenvalues};
+
+/// A loop with negative feedback, cut open: L from what is sent into the cut to minus what comes
+/// back, as many outputs as inputs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loop {
+    open: StateSpace,
+}
+
+/// A margin and where it lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// The frequency, rad/s.
+    pub frequency_radps: f64,
+    /// The margin: a factor of gain, or a phase in rad.
+    pub margin: f64,
+}
+
+/// The highest value of something over frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peak {
+    /// The frequency, rad/s.
+    pub frequency_radps: f64,
+    /// The value.
+    pub value: f64,
+}
+
+/// Margins of one channel, the loop broken there and all other channels closed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelMargins {
+    /// Name of the channel.
+    pub name: String,
+    /// The factor above one by which the gain may grow; none where it may without bound.
+    pub gain_up: Option<Crossing>,
+    /// The factor below one by which the gain may fall; none where it may to zero.
+    pub gain_down: Option<Crossing>,
+    /// The least phase that may be lost or won, rad; none where the loop's gain never is one.
+    pub phase: Option<Crossing>,
+    /// The least delay that may be added, s.
+    pub delay_s: Option<f64>,
+    /// Where the channel's sensitivity first rises through −3 dB: disturbances slower than this are
+    /// held down, rad/s.
+    pub disturbance_rejection_bandwidth_radps: Option<f64>,
+}
+
+/// All margins of a loop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Margins {
+    /// Channel by channel.
+    pub channels: Vec<ChannelMargins>,
+    /// Disk margin α with all channels perturbed at once: each may change by any (1 + αδ/2)/(1 − αδ/2),
+    /// |δ| < 1, and the loop stays stable. A lower bound of it, by diagonal scaling.
+    pub disk: Peak,
+    /// Highest singular value of the sensitivity (I + L)⁻¹.
+    pub sensitivity: Peak,
+    /// Highest singular value of the complementary sensitivity L(I + L)⁻¹.
+    pub complementary: Peak,
+}
+
+impl Margins {
+    /// The factors between which every gain may vary at once, by the disk margin.
+    #[must_use]
+    pub fn disk_gain(&self) -> [f64; 2] {
+        let alpha = self.disk.value;
+        let highest = if alpha < 2.0 { (2.0 + alpha) / (2.0 - alpha) } else { f64::INFINITY };
+        [((2.0 - alpha) / (2.0 + alpha)).max(0.0), highest]
+    }
+
+    /// The phase by which every channel may vary at once, rad, by the disk margin.
+    #[must_use]
+    pub fn disk_phase_rad(&self) -> f64 {
+        2.0 * (0.5 * self.disk.value).atan()
+    }
+}
+
+/// Points of the first search over frequency.
+const GRID: usize = 1500;
+
+impl Loop {
+    /// The loop of `plant` under state feedback u = −K x, cut at the plant's inputs; `gain` is m×n.
+    ///
+    /// # Errors
+    /// [`DesignError::Shape`] and [`DesignError::NotFinite`].
+    pub fn state_feedback(plant: &StateSpace, gain: &DMatrix<f64>) -> Result<Self, DesignError> {
+        let m = plant.inputs().len();
+        check("gain", gain, m, plant.states().len())?;
+        let outputs = plant.inputs().to_vec();
+        let open = plant.clone().with_outputs(outputs, gain.clone(), DMatrix::zeros(m, m))?;
+        Ok(Self { open })
+    }
+
+    /// The loop of `plant` under a `controller` from the plant's outputs to u, u = −(controller) y,
+    /// cut at the plant's inputs.
+    ///
+    /// # Errors
+    /// [`DesignError::Shape`] where inputs and outputs do not meet, [`DesignError::Model`] where the two
+    /// are in different time domains.
+    pub fn at_plant_input(
+        plant: &StateSpace,
+        controller: &StateSpace,
+    ) -> Result<Self, DesignError> {
+        Ok(Self { open: series(plant, controller)? })
+    }
+
+    /// The same loop, cut at the plant's outputs: what disturbance rejection is told by.
+    ///
+    /// # Errors
+    /// As [`Loop::at_plant_input`].
+    pub fn at_plant_output(
+        plant: &StateSpace,
+        controller: &StateSpace,
+    ) -> Result<Self, DesignError> {
+        Ok(Self { open: series(controller, plant)? })
+    }
+
+    /// The open loop L.
+    #[must_use]
+    pub fn open(&self) -> &StateSpace {
+        &self.open
+    }
+
+    /// Eigenvalues of the closed loop.
+    ///
+    /// # Errors
+    /// [`DesignError::Singular`] where I + D is.
+    pub fn closed_poles(&self) -> Result<Vec<Complex<f64>>, DesignError> {
+        let m = self.open.inputs().len();
+        let around = (DMatrix::identity(m, m) + self.open.d()).lu();
+        let back = around.solve(self.open.c()).ok_or(DesignError::Singular { matrix: "I + D" })?;
+        Ok(eigenvalues(&(self.open.a() - self.open.b() * back))?)
+    }
+
+    /// The loop as its input `name` sees it: cut there, every other channel closed. One input, one
+    /// output.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown), and [`DesignError::Singular`] where
+    /// the other channels cannot be closed.
+    pub fn channel(&self, name: &str) -> Result<StateSpace, DesignError> {
+        let open = &self.open;
+        let own = open.input(name)?;
+        let others: Vec<usize> = (0..open.inputs().len()).filter(|&other| other != own).collect();
+        let direct =
+            |rows: &[usize], columns: &[usize]| open.d().select_rows(rows).select_columns(columns);
+        // The others' inputs are u = −y, with y their outputs: u = −back x − through u_own.
+        let around =
+            (DMatrix::identity(others.len(), others.len()) + direct(&others, &others)).lu();
+        let singular = DesignError::Singular { matrix: "I + D" };
+        let back = around.solve(&open.c().select_rows(&others)).ok_or(singular)?;
+        let singular = DesignError::Singular { matrix: "I + D" };
+        let through = around.solve(&direct(&others, &[own])).ok_or(singular)?;
+        let onto = open.b().select_columns(&others);
+        let across = direct(&[own], &others);
+        let input = vec![open.inputs()[own].clone()];
+        let a = open.a() - &onto * &back;
+        let b = open.b().select_columns(&[own]) - onto * &through;
+        let c = open.c().select_rows(&[own]) - &across * back;
+        let d = direct(&[own], &[own]) - across * through;
+        let states = open.states().to_vec();
+        let channel = StateSpace::new(name, open.time(), states, input, a, b)?;
+        Ok(channel.with_outputs(vec![open.outputs()[own].clone()], c, d)?)
+    }
+
+    /// Every margin of the loop.
+    ///
+    /// Searched on a logarithmic grid from a hundredth of the slowest mode to a hundred times the
+    /// fastest, or to the Nyquist frequency of a discrete loop, then refined.
+    ///
+    /// # Errors
+    /// [`DesignError::UnstableLoop`] where the closed loop is not stable: there is no margin to speak of.
+    pub fn margins(&self) -> Result<Margins, DesignError> {
+        let poles = self.closed_poles()?;
+        let time = self.open.time();
+        let unstable = poles.iter().find(|pole| match time {
+            TimeDomain::Continuous => pole.re >= 0.0,
+            TimeDomain::Discrete { .. } => pole.norm() >= 1.0,
+        });
+        if let Some(pole) = unstable {
+            return Err(DesignError::UnstableLoop { re: pole.re, im: pole.im });
+        }
+        let grid = self.grid(&poles)?;
+        let channels = (0..self.open.inputs().len())
+            .map(|channel| self.channel_margins(channel, &grid))
+            .collect();
+        let sensitivity = peak(&grid, |frequency| {
+            self.sensitivity(frequency).map(|s| largest_singular_value(&s))
+        });
+        let complementary = peak(&grid, |frequency| {
+            let s = self.sensitivity(frequency)?;
+            Some(largest_singular_value(&(identity(&s) - s)))
+        });
+        // S − T over 2, whose structured size is one over the disk margin.
+        let size = peak(&grid, |frequency| {
+            let s = self.sensitivity(frequency)?;
+            let half = Complex::new(0.5, 0.0);
+            Some(scaled_singular_value(&(&s - identity(&s) * half)))
+        });
+        let disk = Peak { frequency_radps: size.frequency_radps, value: 1.0 / size.value };
+        Ok(Margins { channels, disk, sensitivity, complementary })
+    }
+
+    fn grid(&self, closed: &[Complex<f64>]) -> Result<Vec<f64>, DesignError> {
+        let open = eigenvalues(self.open.a())?;
+        let speeds = open.iter().chain(closed).filter_map(|&pole| {
+            let speed = match self.open.time() {
+                TimeDomain::Continuous => pole.norm(),
+                TimeDomain::Discrete { period_s } if pole.norm() > 1e-6 => {
+                    pole.ln().norm() / period_s
+                }
+                TimeDomain::Discrete { .. } => return None,
+            };
+            (speed > 1e-6).then_some(speed)
+        });
+        let (slowest, fastest) = speeds.fold((f64::INFINITY, 0.0), |(low, high), speed| {
+            (f64::min(low, speed), f64::max(high, speed))
+        });
+        let (slowest, fastest) = if fastest > 0.0 { (slowest, fastest) } else { (1.0, 1.0) };
+        let highest = match self.open.time() {
+            TimeDomain::Continuous => 100.0 * fastest,
+            TimeDomain::Discrete { period_s } => PI / period_s,
+        };
+        Ok(logarithmic_frequencies((0.01 * slowest).min(0.1 * highest), highest, GRID))
+    }
+
+    /// (I + L)⁻¹ at a frequency.
+    fn sensitivity(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
+        let mut around = frequency_response(&self.open, frequency_radps)?;
+        for index in 0..around.nrows() {
+            around[(index, index)] += Complex::ONE;
+        }
+        around.try_inverse()
+    }
+
+    fn channel_margins(&self, channel: usize, grid: &[f64]) -> ChannelMargins {
+        // With the other channels closed, the loop seen at this one is 1/S − 1.
+        let seen = |frequency: f64| {
+            self.sensitivity(frequency).map(|s| s[(channel, channel)].inv() - Complex::ONE)
+        };
+        let mut margins = ChannelMargins {
+            name: self.open.inputs()[channel].name.clone(),
+            gain_up: None,
+            gain_down: None,
+            phase: None,
+            delay_s: None,
+            disturbance_rejection_bandwidth_radps: None,
+        };
+        let mut note_gain = |frequency_radps: f64, value: Complex<f64>| {
+            if value.re >= 0.0 {
+                return;
+            }
+            let crossing = Crossing { frequency_radps, margin: -1.0 / value.re };
+            if crossing.margin >= 1.0 {
+                if margins.gain_up.is_none_or(|known| crossing.margin < known.margin) {
+                    margins.gain_up = Some(crossing);
+                }
+            } else if margins.gain_down.is_none_or(|known| crossing.margin > known.margin) {
+                margins.gain_down = Some(crossing);
+            }
+        };
+        // Where the loop's value is real by symmetry, it touches the axis without crossing it.
+        let nyquist = match self.open.time() {
+            TimeDomain::Continuous => None,
+            TimeDomain::Discrete { period_s } => Some(PI / period_s),
+        };
+        for frequency in [Some(0.0), nyquist].into_iter().flatten() {
+            if let Some(value) = seen(frequency)
+                && value.im.abs() <= 1e-6 * value.norm()
+            {
+                note_gain(frequency, value);
+            }
+        }
+        let imaginary = |frequency| seen(frequency).map(|value| value.im);
+        for frequency in zeros(grid, imaginary) {
+            if let Some(value) = seen(frequency) {
+                note_gain(frequency, value);
+            }
+        }
+        let log_gain = |frequency| seen(frequency).map(|value| value.norm().ln());
+        for frequency_radps in zeros(grid, log_gain) {
+            let Some(value) = seen(frequency_radps) else { continue };
+            let lag = (-value).arg();
+            let crossing = Crossing { frequency_radps, margin: lag.abs() };
+            if margins.phase.is_none_or(|known| crossing.margin < known.margin) {
+                margins.phase = Some(crossing);
+            }
+            let delay_s = lag.rem_euclid(2.0 * PI) / frequency_radps;
+            if margins.delay_s.is_none_or(|known| delay_s < known) {
+                margins.delay_s = Some(delay_s);
+            }
+        }
+        let rejection = |frequency| {
+            let s = self.sensitivity(frequency)?;
+            Some(s[(channel, channel)].norm().ln() + 0.5 * 2f64.ln())
+        };
+        let held_down_at_first =
+            grid.first().and_then(|&first| rejection(first)).is_some_and(|value| value < 0.0);
+        if held_down_at_first {
+            margins.disturbance_rejection_bandwidth_radps = zeros(grid, rejection).first().copied();
+        }
+        margins
+    }
+}
+
+/// First `first`, then `second`, closed by name of neither: outputs meet inputs in order.
+fn series(first: &StateSpace, second: &StateSpace) -> Result<StateSpace, DesignError> {
+    match first.time() {
+        TimeDomain::Continuous => second.require_continuous()?,
+        TimeDomain::Discrete { period_s } => {
+            let other = second.require_discrete()?;
+            if (other - period_s).abs() > 1e-9 * period_s {
+                let expected = "the same period on both sides of the loop";
+                return Err(DesignError::Range { name: "period_s", value: other, expected });
+            }
+        }
+    }
+    let (n, k) = (first.states().len(), second.states().len());
+    let (m, between, p) = (first.inputs().len(), first.outputs().len(), second.outputs().len());
+    check("input matrix of the second", second.b(), k, between)?;
+    check("direct matrix of the second", second.d(), m, between)?;
+    let mut a = DMatrix::zeros(n + k, n + k);
+    a.view_mut((0, 0), (n, n)).copy_from(first.a());
+    a.view_mut((n, 0), (k, n)).copy_from(&(second.b() * first.c()));
+    a.view_mut((n, n), (k, k)).copy_from(second.a());
+    let mut b = DMatrix::zeros(n + k, m);
+    b.view_mut((0, 0), (n, m)).copy_from(first.b());
+    b.view_mut((n, 0), (k, m)).copy_from(&(second.b() * first.d()));
+    let mut c = DMatrix::zeros(p, n + k);
+    c.view_mut((0, 0), (p, n)).copy_from(&(second.d() * first.c()));
+    c.view_mut((0, n), (p, k)).copy_from(second.c());
+    let states = first
+        .states()
+        .iter()
+        .map(|state| Signal::new(&format!("first_{}", state.name), &state.unit))
+        .chain(
+            second
+                .states()
+                .iter()
+                .map(|state| Signal::new(&format!("second_{}", state.name), &state.unit)),
+        )
+        .collect();
+    let joined =
+        StateSpace::new(first.name(), first.time(), states, first.inputs().to_vec(), a, b)?
+            .with_outputs(second.outputs().to_vec(), c, second.d() * first.d())?;
+    Ok(joined)
+}
+
+fn identity(like: &DMatrix<Complex<f64>>) -> DMatrix<Complex<f64>> {
+    complex(&DMatrix::identity(like.nrows(), like.ncols()))
+}
+
+fn largest_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
+    matrix.singular_values().iter().copied().fold(0.0, f64::max)
+}
+
+/// Smallest largest singular value of DMD⁻¹ over diagonal D, nearly: an upper bound of the structured
+/// singular value for independent perturbations of the channels.
+///
+/// # Source
+/// Osborne's scaling, as Safonov 1982 uses it for this.
+fn scaled_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
+    let mut scaled = matrix.clone();
+    let size = scaled.nrows();
+    for _ in 0..10 {
+        for index in 0..size {
+            let others = || (0..size).filter(|&other| other != index);
+            let column: f64 = others().map(|other| scaled[(other, index)].norm_sqr()).sum();
+            let row: f64 = others().map(|other| scaled[(index, other)].norm_sqr()).sum();
+            if column > 0.0 && row > 0.0 {
+                let factor = Complex::from((row / column).powf(0.25));
+                scaled.row_mut(index).iter_mut().for_each(|value| *value /= factor);
+                scaled.column_mut(index).iter_mut().for_each(|value| *value *= factor);
+            }
+        }
+    }
+    largest_singular_value(&scaled).min(largest_singular_value(matrix))
+}
+
+/// Where a function of frequency crosses zero between the points of a grid, by bisection.
+fn zeros(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Vec<f64> {
+    let values: Vec<Option<f64>> = grid.iter().map(|&frequency| value(frequency)).collect();
+    let mut found = Vec::new();
+    for (ends, signs) in grid.windows(2).zip(values.windows(2)) {
+        let (&[mut low, mut high], &[Some(at_low), Some(at_high)]) = (ends, signs) else {
+            continue;
+        };
+        if (at_low < 0.0) == (at_high < 0.0) {
+            continue;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            match value(middle) {
+                Some(at_middle) if (at_middle < 0.0) == (at_low < 0.0) => low = middle,
+                Some(_) => high = middle,
+                None => break,
+            }
+        }
+        found.push(0.5 * (low + high));
+    }
+    found
+}
+
+/// The highest point of a function of frequency: that of the grid, refined by golden section between
+/// its neighbours.
+fn peak(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Peak {
+    let at = |frequency: f64| value(frequency).unwrap_or(f64::NEG_INFINITY);
+    let values: Vec<f64> = grid.iter().map(|&frequency| at(frequency)).collect();
+    let highest =
+        (0..grid.len()).max_by(|&one, &other| values[one].total_cmp(&values[other])).unwrap_or(0);
+    let mut best = Peak { frequency_radps: grid[highest], value: values[highest] };
+    let mut low = grid[highest.saturating_sub(1)];
+    let mut high = grid[(highest + 1).min(grid.len() - 1)];
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    for _ in 0..60 {
+        let (left, right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        let (at_left, at_right) = (at(left), at(right));
+        if at_left > at_right {
+            high = right;
+        } else {
+            low = left;
+        }
+        for (frequency_radps, value) in [(left, at_left), (right, at_right)] {
+            if value > best.value {
+                best = Peak { frequency_radps, value };
+            }
+        }
+    }
+    best
+}

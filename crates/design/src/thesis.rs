@@ -1,0 +1,171 @@
+//! The design that Paw (2005) prints, as he prints it: continuous gains on a continuous model.
+//!
+//! It is kept to be reproduced and compared with, not to be flown: held between samples at 33 Hz it is
+//! violently unstable, as [`PrintedDesign::spectral_radii`] shows. What flies is designed at the
+//! loop's own rate by [`HoverDesign`](super::hover::HoverDesign).
+//!
+//! ```
+//! use hovernav_design::thesis::PrintedDesign;
+//!
+//! let design = PrintedDesign::new()?;
+//! let gain = &design.roll_pitch.gain;
+//! assert_eq!((gain[(0, 0)] * 1e3).round() / 1e3, -38.312);
+//! let [roll_pitch, heave] = design.spectral_radii(1.0 / 33.0)?;
+//! assert!(roll_pitch > 7.0 && heave > 24.0);
+//! # Ok::<(), hovernav_design::DesignError>(())
+//! ```
+
+use nalgebra::{Complex, DMatrix, DVector, dmatrix};
+
+use super::disturbance::{DisturbanceResponse, Free};
+use super::{DesignError, Reachability, Regulator};
+use super::{lqr, observability, reachability, zero_order_hold};
+use hovernav_model::{StateSpace, eigenvalues, hover, shipped};
+
+/// The gains of Paw (2005), chapter 6, on his model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrintedDesign {
+    /// Roll and pitch: Q = diag(1, 1, 1, 1, 2, 1), and R = diag(0.01, 0.001), which is not printed but
+    /// gives every printed digit of K.
+    pub roll_pitch: Regulator,
+    /// Yaw with heading: Q = diag(1, 100), R = I.
+    pub yaw: Regulator,
+    /// Heave, w by collective.
+    pub heave: StateSpace,
+    /// Proportional, integral and derivative gain on w: (55.1 s² + 661.2 s + 1983.6)/s.
+    pub heave_gains: [f64; 3],
+    model: StateSpace,
+}
+
+/// Where the states of [`DISTURBED`](super::DISTURBED) stand in the closed loop.
+const PLACES: [usize; 9] = [0, 1, 7, 2, 3, 8, 4, 5, 6];
+/// p, q, phi, theta, u, v, w, r, psi, and the integral of w.
+const SIZE: usize = 10;
+const W: usize = 6;
+const R: usize = 7;
+const PSI: usize = 8;
+const W_INTEGRAL: usize = 9;
+/// His inputs count percent of stick.
+const FULL_STICK: f64 = 100.0;
+
+impl PrintedDesign {
+    /// The design, its two Riccati equations solved anew.
+    ///
+    /// # Errors
+    /// [`DesignError`], none for the model as shipped.
+    pub fn new() -> Result<Self, DesignError> {
+        let model = shipped::thesis();
+        let diagonal = |values: &[f64]| DMatrix::from_diagonal(&DVector::from_row_slice(values));
+        Ok(Self {
+            roll_pitch: lqr(
+                &hover::roll_pitch(&model)?,
+                &diagonal(&[1.0, 1.0, 1.0, 1.0, 2.0, 1.0]),
+                &diagonal(&[0.01, 0.001]),
+            )?,
+            yaw: lqr(&hover::yaw(&model)?, &diagonal(&[1.0, 100.0]), &diagonal(&[1.0, 1.0]))?,
+            heave: hover::heave(&model)?,
+            heave_gains: [661.2, 1983.6, 55.1],
+            model,
+        })
+    }
+
+    /// How far the inputs reach and the outputs show the states: roll and pitch, then yaw.
+    ///
+    /// # Errors
+    /// As [`reachability`].
+    pub fn reach(&self) -> Result<[(Reachability, Reachability); 2], DesignError> {
+        let both = |model: &StateSpace| -> Result<_, DesignError> {
+            Ok((reachability(model, 1.0)?, observability(model, 1.0)?))
+        };
+        Ok([both(&self.roll_pitch.model)?, both(&self.yaw.model)?])
+    }
+
+    /// Zw and Zcol.
+    fn heave_terms(&self) -> [f64; 2] {
+        [self.heave.a()[(0, 0)], self.heave.b()[(0, 0)]]
+    }
+
+    /// The poles of the closed heave loop, 1/s. The derivative acts on the sample it comes from, and is
+    /// solved for.
+    ///
+    /// # Errors
+    /// [`DesignError::Model`] where they do not settle.
+    pub fn heave_poles(&self) -> Result<Vec<Complex<f64>>, DesignError> {
+        let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
+        let around = 1.0 + kd * zcol;
+        let closed = dmatrix![(zw - zcol * kp) / around, -zcol * ki / around; 1.0, 0.0];
+        Ok(eigenvalues(&closed)?)
+    }
+
+    /// Spectral radius of the roll-and-pitch loop and of the heave loop with these gains, the sticks
+    /// held for `period_s`: above 1, unstable. The derivative of w at a sample follows from the stick
+    /// held until then.
+    ///
+    /// # Errors
+    /// [`DesignError::Range`] for a period that is not above zero.
+    pub fn spectral_radii(&self, period_s: f64) -> Result<[f64; 2], DesignError> {
+        let radius = |closed: &DMatrix<f64>| -> Result<f64, DesignError> {
+            Ok(eigenvalues(closed)?.iter().map(|value| value.norm()).fold(0.0, f64::max))
+        };
+        let held = zero_order_hold(&self.roll_pitch.model, period_s, 0.0)?;
+        let roll_pitch = radius(&(held.a() - held.b() * &self.roll_pitch.gain))?;
+
+        let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
+        let generator = dmatrix![zw, 0.0, zcol; 1.0, 0.0, 0.0; 0.0, 0.0, 0.0];
+        let mut step = (generator * period_s).exp();
+        // The third state is the stick held: from one sample to the next it is what the gains say.
+        let command = -dmatrix![kp + kd * zw, ki, kd * zcol];
+        let onto = step.column(2) * &command;
+        step.column_mut(2).fill(0.0);
+        let mut closed = step;
+        closed.rows_mut(0, 2).zip_apply(&onto.rows(0, 2), |value, onto| *value += onto);
+        closed.row_mut(2).copy_from(&command);
+        Ok([roll_pitch, radius(&closed)?])
+    }
+
+    /// Sticks in percent from the closed loop's state, 4×10.
+    fn sticks(&self) -> DMatrix<f64> {
+        let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
+        let mut sticks = DMatrix::zeros(4, SIZE);
+        sticks.view_mut((0, 0), (2, 6)).copy_from(&-&self.roll_pitch.gain);
+        // Collective δ = −(Kp w + Ki ∫w + Kd (Zw w + Zcol δ)) + what yaw asks for.
+        let around = 1.0 + kd * zcol;
+        sticks[(2, W)] = -(kp + kd * zw) / around;
+        sticks[(2, W_INTEGRAL)] = -ki / around;
+        sticks[(2, R)] = -self.yaw.gain[(0, 0)] / around;
+        sticks[(2, PSI)] = -self.yaw.gain[(0, 1)] / around;
+        sticks[(3, R)] = -self.yaw.gain[(1, 0)];
+        sticks[(3, PSI)] = -self.yaw.gain[(1, 1)];
+        sticks
+    }
+
+    /// The whole closed loop, its states p, q, phi, theta, u, v, w, r, psi and the integral of w.
+    fn generator(&self, sticks: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut a = DMatrix::zeros(SIZE, SIZE);
+        a.view_mut((0, 0), (8, 8)).copy_from(self.model.a());
+        a[(PSI, R)] = 1.0;
+        a[(W_INTEGRAL, W)] = 1.0;
+        let moved = self.model.b() * sticks;
+        let mut vehicle = a.rows_mut(0, 8);
+        vehicle += moved;
+        a
+    }
+
+    /// What becomes of `size` in `state` in continuous time, exact at every `interval_s`.
+    ///
+    /// # Errors
+    /// [`DesignError::Range`] for a state that [`DISTURBED`](super::DISTURBED) does not have, or a time that cannot be.
+    pub fn respond(
+        &self,
+        state: &str,
+        size: f64,
+        duration_s: f64,
+        interval_s: f64,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        let sticks = self.sticks();
+        let step = (self.generator(&sticks) * interval_s).exp();
+        let sticks = sticks / FULL_STICK;
+        let free = Free { step: &step, interval_s, states: PLACES, sticks: &sticks };
+        free.respond(state, size, duration_s)
+    }
+}

@@ -1,0 +1,241 @@
+//! The Crossbow DMU-HDX-AHRS as it answers.
+
+use super::Device;
+use super::line::Line;
+use hovernav::dmu::{AnglePacket, Calibration, Measurement, Mode, ScaledPacket, VoltagePacket};
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+
+/// 38 400 baud, 8-N-1.
+const BAUD: u32 = 38_400;
+const BITS_PER_BYTE: u32 = 10;
+
+/// A tick of the unit's timer, ns. Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01,
+/// page 16.
+const TICK_NS: i64 = 790;
+
+/// Packets of continuous mode follow each other no faster, s: 70 a second (page 16 of the same), with
+/// room for samples that are not evenly spaced.
+const SHORTEST_PACE_S: f64 = 0.95 / 70.0;
+
+/// Between samples that are farther apart than this a poll finds nothing, s.
+const LONGEST_HOLD_S: f64 = 0.2;
+
+/// What a unit's firmware does with commands on which the versions differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Firmware {
+    /// `R` resets to voltage mode, polled.
+    pub ping_resets: bool,
+    /// `P` ends continuous mode; if not, only `G` does.
+    pub knows_polled: bool,
+}
+
+impl Default for Firmware {
+    /// As the later manuals describe it.
+    fn default() -> Self {
+        Self { ping_resets: false, knows_polled: true }
+    }
+}
+
+/// The inertial unit at the far end of its line, measuring what it is told to.
+///
+/// In continuous mode it sends each of its packets at that packet's time, leaving out those that come
+/// faster than 70 a second. Asked for a packet, it interpolates between the two around that moment,
+/// so that no poll ever reads the same twice. Before the first and after the last it is silent. The
+/// timer runs with the time that it is given.
+#[derive(Clone, Debug)]
+pub struct DmuDevice {
+    /// What it does with commands.
+    pub firmware: Firmware,
+    /// What it sends, from the next packet on.
+    pub mode: Mode,
+    /// Whether it sends unasked.
+    pub continuous: bool,
+    packets: Vec<(Time, AnglePacket)>,
+    /// The first packet that is still to come.
+    next: usize,
+    sent: Option<Time>,
+    awaited: bool,
+    line: Line,
+}
+
+impl DmuDevice {
+    /// A unit just switched on, in voltage mode and polled, that is going to measure `packets`, each
+    /// at its time, in order of time. Their timers are replaced.
+    #[must_use]
+    pub fn new(packets: Vec<(Time, AnglePacket)>) -> Self {
+        Self {
+            firmware: Firmware::default(),
+            mode: Mode::Voltage,
+            continuous: false,
+            packets,
+            next: 0,
+            sent: None,
+            awaited: false,
+            line: Line::new(BAUD, BITS_PER_BYTE),
+        }
+    }
+
+    /// A unit that is going to measure `samples`, each at its time, in order of time, with the ranges
+    /// and signs of `calibration`, at 25 °C. Increments become mean rates; an attitude or a field that
+    /// a sample lacks is sent as zeros.
+    #[must_use]
+    pub fn measuring(samples: &[ImuSample], calibration: &Calibration) -> Self {
+        let packet = |sample: &ImuSample, interval_s: f64| {
+            let (angular_rate_radps, specific_force_mps2) = match sample.motion {
+                Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
+                    (angular_rate_radps, specific_force_mps2)
+                }
+                Motion::Increments { angle_rad, velocity_mps } => {
+                    (angle_rad * interval_s.recip(), velocity_mps * interval_s.recip())
+                }
+            };
+            let packet = calibration.counts(&Measurement {
+                angular_rate_radps,
+                specific_force_mps2,
+                magnetic_field_gauss: sample.magnetic_field_gauss.unwrap_or_default(),
+                attitude: sample.attitude,
+                temperature_degc: 25.0,
+            });
+            (sample.time, packet)
+        };
+        let first_interval_s = match samples {
+            [first, second, ..] => second.time - first.time,
+            _ => f64::INFINITY,
+        };
+        let intervals = samples.windows(2).map(|pair| pair[1].time - pair[0].time);
+        let intervals = std::iter::once(first_interval_s).chain(intervals);
+        Self::new(samples.iter().zip(intervals).map(|(s, interval)| packet(s, interval)).collect())
+    }
+
+    /// Puts bytes on the line that nobody asked for.
+    pub fn babble(&mut self, bytes: &[u8], now: Time) {
+        self.line.send(bytes.to_vec(), now);
+    }
+
+    fn obey(&mut self, command: u8, now: Time) {
+        match command {
+            b'R' => {
+                if self.firmware.ping_resets {
+                    (self.mode, self.continuous) = (Mode::Voltage, false);
+                }
+                self.line.send(vec![b'H'], now);
+            }
+            b'r' | b'c' | b'a' => {
+                self.mode = match command {
+                    b'r' => Mode::Voltage,
+                    b'c' => Mode::Scaled,
+                    _ => Mode::Angle,
+                };
+                self.line.send(vec![command.to_ascii_uppercase()], now);
+            }
+            b'P' => self.continuous &= !self.firmware.knows_polled,
+            b'C' => (self.continuous, self.awaited) = (true, true),
+            b'G' if self.continuous => self.continuous = false,
+            b'G' => {
+                self.awaited = true;
+                // A request that comes while it speaks goes unheard.
+                if self.line.is_idle()
+                    && let Some(packet) = self.measured(now)
+                {
+                    self.send(packet, now);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What it measures `now`, between the packets before and after.
+    fn measured(&self, now: Time) -> Option<AnglePacket> {
+        let (after_time, after) = *self.packets.get(self.next)?;
+        let (before_time, before) = *self.packets.get(self.next.checked_sub(1)?)?;
+        let interval_s = after_time - before_time;
+        let share = (now - before_time) / interval_s;
+        let between =
+            |before: i16, step: i16| before.wrapping_add((share * f64::from(step)).round() as i16);
+        let words = |before: [i16; 3], after: [i16; 3]| {
+            std::array::from_fn(|k| between(before[k], after[k].saturating_sub(before[k])))
+        };
+        (interval_s <= LONGEST_HOLD_S).then(|| AnglePacket {
+            // Angles turn the short way round.
+            attitude: std::array::from_fn(|k| {
+                between(before.attitude[k], after.attitude[k].wrapping_sub(before.attitude[k]))
+            }),
+            angular_rate: words(before.angular_rate, after.angular_rate),
+            acceleration: words(before.acceleration, after.acceleration),
+            magnetic_field: words(before.magnetic_field, after.magnetic_field),
+            temperature: before.temperature,
+            timer: 0,
+        })
+    }
+
+    fn send(&mut self, packet: AnglePacket, now: Time) {
+        // It counts down, and the cast takes the turns off.
+        let timer = 0u16.wrapping_sub(now.nanoseconds().div_euclid(TICK_NS) as u16);
+        let packet = AnglePacket { timer, ..packet };
+        let AnglePacket { angular_rate, acceleration, magnetic_field, temperature, .. } = packet;
+        let bytes = match self.mode {
+            Mode::Angle => packet.encode().to_vec(),
+            Mode::Scaled => {
+                ScaledPacket { angular_rate, acceleration, magnetic_field, temperature, timer }
+                    .encode()
+                    .to_vec()
+            }
+            Mode::Voltage => VoltagePacket {
+                angular_rate: angular_rate.map(converter_counts),
+                acceleration: acceleration.map(converter_counts),
+                magnetic_field: magnetic_field.map(converter_counts),
+                temperature,
+                timer,
+            }
+            .encode()
+            .to_vec(),
+        };
+        self.line.send(bytes, now);
+        self.sent = Some(now);
+    }
+
+    /// Lives up to `now`.
+    fn advance(&mut self, now: Time) {
+        while let Some(&(time, packet)) = self.packets.get(self.next)
+            && time <= now
+        {
+            self.next += 1;
+            if self.continuous && self.sent.is_none_or(|sent| time - sent >= SHORTEST_PACE_S) {
+                self.send(packet, time);
+            }
+        }
+    }
+}
+
+/// The 12-bit converter behind a word: half of its 5 V at zero, all of them at full scale.
+fn converter_counts(word: i16) -> u16 {
+    ((i32::from(word) >> 4) + 2048) as u16
+}
+
+impl Device for DmuDevice {
+    fn receive(&mut self, bytes: &[u8], now: Time) {
+        self.advance(now);
+        for command in bytes {
+            self.obey(*command, now);
+        }
+    }
+
+    fn next_transmission(&self) -> Option<Time> {
+        let sample = self.packets.get(self.next).filter(|_| self.continuous);
+        self.line.next().into_iter().chain(sample.map(|(time, _)| *time)).min()
+    }
+
+    fn transmit(&mut self, now: Time, wire: &mut Vec<u8>) {
+        self.advance(now);
+        self.line.take(now, wire);
+    }
+
+    fn span(&self) -> Option<(Time, Time)> {
+        self.packets.first().zip(self.packets.last()).map(|(first, last)| (first.0, last.0))
+    }
+
+    fn is_awaited(&self) -> bool {
+        self.awaited
+    }
+}

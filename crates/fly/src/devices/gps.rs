@@ -1,0 +1,252 @@
+//! A satellite receiver as it answers.
+
+use super::Device;
+use super::encode::{self, Epoch};
+use super::line::Line;
+use hovernav::gps::tsip::{Framer, IoOptions};
+use hovernav::gps::{Fix, Protocol};
+use hovernav::time::Time;
+
+/// When the receiver's fixes begin on its own clock: Friday, 20 March 2026.
+const FIRST_TIME_OF_WEEK_MS: i64 = 446_988_000;
+const WEEK_MS: i64 = 604_800_000;
+
+/// TSIP's time and health come by themselves this often, s. Source: Trimble, *Lassen-SK8 System
+/// Designer Reference Manual*, 34149-01, appendix A.
+const STATUS_S: f64 = 5.0;
+
+/// A receiver at the far end of its line, with fixes to come.
+///
+/// It is as it comes from the factory, and has to be set like a real one:
+///
+/// | protocol | unasked | what it obeys | line |
+/// |---|---|---|---|
+/// | NMEA | RMC, GGA, GSA, VTG | nothing | 38 400 baud, 8-N-1 |
+/// | TSIP | 0x4A and 0x56, with 0x41, 0x46, 0x6D, 0x82 | 0x1F, 0x21, 0x24, 0x26, 0x35, 0x8E-20 | 9600 baud, 8-O-1 |
+/// | UBX | the sentences of NMEA | CFG-RATE, CFG-MSG; CFG-VALSET is refused | 38 400 baud, 8-N-1 |
+///
+/// The rate is that of the fixes, whatever CFG-RATE says. The receiver's clock says GPS week 2410.
+#[derive(Clone, Debug)]
+pub struct GpsDevice {
+    fixes: Vec<(Time, Epoch)>,
+    /// The first fix that is still to come.
+    next: usize,
+    language: Language,
+    line: Line,
+}
+
+/// What the receiver speaks, and how it is set.
+#[derive(Clone, Debug)]
+enum Language {
+    Nmea,
+    Tsip { framer: Box<Framer>, options: IoOptions, status: Option<Time> },
+    Ubx { heard: Vec<u8>, pvt: bool, sentences: Vec<u8> },
+}
+
+/// Writes one message of an epoch.
+type Writer = fn(&Epoch) -> Vec<u8>;
+
+/// The sentences that a u-blox receiver sends unasked, with their ids in CFG-MSG.
+const SENTENCES: [(u8, Writer); 4] =
+    [(4, encode::nmea_rmc), (0, encode::nmea_gga), (2, encode::nmea_gsa), (5, encode::nmea_vtg)];
+
+impl GpsDevice {
+    /// A receiver that is going to have these fixes, in order of time; the first byte of each begins
+    /// `latency_s` after the fix is valid. What a fix lacks is sent as receivers do: 8 satellites,
+    /// 2.5 m and 4 m, 0.3 m/s; without horizontal velocity, none; without vertical, 0.
+    #[must_use]
+    pub fn new(protocol: Protocol, fixes: &[Fix], latency_s: f64) -> Self {
+        let (language, line) = match protocol {
+            Protocol::Nmea => (Language::Nmea, Line::new(38_400, 10)),
+            Protocol::Tsip => {
+                let options = IoOptions { position: 0x02, velocity: 0x02, timing: 0, auxiliary: 0 };
+                let framer = Box::default();
+                (Language::Tsip { framer, options, status: None }, Line::new(9600, 11))
+            }
+            Protocol::Ubx => {
+                let sentences = SENTENCES.map(|(id, _)| id).to_vec();
+                let language = Language::Ubx { heard: Vec::new(), pvt: false, sentences };
+                (language, Line::new(38_400, 10))
+            }
+        };
+        let start = fixes.first().map_or(Time::ZERO, |fix| fix.time);
+        let fixes =
+            fixes.iter().map(|fix| (fix.time + latency_s, epoch(fix, fix.time - start))).collect();
+        Self { fixes, next: 0, language, line }
+    }
+
+    /// Sends the messages of one fix.
+    fn tell(&mut self, epoch: &Epoch, now: Time) {
+        let line = &mut self.line;
+        match &mut self.language {
+            Language::Nmea => {
+                for (_, sentence) in SENTENCES {
+                    line.send(sentence(epoch), now);
+                }
+            }
+            Language::Tsip { options, status, .. } => {
+                if options.position & 0x02 != 0 {
+                    let double = options.position & 0x10 != 0;
+                    let lla = if double { encode::tsip_lla } else { encode::tsip_coarse_lla };
+                    line.send(lla(epoch), now);
+                }
+                if options.velocity & 0x02 != 0 {
+                    line.send(encode::tsip_enu(epoch), now);
+                }
+                if options.position & 0x20 != 0 {
+                    line.send(encode::tsip_superpacket(epoch), now);
+                }
+                if status.is_none_or(|last| now - last >= STATUS_S) {
+                    *status = Some(now);
+                    line.send(encode::tsip_time(epoch), now);
+                    line.send(encode::tsip_packet(0x46, &[0, 0]), now);
+                }
+                line.send(encode::tsip_satellites(epoch), now);
+                line.send(encode::tsip_packet(0x82, &[2]), now);
+            }
+            Language::Ubx { pvt, sentences, .. } => {
+                if *pvt {
+                    line.send(encode::ubx_pvt(epoch), now);
+                }
+                for (_, sentence) in SENTENCES.iter().filter(|(id, _)| sentences.contains(id)) {
+                    line.send(sentence(epoch), now);
+                }
+            }
+        }
+    }
+
+    fn advance(&mut self, now: Time) {
+        while let Some(&(time, epoch)) = self.fixes.get(self.next)
+            && time <= now
+        {
+            self.next += 1;
+            self.tell(&epoch, time);
+        }
+    }
+}
+
+/// What the receiver says of a fix, `since_start_s` after its first.
+fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
+    let time_ms = FIRST_TIME_OF_WEEK_MS + (since_start_s * 1e3).round() as i64;
+    let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
+    let horizontal = |sigma: [f64; 3]| (sigma[0].powi(2) / 2.0 + sigma[1].powi(2) / 2.0).sqrt();
+    let position = fix.position_sigma_m.map(|sigma| sigma.to_array());
+    Epoch {
+        week: encode::WEEK + (time_ms / WEEK_MS) as u16,
+        time_of_week_ms: (time_ms % WEEK_MS) as u32,
+        latitude_deg: fix.position.latitude_deg(),
+        longitude_deg: fix.position.longitude_deg(),
+        height_m: fix.position.height_m,
+        velocity_ned_mps: fix
+            .horizontal_velocity_mps
+            .map(|_| [north, east, fix.down_velocity_mps.unwrap_or_default()]),
+        horizontal_sigma_m: position.map_or(2.5, horizontal),
+        vertical_sigma_m: position.map_or(4.0, |sigma| sigma[2]),
+        speed_sigma_mps: fix.velocity_sigma_mps.map_or(0.3, |sigma| horizontal(sigma.to_array())),
+        satellites: fix.satellites.unwrap_or(8).clamp(1, 12),
+    }
+}
+
+impl Device for GpsDevice {
+    fn receive(&mut self, mut bytes: &[u8], now: Time) {
+        self.advance(now);
+        let Self { fixes, next, language, line } = self;
+        // The latest fix that it can be asked for.
+        let last = fixes.get(next.saturating_sub(1)).map(|(_, epoch)| epoch);
+        match language {
+            Language::Nmea => {}
+            Language::Tsip { framer, options, .. } => {
+                while let Some(packet) = framer.next(&mut bytes, now) {
+                    match (packet.id, packet.payload) {
+                        (0x1F, _) => line.send(encode::tsip_packet(0x45, &[0; 10]), now),
+                        (0x21, _) => line.send(last.map_or(Vec::new(), encode::tsip_time), now),
+                        (0x24, _) => {
+                            line.send(last.map_or(Vec::new(), encode::tsip_satellites), now);
+                        }
+                        (0x26, _) => {
+                            line.send(encode::tsip_packet(0x46, &[0, 0]), now);
+                            line.send(encode::tsip_packet(0x4B, &[0, 0, 0]), now);
+                        }
+                        (0x35, &[position, velocity, timing, auxiliary]) => {
+                            *options = IoOptions { position, velocity, timing, auxiliary };
+                            line.send(encode::tsip_packet(0x55, packet.payload), now);
+                        }
+                        (0x35, []) => {
+                            let IoOptions { position, velocity, timing, auxiliary } = *options;
+                            let echo = [position, velocity, timing, auxiliary];
+                            line.send(encode::tsip_packet(0x55, &echo), now);
+                        }
+                        (0x8E, &[0x20, 0]) => options.position &= !0x20,
+                        (0x8E, &[0x20, _]) => options.position |= 0x20,
+                        _ => {}
+                    }
+                }
+            }
+            Language::Ubx { heard, pvt, sentences } => {
+                heard.extend(bytes);
+                while let Some((class, id, payload)) = next_ubx(heard) {
+                    let accepted = match (class, id, payload.as_slice()) {
+                        (0x06, 0x08, [_, _, _, _, _, _]) => true,
+                        (0x06, 0x01, &[0x01, 0x07, rate]) => {
+                            *pvt = rate > 0;
+                            true
+                        }
+                        (0x06, 0x01, &[0xF0, sentence, rate]) => {
+                            sentences.retain(|sent| *sent != sentence);
+                            if rate > 0 {
+                                sentences.push(sentence);
+                            }
+                            true
+                        }
+                        _ => false,
+                    };
+                    if class == 0x06 {
+                        let answer = encode::ubx_message(0x05, accepted.into(), &[class, id]);
+                        line.send(answer, now);
+                    }
+                }
+            }
+        }
+    }
+
+    fn next_transmission(&self) -> Option<Time> {
+        let fix = self.fixes.get(self.next).map(|(time, _)| *time);
+        self.line.next().into_iter().chain(fix).min()
+    }
+
+    fn transmit(&mut self, now: Time, wire: &mut Vec<u8>) {
+        self.advance(now);
+        self.line.take(now, wire);
+    }
+
+    fn span(&self) -> Option<(Time, Time)> {
+        self.fixes.first().zip(self.fixes.last()).map(|(first, last)| (first.0, last.0))
+    }
+
+    fn is_awaited(&self) -> bool {
+        true
+    }
+}
+
+/// The longest message that is listened to, bytes of payload.
+const LONGEST_UBX: usize = 256;
+
+/// Takes the next whole UBX message, class, id and payload, from the front of what was `heard`, and
+/// what cannot be one.
+fn next_ubx(heard: &mut Vec<u8>) -> Option<(u8, u8, Vec<u8>)> {
+    loop {
+        let start = heard.iter().position(|byte| *byte == 0xB5).unwrap_or(heard.len());
+        heard.drain(..start);
+        let &[_, sync, class, id, low, high, ..] = heard.as_slice() else { return None };
+        let length = usize::from(u16::from_le_bytes([low, high]));
+        if sync == 0x62 && length <= LONGEST_UBX {
+            let (message, checksum) = heard.get(..length + 8)?.split_at(length + 6);
+            if encode::ubx_checksum(&message[2..]) == checksum {
+                let payload = message[6..].to_vec();
+                heard.drain(..length + 8);
+                return Some((class, id, payload));
+            }
+        }
+        heard.drain(..1);
+    }
+}

@@ -1,0 +1,127 @@
+//! Telemetry: the newest snapshot to the ground, by a thread that nobody waits for.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+use std::thread::{self, JoinHandle};
+
+use crate::Mavlink;
+use crate::serial::{Clock, Port, Read};
+use hovernav::telemetry::{Flow, Snapshot, frame};
+
+/// How long the thread listens to the ground before it looks for a snapshot, s.
+const LISTEN_S: f64 = 0.005;
+
+/// How long a frame may take to be handed to the line, s: less than a cycle.
+const WRITE_S: f64 = 0.025;
+
+/// What is spoken on the line.
+pub enum Language {
+    /// Packed frames, while the ground wants them.
+    Packed(Flow),
+    /// MAVLink 2, always.
+    Mavlink(Box<Mavlink>),
+}
+
+/// What became of the snapshots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DownlinkCounts {
+    /// Handed to the line.
+    pub sent: u64,
+    /// Wanted by the ground, and lost to a newer one or to a line that took no more.
+    pub dropped: u64,
+}
+
+#[derive(Default)]
+struct Shared {
+    newest: Mutex<Option<Snapshot>>,
+    sent: AtomicU64,
+    dropped: AtomicU64,
+    stop: AtomicBool,
+}
+
+/// One line to the ground.
+pub struct Downlink {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Downlink {
+    /// Speaks `language` on `port` from now on.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn spawn(port: Port, clock: Clock, language: Language) -> io::Result<Self> {
+        let shared = Arc::new(Shared::default());
+        let theirs = Arc::clone(&shared);
+        let thread = thread::Builder::new()
+            .name("telemetry".into())
+            .spawn(move || speak(port, clock, language, &theirs))?;
+        Ok(Self { shared, thread: Some(thread) })
+    }
+
+    /// Offers the newest snapshot; never waits.
+    pub fn offer(&self, snapshot: &Snapshot) {
+        let mut newest = match self.shared.newest.try_lock() {
+            Ok(newest) => newest,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            // The thread is taking the one before.
+            Err(TryLockError::WouldBlock) => {
+                self.shared.dropped.fetch_add(1, Ordering::Relaxed);
+                return;
+            }
+        };
+        if newest.replace(*snapshot).is_some() {
+            self.shared.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// What became of the snapshots.
+    pub fn counts(&self) -> DownlinkCounts {
+        DownlinkCounts {
+            sent: self.shared.sent.load(Ordering::Relaxed),
+            dropped: self.shared.dropped.load(Ordering::Relaxed),
+        }
+    }
+}
+
+impl Drop for Downlink {
+    fn drop(&mut self) {
+        self.shared.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has already said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn speak(mut port: Port, clock: Clock, mut language: Language, shared: &Shared) {
+    let mut heard = [0; 64];
+    let (mut sequence, mut bytes) = (0u8, Vec::with_capacity(2048));
+    while !shared.stop.load(Ordering::Relaxed) {
+        let read = port.read_until(&mut heard, clock.now() + LISTEN_S);
+        if let (Read::Bytes { count, .. }, Language::Packed(flow)) = (read, &mut language) {
+            flow.receive(&heard[..count]);
+        }
+        let newest = shared.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let Some(snapshot) = newest.filter(|_| port.is_open()) else { continue };
+        bytes.clear();
+        match &mut language {
+            Language::Packed(flow) => {
+                if flow.is_on() {
+                    bytes.extend_from_slice(&frame::pack(&snapshot, sequence));
+                    sequence = sequence.wrapping_add(1);
+                }
+            }
+            Language::Mavlink(speaker) => speaker.encode(&snapshot, &mut bytes),
+        }
+        if bytes.is_empty() {
+            continue;
+        }
+        let counter = match port.write(&bytes, clock.now() + WRITE_S) {
+            Ok(()) => &shared.sent,
+            Err(_) => &shared.dropped,
+        };
+        counter.fetch_add(1, Ordering::Relaxed);
+    }
+}

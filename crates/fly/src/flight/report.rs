@@ -1,0 +1,103 @@
+//! How a flight went, as far as the computer can tell.
+
+use std::fmt;
+
+use super::downlink::DownlinkCounts;
+use super::timing::Durations;
+use crate::serial::{Dropped, PortCounts};
+use hovernav::gps;
+use hovernav_log::record;
+
+/// How a flight went, as far as the computer can tell. Shown, it is a few lines for a terminal.
+#[derive(Clone, Debug, Default)]
+pub struct FlightReport {
+    /// From start to end, s.
+    pub duration_s: f64,
+    /// Inertial samples the estimator took, each a cycle of the loop.
+    pub cycles: u64,
+    /// Fixes the estimator was given.
+    pub fixes: u64,
+    /// Busy time of each cycle: all the loop does between two waits, from one sample to the next.
+    pub work: Durations,
+    /// Between two packets' arrivals, less the time between their samples by the unit's own timer.
+    pub jitter: Durations,
+    /// How late the loop woke where it had asked to be woken at a time.
+    pub wake: Durations,
+    /// Cycles whose work took longer than a cycle lasts, or that began more than half a cycle late
+    /// because the loop woke late: deadlines missed by the loop's own fault.
+    pub missed_deadlines: u64,
+    /// Times the inertial unit's link started over.
+    pub dmu_restarts: u64,
+    /// Packets the unit's line lost: asked for and not come.
+    pub dmu_packets_missing: u64,
+    /// The unit's port.
+    pub dmu_port: PortCounts,
+    /// The receiver's port.
+    pub gps_port: PortCounts,
+    /// The receiver's messages.
+    pub gps_messages: gps::Counts,
+    /// What the receiver sent and nobody took.
+    pub gps_dropped: Dropped,
+    /// Telemetry in packed frames.
+    pub telemetry: DownlinkCounts,
+    /// Telemetry in MAVLink.
+    pub mavlink: DownlinkCounts,
+    /// The record.
+    pub record: record::Status,
+}
+
+impl fmt::Display for FlightReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { duration_s, cycles, fixes, .. } = self;
+        writeln!(f, "{duration_s:.1} s, {cycles} cycles, {fixes} fixes")?;
+        writeln!(f, "  missed deadlines  {}", self.missed_deadlines)?;
+        for (name, durations) in [
+            ("loop body", &self.work),
+            ("packet jitter", &self.jitter),
+            ("late wake-up", &self.wake),
+        ] {
+            writeln!(
+                f,
+                "  {name:<16}  median {:.3} ms, p99 {:.3} ms, p99.9 {:.3} ms, longest {:.3} ms",
+                1e3 * durations.quantile_s(0.5),
+                1e3 * durations.quantile_s(0.99),
+                1e3 * durations.quantile_s(0.999),
+                1e3 * durations.longest_s()
+            )?;
+        }
+        writeln!(
+            f,
+            "  inertial unit     {} bytes, {} packets missing, link started over {} times, port lost {} \
+             times",
+            self.dmu_port.bytes_read,
+            self.dmu_packets_missing,
+            self.dmu_restarts,
+            self.dmu_port.lost
+        )?;
+        writeln!(
+            f,
+            "  receiver          {} bytes, {} dropped, port lost {} times",
+            self.gps_port.bytes_read, self.gps_dropped.bytes, self.gps_port.lost
+        )?;
+        for (name, counts) in [("telemetry", &self.telemetry), ("mavlink", &self.mavlink)] {
+            if counts.sent + counts.dropped > 0 {
+                writeln!(f, "  {name:<16}  {} sent, {} dropped", counts.sent, counts.dropped)?;
+            }
+        }
+        let record = &self.record;
+        write!(
+            f,
+            "  record            {} bytes, {} raw and {} other entries lost, {} bytes not written, {} \
+             failed writes",
+            record.bytes_written,
+            record.lost_raw,
+            record.lost_decoded,
+            record.bytes_waiting,
+            record.failed_writes
+        )?;
+        if let Some(number) = record.os_error {
+            write!(f, " ({})", std::io::Error::from_raw_os_error(number))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! How long things take: a histogram that never grows.
+
+/// Bins a factor of 2.
+const BINS_PER_OCTAVE: f64 = 8.0;
+/// The upper end of the first bin, s.
+const SHORTEST_S: f64 = 1e-6;
+/// From 1 µs to 16 s.
+const BINS: usize = 8 * 24 + 1;
+
+/// Durations counted in bins of 9 % from 1 µs to 16 s, the longest kept exactly. Adding one takes the
+/// same time and no memory however long the flight.
+///
+/// ```
+/// use hovernav_fly::Durations;
+/// let mut durations = Durations::default();
+/// for microseconds in 1..=1000 {
+///     durations.add(f64::from(microseconds) * 1e-6);
+/// }
+/// assert!((durations.quantile_s(0.5) / 500e-6 - 1.0).abs() < 0.09);
+/// assert_eq!(durations.longest_s(), 1e-3);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Durations {
+    bins: [u64; BINS],
+    count: u64,
+    total_s: f64,
+    longest_s: f64,
+}
+
+impl Default for Durations {
+    fn default() -> Self {
+        Self { bins: [0; BINS], count: 0, total_s: 0.0, longest_s: 0.0 }
+    }
+}
+
+impl Durations {
+    /// Counts one, s; what is negative or not a number counts as 0.
+    pub fn add(&mut self, duration_s: f64) {
+        let duration_s = duration_s.max(0.0);
+        let octaves = (duration_s / SHORTEST_S).max(1.0).log2();
+        let bin = (octaves * BINS_PER_OCTAVE).ceil() as usize;
+        self.bins[bin.min(BINS - 1)] += 1;
+        self.count += 1;
+        self.total_s += duration_s;
+        self.longest_s = self.longest_s.max(duration_s);
+    }
+
+    /// How many were counted.
+    #[must_use]
+    pub const fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The mean, s; 0 of none.
+    #[must_use]
+    pub fn mean_s(&self) -> f64 {
+        if self.count == 0 { 0.0 } else { self.total_s / self.count as f64 }
+    }
+
+    /// The longest, s; 0 of none.
+    #[must_use]
+    pub const fn longest_s(&self) -> f64 {
+        self.longest_s
+    }
+
+    /// The duration, s, that the given part of all, 0 to 1, does not exceed; at most 9 % above the
+    /// true one, and never below it. 0 of none.
+    #[must_use]
+    pub fn quantile_s(&self, part: f64) -> f64 {
+        let wanted = (part.clamp(0.0, 1.0) * self.count as f64).ceil() as u64;
+        let mut seen = 0;
+        for (bin, count) in self.bins.iter().enumerate() {
+            seen += count;
+            if seen >= wanted && *count > 0 {
+                let end_s = SHORTEST_S * (bin as f64 / BINS_PER_OCTAVE).exp2();
+                return end_s.min(self.longest_s);
+            }
+        }
+        self.longest_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantile_is_never_below_the_true_one_and_at_most_nine_percent_above() {
+        let mut durations = Durations::default();
+        let mut all: Vec<f64> =
+            (0..5000).map(|index| 1e-6 * 1.0023f64.powi(index % 4001)).collect();
+        all.iter().for_each(|&duration_s| durations.add(duration_s));
+        all.sort_by(f64::total_cmp);
+        for part in [0.001, 0.1, 0.5, 0.9, 0.99, 0.999, 1.0] {
+            let rank = (part * all.len() as f64).ceil() as usize;
+            let ratio = durations.quantile_s(part) / all[rank - 1];
+            assert!((1.0 - 1e-9..1.0906).contains(&ratio), "{part}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn no_duration_is_too_odd_to_count() {
+        let mut durations = Durations::default();
+        assert_eq!(durations.quantile_s(0.5), 0.0);
+        for odd in [f64::NAN, -1.0, 0.0, 1e9] {
+            durations.add(odd);
+        }
+        assert_eq!(durations.count(), 4);
+        assert_eq!(durations.longest_s(), 1e9);
+        assert!(durations.quantile_s(0.75) <= SHORTEST_S);
+    }
+}

@@ -1,0 +1,368 @@
+//! A snapshot as MAVLink 2 messages, for ground stations that speak it.
+//!
+//! Source: MAVLink, *common message set*, whose units and marks for unknown values these are.
+
+use mavlink::dialects::common;
+use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
+
+use hovernav::earth::Geodetic;
+use hovernav::frames::Vector;
+use hovernav::telemetry::{Mode, Snapshot};
+use hovernav::time::Time;
+use hovernav_log::MavlinkConfig;
+
+/// When messages of one kind go out: on a grid of their own period, so that a loop whose rate is no
+/// multiple still sends the right number of them.
+#[derive(Clone, Copy, Debug)]
+struct Schedule {
+    period_s: f64,
+    due: Time,
+}
+
+impl Schedule {
+    fn new(rate_hz: f64, start: Time) -> Self {
+        Self { period_s: 1.0 / rate_hz, due: start }
+    }
+
+    fn is_due(&mut self, now: Time) -> bool {
+        // Written so that rates of 0, below it or NaN are never due.
+        let sends = self.period_s > 0.0 && self.period_s.is_finite();
+        // A clock that was set back by more than a period would otherwise silence the message.
+        let set_back = self.due - now > self.period_s + 1e-3;
+        if !sends || (now < self.due && !set_back) {
+            return false;
+        }
+        self.due = self.due + self.period_s;
+        if set_back || self.due <= now {
+            self.due = now + self.period_s;
+        }
+        true
+    }
+}
+
+/// The speaker: numbers messages and knows when each is due.
+///
+/// Times since boot count from `boot`; messages that can carry the time of day do so once
+/// [`Mavlink::set_utc`] has told it. Local positions count from the first position told.
+///
+/// ```
+/// use hovernav_fly::Mavlink;
+/// use hovernav_log::MavlinkConfig;
+/// use hovernav::telemetry::Snapshot;
+/// use hovernav::time::Time;
+///
+/// let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
+/// let mut bytes = Vec::new();
+/// mavlink.encode(&Snapshot::at(Time::ZERO), &mut bytes);
+/// assert_eq!(bytes[0], 0xFD);                 // MAVLink 2
+/// ```
+#[derive(Clone, Debug)]
+pub struct Mavlink {
+    config: MavlinkConfig,
+    boot: Time,
+    /// UTC since 1970 less our time, µs.
+    utc_offset_us: Option<i64>,
+    origin: Option<Geodetic>,
+    sequence: u8,
+    heartbeat: Schedule,
+    attitude: Schedule,
+    highres_imu: Schedule,
+    local_position: Schedule,
+    gps_raw: Schedule,
+    servo_output: Schedule,
+    estimator_status: Schedule,
+}
+
+impl Mavlink {
+    /// A speaker on a vehicle whose clock read `boot` when it was switched on.
+    #[must_use]
+    pub fn new(config: MavlinkConfig, boot: Time) -> Self {
+        let rates = config.rates;
+        let schedule = |rate_hz| Schedule::new(rate_hz, boot);
+        Self {
+            config,
+            boot,
+            utc_offset_us: None,
+            origin: None,
+            sequence: 0,
+            heartbeat: schedule(rates.heartbeat_hz),
+            attitude: schedule(rates.attitude_hz),
+            highres_imu: schedule(rates.highres_imu_hz),
+            local_position: schedule(rates.local_position_hz),
+            gps_raw: schedule(rates.gps_raw_hz),
+            servo_output: schedule(rates.servo_output_hz),
+            estimator_status: schedule(rates.estimator_status_hz),
+        }
+    }
+
+    /// Tells that the time of day was `unix_ns`, ns since the start of 1970 UTC, `at` this moment.
+    pub fn set_utc(&mut self, unix_ns: i64, at: Time) {
+        self.utc_offset_us = Some(unix_ns.saturating_sub(at.nanoseconds()) / 1_000);
+    }
+
+    /// Appends the messages that are due; call once for each snapshot. At most 304 bytes.
+    ///
+    /// What is not known is not sent where a message has nothing else to say, and is marked as the
+    /// message set asks where it has: see `docs/telemetry.md`.
+    pub fn encode(&mut self, snapshot: &Snapshot, out: &mut Vec<u8>) {
+        let now = snapshot.time;
+        let place = snapshot.position.filter(Geodetic::is_navigable);
+        self.origin = self.origin.or(place);
+        if self.heartbeat.is_due(now) {
+            self.send(&heartbeat(snapshot), out);
+        }
+        if self.attitude.is_due(now)
+            && let Some(message) = self.attitude_message(snapshot)
+        {
+            self.send(&message, out);
+        }
+        if self.highres_imu.is_due(now) {
+            self.send(&self.highres_imu_message(snapshot), out);
+        }
+        if self.local_position.is_due(now)
+            && let Some(message) = self.local_position_message(snapshot)
+        {
+            self.send(&message, out);
+        }
+        if self.gps_raw.is_due(now) {
+            self.send(&self.gps_raw_message(snapshot), out);
+        }
+        if self.servo_output.is_due(now) {
+            self.send(&self.servo_output_message(snapshot), out);
+        }
+        if self.estimator_status.is_due(now) {
+            self.send(&self.estimator_status_message(snapshot), out);
+        }
+    }
+
+    fn send(&mut self, message: &impl MessageData, out: &mut Vec<u8>) {
+        let MavlinkConfig { system_id, component_id, .. } = self.config;
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
+        let header = MavHeader { system_id: u32::from(system_id), component_id, sequence };
+        let mut raw = MAVLinkV2MessageRaw::new();
+        raw.serialize_message_data(header, message);
+        out.extend_from_slice(raw.raw_bytes());
+    }
+
+    fn since_boot_us(&self, time: Time) -> i64 {
+        time.nanoseconds().saturating_sub(self.boot.nanoseconds()).max(0) / 1_000
+    }
+
+    /// Milliseconds since boot; they start over after 49.7 days.
+    fn boot_ms(&self, time: Time) -> u32 {
+        (self.since_boot_us(time) / 1_000) as u32
+    }
+
+    /// Microseconds since 1970 where known, else since boot.
+    fn stamp_us(&self, time: Time) -> u64 {
+        let us = self.utc_offset_us.map_or_else(
+            || self.since_boot_us(time),
+            |offset_us| (time.nanoseconds() / 1_000).saturating_add(offset_us).max(0),
+        );
+        us.cast_unsigned()
+    }
+
+    fn attitude_message(&self, snapshot: &Snapshot) -> Option<common::ATTITUDE_DATA> {
+        let angles = snapshot.attitude?;
+        let [rollspeed, pitchspeed, yawspeed] = singles(snapshot.angular_rate_radps, f32::NAN);
+        Some(common::ATTITUDE_DATA {
+            time_boot_ms: self.boot_ms(snapshot.time),
+            roll: angles.roll_rad as f32,
+            pitch: angles.pitch_rad as f32,
+            yaw: angles.yaw_rad as f32,
+            rollspeed,
+            pitchspeed,
+            yawspeed,
+        })
+    }
+
+    fn highres_imu_message(&self, snapshot: &Snapshot) -> common::HIGHRES_IMU_DATA {
+        use common::HighresImuUpdatedFlags as Updated;
+        let mut fields_updated = Updated::empty();
+        let mut mark = |known: bool, flags: Updated| fields_updated.set(flags, known);
+        mark(
+            snapshot.specific_force_mps2.is_some(),
+            Updated::HIGHRES_IMU_UPDATED_XACC
+                | Updated::HIGHRES_IMU_UPDATED_YACC
+                | Updated::HIGHRES_IMU_UPDATED_ZACC,
+        );
+        mark(
+            snapshot.angular_rate_radps.is_some(),
+            Updated::HIGHRES_IMU_UPDATED_XGYRO
+                | Updated::HIGHRES_IMU_UPDATED_YGYRO
+                | Updated::HIGHRES_IMU_UPDATED_ZGYRO,
+        );
+        mark(
+            snapshot.magnetic_field_gauss.is_some(),
+            Updated::HIGHRES_IMU_UPDATED_XMAG
+                | Updated::HIGHRES_IMU_UPDATED_YMAG
+                | Updated::HIGHRES_IMU_UPDATED_ZMAG,
+        );
+        mark(snapshot.temperature_degc.is_some(), Updated::HIGHRES_IMU_UPDATED_TEMPERATURE);
+        let [xacc, yacc, zacc] = singles(snapshot.specific_force_mps2, 0.0);
+        let [xgyro, ygyro, zgyro] = singles(snapshot.angular_rate_radps, 0.0);
+        let [xmag, ymag, zmag] = singles(snapshot.magnetic_field_gauss, 0.0);
+        common::HIGHRES_IMU_DATA {
+            time_usec: self.stamp_us(snapshot.time),
+            xacc,
+            yacc,
+            zacc,
+            xgyro,
+            ygyro,
+            zgyro,
+            xmag,
+            ymag,
+            zmag,
+            abs_pressure: 0.0,
+            diff_pressure: 0.0,
+            pressure_alt: 0.0,
+            temperature: snapshot.temperature_degc.unwrap_or(0.0) as f32,
+            fields_updated,
+        }
+    }
+
+    fn local_position_message(
+        &self,
+        snapshot: &Snapshot,
+    ) -> Option<common::LOCAL_POSITION_NED_DATA> {
+        let place = snapshot.position.filter(Geodetic::is_navigable)?;
+        let offset_m = place.local_ned_m(&self.origin?);
+        let [x, y, z] = singles(Some(offset_m), 0.0);
+        let [vx, vy, vz] = singles(snapshot.velocity_mps, f32::NAN);
+        let time_boot_ms = self.boot_ms(snapshot.time);
+        Some(common::LOCAL_POSITION_NED_DATA { time_boot_ms, x, y, z, vx, vy, vz })
+    }
+
+    fn gps_raw_message(&self, snapshot: &Snapshot) -> common::GPS_RAW_INT_DATA {
+        use common::GpsFixType as Kind;
+        use hovernav::telemetry::FixKind;
+        let gps = &snapshot.gps;
+        let fix_type = match gps.fix {
+            FixKind::NoReceiver => Kind::GPS_FIX_TYPE_NO_GPS,
+            FixKind::NoFix => Kind::GPS_FIX_TYPE_NO_FIX,
+            FixKind::TwoD => Kind::GPS_FIX_TYPE_2D_FIX,
+            FixKind::ThreeD => Kind::GPS_FIX_TYPE_3D_FIX,
+            FixKind::Differential => Kind::GPS_FIX_TYPE_DGPS,
+            FixKind::RtkFloat => Kind::GPS_FIX_TYPE_RTK_FLOAT,
+            FixKind::RtkFixed => Kind::GPS_FIX_TYPE_RTK_FIXED,
+        };
+        let [latitude_deg, longitude_deg] = gps.latitude_longitude_deg.unwrap_or_default();
+        let altitude_m = gps.altitude_msl_m.or(gps.height_m).unwrap_or_default();
+        let speed_mps = gps.horizontal_velocity_mps.map(|[north, east]| libm::hypot(north, east));
+        // The direction of a vehicle at rest is noise.
+        let course_deg = gps
+            .horizontal_velocity_mps
+            .filter(|[north, east]| libm::hypot(*north, *east) > 0.1)
+            .map(|[north, east]| libm::atan2(east, north).to_degrees())
+            .map(|course| if course < 0.0 { course + 360.0 } else { course });
+        common::GPS_RAW_INT_DATA {
+            time_usec: self.stamp_us(snapshot.time + -gps.age_s.unwrap_or_default()),
+            lat: libm::round(latitude_deg * 1e7) as i32,
+            lon: libm::round(longitude_deg * 1e7) as i32,
+            alt: libm::round(altitude_m * 1e3) as i32,
+            eph: hundredths(gps.hdop),
+            epv: hundredths(gps.vdop),
+            vel: hundredths(speed_mps),
+            // 36 000 would be a full turn.
+            cog: hundredths(course_deg.map(|course| course.min(359.99))),
+            fix_type,
+            satellites_visible: gps.satellites.unwrap_or(u8::MAX),
+        }
+    }
+
+    fn servo_output_message(&self, snapshot: &Snapshot) -> common::SERVO_OUTPUT_RAW_DATA {
+        let [servo1_raw, servo2_raw, servo3_raw, servo4_raw, servo5_raw] = snapshot
+            .commanded_ms
+            .map(|width_ms| width_ms.map_or(0, |width_ms| libm::round(width_ms * 1e3) as u16))
+            .to_array();
+        common::SERVO_OUTPUT_RAW_DATA {
+            // Starts over after 71 minutes: the field is that short.
+            time_usec: self.since_boot_us(snapshot.time) as u32,
+            servo1_raw,
+            servo2_raw,
+            servo3_raw,
+            servo4_raw,
+            servo5_raw,
+            servo6_raw: 0,
+            servo7_raw: 0,
+            servo8_raw: 0,
+            port: 0,
+        }
+    }
+
+    fn estimator_status_message(&self, snapshot: &Snapshot) -> common::ESTIMATOR_STATUS_DATA {
+        use common::EstimatorStatusFlags as Flags;
+        let health = snapshot.health;
+        let mut flags = Flags::empty();
+        flags.set(Flags::ESTIMATOR_ATTITUDE, health.attitude);
+        flags
+            .set(Flags::ESTIMATOR_VELOCITY_HORIZ | Flags::ESTIMATOR_VELOCITY_VERT, health.velocity);
+        flags.set(
+            Flags::ESTIMATOR_POS_HORIZ_REL
+                | Flags::ESTIMATOR_POS_HORIZ_ABS
+                | Flags::ESTIMATOR_POS_VERT_ABS,
+            health.position,
+        );
+        let innovations = &snapshot.innovations;
+        let gate = self.config.gate_sigmas;
+        let ratio = |normalised: Option<f64>| single(normalised.map(|size| size / gate));
+        // Position is gated axis by axis, and told as one: the ratio stands for both directions.
+        let position = ratio(innovations.position);
+        common::ESTIMATOR_STATUS_DATA {
+            time_usec: self.stamp_us(snapshot.time),
+            vel_ratio: ratio(innovations.velocity),
+            pos_horiz_ratio: position,
+            pos_vert_ratio: position,
+            mag_ratio: ratio(innovations.heading),
+            hagl_ratio: f32::NAN,
+            tas_ratio: f32::NAN,
+            pos_horiz_accuracy: single(snapshot.sigmas.horizontal_m),
+            pos_vert_accuracy: single(snapshot.sigmas.vertical_m),
+            flags,
+        }
+    }
+}
+
+fn heartbeat(snapshot: &Snapshot) -> common::HEARTBEAT_DATA {
+    use common::{MavModeFlag as Flag, MavState as State};
+    let system_status = match snapshot.mode {
+        Mode::Starting => State::MAV_STATE_BOOT,
+        Mode::Aligning | Mode::SearchingHeading => State::MAV_STATE_CALIBRATING,
+        Mode::Pilot | Mode::Autopilot => State::MAV_STATE_ACTIVE,
+        Mode::Failsafe => State::MAV_STATE_CRITICAL,
+    };
+    let mut base_mode = Flag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
+    base_mode.set(Flag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, snapshot.health.pilot_signal);
+    base_mode.set(Flag::MAV_MODE_FLAG_SAFETY_ARMED, snapshot.health.servos);
+    base_mode.set(
+        Flag::MAV_MODE_FLAG_STABILIZE_ENABLED | Flag::MAV_MODE_FLAG_AUTO_ENABLED,
+        snapshot.mode == Mode::Autopilot,
+    );
+    common::HEARTBEAT_DATA {
+        custom_mode: u32::from(snapshot.mode.code()),
+        mavtype: common::MavType::MAV_TYPE_HELICOPTER,
+        autopilot: common::MavAutopilot::MAV_AUTOPILOT_GENERIC,
+        base_mode,
+        system_status,
+        mavlink_version: 3,
+    }
+}
+
+fn singles<F>(vector: Option<Vector<F>>, unknown: f32) -> [f32; 3] {
+    vector.map_or([unknown; 3], |vector| vector.to_array().map(|component| component as f32))
+}
+
+fn single(value: Option<f64>) -> f32 {
+    value.map_or(f32::NAN, |value| value as f32)
+}
+
+/// Hundredths of a value, the greatest number if it is unknown, the one before it if it is too large.
+fn hundredths(value: Option<f64>) -> u16 {
+    value
+        .filter(|value| !value.is_nan())
+        .map_or(u16::MAX, |value| (libm::round(value * 100.0) as u16).min(u16::MAX - 1))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,206 @@
+use mavlink::dialects::common::{
+    EstimatorStatusFlags, GpsFixType, HighresImuUpdatedFlags, MavMessage, MavModeFlag, MavState,
+    MavType,
+};
+use mavlink::{MavlinkReader, MavlinkVersion};
+
+use super::*;
+use hovernav::controls::Channels;
+use hovernav::frames::EulerAngles;
+use hovernav::telemetry::{FixKind, GpsSummary, Health, Innovations, Sigmas};
+use hovernav_log::MavlinkRates;
+
+fn at(seconds: f64) -> Time {
+    Time::from_seconds(seconds).unwrap()
+}
+
+fn flying(time: Time) -> Snapshot {
+    Snapshot {
+        mode: Mode::Autopilot,
+        health: Health { attitude: true, velocity: true, servos: true, ..Health::default() },
+        angular_rate_radps: Some(Vector::new(0.1, -0.2, 0.3)),
+        specific_force_mps2: Some(Vector::new(0.5, -0.25, -9.81)),
+        magnetic_field_gauss: Some(Vector::new(0.2, -0.03, 0.45)),
+        temperature_degc: Some(31.5),
+        attitude: Some(EulerAngles::from_degrees(5.0, -3.0, 170.0)),
+        position: Geodetic::from_degrees(1.345_678_9, 103.680_123_4, 38.0),
+        velocity_mps: Some(Vector::new(1.25, -0.5, 0.03)),
+        sigmas: Sigmas { horizontal_m: Some(0.85), vertical_m: Some(1.25), ..Sigmas::default() },
+        commanded_ms: Channels::from([1.2, 1.4, 1.5, 1.6, 1.7]).map(Some),
+        gps: GpsSummary {
+            fix: FixKind::Differential,
+            satellites: Some(9),
+            latitude_longitude_deg: Some([-1.345_678_9, 103.680_123_4]),
+            height_m: Some(38.0),
+            altitude_msl_m: Some(31.25),
+            horizontal_velocity_mps: Some([3.0, -4.0]),
+            hdop: Some(1.1),
+            ..GpsSummary::default()
+        },
+        innovations: Innovations { velocity: Some(2.5), ..Innovations::default() },
+        ..Snapshot::at(time)
+    }
+}
+
+fn read(bytes: &[u8]) -> Vec<(MavHeader, MavMessage)> {
+    let mut reader = MavlinkReader::new(bytes);
+    let mut messages = Vec::new();
+    while let Ok(message) = reader.read_message(MavlinkVersion::V2) {
+        messages.push(message);
+    }
+    messages
+}
+
+/// All messages of one snapshot, read back by the crate that others read them with.
+fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
+    let mut bytes = Vec::new();
+    mavlink.encode(snapshot, &mut bytes);
+    assert!(bytes.len() <= 304);
+    read(&bytes).into_iter().map(|(_, message)| message).collect()
+}
+
+#[test]
+fn a_flight_is_told_in_the_units_of_the_message_set() {
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(10.0));
+    let messages = told(&mut mavlink, &flying(at(12.5)));
+    let [heartbeat, attitude, imu, local, gps, servos, status] = &messages[..] else {
+        panic!("{messages:?}")
+    };
+
+    let MavMessage::HEARTBEAT(heartbeat) = heartbeat else { panic!() };
+    assert_eq!(heartbeat.mavtype, MavType::MAV_TYPE_HELICOPTER);
+    assert_eq!(heartbeat.system_status, MavState::MAV_STATE_ACTIVE);
+    let armed = MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED | MavModeFlag::MAV_MODE_FLAG_AUTO_ENABLED;
+    assert!(heartbeat.base_mode.contains(armed));
+
+    let MavMessage::ATTITUDE(attitude) = attitude else { panic!() };
+    assert_eq!(attitude.time_boot_ms, 2_500);
+    assert!((attitude.yaw - 170f32.to_radians()).abs() < 1e-6);
+    assert_eq!((attitude.rollspeed, attitude.yawspeed), (0.1, 0.3));
+
+    let MavMessage::HIGHRES_IMU(imu) = imu else { panic!() };
+    assert_eq!((imu.time_usec, imu.zacc, imu.ymag), (2_500_000, -9.81, -0.03));
+    assert_eq!(imu.fields_updated.bits(), 0b1_0001_1111_1111);
+
+    let MavMessage::LOCAL_POSITION_NED(local) = local else { panic!() };
+    assert!(local.x.abs() < 1e-6 && local.z.abs() < 1e-6);
+    assert_eq!((local.vx, local.vy), (1.25, -0.5));
+
+    let MavMessage::GPS_RAW_INT(gps) = gps else { panic!() };
+    assert_eq!((gps.lat, gps.lon, gps.alt), (-13_456_789, 1_036_801_234, 31_250));
+    assert_eq!((gps.eph, gps.epv, gps.vel, gps.cog), (110, u16::MAX, 500, 30_687));
+    assert_eq!(gps.fix_type, GpsFixType::GPS_FIX_TYPE_DGPS);
+    assert_eq!(gps.satellites_visible, 9);
+
+    let MavMessage::SERVO_OUTPUT_RAW(servos) = servos else { panic!() };
+    assert_eq!((servos.servo1_raw, servos.servo5_raw, servos.servo6_raw), (1_200, 1_700, 0));
+
+    let MavMessage::ESTIMATOR_STATUS(status) = status else { panic!() };
+    assert_eq!((status.vel_ratio, status.pos_horiz_accuracy), (0.5, 0.85));
+    assert!(status.pos_horiz_ratio.is_nan());
+    let velocity = EstimatorStatusFlags::ESTIMATOR_VELOCITY_HORIZ;
+    assert!(status.flags.contains(velocity));
+    assert!(!status.flags.contains(EstimatorStatusFlags::ESTIMATOR_POS_HORIZ_ABS));
+}
+
+#[test]
+fn what_is_not_known_is_left_out_or_marked() {
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
+    let messages = told(&mut mavlink, &Snapshot::at(Time::ZERO));
+    let [heartbeat, imu, gps, servos, _] = &messages[..] else { panic!("{messages:?}") };
+    let MavMessage::HEARTBEAT(heartbeat) = heartbeat else { panic!() };
+    assert_eq!(heartbeat.system_status, MavState::MAV_STATE_BOOT);
+    let MavMessage::HIGHRES_IMU(imu) = imu else { panic!() };
+    assert_eq!(imu.fields_updated, HighresImuUpdatedFlags::empty());
+    let MavMessage::GPS_RAW_INT(gps) = gps else { panic!() };
+    assert_eq!(gps.fix_type, GpsFixType::GPS_FIX_TYPE_NO_GPS);
+    assert_eq!((gps.eph, gps.vel, gps.cog), (u16::MAX, u16::MAX, u16::MAX));
+    assert_eq!(gps.satellites_visible, u8::MAX);
+    let MavMessage::SERVO_OUTPUT_RAW(servos) = servos else { panic!() };
+    assert_eq!(servos.servo1_raw, 0);
+}
+
+#[test]
+fn messages_are_numbered_and_come_as_often_as_they_should_within_the_modem() {
+    let config = MavlinkConfig { system_id: 42, component_id: 7, ..MavlinkConfig::default() };
+    let mut mavlink = Mavlink::new(config, Time::ZERO);
+    let (mut bytes, mut cycles) = (Vec::new(), 0);
+    while f64::from(cycles) * 0.0303 < 20.0 {
+        mavlink.encode(&flying(at(f64::from(cycles) * 0.0303)), &mut bytes);
+        cycles += 1;
+    }
+    assert!(bytes.len() as f64 * 10.0 / 20.0 < 0.7 * 57_600.0, "{} bytes in 20 s", bytes.len());
+
+    let messages = read(&bytes);
+    for (number, (header, _)) in messages.iter().enumerate() {
+        assert_eq!((header.system_id, header.component_id), (42, 7));
+        assert_eq!(header.sequence, number as u8);
+    }
+    let count = |wanted: fn(&MavMessage) -> bool| {
+        messages.iter().filter(|(_, message)| wanted(message)).count()
+    };
+    assert_eq!(count(|m| matches!(m, MavMessage::HEARTBEAT(_))), 20);
+    assert_eq!(count(|m| matches!(m, MavMessage::GPS_RAW_INT(_))), 40);
+    assert_eq!(count(|m| matches!(m, MavMessage::LOCAL_POSITION_NED(_))), 200);
+    assert_eq!(count(|m| matches!(m, MavMessage::HIGHRES_IMU(_))), 400);
+    // 33 Hz is just below what the loop of 30.3 ms makes.
+    assert!((650..=cycles as usize).contains(&count(|m| matches!(m, MavMessage::ATTITUDE(_)))));
+}
+
+#[test]
+fn a_clock_that_is_set_back_and_a_gap_silence_nothing_and_burst_nothing() {
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
+    let mut heartbeats = |t: f64| {
+        let messages = told(&mut mavlink, &flying(at(t)));
+        messages.iter().filter(|m| matches!(m, MavMessage::HEARTBEAT(_))).count()
+    };
+    let sent: Vec<_> = [1_000.0, 1_000.03, 3.0, 3.03, 500.0, 500.03].map(&mut heartbeats).into();
+    assert_eq!(sent, [1, 0, 1, 0, 1, 0]);
+}
+
+#[test]
+fn rates_of_zero_or_nonsense_are_silence() {
+    for rate_hz in [0.0, -1.0, f64::NAN] {
+        let rates = MavlinkRates { heartbeat_hz: rate_hz, ..MavlinkRates::default() };
+        let config = MavlinkConfig { rates, ..MavlinkConfig::default() };
+        let messages = told(&mut Mavlink::new(config, Time::ZERO), &flying(at(1.0)));
+        assert!(!messages.iter().any(|message| matches!(message, MavMessage::HEARTBEAT(_))));
+    }
+}
+
+#[test]
+fn the_time_of_day_is_told_once_it_is_known() {
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
+    mavlink.set_utc(1_790_000_000_000_000_000, at(100.0));
+    let messages = told(&mut mavlink, &flying(at(100.5)));
+    let stamps: Vec<_> = messages
+        .iter()
+        .filter_map(|message| match message {
+            MavMessage::HIGHRES_IMU(imu) => Some(imu.time_usec),
+            MavMessage::ATTITUDE(attitude) => Some(u64::from(attitude.time_boot_ms)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(stamps, [100_500, 1_790_000_000_500_000]);
+}
+
+#[test]
+fn local_positions_count_from_the_first_that_is_a_place() {
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
+    let first = flying(at(0.0));
+    let nowhere = Geodetic { latitude_rad: f64::NAN, longitude_rad: 0.0, height_m: 0.0 };
+    let lost = Snapshot { position: Some(nowhere), ..flying(at(-1.0)) };
+    let messages = told(&mut mavlink, &lost);
+    assert!(!messages.iter().any(|message| matches!(message, MavMessage::LOCAL_POSITION_NED(_))));
+    told(&mut mavlink, &first);
+    let place = first.position.unwrap().displaced(Vector::new(30.0, -20.0, -5.0));
+    let moved = Snapshot { position: Some(place), ..flying(at(1.0)) };
+    let messages = told(&mut mavlink, &moved);
+    let local = messages.iter().find_map(|message| match message {
+        MavMessage::LOCAL_POSITION_NED(local) => Some([local.x, local.y, local.z]),
+        _ => None,
+    });
+    for (found, expected) in local.unwrap().into_iter().zip([30.0, -20.0, -5.0]) {
+        assert!((found - expected).abs() < 0.01, "{found} for {expected}");
+    }
+}

@@ -1,0 +1,213 @@
+//! A port read in a thread of its own.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+
+use super::Clock;
+use super::port::{Port, PortCounts, PortEvent, Read, WriteError};
+use hovernav::time::Time;
+
+/// Bytes of one read at most.
+const PIECE: usize = 256;
+
+/// Silence after bytes that is told of, s: receivers do not pause as long within an epoch.
+const SILENCE_S: f64 = 0.05;
+
+/// How soon the thread hears of a command or of the end, s.
+const ATTENTION_S: f64 = 0.02;
+
+/// How long a command may take to be written, s.
+const WRITE_S: f64 = 0.2;
+
+/// Commands that wait to be written at most; there is never more than one in practice.
+const COMMANDS: usize = 16;
+
+/// What came of a port.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[expect(clippy::large_enum_variant, reason = "nearly all items are bytes, and none is allocated")]
+pub enum Item {
+    /// Bytes; none of them when the line fell silent, 50 ms after the last.
+    Bytes {
+        /// When they came.
+        arrival: Time,
+        /// The bytes.
+        bytes: Piece,
+    },
+    /// The port changed.
+    Changed(PortEvent),
+    /// A command was not written, or not all of it.
+    NotWritten(WriteError),
+}
+
+/// Bytes of one read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Piece {
+    bytes: [u8; PIECE],
+    length: usize,
+}
+
+impl std::ops::Deref for Piece {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.bytes[..self.length]
+    }
+}
+
+/// What was lost because nobody took it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Items of any kind.
+    pub items: u64,
+    /// Bytes in them.
+    pub bytes: u64,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    items: VecDeque<Item>,
+    commands: VecDeque<Vec<u8>>,
+    dropped: Dropped,
+    counts: PortCounts,
+    stop: bool,
+}
+
+/// A thread that reads a port into a queue of bounded length; when the queue is full, the oldest
+/// goes and is counted. The thread ends when this is dropped.
+#[derive(Debug)]
+pub struct Reader {
+    shared: Arc<(Mutex<Shared>, Condvar)>,
+    clock: Clock,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Reader {
+    /// Reads `port` from now on, keeping the last `capacity` items, at least one.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn spawn(mut port: Port, clock: Clock, capacity: usize) -> io::Result<Self> {
+        let capacity = capacity.max(1);
+        let items = VecDeque::with_capacity(capacity);
+        let shared = Arc::new((Mutex::new(Shared { items, ..Default::default() }), Condvar::new()));
+        let theirs = Arc::clone(&shared);
+        let name = format!("read {}", port.config().path);
+        let thread = thread::Builder::new()
+            .name(name)
+            .spawn(move || pump(&mut port, clock, capacity, &theirs))?;
+        Ok(Self { shared, clock, thread: Some(thread) })
+    }
+
+    /// The oldest item; waits for one up to `deadline`.
+    #[must_use]
+    pub fn receive(&self, deadline: Time) -> Option<Item> {
+        let mut shared = lock(&self.shared.0);
+        loop {
+            if let Some(item) = shared.items.pop_front() {
+                return Some(item);
+            }
+            let wait = self.clock.until(deadline);
+            if wait.is_zero() {
+                return None;
+            }
+            shared =
+                self.shared.1.wait_timeout(shared, wait).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Has `bytes` written, within some 20 ms. `false` if too many commands wait already.
+    pub fn write(&self, bytes: &[u8]) -> bool {
+        let mut shared = lock(&self.shared.0);
+        let room = shared.commands.len() < COMMANDS;
+        if room {
+            shared.commands.push_back(bytes.to_vec());
+        }
+        room
+    }
+
+    /// What was lost because nobody took it.
+    #[must_use]
+    pub fn dropped(&self) -> Dropped {
+        lock(&self.shared.0).dropped
+    }
+
+    /// What the port did so far.
+    #[must_use]
+    pub fn counts(&self) -> PortCounts {
+        lock(&self.shared.0).counts
+    }
+}
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        lock(&self.shared.0).stop = true;
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has already said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A panic elsewhere leaves nothing half done here.
+fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn pump(port: &mut Port, clock: Clock, capacity: usize, shared: &(Mutex<Shared>, Condvar)) {
+    let (shared, arrived) = shared;
+    let mut buffer = [0; PIECE];
+    // When silence is to be told of.
+    let mut silent_at = None;
+    loop {
+        let attention = clock.now() + ATTENTION_S;
+        let deadline = silent_at.map_or(attention, |silent: Time| silent.min(attention));
+        let item = match port.read_until(&mut buffer, deadline) {
+            Read::Bytes { count, arrival } => {
+                silent_at = Some(arrival + SILENCE_S);
+                Some(Item::Bytes { arrival, bytes: Piece { bytes: buffer, length: count } })
+            }
+            Read::Silent => {
+                let now = clock.now();
+                silent_at.take_if(|silent| *silent <= now).map(|_| Item::Bytes {
+                    arrival: now,
+                    bytes: Piece { bytes: [0; PIECE], length: 0 },
+                })
+            }
+            Read::Changed(event) => Some(Item::Changed(event)),
+        };
+        let mut queue = lock(shared);
+        if let Some(item) = item {
+            queue.push(item, capacity);
+            arrived.notify_one();
+        }
+        if queue.stop {
+            return;
+        }
+        while let Some(command) = queue.commands.pop_front() {
+            drop(queue);
+            let written = port.write(&command, clock.now() + WRITE_S);
+            queue = lock(shared);
+            if let Err(error) = written {
+                queue.push(Item::NotWritten(error), capacity);
+                arrived.notify_one();
+            }
+        }
+        queue.counts = port.counts();
+    }
+}
+
+impl Shared {
+    fn push(&mut self, item: Item, capacity: usize) {
+        if self.items.len() >= capacity {
+            // Bytes grow old; what the port went through is still to be told.
+            let oldest = self.items.iter().position(|item| matches!(item, Item::Bytes { .. }));
+            if let Some(Item::Bytes { bytes, .. }) = self.items.remove(oldest.unwrap_or(0)) {
+                self.dropped.bytes += bytes.len() as u64;
+            }
+            self.dropped.items += 1;
+        }
+        self.items.push_back(item);
+    }
+}

@@ -1,0 +1,245 @@
+//! Pulses on GPIO lines, timed by the kernel's interrupt handler.
+
+use std::path::{Path, PathBuf};
+
+use gpiocdev::Request;
+use gpiocdev::line::{EdgeDetection, EdgeEvent, EdgeKind, EventClock};
+
+use hovernav::controls::{Channel, Channels};
+use hovernav::servo::{EdgeTimer, Paired, PilotPulses, PulseCapture};
+use hovernav::time::Time;
+
+/// Edges taken at most in one call: five channels make 15 to 20 in a cycle of 30 ms.
+const MOST_EDGES: usize = 128;
+/// Edges that the kernel keeps for us.
+const KERNEL_EDGES: u32 = 512;
+/// An edge that seems this much later than any before, ns, shows that our own clock has stepped.
+const CLOCK_STEP_NS: i64 = 1_000_000_000;
+
+/// Why pulses cannot be captured.
+#[derive(Debug, thiserror::Error)]
+pub enum GpioError {
+    /// The lines cannot be had.
+    #[error("{}: cannot watch lines {lines:?}: {source}", chip.display())]
+    Open {
+        /// The chip.
+        chip: PathBuf,
+        /// The lines' numbers on it.
+        lines: Vec<u32>,
+        /// What the system said.
+        source: gpiocdev::Error,
+    },
+    /// Two channels are on one line.
+    #[error("{first} and {second} are both on line {line}")]
+    SameLine {
+        /// A channel.
+        first: Channel,
+        /// Another.
+        second: Channel,
+        /// The line's number.
+        line: u32,
+    },
+    /// The edges cannot be read.
+    #[error("{}: cannot read edges: {source}", chip.display())]
+    Read {
+        /// The chip.
+        chip: PathBuf,
+        /// What the system said.
+        source: gpiocdev::Error,
+    },
+}
+
+/// The pilot's pulses on five lines of one GPIO chip.
+///
+/// A width is the difference of two times that the kernel took at the interrupts, so it does not
+/// depend on when the loop comes round. The kernel's clock, CLOCK_MONOTONIC, is brought onto ours by
+/// the least delay seen between an edge and its reading; both must run at the same rate, as they do
+/// where [`Time`] is taken from `std::time::Instant`.
+#[derive(Debug)]
+pub struct GpioCapture {
+    chip: PathBuf,
+    request: Request,
+    raw: Vec<u64>,
+    edges: Edges,
+}
+
+impl GpioCapture {
+    /// Watches `lines` of the chip at `chip`, `/dev/gpiochip0` say.
+    ///
+    /// # Errors
+    /// [`GpioError::SameLine`]; [`GpioError::Open`] where the chip or a line cannot be had.
+    pub fn open(chip: &Path, lines: &Channels<u32>) -> Result<Self, GpioError> {
+        check(lines)?;
+        let numbers = lines.to_array();
+        let request = Request::builder()
+            .on_chip(chip)
+            .with_consumer("hovernav")
+            .with_lines(&numbers)
+            .as_input()
+            .with_edge_detection(EdgeDetection::BothEdges)
+            .with_event_clock(EventClock::Monotonic)
+            .with_kernel_event_buffer_size(KERNEL_EDGES)
+            .request()
+            .map_err(|source| GpioError::Open {
+                chip: chip.to_path_buf(),
+                lines: numbers.to_vec(),
+                source,
+            })?;
+        let raw = vec![0; MOST_EDGES * request.edge_event_u64_size()];
+        Ok(Self { chip: chip.to_path_buf(), request, raw, edges: Edges::new(*lines) })
+    }
+
+    /// Takes up to [`MOST_EDGES`] edges that wait.
+    fn read(&mut self, now: Time) -> Result<(), gpiocdev::Error> {
+        if !self.request.has_edge_event()? {
+            return Ok(());
+        }
+        let words = self.request.read_edge_events_into_slice(&mut self.raw)?;
+        let read = self.raw.get(..words).unwrap_or_default();
+        for raw in read.chunks_exact(self.request.edge_event_u64_size()) {
+            self.edges.take(&self.request.edge_event_from_slice(raw)?, now);
+        }
+        Ok(())
+    }
+}
+
+impl PulseCapture for GpioCapture {
+    type Error = GpioError;
+
+    fn poll(&mut self, now: Time) -> Result<&PilotPulses, GpioError> {
+        match self.read(now) {
+            Ok(()) => Ok(&self.edges.pulses),
+            Err(source) => Err(GpioError::Read { chip: self.chip.clone(), source }),
+        }
+    }
+}
+
+fn check(lines: &Channels<u32>) -> Result<(), GpioError> {
+    for (first, line) in lines.iter() {
+        let other = lines.iter().find(|(second, other)| *second != first && *other == line);
+        if let Some((second, _)) = other {
+            return Err(GpioError::SameLine { first, second, line: *line });
+        }
+    }
+    Ok(())
+}
+
+/// From the kernel's edges to pulses on our clock.
+#[derive(Debug)]
+struct Edges {
+    lines: Channels<u32>,
+    timers: Channels<EdgeTimer>,
+    pulses: PilotPulses,
+    /// Our time less the kernel's, ns.
+    offset_ns: Option<i64>,
+}
+
+impl Edges {
+    fn new(lines: Channels<u32>) -> Self {
+        let (timers, pulses) = Default::default();
+        Self { lines, timers, pulses, offset_ns: None }
+    }
+
+    fn take(&mut self, edge: &EdgeEvent, now: Time) {
+        let found = self.lines.iter().find(|(_, line)| **line == edge.offset);
+        let Some((channel, _)) = found else { return };
+        let at = self.on_our_clock(edge.timestamp_ns, now);
+        let rising = edge.kind == EdgeKind::Rising;
+        let captured = &mut self.pulses.channels[channel];
+        match self.timers[channel].edge(rising, edge.line_seqno, edge.timestamp_ns) {
+            Paired::Waiting => {}
+            // A fault has been counted.
+            Paired::Width(width_ms) => drop(captured.push(width_ms, at)),
+            Paired::Broken => captured.count_error(),
+        }
+    }
+
+    fn on_our_clock(&mut self, kernel_ns: u64, now: Time) -> Time {
+        let kernel_ns = i64::try_from(kernel_ns).unwrap_or(i64::MAX);
+        let seen_ns = now.nanoseconds().saturating_sub(kernel_ns);
+        let offset_ns = match self.offset_ns {
+            Some(least_ns) if seen_ns < least_ns.saturating_add(CLOCK_STEP_NS) => {
+                least_ns.min(seen_ns)
+            }
+            _ => seen_ns,
+        };
+        self.offset_ns = Some(offset_ns);
+        Time::from_nanoseconds(kernel_ns.saturating_add(offset_ns))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines() -> Channels<u32> {
+        Channels::from([5, 6, 13, 19, 26])
+    }
+
+    fn edge(offset: u32, rising: bool, line_seqno: u32, timestamp_ns: u64) -> EdgeEvent {
+        let kind = if rising { EdgeKind::Rising } else { EdgeKind::Falling };
+        EdgeEvent { timestamp_ns, kind, offset, seqno: 0, line_seqno }
+    }
+
+    /// Frames of 20 ms on the lateral line, each read `delay_ns` after its end on a clock that is
+    /// `ahead_ns` ahead of the kernel's; the age of the last pulse after each.
+    fn ages_ns(edges: &mut Edges, delays_ns: &[i64], ahead_ns: i64) -> Vec<i64> {
+        let mut ages = Vec::new();
+        for (frame, delay_ns) in (0u32..).zip(delays_ns) {
+            let start_ns = 1_000_000_000 + u64::from(frame) * 20_000_000;
+            let end_ns = start_ns + 1_600_000;
+            let now = Time::from_nanoseconds(end_ns as i64 + delay_ns + ahead_ns);
+            edges.take(&edge(19, true, 2 * frame + 1, start_ns), now);
+            edges.take(&edge(19, false, 2 * frame + 2, end_ns), now);
+            let pulse = edges.pulses.channels.lateral.pulse.unwrap();
+            assert_eq!(pulse.width_ms, 1.6);
+            ages.push(now.nanoseconds() - pulse.at.nanoseconds());
+        }
+        ages
+    }
+
+    #[test]
+    fn a_width_does_not_depend_on_when_it_is_read_and_its_age_soon_does_not_either() {
+        let mut edges = Edges::new(lines());
+        let delays_ns = [9_000_000, 200_000, 25_000_000, 100_000, 3_000_000];
+        let ages = ages_ns(&mut edges, &delays_ns, 77_000_000_000);
+        let least = |upto: usize| *delays_ns[..=upto].iter().min().unwrap();
+        for (frame, age) in ages.iter().enumerate() {
+            // Right to the least delay so far.
+            assert_eq!(*age, delays_ns[frame] - least(frame));
+        }
+        assert_eq!(edges.pulses.channels.lateral.errors, 0);
+    }
+
+    #[test]
+    fn a_step_of_our_clock_is_followed() {
+        let mut edges = Edges::new(lines());
+        ages_ns(&mut edges, &[100_000], 0);
+        for ahead_ns in [-5_000_000_000, 5_000_000_000] {
+            assert!(ages_ns(&mut edges, &[100_000], ahead_ns).iter().all(|age| *age <= 100_000));
+        }
+    }
+
+    #[test]
+    fn a_lost_edge_and_a_spike_are_errors_of_their_channel() {
+        let mut edges = Edges::new(lines());
+        ages_ns(&mut edges, &[0, 0], 0);
+        let now = Time::from_nanoseconds(1_100_000_000);
+        edges.take(&edge(19, false, 6, 1_060_000_000), now);
+        edges.take(&edge(19, true, 7, 1_080_000_000), now);
+        edges.take(&edge(19, false, 8, 1_080_003_000), now);
+        edges.take(&edge(99, true, 1, 1_080_003_000), now);
+        assert_eq!(edges.pulses.channels.lateral.errors, 2);
+        assert_eq!(edges.pulses.channels.lateral.pulse.unwrap().width_ms, 1.6);
+        assert_eq!(edges.pulses.channels.pedal.errors, 0);
+    }
+
+    #[test]
+    fn a_chip_that_is_not_there_and_a_line_used_twice_are_named() {
+        let error = GpioCapture::open(Path::new("/dev/no-such-chip"), &lines()).unwrap_err();
+        assert!(error.to_string().starts_with("/dev/no-such-chip: cannot watch lines [5, 6"));
+        let twice = Channels { pedal: 13, ..lines() };
+        let error = GpioCapture::open(Path::new("/dev/no-such-chip"), &twice).unwrap_err();
+        assert_eq!(error.to_string(), "longitudinal and pedal are both on line 13");
+    }
+}

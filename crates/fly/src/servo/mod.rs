@@ -1,0 +1,16 @@
+//! Pulses through an operating system: a microcontroller's packets from any reader, GPIO lines whose
+//! edges the kernel dates, and the kernel's PWM outputs.
+
+#[cfg(target_os = "linux")]
+mod gpio;
+#[cfg(target_os = "linux")]
+mod pwm;
+mod recording;
+mod stream;
+
+#[cfg(target_os = "linux")]
+pub use gpio::{GpioCapture, GpioError};
+#[cfg(target_os = "linux")]
+pub use pwm::{PwmAction, PwmError, PwmOutput};
+pub use recording::Recording;
+pub use stream::StreamCapture;

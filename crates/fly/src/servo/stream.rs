@@ -1,0 +1,120 @@
+//! Pulses from a microcontroller on a serial port, or on anything else that can be read.
+
+use std::io::{self, ErrorKind, Read};
+
+use hovernav::servo::packet::{PacketCapture, Tally};
+use hovernav::servo::{PilotPulses, PulseCapture};
+use hovernav::time::Time;
+
+/// Bytes read at most in one call: a second of packets at 50 Hz fits, so the loop catches up after
+/// a stall without ever being held up by a line that babbles.
+const MOST_BYTES: usize = 1_024;
+
+/// Reads the packets of `docs/servo-packet.md` from `R`.
+///
+/// `R` should not wait when nothing is there: a serial port with a time-out of 0, say. A read that
+/// finds nothing, by a count of 0, by `WouldBlock`, `TimedOut` or `Interrupted`, is no error: the
+/// pulses age.
+#[derive(Clone, Debug)]
+pub struct StreamCapture<R> {
+    source: R,
+    capture: PacketCapture,
+}
+
+impl<R: Read> StreamCapture<R> {
+    /// Pulses from `source`.
+    pub fn new(source: R) -> Self {
+        Self { source, capture: PacketCapture::default() }
+    }
+
+    /// What became of the stream so far.
+    #[must_use]
+    pub const fn tally(&self) -> &Tally {
+        self.capture.tally()
+    }
+}
+
+impl<R: Read> PulseCapture for StreamCapture<R> {
+    type Error = io::Error;
+
+    fn poll(&mut self, now: Time) -> Result<&PilotPulses, io::Error> {
+        let mut bytes = [0; 256];
+        let mut total = 0;
+        while total < MOST_BYTES {
+            match self.source.read(&mut bytes) {
+                Ok(0) => break,
+                Ok(count) => {
+                    total += count;
+                    self.capture.receive(bytes.get(..count).unwrap_or_default(), now);
+                    if count < bytes.len() {
+                        break;
+                    }
+                }
+                Err(error) => match error.kind() {
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => break,
+                    _ => return Err(error),
+                },
+            }
+        }
+        Ok(self.capture.pulses())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::controls::Channels;
+    use hovernav::servo::packet::ServoPacket;
+    use hovernav::servo::{Signal, SignalConfig};
+
+    /// Gives out one piece or one error a call.
+    struct Script(Vec<io::Result<Vec<u8>>>);
+
+    impl Read for Script {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            if self.0.is_empty() {
+                return Ok(0);
+            }
+            let piece = self.0.remove(0)?;
+            buffer[..piece.len()].copy_from_slice(&piece);
+            Ok(piece.len())
+        }
+    }
+
+    fn packet(sequence: u8) -> [u8; 16] {
+        let width_ticks = Channels::from_fn(|_| Some(3_000));
+        ServoPacket { sequence, width_ticks, ..ServoPacket::default() }.encode()
+    }
+
+    #[test]
+    fn a_packet_in_pieces_arrives_and_silence_makes_it_stale() {
+        let config = SignalConfig::default();
+        let whole = packet(0);
+        let (a, b) = whole.split_at(5);
+        let script = vec![Ok(a.to_vec()), Err(ErrorKind::TimedOut.into()), Ok(b.to_vec())];
+        let mut capture = StreamCapture::new(Script(script));
+        let now = Time::from_seconds(1.0).unwrap();
+        assert!(matches!(capture.poll(now).unwrap().signal(now, &config), Signal::Stale(_)));
+        capture.poll(now).unwrap();
+        assert_eq!(capture.poll(now).unwrap().signal(now, &config), Signal::Good);
+        let later = now + 0.2;
+        assert!(matches!(capture.poll(later).unwrap().signal(later, &config), Signal::Stale(_)));
+    }
+
+    #[test]
+    fn a_port_that_is_gone_is_reported_and_what_was_known_stays() {
+        let gone = Err(ErrorKind::BrokenPipe.into());
+        let mut capture = StreamCapture::new(Script(vec![Ok(packet(0).to_vec()), gone]));
+        capture.poll(Time::ZERO).unwrap();
+        assert_eq!(capture.poll(Time::ZERO).unwrap_err().kind(), ErrorKind::BrokenPipe);
+        let pulses = capture.poll(Time::ZERO).unwrap();
+        assert_eq!(pulses.channels.pedal.fresh_ms(Time::ZERO, 0.1), Some(1.5));
+    }
+
+    #[test]
+    fn a_line_that_babbles_does_not_hold_up_the_loop() {
+        let mut capture = StreamCapture::new(io::repeat(0x55));
+        capture.poll(Time::ZERO).unwrap();
+        assert_eq!(capture.tally().bytes, MOST_BYTES as u64);
+    }
+}

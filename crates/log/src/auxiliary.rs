@@ -1,0 +1,111 @@
+//! `baro.csv`, `mag.csv` and `controls.csv`: what may lie beside the inertial unit and the GPS.
+
+use std::path::Path;
+
+use super::clock::Rows;
+use super::error::LogError;
+use super::imu::{MAGNETIC, STRONGEST_FIELD_GAUSS};
+use super::remarks::Remarks;
+use super::table::Table;
+use hovernav::frames::{Body, Vector};
+use hovernav::time::Time;
+
+pub(super) const BARO_FILE: &str = "baro.csv";
+pub(super) const MAG_FILE: &str = "mag.csv";
+pub(super) const CONTROLS_FILE: &str = "controls.csv";
+pub(super) const ALTITUDE: &str = "altitude_m";
+pub(super) const CONTROLS: [&str; 4] = ["lateral", "longitudinal", "collective", "pedal"];
+
+/// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level;
+/// `None` outside the troposphere's 22 632 Pa to 11 km, and the like below −2 km (127 774 Pa).
+///
+/// Not a height above the ellipsoid: it differs from one by the day's weather and by the geoid, which
+/// change slowly, so differences within a flight are what it is good for.
+///
+/// # Source
+/// ICAO Doc 7488/3, *Manual of the ICAO Standard Atmosphere*, table A (p0 = 101 325 Pa, T0 = 288.15 K,
+/// β = −6.5 K/km, R = 287.052 87 J/(kg K), g0 = 9.806 65 m/s²) and the pressure equation of a layer of
+/// constant gradient, solved for the geopotential altitude.
+///
+/// ```
+/// use hovernav_log::pressure_altitude_m;
+/// assert!((pressure_altitude_m(89_874.6).unwrap() - 1000.0).abs() < 0.1);
+/// ```
+#[must_use]
+pub fn pressure_altitude_m(pressure_pa: f64) -> Option<f64> {
+    const SEA_LEVEL_PRESSURE_PA: f64 = 101_325.0;
+    const SEA_LEVEL_TEMPERATURE_K: f64 = 288.15;
+    const LAPSE_RATE_KPM: f64 = 0.0065;
+    const EXPONENT: f64 = 287.052_87 * LAPSE_RATE_KPM / 9.806_65;
+    (22_632.0..=127_774.0).contains(&pressure_pa).then(|| {
+        let ratio = libm::pow(pressure_pa / SEA_LEVEL_PRESSURE_PA, EXPONENT);
+        SEA_LEVEL_TEMPERATURE_K / LAPSE_RATE_KPM * (1.0 - ratio)
+    })
+}
+
+pub(super) fn read_baro(
+    dir: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<(Time, f64)>, LogError> {
+    let Some(mut table) = Table::open(dir, BARO_FILE)? else { return Ok(Vec::new()) };
+    let (column, is_pressure) = match (table.find([ALTITUDE]), table.find(["pressure_pa"])) {
+        (Some(altitude), _) => (altitude, false),
+        (None, Some(pressure)) => (pressure, true),
+        (None, None) => return Err(table.columns_missing("altitude_m or pressure_pa")),
+    };
+    read_timed(table, BARO_FILE, column, warnings, |[value]| match is_pressure {
+        true => pressure_altitude_m(value),
+        false => (value.abs() <= 1e5).then_some(value),
+    })
+}
+
+pub(super) fn read_magnetometer(
+    dir: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<(Time, Vector<Body>)>, LogError> {
+    let Some(mut table) = Table::open(dir, MAG_FILE)? else { return Ok(Vec::new()) };
+    let columns = table.require(MAGNETIC)?;
+    read_timed(table, MAG_FILE, columns, warnings, |field| {
+        field.iter().all(|component| component.abs() <= STRONGEST_FIELD_GAUSS).then(|| field.into())
+    })
+}
+
+pub(super) fn read_controls(
+    dir: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<(Time, [f64; 4])>, LogError> {
+    let Some(mut table) = Table::open(dir, CONTROLS_FILE)? else { return Ok(Vec::new()) };
+    let columns = table.require(CONTROLS)?;
+    // Trim may lie off centre, so a full stroke from it may exceed 1, but never 2.
+    read_timed(table, CONTROLS_FILE, columns, warnings, |sticks| {
+        sticks.iter().all(|stick| stick.abs() <= 2.0).then_some(sticks)
+    })
+}
+
+/// All rows whose numbers are known and make a `value`, in time order.
+fn read_timed<T, const N: usize>(
+    mut table: Table,
+    file: &'static str,
+    columns: [usize; N],
+    warnings: &mut Vec<String>,
+    value: impl Fn([f64; N]) -> Option<T>,
+) -> Result<Vec<(Time, T)>, LogError> {
+    let mut remarks = Remarks::new(file);
+    let [time] = table.require(["t_s"])?;
+    table.remark_unused(&["temp_degc"], &mut remarks);
+    let mut rows = Rows::new();
+    while let Some(row) = table.next(&mut remarks)? {
+        let time = row.time(time)?;
+        let Some((time, numbers)) = time.zip(row.finite(Some(columns))?) else {
+            remarks.count("left out: a value is missing", row.line);
+            continue;
+        };
+        match value(numbers) {
+            Some(value) => rows.push(row.line, (time, value)),
+            None => remarks.count("left out: a value is out of range", row.line),
+        }
+    }
+    let (rows, _) = rows.in_time_order(|row| row.0, table.path(), &mut remarks)?;
+    warnings.extend(remarks.into_warnings());
+    Ok(rows)
+}

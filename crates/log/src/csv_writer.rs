@@ -1,0 +1,169 @@
+//! Rows of numbers to a CSV file, formatted in memory and written in one go.
+
+use std::path::PathBuf;
+
+use super::error::LogError;
+use hovernav::time::Time;
+
+/// A CSV file in the making. A number that is not finite never reaches it.
+pub(super) struct CsvWriter<'a> {
+    path: PathBuf,
+    columns: &'a [&'static str],
+    bytes: Vec<u8>,
+    row: usize,
+    column: usize,
+}
+
+impl<'a> CsvWriter<'a> {
+    /// Starts a file with a header of `columns`, and room for `rows`.
+    pub fn new(path: PathBuf, columns: &'a [&'static str], rows: usize) -> Self {
+        const BYTES_PER_FIELD: usize = 14;
+        let mut bytes = Vec::with_capacity((rows + 2) * columns.len() * BYTES_PER_FIELD);
+        bytes.extend_from_slice(columns.join(",").as_bytes());
+        bytes.push(b'\n');
+        Self { path, columns, bytes, row: 1, column: 0 }
+    }
+
+    /// A time in seconds, with as many decimals as it needs and no more.
+    pub fn time(&mut self, time: Time) {
+        const PER_SECOND: u64 = 1_000_000_000;
+        let nanoseconds = time.nanoseconds().unsigned_abs();
+        if time < Time::ZERO {
+            self.bytes.push(b'-');
+        }
+        let (mut fraction, mut decimals) = (nanoseconds % PER_SECOND, 9);
+        while decimals > 0 && fraction % 10 == 0 {
+            fraction /= 10;
+            decimals -= 1;
+        }
+        push_decimal(
+            &mut self.bytes,
+            nanoseconds / PER_SECOND * TEN_TO[decimals] + fraction,
+            decimals,
+        );
+        self.end_field();
+    }
+
+    /// A number in the fewest digits that read back as the same number.
+    pub fn shortest(&mut self, value: f64) -> Result<(), LogError> {
+        if !value.is_finite() {
+            return Err(self.unwritable(value));
+        }
+        self.bytes.extend_from_slice(zmij::Buffer::new().format_finite(value).as_bytes());
+        self.end_field();
+        Ok(())
+    }
+
+    /// Each of `values` in the fewest digits, or as many empty fields.
+    pub fn shortest_or_empty<const N: usize>(
+        &mut self,
+        values: Option<[f64; N]>,
+    ) -> Result<(), LogError> {
+        match values {
+            Some(values) => values.into_iter().try_for_each(|value| self.shortest(value)),
+            None => {
+                (0..N).for_each(|_| self.end_field());
+                Ok(())
+            }
+        }
+    }
+
+    /// A number with a fixed count of `decimals`, at most 10.
+    pub fn fixed(&mut self, value: f64, decimals: usize) -> Result<(), LogError> {
+        self.fixed_units(self.in_units(value, decimals)?, decimals);
+        Ok(())
+    }
+
+    /// Each of `values` with a fixed count of `decimals`, at most 10.
+    pub fn fixed_each(&mut self, values: [f64; 3], decimals: usize) -> Result<(), LogError> {
+        values.into_iter().try_for_each(|value| self.fixed(value, decimals))
+    }
+
+    /// An angle in (−180, 180] with a fixed count of `decimals`, at most 10; what rounds to −180 is
+    /// written as 180.
+    pub fn fixed_angle_deg(&mut self, angle_deg: f64, decimals: usize) -> Result<(), LogError> {
+        let units = self.in_units(angle_deg, decimals)?;
+        let half_turn = 180 * TEN_TO[decimals] as i64;
+        self.fixed_units(if units == -half_turn { half_turn } else { units }, decimals);
+        Ok(())
+    }
+
+    /// Ends the row.
+    pub fn end_row(&mut self) {
+        debug_assert_eq!(self.column, self.columns.len());
+        if let Some(last) = self.bytes.last_mut() {
+            *last = b'\n';
+        }
+        self.row += 1;
+        self.column = 0;
+    }
+
+    /// Writes the file.
+    pub fn finish(self) -> Result<(), LogError> {
+        std::fs::write(&self.path, &self.bytes).map_err(LogError::io(&self.path))
+    }
+
+    /// `value` in units of its last decimal.
+    fn in_units(&self, value: f64, decimals: usize) -> Result<i64, LogError> {
+        let units = value * TEN_TO[decimals] as f64;
+        // Written so that NaN fails too.
+        if units.abs() < 9e18 {
+            Ok((units + 0.5f64.copysign(units)) as i64)
+        } else {
+            Err(self.unwritable(value))
+        }
+    }
+
+    fn fixed_units(&mut self, units: i64, decimals: usize) {
+        if units < 0 {
+            self.bytes.push(b'-');
+        }
+        push_decimal(&mut self.bytes, units.unsigned_abs(), decimals);
+        self.end_field();
+    }
+
+    fn end_field(&mut self) {
+        self.bytes.push(b',');
+        self.column += 1;
+    }
+
+    fn unwritable(&self, value: f64) -> LogError {
+        let column = self.columns.get(self.column).copied().unwrap_or_default();
+        LogError::Unwritable { path: self.path.clone(), row: self.row, column, value }
+    }
+}
+
+const TEN_TO: [u64; 11] = {
+    let mut powers = [1; 11];
+    let mut exponent = 1;
+    while exponent < powers.len() {
+        powers[exponent] = 10 * powers[exponent - 1];
+        exponent += 1;
+    }
+    powers
+};
+
+/// `units` of the last of `decimals`, as text.
+fn push_decimal(out: &mut Vec<u8>, mut units: u64, decimals: usize) {
+    let mut digits = [b'0'; 21];
+    let mut start = digits.len();
+    let mut push = |digit: u8| {
+        start -= 1;
+        digits[start] = digit;
+    };
+    for _ in 0..decimals {
+        push(b'0' + (units % 10) as u8);
+        units /= 10;
+    }
+    if decimals > 0 {
+        push(b'.');
+    }
+    loop {
+        push(b'0' + (units % 10) as u8);
+        units /= 10;
+        if units == 0 {
+            break;
+        }
+    }
+    out.extend_from_slice(&digits[start..]);
+}

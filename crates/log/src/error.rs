@@ -1,0 +1,128 @@
+//! Why a log could not be read or written.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use hovernav::time::Time;
+
+/// Why a log could not be read or written: one line that names the file and the place in it.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or directory.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A table lacks columns it cannot do without.
+    #[error("{}:{line}: expected {expected}, found {found}", path.display())]
+    Columns {
+        /// The table.
+        path: PathBuf,
+        /// Line of the header, from 1.
+        line: u64,
+        /// The columns asked for.
+        expected: String,
+        /// The header found, shortened.
+        found: String,
+    },
+    /// A field holds something that is not what its column is for.
+    #[error("{}:{line}: column {column}: found \"{found}\", expected {expected}", path.display())]
+    Field {
+        /// The table.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// The text found, shortened, on one line.
+        found: String,
+        /// What should stand there.
+        expected: &'static str,
+    },
+    /// A file that must hold something holds nothing usable, or cannot hold what it is given.
+    #[error("{}: {reason}", path.display())]
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// What was found, and what was expected.
+        reason: String,
+    },
+    /// A file of bytes is not what it should be.
+    #[error("{}: at byte {offset}: {reason}", path.display())]
+    Bytes {
+        /// The file.
+        path: PathBuf,
+        /// Where in it, from 0.
+        offset: u64,
+        /// What was found and expected.
+        reason: String,
+    },
+    /// The clock of a table does not run forward, beyond the repair of stray rows.
+    #[error(
+        "{}:{line}: time goes back from {before} to {found}, and {left_out} of {rows} rows would be \
+         left out to mend it; expected one recording with one clock",
+        path.display()
+    )]
+    Clock {
+        /// The table.
+        path: PathBuf,
+        /// Line where time first goes back, from 1.
+        line: u64,
+        /// The time on the row before.
+        before: Time,
+        /// The time on that line.
+        found: Time,
+        /// How many rows time's order would cost.
+        left_out: usize,
+        /// How many rows there are.
+        rows: usize,
+    },
+    /// A manifest or configuration is not valid.
+    #[error("{}:{line}: {reason}", path.display())]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What was found and expected.
+        reason: String,
+    },
+    /// A number to be written is NaN, infinite or beyond what the column can hold.
+    #[error("{}: row {row}, column {column}: {value} cannot be written", path.display())]
+    Unwritable {
+        /// The file to be written.
+        path: PathBuf,
+        /// Row after the header, from 1.
+        row: usize,
+        /// Name of the column.
+        column: &'static str,
+        /// The value.
+        value: f64,
+    },
+}
+
+impl LogError {
+    /// What the system said of `path`.
+    pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
+        move |source| Self::Io { path: path.to_path_buf(), source }
+    }
+
+    /// What is wrong with `path` at a byte.
+    pub(super) fn bytes(path: &Path, offset: usize, reason: String) -> Self {
+        Self::Bytes { path: path.to_path_buf(), offset: offset as u64, reason }
+    }
+}
+
+/// `text` made fit for a one-line message: at most `longest` characters, none that breaks the line.
+pub(super) fn excerpt(text: &[u8], longest: usize) -> String {
+    // No character takes more than four bytes.
+    let text = String::from_utf8_lossy(&text[..text.len().min(4 * longest + 4)]);
+    let mut shown: String = text.escape_debug().take(longest).collect();
+    if text.escape_debug().nth(longest).is_some() {
+        shown.push('…');
+    }
+    shown
+}

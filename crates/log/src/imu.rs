@@ -1,0 +1,172 @@
+//! `imu.csv`: the inertial unit.
+
+use std::path::Path;
+
+use super::clock::{Rows, gaps};
+use super::error::LogError;
+use super::remarks::Remarks;
+use super::table::{Row, Table};
+use hovernav::frames::{EulerAngles, Vector, wrap_angle};
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+
+pub(super) const FILE: &str = "imu.csv";
+pub(super) const RATES: [&str; 6] = [
+    "gyro_x_radps",
+    "gyro_y_radps",
+    "gyro_z_radps",
+    "accel_x_mps2",
+    "accel_y_mps2",
+    "accel_z_mps2",
+];
+pub(super) const INCREMENTS: [&str; 6] =
+    ["dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"];
+pub(super) const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
+pub(super) const MAGNETIC: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
+
+/// No vehicle turns faster than this, rad/s.
+const FASTEST_TURN_RADPS: f64 = 100.0;
+/// No vehicle is pushed harder than this, m/s².
+const HARDEST_PUSH_MPS2: f64 = 1000.0;
+/// No interval between increments is longer than this, s: it scales the limits above.
+const LONGEST_INTERVAL_S: f64 = 1.0;
+/// Stronger fields are a garbled value, gauss (the Earth's is under 0.7).
+pub(super) const STRONGEST_FIELD_GAUSS: f64 = 100.0;
+
+/// Samples that repeat to the last bit for this many rows and this long are stuck.
+const STUCK_ROWS: usize = 10;
+const STUCK_S: f64 = 0.2;
+
+/// Gaps named one by one before the rest is only counted.
+const GAPS_NAMED: usize = 8;
+
+pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSample>, LogError> {
+    let mut table = Table::open(dir, FILE)?.ok_or_else(|| LogError::Unusable {
+        path: dir.join(FILE),
+        reason: "no such file, and a dataset needs it".into(),
+    })?;
+    let mut remarks = Remarks::new(FILE);
+    let columns = Columns::of(&mut table, &mut remarks)?;
+    let mut rows = Rows::new();
+    while let Some(row) = table.next(&mut remarks)? {
+        match columns.sample(&row)? {
+            Ok(sample) => rows.push(row.line, sample),
+            Err(why) => remarks.count(why, row.line),
+        }
+    }
+    let (samples, lines) = rows.in_time_order(|sample| sample.time, table.path(), &mut remarks)?;
+    if samples.is_empty() {
+        let reason = match remarks.summary() {
+            none if none.is_empty() => "no rows below the header".to_string(),
+            summary => format!("no usable row: {summary}"),
+        };
+        return Err(LogError::Unusable { path: table.path().to_path_buf(), reason });
+    }
+    remark_gaps(&samples, &mut remarks);
+    remark_stuck(&samples, &lines, &mut remarks);
+    warnings.extend(remarks.into_warnings());
+    Ok(samples)
+}
+
+/// Where in the table each quantity stands.
+struct Columns {
+    time: usize,
+    motion: [usize; 6],
+    are_rates: bool,
+    attitude: Option<[usize; 3]>,
+    magnetic: Option<[usize; 3]>,
+}
+
+impl Columns {
+    fn of(table: &mut Table, remarks: &mut Remarks) -> Result<Self, LogError> {
+        let [time] = table.require(["t_s"])?;
+        let (motion, are_rates) = match (table.find(RATES), table.find(INCREMENTS)) {
+            (Some(rates), increments) => {
+                if increments.is_some() {
+                    remarks.say("holds rates and increments: the rates are used".into());
+                }
+                (rates, true)
+            }
+            (None, Some(increments)) => (increments, false),
+            (None, None) => {
+                let expected = format!("{}, or {}", RATES.join(","), INCREMENTS.join(","));
+                return Err(table.columns_missing(&expected));
+            }
+        };
+        let (attitude, magnetic) = (table.find(ATTITUDE), table.find(MAGNETIC));
+        table.remark_unused(&["temp_degc"], remarks);
+        Ok(Self { time, motion, are_rates, attitude, magnetic })
+    }
+
+    /// The sample in `row`, or why it is left out.
+    fn sample(&self, row: &Row<'_>) -> Result<Result<ImuSample, &'static str>, LogError> {
+        let time = row.time(self.time)?;
+        let values @ [p, q, r, x, y, z] = row.numbers(self.motion)?;
+        let attitude = row.finite(self.attitude)?;
+        let magnetic = row.finite(self.magnetic)?;
+        let Some(time) = time else { return Ok(Err("left out: no time")) };
+        if values.iter().any(|value| value.is_nan()) {
+            return Ok(Err("left out: a value is missing"));
+        }
+        let scale = if self.are_rates { 1.0 } else { LONGEST_INTERVAL_S };
+        if !is_within([p, q, r], scale * FASTEST_TURN_RADPS)
+            || !is_within([x, y, z], scale * HARDEST_PUSH_MPS2)
+        {
+            return Ok(Err("left out: a value is beyond any vehicle's motion"));
+        }
+        if values == [0.0; 6] {
+            return Ok(Err("left out: all zeros, the unit was not measuring"));
+        }
+        let (gyro, accel) = (Vector::new(p, q, r), Vector::new(x, y, z));
+        let motion = match self.are_rates {
+            true => Motion::Rates { angular_rate_radps: gyro, specific_force_mps2: accel },
+            false => Motion::Increments { angle_rad: gyro, velocity_mps: accel },
+        };
+        let attitude =
+            attitude.filter(|angles| is_within(*angles, 360.0) && angles[1].abs() <= 90.0);
+        let attitude = attitude.map(|[roll, pitch, yaw]| EulerAngles {
+            roll_rad: wrap_angle(roll.to_radians()),
+            pitch_rad: pitch.to_radians(),
+            yaw_rad: wrap_angle(yaw.to_radians()),
+        });
+        let magnetic = magnetic.filter(|field| is_within(*field, STRONGEST_FIELD_GAUSS));
+        let magnetic_field_gauss = magnetic.map(Vector::from);
+        Ok(Ok(ImuSample { time, motion, attitude, magnetic_field_gauss }))
+    }
+}
+
+fn is_within(values: [f64; 3], largest: f64) -> bool {
+    values.iter().all(|value| value.abs() <= largest)
+}
+
+/// Says where samples are missing: the samples stay, and the filter coasts across.
+fn remark_gaps(samples: &[ImuSample], remarks: &mut Remarks) {
+    let times: Vec<Time> = samples.iter().map(|sample| sample.time).collect();
+    let gaps = gaps(&times);
+    for gap in gaps.iter().take(GAPS_NAMED) {
+        remarks.say(format!("gap of {:.3} s after {}", gap.length_s, gap.after));
+    }
+    if let Some(more @ 1..) = gaps.len().checked_sub(GAPS_NAMED) {
+        remarks.say(format!("and {more} more gaps"));
+    }
+}
+
+/// Says where the unit repeated itself to the last bit, which no working sensor does.
+fn remark_stuck(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks) {
+    let mut start = 0;
+    for run in samples.chunk_by(|a, b| a.motion == b.motion) {
+        if let [first, .., last] = run
+            && run.len() >= STUCK_ROWS
+            && last.time - first.time >= STUCK_S
+        {
+            remarks.say(format!(
+                "stuck: {} rows from line {} on repeat to the last bit, {:.2} s from {} on",
+                run.len(),
+                lines[start],
+                last.time - first.time,
+                first.time
+            ));
+        }
+        start += run.len();
+    }
+}

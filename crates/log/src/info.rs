@@ -1,0 +1,309 @@
+//! What is in a log, told to a human on a terminal of 80 columns.
+
+use std::fmt;
+
+use super::clock::{Gap, gaps, median_interval_s};
+use super::dataset::Dataset;
+use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+
+/// The description of a dataset, by its [`Display`](fmt::Display): sensors, rates, spans, gaps,
+/// vibration and warnings.
+#[derive(Clone, Copy, Debug)]
+pub struct Info<'a>(pub &'a Dataset);
+
+/// Columns of the terminal.
+const WIDTH: usize = 80;
+/// Gaps of one sensor named one by one before the rest is only counted.
+const GAPS_NAMED: usize = 5;
+
+impl fmt::Display for Info<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let dataset = self.0;
+        let manifest = &dataset.manifest;
+        writeln!(f, "{}", manifest.name)?;
+        for (what, text) in [
+            ("vehicle", &manifest.vehicle),
+            ("kind", &manifest.kind),
+            ("origin", &manifest.origin),
+            ("licence", &manifest.licence),
+        ] {
+            if !text.is_empty() {
+                paragraph(f, &format!("  {what:<9} "), text)?;
+            }
+        }
+        writeln!(f)?;
+        let sensors = sensors(dataset);
+        writeln!(
+            f,
+            "  {:<13}{:>9}{:>12}{:>12}{:>11}{:>11}{:>10}",
+            "sensor", "samples", "from s", "to s", "rate Hz", "interval s", "longest s"
+        )?;
+        for (name, times) in &sensors {
+            write_sensor(f, name, times)?;
+        }
+        for (name, times) in &sensors {
+            write_gaps(f, name, &gaps(times))?;
+        }
+        write_imu(f, dataset)?;
+        write_fixes(f, dataset)?;
+        if !dataset.warnings.is_empty() {
+            writeln!(f, "\nwarnings")?;
+            for warning in &dataset.warnings {
+                paragraph(f, "  ", warning)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The sensors present, by name, with the times of their samples.
+fn sensors(dataset: &Dataset) -> Vec<(&'static str, Vec<Time>)> {
+    let mut sensors = vec![
+        ("imu", dataset.imu.iter().map(|sample| sample.time).collect::<Vec<_>>()),
+        ("gps", dataset.fixes.iter().map(|fix| fix.time).collect()),
+        ("baro", dataset.baro.iter().map(|row| row.0).collect()),
+        ("magnetometer", dataset.magnetometer.iter().map(|row| row.0).collect()),
+        ("controls", dataset.controls.iter().map(|row| row.0).collect()),
+    ];
+    sensors.retain(|(_, times)| !times.is_empty());
+    sensors
+}
+
+fn write_sensor(f: &mut fmt::Formatter<'_>, name: &str, times: &[Time]) -> fmt::Result {
+    let (Some(first), Some(last)) = (times.first(), times.last()) else { return Ok(()) };
+    write!(f, "  {name:<13}{:>9}{:>12.3}{:>12.3}", times.len(), first.seconds(), last.seconds())?;
+    if let Some(interval_s) = median_interval_s(times) {
+        let longest_s = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        write!(f, "{:>11.2}{interval_s:>11.4}{longest_s:>10.3}", 1.0 / interval_s)?;
+    }
+    writeln!(f)
+}
+
+fn write_gaps(f: &mut fmt::Formatter<'_>, name: &str, gaps: &[Gap]) -> fmt::Result {
+    if gaps.is_empty() {
+        return Ok(());
+    }
+    let named: Vec<String> = gaps
+        .iter()
+        .take(GAPS_NAMED)
+        .map(|gap| format!("{:.3} s after {}", gap.length_s, gap.after))
+        .collect();
+    let more = match gaps.len().saturating_sub(GAPS_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    writeln!(f)?;
+    paragraph(f, &format!("  gaps in {name}: "), &format!("{}{more}", named.join(", ")))
+}
+
+fn write_imu(f: &mut fmt::Formatter<'_>, dataset: &Dataset) -> fmt::Result {
+    let Some(first) = dataset.imu.first() else { return Ok(()) };
+    let form = match first.motion {
+        Motion::Rates { .. } => "rates",
+        Motion::Increments { .. } => "increments",
+    };
+    let of_all = |has: fn(&ImuSample) -> bool| share(&dataset.imu, has);
+    writeln!(f, "\nimu")?;
+    writeln!(f, "  form      {form}")?;
+    writeln!(f, "  attitude  {}", of_all(|sample| sample.attitude.is_some()))?;
+    writeln!(f, "  magnetic  {}", of_all(|sample| sample.magnetic_field_gauss.is_some()))?;
+    writeln!(f, "  at        {} m from the CG", arm(dataset.manifest.imu.lever_arm_m.to_array()))?;
+    let rates = rates(&dataset.imu);
+    let mean =
+        |pick: fn(&[f64; 6]) -> f64| rates.iter().map(pick).sum::<f64>() / rates.len() as f64;
+    if rates.is_empty() {
+        return Ok(());
+    }
+    writeln!(f, "\n  {:<34}{:>12}{:>12}{:>12}", "", "x", "y", "z")?;
+    let mut line =
+        |what: &str, [x, y, z]: [f64; 3]| writeln!(f, "  {what:<34}{x:>12.4}{y:>12.4}{z:>12.4}");
+    line("mean rate, rad/s", [mean(|r| r[0]), mean(|r| r[1]), mean(|r| r[2])])?;
+    line("mean specific force, m/s²", [mean(|r| r[3]), mean(|r| r[4]), mean(|r| r[5])])?;
+    if let Some([p, q, r, x, y, z]) = vibration(&rates) {
+        line("vibration (high-pass rms), rad/s", [p, q, r])?;
+        line("vibration (high-pass rms), m/s²", [x, y, z])?;
+    }
+    Ok(())
+}
+
+fn write_fixes(f: &mut fmt::Formatter<'_>, dataset: &Dataset) -> fmt::Result {
+    let Some(first) = dataset.fixes.first() else { return Ok(()) };
+    let of_all = |has: fn(&Fix) -> bool| share(&dataset.fixes, has);
+    let gps = &dataset.manifest.gps;
+    writeln!(f, "\ngps")?;
+    writeln!(f, "  velocity  {}", of_all(|fix| fix.velocity_mps().is_some()))?;
+    writeln!(f, "  sigmas    position {}", of_all(|fix| fix.position_sigma_m.is_some()))?;
+    writeln!(f, "            velocity {}", of_all(|fix| fix.velocity_sigma_mps.is_some()))?;
+    writeln!(f, "  antenna   {} m from the CG", arm(gps.antenna_lever_arm_m.to_array()))?;
+    writeln!(f, "  latency   {:.3} s", gps.latency_s)?;
+    writeln!(
+        f,
+        "  first     {:.7}°, {:.7}°, {:.2} m",
+        first.position.latitude_deg(),
+        first.position.longitude_deg(),
+        first.position.height_m
+    )?;
+    let mut least = [0.0; 3];
+    let mut most = [0.0; 3];
+    for fix in &dataset.fixes {
+        let from_first = fix.position.displacement_from(&first.position).to_array();
+        for axis in 0..3 {
+            least[axis] = f64::min(least[axis], from_first[axis]);
+            most[axis] = f64::max(most[axis], from_first[axis]);
+        }
+    }
+    writeln!(
+        f,
+        "  extent    north {:.1} to {:.1} m, east {:.1} to {:.1} m, up {:.1} to {:.1} m",
+        least[0], most[0], least[1], most[1], -most[2], -least[2]
+    )
+}
+
+/// Angular rate, rad/s, and specific force, m/s², of each sample; increments over their interval.
+fn rates(samples: &[ImuSample]) -> Vec<[f64; 6]> {
+    let mut before: Option<Time> = None;
+    let mut rates = Vec::with_capacity(samples.len());
+    for sample in samples {
+        let (gyro, accel, per_second) = match sample.motion {
+            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
+                (angular_rate_radps, specific_force_mps2, 1.0)
+            }
+            Motion::Increments { angle_rad, velocity_mps } => {
+                let interval_s = before.map_or(f64::INFINITY, |before| sample.time - before);
+                (angle_rad, velocity_mps, 1.0 / interval_s)
+            }
+        };
+        let ([p, q, r], [x, y, z]) =
+            ((gyro * per_second).to_array(), (accel * per_second).to_array());
+        if per_second > 0.0 {
+            rates.push([p, q, r, x, y, z]);
+        }
+        before = Some(sample.time);
+    }
+    rates
+}
+
+/// Root mean square of second differences over √6, per component: the standard deviation of white
+/// noise, blind to slow motion. `None` of fewer than three samples.
+fn vibration(rates: &[[f64; 6]]) -> Option<[f64; 6]> {
+    let count = rates.len().checked_sub(2).filter(|count| *count > 0)?;
+    Some(std::array::from_fn(|component| {
+        let square_sum: f64 = rates
+            .windows(3)
+            .map(|three| three[0][component] - 2.0 * three[1][component] + three[2][component])
+            .map(|difference| difference * difference)
+            .sum();
+        (square_sum / (6.0 * count as f64)).sqrt()
+    }))
+}
+
+/// How many of `items` have something, in words.
+fn share<T>(items: &[T], has: fn(&T) -> bool) -> String {
+    match items.iter().filter(|item| has(item)).count() {
+        0 => "none".into(),
+        all if all == items.len() => "all".into(),
+        some => format!("{some} of {}", items.len()),
+    }
+}
+
+fn arm([forward, right, down]: [f64; 3]) -> String {
+    format!("forward {forward}, right {right}, down {down}")
+}
+
+/// `text` filled to the terminal's width behind `lead`, whose width indents what follows.
+pub(super) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
+    let indent = lead.chars().count();
+    f.write_str(lead)?;
+    let mut column = indent;
+    for (index, word) in text.split_whitespace().enumerate() {
+        let length = word.chars().count();
+        if index > 0 && column + 1 + length > WIDTH {
+            write!(f, "\n{:indent$}", "")?;
+            column = indent;
+        } else if index > 0 {
+            f.write_str(" ")?;
+            column += 1;
+        }
+        f.write_str(word)?;
+        column += length;
+    }
+    writeln!(f)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::frames::Vector;
+
+    fn heli_hover() -> Dataset {
+        let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover");
+        Dataset::open(dir.as_ref()).unwrap()
+    }
+
+    /// Pseudo-random numbers of unit variance, uniform, always the same.
+    fn noise() -> impl Iterator<Item = f64> {
+        let mut state = 1u64;
+        std::iter::repeat_with(move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            ((state >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12f64.sqrt()
+        })
+    }
+
+    #[test]
+    fn the_hover_flight_is_told_within_the_terminal() {
+        let mut dataset = heli_hover();
+        dataset.imu.drain(3000..3100);
+        dataset.warnings.push("gps.csv: ".to_string() + &"some words ".repeat(20));
+        let told = Info(&dataset).to_string();
+        assert!(told.lines().all(|line| line.chars().count() <= WIDTH), "{told}");
+        for line in [
+            "  imu               9799       0.050     299.989      33.00     0.0303     3.061",
+            "  gps                299       1.000     299.000       1.00     1.0000     1.000",
+            "  gaps in imu: 3.061 s after 90.928790 s",
+            "  attitude  all",
+            "  antenna   forward -0.35, right 0, down 0.2 m from the CG",
+            "  extent    north -1.9 to 84.6 m, east -1.5 to 48.5 m, up -1.1 to 17.6 m",
+        ] {
+            assert!(told.lines().any(|found| found == line), "{line}\n{told}");
+        }
+    }
+
+    #[test]
+    fn vibration_is_noise_and_not_motion() {
+        let noise: Vec<f64> = noise().take(20_000).collect();
+        let of = |value: &dyn Fn(f64, f64) -> f64| {
+            let rows = noise.iter().enumerate();
+            let rows: Vec<[f64; 6]> =
+                rows.map(|(index, noise)| [value(index as f64 * 0.01, *noise); 6]).collect();
+            vibration(&rows).unwrap()[0]
+        };
+        assert!((of(&|_, noise| 0.3 * noise) - 0.3).abs() < 0.01);
+        assert!(of(&|time_s, _| 5.0 * (0.5 * time_s).sin()) < 1e-3);
+        assert_eq!(vibration(&[[0.0; 6]; 2]), None);
+    }
+
+    #[test]
+    fn increments_are_told_as_rates() {
+        let samples: Vec<ImuSample> = (0..3)
+            .map(|index| ImuSample {
+                time: Time::from_nanoseconds(index * 10_000_000),
+                motion: Motion::Increments {
+                    angle_rad: Vector::new(0.001, 0.0, 0.0),
+                    velocity_mps: Vector::new(0.0, 0.0, -0.0981),
+                },
+                attitude: None,
+                magnetic_field_gauss: None,
+            })
+            .collect();
+        let rates = rates(&samples);
+        assert_eq!(rates.len(), 2);
+        assert!((rates[0][0] - 0.1).abs() < 1e-12 && (rates[0][5] + 9.81).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_dataset_of_nothing_is_told_without_fuss() {
+        assert!(Info(&Dataset::default()).to_string().contains("sensor"));
+    }
+}

@@ -1,0 +1,47 @@
+//! Logs: reading what others recorded, writing what we computed, telling how far off it is.
+//!
+//! [`Dataset::open`] reads a dataset directory or a flight record, [`write_solution`] writes what the filter made of it,
+//! [`score`] compares that with the [`Reference`], and [`Info`] tells a human what a log holds.
+
+mod auxiliary;
+mod clock;
+mod csv_writer;
+mod dataset;
+mod error;
+mod gps;
+mod imu;
+mod info;
+mod manifest;
+mod number;
+pub mod record;
+mod records;
+mod reference;
+mod remarks;
+mod replay;
+mod score;
+mod settings;
+mod setup;
+mod solution;
+mod table;
+mod truth;
+mod write;
+
+pub use auxiliary::pressure_altitude_m;
+pub use clock::{Gap, gaps, median_interval_s};
+pub use dataset::{Dataset, Source};
+pub use error::LogError;
+pub use info::Info;
+pub use manifest::{
+    GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
+};
+pub use reference::{Reference, ReferenceMoment};
+pub use replay::{Outage, Run, SmoothedRun};
+pub use score::{Axis, AxisScore, ErrorPoint, Score, Statistics, outage_drift, score};
+pub use setup::{
+    AccelerationSign, AutopilotFileError, CaptureSection, DmuMode, DmuSection, FlyConfig,
+    FlyConfigError, LineSection, MavlinkConfig, MavlinkRates, MavlinkSection, PwmLine,
+    ReceiverProtocol, ReceiverSection, RecordSection, ServoSection, SiteSection, read_autopilot,
+    write_autopilot,
+};
+pub use solution::write_solution;
+pub use truth::Truth;

@@ -1,0 +1,339 @@
+//! `dataset.toml`: what a vehicle and its sensors are.
+
+use std::path::Path;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use toml::value::Datetime;
+
+use super::error::LogError;
+use hovernav::frames::{Body, Vector};
+
+/// `dataset.toml`: what the vehicle is, how its sensors are mounted and how good they are.
+///
+/// Every key has a default. Lever arms lead from the centre of gravity, in body axes.
+///
+/// ```
+/// use hovernav_log::Manifest;
+/// let text = "name = 'hop'\n[gps]\nantenna_lever_arm_m = [-0.35, 0, 0.2]\nlatency = 0.1\n";
+/// let (manifest, warnings) = Manifest::parse(text, "dataset.toml".as_ref())?;
+/// assert_eq!(manifest.gps.antenna_lever_arm_m.x(), -0.35);
+/// assert_eq!(warnings, ["dataset.toml: key gps.latency is not known and has no effect"]);
+/// # Ok::<(), hovernav_log::LogError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct Manifest {
+    /// Name of the dataset.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub name: String,
+    /// The vehicle and what it did.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub vehicle: String,
+    /// `recorded` or `simulated`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub kind: String,
+    /// Where the data come from.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub origin: String,
+    /// The terms they come under.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub licence: String,
+    /// A note on the clock.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub time: String,
+    /// Day of the flight, which the magnetic model asks for.
+    #[serde(deserialize_with = "date", skip_serializing_if = "Option::is_none")]
+    pub date: Option<Datetime>,
+    /// The inertial unit.
+    pub imu: ImuSection,
+    /// The GPS receiver.
+    pub gps: GpsSection,
+    /// The reference to score against.
+    pub reference: ReferenceSection,
+    /// What the solution speaks of.
+    pub solution: SolutionSection,
+    /// Settings of the alignment, as found.
+    #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    pub alignment: toml::Table,
+    /// Settings of the aiding, as found.
+    #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    pub aiding: toml::Table,
+    /// Settings of the filter, as found.
+    #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    pub filter: toml::Table,
+}
+
+/// `[imu]`: the inertial unit.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct ImuSection {
+    /// Nominal sample rate, Hz; the times in the file are what counts.
+    #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// The unit from the centre of gravity, m.
+    #[serde(with = "lever_arm")]
+    pub lever_arm_m: Vector<Body>,
+    /// Angle random walk, °/√h.
+    #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
+    pub angle_random_walk_deg_per_sqrt_h: Option<f64>,
+    /// Velocity random walk, m/s/√h.
+    #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
+    pub velocity_random_walk_mps_per_sqrt_h: Option<f64>,
+    /// One-sigma of the gyro bias at power-up, °/s.
+    #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
+    pub gyro_bias_sigma_degps: Option<f64>,
+    /// One-sigma of the accelerometer bias at power-up, m/s².
+    #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
+    pub accel_bias_sigma_mps2: Option<f64>,
+    /// What the unit's own yaw is measured from.
+    pub heading_reference: HeadingReference,
+    /// Magnetic declination at the site, east positive, °; where absent, the magnetic model's.
+    #[serde(deserialize_with = "declination", skip_serializing_if = "Option::is_none")]
+    pub magnetic_declination_deg: Option<f64>,
+    /// Full scale of the gyros, °/s.
+    #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
+    pub gyro_range_degps: Option<f64>,
+    /// Full scale of the accelerometers, g.
+    #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
+    pub accel_range_g: Option<f64>,
+}
+
+/// `[gps]`: the receiver.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct GpsSection {
+    /// Nominal rate of fixes, Hz; the times in the file are what counts.
+    #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// The antenna from the centre of gravity, m.
+    #[serde(with = "lever_arm")]
+    pub antenna_lever_arm_m: Vector<Body>,
+    /// How much earlier than its arrival a fix is valid, s, within ±10.
+    #[serde(deserialize_with = "latency")]
+    pub latency_s: f64,
+}
+
+/// `[reference]`: what to score against, and how.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct ReferenceSection {
+    /// Whose position and velocity the reference gives.
+    pub point: Point,
+    /// How good the reference is.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub quality: String,
+    /// How long after the first inertial sample scoring begins, s.
+    #[serde(deserialize_with = "skip")]
+    pub skip_s: f64,
+}
+
+impl Default for ReferenceSection {
+    fn default() -> Self {
+        Self { point: Point::default(), quality: String::new(), skip_s: 30.0 }
+    }
+}
+
+/// `[solution]`: what the solution speaks of.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct SolutionSection {
+    /// Whose position and velocity the solution gives: `cg` or `imu`.
+    #[serde(deserialize_with = "solution_point")]
+    pub point: Point,
+}
+
+/// A point of the vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Point {
+    /// The centre of gravity.
+    #[default]
+    Cg,
+    /// The inertial unit.
+    Imu,
+    /// The GPS antenna.
+    Antenna,
+}
+
+/// The north that a heading is measured from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HeadingReference {
+    /// True north.
+    #[default]
+    True,
+    /// Magnetic north: true heading is this plus the declination.
+    Magnetic,
+}
+
+impl Manifest {
+    /// Reads a manifest or configuration, and says which keys it does not know.
+    ///
+    /// # Errors
+    /// [`LogError::Io`], and [`LogError::Manifest`] as [`Manifest::parse`].
+    pub fn read(path: &Path) -> Result<(Self, Vec<String>), LogError> {
+        Self::parse(&read_text(path)?, path)
+    }
+
+    /// The manifest that `text` spells, and a warning for each key it does not know; `path` names it
+    /// in messages.
+    ///
+    /// # Errors
+    /// [`LogError::Manifest`] where the text is not TOML, a value is not of its key's kind, or a number
+    /// is out of its range.
+    pub fn parse(text: &str, path: &Path) -> Result<(Self, Vec<String>), LogError> {
+        let text = text.trim_start_matches('\u{feff}');
+        let refused = |error: toml::de::Error| {
+            let start = error.span().map_or(0, |span| span.start);
+            let before = text.as_bytes().iter().take(start);
+            LogError::Manifest {
+                path: path.to_path_buf(),
+                line: 1 + before.filter(|&&byte| byte == b'\n').count(),
+                reason: error.message().replace('\n', ", "),
+            }
+        };
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let mut warnings = Vec::new();
+        let manifest =
+            serde_ignored::deserialize(toml::Deserializer::parse(text).map_err(refused)?, |key| {
+                warnings.push(format!("{file}: key {key} is not known and has no effect"));
+            })
+            .map_err(refused)?;
+        Ok((manifest, warnings))
+    }
+
+    /// This manifest with the keys that the file `config`, of the same form, sets; and what of that
+    /// file is not known.
+    ///
+    /// # Errors
+    /// As [`Manifest::read`].
+    pub fn merged_with(&self, config: &Path) -> Result<(Self, Vec<String>), LogError> {
+        let text = read_text(config)?;
+        let (_, warnings) = Self::parse(&text, config)?;
+        let refused = |reason: &dyn std::fmt::Display| LogError::Manifest {
+            path: config.to_path_buf(),
+            line: 1,
+            reason: reason.to_string().replace('\n', ", "),
+        };
+        let mut merged = toml::Table::try_from(self).map_err(|error| refused(&error))?;
+        let overrides =
+            text.trim_start_matches('\u{feff}').parse().map_err(|error| refused(&error))?;
+        override_keys(&mut merged, overrides);
+        let manifest = merged.try_into().map_err(|error| refused(&error))?;
+        Ok((manifest, warnings))
+    }
+
+    /// Where `point` is from the centre of gravity, m.
+    #[must_use]
+    pub fn lever_arm_m(&self, point: Point) -> Vector<Body> {
+        match point {
+            Point::Cg => Vector::ZERO,
+            Point::Imu => self.imu.lever_arm_m,
+            Point::Antenna => self.gps.antenna_lever_arm_m,
+        }
+    }
+}
+
+fn read_text(path: &Path) -> Result<String, LogError> {
+    let bytes = std::fs::read(path).map_err(LogError::io(path))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.as_bytes().iter().take(error.utf8_error().valid_up_to());
+        LogError::Manifest {
+            path: path.to_path_buf(),
+            line: 1 + valid.filter(|&&byte| byte == b'\n').count(),
+            reason: "found bytes that are not UTF-8, expected text".into(),
+        }
+    })
+}
+
+fn override_keys(table: &mut toml::Table, overrides: toml::Table) {
+    for (key, value) in overrides {
+        match (table.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(value)) => {
+                override_keys(inner, value);
+            }
+            (_, value) => {
+                table.insert(key, value);
+            }
+        }
+    }
+}
+
+fn in_range<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    range: std::ops::RangeInclusive<f64>,
+) -> Result<f64, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    let (low, high) = range.into_inner();
+    Err(de::Error::custom(format!("found {value}, expected a number from {low} to {high}")))
+}
+
+fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    if value > 0.0 && value.is_finite() {
+        return Ok(Some(value));
+    }
+    Err(de::Error::custom(format!("found {value}, expected a number above 0")))
+}
+
+fn declination<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    in_range(deserializer, -180.0..=180.0).map(Some)
+}
+
+fn latency<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    in_range(deserializer, -10.0..=10.0)
+}
+
+fn skip<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    in_range(deserializer, 0.0..=1e6)
+}
+
+fn solution_point<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Point, D::Error> {
+    match Point::deserialize(deserializer)? {
+        Point::Antenna => Err(de::Error::custom("found \"antenna\", expected \"cg\" or \"imu\"")),
+        point => Ok(point),
+    }
+}
+
+/// A date as TOML writes it, bare or in quotes.
+fn date<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Datetime>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Written {
+        Bare(Datetime),
+        Quoted(String),
+    }
+    let date = match Written::deserialize(deserializer) {
+        Ok(Written::Bare(date)) => Some(date),
+        Ok(Written::Quoted(text)) => text.parse::<Datetime>().ok(),
+        Err(_) => None,
+    };
+    match date {
+        Some(date) if date.date.is_some() => Ok(Some(date)),
+        _ => Err(de::Error::custom("expected a date such as 2025-07-08")),
+    }
+}
+
+mod lever_arm {
+    use super::{Body, Deserialize, Deserializer, Serialize, Serializer, Vector, de};
+
+    /// No vehicle of this kind is larger, m.
+    const LONGEST_M: f64 = 100.0;
+
+    pub fn serialize<S: Serializer>(arm: &Vector<Body>, serializer: S) -> Result<S::Ok, S::Error> {
+        arm.to_array().serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vector<Body>, D::Error> {
+        let arm = <[f64; 3]>::deserialize(deserializer)?;
+        if arm.iter().all(|component| component.abs() <= LONGEST_M) {
+            return Ok(arm.into());
+        }
+        Err(de::Error::custom(format!("found {arm:?}, expected metres within ±{LONGEST_M}")))
+    }
+}

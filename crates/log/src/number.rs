@@ -1,0 +1,103 @@
+//! Numbers from text: times exact to the nanosecond, everything else as f64.
+
+use hovernav::time::Time;
+
+/// The number that `field` spells; NaN for an empty field, `None` for what is not a number.
+pub(super) fn parse_number(field: &[u8]) -> Option<f64> {
+    let field = field.trim_ascii();
+    if field.is_empty() {
+        return Some(f64::NAN);
+    }
+    std::str::from_utf8(field).ok()?.parse().ok()
+}
+
+/// The time that `field` spells in seconds: `Some(None)` where it is empty, not finite or beyond what
+/// a [`Time`] holds, `None` for what is not a number.
+///
+/// Plain decimals go straight to nanoseconds, further digits rounded half away from zero, so a clock
+/// that counts seconds since 1970 loses nothing to floating point.
+pub(super) fn parse_time(field: &[u8]) -> Option<Option<Time>> {
+    let field = field.trim_ascii();
+    match parse_decimal_nanoseconds(field) {
+        Some(nanoseconds) => Some(Some(Time::from_nanoseconds(nanoseconds))),
+        None => parse_number(field).map(Time::from_seconds),
+    }
+}
+
+fn parse_decimal_nanoseconds(field: &[u8]) -> Option<i64> {
+    let (negative, digits) = match field {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, field),
+    };
+    let point = digits.iter().position(|&byte| byte == b'.').unwrap_or(digits.len());
+    let (whole, fraction) = (&digits[..point], digits.get(point + 1..).unwrap_or_default());
+    // Ten digits of seconds reach beyond the ±9.2e9 s of a time, and cannot overflow below.
+    if whole.is_empty() || whole.len() > 10 {
+        return None;
+    }
+    let mut seconds = 0i64;
+    for &byte in whole {
+        seconds = 10 * seconds + digit(byte)?;
+    }
+    let mut nanoseconds = 0i64;
+    let mut weight = 100_000_000;
+    for (place, &byte) in fraction.iter().enumerate() {
+        let digit = digit(byte)?;
+        nanoseconds += digit * weight;
+        weight /= 10;
+        if place == 9 && digit >= 5 {
+            nanoseconds += 1;
+        }
+    }
+    let total = seconds.checked_mul(1_000_000_000)?.checked_add(nanoseconds)?;
+    Some(if negative { -total } else { total })
+}
+
+fn digit(byte: u8) -> Option<i64> {
+    byte.is_ascii_digit().then(|| i64::from(byte - b'0'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn nanoseconds(text: &str) -> Option<i64> {
+        parse_time(text.as_bytes()).flatten().map(Time::nanoseconds)
+    }
+
+    #[test]
+    fn decimal_seconds_reach_the_nanosecond_without_rounding() {
+        assert_eq!(nanoseconds("1752000000.123456789"), Some(1_752_000_000_123_456_789));
+        assert_eq!(nanoseconds("0.08030"), Some(80_300_000));
+        assert_eq!(nanoseconds(" -3.5 "), Some(-3_500_000_000));
+        assert_eq!(nanoseconds("-0.5"), Some(-500_000_000));
+        assert_eq!(nanoseconds("7"), Some(7_000_000_000));
+        assert_eq!(nanoseconds("7."), Some(7_000_000_000));
+        assert_eq!(nanoseconds("0.0000000015"), Some(2));
+        assert_eq!(nanoseconds("0.99999999999"), Some(1_000_000_000));
+        assert_eq!(nanoseconds("1e-05"), Some(10_000));
+        assert_eq!(nanoseconds(".25"), Some(250_000_000));
+    }
+
+    #[test]
+    fn what_no_clock_shows_is_unknown_and_what_is_no_number_is_refused() {
+        for unknown in ["", "  ", "nan", "-NaN", "inf", "1e30", "9999999999", "123456789012345"] {
+            assert_eq!(parse_time(unknown.as_bytes()), Some(None), "{unknown}");
+        }
+        for text in ["abc", "1.2.3", "--1", "-", "+", ".", "1,5", "0x10", "12:30:05"] {
+            assert_eq!(parse_time(text.as_bytes()), None, "{text}");
+        }
+        assert_eq!(parse_number(b"\xff\xfe"), None);
+    }
+
+    proptest! {
+        #[test]
+        fn times_written_with_nine_decimals_come_back_exactly(ns in -9_200_000_000_000_000_000i64..9_200_000_000_000_000_000) {
+            let text = format!("{}{}.{:09}", if ns < 0 { "-" } else { "" },
+                ns.unsigned_abs() / 1_000_000_000, ns.unsigned_abs() % 1_000_000_000);
+            prop_assert_eq!(nanoseconds(&text), Some(ns));
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! From entries to messages.
+
+use std::io::Write;
+
+use mcap::McapResult;
+
+use super::channel::Channel;
+use super::entry::{Entry, Level, Line, Queued};
+use super::message::{
+    ControlsMessage, FixMessage, ImuMessage, InnovationsMessage, LocationMessage, LogMessage,
+    LostMessage, RawMessage, RestartMessage, ServoMessage, SolutionMessage, Timestamp,
+};
+use super::writer::Writer;
+use hovernav::dmu::Measurement;
+use hovernav::earth::Geodetic;
+use hovernav::ekf::Notice;
+use hovernav::frames::Vector;
+use hovernav::gps::ReceiverFix;
+use hovernav::gps::quality::Failures;
+use hovernav::ins::HeadingSource;
+use hovernav::sensors::Report;
+use hovernav::time::Time;
+
+impl<W: Write> Writer<W> {
+    /// Writes what there is to say of an entry.
+    pub(super) fn entry(&mut self, queued: &Queued) -> McapResult<()> {
+        let now = queued.now;
+        match &queued.entry {
+            Entry::Raw(raw) => {
+                let channel = match raw.line {
+                    Line::Dmu => Channel::DmuRaw,
+                    Line::Gps => Channel::GpsRaw,
+                    Line::Servo => Channel::ServoRaw,
+                };
+                self.message(channel, now, &RawMessage::new(now, raw.goes_on, raw.as_bytes()))
+            }
+            Entry::GpsRestarted => {
+                let time_ns = now.nanoseconds();
+                self.message(Channel::GpsRestart, now, &RestartMessage { time_ns })
+            }
+            Entry::Report(report) => self.report(report),
+            Entry::Notice(notice) => self.notice(now, notice),
+            Entry::Solution(solution) => {
+                let time = solution.time;
+                self.message(Channel::Solution, time, &SolutionMessage::from(solution))?;
+                let sigma_m = Some(solution.position_sigma_m.to_array());
+                self.location(Channel::SolutionLocation, time, &solution.position, sigma_m)
+            }
+            Entry::Servo { captured_ms, commanded_ms } => {
+                let (captured_ms, commanded_ms) = (*captured_ms, *commanded_ms);
+                self.message(Channel::Servo, now, &ServoMessage { captured_ms, commanded_ms })
+            }
+            Entry::Controls([lateral, longitudinal, collective, pedal]) => {
+                let (lateral, longitudinal) = (*lateral, *longitudinal);
+                let (collective, pedal) = (*collective, *pedal);
+                let message = ControlsMessage { lateral, longitudinal, collective, pedal };
+                self.message(Channel::Controls, now, &message)
+            }
+            Entry::Event { level, kind, text } => self.event(now, *level, kind, text.as_str()),
+            Entry::Lost { raw, decoded } => {
+                let (raw, decoded) = (*raw, *decoded);
+                self.message(Channel::Lost, now, &LostMessage { raw, decoded })?;
+                let level = if raw > 0 { Level::Error } else { Level::Warning };
+                let text = format!("no room for {raw} raw and {decoded} decoded entries");
+                self.event(now, level, "entries_lost", &text)
+            }
+        }
+    }
+
+    fn report(&mut self, report: &Report) -> McapResult<()> {
+        match report {
+            Report::Measured(Some(time), measurement) => {
+                self.message(Channel::Imu, *time, &ImuMessage::new(*time, measurement))
+            }
+            Report::Fix(fix, failures) => self.fix(fix, failures),
+            Report::FixWithoutHeight(time) => {
+                let text = "a fix without height above the ellipsoid, and no geoid separation set";
+                self.event(*time, Level::Warning, "fix_without_height", text)
+            }
+            Report::DmuLost(time, fault) => {
+                self.event(*time, Level::Error, "dmu_lost", &fault.to_string())
+            }
+            Report::Implausible(time, reason) => {
+                self.event(*time, Level::Warning, "dmu_implausible", &reason.to_string())
+            }
+            Report::DmuClock(time, fault) => {
+                self.event(*time, Level::Warning, "dmu_clock", &fault.to_string())
+            }
+            Report::Measured(None, _)
+            | Report::WriteDmu(_)
+            | Report::WriteGps(_)
+            | Report::Event(_) => Ok(()),
+        }
+    }
+
+    fn fix(&mut self, fix: &ReceiverFix, failures: &Failures) -> McapResult<()> {
+        let message = FixMessage::new(fix, failures);
+        self.message(Channel::GpsFix, fix.arrival, &message)?;
+        if let Some(height_m) = fix.height_m {
+            let (latitude_rad, longitude_rad) = (fix.latitude_rad, fix.longitude_rad);
+            let position = Geodetic { latitude_rad, longitude_rad, height_m };
+            let sigma_m = fix.position_sigma_m.map(Vector::to_array);
+            self.location(Channel::GpsLocation, fix.arrival, &position, sigma_m)?;
+        }
+        if message.used {
+            return Ok(());
+        }
+        self.event(fix.arrival, Level::Warning, "fix_refused", &message.refused_for)
+    }
+
+    fn notice(&mut self, now: Time, notice: &Notice) -> McapResult<()> {
+        match notice {
+            Notice::Aligned(alignment) => {
+                let heading = match alignment.heading {
+                    HeadingSource::Attitude => "heading from the unit's attitude",
+                    HeadingSource::Magnetometer => "heading from the magnetometer",
+                    HeadingSource::Course => "heading from the course",
+                    HeadingSource::Unknown => "heading not known yet",
+                };
+                let rest = if alignment.at_rest { "at rest" } else { "in motion" };
+                let text = format!("aligned {rest} in {:.2} s, {heading}", alignment.duration_s);
+                self.event(now, Level::Info, "aligned", &text)
+            }
+            Notice::HeadingFound { time, sigma_rad, .. } => {
+                let text = format!("heading found, sure to {:.1}°", sigma_rad.to_degrees());
+                self.event(*time, Level::Info, "heading_found", &text)
+            }
+            Notice::Updated(report) => {
+                let message = InnovationsMessage::new(report.innovations());
+                let time = Time::from_nanoseconds(message.time_ns);
+                self.message(Channel::Innovations, time, &message)?;
+                let (kind, level) = if report.any_reopened() {
+                    ("filter_reopened", Level::Error)
+                } else if report.any_rejected() {
+                    ("innovation_rejected", Level::Warning)
+                } else {
+                    return Ok(());
+                };
+                let told = message.axes.iter().filter(|(_, axis)| axis.verdict != "accepted");
+                let told: Vec<String> = told
+                    .map(|(name, axis)| {
+                        format!("{name} {:.3} ± {:.3}", axis.innovation, axis.sigma)
+                    })
+                    .collect();
+                self.event(time, level, kind, &told.join(", "))
+            }
+            Notice::FixUnusable(time, reason) => {
+                let text = format!("the fix is not used: {reason}");
+                self.event(*time, Level::Warning, "fix_unusable", &text)
+            }
+            Notice::ImuFault(time, fault) => {
+                let text = format!("inertial sample: {fault}");
+                self.event(*time, Level::Warning, "imu_fault", &text)
+            }
+        }
+    }
+
+    fn location(
+        &mut self,
+        channel: Channel,
+        time: Time,
+        position: &Geodetic,
+        sigma_ned_m: Option<[f64; 3]>,
+    ) -> McapResult<()> {
+        let frame = if channel == Channel::GpsLocation { "antenna" } else { "body" };
+        let unix_ns = self.header.unix_ns(time);
+        let message = LocationMessage::new(unix_ns, frame, position, sigma_ned_m);
+        self.message(channel, time, &message)
+    }
+
+    pub(super) fn event(
+        &mut self,
+        time: Time,
+        level: Level,
+        kind: &str,
+        text: &str,
+    ) -> McapResult<()> {
+        let level = match level {
+            Level::Info => 2,
+            Level::Warning => 3,
+            Level::Error => 4,
+        };
+        let timestamp = Timestamp::new(self.header.unix_ns(time));
+        let message = LogMessage { timestamp, level, message: text, name: kind, file: "", line: 0 };
+        self.message(Channel::Events, time, &message)
+    }
+}
+
+impl ImuMessage {
+    fn new(time: Time, measurement: &Measurement) -> Self {
+        Self {
+            time_ns: time.nanoseconds(),
+            angular_rate_body_radps: measurement.angular_rate_radps.to_array(),
+            specific_force_body_mps2: measurement.specific_force_mps2.to_array(),
+            magnetic_field_body_gauss: measurement.magnetic_field_gauss.to_array(),
+            temperature_degc: measurement.temperature_degc,
+            roll_pitch_yaw_deg: measurement.attitude.map(|attitude| attitude.to_degrees()),
+        }
+    }
+}

@@ -1,0 +1,354 @@
+//! Reading a record, whole or not.
+
+use std::path::Path;
+
+use mcap::records::{MessageHeader, Record as McapRecord, op};
+use serde::de::DeserializeOwned;
+
+use super::Header;
+use super::channel::Channel;
+use super::entry::Level;
+use super::message::{
+    ConfigurationMessage, ControlsMessage, LostMessage, RawMessage, ReadLogMessage, SolutionMessage,
+};
+use crate::FlyConfig;
+use crate::LogError;
+use hovernav::ekf::Solution;
+use hovernav::time::Time;
+
+/// A call of the sensors, as the loop made it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Call {
+    /// [`Sensors::dmu`](hovernav::sensors::Sensors::dmu) with these bytes.
+    Dmu(Vec<u8>),
+    /// [`Sensors::gps`](hovernav::sensors::Sensors::gps) with these bytes.
+    Gps(Vec<u8>),
+    /// [`Sensors::restart_gps`](hovernav::sensors::Sensors::restart_gps).
+    RestartGps,
+    /// Bytes of the servo pulses' line.
+    Servo(Vec<u8>),
+}
+
+/// An event of a flight, as the record tells it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordedEvent {
+    /// When it happened.
+    pub time: Time,
+    /// How much it matters.
+    pub level: Level,
+    /// What kind it is, for programs.
+    pub kind: String,
+    /// What happened, for people.
+    pub text: String,
+}
+
+/// What a flight record holds, in the order of the loop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// What it begins with.
+    pub header: Header,
+    /// The calls of the sensors, and when.
+    pub calls: Vec<(Time, Call)>,
+    /// The solutions as flown.
+    pub solutions: Vec<Solution>,
+    /// Stick positions: lateral, longitudinal, collective, pedal, each −1…1 about trim.
+    pub controls: Vec<(Time, [f64; 4])>,
+    /// What happened.
+    pub events: Vec<RecordedEvent>,
+    /// Entries without room that a replay needs; it cannot reproduce the flight after them.
+    pub lost_raw: u64,
+    /// Other entries without room.
+    pub lost_decoded: u64,
+    /// The last moment of the loop.
+    pub end: Time,
+    /// Whether the record was ended, and not cut off.
+    pub is_ended: bool,
+    /// What is missing or damaged, one plain sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// An opcode and the length of what follows.
+const FRAME: usize = 9;
+
+/// Checks the text of chunks as MCAP has it: the CRC-32 of zip files.
+const CRC: crc::Crc<u32, crc::Table<16>> =
+    crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
+
+impl Record {
+    /// Whether the file `path` begins as an MCAP file does. A file that cannot be read does not.
+    #[must_use]
+    pub fn is_mcap(path: &Path) -> bool {
+        let mut magic = [0; mcap::MAGIC.len()];
+        std::fs::File::open(path)
+            .and_then(|mut file| std::io::Read::read_exact(&mut file, &mut magic))
+            .is_ok_and(|()| magic == mcap::MAGIC)
+    }
+
+    /// Reads the record `path`. One that was cut off or damaged gives what is whole, and
+    /// [`warnings`](Self::warnings) of the rest.
+    ///
+    /// # Errors
+    /// [`LogError::Io`]; [`LogError::Bytes`] where the file is empty, no MCAP file, another program's,
+    /// or cut off or damaged before the end of its configuration; [`LogError::Unusable`] for a
+    /// configuration that this version refuses.
+    pub fn open(path: &Path) -> Result<Self, LogError> {
+        Self::read(&std::fs::read(path).map_err(LogError::io(path))?, path)
+    }
+
+    /// Reads a record from memory; `path` names it in messages.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn read(bytes: &[u8], path: &Path) -> Result<Self, LogError> {
+        let magic = mcap::MAGIC.len();
+        if !bytes.starts_with(mcap::MAGIC) {
+            let shown = crate::error::excerpt(&bytes[..bytes.len().min(magic)], 40);
+            let found = if bytes.is_empty() { "nothing".into() } else { format!("\"{shown}\"") };
+            return Err(LogError::bytes(path, 0, format!("found {found}, expected an MCAP file")));
+        }
+        let mut reader = Reader::default();
+        let mut offset = magic;
+        while offset < bytes.len() {
+            let Some((opcode, body)) = frame(&bytes[offset..]) else {
+                reader.damage(offset, "the file ends within a record: it was cut off");
+                break;
+            };
+            match opcode {
+                op::CHUNK => {
+                    if let Err(reason) = reader.chunk(body, path)? {
+                        reader.begun = Default::default();
+                        reader.damage(offset, reason);
+                    }
+                }
+                op::FOOTER => {
+                    reader.is_ended = true;
+                    break;
+                }
+                0 => {
+                    reader.damage(offset, "found a zero, expected the kind of a record");
+                    break;
+                }
+                op::STATISTICS => match mcap::parse_record(opcode, body) {
+                    Ok(McapRecord::Statistics(told)) => reader.told = Some(told.message_count),
+                    _ => reader.damage(offset, "the statistics are damaged"),
+                },
+                _ => {}
+            }
+            offset += FRAME + body.len();
+        }
+        reader.finish(path, bytes.len())
+    }
+}
+
+/// The first record of `bytes`; `None` if it does not end within them.
+fn frame(bytes: &[u8]) -> Option<(u8, &[u8])> {
+    let (head, rest) = bytes.split_first_chunk::<FRAME>()?;
+    let [opcode, length @ ..] = *head;
+    let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
+    Some((opcode, rest.get(..length)?))
+}
+
+#[derive(Default)]
+struct Reader {
+    channels: Vec<(u16, Channel)>,
+    record: Option<Record>,
+    /// A call of which more is to come, per line.
+    begun: [Option<Vec<u8>>; 3],
+    /// The last number of an entry, and how many different ones there were.
+    sequence: u32,
+    entries: u32,
+    /// Messages read, and as many as the writer says there are.
+    messages: u64,
+    told: Option<u64>,
+    unreadable: usize,
+    damages: Vec<(usize, String)>,
+    is_ended: bool,
+}
+
+impl Reader {
+    fn damage(&mut self, offset: usize, reason: impl Into<String>) {
+        self.damages.push((offset, reason.into()));
+    }
+
+    /// Takes in a chunk if all of it is whole. What is wrong with it otherwise; an error where the
+    /// configuration is.
+    fn chunk(&mut self, body: &[u8], path: &Path) -> Result<Result<(), String>, LogError> {
+        let Ok(McapRecord::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
+            return Ok(Err("the head of a chunk is damaged".into()));
+        };
+        if !header.compression.is_empty() {
+            let compression = &header.compression;
+            return Ok(Err(format!(
+                "found a chunk in \"{compression}\", expected none compressed"
+            )));
+        }
+        let found = CRC.checksum(&data);
+        if found != header.uncompressed_crc {
+            let expected = header.uncompressed_crc;
+            return Ok(Err(format!(
+                "found a chunk with checksum {found:08x}, expected {expected:08x}: left out"
+            )));
+        }
+        let mut rest = &data[..];
+        while let Some((opcode, body)) = frame(rest) {
+            rest = &rest[FRAME + body.len()..];
+            if !matches!(opcode, op::CHANNEL | op::MESSAGE) {
+                continue;
+            }
+            match mcap::parse_record(opcode, body) {
+                Ok(McapRecord::Channel(channel)) => {
+                    let known = Channel::with_topic(&channel.topic);
+                    self.channels.extend(known.map(|known| (channel.id, known)));
+                }
+                Ok(McapRecord::Message { header, data }) => self.message(header, &data, path)?,
+                _ => {}
+            }
+        }
+        Ok(Ok(()))
+    }
+
+    fn message(&mut self, header: MessageHeader, data: &[u8], path: &Path) -> Result<(), LogError> {
+        self.messages += 1;
+        let channel = self.channels.iter().find(|(id, _)| *id == header.channel_id);
+        let Some(&(_, channel)) = channel else { return Ok(()) };
+        if header.sequence > self.sequence {
+            self.sequence = header.sequence;
+            self.entries += 1;
+        }
+        let Some(record) = &mut self.record else {
+            if channel == Channel::Configuration
+                && let Some(message) = parse(data)
+            {
+                self.record = Some(begin(message, path)?);
+            }
+            return Ok(());
+        };
+        let now = record.header.time(header.log_time);
+        record.end = record.end.max(now);
+        let taken = match channel {
+            Channel::DmuRaw => raw(&mut self.begun[0], data, Call::Dmu, record),
+            Channel::GpsRaw => raw(&mut self.begun[1], data, Call::Gps, record),
+            Channel::ServoRaw => raw(&mut self.begun[2], data, Call::Servo, record),
+            Channel::GpsRestart => {
+                record.calls.push((now, Call::RestartGps));
+                Some(())
+            }
+            Channel::Solution => {
+                parse::<SolutionMessage>(data).map(|message| record.solutions.push(message.into()))
+            }
+            Channel::Controls => parse::<ControlsMessage>(data).map(|message| {
+                let ControlsMessage { lateral, longitudinal, collective, pedal } = message;
+                record.controls.push((now, [lateral, longitudinal, collective, pedal]));
+            }),
+            Channel::Events => parse::<ReadLogMessage>(data).map(|message| {
+                let time = record.header.time(header.publish_time);
+                let ReadLogMessage { level, message: text, name: kind } = message;
+                let level = match level {
+                    ..=2 => Level::Info,
+                    3 => Level::Warning,
+                    4.. => Level::Error,
+                };
+                record.events.push(RecordedEvent { time, level, kind, text });
+            }),
+            Channel::Lost => parse::<LostMessage>(data).map(|LostMessage { raw, decoded }| {
+                record.lost_raw += u64::from(raw);
+                record.lost_decoded += u64::from(decoded);
+                if raw > 0 {
+                    self.begun = Default::default();
+                    record.warnings.push(format!(
+                        "the recorder had no room for {raw} raw entries before {now}: \
+                         a replay differs from there on"
+                    ));
+                }
+            }),
+            Channel::Configuration
+            | Channel::Imu
+            | Channel::GpsFix
+            | Channel::GpsLocation
+            | Channel::SolutionLocation
+            | Channel::Innovations
+            | Channel::Servo => Some(()),
+        };
+        self.unreadable += usize::from(taken.is_none());
+        Ok(())
+    }
+
+    fn finish(self, path: &Path, length: usize) -> Result<Record, LogError> {
+        let Some(mut record) = self.record else {
+            let (offset, reason) = self.damages.into_iter().next().unwrap_or_else(|| {
+                (length, "the file ends, and no topic was a flight's configuration".into())
+            });
+            let reason = format!("{reason}; expected a flight record of hovernav");
+            return Err(LogError::bytes(path, offset, reason));
+        };
+        record.is_ended = self.is_ended;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        for (offset, reason) in self.damages {
+            record.warnings.push(format!("{name}: at byte {offset}: {reason}"));
+        }
+        // A chunk whose kind is damaged is skipped like anything that is not known.
+        if let Some(told) = self.told.filter(|&told| told != self.messages) {
+            let found = self.messages;
+            record.warnings.push(format!("{name}: found {found} messages, expected {told}"));
+        }
+        if self.unreadable > 0 {
+            let count = self.unreadable;
+            record.warnings.push(format!("{name}: {count} messages are not what their topic is"));
+        }
+        let missing = u64::from(self.sequence - self.entries);
+        let untold = missing.saturating_sub(record.lost_raw + record.lost_decoded);
+        if untold > 0 {
+            record.warnings.push(format!(
+                "{name}: {untold} entries are missing between others: a replay may differ"
+            ));
+        }
+        Ok(record)
+    }
+}
+
+fn parse<M: DeserializeOwned>(data: &[u8]) -> Option<M> {
+    serde_json::from_slice(data).ok()
+}
+
+fn begin(message: ConfigurationMessage, path: &Path) -> Result<Record, LogError> {
+    let ConfigurationMessage { version, start_ns, start_unix_ns, fly_toml } = message;
+    let mut config = FlyConfig::parse(&fly_toml, "its fly.toml".as_ref()).map_err(|error| {
+        let reason = format!("recorded by hovernav {version}: {error}");
+        LogError::Unusable { path: path.into(), reason }
+    })?;
+    let name = &mut config.navigation.name;
+    if name.is_empty() {
+        *name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    }
+    let start = Time::from_nanoseconds(start_ns);
+    Ok(Record {
+        header: Header { config, start, start_unix_ns, version },
+        calls: Vec::new(),
+        solutions: Vec::new(),
+        controls: Vec::new(),
+        events: Vec::new(),
+        lost_raw: 0,
+        lost_decoded: 0,
+        end: start,
+        is_ended: false,
+        warnings: Vec::new(),
+    })
+}
+
+/// Joins the parts of a call.
+fn raw(
+    begun: &mut Option<Vec<u8>>,
+    data: &[u8],
+    call: fn(Vec<u8>) -> Call,
+    record: &mut Record,
+) -> Option<()> {
+    let message: RawMessage = parse(data)?;
+    let mut bytes = begun.take().unwrap_or_default();
+    bytes.extend(message.bytes()?);
+    if message.goes_on {
+        *begun = Some(bytes);
+    } else {
+        record.calls.push((Time::from_nanoseconds(message.time_ns), call(bytes)));
+    }
+    Some(())
+}

@@ -1,0 +1,110 @@
+//! A flight again, from its bytes.
+
+use super::read::{Call, Record};
+use crate::{Dataset, LogError, Source};
+use hovernav::ekf::Solution;
+use hovernav::event::Event;
+use hovernav::sensors::{Report, Sensors};
+use hovernav::time::Time;
+
+/// How a replay compares with what was flown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reproduction {
+    /// Flown solutions.
+    pub compared: usize,
+    /// Where the replay first differs in any bit; `None` if it never does.
+    pub first_difference: Option<Difference>,
+}
+
+/// The first solution of a replay that is not the flown one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// The flown solution's time.
+    pub time: Time,
+    /// How far apart the positions are, m, the velocities, m/s, and the attitudes, rad; `None` where
+    /// the replay has no solution at that time.
+    pub distance: Option<[f64; 3]>,
+}
+
+impl Record {
+    /// What the recorded bytes come to: the dataset that the estimator had in flight, in its order.
+    ///
+    /// # Errors
+    /// [`LogError::Unusable`] for a configuration of sensors that cannot be.
+    pub fn dataset(&self) -> Result<Dataset, LogError> {
+        let (dmu, gps) = self.header.config.sensors().map_err(|error| LogError::Unusable {
+            path: self.header.config.navigation.name.clone().into(),
+            reason: error.to_string(),
+        })?;
+        let mut dataset = Dataset {
+            manifest: self.header.config.navigation.clone(),
+            controls: self.controls.clone(),
+            warnings: self.warnings.clone(),
+            ..Dataset::default()
+        };
+        let mut sensors = Sensors::new(dmu, gps, self.header.start);
+        for (time, call) in &self.calls {
+            let take = |report| match report {
+                Report::Event(Event::Imu(sample)) => {
+                    dataset.imu.push(sample);
+                    dataset.order.push(Source::Imu);
+                }
+                Report::Event(Event::Gps(fix)) => {
+                    dataset.fixes.push(fix);
+                    dataset.order.push(Source::Gps);
+                }
+                _ => {}
+            };
+            match call {
+                Call::Dmu(bytes) => {
+                    sensors.dmu(bytes, *time, take);
+                }
+                Call::Gps(bytes) => sensors.gps(bytes, *time, take),
+                Call::RestartGps => sensors.restart_gps(),
+                Call::Servo(_) => {}
+            }
+        }
+        Ok(dataset)
+    }
+
+    /// Compares the `replayed` solutions with the flown ones, bit for bit. Solutions that the record
+    /// lacks, because it was cut off or had no room for them, are not compared.
+    #[must_use]
+    pub fn reproduced_by(&self, replayed: &[Solution]) -> Reproduction {
+        let mut replayed = replayed.iter().peekable();
+        let first_difference = self.solutions.iter().find_map(|flown| {
+            while replayed.next_if(|solution| solution.time < flown.time).is_some() {}
+            let same_time = replayed.next_if(|solution| solution.time == flown.time);
+            let distance = same_time.map(|solution| distance(flown, solution));
+            let is_same = same_time.is_some_and(|solution| bits(flown).eq(bits(solution)));
+            (!is_same).then_some(Difference { time: flown.time, distance })
+        });
+        Reproduction { compared: self.solutions.len(), first_difference }
+    }
+}
+
+fn distance(flown: &Solution, replayed: &Solution) -> [f64; 3] {
+    let turned = replayed.body_to_ned.quaternion() * flown.body_to_ned.quaternion().inverse();
+    [
+        replayed.position.displacement_from(&flown.position).norm(),
+        (replayed.velocity_mps - flown.velocity_mps).norm(),
+        turned.to_scaled_axis().length(),
+    ]
+}
+
+fn bits(solution: &Solution) -> impl Iterator<Item = u64> {
+    let place = &solution.position;
+    [place.latitude_rad, place.longitude_rad, place.height_m]
+        .into_iter()
+        .chain(solution.velocity_mps.to_array())
+        .chain(solution.body_to_ned.quaternion().to_array())
+        .chain(solution.angular_rate_radps.to_array())
+        .chain(solution.position_sigma_m.to_array())
+        .chain(solution.velocity_sigma_mps.to_array())
+        .chain(solution.attitude_sigma_rad)
+        .chain(solution.gyro_bias_radps.to_array())
+        .chain(solution.accel_bias_mps2.to_array())
+        .chain(solution.gyro_bias_sigma_radps.to_array())
+        .chain(solution.accel_bias_sigma_mps2.to_array())
+        .map(f64::to_bits)
+}

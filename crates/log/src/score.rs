@@ -1,0 +1,309 @@
+//! How far a solution is from the reference.
+
+use serde::Serialize;
+
+use super::reference::{Reference, ReferenceMoment};
+use hovernav::earth::Geodetic;
+use hovernav::ekf::Solution;
+use hovernav::frames::wrap_angle;
+use hovernav::time::Time;
+
+/// A quantity a solution is scored in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// Position north.
+    North,
+    /// Position east.
+    East,
+    /// Position down.
+    Down,
+    /// Horizontal distance.
+    Horizontal,
+    /// Velocity north.
+    VelocityNorth,
+    /// Velocity east.
+    VelocityEast,
+    /// Velocity down.
+    VelocityDown,
+    /// Velocity forward.
+    U,
+    /// Velocity to the right.
+    V,
+    /// Velocity down through the vehicle.
+    W,
+    /// Roll.
+    Roll,
+    /// Pitch.
+    Pitch,
+    /// Yaw.
+    Yaw,
+}
+
+impl Axis {
+    /// All of them, in the order of [`Score::axes`].
+    pub const ALL: [Self; 13] = [
+        Self::North,
+        Self::East,
+        Self::Down,
+        Self::Horizontal,
+        Self::VelocityNorth,
+        Self::VelocityEast,
+        Self::VelocityDown,
+        Self::U,
+        Self::V,
+        Self::W,
+        Self::Roll,
+        Self::Pitch,
+        Self::Yaw,
+    ];
+
+    /// The name it goes by in `summary.json`; its unit is the name's end.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::North => "north_m",
+            Self::East => "east_m",
+            Self::Down => "down_m",
+            Self::Horizontal => "horizontal_m",
+            Self::VelocityNorth => "vn_mps",
+            Self::VelocityEast => "ve_mps",
+            Self::VelocityDown => "vd_mps",
+            Self::U => "u_mps",
+            Self::V => "v_mps",
+            Self::W => "w_mps",
+            Self::Roll => "roll_deg",
+            Self::Pitch => "pitch_deg",
+            Self::Yaw => "yaw_deg",
+        }
+    }
+}
+
+/// How far a solution is from the reference, axis by axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Score {
+    /// Where scoring begins; what is before it shows in the series alone.
+    pub from: Time,
+    /// The axes the reference speaks of, in the order of [`Axis::ALL`].
+    pub axes: Vec<AxisScore>,
+}
+
+/// How far a solution is from the reference in one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisScore {
+    /// The axis.
+    pub axis: Axis,
+    /// The error's size, in the unit of [`Axis::name`].
+    pub statistics: Statistics,
+    /// Samples compared.
+    pub samples: usize,
+    /// Fraction of samples whose error is within three of the filter's own sigmas, where it gives
+    /// one: 0.997 of a filter that knows itself.
+    pub within_3_sigma: Option<f64>,
+    /// The error over time, thinned to at most 2 000 points that keep its peaks.
+    pub series: Vec<ErrorPoint>,
+}
+
+/// An error at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorPoint {
+    /// The moment.
+    pub time: Time,
+    /// Solution less reference.
+    pub error: f64,
+    /// The filter's own one-sigma, where it gives one.
+    pub sigma: Option<f64>,
+}
+
+/// The size of a set of errors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Root of the mean square.
+    pub rmse: f64,
+    /// Median size.
+    pub median: f64,
+    /// Size that 95 % do not exceed.
+    pub p95: f64,
+    /// Largest size.
+    pub max: f64,
+}
+
+/// Points kept of an error series.
+const SERIES_POINTS: usize = 2000;
+
+/// Fraction of an outage the reference must cover for its drift to count.
+const LEAST_COVERAGE: f64 = 0.9;
+
+impl Score {
+    /// The score in `axis`, if the reference speaks of it.
+    #[must_use]
+    pub fn axis(&self, axis: Axis) -> Option<&AxisScore> {
+        self.axes.iter().find(|score| score.axis == axis)
+    }
+}
+
+impl Statistics {
+    /// The statistics of the sizes of `errors`; quantiles between two values are interpolated
+    /// linearly (Hyndman and Fan's type 7). `None` of no errors or where one is NaN.
+    #[must_use]
+    pub fn of(errors: &[f64]) -> Option<Self> {
+        let mut sizes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
+        if sizes.is_empty() || sizes.iter().any(|size| size.is_nan()) {
+            return None;
+        }
+        let square_sum: f64 = errors.iter().map(|error| error * error).sum();
+        Some(Self {
+            rmse: (square_sum / errors.len() as f64).sqrt(),
+            median: quantile(&mut sizes, 0.5),
+            p95: quantile(&mut sizes, 0.95),
+            max: sizes.iter().copied().fold(0.0, f64::max),
+        })
+    }
+}
+
+/// Scores `solutions`, in time order, against `reference`, beginning the reference's `skip_s` after
+/// `first_imu`, the first inertial sample.
+///
+/// The solution is carried to the reference's point through the lever arm r: its position moves by
+/// C r, its velocity by C (ω × r). The filter's sigmas stand for that point too, which leaves out what the attitude's
+/// uncertainty adds over the arm.
+#[must_use]
+pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> Score {
+    let from = first_imu.offset_by(reference.skip_s);
+    let mut columns: [Vec<ErrorPoint>; 13] = Default::default();
+    for solution in solutions {
+        let errors = errors(solution, reference);
+        let sigmas = sigmas(solution);
+        for ((column, error), sigma) in columns.iter_mut().zip(errors).zip(sigmas) {
+            if error.is_finite() {
+                column.push(ErrorPoint { time: solution.time, error, sigma });
+            }
+        }
+    }
+    let axes = Axis::ALL.into_iter().zip(columns);
+    Score {
+        from,
+        axes: axes.filter_map(|(axis, points)| score_axis(axis, &points, from)).collect(),
+    }
+}
+
+/// The largest horizontal distance from `reference` that `solutions`, in time order, reach from
+/// `start` until `duration_s` later, m.
+///
+/// `None` unless solution and reference together cover nine tenths of that time. [`Statistics::of`]
+/// the drifts of several outages has their median and the worst.
+#[must_use]
+pub fn outage_drift(
+    solutions: &[Solution],
+    reference: &Reference,
+    start: Time,
+    duration_s: f64,
+) -> Option<f64> {
+    let end = start.offset_by(duration_s);
+    let first = solutions.partition_point(|solution| solution.time < start);
+    let last = solutions.partition_point(|solution| solution.time <= end);
+    let distances: Vec<(Time, f64)> = solutions
+        .get(first..last)?
+        .iter()
+        .map(|solution| (solution.time, errors(solution, reference)[Axis::Horizontal as usize]))
+        .filter(|(_, distance)| distance.is_finite())
+        .collect();
+    let covered_s = distances.last()?.0 - distances.first()?.0;
+    let is_covered = covered_s >= LEAST_COVERAGE * duration_s
+        && distances.len() as f64 >= LEAST_COVERAGE * (last - first) as f64;
+    is_covered.then(|| distances.iter().map(|(_, distance)| *distance).fold(0.0, f64::max))
+}
+
+fn score_axis(axis: Axis, points: &[ErrorPoint], from: Time) -> Option<AxisScore> {
+    let scored = &points[points.partition_point(|point| point.time < from)..];
+    let errors: Vec<f64> = scored.iter().map(|point| point.error).collect();
+    let with_sigma: Vec<bool> = scored
+        .iter()
+        .filter_map(|point| point.sigma.map(|sigma| point.error.abs() <= 3.0 * sigma))
+        .collect();
+    let within = with_sigma.iter().filter(|within| **within).count();
+    Some(AxisScore {
+        axis,
+        statistics: Statistics::of(&errors)?,
+        samples: errors.len(),
+        within_3_sigma: (!with_sigma.is_empty()).then(|| within as f64 / with_sigma.len() as f64),
+        series: thinned(points),
+    })
+}
+
+/// Solution less reference in the order of [`Axis::ALL`]; NaN where the reference says nothing.
+fn errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
+    let ReferenceMoment { position, velocity_mps, attitude_rad, body_velocity_mps } =
+        reference.at(solution.time);
+    let arm_m = reference.from_solution_point_m;
+    let body_to_ned = solution.body_to_ned;
+
+    let [latitude_rad, longitude_rad, height_m] = position;
+    let there = Geodetic { latitude_rad, longitude_rad, height_m };
+    // Height alone may be unknown, and must not take north and east with it.
+    let base = Geodetic {
+        height_m: if height_m.is_finite() { height_m } else { solution.position.height_m },
+        ..there
+    };
+    let [arm_north, arm_east, arm_down] = (body_to_ned * arm_m).to_array();
+    let [north, east, _] = solution.position.displacement_from(&base).to_array();
+    let (north, east) = (north + arm_north, east + arm_east);
+    let down = height_m - solution.position.height_m + arm_down;
+
+    let of_arm_mps = solution.angular_rate_radps.cross(arm_m);
+    let [vn, ve, vd] = (solution.velocity_mps + body_to_ned * of_arm_mps).to_array();
+    let [u, v, w] = (solution.velocity_body_mps() + of_arm_mps).to_array();
+    let angles = body_to_ned.euler();
+    let turn_deg =
+        |angle_rad: f64, reference_rad: f64| wrap_angle(angle_rad - reference_rad).to_degrees();
+    [
+        north,
+        east,
+        down,
+        north.hypot(east),
+        vn - velocity_mps[0],
+        ve - velocity_mps[1],
+        vd - velocity_mps[2],
+        u - body_velocity_mps[0],
+        v - body_velocity_mps[1],
+        w - body_velocity_mps[2],
+        turn_deg(angles.roll_rad, attitude_rad[0]),
+        turn_deg(angles.pitch_rad, attitude_rad[1]),
+        turn_deg(angles.yaw_rad, attitude_rad[2]),
+    ]
+}
+
+/// The filter's own one-sigma in the order of [`Axis::ALL`].
+fn sigmas(solution: &Solution) -> [Option<f64>; 13] {
+    let [n, e, d] = solution.position_sigma_m.to_array().map(Some);
+    let [vn, ve, vd] = solution.velocity_sigma_mps.to_array().map(Some);
+    let [roll, pitch, yaw] = solution.attitude_sigma_rad.map(|sigma| Some(sigma.to_degrees()));
+    [n, e, d, None, vn, ve, vd, None, None, None, roll, pitch, yaw]
+}
+
+/// At most [`SERIES_POINTS`] of `points`: of each stretch of equal count the smallest and the largest.
+fn thinned(points: &[ErrorPoint]) -> Vec<ErrorPoint> {
+    if points.len() <= SERIES_POINTS {
+        return points.to_vec();
+    }
+    let mut kept = Vec::with_capacity(SERIES_POINTS);
+    for stretch in points.chunks(points.len().div_ceil(SERIES_POINTS / 2)) {
+        let by_error = |a: &&ErrorPoint, b: &&ErrorPoint| a.error.total_cmp(&b.error);
+        let extremes = stretch.iter().min_by(by_error).zip(stretch.iter().max_by(by_error));
+        let Some((least, most)) = extremes else { continue };
+        let (first, second) = if least.time <= most.time { (least, most) } else { (most, least) };
+        kept.push(*first);
+        if second.time > first.time {
+            kept.push(*second);
+        }
+    }
+    kept
+}
+
+/// The value below which the fraction `q` of `values` lies, interpolated linearly; `values` not empty.
+fn quantile(values: &mut [f64], q: f64) -> f64 {
+    let position = q * (values.len() - 1) as f64;
+    let below = position as usize;
+    let (_, &mut low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
+    let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
+    low + (high - low) * (position - below as f64)
+}

@@ -1,0 +1,179 @@
+//! From a manifest to the estimator's settings.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use world_magnetic_model::GeomagneticField;
+use world_magnetic_model::time::{Date, Month};
+use world_magnetic_model::uom::si::angle::{degree, radian};
+use world_magnetic_model::uom::si::f32::{Angle, Length};
+use world_magnetic_model::uom::si::length::meter;
+
+use super::dataset::Dataset;
+use super::error::LogError;
+use super::manifest::{HeadingReference, Manifest, Point};
+use hovernav::earth::Geodetic;
+use hovernav::ekf::EstimatorConfig;
+
+impl Dataset {
+    /// The estimator's settings for this dataset: see [`Manifest::settings`]. What is magnetic in it
+    /// is corrected by the declination at the first fix; a warning says how that came about.
+    ///
+    /// # Errors
+    /// As [`Manifest::settings`].
+    pub fn settings(&mut self) -> Result<EstimatorConfig, LogError> {
+        let magnetic = !self.magnetometer.is_empty()
+            || self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+        let place = self.fixes.first().map(|fix| fix.position);
+        let (config, remark) = self.manifest.settings(magnetic, place.as_ref())?;
+        self.warnings.extend(remark);
+        Ok(config)
+    }
+}
+
+impl Manifest {
+    /// The estimator's settings for a vehicle: the defaults, what the manifest says of mounting and
+    /// sensors, then the keys of its sections `[alignment]`, `[aiding]` and `[filter.*]`.
+    ///
+    /// `magnetic` is whether there is a magnetometer. Where that or the unit's heading is magnetic
+    /// and the manifest gives no declination, the World Magnetic Model gives that of `place`; the
+    /// remark says for which day, and what happened if it could not.
+    ///
+    /// # Errors
+    /// [`LogError::Manifest`] for a key or value of those sections that does not exist.
+    pub fn settings(
+        &self,
+        magnetic: bool,
+        place: Option<&Geodetic>,
+    ) -> Result<(EstimatorConfig, Option<String>), LogError> {
+        let mut config = EstimatorConfig::default();
+        let (imu, cg) = (&self.imu, self.lever_arm_m(self.solution.point));
+        let model = &mut config.ekf.imu;
+        // °/√h to rad/√s and m/s/√h to m/s/√s: the square root of an hour is 60 √s.
+        set(
+            &mut model.angle_random_walk_rad,
+            imu.angle_random_walk_deg_per_sqrt_h.map(|walk| walk.to_radians() / 60.0),
+        );
+        set(
+            &mut model.velocity_random_walk_mps,
+            imu.velocity_random_walk_mps_per_sqrt_h.map(|walk| walk / 60.0),
+        );
+        set(&mut model.gyro_bias_sigma_radps, imu.gyro_bias_sigma_degps.map(f64::to_radians));
+        set(&mut model.accel_bias_sigma_mps2, imu.accel_bias_sigma_mps2);
+
+        config.alignment = overlaid(config.alignment, &self.alignment, "alignment")?;
+        config.aiding = overlaid(config.aiding, &self.aiding, "aiding")?;
+        let ekf = &mut config.ekf;
+        for (key, value) in &self.filter {
+            let refused = |reason: &str| refused(format!("[filter] {key}: {reason}"));
+            let table = value.as_table().ok_or_else(|| refused("expected a section"))?;
+            match key.as_str() {
+                "imu" => ekf.imu = overlaid(ekf.imu, table, "filter.imu")?,
+                "gps" => ekf.gps = overlaid(ekf.gps, table, "filter.gps")?,
+                "attitude" => ekf.attitude = overlaid(ekf.attitude, table, "filter.attitude")?,
+                "baro" => ekf.baro = overlaid(ekf.baro, table, "filter.baro")?,
+                "gate" => ekf.gate = overlaid(ekf.gate, table, "filter.gate")?,
+                _ => return Err(refused("expected imu, gps, attitude, baro or gate")),
+            }
+        }
+        let wrong = [
+            ekf.imu.out_of_range(),
+            ekf.gps.out_of_range(),
+            ekf.attitude.out_of_range(),
+            ekf.baro.out_of_range(),
+            ekf.gate.out_of_range(),
+        ];
+        if let Some((key, value)) = wrong.into_iter().flatten().next() {
+            return Err(refused(format!(
+                "[filter] {key}: found {value}, expected a number from 0"
+            )));
+        }
+
+        ekf.imu_lever_arm_m = self.lever_arm_m(Point::Imu) - cg;
+        ekf.antenna_lever_arm_m = self.lever_arm_m(Point::Antenna) - cg;
+        config.alignment.imu_lever_arm_m = ekf.imu_lever_arm_m;
+        config.alignment.antenna_lever_arm_m = ekf.antenna_lever_arm_m;
+
+        let attitude_magnetic = imu.heading_reference == HeadingReference::Magnetic;
+        // A declination that is given counts whatever the data hold: settings before a flight and after
+        // it are the same.
+        if !magnetic && !attitude_magnetic && imu.magnetic_declination_deg.is_none() {
+            return Ok((config, None));
+        }
+        let (declination_rad, remark) = match (imu.magnetic_declination_deg, place) {
+            (Some(declination_deg), _) => (declination_deg.to_radians(), None),
+            (None, None) => (0.0, None),
+            (None, Some(place)) => {
+                let (declination_rad, remark) = model_declination(self, place);
+                (declination_rad, Some(remark))
+            }
+        };
+        config.alignment.declination_rad = declination_rad;
+        if attitude_magnetic {
+            config.alignment.attitude_declination_rad = declination_rad;
+        }
+        Ok((config, remark))
+    }
+}
+
+/// Declination, rad, and how it came about. The model's epoch stands in for a flight whose day is
+/// not told or not covered: declination moves about 0.1° a year.
+fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, String) {
+    let told = manifest.date.and_then(|date| date.date);
+    let undated = Date::from_calendar_date(2025, Month::January, 1).ok();
+    let dated = told.and_then(|date| {
+        let month = Month::try_from(date.month).ok()?;
+        Date::from_calendar_date(i32::from(date.year), month, date.day).ok()
+    });
+    let declination_deg = |date: Option<Date>| {
+        let field = GeomagneticField::new(
+            Length::new::<meter>(place.height_m as f32),
+            Angle::new::<radian>(place.latitude_rad as f32),
+            Angle::new::<radian>(place.longitude_rad as f32),
+            date?,
+        );
+        field.ok().map(|field| f64::from(field.declination().get::<degree>()))
+    };
+    let (found, day) = match (told, declination_deg(dated)) {
+        (Some(told), Some(found)) => (Some(found), told.to_string()),
+        (Some(told), None) => {
+            (declination_deg(undated), format!("2025-01-01, as it does not hold on {told}"))
+        }
+        (None, _) => (declination_deg(undated), "2025-01-01, as the log gives no date".to_owned()),
+    };
+    found.map_or_else(
+        || {
+            (
+                0.0,
+                "magnetic declination 0° taken: the World Magnetic Model has none here".to_owned(),
+            )
+        },
+        |found| {
+            let model = "by the World Magnetic Model for";
+            (found.to_radians(), format!("magnetic declination {found:.2}° {model} {day}"))
+        },
+    )
+}
+
+fn set(setting: &mut f64, value: Option<f64>) {
+    if let Some(value) = value {
+        *setting = value;
+    }
+}
+
+fn refused(reason: String) -> LogError {
+    LogError::Manifest { path: super::dataset::MANIFEST_FILE.into(), line: 1, reason }
+}
+
+/// `base` with the keys of a configuration's section put over it.
+fn overlaid<S: Serialize + DeserializeOwned>(
+    base: S,
+    section: &toml::Table,
+    name: &str,
+) -> Result<S, LogError> {
+    let mut table =
+        toml::Table::try_from(base).map_err(|error| refused(format!("[{name}] {error}")))?;
+    table.extend(section.clone());
+    table
+        .try_into()
+        .map_err(|error: toml::de::Error| refused(format!("[{name}] {}", error.message())))
+}

@@ -1,0 +1,294 @@
+//! `fly.toml`: which devices are on which lines, and how the vehicle is built.
+
+use std::path::{Path, PathBuf};
+
+use chrono::{DateTime, Datelike as _, Timelike as _};
+use serde::{Deserialize, Serialize};
+
+use super::sections::{
+    AccelerationSign, DmuMode, DmuSection, LineSection, MavlinkSection, ReceiverSection,
+    RecordSection, ServoSection, SiteSection,
+};
+use crate::{HeadingReference, LogError, Manifest};
+use hovernav::dmu::{Calibration, Flow, Mode, Sign};
+use hovernav::earth::Geodetic;
+use hovernav::ekf::EstimatorConfig;
+use hovernav::sensors::{DmuConfig, GpsConfig};
+
+/// `fly.toml`: every key of a flight. A key it does not know is an error: on a flight computer a
+/// misspelt setting must not fall back to a default.
+///
+/// ```
+/// use hovernav_log::FlyConfig;
+/// let text = "
+///     [dmu]
+///     port = '/dev/ttyS0'
+///     [receiver]
+///     port = '/dev/ttyS1'
+///     protocol = 'ubx'
+///     rate_hz = 5
+///     [navigation.imu]
+///     lever_arm_m = [0.03, -0.02, 0.28]
+///     gyro_range_degps = 200
+///     accel_range_g = 4
+/// ";
+/// let config = FlyConfig::parse(text, "fly.toml".as_ref())?;
+/// assert_eq!(config.dmu.rate_hz, Some(33.0));
+/// assert_eq!(config.sensors()?.1.rate_hz, Some(5));
+/// # Ok::<(), hovernav_log::FlyConfigError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct FlyConfig {
+    /// Priority of the loop's thread among the system's real-time threads, 1 to 99: no other program
+    /// then delays it. Needs the right to (`CAP_SYS_NICE`); without it, the flight says so and goes
+    /// on. Without this key the thread is an ordinary one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub realtime_priority: Option<u8>,
+    /// The inertial unit.
+    pub dmu: DmuSection,
+    /// The GPS receiver.
+    pub receiver: ReceiverSection,
+    /// The pilot's pulses and the servos.
+    pub servo: ServoSection,
+    /// Telemetry in packed frames, which flow while the ground wants them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub telemetry: Option<LineSection>,
+    /// Telemetry in MAVLink 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mavlink: Option<MavlinkSection>,
+    /// The flight record.
+    pub record: RecordSection,
+    /// Where the flight is, if the magnetic declination is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub site: Option<SiteSection>,
+    /// How the sensors are mounted and how good they are, and the estimator's settings: the keys of
+    /// a `dataset.toml`. The unit's heading counts as magnetic unless `imu.heading_reference` says
+    /// otherwise.
+    pub navigation: Manifest,
+}
+
+/// Why a flight's configuration is refused: one line that names the file and the place in it.
+#[derive(Debug, thiserror::Error)]
+pub enum FlyConfigError {
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The text is not TOML, or a value is not of its key's kind or range.
+    #[error("{}:{line}: {reason}", path.display())]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What was found and expected.
+        reason: String,
+    },
+    /// Keys that nothing knows.
+    #[error("{}: no such key: {}", path.display(), keys.join(", "))]
+    UnknownKeys {
+        /// The file.
+        path: PathBuf,
+        /// The keys, with their sections.
+        keys: Vec<String>,
+    },
+    /// A value that cannot be.
+    #[error("[{section}] {key}: {reason}")]
+    Value {
+        /// The section; empty of the keys that stand in none.
+        section: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What was found and expected.
+        reason: String,
+    },
+}
+
+impl FlyConfig {
+    /// Reads a configuration and checks every value.
+    ///
+    /// # Errors
+    /// [`FlyConfigError`].
+    pub fn read(path: &Path) -> Result<Self, FlyConfigError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| FlyConfigError::Io { path: path.to_path_buf(), source })?;
+        Self::parse(&text, path)
+    }
+
+    /// The configuration that `text` spells; `path` names it in messages.
+    ///
+    /// # Errors
+    /// [`FlyConfigError`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, FlyConfigError> {
+        let refused = |error: toml::de::Error| {
+            let start = error.span().map_or(0, |span| span.start);
+            let line = 1 + text.bytes().take(start).filter(|&byte| byte == b'\n').count();
+            let reason = error.message().replace('\n', ", ");
+            FlyConfigError::Text { path: path.to_path_buf(), line, reason }
+        };
+        let mut keys = Vec::new();
+        let parsed = toml::Deserializer::parse(text).map_err(refused)?;
+        let mut config: Self = serde_ignored::deserialize(parsed, |key| keys.push(key.to_string()))
+            .map_err(refused)?;
+        if !keys.is_empty() {
+            return Err(FlyConfigError::UnknownKeys { path: path.to_path_buf(), keys });
+        }
+        let table = toml::Value::Table(text.parse().map_err(refused)?);
+        let heading = ["navigation", "imu", "heading_reference"];
+        if heading.iter().try_fold(&table, |value, key| value.get(key)).is_none() {
+            config.navigation.imu.heading_reference = HeadingReference::Magnetic;
+        }
+        config.sensors()?;
+        Ok(config)
+    }
+
+    /// Fills in what the moment of the flight decides, `unix_s` seconds after the start of 1970: the
+    /// date, and the magnetic declination by the World Magnetic Model for the site on that day, each
+    /// if it is not given; the remark says how. Afterwards the settings depend on nothing but what
+    /// this configuration spells out.
+    ///
+    /// # Errors
+    /// Neither a declination nor a site; a site that is not on Earth; settings of the estimator that
+    /// cannot be.
+    pub fn settle(&mut self, unix_s: i64) -> Result<Option<String>, FlyConfigError> {
+        let mut remark = None;
+        if self.navigation.date.is_none()
+            && let Some(now) = DateTime::from_timestamp_secs(unix_s)
+        {
+            self.navigation.date =
+                format!("{:04}-{:02}-{:02}", now.year(), now.month(), now.day()).parse().ok();
+        }
+        if self.navigation.imu.magnetic_declination_deg.is_none() {
+            let Some(site) = self.site else {
+                return Err(value(
+                    "navigation.imu",
+                    "magnetic_declination_deg",
+                    &"found neither this nor a [site], expected one, for a heading from true north",
+                ));
+            };
+            let place =
+                Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)
+                    .ok_or_else(|| {
+                        let found = format!("{} and {}", site.latitude_deg, site.longitude_deg);
+                        value("site", "latitude_deg", &expected(found, "a place on Earth"))
+                    })?;
+            let settings =
+                self.navigation.settings(true, Some(&place)).map_err(navigation_value)?;
+            self.navigation.imu.magnetic_declination_deg =
+                Some(settings.0.alignment.declination_rad.to_degrees());
+            remark = settings.1;
+        }
+        self.settings()?;
+        Ok(remark)
+    }
+
+    /// The estimator's settings.
+    ///
+    /// # Errors
+    /// Settings that cannot be.
+    pub fn settings(&self) -> Result<EstimatorConfig, FlyConfigError> {
+        Ok(self.navigation.settings(true, None).map_err(navigation_value)?.0)
+    }
+
+    /// Where the record of a flight goes that starts `unix_s` seconds after the start of 1970: a file
+    /// named after the second in UTC, in the directory `record.directory`.
+    #[must_use]
+    pub fn record_path(&self, unix_s: i64) -> PathBuf {
+        let name = DateTime::from_timestamp_secs(unix_s).map_or_else(
+            || format!("{unix_s}.mcap"),
+            |at| {
+                let (year, month, day) = (at.year(), at.month(), at.day());
+                let (hour, minute, second) = (at.hour(), at.minute(), at.second());
+                format!("{year:04}-{month:02}-{day:02}T{hour:02}-{minute:02}-{second:02}Z.mcap")
+            },
+        );
+        self.record.directory.join(name)
+    }
+
+    /// The configuration as it would stand in a file, every key spelt out.
+    ///
+    /// # Errors
+    /// What TOML cannot hold; no configuration that was parsed has that.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
+    /// What the sensors are, for [`Sensors::new`](hovernav::sensors::Sensors::new).
+    ///
+    /// # Errors
+    /// [`FlyConfigError::Value`] for a range, rate or latency that cannot be.
+    pub fn sensors(&self) -> Result<(DmuConfig, GpsConfig), FlyConfigError> {
+        if let Some(found) = self.realtime_priority.filter(|found| !(1..=99).contains(found)) {
+            return Err(value("", "realtime_priority", &expected(found, "1 to 99")));
+        }
+        let mode = match self.dmu.mode {
+            DmuMode::Angle => Mode::Angle,
+            DmuMode::Scaled => Mode::Scaled,
+        };
+        let imu = &self.navigation.imu;
+        let calibration = Calibration::new(
+            imu.gyro_range_degps.unwrap_or(200.0),
+            imu.accel_range_g.unwrap_or(4.0),
+        )
+        .map_err(|error| value("navigation.imu", "gyro_range_degps, accel_range_g", &error))?
+        .with_acceleration_signs(self.dmu.acceleration_signs.map(|sign| match sign {
+            AccelerationSign::Plus => Sign::Positive,
+            AccelerationSign::Minus => Sign::Negative,
+        }));
+        let flow = match self.dmu.rate_hz {
+            None => Flow::Continuous,
+            Some(rate_hz) if (20.0..=70.0).contains(&rate_hz) => {
+                Flow::Polled { cycle_s: 1.0 / rate_hz }
+            }
+            Some(rate_hz) => {
+                return Err(value("dmu", "rate_hz", &expected(rate_hz, "20 to 70 a second")));
+            }
+        };
+        let latency_s = self.dmu.latency_s.unwrap_or_else(|| mode.transfer_time_s());
+        if !(0.0..=0.1).contains(&latency_s) {
+            return Err(value("dmu", "latency_s", &expected(latency_s, "0 to 0.1 s")));
+        }
+        let separation_m = self.receiver.geoid_separation_m;
+        if let Some(found) = separation_m.filter(|found| !(-120.0..=100.0).contains(found)) {
+            return Err(value("receiver", "geoid_separation_m", &expected(found, "-120 to 100 m")));
+        }
+        let rate_hz = self.receiver.rate_hz;
+        if rate_hz > 10 {
+            return Err(value("receiver", "rate_hz", &expected(rate_hz, "0 to 10 a second")));
+        }
+        Ok((
+            DmuConfig { mode, flow, calibration, latency_s },
+            GpsConfig {
+                protocol: self.receiver.protocol.into(),
+                rate_hz: (rate_hz > 0).then_some(rate_hz),
+                latency_s: self.navigation.gps.latency_s,
+                geoid_separation_m: separation_m,
+                limits: self.receiver.limits,
+            },
+        ))
+    }
+}
+
+fn expected(found: impl std::fmt::Display, range: &str) -> String {
+    format!("found {found}, expected {range}")
+}
+
+fn value(
+    section: &'static str,
+    key: &'static str,
+    reason: &impl std::fmt::Display,
+) -> FlyConfigError {
+    FlyConfigError::Value { section, key, reason: reason.to_string() }
+}
+
+fn navigation_value(error: LogError) -> FlyConfigError {
+    match error {
+        LogError::Manifest { reason, .. } => value("navigation", "settings", &reason),
+        other => value("navigation", "settings", &other),
+    }
+}

@@ -1,0 +1,14 @@
+//! What a vehicle's set-up is: the sections of `fly.toml` and the file of its autopilot.
+
+mod autopilot;
+mod fly_config;
+mod mavlink;
+mod sections;
+
+pub use autopilot::{AutopilotFileError, read_autopilot, write_autopilot};
+pub use fly_config::{FlyConfig, FlyConfigError};
+pub use mavlink::{MavlinkConfig, MavlinkRates};
+pub use sections::{
+    AccelerationSign, CaptureSection, DmuMode, DmuSection, LineSection, MavlinkSection, PwmLine,
+    ReceiverProtocol, ReceiverSection, RecordSection, ServoSection, SiteSection,
+};

@@ -1,0 +1,210 @@
+//! A table of numbers in a CSV file, row by row, with errors that name line and column.
+
+use std::cmp::Ordering;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use csv::ByteRecord;
+
+use super::error::{LogError, excerpt};
+use super::number::{parse_number, parse_time};
+use super::records::Records;
+use super::remarks::Remarks;
+use hovernav::time::Time;
+
+/// A CSV file with a header row, read forward once.
+///
+/// Commas part the fields, which may be quoted or padded with blanks; CR LF, a byte order mark, blank
+/// lines and trailing commas are tolerated.
+pub(super) struct Table {
+    path: PathBuf,
+    header: Vec<String>,
+    is_used: Vec<bool>,
+    header_line: u64,
+    records: Records,
+}
+
+/// One row of a [`Table`].
+pub(super) struct Row<'a> {
+    /// Line in the file, from 1.
+    pub line: u64,
+    path: &'a Path,
+    header: &'a [String],
+    record: &'a ByteRecord,
+}
+
+impl Table {
+    /// Opens a file of `dir`; `None` where there is no such file.
+    pub fn open(dir: &Path, file: &str) -> Result<Option<Self>, LogError> {
+        let path = dir.join(file);
+        match std::fs::read(&path) {
+            Ok(bytes) => Self::parse(path, bytes).map(Some),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(LogError::io(&path)(error)),
+        }
+    }
+
+    fn parse(path: PathBuf, bytes: Vec<u8>) -> Result<Self, LogError> {
+        let mut records = Records::new(bytes);
+        if !records.advance().map_err(LogError::io(&path))? {
+            let reason = "the file is empty, expected a header row".into();
+            return Err(LogError::Unusable { path, reason });
+        }
+        let line = records.line();
+        let names = records.current().iter();
+        let mut header: Vec<String> =
+            names.map(|name| String::from_utf8_lossy(name.trim_ascii()).into_owned()).collect();
+        while header.last().is_some_and(String::is_empty) {
+            header.pop();
+        }
+        let mut seen = HashSet::new();
+        let expected = if header.iter().all(|name| parse_number(name.as_bytes()).is_some()) {
+            Some("a header row of column names".into())
+        } else {
+            let repeated = header.iter().find(|name| !name.is_empty() && !seen.insert(*name));
+            repeated.map(|name| format!("column {} once", excerpt(name.as_bytes(), 40)))
+        };
+        if let Some(expected) = expected {
+            let found = excerpt(header.join(",").as_bytes(), 200);
+            return Err(LogError::Columns { path, line, expected, found });
+        }
+        let is_used = vec![false; header.len()];
+        Ok(Self { path, header, is_used, header_line: line, records })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The places of `names` in the header if all are there.
+    pub fn find<const N: usize>(&mut self, names: [&str; N]) -> Option<[usize; N]> {
+        let mut columns = [0; N];
+        for (column, name) in columns.iter_mut().zip(names) {
+            *column = self.header.iter().position(|found| found == name)?;
+        }
+        columns.iter().for_each(|&column| self.is_used[column] = true);
+        Some(columns)
+    }
+
+    /// Says which columns were never asked for, those named in `without_use` apart: an optional
+    /// column with a slip in its name would otherwise vanish unnoticed.
+    pub fn remark_unused(&self, without_use: &[&str], remarks: &mut Remarks) {
+        let unused: Vec<&str> = self
+            .header
+            .iter()
+            .zip(&self.is_used)
+            .filter(|(name, is_used)| {
+                !**is_used && !name.is_empty() && !without_use.contains(&name.as_str())
+            })
+            .map(|(name, _)| name.as_str())
+            .collect();
+        if !unused.is_empty() {
+            let unused = excerpt(unused.join(", ").as_bytes(), 200);
+            remarks.say(format!("columns without use: {unused}"));
+        }
+    }
+
+    /// The places of `names` in the header, or which of them are missing.
+    pub fn require<const N: usize>(&mut self, names: [&str; N]) -> Result<[usize; N], LogError> {
+        self.find(names).ok_or_else(|| {
+            let missing =
+                names.iter().filter(|name| !self.header.iter().any(|found| found == *name));
+            self.columns_missing(&missing.copied().collect::<Vec<_>>().join(", "))
+        })
+    }
+
+    /// The error of a header without the columns `expected`.
+    pub fn columns_missing(&self, expected: &str) -> LogError {
+        LogError::Columns {
+            path: self.path.clone(),
+            line: self.header_line,
+            expected: format!("column {expected}"),
+            found: excerpt(self.header.join(",").as_bytes(), 200),
+        }
+    }
+
+    /// The next row with as many fields as the header; those with more or fewer are left out.
+    pub fn next(&mut self, remarks: &mut Remarks) -> Result<Option<Row<'_>>, LogError> {
+        while self.records.advance().map_err(LogError::io(&self.path))? {
+            if self.records.current().iter().all(is_blank) {
+                continue;
+            }
+            if let Some(fault) = self.fault() {
+                remarks.count(fault, self.records.line());
+                continue;
+            }
+            let Self { path, header, records, .. } = self;
+            let (line, record) = (records.line(), records.current());
+            return Ok(Some(Row { line, path, header, record }));
+        }
+        Ok(None)
+    }
+
+    /// Why the current record is no row of this table.
+    fn fault(&self) -> Option<&'static str> {
+        let record = self.records.current();
+        let ends_in_number = || record.iter().next_back().is_none_or(|f| parse_number(f).is_some());
+        match record.len().cmp(&self.header.len()) {
+            Ordering::Less => Some("left out: fewer fields than the header"),
+            Ordering::Greater if !record.iter().skip(self.header.len()).all(is_blank) => {
+                Some("left out: more fields than the header")
+            }
+            _ if self.records.is_cut_off() && !ends_in_number() => {
+                Some("left out: cut off at the end of the file")
+            }
+            _ => None,
+        }
+    }
+}
+
+fn is_blank(field: &[u8]) -> bool {
+    field.trim_ascii().is_empty()
+}
+
+impl Row<'_> {
+    /// The number in `column`; NaN where the field is empty or says so.
+    pub fn number(&self, column: usize) -> Result<f64, LogError> {
+        let field = self.field(column);
+        parse_number(field).ok_or_else(|| self.unexpected(column, "a number"))
+    }
+
+    /// The numbers in `columns`.
+    pub fn numbers<const N: usize>(&self, columns: [usize; N]) -> Result<[f64; N], LogError> {
+        let mut numbers = [0.0; N];
+        for (number, column) in numbers.iter_mut().zip(columns) {
+            *number = self.number(column)?;
+        }
+        Ok(numbers)
+    }
+
+    /// The numbers in `columns`, if the table has them and all are finite.
+    pub fn finite<const N: usize>(
+        &self,
+        columns: Option<[usize; N]>,
+    ) -> Result<Option<[f64; N]>, LogError> {
+        let Some(columns) = columns else { return Ok(None) };
+        let numbers = self.numbers(columns)?;
+        Ok(numbers.iter().all(|number| number.is_finite()).then_some(numbers))
+    }
+
+    /// The time in `column`, seconds to the nearest nanosecond; `None` where it is unknown or beyond
+    /// what a clock can show.
+    pub fn time(&self, column: usize) -> Result<Option<Time>, LogError> {
+        let field = self.field(column);
+        parse_time(field).ok_or_else(|| self.unexpected(column, "a time in seconds"))
+    }
+
+    fn field(&self, column: usize) -> &[u8] {
+        self.record.get(column).unwrap_or_default()
+    }
+
+    fn unexpected(&self, column: usize, expected: &'static str) -> LogError {
+        LogError::Field {
+            path: self.path.to_path_buf(),
+            line: self.line,
+            column: self.header.get(column).cloned().unwrap_or_default(),
+            found: excerpt(self.field(column), 40),
+            expected,
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! A dataset to its directory, for the simulator and for conversion.
+
+use std::path::Path;
+
+use super::csv_writer::CsvWriter;
+use super::dataset::{Dataset, MANIFEST_FILE};
+use super::error::LogError;
+use super::{auxiliary, gps, imu, reference};
+use crate::Truth;
+use hovernav::earth::Geodetic;
+use hovernav::frames::{EulerAngles, Vector};
+use hovernav::imu::Motion;
+
+impl Dataset {
+    /// Writes this dataset, and the truth about it if `reference` is not empty, to the directory
+    /// `dir`, which is made if need be.
+    ///
+    /// Numbers are written in the fewest digits that read back as the same number, times to the
+    /// nanosecond; what was in degrees comes back to within rounding. What an earlier dataset in `dir`
+    /// had and this one has not is emptied.
+    ///
+    /// # Errors
+    /// [`LogError::Io`]; [`LogError::Unwritable`] for a number that is not finite;
+    /// [`LogError::Unusable`] for inertial samples of both kinds, or a manifest TOML cannot hold.
+    pub fn write(&self, dir: &Path, reference: &[Truth]) -> Result<(), LogError> {
+        std::fs::create_dir_all(dir).map_err(LogError::io(dir))?;
+        let path = dir.join(MANIFEST_FILE);
+        let manifest = toml::to_string(&self.manifest).map_err(|error| LogError::Unusable {
+            path: path.clone(),
+            reason: error.to_string(),
+        })?;
+        std::fs::write(&path, manifest).map_err(LogError::io(&path))?;
+        self.write_imu(dir)?;
+        self.write_fixes(dir)?;
+        self.write_baro(dir)?;
+        self.write_magnetometer(dir)?;
+        self.write_controls(dir)?;
+        write_reference(dir, reference)
+    }
+
+    fn write_imu(&self, dir: &Path) -> Result<(), LogError> {
+        let are_rates =
+            self.imu.first().is_none_or(|first| matches!(first.motion, Motion::Rates { .. }));
+        let has_attitude = self.imu.iter().any(|sample| sample.attitude.is_some());
+        let has_magnetic = self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+        let mut columns = vec!["t_s"];
+        columns.extend(if are_rates { imu::RATES } else { imu::INCREMENTS });
+        columns.extend(imu::ATTITUDE.iter().filter(|_| has_attitude));
+        columns.extend(imu::MAGNETIC.iter().filter(|_| has_magnetic));
+        let path = dir.join(imu::FILE);
+        let mut csv = CsvWriter::new(path.clone(), &columns, self.imu.len());
+        for sample in &self.imu {
+            csv.time(sample.time);
+            let (gyro, accel) = match sample.motion {
+                Motion::Rates { angular_rate_radps, specific_force_mps2 } if are_rates => {
+                    (angular_rate_radps, specific_force_mps2)
+                }
+                Motion::Increments { angle_rad, velocity_mps } if !are_rates => {
+                    (angle_rad, velocity_mps)
+                }
+                _ => {
+                    let reason = "found samples of rates and of increments, expected one kind";
+                    return Err(LogError::Unusable { path, reason: reason.into() });
+                }
+            };
+            csv.shortest_or_empty(Some(gyro.to_array()))?;
+            csv.shortest_or_empty(Some(accel.to_array()))?;
+            if has_attitude {
+                csv.shortest_or_empty(sample.attitude.map(EulerAngles::to_degrees))?;
+            }
+            if has_magnetic {
+                csv.shortest_or_empty(sample.magnetic_field_gauss.map(Vector::to_array))?;
+            }
+            csv.end_row();
+        }
+        csv.finish()
+    }
+
+    fn write_fixes(&self, dir: &Path) -> Result<(), LogError> {
+        let mut columns = vec!["t_s"];
+        columns.extend(gps::POSITION);
+        columns.extend(gps::VELOCITY);
+        columns.extend(gps::POSITION_SIGMA);
+        columns.extend(gps::VELOCITY_SIGMA);
+        columns.push(gps::SATELLITES);
+        write_table(dir, gps::FILE, &columns, &self.fixes, |csv, fix| {
+            csv.time(fix.time.offset_by(self.manifest.gps.latency_s));
+            csv.shortest_or_empty(Some(position_fields(&fix.position)))?;
+            csv.shortest_or_empty(fix.horizontal_velocity_mps)?;
+            csv.shortest_or_empty(fix.down_velocity_mps.map(|down| [down]))?;
+            csv.shortest_or_empty(fix.position_sigma_m.map(Vector::to_array))?;
+            csv.shortest_or_empty(fix.velocity_sigma_mps.map(Vector::to_array))?;
+            match fix.satellites {
+                Some(count) => csv.fixed(f64::from(count), 0),
+                None => csv.shortest_or_empty::<1>(None),
+            }
+        })
+    }
+
+    fn write_baro(&self, dir: &Path) -> Result<(), LogError> {
+        let columns = ["t_s", auxiliary::ALTITUDE];
+        write_table(dir, auxiliary::BARO_FILE, &columns, &self.baro, |csv, (time, altitude_m)| {
+            csv.time(*time);
+            csv.shortest_or_empty(Some([*altitude_m]))
+        })
+    }
+
+    fn write_magnetometer(&self, dir: &Path) -> Result<(), LogError> {
+        let mut columns = vec!["t_s"];
+        columns.extend(imu::MAGNETIC);
+        write_table(dir, auxiliary::MAG_FILE, &columns, &self.magnetometer, |csv, (time, field)| {
+            csv.time(*time);
+            csv.shortest_or_empty(Some(field.to_array()))
+        })
+    }
+
+    fn write_controls(&self, dir: &Path) -> Result<(), LogError> {
+        let mut columns = vec!["t_s"];
+        columns.extend(auxiliary::CONTROLS);
+        write_table(
+            dir,
+            auxiliary::CONTROLS_FILE,
+            &columns,
+            &self.controls,
+            |csv, (time, sticks)| {
+                csv.time(*time);
+                csv.shortest_or_empty(Some(*sticks))
+            },
+        )
+    }
+}
+
+fn write_reference(dir: &Path, samples: &[Truth]) -> Result<(), LogError> {
+    write_table(dir, reference::FILE, &reference::COLUMNS, samples, |csv, sample| {
+        let Truth { time, position, velocity_mps, body_to_ned, angular_rate_radps } = *sample;
+        csv.time(time);
+        csv.shortest_or_empty(Some(position_fields(&position)))?;
+        csv.shortest_or_empty(Some(velocity_mps.to_array()))?;
+        csv.shortest_or_empty(Some(body_to_ned.euler().to_degrees()))?;
+        csv.shortest_or_empty(Some((body_to_ned.inverse() * velocity_mps).to_array()))?;
+        csv.shortest_or_empty(Some(angular_rate_radps.to_array()))
+    })
+}
+
+fn position_fields(position: &Geodetic) -> [f64; 3] {
+    [position.latitude_deg(), position.longitude_deg(), position.height_m]
+}
+
+/// Writes `rows` to `file`, if there are any or an earlier file must give way.
+fn write_table<T>(
+    dir: &Path,
+    file: &str,
+    columns: &[&'static str],
+    rows: &[T],
+    write_row: impl Fn(&mut CsvWriter<'_>, &T) -> Result<(), LogError>,
+) -> Result<(), LogError> {
+    let path = dir.join(file);
+    if rows.is_empty() && !path.exists() {
+        return Ok(());
+    }
+    let mut csv = CsvWriter::new(path, columns, rows.len());
+    for row in rows {
+        write_row(&mut csv, row)?;
+        csv.end_row();
+    }
+    csv.finish()
+}

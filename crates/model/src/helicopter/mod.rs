@@ -1,0 +1,240 @@
+//! A small helicopter in six degrees of freedom.
+//!
+//! Rigid body (Paw, 3.5–3.10) under a main rotor whose tip-path plane tilts with first-order lag
+//! (3.39–3.40), helped by a stabilizer bar in the form of Mettler; hub forces and moments
+//! (3.41–3.49); thrust, torque and inflow by blade-element and momentum theory; a tail rotor behind a
+//! rate gyro; fuselage and fins. Rotor speed is constant: a governor holds it.
+//!
+//! Valid from hover to slow flight, about 15 m/s, and down to sink rates where the rotor still works
+//! against its own inflow; beyond that it stays finite and continuous but is no longer physics.
+//!
+//! ```
+//! use hovernav::frames::{Ned, Vector};
+//! use hovernav_model::helicopter::{Controls, Helicopter, HelicopterParameters};
+//!
+//! let helicopter = Helicopter::new(HelicopterParameters::raptor60())?;
+//! let calm = Vector::<Ned>::ZERO;
+//! let mut state = *helicopter.hover();
+//! for _ in 0..100 {
+//!     state = helicopter.step(&state, &Controls::default(), calm, 0.01);
+//! }
+//! assert!(state.velocity_mps.norm() < 1e-6); // sticks at trim: it hovers
+//! # Ok::<(), hovernav_model::helicopter::HelicopterError>(())
+//! ```
+
+use hovernav::glam::DQuat;
+
+use hovernav::frames::{Body, Ned, Rotation, Vector};
+
+mod dynamics;
+mod linearise;
+mod parameters;
+mod trim;
+
+pub use parameters::{Fin, HelicopterParameters, Rotor, StabilizerBar};
+pub use trim::Trim;
+
+use dynamics::{Constants, Motion, Rigging};
+
+/// Where the helicopter's motion stands. Position is left to whoever flies it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HelicopterState {
+    /// Velocity of the centre of gravity over the ground (u, v, w), m/s.
+    pub velocity_mps: Vector<Body>,
+    /// Angular rate (p, q, r), rad/s.
+    pub rate_radps: Vector<Body>,
+    /// Attitude.
+    pub body_to_ned: Rotation<Body, Ned>,
+    /// Longitudinal flapping a, rad; positive tilts the disc back.
+    pub longitudinal_flapping_rad: f64,
+    /// Lateral flapping b, rad; positive tilts the disc to the right.
+    pub lateral_flapping_rad: f64,
+    /// Longitudinal tilt of the bar c, rad; positive back.
+    pub longitudinal_bar_rad: f64,
+    /// Lateral tilt of the bar d, rad; positive to the right.
+    pub lateral_bar_rad: f64,
+}
+
+/// The pilot's four controls about hover trim, each in −1…1; beyond that they are at the stop.
+///
+/// Signs follow the motion they begin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Controls {
+    /// Lateral cyclic; positive rolls right.
+    pub lateral: f64,
+    /// Longitudinal cyclic; positive raises the nose.
+    pub longitudinal: f64,
+    /// Collective; positive climbs.
+    pub collective: f64,
+    /// Pedal; positive turns the nose right.
+    pub pedal: f64,
+}
+
+/// How the state moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateDerivative {
+    /// Derivative of the components of velocity, m/s².
+    pub velocity_mps2: Vector<Body>,
+    /// Derivative of the angular rate, rad/s².
+    pub rate_radps2: Vector<Body>,
+    /// Derivative of the attitude quaternion, 1/s.
+    pub body_to_ned_per_s: DQuat,
+    /// Derivative of longitudinal flapping, rad/s.
+    pub longitudinal_flapping_radps: f64,
+    /// Derivative of lateral flapping, rad/s.
+    pub lateral_flapping_radps: f64,
+    /// Derivative of the longitudinal tilt of the bar, rad/s.
+    pub longitudinal_bar_radps: f64,
+    /// Derivative of the lateral tilt of the bar, rad/s.
+    pub lateral_bar_radps: f64,
+    /// Specific force at the centre of gravity: what an accelerometer there reads, m/s².
+    pub specific_force_mps2: Vector<Body>,
+}
+
+/// Why a helicopter or a trim is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum HelicopterError {
+    /// A parameter is one that no helicopter has.
+    #[error("helicopter parameter {name}: found {value}, expected a finite number in its range")]
+    Parameter {
+        /// Its name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// No steady flight was found.
+    #[error(
+        "no trim at {north_mps} m/s north, {east_mps} m/s east, {down_mps} m/s down: \
+         {residual} m/s² or rad/s² remain, expected none"
+    )]
+    NoTrim {
+        /// Velocity through the air asked for, north, m/s.
+        north_mps: f64,
+        /// East, m/s.
+        east_mps: f64,
+        /// Down, m/s.
+        down_mps: f64,
+        /// Largest remaining derivative.
+        residual: f64,
+    },
+    /// The trim needs a control beyond its stop.
+    #[error("trim needs {control} at {value}, expected it in -1 to 1")]
+    ControlAtStop {
+        /// Which.
+        control: &'static str,
+        /// Where it would have to be.
+        value: f64,
+    },
+}
+
+/// A helicopter: its parameters, and its sticks rigged so that all at zero is hover in calm air.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Helicopter {
+    parameters: HelicopterParameters,
+    constants: Constants,
+    rigging: Rigging,
+    hover: HelicopterState,
+}
+
+impl Helicopter {
+    /// The parameters it was made of.
+    #[must_use]
+    pub fn parameters(&self) -> &HelicopterParameters {
+        &self.parameters
+    }
+
+    /// Hover in calm air heading north, at which all sticks are zero.
+    #[must_use]
+    pub fn hover(&self) -> &HelicopterState {
+        &self.hover
+    }
+
+    /// How `state` moves under `controls` in a wind of `wind_mps`. Takes no memory, never panics;
+    /// NaN in gives NaN out.
+    #[must_use]
+    pub fn derivative(
+        &self,
+        state: &HelicopterState,
+        controls: &Controls,
+        wind_mps: Vector<Ned>,
+    ) -> StateDerivative {
+        let to_body = state.body_to_ned.inverse();
+        let rate = state.rate_radps.components();
+        let motion = Motion {
+            velocity: state.velocity_mps.to_array(),
+            wind: (to_body * wind_mps).to_array(),
+            down: (to_body * Vector::new(0.0, 0.0, 1.0)).to_array(),
+            rate: state.rate_radps.to_array(),
+            flapping: [state.longitudinal_flapping_rad, state.lateral_flapping_rad],
+            bar: [state.longitudinal_bar_rad, state.lateral_bar_rad],
+        };
+        let sticks = [controls.lateral, controls.longitudinal, controls.collective, controls.pedal];
+        let change = self.change(&motion, &sticks);
+        let spin = DQuat::from_xyzw(rate.x, rate.y, rate.z, 0.0);
+        StateDerivative {
+            velocity_mps2: change.velocity.into(),
+            rate_radps2: change.rate.into(),
+            body_to_ned_per_s: state.body_to_ned.quaternion() * spin * 0.5,
+            longitudinal_flapping_radps: change.flapping[0],
+            lateral_flapping_radps: change.flapping[1],
+            longitudinal_bar_radps: change.bar[0],
+            lateral_bar_radps: change.bar[1],
+            specific_force_mps2: change.specific_force.into(),
+        }
+    }
+
+    /// `state` carried over `interval_s`, controls and wind held: the classical Runge-Kutta step.
+    ///
+    /// The fastest mode of the shipped helicopter is near 30 rad/s: up to 0.02 s the step is stable
+    /// and well under the model's own error.
+    #[must_use]
+    pub fn step(
+        &self,
+        state: &HelicopterState,
+        controls: &Controls,
+        wind_mps: Vector<Ned>,
+        interval_s: f64,
+    ) -> HelicopterState {
+        let half_s = 0.5 * interval_s;
+        let first = self.derivative(state, controls, wind_mps);
+        let second = self.derivative(&state.moved(&first, half_s), controls, wind_mps);
+        let third = self.derivative(&state.moved(&second, half_s), controls, wind_mps);
+        let fourth = self.derivative(&state.moved(&third, interval_s), controls, wind_mps);
+        let sixth_s = interval_s / 6.0;
+        let mut end = state
+            .moved(&first, sixth_s)
+            .moved(&second, 2.0 * sixth_s)
+            .moved(&third, 2.0 * sixth_s)
+            .moved(&fourth, sixth_s);
+        end.body_to_ned = Rotation::claim(end.body_to_ned.quaternion().normalize());
+        end
+    }
+}
+
+impl HelicopterState {
+    /// This state moved along `change` for `interval_s`, the quaternion not renormalised: the piece
+    /// that integrators are made of.
+    #[must_use]
+    pub fn moved(&self, change: &StateDerivative, interval_s: f64) -> Self {
+        Self {
+            velocity_mps: self.velocity_mps + change.velocity_mps2 * interval_s,
+            rate_radps: self.rate_radps + change.rate_radps2 * interval_s,
+            body_to_ned: Rotation::claim(
+                self.body_to_ned.quaternion() + change.body_to_ned_per_s * interval_s,
+            ),
+            longitudinal_flapping_rad: self.longitudinal_flapping_rad
+                + change.longitudinal_flapping_radps * interval_s,
+            lateral_flapping_rad: self.lateral_flapping_rad
+                + change.lateral_flapping_radps * interval_s,
+            longitudinal_bar_rad: self.longitudinal_bar_rad
+                + change.longitudinal_bar_radps * interval_s,
+            lateral_bar_rad: self.lateral_bar_rad + change.lateral_bar_radps * interval_s,
+        }
+    }
+
+    /// Velocity over the ground in north, east, down, m/s.
+    #[must_use]
+    pub fn velocity_ned_mps(&self) -> Vector<Ned> {
+        self.body_to_ned * self.velocity_mps
+    }
+}

@@ -1,0 +1,214 @@
+//! Steady flight.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::dynamics::{Change, Constants, Motion, Rigging};
+use super::{Controls, Helicopter, HelicopterError, HelicopterParameters, HelicopterState};
+use crate::real::{Dual, Real};
+use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
+
+/// Steady flight: a state and controls under which nothing but the position changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trim {
+    /// The state.
+    pub state: HelicopterState,
+    /// The controls.
+    pub controls: Controls,
+}
+
+/// Roll, pitch, the two flapping angles, the two bar angles, then the four sticks.
+type Unknowns = SVector<f64, 10>;
+
+const MOST_STEPS: usize = 50;
+/// A derivative that counts as none, m/s² or rad/s².
+const STEADY: f64 = 1e-10;
+
+impl Helicopter {
+    /// A helicopter of these parameters, rigged to hover with all sticks at zero.
+    ///
+    /// # Errors
+    /// [`HelicopterError::Parameter`] for a value that no helicopter has, and
+    /// [`HelicopterError::NoTrim`] where rotors this small cannot carry the weight.
+    pub fn new(parameters: HelicopterParameters) -> Result<Self, HelicopterError> {
+        if let Some((name, value)) = parameters.out_of_range() {
+            return Err(HelicopterError::Parameter { name, value });
+        }
+        let level = HelicopterState {
+            velocity_mps: Vector::ZERO,
+            rate_radps: Vector::ZERO,
+            body_to_ned: Rotation::IDENTITY,
+            longitudinal_flapping_rad: 0.0,
+            lateral_flapping_rad: 0.0,
+            longitudinal_bar_rad: 0.0,
+            lateral_bar_rad: 0.0,
+        };
+        let mut helicopter = Self {
+            parameters,
+            constants: Constants::new(&parameters),
+            rigging: Rigging {
+                collective_rad: 0.1,
+                tail_pitch_rad: 0.1,
+                longitudinal_rad: 0.0,
+                lateral_rad: 0.0,
+            },
+            hover: level,
+        };
+        // The sticks that trim are folded into the rigging until none are needed.
+        for _ in 0..MOST_STEPS {
+            let (trim, sticks) = helicopter.steady(Vector::ZERO, Vector::ZERO, 0.0)?;
+            helicopter.hover = trim;
+            let [lateral, longitudinal, collective, pedal] = sticks;
+            let bar = &parameters.bar;
+            let rigging = &mut helicopter.rigging;
+            rigging.collective_rad += collective * parameters.collective_rad;
+            rigging.tail_pitch_rad += pedal * parameters.pedal_rate_radps * parameters.gyro_gain_s;
+            rigging.longitudinal_rad += longitudinal
+                * (parameters.longitudinal_cyclic_rad
+                    + bar.longitudinal_gain * bar.longitudinal_tilt_rad);
+            rigging.lateral_rad +=
+                lateral * (parameters.lateral_cyclic_rad + bar.lateral_gain * bar.lateral_tilt_rad);
+            if sticks.iter().all(|stick| stick.abs() < 1e-14) {
+                break;
+            }
+        }
+        helicopter.hover.longitudinal_bar_rad = 0.0;
+        helicopter.hover.lateral_bar_rad = 0.0;
+        Ok(helicopter)
+    }
+
+    /// Steady straight flight over the ground at `velocity_mps` in a steady wind of `wind_mps`,
+    /// heading `yaw_rad`.
+    ///
+    /// # Errors
+    /// [`HelicopterError::NoTrim`] where there is none, [`HelicopterError::ControlAtStop`] where it
+    /// needs more control than there is.
+    pub fn trim(
+        &self,
+        velocity_mps: Vector<Ned>,
+        wind_mps: Vector<Ned>,
+        yaw_rad: f64,
+    ) -> Result<Trim, HelicopterError> {
+        let (state, sticks) = self.steady(velocity_mps, wind_mps, yaw_rad)?;
+        let names = ["lateral", "longitudinal", "collective", "pedal"];
+        if let Some((control, value)) =
+            names.into_iter().zip(sticks).find(|(_, value)| value.abs() > 1.0)
+        {
+            return Err(HelicopterError::ControlAtStop { control, value });
+        }
+        let [lateral, longitudinal, collective, pedal] = sticks;
+        Ok(Trim { state, controls: Controls { lateral, longitudinal, collective, pedal } })
+    }
+
+    /// Newton's rule on the ten derivatives that steady flight makes zero. The sticks found may lie
+    /// beyond their stops.
+    fn steady(
+        &self,
+        velocity_mps: Vector<Ned>,
+        wind_mps: Vector<Ned>,
+        yaw_rad: f64,
+    ) -> Result<(HelicopterState, [f64; 4]), HelicopterError> {
+        let mut unknowns = Unknowns::zeros();
+        let mut residual = f64::INFINITY;
+        for _ in 0..MOST_STEPS {
+            let mut jacobian = SMatrix::<f64, 10, 10>::zeros();
+            let mut remaining = Unknowns::zeros();
+            for column in 0..10 {
+                let mut dual = [Dual::constant(0.0); 10];
+                for (dual, &value) in dual.iter_mut().zip(&unknowns) {
+                    dual.value = value;
+                }
+                dual[column].slope = 1.0;
+                let along = self.steady_change(&dual, velocity_mps, wind_mps, yaw_rad);
+                for (row, change) in along.iter().enumerate() {
+                    jacobian[(row, column)] = change.slope;
+                    remaining[row] = change.value;
+                }
+            }
+            // A norm, unlike a largest element, lets a NaN through.
+            residual = remaining.norm();
+            if residual < STEADY {
+                return Ok((
+                    steady_state(&unknowns, velocity_mps, yaw_rad),
+                    [unknowns[6], unknowns[7], unknowns[8], unknowns[9]],
+                ));
+            }
+            let Some(step) = jacobian.lu().solve(&remaining) else { break };
+            // Half a radian, half a stick: further the tangent says little.
+            let longest = step.norm();
+            if !longest.is_finite() {
+                break;
+            }
+            unknowns -= step * (0.5 / longest).min(1.0);
+        }
+        let [north_mps, east_mps, down_mps] = (velocity_mps - wind_mps).to_array();
+        Err(HelicopterError::NoTrim { north_mps, east_mps, down_mps, residual })
+    }
+
+    fn steady_change(
+        &self,
+        unknowns: &[Dual; 10],
+        velocity_mps: Vector<Ned>,
+        wind_mps: Vector<Ned>,
+        yaw_rad: f64,
+    ) -> [Dual; 10] {
+        let zero = Dual::constant(0.0);
+        let [roll, pitch, a, b, c, d, lateral, longitudinal, collective, pedal] = *unknowns;
+        let axes = body_axes([roll, pitch, Dual::constant(yaw_rad)]);
+        let motion = Motion {
+            velocity: in_body(&axes, velocity_mps),
+            wind: in_body(&axes, wind_mps),
+            down: axes.map(|axis| axis[2]),
+            rate: [zero; 3],
+            flapping: [a, b],
+            bar: [c, d],
+        };
+        let sticks = [lateral, longitudinal, collective, pedal];
+        let Change { velocity, rate, flapping, bar, .. } = self.unstopped(&motion, &sticks);
+        [
+            velocity[0],
+            velocity[1],
+            velocity[2],
+            rate[0],
+            rate[1],
+            rate[2],
+            flapping[0],
+            flapping[1],
+            bar[0],
+            bar[1],
+        ]
+    }
+}
+
+/// Rows are the body axes in north, east, down, for the 3-2-1 angles roll, pitch, yaw.
+pub(super) fn body_axes<T: Real>([roll, pitch, yaw]: [T; 3]) -> [[T; 3]; 3] {
+    let (sr, cr) = roll.sin_cos();
+    let (sp, cp) = pitch.sin_cos();
+    let (sy, cy) = yaw.sin_cos();
+    [
+        [cp * cy, cp * sy, -sp],
+        [sr * sp * cy - cr * sy, sr * sp * sy + cr * cy, sr * cp],
+        [cr * sp * cy + sr * sy, cr * sp * sy - sr * cy, cr * cp],
+    ]
+}
+
+pub(super) fn in_body<T: Real>(axes: &[[T; 3]; 3], vector: Vector<Ned>) -> [T; 3] {
+    let [north, east, down] = vector.to_array();
+    axes.map(|axis| axis[0] * north + axis[1] * east + axis[2] * down)
+}
+
+fn steady_state(unknowns: &Unknowns, velocity_mps: Vector<Ned>, yaw_rad: f64) -> HelicopterState {
+    let body_to_ned = Rotation::from_euler(EulerAngles {
+        roll_rad: unknowns[0],
+        pitch_rad: unknowns[1],
+        yaw_rad,
+    });
+    HelicopterState {
+        velocity_mps: body_to_ned.inverse() * velocity_mps,
+        rate_radps: Vector::ZERO,
+        body_to_ned,
+        longitudinal_flapping_rad: unknowns[2],
+        lateral_flapping_rad: unknowns[3],
+        longitudinal_bar_rad: unknowns[4],
+        lateral_bar_rad: unknowns[5],
+    }
+}

@@ -1,0 +1,24 @@
+//! What is flown and what is designed on: a nonlinear helicopter, and linear models as data.
+//!
+//! [`helicopter::Helicopter`] is a rigid body in six degrees of freedom under a tip-path-plane rotor
+//! with a stabilizer bar, a tail rotor with a rate gyro, fins and a fuselage. It is trimmed and
+//! linearised about hover or slow flight.
+//!
+//! [`StateSpace`] is a linear model: matrices, the names and units of what they speak of, and the
+//! time domain they are in. It is written as and read from `model.toml`; three ship in [`shipped`].
+//! [`hover`] builds the structures that hover models of small helicopters have.
+
+mod error;
+mod file;
+pub mod helicopter;
+pub mod hover;
+mod modes;
+mod pattern;
+mod real;
+pub mod shipped;
+mod state_space;
+
+pub use error::ModelError;
+pub use modes::{Mode, Modes, eigenvalues};
+pub use pattern::StepTakenForRate;
+pub use state_space::{Parameter, Signal, StateSpace, TimeDomain};

@@ -1,0 +1,168 @@
+//! Eigenvalues, and what they mean: frequency, damping, time constants.
+
+use std::fmt;
+
+use nalgebra::{Complex, DMatrix, linalg::Schur};
+
+use super::error::ModelError;
+use super::state_space::{StateSpace, TimeDomain};
+
+/// One eigenvalue of a model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    /// The eigenvalue of A as it stands, 1/s for a continuous model, a plain factor for a discrete one.
+    pub eigenvalue: Complex<f64>,
+    /// The same in continuous time, 1/s: ln(λ)/T for a discrete model, infinite for a λ of zero.
+    pub continuous: Complex<f64>,
+}
+
+impl Mode {
+    /// Natural frequency, rad/s.
+    #[must_use]
+    pub fn frequency_radps(&self) -> f64 {
+        self.continuous.norm()
+    }
+
+    /// Damping ratio in −1…1, above zero where the mode dies away; none for an integrator.
+    #[must_use]
+    pub fn damping_ratio(&self) -> Option<f64> {
+        let frequency = self.frequency_radps();
+        if frequency.is_infinite() {
+            return Some(1.0);
+        }
+        (frequency > 1e-12).then(|| -self.continuous.re / frequency)
+    }
+
+    /// Time in which the mode falls to 1/e, s; below zero, in which it grows e-fold; none where it
+    /// does neither.
+    #[must_use]
+    pub fn time_constant_s(&self) -> Option<f64> {
+        (self.continuous.re.abs() > 1e-12).then(|| -1.0 / self.continuous.re)
+    }
+
+    /// Whether it dies away.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.continuous.re < 0.0
+    }
+}
+
+/// The modes of a model, slowest first. Shown, a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Modes {
+    /// Which time domain the eigenvalues are in.
+    pub time: TimeDomain,
+    /// The modes by rising natural frequency; of a pair, that with the positive imaginary part first.
+    pub modes: Vec<Mode>,
+}
+
+impl StateSpace {
+    /// The modes of the model.
+    ///
+    /// # Errors
+    /// [`ModelError::Eigenvalues`] where they do not settle.
+    pub fn modes(&self) -> Result<Modes, ModelError> {
+        let time = self.time();
+        let mut modes: Vec<Mode> = eigenvalues(self.a())?
+            .into_iter()
+            .map(|eigenvalue| {
+                let continuous = match time {
+                    TimeDomain::Continuous => eigenvalue,
+                    TimeDomain::Discrete { .. } if eigenvalue == Complex::ZERO => {
+                        Complex::new(f64::NEG_INFINITY, 0.0)
+                    }
+                    TimeDomain::Discrete { period_s } => eigenvalue.ln() / period_s,
+                };
+                Mode { eigenvalue, continuous }
+            })
+            .collect();
+        modes.sort_by(|one, other| {
+            let (one, other) = (one, other);
+            one.frequency_radps()
+                .total_cmp(&other.frequency_radps())
+                .then(other.eigenvalue.im.total_cmp(&one.eigenvalue.im))
+        });
+        Ok(Modes { time, modes })
+    }
+}
+
+/// Eigenvalues of a square matrix of finite numbers, in no order.
+///
+/// # Errors
+/// [`ModelError::Eigenvalues`] where they do not settle.
+pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelError> {
+    let size = matrix.nrows();
+    let refused = || ModelError::Eigenvalues { size };
+    if size == 0 {
+        return Ok(Vec::new());
+    }
+    if matrix.iter().any(|value| !value.is_finite()) {
+        return Err(refused());
+    }
+    let matrix = balanced(matrix);
+    let size_of_matrix = matrix.amax();
+    // A mode is split off where its coupling is small beside it. Modes that a delay puts at zero may
+    // never be: moved away from zero they settle, to within a few roundings of the whole.
+    let attempts = [(0.0, 1.0), (0.7, 1.0), (0.7, 16.0), (-0.4, 64.0)];
+    let found = attempts.into_iter().find_map(|(shift, roundings)| {
+        let shift = shift * size_of_matrix;
+        let shifted = &matrix + DMatrix::identity(size, size) * shift;
+        let schur = Schur::try_new(shifted, roundings * f64::EPSILON, 100 * size)?;
+        let shift = Complex::new(shift, 0.0);
+        Some(schur.complex_eigenvalues().iter().map(|value| value - shift).collect())
+    });
+    found.ok_or_else(refused)
+}
+
+/// A similar matrix whose rows and columns are of like size, by powers of two that cost no rounding.
+///
+/// # Source
+/// Parlett and Reinsch, *Balancing a matrix for calculation of eigenvalues and eigenvectors*, 1969.
+fn balanced(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut balanced = matrix.clone();
+    let size = balanced.nrows();
+    let mut moved = true;
+    let mut sweeps = 0;
+    while moved && sweeps < 100 {
+        moved = false;
+        sweeps += 1;
+        for index in 0..size {
+            let (mut column, mut row) = (0.0, 0.0);
+            for other in (0..size).filter(|&other| other != index) {
+                column += balanced[(other, index)].abs();
+                row += balanced[(index, other)].abs();
+            }
+            if column == 0.0 || row == 0.0 {
+                continue;
+            }
+            let factor = (0.5 * (row / column).log2()).round().clamp(-500.0, 500.0).exp2();
+            if column * factor + row / factor < 0.95 * (column + row) {
+                moved = true;
+                balanced.row_mut(index).scale_mut(1.0 / factor);
+                balanced.column_mut(index).scale_mut(factor);
+            }
+        }
+    }
+    balanced
+}
+
+impl fmt::Display for Modes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:>24}  {:>10}  {:>8}  {:>10}", "eigenvalue", "rad/s", "damping", "1/e in s")?;
+        for mode in &self.modes {
+            let Complex { re, im } = mode.eigenvalue;
+            let eigenvalue =
+                if im == 0.0 { format!("{re:.4}") } else { format!("{re:.4} {im:+.4}i") };
+            let or_dash =
+                |value: Option<f64>| value.map_or_else(|| "-".into(), |v| format!("{v:.3}"));
+            writeln!(
+                f,
+                "{eigenvalue:>24}  {:>10.4}  {:>8}  {:>10}",
+                mode.frequency_radps(),
+                or_dash(mode.damping_ratio()),
+                or_dash(mode.time_constant_s()),
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,484 @@
+//! Many flights: the closed loop with the airframe, the wind, the sensors and the GPS drawn anew for
+//! each.
+//!
+//! Every flight is its number: it draws from a stream of its own, so that any machine flies it alike,
+//! alone or among ten thousand.
+//!
+//! ```
+//! use hovernav::autopilot::HoverConfig;
+//! use hovernav_design::hover::HoverDesign;
+//! use hovernav_model::shipped;
+//! use hovernav_sim::campaign::Campaign;
+//!
+//! let design = HoverDesign::default();
+//! let gains = design.synthesise(&shipped::raptor60())?;
+//! let campaign = Campaign { duration_s: 20.0, ..Campaign::new(HoverConfig::new(design.period_s, gains)) };
+//! let draw = campaign.draw(7);
+//! assert_eq!(draw, campaign.draw(7));
+//! let result = campaign.fly(&draw)?;
+//! assert_eq!(result.crashed_s, None);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::noise::{Noise, Stream};
+use super::{DmuConfig, FlightConfig, FlightError, GpsConfig, HoverStatistics, Spread};
+use hovernav::autopilot::{HoverConfig, Mode};
+use hovernav::frames::Vector;
+use hovernav_model::StateSpace;
+use hovernav_model::helicopter::HelicopterParameters;
+
+/// How good the sensors are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorGrade {
+    /// Those of Paw (2005): an AHRS of its time and a 1 Hz receiver.
+    Thesis,
+    /// A MEMS unit of today and a 5 Hz receiver.
+    Modern,
+    /// Twice the errors of the first.
+    Poor,
+}
+
+impl SensorGrade {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Thesis, Self::Modern, Self::Poor];
+
+    /// Its name: `thesis`, `modern` or `poor`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Thesis => "thesis",
+            Self::Modern => "modern",
+            Self::Poor => "poor",
+        }
+    }
+
+    /// Its sensors.
+    #[must_use]
+    pub fn sensors(self) -> (DmuConfig, GpsConfig) {
+        let (errors, rate_hz) = match self {
+            Self::Thesis => (1.0, 1.0),
+            Self::Modern => (0.4, 5.0),
+            Self::Poor => (2.0, 1.0),
+        };
+        let (mut dmu, mut gps) =
+            (DmuConfig::default(), GpsConfig { rate_hz, ..GpsConfig::default() });
+        let gyro = &mut dmu.gyro;
+        for error in [
+            &mut gyro.turn_on_bias_sigma_degps,
+            &mut gyro.wandering_bias_sigma_degps,
+            &mut gyro.angle_random_walk_deg_per_sqrt_h,
+            &mut gyro.scale_factor_sigma,
+        ] {
+            *error *= errors;
+        }
+        let accelerometer = &mut dmu.accelerometer;
+        for error in [
+            &mut accelerometer.turn_on_bias_sigma_mps2,
+            &mut accelerometer.wandering_bias_sigma_mps2,
+            &mut accelerometer.velocity_random_walk_mps_per_sqrt_h,
+            &mut accelerometer.scale_factor_sigma,
+        ] {
+            *error *= errors;
+        }
+        if let Some(magnetometer) = &mut dmu.magnetometer {
+            magnetometer.hard_iron_sigma_gauss *= errors;
+            magnetometer.noise_sigma_gauss *= errors;
+        }
+        for Spread { horizontal, vertical } in [
+            &mut gps.position_noise_m,
+            &mut gps.position_wander_m,
+            &mut gps.velocity_noise_mps,
+            &mut gps.velocity_wander_mps,
+        ] {
+            *horizontal *= errors;
+            *vertical *= errors;
+        }
+        (dmu, gps)
+    }
+}
+
+/// What of the airframe is not exactly known. Each is a derivative of the hover model, and the airframe
+/// flown has the physical cause of it off by the same share.
+pub const UNCERTAIN: [&str; 10] =
+    ["mass", "Lb", "Ma", "Blat", "Alon", "Zcol", "Nr", "Nped", "Xu", "Yv"];
+
+/// How well the airframe is known: the joint spread of [`UNCERTAIN`], as shares.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AirframeUncertainty {
+    /// L with L Lᵀ the covariance of the shares.
+    root: DMatrix<f64>,
+    /// Those of [`UNCERTAIN`] that an identified covariance gave.
+    identified: Vec<&'static str>,
+}
+
+impl Default for AirframeUncertainty {
+    /// Each for itself: mass 5 %, all others 10 %, one sigma.
+    fn default() -> Self {
+        let shares = UNCERTAIN.map(|name| if name == "mass" { 0.05 } else { 0.1 });
+        let root = DMatrix::from_diagonal(&DVector::from_row_slice(&shares));
+        Self { root, identified: Vec::new() }
+    }
+}
+
+impl AirframeUncertainty {
+    /// As an identified `model` knows it: where its parameters have a covariance, that, correlations
+    /// and all; the default for what it does not name. In a model without flapping, Lp and Mq stand for
+    /// Lb and Ma, Llat and Mlon for Blat and Alon: by whichever the stick or the damping reaches the
+    /// rate.
+    #[must_use]
+    pub fn of_model(model: &StateSpace) -> Self {
+        let stands_for = |name: &'static str| match name {
+            "Lb" => "Lp",
+            "Ma" => "Mq",
+            "Blat" => "Llat",
+            "Alon" => "Mlon",
+            other => other,
+        };
+        let parameters = model.parameters();
+        let place = |name: &str| parameters.iter().position(|parameter| parameter.name == name);
+        let places = UNCERTAIN.map(|name| place(name).or_else(|| place(stands_for(name))));
+        let mut known = Self::default();
+        let Some(covariance) = model.covariance() else { return known };
+        let mut shares = &known.root * known.root.transpose();
+        for (row, at_row) in places.iter().enumerate() {
+            for (column, at_column) in places.iter().enumerate() {
+                if let (&Some(one), &Some(other)) = (at_row, at_column) {
+                    let scale = parameters[one].value * parameters[other].value;
+                    let share = covariance[(one, other)] / scale;
+                    shares[(row, column)] = if share.is_finite() { share } else { 0.0 };
+                }
+            }
+        }
+        let eigen = shares.symmetric_eigen();
+        let spreads = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+        known.root = eigen.eigenvectors * DMatrix::from_diagonal(&spreads);
+        known.identified = UNCERTAIN
+            .into_iter()
+            .zip(places)
+            .filter_map(|(name, place)| place.map(|_| name))
+            .collect();
+        known
+    }
+
+    /// Those of [`UNCERTAIN`] that an identified covariance gave.
+    #[must_use]
+    pub fn identified(&self) -> &[&'static str] {
+        &self.identified
+    }
+
+    /// Factors on [`UNCERTAIN`], none further off than from a third to three times.
+    fn draw(&self, noise: &mut Noise) -> [f64; UNCERTAIN.len()] {
+        let normal = DVector::from_fn(UNCERTAIN.len(), |_, _| noise.normal());
+        let off = &self.root * normal;
+        UNCERTAIN.map(|name| {
+            let at = UNCERTAIN.iter().position(|own| *own == name).unwrap_or_default();
+            (1.0 + off[at]).clamp(1.0 / 3.0, 3.0)
+        })
+    }
+}
+
+/// The airframe with the causes of [`UNCERTAIN`] off by `factors`.
+fn airframe(
+    nominal: &HelicopterParameters,
+    factors: &[f64; UNCERTAIN.len()],
+) -> HelicopterParameters {
+    let [mass, lb, ma, blat, alon, zcol, nr, nped, xu, yv] = *factors;
+    let mut airframe = *nominal;
+    airframe.mass_kg *= mass;
+    // The hub's moment per flapping over the inertia.
+    airframe.inertia_kgm2[0] /= lb;
+    airframe.inertia_kgm2[1] /= ma;
+    airframe.lateral_cyclic_rad *= blat;
+    airframe.bar.lateral_tilt_rad *= blat;
+    airframe.longitudinal_cyclic_rad *= alon;
+    airframe.bar.longitudinal_tilt_rad *= alon;
+    airframe.collective_rad *= zcol;
+    // The tail's gyro damps; full pedal asks it for a rate.
+    airframe.gyro_gain_s *= nr;
+    airframe.pedal_rate_radps *= nped / nr;
+    airframe.fuselage_area_m2[0] *= xu;
+    airframe.fuselage_area_m2[1] *= yv;
+    airframe
+}
+
+/// What is flown again and again, and what is drawn anew each time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Campaign {
+    /// The flight that all others are variations of.
+    pub nominal: FlightConfig,
+    /// How long each takes, s.
+    pub duration_s: f64,
+    /// From when on the hover is judged, s.
+    pub judged_from_s: f64,
+    /// The airframe.
+    pub airframe: AirframeUncertainty,
+    /// Steady wind, uniform from 0 to this from any side, m/s.
+    pub most_wind_mps: f64,
+    /// Gusts, one sigma as a share of the wind, and what they are at least, m/s. A quarter is usual
+    /// over open ground.
+    pub gust_share: f64,
+    /// Least gusts, m/s.
+    pub least_gust_mps: f64,
+    /// The sensors, each as often.
+    pub grades: Vec<SensorGrade>,
+    /// Share of the flights that lose GPS once.
+    pub outage_share: f64,
+    /// For how long, shortest and longest, s.
+    pub outage_s: Range<f64>,
+}
+
+/// One flight's share of chance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draw {
+    /// The flight's number, which is its seed.
+    pub seed: u64,
+    /// Factors on [`UNCERTAIN`].
+    pub factors: [f64; UNCERTAIN.len()],
+    /// Where the wind goes to, north and east, m/s.
+    pub wind_mps: [f64; 2],
+    /// Gusts, horizontal, one sigma, m/s.
+    pub gust_mps: f64,
+    /// The sensors.
+    pub grade: SensorGrade,
+    /// When GPS is lost, s, if it is.
+    pub outage_s: Option<Range<f64>>,
+}
+
+/// How one flight ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Holds its position.
+    Hovered,
+    /// Flies, in a mode that does not hold position.
+    Degraded,
+    /// Was never given to the autopilot, which had nothing to fly on.
+    NotEngaged,
+    /// Struck the ground or left every envelope.
+    Crashed,
+}
+
+impl Outcome {
+    /// All of them, best first.
+    pub const ALL: [Self; 4] = [Self::Hovered, Self::Degraded, Self::NotEngaged, Self::Crashed];
+
+    /// Its name, as in the results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hovered => "hovered",
+            Self::Degraded => "degraded",
+            Self::NotEngaged => "not_engaged",
+            Self::Crashed => "crashed",
+        }
+    }
+}
+
+/// One flight of a campaign, flown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CampaignResult {
+    /// What it was.
+    pub draw: Draw,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// When it crashed, s.
+    pub crashed_s: Option<f64>,
+    /// How well it hovered from [`Campaign::judged_from_s`] on, if it lasted so long.
+    pub hover: Option<HoverStatistics>,
+    /// Steepest tilt from then on, °; 0 where it did not last so long.
+    pub tilt_worst_deg: f64,
+    /// Farthest from where it was then, m; likewise.
+    pub distance_worst_m: f64,
+}
+
+impl Campaign {
+    /// A minute of hover per flight, of the 60-class helicopter under `autopilot`: winds to 5 m/s, all
+    /// grades of sensors, an outage of 5 to 20 s in every fourth flight.
+    #[must_use]
+    pub fn new(autopilot: HoverConfig) -> Self {
+        Self {
+            nominal: FlightConfig::new(autopilot),
+            duration_s: 60.0,
+            judged_from_s: 25.0,
+            airframe: AirframeUncertainty::default(),
+            most_wind_mps: 5.0,
+            gust_share: 0.25,
+            least_gust_mps: 0.3,
+            grades: SensorGrade::ALL.to_vec(),
+            outage_share: 0.25,
+            outage_s: 5.0..20.0,
+        }
+    }
+
+    /// The draw of flight `seed`.
+    #[must_use]
+    pub fn draw(&self, seed: u64) -> Draw {
+        let mut noise = Noise::new(seed, Stream::Campaign);
+        let factors = self.airframe.draw(&mut noise);
+        let speed = self.most_wind_mps * noise.uniform();
+        let (sin, cos) = (std::f64::consts::TAU * noise.uniform()).sin_cos();
+        let gust_mps = (self.gust_share * speed).max(self.least_gust_mps);
+        let pick = (noise.uniform() * self.grades.len() as f64) as usize;
+        let grade = self.grades.get(pick).copied().unwrap_or(SensorGrade::Thesis);
+        let (has_outage, length, begin) = (noise.uniform(), noise.uniform(), noise.uniform());
+        let Range { start: shortest, end: longest } = self.outage_s;
+        let length_s = shortest + (longest - shortest) * length;
+        // Over before the flight is, that its end tells whether it was survived.
+        let latest_s = self.duration_s - length_s - 10.0;
+        let outage_s =
+            (has_outage < self.outage_share && latest_s > self.judged_from_s).then(|| {
+                let from_s = self.judged_from_s + (latest_s - self.judged_from_s) * begin;
+                from_s..from_s + length_s
+            });
+        Draw { seed, factors, wind_mps: [speed * cos, speed * sin], gust_mps, grade, outage_s }
+    }
+
+    /// The flight that `draw` makes of the nominal one.
+    #[must_use]
+    pub fn flight(&self, draw: &Draw) -> FlightConfig {
+        let (dmu, mut gps) = draw.grade.sensors();
+        gps.outages_s.extend(draw.outage_s.clone());
+        let [north, east] = draw.wind_mps;
+        let mut flight = FlightConfig {
+            helicopter: airframe(&self.nominal.helicopter, &draw.factors),
+            dmu: DmuConfig { rate_hz: self.nominal.dmu.rate_hz, ..dmu },
+            gps,
+            duration_s: self.duration_s,
+            seed: draw.seed,
+            ..self.nominal.clone()
+        };
+        let wind = &mut flight.wind;
+        wind.steady_mps = Vector::new(north, east, 0.0);
+        wind.gust_sigma_mps = Spread::new(draw.gust_mps, 0.5 * draw.gust_mps);
+        wind.passing_mps = north.hypot(east).max(1.0);
+        flight
+    }
+
+    /// Flies `draw` and judges it.
+    ///
+    /// # Errors
+    /// [`FlightError`] where the nominal flight, or the airframe as drawn, cannot be flown.
+    pub fn fly(&self, draw: &Draw) -> Result<CampaignResult, FlightError> {
+        let flight = self.flight(draw).fly()?;
+        let judged = flight
+            .moments
+            .partition_point(|moment| moment.truth.time.seconds() < self.judged_from_s);
+        let judged = flight.moments.get(judged..).unwrap_or_default();
+        let tilt = |angles: hovernav::frames::EulerAngles| angles.roll_rad.hypot(angles.pitch_rad);
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+        let station = judged.first().map(|moment| moment.truth.position);
+        let outcome = match flight.moments.last().map(|moment| moment.mode) {
+            _ if flight.crashed_s.is_some() => Outcome::Crashed,
+            Some(Mode::Position) => Outcome::Hovered,
+            Some(Mode::Manual) | None => Outcome::NotEngaged,
+            Some(_) => Outcome::Degraded,
+        };
+        Ok(CampaignResult {
+            draw: draw.clone(),
+            outcome,
+            crashed_s: flight.crashed_s,
+            hover: (!judged.is_empty()).then(|| flight.statistics(self.judged_from_s)),
+            tilt_worst_deg: largest(
+                &mut judged.iter().map(|m| tilt(m.truth.body_to_ned.euler()).to_degrees()),
+            ),
+            distance_worst_m: largest(&mut station.iter().flat_map(|station| {
+                judged.iter().map(|m| m.truth.position.displacement_from(station).norm())
+            })),
+        })
+    }
+
+    /// The numbers of the flights that machine `shard` of `shards` flies, of `flights` in all, from 1
+    /// on: every `shards`th.
+    pub fn seeds(flights: u64, shard: u64, shards: u64) -> impl Iterator<Item = u64> {
+        (1..=flights).filter(move |seed| seed % shards.max(1) == shard % shards.max(1))
+    }
+}
+
+/// The value that `share` of `values` do not exceed, by linear interpolation between ranks; NaN of
+/// none. Values that are not numbers are left out.
+#[must_use]
+pub fn percentile(values: &[f64], share: f64) -> f64 {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let rank = share.clamp(0.0, 1.0) * last as f64;
+    let (low, high) = (sorted[rank as usize], sorted[(rank.ceil() as usize).min(last)]);
+    low + (high - low) * rank.fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::autopilot::Gains;
+    use hovernav_model::{Parameter, Signal, TimeDomain};
+
+    fn campaign() -> Campaign {
+        Campaign::new(HoverConfig::new(1.0 / 33.0, Gains::default()))
+    }
+
+    #[test]
+    fn shards_share_the_flights_among_them_and_leave_none_out() {
+        let mut all: Vec<u64> = (1..=3).flat_map(|k| Campaign::seeds(100, k, 3)).collect();
+        all.sort_unstable();
+        assert_eq!(all, (1..=100).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn draws_have_the_spread_they_are_told() {
+        let campaign = campaign();
+        let draws: Vec<Draw> = (1..=4000).map(|seed| campaign.draw(seed)).collect();
+        for (index, name) in UNCERTAIN.into_iter().enumerate() {
+            let squares = draws.iter().map(|draw| (draw.factors[index] - 1.0).powi(2));
+            let sigma = (squares.sum::<f64>() / 4000.0).sqrt();
+            let expected = if name == "mass" { 0.05 } else { 0.1 };
+            assert!((sigma / expected - 1.0).abs() < 0.05, "{name} {sigma}");
+        }
+        let outages = draws.iter().filter(|draw| draw.outage_s.is_some()).count();
+        assert!((900..1100).contains(&outages), "{outages}");
+        assert!(draws.iter().all(|draw| draw.wind_mps[0].hypot(draw.wind_mps[1]) <= 5.0));
+    }
+
+    #[test]
+    fn an_identified_covariance_is_drawn_with_its_correlations() {
+        let parameter = |name: &str, value| Parameter { name: name.into(), value, unit: "".into() };
+        let identity = DMatrix::identity(1, 1);
+        let signal = || vec![Signal::new("r", "rad/s")];
+        let model = StateSpace::new(
+            "yaw",
+            TimeDomain::Continuous,
+            signal(),
+            signal(),
+            identity.clone(),
+            identity,
+        )
+        .unwrap()
+        .with_parameters(
+            vec![parameter("Nr", -10.0), parameter("Nped", 20.0)],
+            Some(DMatrix::from_row_slice(2, 2, &[0.25, -0.45, -0.45, 1.0])),
+        )
+        .unwrap();
+        let airframe = AirframeUncertainty::of_model(&model);
+        assert_eq!(airframe.identified(), ["Nr", "Nped"]);
+        let campaign = Campaign { airframe, ..campaign() };
+        let draws: Vec<[f64; 2]> = (1..=4000)
+            .map(|seed| campaign.draw(seed).factors)
+            .map(|factors| [factors[6] - 1.0, factors[7] - 1.0])
+            .collect();
+        let mean = |value: &dyn Fn(&[f64; 2]) -> f64| draws.iter().map(value).sum::<f64>() / 4000.0;
+        let (one, other) = (mean(&|d| d[0] * d[0]).sqrt(), mean(&|d| d[1] * d[1]).sqrt());
+        assert!((one - 0.05).abs() < 0.003 && (other - 0.05).abs() < 0.003, "{one} {other}");
+        // −0.45/(−10 · 20) over 0.05²: the signs of the values turn the correlation.
+        let correlation = mean(&|d| d[0] * d[1]) / (one * other);
+        assert!((correlation - 0.9).abs() < 0.02, "{correlation}");
+    }
+
+    #[test]
+    fn percentiles_interpolate_between_ranks() {
+        assert_eq!(percentile(&[4.0, 1.0, f64::NAN, 3.0, 2.0], 0.5), 2.5);
+        assert_eq!(percentile(&[4.0, 1.0], 1.0), 4.0);
+        assert!(percentile(&[], 0.5).is_nan());
+    }
+}

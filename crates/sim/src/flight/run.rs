@@ -1,0 +1,236 @@
+//! A flight under way, sample by sample.
+
+use super::{Feedback, Flight, FlightConfig, FlightError, Moment, Order};
+use crate::State;
+use crate::baro::SimulatedBaro;
+use crate::check::positive;
+use crate::dmu::{DmuOutput, Felt, SimulatedDmu};
+use crate::gps::SimulatedGps;
+use crate::vehicle::Vehicle;
+use crate::wind::Wind;
+use hovernav::autopilot::{HoverAutopilot, Inputs};
+use hovernav::controls::Sticks;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, Solution};
+use hovernav::event::Event;
+use hovernav::frames::Vector;
+use hovernav::gps::Fix;
+use hovernav::time::Time;
+use hovernav_log::Truth;
+use hovernav_model::helicopter::Helicopter;
+
+/// A flight under way.
+pub(super) struct Run<'a> {
+    config: &'a FlightConfig,
+    pub period_s: f64,
+    pub vehicle: Vehicle,
+    wind: Wind,
+    dmu: SimulatedDmu,
+    gps: SimulatedGps,
+    baro: Option<SimulatedBaro>,
+    next_fix: u64,
+    next_baro: u64,
+    /// Fixes on their way, with the time of their arrival.
+    pending_fixes: Vec<(Time, Fix)>,
+    estimator: Estimator<Full, 26>,
+    pilot: HoverAutopilot,
+    pilot_sticks: Sticks,
+    autopilot: HoverAutopilot,
+    engaged: bool,
+    added: Sticks,
+    orders: std::slice::Iter<'a, (f64, Order)>,
+    /// The command of the sample before, which acts now.
+    acting: Sticks,
+    pub flight: Flight,
+}
+
+impl<'a> Run<'a> {
+    pub fn new(config: &'a FlightConfig) -> Result<Self, FlightError> {
+        if !config.start.is_navigable() {
+            return Err(FlightError::Start(config.start));
+        }
+        if config.dmu.output == DmuOutput::Increments {
+            return Err(FlightError::Increments);
+        }
+        positive("flight", "duration", config.duration_s)?;
+        let (period_s, dmu_s) = (config.autopilot.period_s, 1.0 / config.dmu.rate_hz);
+        let dmu = SimulatedDmu::new(&config.dmu, config.seed)?;
+        if (period_s / dmu_s - 1.0).abs() > 1e-6 {
+            return Err(FlightError::Rate { dmu_s, autopilot_s: period_s });
+        }
+        let manifest = config.manifest();
+        let settings = match config.estimator {
+            Some(settings) => settings,
+            None => config.settings()?,
+        };
+        let helicopter = Helicopter::new(config.helicopter)?;
+        let samples = (config.duration_s / period_s) as usize + 1;
+        Ok(Self {
+            vehicle: Vehicle::hovering(
+                &config.vehicle,
+                helicopter,
+                config.start,
+                config.heading_rad,
+            )?,
+            wind: Wind::new(&config.wind, period_s, config.seed)?,
+            gps: SimulatedGps::new(&config.gps, config.seed)?,
+            baro: match &config.baro {
+                Some(baro) => Some(SimulatedBaro::new(baro, config.seed)?),
+                None => None,
+            },
+            dmu,
+            next_fix: 0,
+            next_baro: 0,
+            pending_fixes: Vec::new(),
+            estimator: Estimator::new(settings),
+            pilot: HoverAutopilot::new(config.autopilot)?,
+            pilot_sticks: config.autopilot.trim.sticks,
+            autopilot: HoverAutopilot::new(config.autopilot)?,
+            engaged: true,
+            added: Sticks::NEUTRAL,
+            orders: config.orders.iter(),
+            acting: config.autopilot.trim.sticks,
+            flight: Flight {
+                manifest,
+                imu: Vec::with_capacity(samples),
+                fixes: Vec::new(),
+                baro: Vec::new(),
+                moments: Vec::with_capacity(samples),
+                transitions: Vec::new(),
+                crashed_s: None,
+            },
+            config,
+            period_s,
+        })
+    }
+
+    /// Sensors, estimator, autopilot, and the vehicle on to the next sample.
+    pub fn sample(&mut self, sample: u64) -> Result<(), FlightError> {
+        let time_s = sample as f64 * self.period_s;
+        let time = Time::ZERO + time_s;
+        let mut ordered = Ok(());
+        while let Some((_, order)) =
+            self.orders.as_slice().first().filter(|(due_s, _)| *due_s <= time_s + 1e-9)
+        {
+            self.orders.next();
+            ordered = ordered.and(self.obey(order, time_s));
+        }
+        ordered?;
+
+        let state = self.vehicle.state();
+        let truth = state.truth(time);
+        self.sense(time, &state);
+        let solution = match self.config.feedback {
+            Feedback::Estimator => self.estimator.solution(),
+            Feedback::Truth => Some(exact(&truth)),
+        };
+        let pilot_flies = time_s < self.config.engage_s - 1e-9;
+        if pilot_flies {
+            let seen = exact(&truth);
+            let sees = Inputs { now: time, solution: Some(&seen), pilot: None, engage: true };
+            self.pilot_sticks = self.pilot.step(&sees).sticks;
+        }
+        let outputs = self.autopilot.step(&Inputs {
+            now: time,
+            solution: solution.as_ref(),
+            pilot: Some(self.pilot_sticks),
+            engage: self.engaged && !pilot_flies,
+        });
+        self.flight.transitions.extend(outputs.transition);
+        let [added, flown] = [self.added, outputs.sticks].map(Sticks::to_array);
+        let sticks = Sticks::from_array(std::array::from_fn(|stick| {
+            (flown[stick] + added[stick]).clamp(-1.0, 1.0)
+        }));
+        let wind_mps = self.wind.blow();
+        self.flight.moments.push(Moment {
+            truth,
+            solution,
+            mode: outputs.mode,
+            sticks,
+            servos: self.vehicle.servos(),
+            wind_mps,
+        });
+        self.vehicle.step(self.acting, wind_mps, self.period_s);
+        self.acting = sticks;
+        Ok(())
+    }
+
+    fn obey(&mut self, order: &Order, time_s: f64) -> Result<(), FlightError> {
+        match *order {
+            Order::Go(set_point) => self
+                .autopilot
+                .set(set_point)
+                .map_err(|source| FlightError::Order { time_s, source })?,
+            Order::Disturb(disturbance) => self.vehicle.disturb(&disturbance),
+            Order::Push(disturbance) => self.vehicle.push(&disturbance),
+            Order::Engage(engaged) => self.engaged = engaged,
+            Order::Pilot(sticks) => self.pilot_sticks = sticks,
+            Order::Add(sticks) => self.added = sticks,
+        }
+        Ok(())
+    }
+
+    /// What the sensors say at `time`, to the record and to the estimator.
+    fn sense(&mut self, time: Time, state: &State) {
+        let config = self.config;
+        let sample = self.dmu.measure(
+            time,
+            &Felt {
+                angular_rate_radps: state.inertial_rate_radps,
+                specific_force_mps2: state.specific_force_at(config.dmu.lever_arm_m),
+                body_to_ned: state.body_to_ned,
+            },
+        );
+        self.flight.imu.push(sample);
+        let listens = config.feedback == Feedback::Estimator;
+        if listens {
+            self.estimator.push(&Event::Imu(sample), |_| {});
+        }
+        let due = |count: u64, rate_hz: f64| Time::ZERO + count as f64 / rate_hz <= time;
+        while due(self.next_fix, config.gps.rate_hz) {
+            self.next_fix += 1;
+            // A receiver measures at its own moments; the samples are close enough to share one.
+            let antenna = state.at_point(config.gps.lever_arm_m);
+            if let Some(fix) = self.gps.measure(time, &antenna.position, antenna.velocity_mps) {
+                self.pending_fixes.push((time + config.gps.latency_s, fix));
+            }
+        }
+        let arrived = self.pending_fixes.partition_point(|(arrival, _)| *arrival <= time);
+        for (_, fix) in self.pending_fixes.drain(..arrived) {
+            self.flight.fixes.push(fix);
+            if listens {
+                self.estimator.push(&Event::Gps(fix), |_| {});
+            }
+        }
+        if let (Some(baro), Some(set)) = (&mut self.baro, &config.baro)
+            && due(self.next_baro, set.rate_hz)
+        {
+            while due(self.next_baro, set.rate_hz) {
+                self.next_baro += 1;
+            }
+            let height_m = baro.measure(state.position.height_m);
+            self.flight.baro.push((time, height_m));
+            if listens {
+                self.estimator.push(&Event::Baro { time, height_m }, |_| {});
+            }
+        }
+    }
+}
+
+/// A solution that is the truth.
+fn exact(truth: &Truth) -> Solution {
+    Solution {
+        time: truth.time,
+        position: truth.position,
+        velocity_mps: truth.velocity_mps,
+        body_to_ned: truth.body_to_ned,
+        angular_rate_radps: truth.angular_rate_radps,
+        position_sigma_m: Vector::ZERO,
+        velocity_sigma_mps: Vector::ZERO,
+        attitude_sigma_rad: [0.0; 3],
+        gyro_bias_radps: Vector::ZERO,
+        accel_bias_mps2: Vector::ZERO,
+        gyro_bias_sigma_radps: Vector::ZERO,
+        accel_bias_sigma_mps2: Vector::ZERO,
+    }
+}

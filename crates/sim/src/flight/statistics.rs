@@ -1,0 +1,93 @@
+//! How well a flight went.
+
+use super::{Flight, Moment};
+use hovernav::frames::{Body, EulerAngles, Ned, Rotation, wrap_angle};
+
+/// How well a hover was held, from a moment on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HoverStatistics {
+    /// Root mean square of u, v, w, m/s.
+    pub velocity_rms_mps: [f64; 3],
+    /// Root mean square of roll and pitch about their means, °.
+    pub attitude_rms_deg: [f64; 2],
+    /// Farthest the heading was from where it began, °.
+    pub heading_worst_deg: f64,
+    /// Root mean square of the distance from where it began, north, east, down, m.
+    pub position_rms_m: [f64; 3],
+    /// Root mean square of what the estimator got wrong of north, east and down velocity, m/s; NaN
+    /// where it said nothing.
+    pub velocity_error_rms_mps: [f64; 3],
+    /// Root mean square of what the estimator got wrong of roll, pitch and heading, °; NaN as above.
+    pub attitude_error_rms_deg: [f64; 3],
+    /// Root mean square of the commands about their means.
+    pub sticks_rms: [f64; 4],
+}
+
+impl Flight {
+    /// How well the hover was held from `from_s` on, against where the vehicle then was; all zero
+    /// where the flight did not last so long.
+    #[must_use]
+    pub fn statistics(&self, from_s: f64) -> HoverStatistics {
+        let held = self.moments.partition_point(|moment| moment.truth.time.seconds() < from_s);
+        let held = self.moments.get(held..).unwrap_or_default();
+        let Some(first) = held.first().map(|moment| moment.truth) else {
+            return HoverStatistics::default();
+        };
+        let [_, _, heading] = angles(&first.body_to_ned);
+        let rms = |value: &dyn Fn(&Moment) -> f64| {
+            let squares: f64 = held.iter().map(|moment| value(moment).powi(2)).sum();
+            (squares / held.len() as f64).sqrt()
+        };
+        let spread = |value: &dyn Fn(&Moment) -> f64| {
+            let mean = held.iter().map(value).sum::<f64>() / held.len() as f64;
+            rms(&|moment| value(moment) - mean)
+        };
+        let axes = [0, 1, 2];
+        HoverStatistics {
+            velocity_rms_mps: axes.map(|axis| {
+                rms(&|moment| {
+                    let truth = &moment.truth;
+                    (truth.body_to_ned.inverse() * truth.velocity_mps).to_array()[axis]
+                })
+            }),
+            attitude_rms_deg: [
+                spread(&|moment| angles(&moment.truth.body_to_ned)[0].to_degrees()),
+                spread(&|moment| angles(&moment.truth.body_to_ned)[1].to_degrees()),
+            ],
+            heading_worst_deg: held
+                .iter()
+                .map(|moment| {
+                    let [_, _, yaw] = angles(&moment.truth.body_to_ned);
+                    wrap_angle(yaw - heading).abs().to_degrees()
+                })
+                .fold(0.0, f64::max),
+            position_rms_m: axes.map(|axis| {
+                rms(&|moment| {
+                    moment.truth.position.displacement_from(&first.position).to_array()[axis]
+                })
+            }),
+            velocity_error_rms_mps: axes.map(|axis| {
+                rms(&|moment| {
+                    moment.solution.map_or(f64::NAN, |solution| {
+                        (solution.velocity_mps - moment.truth.velocity_mps).to_array()[axis]
+                    })
+                })
+            }),
+            attitude_error_rms_deg: axes.map(|axis| {
+                rms(&|moment| {
+                    moment.solution.map_or(f64::NAN, |solution| {
+                        let found = angles(&solution.body_to_ned)[axis];
+                        wrap_angle(found - angles(&moment.truth.body_to_ned)[axis]).to_degrees()
+                    })
+                })
+            }),
+            sticks_rms: [0, 1, 2, 3].map(|stick| spread(&|m| m.sticks.to_array()[stick])),
+        }
+    }
+}
+
+/// Roll, pitch and yaw, rad.
+fn angles(body_to_ned: &Rotation<Body, Ned>) -> [f64; 3] {
+    let EulerAngles { roll_rad, pitch_rad, yaw_rad } = body_to_ned.euler();
+    [roll_rad, pitch_rad, yaw_rad]
+}

@@ -1,0 +1,96 @@
+//! The motion of a point of a rigid vehicle, and of its other points.
+
+use hovernav::earth::{Geodetic, Local};
+use hovernav::frames::{Body, Ned, Rotation, Vector};
+use hovernav::time::Time;
+use hovernav_log::Truth;
+
+/// The motion of one point of the vehicle at one moment.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    /// Where the point is.
+    pub position: Geodetic,
+    /// Velocity of the point over the Earth, m/s.
+    pub velocity_mps: Vector<Ned>,
+    /// Attitude, against the north, east and down of the point.
+    pub body_to_ned: Rotation<Body, Ned>,
+    /// Angular rate of the body against the point's NED axes, rad/s.
+    pub angular_rate_radps: Vector<Body>,
+    /// Angular rate of the body against inertial space, rad/s: what gyros measure.
+    pub inertial_rate_radps: Vector<Body>,
+    /// Rate of change of [`inertial_rate_radps`](Self::inertial_rate_radps), rad/s².
+    pub angular_acceleration_radps2: Vector<Body>,
+    /// Acceleration of the point less gravitation, m/s²: what accelerometers there measure.
+    pub specific_force_mps2: Vector<Body>,
+    /// The Earth at [`position`](Self::position).
+    pub(super) local: Local,
+}
+
+impl State {
+    /// What is true of this point at `time`.
+    #[must_use]
+    pub fn truth(&self, time: Time) -> Truth {
+        Truth {
+            time,
+            position: self.position,
+            velocity_mps: self.velocity_mps,
+            body_to_ned: self.body_to_ned,
+            angular_rate_radps: self.angular_rate_radps,
+        }
+    }
+
+    /// The motion of the point at `lever_arm_m` from this one.
+    ///
+    /// Exact for a rigid body, up to rounding and to the square of the lever arm over the Earth's
+    /// radius (1e-7 of it at 1 m): the point has its own height, its own gravity and its own north,
+    /// east and down, in which its velocity and attitude are given. Specific force is equation 4.1 of
+    /// Paw (2005), doi:10.32657/10356/47095, and the difference in gravitation.
+    #[must_use]
+    pub fn at_point(&self, lever_arm_m: Vector<Body>) -> Self {
+        let offset_m = self.body_to_ned * lever_arm_m;
+        let frame_turn_rad = self.local.transport_rate(offset_m);
+        let position = self.local.displaced(&self.position, offset_m);
+        let local = Local::at(&position);
+
+        let ned_to_body = self.body_to_ned.inverse();
+        let rate_over_earth = self.inertial_rate_radps - ned_to_body * self.local.earth_rate_radps;
+        let velocity = self.velocity_mps + self.body_to_ned * rate_over_earth.cross(lever_arm_m);
+        let velocity_mps = velocity - frame_turn_rad.cross(velocity);
+        let body_to_ned = self.body_to_ned.turned_in_to(-frame_turn_rad);
+        let frame_rate = local.earth_rate_radps + local.transport_rate(velocity_mps);
+        Self {
+            position,
+            velocity_mps,
+            body_to_ned,
+            angular_rate_radps: self.inertial_rate_radps - body_to_ned.inverse() * frame_rate,
+            specific_force_mps2: self.specific_force_at(lever_arm_m),
+            local,
+            ..*self
+        }
+    }
+
+    /// What accelerometers at `lever_arm_m` from this point measure, m/s².
+    pub(super) fn specific_force_at(&self, lever_arm_m: Vector<Body>) -> Vector<Body> {
+        self.steady_specific_force(lever_arm_m)
+            + self.angular_acceleration_radps2.cross(lever_arm_m)
+    }
+
+    /// Specific force at a lever arm but for the term of the angular acceleration, whose integral
+    /// needs no quadrature.
+    pub(super) fn steady_specific_force(&self, lever_arm_m: Vector<Body>) -> Vector<Body> {
+        if lever_arm_m == Vector::ZERO {
+            return self.specific_force_mps2;
+        }
+        let rate = self.inertial_rate_radps;
+        let offset_m = self.body_to_ned * lever_arm_m;
+        let there = Local::at(&self.local.displaced(&self.position, offset_m));
+        let down_here: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);
+        let down_there = down_here + self.local.transport_rate(offset_m).cross(down_here);
+        let gravity_more = down_there * there.gravity_mps2 - down_here * self.local.gravity_mps2;
+        // Gravity holds the centrifugal acceleration of the Earth's rotation, gravitation does not.
+        let earth_rate = self.local.earth_rate_radps;
+        let gravitation_more = gravity_more + earth_rate.cross(earth_rate.cross(offset_m));
+        self.specific_force_mps2 + rate.cross(rate.cross(lever_arm_m))
+            - self.body_to_ned.inverse() * gravitation_more
+    }
+}

@@ -1,0 +1,413 @@
+//! The whole vehicle: airframe, servos, governor, ground.
+
+use hovernav::glam::DVec3;
+
+use super::check::{Checked, ConfigError, finite, positive, size};
+use super::servo::{ServoConfig, SimulatedServo};
+use super::state::State;
+use hovernav::controls::Sticks;
+use hovernav::earth::{Geodetic, Local};
+use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
+use hovernav_model::helicopter::{Controls, Helicopter, HelicopterState, StateDerivative};
+
+/// What stands around the airframe. The default is that of the thesis's helicopter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleConfig {
+    /// The servos of cyclic and collective.
+    pub servo: ServoConfig,
+    /// The servo of the tail, faster than the others.
+    pub tail_servo: ServoConfig,
+    /// Time constant by which the governor brings the rotor to speed, s.
+    pub governor_time_s: f64,
+    /// Share of its speed that the rotor loses at full collective above trim.
+    pub droop: f64,
+    /// Height of the ground above the ellipsoid, m.
+    pub ground_m: f64,
+    /// Longest step of the integration, s.
+    pub step_s: f64,
+}
+
+impl Default for VehicleConfig {
+    fn default() -> Self {
+        Self {
+            servo: ServoConfig::default(),
+            tail_servo: ServoConfig {
+                bandwidth_hz: 12.0,
+                rate_per_s: 20.0,
+                ..ServoConfig::default()
+            },
+            governor_time_s: 0.5,
+            droop: 0.03,
+            ground_m: 0.0,
+            step_s: 0.01,
+        }
+    }
+}
+
+impl VehicleConfig {
+    fn check(&self) -> Checked {
+        const SENSOR: &str = "vehicle";
+        positive(SENSOR, "time of the governor", self.governor_time_s)?;
+        size(SENSOR, "droop", self.droop)?;
+        finite(SENSOR, "height of the ground", self.ground_m)?;
+        positive(SENSOR, "step", self.step_s)
+    }
+}
+
+/// The feet of the skids from the centre of gravity, m.
+const FEET_M: [DVec3; 4] = [
+    DVec3::new(0.25, 0.18, 0.38),
+    DVec3::new(0.25, -0.18, 0.38),
+    DVec3::new(-0.25, 0.18, 0.38),
+    DVec3::new(-0.25, -0.18, 0.38),
+];
+/// One foot's stiffness, N/m, damping, N·s/m, and friction.
+const FOOT_STIFFNESS_NPM: f64 = 4000.0;
+const FOOT_DAMPING_NSPM: f64 = 120.0;
+const FRICTION: f64 = 0.6;
+/// Sliding slower than this is resisted in proportion, m/s.
+const SLIDE_MPS: f64 = 0.1;
+/// What the skids do not survive: sink rate, m/s, and tilt, rad.
+const HARD_MPS: f64 = 2.5;
+const TIPPED_RAD: f64 = 0.6;
+
+/// A helicopter flying, from sticks to motion.
+#[derive(Clone, Debug)]
+pub struct Vehicle {
+    config: VehicleConfig,
+    helicopter: Helicopter,
+    servos: [SimulatedServo; 4],
+    motion: HelicopterState,
+    position: Geodetic,
+    /// Rotor speed over its nominal.
+    rotor_speed: f64,
+    wind_mps: Vector<Ned>,
+    pushes: Vec<Push>,
+    /// What the pushes do in the step under way: acceleration, m/s², and turn rate, rad/s.
+    pushed: (Vector<Body>, Vector<Body>),
+    crashed: bool,
+}
+
+/// A disturbance under way.
+#[derive(Clone, Copy, Debug)]
+struct Push {
+    disturbance: Disturbance,
+    elapsed_s: f64,
+}
+
+/// How long a push takes, s: long enough for gyros and accelerometers to stay within their ranges.
+const PUSH_S: f64 = 0.3;
+
+impl Push {
+    /// Acceleration and turn rate over the next `step_s`.
+    fn advance(&mut self, step_s: f64) -> (Vector<Body>, Vector<Body>) {
+        let left_s = (PUSH_S - self.elapsed_s).min(step_s);
+        self.elapsed_s += step_s;
+        let per_s = left_s / (PUSH_S * step_s);
+        let [roll, pitch, yaw] = self.disturbance.attitude_rad;
+        (self.disturbance.velocity_mps * per_s, Vector::new(roll, pitch, yaw) * per_s)
+    }
+}
+
+/// What throws a vehicle out of its motion: the disturbances of Paw (2005), table 6.1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disturbance {
+    /// Roll, pitch and heading, rad.
+    pub attitude_rad: [f64; 3],
+    /// p, q, r, rad/s.
+    pub rate_radps: Vector<Body>,
+    /// u, v, w, m/s.
+    pub velocity_mps: Vector<Body>,
+}
+
+impl Vehicle {
+    /// `helicopter` in its hover at `position`, the nose at `heading_rad`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the value of `config` that cannot be.
+    pub fn hovering(
+        config: &VehicleConfig,
+        helicopter: Helicopter,
+        position: Geodetic,
+        heading_rad: f64,
+    ) -> Result<Self, ConfigError> {
+        config.check()?;
+        let servo = SimulatedServo::new(&config.servo, 0.0)?;
+        let tail = SimulatedServo::new(&config.tail_servo, 0.0)?;
+        let mut motion = *helicopter.hover();
+        let hover = motion.body_to_ned.euler();
+        motion.body_to_ned = Rotation::from_euler(EulerAngles { yaw_rad: heading_rad, ..hover });
+        Ok(Self {
+            config: *config,
+            helicopter,
+            servos: [servo, servo, servo, tail],
+            motion,
+            position,
+            rotor_speed: 1.0,
+            wind_mps: Vector::ZERO,
+            pushes: Vec::new(),
+            pushed: (Vector::ZERO, Vector::ZERO),
+            crashed: false,
+        })
+    }
+
+    /// Throws the vehicle out of its motion.
+    pub fn disturb(&mut self, disturbance: &Disturbance) {
+        let [roll, pitch, yaw] = disturbance.attitude_rad;
+        let angles = self.motion.body_to_ned.euler();
+        self.motion.body_to_ned = Rotation::from_euler(EulerAngles {
+            roll_rad: angles.roll_rad + roll,
+            pitch_rad: angles.pitch_rad + pitch,
+            yaw_rad: angles.yaw_rad + yaw,
+        });
+        self.motion.rate_radps += disturbance.rate_radps;
+        self.motion.velocity_mps += disturbance.velocity_mps;
+    }
+
+    /// Throws the vehicle out of its motion so that inertial sensors feel it: rates at once, velocity
+    /// and attitude within 0.3 s.
+    pub fn push(&mut self, disturbance: &Disturbance) {
+        self.motion.rate_radps += disturbance.rate_radps;
+        self.pushes.push(Push { disturbance: *disturbance, elapsed_s: 0.0 });
+    }
+
+    /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays where
+    /// it is.
+    pub fn step(&mut self, sticks: Sticks, wind_mps: Vector<Ned>, interval_s: f64) {
+        self.wind_mps = wind_mps;
+        if self.crashed {
+            return;
+        }
+        let steps = (interval_s / self.config.step_s).ceil().max(1.0);
+        let step_s = interval_s / steps;
+        for _ in 0..steps as usize {
+            for (servo, command) in self.servos.iter_mut().zip(sticks.to_array()) {
+                servo.step(command, step_s);
+            }
+            self.integrate(step_s);
+        }
+    }
+
+    fn integrate(&mut self, step_s: f64) {
+        self.pushes.retain(|push| push.elapsed_s < PUSH_S);
+        self.pushed = (Vector::ZERO, Vector::ZERO);
+        for push in &mut self.pushes {
+            let (acceleration, turn) = push.advance(step_s);
+            self.pushed = (self.pushed.0 + acceleration, self.pushed.1 + turn);
+        }
+        let collective = self.controls().collective;
+        let governed = 1.0 - self.config.droop * collective.max(-1.0);
+        let share = 1.0 - (-step_s / self.config.governor_time_s).exp();
+        self.rotor_speed += share * (governed - self.rotor_speed);
+
+        let before = self.motion;
+        let first = self.derivative(&before);
+        let second = self.derivative(&before.moved(&first, 0.5 * step_s));
+        let third = self.derivative(&before.moved(&second, 0.5 * step_s));
+        let fourth = self.derivative(&before.moved(&third, step_s));
+        let sixth_s = step_s / 6.0;
+        let mut after = before
+            .moved(&first, sixth_s)
+            .moved(&second, 2.0 * sixth_s)
+            .moved(&third, 2.0 * sixth_s)
+            .moved(&fourth, sixth_s);
+        after.body_to_ned = Rotation::claim(after.body_to_ned.quaternion().normalize())
+            .turned_in_from(self.pushed.1 * step_s);
+        let travel = (before.velocity_ned_mps() + after.velocity_ned_mps()) * (0.5 * step_s);
+        self.position = Local::at(&self.position).carried(&self.position, travel);
+        self.motion = after;
+        self.crashed |= self.strikes();
+    }
+
+    /// The airframe's derivative with the rotor at its speed and the ground under the skids.
+    fn derivative(&self, motion: &HelicopterState) -> StateDerivative {
+        let mut change = self.helicopter.derivative(motion, &self.controls(), self.wind_mps);
+        // Lift goes with the square of the rotor's speed.
+        let lost = change.specific_force_mps2 * (self.rotor_speed * self.rotor_speed - 1.0);
+        change.velocity_mps2 += lost;
+        change.specific_force_mps2 += lost;
+        change.velocity_mps2 += self.pushed.0;
+        change.specific_force_mps2 += self.pushed.0;
+        let height_m = self.position.height_m - self.config.ground_m;
+        if height_m < 1.0 {
+            let (force, moment) = ground_reaction(motion, height_m);
+            let parameters = self.helicopter.parameters();
+            let push = force * (1.0 / parameters.mass_kg);
+            change.velocity_mps2 += push;
+            change.specific_force_mps2 += push;
+            let inertia = DVec3::from_array(parameters.inertia_kgm2);
+            change.rate_radps2 += Vector::claim(moment.components() / inertia);
+        }
+        change
+    }
+
+    fn strikes(&self) -> bool {
+        let height_m = self.position.height_m - self.config.ground_m;
+        let lowest = FEET_M
+            .iter()
+            .map(|&foot| (self.motion.body_to_ned * Vector::<Body>::claim(foot)).z())
+            .fold(f64::NEG_INFINITY, f64::max);
+        let angles = self.motion.body_to_ned.euler();
+        let tilt = angles.roll_rad.abs().max(angles.pitch_rad.abs());
+        let touching = lowest > height_m;
+        let sinking = self.motion.velocity_ned_mps().z();
+        let lost = !self.motion.velocity_mps.is_finite() || tilt > 1.4;
+        lost || touching && (tilt > TIPPED_RAD || sinking > HARD_MPS)
+    }
+
+    fn controls(&self) -> Controls {
+        let [lateral, longitudinal, collective, pedal] = self.servos.map(|servo| servo.position());
+        Controls { lateral, longitudinal, collective, pedal }
+    }
+
+    /// Where the servos stand.
+    #[must_use]
+    pub fn servos(&self) -> Sticks {
+        Sticks::from_array(self.servos.map(|servo| servo.position()))
+    }
+
+    /// Whether it struck the ground too hard, turned over, or left every envelope.
+    #[must_use]
+    pub const fn has_crashed(&self) -> bool {
+        self.crashed
+    }
+
+    /// The motion of the centre of gravity, with what inertial sensors there feel: of the turning
+    /// Earth too, which the airframe's own equations leave out.
+    #[must_use]
+    pub fn state(&self) -> State {
+        let motion = &self.motion;
+        let change = self.derivative(motion);
+        let local = Local::at(&self.position);
+        let velocity_mps = motion.velocity_ned_mps();
+        let to_body = motion.body_to_ned.inverse();
+        let transport = local.transport_rate(velocity_mps);
+        let frame_rate = local.earth_rate_radps + transport;
+        let coriolis = (local.earth_rate_radps * 2.0 + transport).cross(velocity_mps);
+        let heavier = self.helicopter.parameters().gravity_mps2 - local.gravity_mps2;
+        let rate_radps = motion.rate_radps + self.pushed.1;
+        State {
+            position: self.position,
+            velocity_mps,
+            body_to_ned: motion.body_to_ned,
+            angular_rate_radps: rate_radps,
+            inertial_rate_radps: rate_radps + to_body * frame_rate,
+            angular_acceleration_radps2: change.rate_radps2,
+            specific_force_mps2: change.specific_force_mps2
+                + to_body * (coriolis + Vector::new(0.0, 0.0, heavier)),
+            local,
+        }
+    }
+}
+
+/// Force and moment of the ground on the skids, the centre of gravity `height_m` above it.
+fn ground_reaction(motion: &HelicopterState, height_m: f64) -> (Vector<Body>, Vector<Body>) {
+    let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
+    for foot in FEET_M {
+        let arm: Vector<Body> = Vector::claim(foot);
+        let depth_m = (motion.body_to_ned * arm).z() - height_m;
+        if depth_m <= 0.0 {
+            continue;
+        }
+        let velocity: Vector<Ned> =
+            motion.body_to_ned * (motion.velocity_mps + motion.rate_radps.cross(arm));
+        let [north, east, down] = velocity.to_array();
+        let normal = (FOOT_STIFFNESS_NPM * depth_m + FOOT_DAMPING_NSPM * down).max(0.0);
+        let sliding = north.hypot(east);
+        let grip = -FRICTION * normal / sliding.max(SLIDE_MPS);
+        let push: Vector<Ned> = Vector::new(grip * north, grip * east, -normal);
+        let push = motion.body_to_ned.inverse() * push;
+        force += push;
+        moment += arm.cross(push);
+    }
+    (force, moment)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav_model::helicopter::HelicopterParameters;
+
+    fn hovering_at(height_m: f64) -> Vehicle {
+        let helicopter = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
+        let place = Geodetic::from_degrees(1.35, 103.82, height_m).unwrap();
+        Vehicle::hovering(&VehicleConfig::default(), helicopter, place, 0.7).unwrap()
+    }
+
+    fn fly(vehicle: &mut Vehicle, collective: f64, seconds: f64) {
+        let sticks = Sticks { collective, ..Sticks::NEUTRAL };
+        for _ in 0..(seconds / 0.03) as usize {
+            vehicle.step(sticks, Vector::ZERO, 0.03);
+        }
+    }
+
+    #[test]
+    fn in_hover_its_sensors_feel_gravity_and_the_turning_earth() {
+        let vehicle = hovering_at(30.0);
+        let state = vehicle.state();
+        let local = Local::at(&state.position);
+        let up = state.body_to_ned * state.specific_force_mps2;
+        assert!((up + Vector::new(0.0, 0.0, local.gravity_mps2)).norm() < 1e-6);
+        let turning = state.body_to_ned * state.inertial_rate_radps;
+        assert!((turning - local.earth_rate_radps).norm() < 1e-12);
+    }
+
+    #[test]
+    fn it_settles_on_its_skids_and_stays() {
+        let mut vehicle = hovering_at(0.42);
+        fly(&mut vehicle, -0.9, 5.0);
+        let state = vehicle.state();
+        assert!(!vehicle.has_crashed(), "{:?}", state.body_to_ned.euler().to_degrees());
+        assert!((state.position.height_m - 0.38).abs() < 0.03, "{}", state.position.height_m);
+        assert!(state.velocity_mps.norm() < 0.02);
+    }
+
+    #[test]
+    fn a_fall_is_a_crash() {
+        let mut vehicle = hovering_at(12.0);
+        fly(&mut vehicle, -1.0, 10.0);
+        assert!(vehicle.has_crashed());
+    }
+
+    #[test]
+    fn droop_costs_lift_at_high_collective() {
+        let climb = |droop| {
+            let mut vehicle = hovering_at(30.0);
+            vehicle.config.droop = droop;
+            fly(&mut vehicle, 0.3, 2.0);
+            -vehicle.state().velocity_mps.z()
+        };
+        assert!(climb(0.0) > climb(0.03) + 0.05);
+    }
+
+    #[test]
+    fn a_push_comes_to_its_size_and_the_sensors_feel_all_of_it() {
+        let helicopter = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
+        let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
+        let config = VehicleConfig::default();
+        let hovering = Vehicle::hovering(&config, helicopter, place, 0.0).unwrap();
+        let disturbance = Disturbance {
+            attitude_rad: [0.3, 0.0, 0.0],
+            velocity_mps: Vector::new(2.0, 0.0, 0.0),
+            ..Disturbance::default()
+        };
+        let (mut calm, mut pushed) = (hovering.clone(), hovering);
+        pushed.push(&disturbance);
+        let (mut rolled, mut sped) = (0.0, 0.0);
+        let step_s = 0.005;
+        for _ in 0..60 {
+            for vehicle in [&mut calm, &mut pushed] {
+                vehicle.step(Sticks::NEUTRAL, Vector::ZERO, step_s);
+            }
+            let (with, without) = (pushed.state(), calm.state());
+            rolled += step_s * (with.angular_rate_radps - without.angular_rate_radps).x();
+            sped += step_s * (with.specific_force_mps2 - without.specific_force_mps2).x();
+        }
+        let roll = |vehicle: &Vehicle| vehicle.state().body_to_ned.euler().roll_rad;
+        let forward = |vehicle: &Vehicle| vehicle.motion.velocity_mps.x();
+        let (turned, faster) = (roll(&pushed) - roll(&calm), forward(&pushed) - forward(&calm));
+        assert!((turned - 0.3).abs() < 0.05 && (faster - 2.0).abs() < 0.3, "{turned} {faster}");
+        assert!((rolled - turned).abs() < 0.01, "{rolled} {turned}");
+        assert!((sped - faster).abs() < 0.3, "{sped} {faster}");
+    }
+}

@@ -1,0 +1,217 @@
+//! The equations, as they stand in the sources.
+
+use super::Kind;
+use crate::structure::{Parameter, Structure};
+
+/// Name, unit, start, lower, upper. The starts are round numbers of a 60-class machine.
+type Row = (&'static str, &'static str, f64, f64, f64);
+
+const YAW: &[Row] = &[("Nr", "1/s", -5.0, -60.0, 5.0), ("Nped", "rad/s²", 20.0, -500.0, 500.0)];
+const YAW_COLLECTIVE: &[Row] = &[("Ncol", "rad/s²", 0.0, -200.0, 200.0)];
+const HEAVE: &[Row] = &[("Zw", "1/s", -0.7, -10.0, 5.0), ("Zcol", "m/s²", -15.0, -500.0, 500.0)];
+const TRANSLATION: &[Row] = &[("Xu", "1/s", -0.05, -5.0, 5.0), ("Yv", "1/s", -0.1, -5.0, 5.0)];
+const SPEED_MOMENTS: &[Row] = &[
+    ("Lu", "rad/(s m)", 0.0, -10.0, 10.0),
+    ("Lv", "rad/(s m)", 0.0, -10.0, 10.0),
+    ("Mu", "rad/(s m)", 0.0, -10.0, 10.0),
+    ("Mv", "rad/(s m)", 0.0, -10.0, 10.0),
+];
+const REDUCED: &[Row] = &[
+    ("Lp", "1/s", -10.0, -100.0, 10.0),
+    ("Lq", "1/s", 0.0, -100.0, 100.0),
+    ("Mp", "1/s", 0.0, -100.0, 100.0),
+    ("Mq", "1/s", -8.0, -100.0, 10.0),
+    ("Llat", "rad/s²", 20.0, -500.0, 500.0),
+    ("Llon", "rad/s²", 0.0, -500.0, 500.0),
+    ("Mlat", "rad/s²", 0.0, -500.0, 500.0),
+    ("Mlon", "rad/s²", -15.0, -500.0, 500.0),
+    ("Xlat", "m/s²", 0.0, -100.0, 100.0),
+    ("Xlon", "m/s²", 0.0, -100.0, 100.0),
+    ("Ylat", "m/s²", 0.0, -100.0, 100.0),
+    ("Ylon", "m/s²", 0.0, -100.0, 100.0),
+];
+/// Equation 3.39 has Ba, 3.40 Ab; hub moments La and Mb are left to Lb and Ma alone, which with the
+/// flapping's own coupling say the same.
+const FLAPPING: &[Row] = &[
+    ("tau_f", "s", 0.1, 0.01, 1.0),
+    ("Ab", "", 0.0, -5.0, 5.0),
+    ("Ba", "", 0.0, -5.0, 5.0),
+    ("Alon", "rad", -0.2, -5.0, 5.0),
+    ("Blat", "rad", 0.2, -5.0, 5.0),
+    ("Lb", "1/s²", 120.0, 5.0, 1000.0),
+    ("Ma", "1/s²", 80.0, 5.0, 1000.0),
+];
+/// Mettler's values are the starts: Mettler, Tischler and Kanade (2002), table 2, feet made metres.
+const R50: &[Row] = &[
+    ("Xu", "1/s", -0.050_46, -2.0, 2.0),
+    ("Xa", "m/s²", -9.814_56, -50.0, 0.0),
+    ("Yv", "1/s", -0.1539, -2.0, 2.0),
+    ("Yb", "m/s²", 9.814_56, 0.0, 50.0),
+    ("Lu", "rad/(s m)", -0.471_457, -10.0, 10.0),
+    ("Lv", "rad/(s m)", 0.469_816, -10.0, 10.0),
+    ("Lb", "1/s²", 166.1, 10.0, 1000.0),
+    ("Mu", "rad/(s m)", -0.184_088, -10.0, 10.0),
+    ("Mv", "rad/(s m)", -0.191_929, -10.0, 10.0),
+    ("Ma", "1/s²", 82.57, 10.0, 1000.0),
+    ("tau_f", "s", 0.046_31, 0.005, 0.5),
+    ("Ab", "", -0.1892, -5.0, 5.0),
+    ("Ac", "", 0.6439, -5.0, 5.0),
+    ("Ba", "", 0.3681, -5.0, 5.0),
+    ("Bd", "", 0.7103, -5.0, 5.0),
+    ("Za", "m/s²", -2.971_19, -200.0, 200.0),
+    ("Zb", "m/s²", -39.989_8, -200.0, 200.0),
+    ("Zw", "1/s", -0.6141, -5.0, 5.0),
+    ("Zr", "m/s", 0.283_555, -10.0, 10.0),
+    ("Nv", "rad/(s m)", 0.098_753, -10.0, 10.0),
+    ("Np", "1/s", -3.525, -50.0, 50.0),
+    ("Nw", "rad/(s m)", 0.281_102, -10.0, 10.0),
+    ("Nr", "1/s", -4.129, -50.0, 10.0),
+    ("Kr", "1/s", 2.163, 0.01, 50.0),
+    ("Krfb", "1/s", -8.258, -100.0, 0.0),
+    ("tau_s", "s", 0.3415, 0.05, 5.0),
+    ("Alat", "rad", 0.031_27, -5.0, 5.0),
+    ("Alon", "rad", -0.1004, -5.0, 5.0),
+    ("Blat", "rad", 0.1398, -5.0, 5.0),
+    ("Blon", "rad", 0.0138, -5.0, 5.0),
+    ("Zcol", "m/s²", -13.972, -500.0, 500.0),
+    ("Nped", "rad/s²", 33.07, 0.1, 500.0),
+    ("Ncol", "rad/s²", -3.329, -200.0, 200.0),
+    ("Clon", "rad", -0.2587, -5.0, 5.0),
+    ("Dlat", "rad", 0.2731, -5.0, 5.0),
+];
+
+/// From the stick's sample to what the sensors' sample says of it. Negative where a stick is recorded
+/// after it has moved: half a period where it moves on between samples. Each stick has its own, as
+/// where a step falls between two samples is chance.
+const DELAY_LIMITS_S: (f64, f64) = (-0.03, 0.2);
+const CYCLIC_DELAY: &[Row] = &[
+    ("tau_lat", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
+    ("tau_lon", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
+];
+const COLLECTIVE_DELAY: &[Row] = &[("tau_col", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+const PEDAL_DELAY: &[Row] = &[("tau_ped", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+
+/// Time constant of the gusts, first-order Gauss–Markov in each axis.
+const GUST: &[Row] = &[("tau_gust", "s", 2.0, 0.2, 20.0)];
+
+/// Aerodynamic forces feel the velocity through the air: over ground less gust.
+const HEAVE_EQUATIONS: &str = "
+    w' = Zw*w - Zw*wg + Zcol*collective + n_w
+    wg' = -wg/tau_gust + n_wg";
+const YAW_EQUATION: &str = "
+    r' = Nr*r + Nped*pedal + Ncol*collective + n_r";
+const ATTITUDE_EQUATIONS: &str = "
+    phi' = p
+    theta' = q";
+const GUST_EQUATIONS: &str = "
+    ug' = -ug/tau_gust + n_ug
+    vg' = -vg/tau_gust + n_vg";
+const REDUCED_EQUATIONS: &str = "
+    p' = Lp*p + Lq*q + Lu*u - Lu*ug + Lv*v - Lv*vg + Llat*lateral + Llon*longitudinal + n_p
+    q' = Mp*p + Mq*q + Mu*u - Mu*ug + Mv*v - Mv*vg + Mlat*lateral + Mlon*longitudinal + n_q
+    u' = Xu*u - Xu*ug - 9.81*theta + Xlat*lateral + Xlon*longitudinal + n_u
+    v' = Yv*v - Yv*vg + 9.81*phi + Ylat*lateral + Ylon*longitudinal + n_v";
+const HYBRID_EQUATIONS: &str = "
+    b' = -b/tau_f - p + Ba/tau_f*a + Blat/tau_f*lateral
+    a' = -a/tau_f - q + Ab/tau_f*b + Alon/tau_f*longitudinal
+    p' = Lu*u - Lu*ug + Lv*v - Lv*vg + Lb*b + n_p
+    q' = Mu*u - Mu*ug + Mv*v - Mv*vg + Ma*a + n_q
+    u' = Xu*u - Xu*ug - 9.81*theta - 9.81*a + n_u
+    v' = Yv*v - Yv*vg + 9.81*phi + 9.81*b + n_v";
+const CYCLIC_NOISE: &str = "n_p n_q n_u n_v n_ug n_vg";
+const R50_EQUATIONS: &str = "
+    inputs  lateral longitudinal pedal collective
+    outputs u v w p q r phi theta
+    noise   n_u n_v n_p n_q n_w n_r
+    u' = Xu*u - 9.81456*theta + Xa*a + n_u
+    v' = Yv*v + 9.81456*phi + Yb*b + n_v
+    p' = Lu*u + Lv*v + Lb*b + n_p
+    q' = Mu*u + Mv*v + Ma*a + n_q
+    phi' = p
+    theta' = q
+    a' = -q - a/tau_f + Ab/tau_f*b + Ac/tau_f*c + Alat/tau_f*lateral + Alon/tau_f*longitudinal
+    b' = -p - b/tau_f + Ba/tau_f*a + Bd/tau_f*d + Blat/tau_f*lateral + Blon/tau_f*longitudinal
+    w' = Za*a + Zb*b + Zw*w + Zr*r + Zcol*collective + n_w
+    r' = Nv*v + Np*p + Nw*w + Nr*r - Nped*rfb + Nped*pedal + Ncol*collective + n_r
+    rfb' = Kr*r + Krfb*rfb
+    c' = -q - c/tau_s + Clon/tau_s*longitudinal
+    d' = -p - d/tau_s + Dlat/tau_s*lateral";
+
+pub(super) fn structure(kind: Kind) -> Structure {
+    let whole = |cyclic: &str| {
+        format!(
+            "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\
+             noise {CYCLIC_NOISE} n_w n_wg n_r\noffsets p q u v w r\n\
+             delay lateral tau_lat\ndelay longitudinal tau_lon\n\
+             delay collective tau_col\ndelay pedal tau_ped\n\
+             {cyclic}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}{HEAVE_EQUATIONS}{YAW_EQUATION}"
+        )
+    };
+    let (rows, text): (Vec<&[Row]>, String) = match kind {
+        Kind::Yaw => (
+            vec![YAW, PEDAL_DELAY],
+            "inputs pedal\noutputs r\nnoise n_r\noffsets r\ndelay pedal tau_ped\n\
+             r' = Nr*r + Nped*pedal + n_r"
+                .into(),
+        ),
+        Kind::Heave => (
+            vec![HEAVE, COLLECTIVE_DELAY, GUST],
+            format!(
+                "inputs collective\noutputs w\nnoise n_w n_wg\noffsets w\ndelay collective tau_col\n{HEAVE_EQUATIONS}"
+            ),
+        ),
+        Kind::RollPitch => (
+            vec![REDUCED, SPEED_MOMENTS, TRANSLATION, CYCLIC_DELAY, GUST],
+            format!(
+                "inputs lateral longitudinal\noutputs p q phi theta u v\n\
+                 noise {CYCLIC_NOISE}\noffsets p q u v\n\
+                 delay lateral tau_lat\ndelay longitudinal tau_lon\n\
+                 {REDUCED_EQUATIONS}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}"
+            ),
+        ),
+        Kind::Hybrid => (
+            vec![
+                FLAPPING,
+                SPEED_MOMENTS,
+                TRANSLATION,
+                HEAVE,
+                YAW,
+                YAW_COLLECTIVE,
+                CYCLIC_DELAY,
+                COLLECTIVE_DELAY,
+                PEDAL_DELAY,
+                GUST,
+            ],
+            whole(HYBRID_EQUATIONS),
+        ),
+        Kind::Hover => (
+            vec![
+                REDUCED,
+                SPEED_MOMENTS,
+                TRANSLATION,
+                HEAVE,
+                YAW,
+                YAW_COLLECTIVE,
+                CYCLIC_DELAY,
+                COLLECTIVE_DELAY,
+                PEDAL_DELAY,
+                GUST,
+            ],
+            whole(REDUCED_EQUATIONS),
+        ),
+        Kind::R50 => (vec![R50], R50_EQUATIONS.into()),
+    };
+    let parameters = rows
+        .concat()
+        .iter()
+        .map(|&(name, unit, start, lower, upper)| {
+            let parameter = Parameter::new(name, unit, start).within(lower, upper);
+            // A test point of ten seconds cannot tell it from the noise it shapes.
+            if name == "tau_gust" { parameter.held() } else { parameter }
+        })
+        .collect();
+    match Structure::new(kind.name(), parameters, &text) {
+        Ok(structure) => structure,
+        Err(error) => unreachable!("the equations above are constant: {error}"),
+    }
+}

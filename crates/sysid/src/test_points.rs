@@ -1,0 +1,91 @@
+//! Where in a flight the pilot tested something.
+
+use hovernav::time::Time;
+
+/// The four sticks, in the order of [`hovernav_log::Dataset::controls`].
+pub const STICKS: [&str; 4] = ["lateral", "longitudinal", "collective", "pedal"];
+
+/// A stretch of flight with deliberate steps of the sticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TestPoint {
+    /// The stick stepped, an index into [`STICKS`]; `None` where several moved together.
+    pub stick: Option<usize>,
+    /// When the first step was made.
+    pub first_step: Time,
+    /// When the last was.
+    pub last_step: Time,
+    /// Where the stretch starts: a little of steady flight before the first step.
+    pub start: Time,
+    /// Where it ends: the answer to the last step has died out, or the next test point starts.
+    pub end: Time,
+    /// Steps made.
+    pub steps: usize,
+}
+
+/// Steady flight before a test point, s.
+const LEAD_S: f64 = 2.0;
+/// Flight after its last step, s.
+const TAIL_S: f64 = 5.0;
+/// Steps closer than this belong together, s: a step held 1.5 s, and a margin.
+const TOGETHER_S: f64 = 2.5;
+/// Least step from one sample to the next that is a test's, in stick's full travel.
+const LEAST_STEP: f64 = 0.03;
+/// A stick joins in where its largest step is at least this part of the largest.
+const JOINS_IN: f64 = 0.4;
+
+/// Finds the test points of a flight from its sticks, each −1…1 about trim, in time order.
+///
+/// A step is a change from one sample to the next of at least 3 % of full travel and eight times the
+/// usual change; steps within 2.5 s are one test point. A single stick stepped at least twice is a
+/// test of that stick; anything else is a manoeuvre, [`TestPoint::stick`] `None`.
+#[must_use]
+pub fn find_test_points(controls: &[(Time, [f64; 4])]) -> Vec<TestPoint> {
+    let mut usual = [0.0; 4];
+    for (stick, usual) in usual.iter_mut().enumerate() {
+        let mut changes: Vec<f64> =
+            controls.windows(2).map(|pair| (pair[1].1[stick] - pair[0].1[stick]).abs()).collect();
+        changes.sort_by(f64::total_cmp);
+        *usual = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
+    }
+    let mut groups: Vec<(Time, Time, [usize; 4], [f64; 4])> = Vec::new();
+    for pair in controls.windows(2) {
+        let time = pair[1].0;
+        for stick in 0..4 {
+            let change = (pair[1].1[stick] - pair[0].1[stick]).abs();
+            if !(change >= LEAST_STEP && change >= 8.0 * usual[stick]) {
+                continue;
+            }
+            match groups.last_mut() {
+                Some(group) if time - group.1 < TOGETHER_S => group.1 = time,
+                _ => groups.push((time, time, [0; 4], [0.0; 4])),
+            }
+            if let Some((_, _, counts, largest)) = groups.last_mut() {
+                counts[stick] += 1;
+                largest[stick] = largest[stick].max(change);
+            }
+        }
+    }
+    let bounds = controls.first().zip(controls.last());
+    let Some((begin, finish)) = bounds.map(|(first, last)| (first.0, last.0)) else {
+        return Vec::new();
+    };
+    let points = groups.iter().enumerate().map(|(index, &(first, last, counts, largest))| {
+        let leader = (0..4).max_by(|&one, &other| largest[one].total_cmp(&largest[other]));
+        let stick = leader.filter(|&leader| {
+            let alone =
+                (0..4).all(|other| other == leader || largest[other] < JOINS_IN * largest[leader]);
+            alone && counts[leader] >= 2
+        });
+        let before = index.checked_sub(1).map_or(begin, |before| groups[before].1);
+        let after = groups.get(index + 1).map_or(finish, |after| after.0);
+        TestPoint {
+            stick,
+            first_step: first,
+            last_step: last,
+            start: first.offset_by(-LEAD_S).max(before),
+            end: last.offset_by(TAIL_S).min(after.offset_by(-LEAD_S).max(last)).min(finish),
+            steps: counts.iter().sum(),
+        }
+    });
+    points.collect()
+}
