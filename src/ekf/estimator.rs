@@ -1,12 +1,13 @@
 //! The whole estimator: alignment, the search for a heading, and the filter, behind one call.
 
 use super::config::EkfConfig;
-use super::filter::{Ekf, ImuFault, Trace};
+use super::filter::{Ekf, ImuFault};
 use super::heading_search::HeadingSearch;
 use super::layout::{Full, Layout};
 use super::measurement::{Report, Unusable};
 use super::scalar::Scalar;
 use super::solution::Solution;
+use super::trace::Trace;
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;

@@ -1,19 +1,20 @@
-//! The filter itself: the state, the step of the inertial unit, the correction.
+//! The filter itself: the state it holds, and its step with the inertial unit.
 
 use core::fmt;
 use core::marker::PhantomData;
 
 use super::config::EkfConfig;
-use super::covariance::{Covariance, Gain, Sensitivity, Transition};
+use super::covariance::Covariance;
 use super::gate::Lockouts;
 use super::history::History;
 use super::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::scalar::Scalar;
-use super::solution::Solution;
+use super::square;
+use super::trace::Trace;
 use crate::earth::Local;
-use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::frames::{Body, Vector};
 use crate::imu::{ImuSample, Motion, Vibration};
-use crate::ins::{Advance, ImuErrors, Increment, Integrator, LeverArm, NavState, Start};
+use crate::ins::{ImuErrors, Increment, Integrator, NavState, Start};
 use crate::time::Time;
 
 /// Why a sample of the inertial unit was not used as it came.
@@ -42,22 +43,6 @@ impl fmt::Display for ImuFault {
     }
 }
 
-/// Watches a filter at work: what a smoother needs to go back over it.
-pub trait Trace<T, const N: usize> {
-    /// The covariance was propagated.
-    fn propagated(&mut self, step: &Transition<T, N>);
-    /// A scalar measurement was taken in.
-    fn updated(&mut self, sensitivity: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64);
-}
-
-/// Watches nothing.
-impl<T, const N: usize> Trace<T, N> for () {
-    #[inline(always)]
-    fn propagated(&mut self, _: &Transition<T, N>) {}
-    #[inline(always)]
-    fn updated(&mut self, _: &Sensitivity<T>, _: &Gain<T, N>, _: f64) {}
-}
-
 /// Error-state Kalman filter around the strapdown mechanization, closed loop.
 ///
 /// `L` chooses the error states, `N` is their padded number, `T` the covariance's number type; the
@@ -79,8 +64,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Learned size of the GPS errors against the configured: variances of position and velocity.
     pub(super) gps_learned: [f64; 2],
     integrator: Integrator,
-    gyro_vibration: Vibration,
-    accel_vibration: Vibration,
+    pub(super) gyro_vibration: Vibration,
+    pub(super) accel_vibration: Vibration,
     pub(super) angular_rate_radps: Vector<Body>,
     layout: PhantomData<L>,
 }
@@ -117,7 +102,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         filter
     }
 
-    fn open_blocks(&mut self) {
+    pub(super) fn open_blocks(&mut self) {
         let config = self.config;
         if let Some(first) = L::GYRO_SCALE {
             self.open(first, [config.imu.gyro_scale_sigma; 3]);
@@ -179,7 +164,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let gap = gap_s > self.config.imu.gap_s;
         if gap_s > LONGEST_BRIDGE_S {
             self.state.time = sample.time;
-            self.lose_track();
+            self.reset_covariance();
             return Err(ImuFault::Gap(gap_s));
         }
         self.watch_vibration(sample, increment.interval_s, gap);
@@ -188,7 +173,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let advance = self.state.advance(sample.time, &increment);
         if !self.state.is_valid() {
             self.state = NavState { time: sample.time, ..before };
-            self.lose_track();
+            self.reset_covariance();
             return Err(ImuFault::Astray);
         }
         let ground = advance.frame_rotation_rad * (1.0 / increment.interval_s);
@@ -225,144 +210,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         };
         Increment { interval_s, rotation_rad, velocity_mps }
-    }
-
-    /// Where the way here is lost, nothing is known but where it was lost, and what was known of the
-    /// sensors: everything opens so wide that the next fixes decide.
-    pub(super) fn lose_track(&mut self) {
-        self.history.clear();
-        self.covariance = Covariance::zero();
-        self.open(ATTITUDE, [MOST_HIDDEN_RAD; 3]);
-        self.open(VELOCITY, [LOST_VELOCITY_MPS; 3]);
-        self.open(POSITION, [LOST_POSITION_M; 3]);
-        self.open(GYRO_BIAS, [self.config.imu.gyro_bias_sigma_radps; 3]);
-        self.open(ACCEL_BIAS, [self.config.imu.accel_bias_sigma_mps2; 3]);
-        self.open_blocks();
-        self.gps_wander = None;
-    }
-
-    fn watch_vibration(&mut self, sample: &ImuSample, interval_s: f64, gap: bool) {
-        if gap {
-            self.gyro_vibration.interrupt();
-            self.accel_vibration.interrupt();
-        }
-        let (rate, force) = match sample.motion {
-            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
-                (angular_rate_radps, specific_force_mps2)
-            }
-            Motion::Increments { angle_rad, velocity_mps } => {
-                (angle_rad * (1.0 / interval_s), velocity_mps * (1.0 / interval_s))
-            }
-        };
-        self.gyro_vibration.push(rate, interval_s);
-        self.accel_vibration.push(force, interval_s);
-    }
-
-    fn transition(
-        &self,
-        increment: &Increment,
-        advance: &Advance,
-        body_to_ned: Rotation<Body, Ned>,
-        gap: bool,
-    ) -> Transition<T, N> {
-        let interval_s = increment.interval_s;
-        let imu = &self.config.imu;
-        let c = body_to_ned.matrix().transpose().to_cols_array_2d();
-        let scaled =
-            |factors: [f64; 3]| c.map(|row| core::array::from_fn(|k| T::of(row[k] * factors[k])));
-        let mut decay = [T::ONE; N];
-        let mut noise = [T::ZERO; N];
-        let mut markov = |first: usize, sigmas: [f64; 3], time_s: f64| {
-            let lost = interval_s / time_s;
-            for (axis, sigma) in sigmas.into_iter().enumerate() {
-                if let (Some(decay), Some(noise)) =
-                    (decay.get_mut(first + axis), noise.get_mut(first + axis))
-                {
-                    // exp(−x) to second order; steps are far shorter than any correlation time.
-                    *decay = T::of((1.0 - lost * (1.0 - 0.5 * lost)).max(0.0));
-                    *noise = T::of(2.0 * sigma * sigma * lost.min(0.5));
-                }
-            }
-        };
-        markov(GYRO_BIAS, [imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s);
-        markov(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s);
-        let [position_h, position_v, velocity_h, velocity_v] = self.gps_wander.unwrap_or_default();
-        if let Some(first) = L::GPS_POSITION {
-            let sigmas = [position_h, position_h, position_v];
-            markov(first, sigmas, self.config.gps.position_wander_time_s);
-        }
-        if let Some(first) = L::GPS_VELOCITY {
-            let sigmas = [velocity_h, velocity_h, velocity_v];
-            markov(first, sigmas, self.config.gps.velocity_wander_time_s);
-        }
-        if let Some(first) = L::ATTITUDE_REFERENCE {
-            let attitude = &self.config.attitude;
-            let (tilt, heading) = (attitude.tilt_wander_rad, attitude.heading_wander_rad);
-            markov(first, [tilt, tilt, heading], attitude.wander_time_s);
-        }
-        if let Some(state) = L::BARO {
-            let (wander, time_s) = (self.config.baro.wander_m, self.config.baro.wander_time_s);
-            markov(state, [wander, 0.0, 0.0], time_s);
-        }
-        let hidden_velocity = if gap { imu.gap_acceleration_mps2 * interval_s } else { 0.0 };
-        let hidden_angle =
-            if gap { (imu.gap_rate_radps * interval_s).min(MOST_HIDDEN_RAD) } else { 0.0 };
-        for state in noise.iter_mut().skip(POSITION).take(3) {
-            *state = T::of(square(0.5 * hidden_velocity * interval_s));
-        }
-        let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3], hidden: f64| {
-            let alike_s = alike_s.max(interval_s);
-            vibration.map(|variance| {
-                square(walk).max(square(share) * variance * alike_s) * interval_s + square(hidden)
-            })
-        };
-        let gyro = sensed(
-            imu.angle_random_walk_rad,
-            imu.gyro_vibration_share,
-            interval_s,
-            self.gyro_vibration.variance(),
-            hidden_angle,
-        );
-        let accel = sensed(
-            imu.velocity_random_walk_mps,
-            imu.accel_vibration_share,
-            imu.accel_vibration_time_s,
-            self.accel_vibration.variance(),
-            hidden_velocity,
-        );
-        Transition {
-            interval_s: T::of(interval_s),
-            turn: scaled([interval_s; 3]),
-            force: advance.from_specific_force_mps.to_array().map(T::of),
-            scaled_rotation: scaled(increment.rotation_rad.to_array()),
-            scaled_velocity: scaled(increment.velocity_mps.to_array()),
-            decay,
-            attitude_noise: turned(&c, gyro),
-            velocity_noise: turned(&c, accel),
-            noise,
-        }
-    }
-
-    /// Adds a correction of the whole error state to the estimates. One that leads astray, or has left
-    /// no valid covariance, can only come of gaps that have opened the filter beyond what rounding
-    /// bears: then all but the place is lost.
-    pub(super) fn correct(&mut self, correction: &[T; N]) {
-        let at = |state: usize| correction.get(state).map_or(0.0, |value| value.wide());
-        let block = |first: usize| Vector::<Ned>::new(at(first), at(first + 1), at(first + 2));
-        let corrected = NavState {
-            time: self.state.time,
-            position: self.state.position.displaced(block(POSITION)),
-            velocity_mps: self.state.velocity_mps + block(VELOCITY),
-            body_to_ned: self.state.body_to_ned.turned_in_to(block(ATTITUDE)).renormalised(),
-        };
-        if !corrected.is_valid() || !self.covariance.is_valid() {
-            self.lose_track();
-            return;
-        }
-        self.state = corrected;
-        for (parameter, value) in self.parameters.iter_mut().zip(correction).skip(GYRO_BIAS) {
-            *parameter += value.wide();
-        }
     }
 
     /// What is known of the inertial unit's own errors.
@@ -440,90 +287,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         grown
     }
 
-    /// Position, velocity, attitude and their one-sigma now, at the point of the solution.
-    #[must_use]
-    pub fn solution(&self) -> Solution {
-        let lever_arm = LeverArm(-self.config.imu_lever_arm_m);
-        let state = &self.state;
-        let errors = self.imu_errors();
-        Solution {
-            time: state.time,
-            position: lever_arm.position(&state.position, state.body_to_ned),
-            velocity_mps: lever_arm.velocity(
-                state.velocity_mps,
-                state.body_to_ned,
-                self.angular_rate_radps,
-            ),
-            body_to_ned: state.body_to_ned,
-            angular_rate_radps: self.angular_rate_radps,
-            position_sigma_m: self.point_sigma(POSITION, lever_arm.0),
-            velocity_sigma_mps: self
-                .point_sigma(VELOCITY, self.angular_rate_radps.cross(lever_arm.0)),
-            attitude_sigma_rad: self.euler_sigma(),
-            gyro_bias_radps: errors.gyro_bias_radps,
-            accel_bias_mps2: errors.accel_bias_mps2,
-            gyro_bias_sigma_radps: self.sigma_block(GYRO_BIAS).into(),
-            accel_bias_sigma_mps2: self.sigma_block(ACCEL_BIAS).into(),
-        }
-    }
-
-    fn sigma_block(&self, first: usize) -> [f64; 3] {
-        core::array::from_fn(|axis| libm::sqrt(self.covariance.variance(first + axis).max(0.0)))
-    }
-
-    /// Opens the heading to at least `sigma_rad`.
-    pub(super) fn open_heading(&mut self, sigma_rad: f64) {
-        let missing = square(sigma_rad) - self.covariance.variance(ATTITUDE + 2);
-        self.covariance.add_variance(ATTITUDE + 2, missing.max(0.0));
-    }
-
-    /// One-sigma of a position or velocity moved by a body vector that turns with the attitude.
-    fn point_sigma(&self, first: usize, moved_by: Vector<Body>) -> Vector<Ned> {
-        let arm = (self.state.body_to_ned * moved_by).to_array();
-        let p = &self.covariance;
-        let sigma = |axis: usize| {
-            // δ(point) = δ(unit) − [arm ×] ψ.
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let terms =
-                [(first + axis, 1.0), (ATTITUDE + next, arm[last]), (ATTITUDE + last, -arm[next])];
-            let mut variance = 0.0;
-            for (i, a) in terms {
-                for (j, b) in terms {
-                    variance += a * b * p.entry(i, j);
-                }
-            }
-            libm::sqrt(variance.max(0.0))
-        };
-        Vector::new(sigma(0), sigma(1), sigma(2))
-    }
-
-    /// One-sigma of roll, pitch and yaw, rad, from the attitude error in NED.
-    fn euler_sigma(&self) -> [f64; 3] {
-        // Sines and cosines stand in the direction of the nose.
-        let nose = self.state.body_to_ned.matrix().x_axis;
-        let level = libm::sqrt(nose.x * nose.x + nose.y * nose.y);
-        // Upright, yaw is any; the limit bounds what one over its cosine does to roll and yaw.
-        let (sin_yaw, cos_yaw) =
-            if level > 1e-6 { (nose.y / level, nose.x / level) } else { (0.0, 1.0) };
-        let cos_pitch = level.max(0.02);
-        let tan_pitch = -nose.z / cos_pitch;
-        let rows = [
-            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, 0.0],
-            [-sin_yaw, cos_yaw, 0.0],
-            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, 1.0],
-        ];
-        let p = self.covariance.block(ATTITUDE, ATTITUDE);
-        rows.map(|row| {
-            let mut variance = 0.0;
-            for (a, line) in row.iter().zip(&p) {
-                for (b, value) in row.iter().zip(line) {
-                    variance += a * b * value;
-                }
-            }
-            libm::sqrt(variance.max(0.0)).min(core::f64::consts::PI)
-        })
-    }
-
     /// Whether state and covariance are finite and in range. It stays so for any input that the
     /// filter accepts; a flight computer checks it all the same.
     #[must_use]
@@ -538,27 +301,5 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
-const MOST_HIDDEN_RAD: f64 = 0.5;
-
 /// A gap longer than this, s, is not bridged: what happened in it nobody knows.
 const LONGEST_BRIDGE_S: f64 = 60.0;
-/// One-sigmas of velocity, m/s, and position, m, of a vehicle that has lost its way.
-const LOST_VELOCITY_MPS: f64 = 50.0;
-const LOST_POSITION_M: f64 = 1e4;
-
-/// C diag(v) Cᵀ, upper triangle by rows.
-fn turned<T: Scalar>(c: &[[f64; 3]; 3], variance: [f64; 3]) -> [T; 6] {
-    let entry = |i: usize, j: usize| {
-        T::of(
-            c[i][0] * variance[0] * c[j][0]
-                + c[i][1] * variance[1] * c[j][1]
-                + c[i][2] * variance[2] * c[j][2],
-        )
-    };
-    [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)]
-}
-
-pub(super) fn square(value: f64) -> f64 {
-    value * value
-}

@@ -5,6 +5,7 @@ pub mod layout;
 pub mod scalar;
 
 mod config;
+mod correction;
 mod estimator;
 mod filter;
 mod gate;
@@ -12,24 +13,29 @@ mod heading_search;
 mod history;
 mod innovation;
 mod measurement;
+mod process;
 #[cfg(feature = "alloc")]
 mod smoother;
 mod solution;
+mod trace;
 
 pub use config::{AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel};
 pub use estimator::{Aiding, Estimator, EstimatorConfig, Notice};
-pub use filter::{Ekf, ImuFault, Trace};
+pub use filter::{Ekf, ImuFault};
 pub use heading_search::HeadingSearch;
 pub use innovation::{Channel, Innovation, Verdict};
 pub use measurement::{Report, Unusable};
 #[cfg(feature = "alloc")]
 pub use smoother::Smoother;
 pub use solution::Solution;
-
-use filter::square;
+pub use trace::Trace;
 
 /// The fifteen base states, covariance in `f64`.
 pub type BaseEkf = Ekf<layout::Base, 16>;
 
 /// Every block of states, covariance in `f64`: what the command line runs.
 pub type FullEkf = Ekf<layout::Full, 26>;
+
+const fn square(value: f64) -> f64 {
+    value * value
+}

@@ -34,9 +34,10 @@
 use alloc::vec::Vec;
 
 use super::covariance::{Covariance, Gain, Sensitivity, Transition};
-use super::filter::{Ekf, Trace};
+use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::solution::Solution;
+use super::trace::Trace;
 use crate::frames::{Body, Vector};
 use crate::ins::NavState;
 

@@ -1,7 +1,11 @@
 //! What the filter says: the vehicle's motion, and how sure it is of it.
 
+use super::filter::Ekf;
+use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::scalar::Scalar;
 use crate::earth::Geodetic;
 use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::ins::LeverArm;
 use crate::time::Time;
 
 /// Position, velocity and attitude at one moment, with one-sigma and the biases removed.
@@ -41,5 +45,85 @@ impl Solution {
     #[must_use]
     pub fn velocity_body_mps(&self) -> Vector<Body> {
         self.body_to_ned.inverse() * self.velocity_mps
+    }
+}
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Position, velocity, attitude and their one-sigma now, at the point of the solution.
+    #[must_use]
+    pub fn solution(&self) -> Solution {
+        let lever_arm = LeverArm(-self.config.imu_lever_arm_m);
+        let state = &self.state;
+        let errors = self.imu_errors();
+        Solution {
+            time: state.time,
+            position: lever_arm.position(&state.position, state.body_to_ned),
+            velocity_mps: lever_arm.velocity(
+                state.velocity_mps,
+                state.body_to_ned,
+                self.angular_rate_radps,
+            ),
+            body_to_ned: state.body_to_ned,
+            angular_rate_radps: self.angular_rate_radps,
+            position_sigma_m: self.point_sigma(POSITION, lever_arm.0),
+            velocity_sigma_mps: self
+                .point_sigma(VELOCITY, self.angular_rate_radps.cross(lever_arm.0)),
+            attitude_sigma_rad: self.euler_sigma(),
+            gyro_bias_radps: errors.gyro_bias_radps,
+            accel_bias_mps2: errors.accel_bias_mps2,
+            gyro_bias_sigma_radps: self.sigma_block(GYRO_BIAS).into(),
+            accel_bias_sigma_mps2: self.sigma_block(ACCEL_BIAS).into(),
+        }
+    }
+
+    fn sigma_block(&self, first: usize) -> [f64; 3] {
+        core::array::from_fn(|axis| libm::sqrt(self.covariance.variance(first + axis).max(0.0)))
+    }
+
+    /// One-sigma of a position or velocity moved by a body vector that turns with the attitude.
+    fn point_sigma(&self, first: usize, moved_by: Vector<Body>) -> Vector<Ned> {
+        let arm = (self.state.body_to_ned * moved_by).to_array();
+        let p = &self.covariance;
+        let sigma = |axis: usize| {
+            // δ(point) = δ(unit) − [arm ×] ψ.
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            let terms =
+                [(first + axis, 1.0), (ATTITUDE + next, arm[last]), (ATTITUDE + last, -arm[next])];
+            let mut variance = 0.0;
+            for (i, a) in terms {
+                for (j, b) in terms {
+                    variance += a * b * p.entry(i, j);
+                }
+            }
+            libm::sqrt(variance.max(0.0))
+        };
+        Vector::new(sigma(0), sigma(1), sigma(2))
+    }
+
+    /// One-sigma of roll, pitch and yaw, rad, from the attitude error in NED.
+    fn euler_sigma(&self) -> [f64; 3] {
+        // Sines and cosines stand in the direction of the nose.
+        let nose = self.state.body_to_ned.matrix().x_axis;
+        let level = libm::sqrt(nose.x * nose.x + nose.y * nose.y);
+        // Upright, yaw is any; the limit bounds what one over its cosine does to roll and yaw.
+        let (sin_yaw, cos_yaw) =
+            if level > 1e-6 { (nose.y / level, nose.x / level) } else { (0.0, 1.0) };
+        let cos_pitch = level.max(0.02);
+        let tan_pitch = -nose.z / cos_pitch;
+        let rows = [
+            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, 0.0],
+            [-sin_yaw, cos_yaw, 0.0],
+            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, 1.0],
+        ];
+        let p = self.covariance.block(ATTITUDE, ATTITUDE);
+        rows.map(|row| {
+            let mut variance = 0.0;
+            for (a, line) in row.iter().zip(&p) {
+                for (b, value) in row.iter().zip(line) {
+                    variance += a * b * value;
+                }
+            }
+            libm::sqrt(variance.max(0.0)).min(core::f64::consts::PI)
+        })
     }
 }

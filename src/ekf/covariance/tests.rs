@@ -3,7 +3,9 @@
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 
-use super::super::layout::{Base, Full, WithScaleFactors};
+use super::super::layout::{
+    ATTITUDE, Base, Full, GYRO_BIAS, Layout, POSITION, VELOCITY, WithScaleFactors,
+};
 use super::*;
 
 type Dense<const N: usize> = SMatrix<f64, N, N>;

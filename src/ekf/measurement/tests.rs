@@ -1,15 +1,16 @@
 //! Each measurement's sensitivity against numeric differentiation of its own prediction.
 
-use super::super::FullEkf;
 use super::super::config::EkfConfig;
-use super::super::covariance::{Covariance, Gain, Transition};
-use super::super::layout::{Full, Layout};
+use super::super::covariance::{Covariance, Gain, Sensitivity, Transition};
+use super::super::layout::{Full, GYRO_BIAS, Layout};
+use super::super::{FullEkf, Trace};
 use super::*;
 use crate::earth::Geodetic;
-use crate::frames::EulerAngles;
+use crate::frames::{EulerAngles, Ned, Rotation, Vector};
+use crate::gps::Fix;
 use crate::imu::{ImuSample, Motion};
-use crate::ins::NavState;
-use crate::ins::Start;
+use crate::ins::{NavState, Start};
+use crate::time::Time;
 
 const N: usize = 26;
 const PERIOD_S: f64 = 0.01;

@@ -1,0 +1,122 @@
+//! The covariance of the error state and the two kernels that move it.
+//!
+//! Stored whole and symmetric, row-major: rows are contiguous, so both kernels are sums of scaled
+//! rows that the compiler turns into vector instructions. Propagation uses the blocks of the
+//! transition that are not zero or one; a scalar update is Bierman's stabilised form, which keeps
+//! the matrix positive where the short form P − k vᵀ loses that to rounding.
+//!
+//! # Source
+//! Groves, second edition, equations 14.63 to 14.73 (error dynamics in NED); G. J. Bierman (1977),
+//! *Factorization Methods for Discrete Sequential Estimation*, section V.3 (stabilised update).
+mod propagation;
+mod sensitivity;
+mod update;
+
+pub use propagation::Transition;
+pub use sensitivity::Sensitivity;
+pub use update::Gain;
+
+use super::layout::{ACCEL_BIAS, BASE};
+use super::scalar::Scalar;
+
+/// Covariance of the error state, units those of the states; always exactly symmetric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Covariance<T, const N: usize> {
+    rows: [[T; N]; N],
+}
+
+#[inline(always)]
+fn add_scaled<T: Scalar, const N: usize>(row: &mut [T; N], factor: T, other: &[T; N]) {
+    for (value, &term) in row.iter_mut().zip(other) {
+        *value += factor * term;
+    }
+}
+
+impl<T: Scalar, const N: usize> Covariance<T, N> {
+    /// All zero.
+    #[must_use]
+    pub const fn zero() -> Self {
+        Self { rows: [[T::ZERO; N]; N] }
+    }
+
+    /// A covariance of given rows, which must be symmetric.
+    #[cfg(feature = "alloc")]
+    pub(super) const fn from_rows(rows: [[T; N]; N]) -> Self {
+        Self { rows }
+    }
+
+    /// The rows; symmetric.
+    #[must_use]
+    pub const fn rows(&self) -> &[[T; N]; N] {
+        &self.rows
+    }
+
+    /// Variance of one state; zero for a state that is not there.
+    #[must_use]
+    pub fn variance(&self, state: usize) -> f64 {
+        self.entry(state, state)
+    }
+
+    /// Covariance of two states; zero for a state that is not there.
+    #[must_use]
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
+        self.rows.get(row).and_then(|row| row.get(column)).map_or(0.0, |value| value.wide())
+    }
+
+    /// Sets a variance and forgets the state's correlations.
+    pub fn set_variance(&mut self, state: usize, variance: f64) {
+        for row in &mut self.rows {
+            if let Some(value) = row.get_mut(state) {
+                *value = T::ZERO;
+            }
+        }
+        if let Some(row) = self.rows.get_mut(state) {
+            *row = [T::ZERO; N];
+            if let Some(value) = row.get_mut(state) {
+                *value = T::of(variance);
+            }
+        }
+    }
+
+    /// Adds to a variance, keeping the correlations: reopens a state without forgetting how it
+    /// hangs together with the others.
+    pub fn add_variance(&mut self, state: usize, variance: f64) {
+        if let Some(value) = self.rows.get_mut(state).and_then(|row| row.get_mut(state)) {
+            *value += T::of(variance);
+        }
+    }
+
+    /// Copies the first `count` states' covariance from a filter of another layout.
+    pub fn take_over<U: Scalar, const K: usize>(&mut self, other: &Covariance<U, K>, count: usize) {
+        for (row, from) in self.rows.iter_mut().zip(&other.rows).take(count) {
+            for (value, &entry) in row.iter_mut().zip(from).take(count) {
+                *value = T::of(entry.wide());
+            }
+        }
+    }
+
+    /// The 3×3 block at two states' starts, row by row.
+    #[must_use]
+    pub fn block(&self, row: usize, column: usize) -> [[f64; 3]; 3] {
+        let mut block = [[0.0; 3]; 3];
+        for (i, line) in block.iter_mut().enumerate() {
+            for (j, value) in line.iter_mut().enumerate() {
+                *value = self.entry(row + i, column + j);
+            }
+        }
+        block
+    }
+
+    /// Whether every entry is finite and no variance negative.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.rows.iter().enumerate().all(|(index, row)| {
+            row.iter().all(|value| value.wide().is_finite()) && self.variance(index) >= 0.0
+        })
+    }
+}
+
+const _: () = assert!(BASE == ACCEL_BIAS + 3);
+
+#[cfg(test)]
+mod tests;

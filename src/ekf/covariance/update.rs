@@ -1,0 +1,108 @@
+//! The stabilised update by one scalar measurement.
+
+use super::super::scalar::Scalar;
+use super::{Covariance, Sensitivity, add_scaled};
+
+/// What a scalar update did, for the log and the smoother.
+#[derive(Clone, Copy, Debug)]
+pub struct Gain<T, const N: usize> {
+    /// Kalman gain, state units per measurement unit.
+    pub gain: [T; N],
+    /// Innovation variance H P Hᵀ + R.
+    pub innovation_variance: T,
+}
+
+impl<T: Scalar, const N: usize> Covariance<T, N> {
+    /// P Hᵀ and H P Hᵀ of a scalar measurement.
+    #[must_use]
+    pub fn project(&self, sensitivity: &Sensitivity<T>) -> ([T; N], T) {
+        let mut projected = [T::ZERO; N];
+        for (state, derivative) in sensitivity.terms() {
+            if let Some(row) = self.rows.get(state) {
+                add_scaled(&mut projected, derivative, row);
+            }
+        }
+        let variance = sensitivity.dot(&projected);
+        (projected, variance)
+    }
+
+    /// H P Hᵀ of a scalar measurement alone.
+    #[must_use]
+    pub fn projected_variance(&self, sensitivity: &Sensitivity<T>) -> T {
+        let mut variance = T::ZERO;
+        for (n, (state, derivative)) in sensitivity.terms().enumerate() {
+            let Some(row) = self.rows.get(state) else { continue };
+            let mut sum = T::ZERO;
+            for (other, factor) in sensitivity.terms().skip(n + 1) {
+                if let Some(&value) = row.get(other) {
+                    sum += factor * value;
+                }
+            }
+            if let Some(&own) = row.get(state) {
+                variance += derivative * (derivative * own + sum + sum);
+            }
+        }
+        variance
+    }
+
+    /// Takes in one scalar measurement of variance `noise`, whose [`project`](Self::project)ion is
+    /// given; the gain is returned for the state's correction.
+    ///
+    /// With v = P Hᵀ, gain k and P̄ = P − k vᵀ, Bierman's form is P = P̄ − (P̄ Hᵀ − R k) kᵀ: the second
+    /// term takes back what rounding did in the first. Both are applied in one pass, as the
+    /// symmetric P − (k mᵀ + m kᵀ) with m = ½ (v + P̄ Hᵀ − R k).
+    pub fn update(
+        &mut self,
+        sensitivity: &Sensitivity<T>,
+        projected: &[T; N],
+        variance: T,
+        noise: T,
+    ) -> Gain<T, N> {
+        let innovation_variance = variance + noise;
+        let inverse = T::ONE / innovation_variance;
+        let gain = projected.map(|value| value * inverse);
+        let mut excess = [T::ZERO; N];
+        for (state, derivative) in sensitivity.terms() {
+            if let (Some(row), Some(&seen)) = (self.rows.get(state), projected.get(state)) {
+                for ((value, &p), &k) in excess.iter_mut().zip(row).zip(&gain) {
+                    *value += derivative * (p - k * seen);
+                }
+            }
+        }
+        for (value, &k) in excess.iter_mut().zip(&gain) {
+            *value -= noise * k;
+        }
+        self.subtract(&gain, projected, &excess);
+        Gain { gain, innovation_variance }
+    }
+
+    /// P ← P − k vᵀ − e kᵀ, in this order of rounding: upper triangle, and its mirror.
+    fn subtract(&mut self, gain: &[T; N], projected: &[T; N], excess: &[T; N]) {
+        let p = &mut self.rows;
+        for above in 0..N / 2 {
+            let i = 2 * above;
+            for left in above..N / 2 {
+                let j = 2 * left;
+                let mut block = [[T::ZERO; 2]; 2];
+                for r in 0..2 {
+                    for c in 0..2 {
+                        block[r][c] = p[i + r][j + c]
+                            - gain[i + r] * projected[j + c]
+                            - excess[i + r] * gain[j + c];
+                    }
+                }
+                for c in 0..2 {
+                    for r in 0..2 {
+                        p[j + c][i + r] = block[r][c];
+                    }
+                }
+                for r in 0..2 {
+                    for c in 0..2 {
+                        p[i + r][j + c] = block[r][c];
+                    }
+                }
+            }
+            p[i + 1][i] = p[i][i + 1];
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The attitude of a reference system: the inertial unit's own.
+
+use super::super::covariance::Sensitivity;
+use super::super::filter::Ekf;
+use super::super::gate::Group;
+use super::super::innovation::Channel;
+use super::super::layout::{ATTITUDE, Layout};
+use super::super::scalar::Scalar;
+use super::super::square;
+use super::super::trace::Trace;
+use super::{Report, ScalarMeasurement, Unusable};
+use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::time::Time;
+
+/// The direction of a rotation of the heading, north, east, down.
+pub(super) const DOWN: [f64; 3] = [0.0, 0.0, 1.0];
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Takes in an attitude from elsewhere, the unit's own: roll, pitch and heading from true north.
+    ///
+    /// # Errors
+    /// [`Unusable`] when it cannot be compared, or comes too soon after the last one used.
+    pub fn update_attitude(
+        &mut self,
+        time: Time,
+        reference: Rotation<Body, Ned>,
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<Report, Unusable> {
+        let heading = self.state.body_to_ned.euler().yaw_rad;
+        let (sin, cos) = libm::sincos(heading);
+        let axes = [
+            (Channel::Roll, [cos, sin, 0.0], [cos, sin, 0.0]),
+            (Channel::Pitch, [-sin, cos, 0.0], [-sin, cos, 0.0]),
+            (Channel::Yaw, DOWN, DOWN),
+        ];
+        self.update_reference(time, reference, &axes, trace)
+    }
+
+    /// Compares a reference about some axes: each with its channel, its sensitivity to the attitude
+    /// error, and the direction of the innovation, which is also its sensitivity to the slow error.
+    pub(super) fn update_reference(
+        &mut self,
+        time: Time,
+        reference: Rotation<Body, Ned>,
+        axes: &[(Channel, [f64; 3], [f64; 3])],
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<Report, Unusable> {
+        let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)?;
+        if !reference.quaternion().is_finite() {
+            return Err(Unusable::NotFinite);
+        }
+        let model = self.config.attitude;
+        if self.attitude_used.is_some_and(|used| time - used < model.interval_s) {
+            return Err(Unusable::TooSoon);
+        }
+        self.attitude_used = Some(time);
+        let error = (reference * self.state.body_to_ned.inverse()).rotation_vector();
+        let wander: Vector<Ned> = self.block(first).into();
+        let left = error - wander;
+        let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
+        for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(axes) {
+            *slot = Some(ScalarMeasurement {
+                channel,
+                group: Group::Attitude,
+                innovation: left.dot(direction.into()),
+                noise: square(model.noise_rad),
+                sensitivity: Sensitivity::default()
+                    .with_block(ATTITUDE, seen)
+                    .with_block(first, direction),
+            });
+        }
+        Ok(self.update_sequentially(time, &scalars, trace))
+    }
+}

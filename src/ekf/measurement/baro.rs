@@ -1,0 +1,44 @@
+//! Barometric height.
+
+use super::super::covariance::Sensitivity;
+use super::super::filter::Ekf;
+use super::super::gate::Group;
+use super::super::innovation::Channel;
+use super::super::layout::{Layout, POSITION};
+use super::super::scalar::Scalar;
+use super::super::square;
+use super::super::trace::Trace;
+use super::{Report, ScalarMeasurement, Unusable};
+use crate::time::Time;
+
+/// No barometer of a vehicle of this kind tells a height beyond this, m.
+const HIGHEST_M: f64 = 1e5;
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Takes in a barometric height, m, above any fixed level: the first one sets the level.
+    ///
+    /// # Errors
+    /// [`Unusable`] when it cannot be compared.
+    pub fn update_baro(
+        &mut self,
+        time: Time,
+        height_m: f64,
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<Report, Unusable> {
+        let state = L::BARO.ok_or(Unusable::NoState)?;
+        if !height_m.is_finite() || libm::fabs(height_m) > HIGHEST_M {
+            return Err(Unusable::NotFinite);
+        }
+        let own_m = self.state.position.height_m;
+        let offset_m = *self.baro_offset_m.get_or_insert(height_m - own_m);
+        let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
+        scalars[0] = Some(ScalarMeasurement {
+            channel: Channel::BaroHeight,
+            group: Group::Baro,
+            innovation: height_m - offset_m - own_m - self.parameter(state),
+            noise: square(self.config.baro.noise_m),
+            sensitivity: Sensitivity::default().with(POSITION + 2, -1.0).with(state, 1.0),
+        });
+        Ok(self.update_sequentially(time, &scalars, trace))
+    }
+}

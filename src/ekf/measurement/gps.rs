@@ -1,0 +1,237 @@
+//! GPS: position and velocity of the antenna, at the time the fix holds.
+
+use glam::{DMat3, DVec3};
+
+use super::super::covariance::Sensitivity;
+use super::super::filter::Ekf;
+use super::super::gate::Group;
+use super::super::history::LookBack;
+use super::super::innovation::Channel;
+use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::super::scalar::Scalar;
+use super::super::square;
+use super::super::trace::Trace;
+use super::{Report, ScalarMeasurement, Unusable};
+use crate::frames::{Body, Ned, Vector};
+use crate::gps::Fix;
+
+/// White variances of a fix, north, east, down.
+struct GpsNoise {
+    position_variance: [f64; 3],
+    velocity_variance: [f64; 3],
+}
+
+/// Greatest and least learned variance against the configured.
+const LEARNED_MOST: f64 = 9.0;
+const LEARNED_LEAST: f64 = 0.1;
+
+/// A fix may be this far ahead of the last inertial sample, s.
+const LEAD_S: f64 = 0.1;
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Takes in a satellite fix: position, and velocity where it has any, at the antenna, at the
+    /// time the fix was true.
+    ///
+    /// # Errors
+    /// [`Unusable`] when it cannot be compared with the state. A fix that is compared and refused is
+    /// no error: the [`Report`] says so for each axis.
+    pub fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
+        self.update_gps_traced(fix, &mut ())
+    }
+
+    /// [`update_gps`](Self::update_gps), watched by `trace`.
+    ///
+    /// # Errors
+    /// As [`update_gps`](Self::update_gps).
+    pub fn update_gps_traced(
+        &mut self,
+        fix: &Fix,
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<Report, Unusable> {
+        if !fix.is_finite() {
+            return Err(Unusable::NotFinite);
+        }
+        if fix.time - self.state.time > LEAD_S {
+            return Err(Unusable::AheadOfImu);
+        }
+        let look_back = |latency_s: f64| {
+            let past = fix.time.offset_by(-latency_s);
+            self.history.look_back(&self.state, past).ok_or(Unusable::TooOld)
+        };
+        let velocity_then = look_back(0.0)?;
+        let position_then = match L::LATENCY {
+            Some(state) => look_back(self.parameter(state))?,
+            None => velocity_then,
+        };
+        let noise = self.gps_noise(fix);
+        let position = self.position_axes(fix, &position_then, &noise);
+        let velocity = self.velocity_axes(fix, &velocity_then, &noise);
+        let mut axes: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
+        // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
+        for (slot, axis) in axes.iter_mut().zip(velocity.into_iter().chain(position.map(Some))) {
+            *slot = axis;
+        }
+        let report = self.update_sequentially(fix.time, &axes, trace);
+        self.learn_gps(&report);
+        Ok(report)
+    }
+
+    /// Moves the learned size of the GPS errors, used where fixes state none, by what this fix's
+    /// innovations were against what was expected of them.
+    fn learn_gps(&mut self, report: &Report) {
+        for axis in report.innovations() {
+            let learned = match axis.channel {
+                Channel::PositionNorth | Channel::PositionEast => &mut self.gps_learned[0],
+                Channel::VelocityNorth | Channel::VelocityEast => &mut self.gps_learned[1],
+                _ => continue,
+            };
+            let surprise = square(axis.normalised()).min(LEARNED_MOST);
+            *learned *= 1.0 + self.config.gps.learning_rate * (surprise - 1.0);
+            *learned = learned.clamp(LEARNED_LEAST, LEARNED_MOST);
+        }
+    }
+
+    /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
+    /// match; the first fix opens them.
+    fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
+        let model = self.config.gps;
+        let [learned_m, learned_mps] = self.gps_learned.map(libm::sqrt);
+        let position = fix
+            .position_sigma_m
+            .map_or(model.position_sigma_m().map(|sigma| sigma * learned_m), Vector::to_array);
+        let velocity = fix
+            .velocity_sigma_mps
+            .map_or(model.velocity_sigma_mps().map(|sigma| sigma * learned_mps), Vector::to_array);
+        let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
+            let slow = if state.is_some() { share } else { 0.0 };
+            let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
+            ([slow * sigma[0].max(sigma[1]), slow * sigma[2]], white)
+        };
+        let ([position_h, position_v], position_variance) =
+            split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
+        let ([velocity_h, velocity_v], velocity_variance) =
+            split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
+        if self.gps_wander.is_none() {
+            if let Some(first) = L::GPS_POSITION {
+                self.open(first, [position_h, position_h, position_v]);
+            }
+            if let Some(first) = L::GPS_VELOCITY {
+                self.open(first, [velocity_h, velocity_h, velocity_v]);
+            }
+        }
+        self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v]);
+        GpsNoise { position_variance, velocity_variance }
+    }
+
+    fn position_axes(
+        &self,
+        fix: &Fix,
+        back: &LookBack,
+        noise: &GpsNoise,
+    ) -> [ScalarMeasurement<T>; 3] {
+        let wander: Vector<Ned> =
+            L::GPS_POSITION.map_or([0.0; 3], |first| self.block(first)).into();
+        let arm_body = self.antenna_from_imu();
+        let arm = back.state.body_to_ned * arm_body;
+        let antenna = back.state.position.displaced(arm);
+        let innovation = (fix.position.displacement_from(&antenna) - wander).to_array();
+        // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g.
+        let arm_turn = skew(-arm.components()) * back.turn_s;
+        let swing = back.state.body_to_ned * back.angular_rate_radps.cross(arm_body);
+        let velocity = (back.state.velocity_mps + swing).to_array();
+        core::array::from_fn(|axis| {
+            let mut sensitivity = Sensitivity::default()
+                .with(POSITION + axis, 1.0)
+                .with(VELOCITY + axis, -back.age_s)
+                .with_block(ATTITUDE, row(skew(-back.force_m - arm.components()), axis))
+                .with_block(ACCEL_BIAS, row(back.turn_s * (-0.5 * back.age_s), axis))
+                .with_block(GYRO_BIAS, row(arm_turn, axis));
+            if let Some(first) = L::GPS_POSITION {
+                sensitivity = sensitivity.with(first + axis, 1.0);
+            }
+            if let Some(state) = L::LATENCY {
+                sensitivity = sensitivity.with(state, -velocity[axis]);
+            }
+            ScalarMeasurement {
+                channel: [Channel::PositionNorth, Channel::PositionEast, Channel::PositionDown]
+                    [axis],
+                group: [
+                    Group::HorizontalPosition,
+                    Group::HorizontalPosition,
+                    Group::VerticalPosition,
+                ][axis],
+                innovation: innovation[axis],
+                noise: noise.position_variance[axis] + self.lag_noise(back.age_s, back.age_s),
+                sensitivity,
+            }
+        })
+    }
+
+    fn velocity_axes(
+        &self,
+        fix: &Fix,
+        back: &LookBack,
+        noise: &GpsNoise,
+    ) -> [Option<ScalarMeasurement<T>>; 3] {
+        let wander: Vector<Ned> =
+            L::GPS_VELOCITY.map_or([0.0; 3], |first| self.block(first)).into();
+        let arm_body = self.antenna_from_imu();
+        let body_to_ned = back.state.body_to_ned;
+        let swing = body_to_ned * back.angular_rate_radps.cross(arm_body);
+        let predicted = (back.state.velocity_mps + swing + wander).to_array();
+        let measured = [
+            fix.horizontal_velocity_mps.map(|velocity| velocity[0]),
+            fix.horizontal_velocity_mps.map(|velocity| velocity[1]),
+            fix.down_velocity_mps,
+        ];
+        // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
+        let attitude = skew(back.force_mps - swing.components());
+        let gyro = body_to_ned.matrix() * skew(arm_body.components());
+        core::array::from_fn(|axis| {
+            let mut sensitivity = Sensitivity::default()
+                .with(VELOCITY + axis, 1.0)
+                .with_block(ATTITUDE, row(attitude, axis))
+                .with_block(ACCEL_BIAS, row(back.turn_s, axis))
+                .with_block(GYRO_BIAS, row(gyro, axis));
+            if let Some(first) = L::GPS_VELOCITY {
+                sensitivity = sensitivity.with(first + axis, 1.0);
+            }
+            Some(ScalarMeasurement {
+                channel: [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown]
+                    [axis],
+                group: [
+                    Group::HorizontalVelocity,
+                    Group::HorizontalVelocity,
+                    Group::VerticalVelocity,
+                ][axis],
+                innovation: measured[axis]? - predicted[axis],
+                noise: noise.velocity_variance[axis] + self.lag_noise(back.age_s, 1.0),
+                sensitivity,
+            })
+        })
+    }
+
+    /// Variance that the inertial sensors' noise added to velocity over `age_s`, times the square of
+    /// `lever`.
+    fn lag_noise(&self, age_s: f64, lever: f64) -> f64 {
+        square(self.config.imu.velocity_random_walk_mps) * age_s.max(0.0) * square(lever)
+    }
+
+    fn antenna_from_imu(&self) -> Vector<Body> {
+        self.config.antenna_lever_arm_m - self.config.imu_lever_arm_m
+    }
+}
+
+/// [v ×]: the matrix whose product with w is v × w.
+fn skew(v: DVec3) -> DMat3 {
+    DMat3::from_cols(
+        DVec3::new(0.0, v.z, -v.y),
+        DVec3::new(-v.z, 0.0, v.x),
+        DVec3::new(v.y, -v.x, 0.0),
+    )
+}
+
+fn row(matrix: DMat3, index: usize) -> [f64; 3] {
+    let columns = matrix.to_cols_array_2d();
+    columns.map(|column| column.get(index).copied().unwrap_or(0.0))
+}

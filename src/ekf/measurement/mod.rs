@@ -1,0 +1,14 @@
+//! Measurements, a file per sensor, and the sequential scalar update they share.
+
+mod attitude;
+mod baro;
+mod gps;
+mod magnetic;
+mod report;
+mod update;
+
+pub use report::{Report, Unusable};
+use update::ScalarMeasurement;
+
+#[cfg(test)]
+mod tests;

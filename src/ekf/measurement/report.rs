@@ -1,0 +1,78 @@
+//! What became of a measurement.
+
+use core::fmt;
+
+use super::super::innovation::{Innovation, Verdict};
+use super::super::square;
+
+/// What happened to the axes of one measurement, in the order they were taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Report {
+    axes: [Option<Innovation>; 6],
+}
+
+impl Report {
+    /// The innovations, each with its verdict. Each is what was left after the axes before it, so
+    /// they are uncorrelated, and their normalised squares add up to the fix's own.
+    pub fn innovations(&self) -> impl Iterator<Item = &Innovation> {
+        self.axes.iter().flatten()
+    }
+
+    /// Whether any axis corrected the state.
+    #[must_use]
+    pub fn any_accepted(&self) -> bool {
+        self.innovations().any(|axis| axis.verdict != Verdict::Rejected)
+    }
+
+    /// Whether any axis was refused.
+    #[must_use]
+    pub fn any_rejected(&self) -> bool {
+        self.innovations().any(|axis| axis.verdict == Verdict::Rejected)
+    }
+
+    /// Whether the filter had to be reopened for any axis.
+    #[must_use]
+    pub fn any_reopened(&self) -> bool {
+        self.innovations().any(|axis| axis.verdict == Verdict::Reopened)
+    }
+
+    /// Sum of the squared normalised innovations and of the logarithms of their variances: minus
+    /// twice the logarithm of the measurement's likelihood, but for a constant.
+    #[must_use]
+    pub fn surprise(&self) -> f64 {
+        self.innovations().map(|axis| square(axis.normalised()) + 2.0 * libm::log(axis.sigma)).sum()
+    }
+
+    pub(super) fn push(&mut self, innovation: Innovation) {
+        if let Some(slot) = self.axes.iter_mut().find(|slot| slot.is_none()) {
+            *slot = Some(innovation);
+        }
+    }
+}
+
+/// Why a measurement could not be compared at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unusable {
+    /// A value is NaN or infinite, or the place is none.
+    NotFinite,
+    /// Older than the filter's memory of the way that led here.
+    TooOld,
+    /// Later than the inertial samples by more than two of their intervals.
+    AheadOfImu,
+    /// Sooner after the last use than the reference's own noise allows to be worth anything.
+    TooSoon,
+    /// The layout has no state for it.
+    NoState,
+}
+
+impl fmt::Display for Unusable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "no place, or not finite",
+            Self::TooOld => "older than the filter's memory",
+            Self::AheadOfImu => "ahead of the inertial samples",
+            Self::TooSoon => "too soon after the last to be worth anything",
+            Self::NoState => "the filter has no state for it",
+        })
+    }
+}

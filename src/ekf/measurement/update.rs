@@ -1,0 +1,134 @@
+//! The sequential update: axis after axis, gated by groups.
+
+use super::super::covariance::Sensitivity;
+use super::super::filter::Ekf;
+use super::super::gate::Group;
+use super::super::innovation::{Channel, Innovation, Verdict};
+use super::super::layout::{ATTITUDE, Layout, POSITION, VELOCITY};
+use super::super::scalar::Scalar;
+use super::super::square;
+use super::super::trace::Trace;
+use super::Report;
+use crate::time::Time;
+
+/// A scalar measurement ready to be compared: innovation, sensitivity, variance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ScalarMeasurement<T> {
+    pub channel: Channel,
+    pub group: Group,
+    pub innovation: f64,
+    pub noise: f64,
+    pub sensitivity: Sensitivity<T>,
+}
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole.
+    pub(super) fn update_sequentially(
+        &mut self,
+        time: Time,
+        axes: &[Option<ScalarMeasurement<T>>; 6],
+        trace: &mut impl Trace<T, N>,
+    ) -> Report {
+        let mut report = Report::default();
+        let mut correction = [T::ZERO; N];
+        let mut done: Option<Group> = None;
+        for axis in axes.iter().flatten() {
+            if done == Some(axis.group) {
+                continue;
+            }
+            done = Some(axis.group);
+            let group = || axes.iter().flatten().filter(|other| other.group == axis.group);
+            let fits = group().all(|axis| {
+                let variance =
+                    self.covariance.projected_variance(&axis.sensitivity).wide().max(0.0);
+                let innovation = axis.innovation - axis.sensitivity.dot(&correction).wide();
+                square(innovation) <= square(self.config.gate.sigmas) * (variance + axis.noise)
+            });
+            let verdict = if fits {
+                self.lockouts.accepted(axis.group);
+                Verdict::Accepted
+            } else if self.lockouts.refused(axis.group, time, self.config.gate.lockout_s) {
+                for axis in group() {
+                    self.reopen(axis);
+                }
+                Verdict::Reopened
+            } else {
+                Verdict::Rejected
+            };
+            for axis in group() {
+                report.push(self.update_scalar(time, axis, verdict, &mut correction, trace));
+            }
+        }
+        self.correct(&correction);
+        report
+    }
+
+    /// P Hᵀ and H P Hᵀ of an axis; where rounding made the latter negative, which takes a covariance
+    /// that gaps have opened beyond all bounds, the axis sees nothing.
+    fn seen(&self, axis: &ScalarMeasurement<T>) -> ([T; N], T) {
+        let (projected, variance) = self.covariance.project(&axis.sensitivity);
+        if variance >= T::ZERO { (projected, variance) } else { ([T::ZERO; N], T::ZERO) }
+    }
+
+    fn update_scalar(
+        &mut self,
+        time: Time,
+        axis: &ScalarMeasurement<T>,
+        verdict: Verdict,
+        correction: &mut [T; N],
+        trace: &mut impl Trace<T, N>,
+    ) -> Innovation {
+        let (projected, variance) = self.seen(axis);
+        let left = axis.innovation - axis.sensitivity.dot(correction).wide();
+        if verdict != Verdict::Rejected {
+            let noise = T::of(axis.noise);
+            let gain = self.covariance.update(&axis.sensitivity, &projected, variance, noise);
+            for (value, &factor) in correction.iter_mut().zip(&gain.gain) {
+                *value += factor * T::of(left);
+            }
+            trace.updated(&axis.sensitivity, &gain, left);
+        }
+        Innovation {
+            time,
+            channel: axis.channel,
+            innovation: left,
+            sigma: libm::sqrt(variance.wide() + axis.noise),
+            verdict,
+        }
+    }
+
+    /// Opens the states an axis speaks of by the size of its innovation.
+    fn reopen(&mut self, axis: &ScalarMeasurement<T>) {
+        let opened = square(axis.innovation);
+        match axis.channel {
+            Channel::PositionNorth => self.covariance.add_variance(POSITION, opened),
+            Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),
+            Channel::PositionDown => self.covariance.add_variance(POSITION + 2, opened),
+            Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown => {
+                let state = match axis.channel {
+                    Channel::VelocityNorth => VELOCITY,
+                    Channel::VelocityEast => VELOCITY + 1,
+                    _ => VELOCITY + 2,
+                };
+                self.covariance.add_variance(state, opened);
+                // A velocity this far off came through the attitude.
+                self.covariance.add_variance(ATTITUDE, square(REOPENED_TILT_RAD));
+                self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
+                self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
+            }
+            Channel::Roll | Channel::Pitch | Channel::Yaw => {
+                for state in 0..3 {
+                    self.covariance.add_variance(ATTITUDE + state, opened);
+                }
+            }
+            Channel::BaroHeight => {
+                if let Some(state) = L::BARO {
+                    self.covariance.add_variance(state, opened);
+                }
+            }
+        }
+    }
+}
+
+const REOPENED_TILT_RAD: f64 = 0.05;
+const REOPENED_HEADING_RAD: f64 = 0.3;

@@ -1,0 +1,19 @@
+//! A filter watched at work: what the smoother records.
+
+use super::covariance::{Gain, Sensitivity, Transition};
+
+/// Watches a filter at work: what a smoother needs to go back over it.
+pub trait Trace<T, const N: usize> {
+    /// The covariance was propagated.
+    fn propagated(&mut self, step: &Transition<T, N>);
+    /// A scalar measurement was taken in.
+    fn updated(&mut self, sensitivity: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64);
+}
+
+/// Watches nothing.
+impl<T, const N: usize> Trace<T, N> for () {
+    #[inline(always)]
+    fn propagated(&mut self, _: &Transition<T, N>) {}
+    #[inline(always)]
+    fn updated(&mut self, _: &Sensitivity<T>, _: &Gain<T, N>, _: f64) {}
+}
