@@ -68,7 +68,7 @@ fn hover(c: &mut Criterion) {
     let config = config();
     let short = FlightConfig { duration_s: 120.0, ..config.clone() };
     let flight = short.fly().expect("the default flight flies");
-    let solution = flight.moments.last().and_then(|m| m.solution).expect("aligned long ago");
+    let solution = flight.samples.last().and_then(|m| m.solution).expect("aligned long ago");
     let pilot = Some(Sticks::NEUTRAL);
     let inputs = Inputs { now: solution.time, solution: Some(&solution), pilot, engage: true };
     let mut autopilot = engaged(&config.autopilot, &inputs);

@@ -26,8 +26,8 @@ const SAMPLES_PER_FIX: usize = 50;
 const DURATION_S: f64 = 60.0;
 const IMU_LEVER_ARM_M: Vector<Body> = Vector::new(0.03, -0.02, 0.28);
 const ANTENNA_LEVER_ARM_M: Vector<Body> = Vector::new(-0.35, 0.0, -0.2);
-const POSITION_SIGMA_M: Spread = Spread::new(1.0, 2.0);
-const VELOCITY_SIGMA_MPS: Spread = Spread::new(0.1, 0.2);
+const POSITION_SIGMA_M: HorizontalVertical = HorizontalVertical::new(1.0, 2.0);
+const VELOCITY_SIGMA_MPS: HorizontalVertical = HorizontalVertical::new(0.1, 0.2);
 const TILT_SIGMA_RAD: f64 = 0.01;
 const HEADING_SIGMA_RAD: f64 = 0.03;
 
@@ -91,7 +91,7 @@ fn gps_config() -> GpsConfig {
 /// One moment of the flight without error, at the inertial unit.
 struct Moment {
     time: Time,
-    felt: Felt,
+    truth: ImuTruth,
     unit: State,
 }
 
@@ -113,12 +113,12 @@ fn flight() -> (Trajectory, Vec<Moment>) {
             let (from_s, to_s) = (f64::from(k) * PERIOD_S - PERIOD_S, f64::from(k) * PERIOD_S);
             let (angle, velocity) = trajectory.increments(from_s, to_s, IMU_LEVER_ARM_M);
             let unit = trajectory.at(to_s).at_point(IMU_LEVER_ARM_M);
-            let felt = Felt {
+            let truth = ImuTruth {
                 angular_rate_radps: angle * (1.0 / PERIOD_S),
                 specific_force_mps2: velocity * (1.0 / PERIOD_S),
                 body_to_ned: unit.body_to_ned,
             };
-            Moment { time: Time::ZERO + to_s, felt, unit }
+            Moment { time: Time::ZERO + to_s, truth, unit }
         })
         .collect();
     (trajectory, moments)
@@ -190,11 +190,11 @@ fn run(moments: &[Moment], trajectory: &Trajectory, seed: u64) -> Vec<Squares> {
     let mut filter = BaseEkf::new(ekf_config(), start(&moments[0].unit, seed ^ 0x5eed));
     let mut squares = Vec::new();
     for (k, moment) in moments.iter().enumerate() {
-        let sample = noisy.measure(moment.time, &moment.felt);
-        let nothing = Felt {
+        let sample = noisy.measure(moment.time, &moment.truth);
+        let nothing = ImuTruth {
             angular_rate_radps: Vector::ZERO,
             specific_force_mps2: Vector::ZERO,
-            ..moment.felt
+            ..moment.truth
         };
         let biases = biased.measure(moment.time, &nothing);
         if k == 0 {

@@ -6,7 +6,9 @@ use hovernav::frames::{Ned, Rotation, Vector};
 use hovernav::gps::Fix;
 use hovernav::ins::{NavState, Start};
 use hovernav::time::Time;
-use hovernav_sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Recording, Spread, fly};
+use hovernav_sim::{
+    DmuConfig, DmuOutput, FlightPlan, GpsConfig, HorizontalVertical, Recording, fly,
+};
 
 fn recording(rate_hz: f64) -> Recording {
     let start = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
@@ -21,8 +23,8 @@ fn recording(rate_hz: f64) -> Recording {
         .unwrap();
     let gps = GpsConfig {
         lever_arm_m: Vector::new(-0.35, 0.0, -0.2),
-        position_noise_m: Spread::new(1.0, 2.0),
-        velocity_noise_mps: Spread::new(0.1, 0.2),
+        position_noise_m: HorizontalVertical::new(1.0, 2.0),
+        velocity_noise_mps: HorizontalVertical::new(0.1, 0.2),
         ..GpsConfig::ideal(1.0)
     };
     let dmu = DmuConfig::ideal(rate_hz, DmuOutput::Increments);

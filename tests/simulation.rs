@@ -134,7 +134,7 @@ fn attitude_wanders_slowly_about_the_truth_from_its_own_north() {
     };
     let dmu = DmuConfig { attitude: Some(config), ..DmuConfig::ideal(20.0, DmuOutput::Rates) };
     let truth = EulerAngles::from_degrees(20.0, -5.0, -178.0);
-    let felt = Felt {
+    let input = ImuTruth {
         angular_rate_radps: Vector::ZERO,
         specific_force_mps2: Vector::ZERO,
         body_to_ned: Rotation::from_euler(truth),
@@ -142,7 +142,7 @@ fn attitude_wanders_slowly_about_the_truth_from_its_own_north() {
     let mut unit = SimulatedDmu::new(&dmu, 2).unwrap();
     let mut errors = [const { Vec::new() }; 3];
     for k in 0..100_000 {
-        let shown = unit.measure(Time::ZERO + f64::from(k) * 0.05, &felt).attitude.unwrap();
+        let shown = unit.measure(Time::ZERO + f64::from(k) * 0.05, &input).attitude.unwrap();
         errors[0].push((shown.roll_rad - truth.roll_rad).to_degrees());
         errors[1].push((shown.pitch_rad - truth.pitch_rad).to_degrees());
         let from_magnetic_north = truth.yaw_rad - 10f64.to_radians();
@@ -195,7 +195,9 @@ fn gps_errors_have_their_sizes_and_times() {
     };
     for axis in 0..3 {
         let said = fixes[0].position_sigma_m.unwrap().to_array()[axis];
-        let pick = |spread: Spread| if axis == 2 { spread.vertical } else { spread.horizontal };
+        let pick = |spread: HorizontalVertical| {
+            if axis == 2 { spread.vertical } else { spread.horizontal }
+        };
         let [noise, wander] = [config.position_noise_m, config.position_wander_m].map(pick);
         assert_near(said, noise.hypot(wander), 1e-12);
         assert_near(deviation(position(axis)), said, 0.05);

@@ -14,7 +14,8 @@ use hovernav::time::Time;
 use hovernav_log::Truth;
 use hovernav_log::{Axis, Dataset, Outage, Reference, Score, score};
 use hovernav_sim::{
-    AttitudeConfig, DmuConfig, FlightPlan, GpsConfig, Recording, Spread, Trajectory, fly,
+    AttitudeConfig, DmuConfig, FlightPlan, GpsConfig, HorizontalVertical, Recording, Trajectory,
+    fly,
 };
 use nalgebra::{SMatrix, SVector};
 
@@ -335,8 +336,8 @@ fn as_modelled(seed: u64) -> (Dataset, EstimatorConfig, Vec<Truth>) {
     let split = |horizontal: f64, vertical: f64, share: f64| {
         let white = (1.0 - share * share).sqrt();
         (
-            Spread::new(white * horizontal, white * vertical),
-            Spread::new(share * horizontal, share * vertical),
+            HorizontalVertical::new(white * horizontal, white * vertical),
+            HorizontalVertical::new(share * horizontal, share * vertical),
         )
     };
     let (position_noise_m, position_wander_m) =

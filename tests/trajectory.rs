@@ -258,7 +258,7 @@ fn a_plan_that_cannot_be_flown_says_why() {
         .hold(10.0)
         .build()
         .unwrap_err();
-    assert!(matches!(astray, TrajectoryError::Astray { .. }), "{astray}");
+    assert!(matches!(astray, TrajectoryError::NotNavigable { .. }), "{astray}");
     let pole = place(90.0, 0.0, 0.0);
     let found = FlightPlan::hover_at(pole, 0.0).build().unwrap_err();
     assert_eq!(found, TrajectoryError::Start(pole));

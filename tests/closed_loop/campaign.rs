@@ -83,10 +83,10 @@ fn two_hundred_outages_of_20_s_are_survived() {
     let mut config = FlightConfig { duration_s: 120.0, ..FlightConfig::new(autopilot()) };
     config.gps.outages_s = vec![60.0..80.0];
     let flights = fly_all(&config, 200, |flight| {
-        let hovers = flight.moments.last().is_some_and(|last| last.mode == Mode::Position);
+        let hovers = flight.samples.last().is_some_and(|last| last.mode == Mode::Position);
         let held_attitude = flight.transitions.iter().any(|change| change.to == Mode::Attitude);
         let blind =
-            flight.moments.iter().filter(|m| (60.0..81.0).contains(&m.truth.time.seconds()));
+            flight.samples.iter().filter(|m| (60.0..81.0).contains(&m.truth.time.seconds()));
         let fastest_mps = blind.map(|m| m.truth.velocity_mps.norm()).fold(0.0, f64::max);
         assert_eq!(flight.crashed_s, None);
         assert!(hovers);

@@ -4,18 +4,18 @@ use hovernav::autopilot::{Mode, Reason, SetPoint};
 use hovernav::controls::Sticks;
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav_log::Dataset;
-use hovernav_sim::{Feedback, Flight, FlightConfig, Moment, Order, WindConfig};
+use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent, FlightSample, WindConfig};
 
 use crate::{STATES, STOP, allowed_s, autopilot, disturbances, settled_s};
 
 /// The loops alone: no sensor errors, no wind.
-fn calm(duration_s: f64, orders: Vec<(f64, Order)>) -> Flight {
+fn calm(duration_s: f64, events: Vec<(f64, FlightEvent)>) -> Flight {
     let config = FlightConfig {
         feedback: Feedback::Truth,
         wind: WindConfig::calm(),
         engage_s: 0.5,
         duration_s,
-        orders,
+        events,
         ..FlightConfig::new(autopilot())
     };
     let flight = config.fly().unwrap();
@@ -24,27 +24,30 @@ fn calm(duration_s: f64, orders: Vec<(f64, Order)>) -> Flight {
 }
 
 /// phi, theta, psi, p, q, r, u, v, w.
-fn states(moment: &Moment) -> [f64; 9] {
-    let truth = &moment.truth;
+fn states(sample: &FlightSample) -> [f64; 9] {
+    let truth = &sample.truth;
     let angles = truth.body_to_ned.euler();
     let [p, q, r] = truth.angular_rate_radps.to_array();
     let [u, v, w] = (truth.body_to_ned.inverse() * truth.velocity_mps).to_array();
     [angles.roll_rad, angles.pitch_rad, angles.yaw_rad, p, q, r, u, v, w]
 }
 
-fn seconds(moment: &Moment) -> f64 {
-    moment.truth.time.seconds()
+fn seconds(sample: &FlightSample) -> f64 {
+    sample.truth.time.seconds()
 }
 
 #[test]
 fn each_disturbance_of_table_6_1_is_back_at_trim_in_time() {
     for (name, size, disturbance) in disturbances() {
-        let flight = calm(24.0, vec![(1.0, Order::Go(STOP)), (10.0, Order::Disturb(disturbance))]);
+        let flight = calm(
+            24.0,
+            vec![(1.0, FlightEvent::SetPoint(STOP)), (10.0, FlightEvent::Disturb(disturbance))],
+        );
         let (before, after): (Vec<_>, Vec<_>) =
-            flight.moments.iter().partition(|moment| seconds(moment) < 9.999);
+            flight.samples.iter().partition(|sample| seconds(sample) < 9.999);
         let trim = states(before.last().unwrap());
         let state = STATES.iter().position(|state| *state == name).unwrap();
-        let away = after.iter().map(|moment| states(moment)[state] - trim[state]);
+        let away = after.iter().map(|sample| states(sample)[state] - trim[state]);
         let settled = settled_s(away, 1.0 / 33.0, 0.02 * size);
         println!("60-class, {name} {size}: {settled:.2} s");
         assert!(settled <= allowed_s(name), "{name}: {settled} s");
@@ -56,11 +59,11 @@ fn it_moves_from_hover_to_hover_and_turns_on_the_way() {
     let start = FlightConfig::new(autopilot()).start;
     let goal = start.displaced(Vector::new(15.0, -20.0, -5.0));
     let order = SetPoint::Place { position: goal, heading_rad: Some(-2.0) };
-    let flight = calm(60.0, vec![(3.0, Order::Go(order))]);
-    let last = flight.moments.last().unwrap().truth;
+    let flight = calm(60.0, vec![(3.0, FlightEvent::SetPoint(order))]);
+    let last = flight.samples.last().unwrap().truth;
     assert!(last.position.displacement_from(&goal).norm() < 0.3);
     assert!(wrap_angle(last.body_to_ned.euler().yaw_rad + 2.0).abs() < 0.02);
-    let fastest = flight.moments.iter().map(|m| m.truth.velocity_mps.norm()).fold(0.0, f64::max);
+    let fastest = flight.samples.iter().map(|m| m.truth.velocity_mps.norm()).fold(0.0, f64::max);
     assert!(fastest > 2.0 && fastest < 6.0, "{fastest}");
 }
 
@@ -72,13 +75,16 @@ fn it_flies_slowly_forward_and_stops_where_it_is_told() {
         down_mps: -0.5,
         yaw_rate_radps: 0.1,
     };
-    let flight = calm(50.0, vec![(2.0, Order::Go(forward)), (20.0, Order::Go(SetPoint::Hold))]);
-    let at = |s: f64| flight.moments.iter().find(|moment| seconds(moment) >= s).unwrap();
+    let flight = calm(
+        50.0,
+        vec![(2.0, FlightEvent::SetPoint(forward)), (20.0, FlightEvent::SetPoint(SetPoint::Hold))],
+    );
+    let at = |s: f64| flight.samples.iter().find(|sample| seconds(sample) >= s).unwrap();
     let cruise = at(19.5).truth;
     assert!((cruise.velocity_mps.x().hypot(cruise.velocity_mps.y()) - 4.0).abs() < 0.3);
     assert!((cruise.velocity_mps.z() + 0.5).abs() < 0.1);
     assert!((cruise.angular_rate_radps.z() - 0.1).abs() < 0.02);
-    let end = flight.moments.last().unwrap().truth;
+    let end = flight.samples.last().unwrap().truth;
     assert!(end.velocity_mps.norm() < 0.05);
     assert!(end.position.displacement_from(&at(40.0).truth.position).norm() < 0.3);
 }
@@ -88,11 +94,11 @@ fn the_pilot_takes_over_in_flight_and_the_autopilot_after_him() {
     let mut config = FlightConfig::new(autopilot());
     config.duration_s = 40.0;
     // The stick goes 0.3 from where the pilot left it; then the switch is opened and closed.
-    config.orders = vec![
-        (25.0, Order::Pilot(Sticks { lateral: 0.3, ..Sticks::NEUTRAL })),
-        (25.4, Order::Pilot(Sticks::NEUTRAL)),
-        (26.0, Order::Engage(false)),
-        (26.5, Order::Engage(true)),
+    config.events = vec![
+        (25.0, FlightEvent::PilotSticks(Sticks { lateral: 0.3, ..Sticks::NEUTRAL })),
+        (25.4, FlightEvent::PilotSticks(Sticks::NEUTRAL)),
+        (26.0, FlightEvent::Engage(false)),
+        (26.5, FlightEvent::Engage(true)),
     ];
     let flight = config.fly().unwrap();
     assert_eq!(flight.crashed_s, None);
@@ -105,7 +111,7 @@ fn the_pilot_takes_over_in_flight_and_the_autopilot_after_him() {
             (Mode::Position, Reason::Switch),
         ]
     );
-    for pair in flight.moments.windows(2) {
+    for pair in flight.samples.windows(2) {
         let (before, after) = (pair[0].sticks.to_array(), pair[1].sticks.to_array());
         let changed = pair[0].mode != pair[1].mode;
         let moved = before.iter().zip(after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -121,9 +127,9 @@ fn a_gps_outage_of_20_s_is_survived_and_followed_by_a_hover() {
         let flight = config.fly().unwrap();
         println!("outage, seed {seed}: {:?}", flight.transitions);
         assert_eq!(flight.crashed_s, None);
-        assert_eq!(flight.moments.last().unwrap().mode, Mode::Position);
+        assert_eq!(flight.samples.last().unwrap().mode, Mode::Position);
         assert!(flight.transitions.iter().any(|t| t.to == Mode::Attitude));
-        let tilt = flight.moments.iter().map(|m| {
+        let tilt = flight.samples.iter().map(|m| {
             let angles = m.truth.body_to_ned.euler();
             angles.roll_rad.abs().max(angles.pitch_rad.abs())
         });
@@ -135,9 +141,9 @@ fn a_gps_outage_of_20_s_is_survived_and_followed_by_a_hover() {
 fn a_seed_is_a_flight() {
     let config = FlightConfig { duration_s: 30.0, ..FlightConfig::new(autopilot()) };
     let (one, two) = (config.fly().unwrap(), config.fly().unwrap());
-    assert_eq!(one.moments, two.moments);
+    assert_eq!(one.samples, two.samples);
     let other = FlightConfig { seed: 2, ..config }.fly().unwrap();
-    assert_ne!(one.moments.last(), other.moments.last());
+    assert_ne!(one.samples.last(), other.samples.last());
 }
 
 #[test]
@@ -148,15 +154,15 @@ fn the_record_replayed_gives_what_the_autopilot_flew_on() {
     let dir = tempfile::tempdir().unwrap();
     dataset.write(dir.path(), &truth).unwrap();
     let mut read = Dataset::open(dir.path()).unwrap();
-    assert_eq!(read.controls.len(), flight.moments.len());
+    assert_eq!(read.controls.len(), flight.samples.len());
     let settings = read.settings().unwrap();
     let replayed = read.estimate(&settings, |_| {}).solutions;
-    // A solution is replayed as it was at the sample, before a fix or height of the same moment.
+    // A solution is replayed as it was at the sample, before a fix or height of the same sample.
     let aided = |time| {
         flight.fixes.iter().any(|fix| fix.time == time)
             || flight.baro.iter().any(|(measured, _)| *measured == time)
     };
-    let flown = flight.moments.iter().filter_map(|moment| moment.solution);
+    let flown = flight.samples.iter().filter_map(|sample| sample.solution);
     let mut compared = 0;
     for flown in flown.filter(|solution| !aided(solution.time)) {
         let again = replayed.iter().find(|solution| solution.time == flown.time).unwrap();

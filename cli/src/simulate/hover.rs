@@ -10,7 +10,8 @@ use hovernav::frames::Vector;
 use hovernav::time::Time;
 use hovernav_log::{Outage, Reference, score};
 use hovernav_sim::{
-    Disturbance, Feedback, Flight, FlightConfig, HoverStatistics, Order, Spread, WindConfig,
+    Disturbance, Feedback, Flight, FlightConfig, FlightEvent, HorizontalVertical, HoverStatistics,
+    WindConfig,
 };
 use serde::Serialize;
 
@@ -97,7 +98,7 @@ impl FromStr for Blowing {
         let (east, north) = from_deg.to_radians().sin_cos();
         Ok(Self(WindConfig {
             steady_mps: Vector::new(-speed * north, -speed * east, 0.0),
-            gust_sigma_mps: Spread::new(gust, 0.5 * gust),
+            gust_sigma_mps: HorizontalVertical::new(gust, 0.5 * gust),
             passing_mps: speed.max(1.0),
             ..WindConfig::default()
         }))
@@ -152,9 +153,10 @@ impl Flown {
             to: format!("{:?}", change.to).to_lowercase(),
             reason: format!("{:?}", change.reason).to_lowercase(),
         };
-        let thrown = config.orders.iter().filter(|(_, order)| !matches!(order, Order::Add(_)));
+        let thrown =
+            config.events.iter().filter(|(_, order)| !matches!(order, FlightEvent::AddSticks(_)));
         let thrown = thrown.map(|(at_s, _)| {
-            let after = flight.moments.iter().map(|moment| moment.truth);
+            let after = flight.samples.iter().map(|sample| sample.truth);
             let after = after.filter(|truth| (0.0..20.0).contains(&(truth.time.seconds() - at_s)));
             let worst = after.fold((0.0, 0.0), |(tilt, speed), truth| {
                 let angles = truth.body_to_ned.euler();
@@ -170,7 +172,7 @@ impl Flown {
             },
             crashed_s: flight.crashed_s,
             last_mode: flight
-                .moments
+                .samples
                 .last()
                 .map_or_else(|| "none".into(), |last| format!("{:?}", last.mode).to_lowercase()),
             transitions: flight.transitions.iter().map(change).collect(),
@@ -238,21 +240,21 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
     config.seed = arguments.seed;
     for (at, thrown) in arguments.disturbance.iter().enumerate() {
         let at_s = thrown.at_s.unwrap_or(30.0 + 20.0 * at as f64);
-        let order = if arguments.truth { Order::Disturb } else { Order::Push };
-        config.orders.push((at_s, order(thrown.disturbance)));
+        let order = if arguments.truth { FlightEvent::Disturb } else { FlightEvent::Push };
+        config.events.push((at_s, order(thrown.disturbance)));
     }
     if let Some(size) = arguments.test_points {
         // A pilot flies test points, not an autopilot that jumps with each fix.
         config.feedback = Feedback::Truth;
-        config.orders = Order::test_points(30.0, size);
+        config.events = FlightEvent::test_points(30.0, size);
     }
-    config.orders.sort_by(|(one, _), (other, _)| one.total_cmp(other));
-    let last_s = config.orders.last().map(|(at_s, _)| *at_s);
+    config.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+    let last_s = config.events.last().map(|(at_s, _)| *at_s);
     config.duration_s = arguments.duration.unwrap_or(last_s.map_or(120.0, |last| last + 30.0));
     if let Some(last_s) = last_s {
         let what = if arguments.test_points.is_some() { "test point" } else { "disturbance" };
         ensure!(
-            last_s < config.duration_s && config.orders[0].0 >= 0.0,
+            last_s < config.duration_s && config.events[0].0 >= 0.0,
             "{what} at {last_s} s: found a flight of {} s, expected it to happen within",
             config.duration_s
         );

@@ -5,7 +5,7 @@ use std::path::Path;
 use hovernav::ekf::Notice;
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Outage, Reference, Run, Score};
-use hovernav_sim::{Flight, FlightConfig, Moment};
+use hovernav_sim::{Flight, FlightConfig, FlightSample};
 
 use super::hover::Flown;
 use crate::report::page::{Section, Table, TableRow};
@@ -65,21 +65,21 @@ pub fn write(path: &Path, shown: &Shown<'_>) -> anyhow::Result<()> {
     page.write(path)
 }
 
-fn line(flight: &Flight, role: Role, value: impl Fn(&Moment) -> f64) -> Series {
-    let time: Vec<f64> = flight.moments.iter().map(|m| m.truth.time.seconds()).collect();
-    let values: Vec<f64> = flight.moments.iter().map(value).collect();
+fn line(flight: &Flight, role: Role, value: impl Fn(&FlightSample) -> f64) -> Series {
+    let time: Vec<f64> = flight.samples.iter().map(|m| m.truth.time.seconds()).collect();
+    let values: Vec<f64> = flight.samples.iter().map(value).collect();
     Series::line(role, &time, &values, None)
 }
 
 fn rates(flight: &Flight) -> Section {
     let rows =
         ["Roll rate", "Pitch rate", "Yaw rate"].into_iter().enumerate().map(|(axis, name)| {
-            let known = |moment: &Moment| {
-                moment.solution.map_or(f64::NAN, |solution| {
+            let known = |sample: &FlightSample| {
+                sample.solution.map_or(f64::NAN, |solution| {
                     solution.angular_rate_radps.to_array()[axis].to_degrees()
                 })
             };
-            let truth = |m: &Moment| m.truth.angular_rate_radps.to_array()[axis].to_degrees();
+            let truth = |m: &FlightSample| m.truth.angular_rate_radps.to_array()[axis].to_degrees();
             Row::new(name, "°/s").with(line(flight, Role::Reference, truth)).with(line(
                 flight,
                 Role::Estimate,
@@ -97,8 +97,8 @@ fn rates(flight: &Flight) -> Section {
 fn controls(flight: &Flight) -> Section {
     let names = ["Lateral", "Longitudinal", "Collective", "Pedal"];
     let rows = names.into_iter().enumerate().map(|(stick, name)| {
-        let command = |m: &Moment| 100.0 * m.sticks.to_array()[stick];
-        let servo = |m: &Moment| 100.0 * m.servos.to_array()[stick];
+        let command = |m: &FlightSample| 100.0 * m.sticks.to_array()[stick];
+        let servo = |m: &FlightSample| 100.0 * m.servos.to_array()[stick];
         Row::new(name, "%")
             .with(line(flight, Role::Input, command).named("command"))
             .with(line(flight, Role::Second, servo).named("servo"))

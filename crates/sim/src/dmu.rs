@@ -164,7 +164,7 @@ impl MagnetometerConfig {
 
 /// What an inertial unit without error would measure where it is mounted.
 #[derive(Clone, Copy, Debug)]
-pub struct Felt {
+pub struct ImuTruth {
     /// Angular rate against inertial space, rad/s: at the moment of the sample, or for
     /// [`DmuOutput::Increments`] the mean since the sample before.
     pub angular_rate_radps: Vector<Body>,
@@ -174,7 +174,7 @@ pub struct Felt {
     pub body_to_ned: Rotation<Body, Ned>,
 }
 
-/// An inertial unit at work: what it feels goes in at its own rate, its samples come out.
+/// An inertial unit at work: the true motion goes in at its own rate, its samples come out.
 ///
 /// In this order: first-order low-pass (exact for motion that is straight between samples, and for
 /// vibration at any frequency), scale factor, biases and white noise, range, resolution.
@@ -223,7 +223,7 @@ impl SimulatedDmu {
 
     /// The sample at `time`. Samples are expected one period apart; increments are scaled by the
     /// time since the sample before, everything else takes the period for granted.
-    pub fn measure(&mut self, time: Time, felt: &Felt) -> ImuSample {
+    pub fn measure(&mut self, time: Time, truth: &ImuTruth) -> ImuSample {
         let increments = self.output == DmuOutput::Increments;
         let step_s = self.last.map_or(self.period_s, |last| time - last);
         self.last = Some(time);
@@ -232,8 +232,8 @@ impl SimulatedDmu {
             let more = source.next(step_s, increments, self.lags_s, &mut self.vibration_noise);
             shaking = [shaking[0] + more[0], shaking[1] + more[1]];
         }
-        let rate = felt.angular_rate_radps.components();
-        let force = felt.specific_force_mps2.components();
+        let rate = truth.angular_rate_radps.components();
+        let force = truth.specific_force_mps2.components();
         let rate = Vector::claim(self.gyros.measure(rate, shaking[0], increments));
         let force = Vector::claim(self.accelerometers.measure(force, shaking[1], increments));
         let motion = match self.output {
@@ -247,8 +247,8 @@ impl SimulatedDmu {
         ImuSample {
             time,
             motion,
-            attitude: self.attitude.as_mut().map(|attitude| attitude.measure(felt.body_to_ned)),
-            magnetic_field_gauss: self.magnetometer.as_mut().map(|m| m.measure(felt.body_to_ned)),
+            attitude: self.attitude.as_mut().map(|attitude| attitude.measure(truth.body_to_ned)),
+            magnetic_field_gauss: self.magnetometer.as_mut().map(|m| m.measure(truth.body_to_ned)),
         }
     }
 }

@@ -9,25 +9,9 @@ use hovernav::frames::{Body, Ned, Vector};
 use hovernav::gps::Fix;
 use hovernav::time::Time;
 
+use super::axes::HorizontalVertical;
 use super::check::{Checked, ConfigError, finite, finite_vector, frequency, positive, size};
 use super::noise::{GaussMarkov, Noise, Stream};
-
-/// A size along the horizontal axes, each, and along the vertical.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Spread {
-    /// North, and east.
-    pub horizontal: f64,
-    /// Down.
-    pub vertical: f64,
-}
-
-impl Spread {
-    /// Of `horizontal` along north and east each, and `vertical` along down.
-    #[must_use]
-    pub const fn new(horizontal: f64, vertical: f64) -> Self {
-        Self { horizontal, vertical }
-    }
-}
 
 /// The GPS receiver. The default is the thesis's Trimble SK II: 1 Hz, velocity good to 0.2 m/s
 /// horizontally and 0.5 m/s vertically.
@@ -44,15 +28,15 @@ pub struct GpsConfig {
     /// fix arrives at its `time` plus this.
     pub assumed_latency_s: f64,
     /// One-sigma of the white noise of the position, m.
-    pub position_noise_m: Spread,
+    pub position_noise_m: HorizontalVertical,
     /// One-sigma of the slow error (Gauss-Markov) of the position, m.
-    pub position_wander_m: Spread,
+    pub position_wander_m: HorizontalVertical,
     /// Correlation time of the slow error of the position, s.
     pub position_wander_time_s: f64,
     /// One-sigma of the white noise of the velocity, m/s.
-    pub velocity_noise_mps: Spread,
+    pub velocity_noise_mps: HorizontalVertical,
     /// One-sigma of the slow error (Gauss-Markov) of the velocity, m/s.
-    pub velocity_wander_mps: Spread,
+    pub velocity_wander_mps: HorizontalVertical,
     /// Correlation time of the slow error of the velocity, s.
     pub velocity_wander_time_s: f64,
     /// Least step of latitude and longitude, °; 0 for none.
@@ -70,11 +54,11 @@ impl Default for GpsConfig {
             lever_arm_m: Vector::new(-0.35, 0.0, 0.2),
             latency_s: 0.0,
             assumed_latency_s: 0.0,
-            position_noise_m: Spread::new(0.3, 0.6),
-            position_wander_m: Spread::new(1.6, 3.0),
+            position_noise_m: HorizontalVertical::new(0.3, 0.6),
+            position_wander_m: HorizontalVertical::new(1.6, 3.0),
             position_wander_time_s: 60.0,
-            velocity_noise_mps: Spread::new(0.16, 0.4),
-            velocity_wander_mps: Spread::new(0.12, 0.3),
+            velocity_noise_mps: HorizontalVertical::new(0.16, 0.4),
+            velocity_wander_mps: HorizontalVertical::new(0.12, 0.3),
             velocity_wander_time_s: 5.0,
             angle_resolution_deg: 1e-9,
             resolution_m: 1e-3,
@@ -92,11 +76,11 @@ impl GpsConfig {
             lever_arm_m: Vector::ZERO,
             latency_s: 0.0,
             assumed_latency_s: 0.0,
-            position_noise_m: Spread::default(),
-            position_wander_m: Spread::default(),
+            position_noise_m: HorizontalVertical::default(),
+            position_wander_m: HorizontalVertical::default(),
             position_wander_time_s: 1.0,
-            velocity_noise_mps: Spread::default(),
-            velocity_wander_mps: Spread::default(),
+            velocity_noise_mps: HorizontalVertical::default(),
+            velocity_wander_mps: HorizontalVertical::default(),
             velocity_wander_time_s: 1.0,
             angle_resolution_deg: 0.0,
             resolution_m: 0.0,
@@ -204,7 +188,12 @@ struct Channel {
 }
 
 impl Channel {
-    fn new(spreads: [Spread; 2], wander_time_s: f64, period_s: f64, mut noise: Noise) -> Self {
+    fn new(
+        spreads: [HorizontalVertical; 2],
+        wander_time_s: f64,
+        period_s: f64,
+        mut noise: Noise,
+    ) -> Self {
         let [white, slow] = spreads.map(|s| DVec3::new(s.horizontal, s.horizontal, s.vertical));
         let wander = GaussMarkov::new(slow, wander_time_s, period_s, &mut noise);
         let sigma = (white * white + slow * slow).map(f64::sqrt);

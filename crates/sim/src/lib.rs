@@ -12,15 +12,18 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod axes;
 mod baro;
 pub mod campaign;
 mod check;
 mod dmu;
 mod flight;
 mod gps;
+mod leg;
 mod noise;
 mod plan;
 mod servo;
+mod skids;
 mod state;
 mod trajectory;
 mod triad;
@@ -28,12 +31,16 @@ mod vehicle;
 mod vibration;
 mod wind;
 
+pub use axes::HorizontalVertical;
 pub use baro::{BaroConfig, SimulatedBaro};
 pub use check::ConfigError;
-pub use dmu::{AttitudeConfig, DmuConfig, DmuOutput, Felt, MagnetometerConfig, SimulatedDmu};
-pub use flight::{Feedback, Flight, FlightConfig, FlightError, HoverStatistics, Moment, Order};
-pub use gps::{GpsConfig, SimulatedGps, Spread};
-pub use plan::{FlightPlan, Leg, Level};
+pub use dmu::{AttitudeConfig, DmuConfig, DmuOutput, ImuTruth, MagnetometerConfig, SimulatedDmu};
+pub use flight::{
+    Feedback, Flight, FlightConfig, FlightError, FlightEvent, FlightSample, HoverStatistics,
+};
+pub use gps::{GpsConfig, SimulatedGps};
+pub use leg::{Leg, Level};
+pub use plan::FlightPlan;
 pub use servo::{ServoConfig, SimulatedServo};
 pub use state::State;
 pub use trajectory::{Trajectory, TrajectoryError};
@@ -92,7 +99,9 @@ pub fn fly(
             }
         };
         let body_to_ned = now.body_to_ned;
-        imu.push(dmu.measure(time, &Felt { angular_rate_radps, specific_force_mps2, body_to_ned }));
+        imu.push(
+            dmu.measure(time, &ImuTruth { angular_rate_radps, specific_force_mps2, body_to_ned }),
+        );
         truth.push(now.truth(time));
         (before_time, before) = (time, now);
     }

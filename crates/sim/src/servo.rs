@@ -29,7 +29,7 @@ impl Default for ServoConfig {
 }
 
 impl ServoConfig {
-    /// A servo that stands where it is told.
+    /// A servo without lag, limit or dead band.
     pub const IDEAL: Self = Self {
         bandwidth_hz: f64::INFINITY,
         rate_per_s: f64::INFINITY,
@@ -67,9 +67,10 @@ impl SimulatedServo {
     /// Where it stands after `interval_s` under `command`.
     pub fn step(&mut self, command: f64, interval_s: f64) -> f64 {
         let ServoConfig { bandwidth_hz, rate_per_s, dead_band, resolution } = self.config;
-        let told = command.clamp(-1.0, 1.0);
-        let told = if resolution > 0.0 { (told / resolution).round() * resolution } else { told };
-        let error = told - self.position;
+        let target = command.clamp(-1.0, 1.0);
+        let target =
+            if resolution > 0.0 { (target / resolution).round() * resolution } else { target };
+        let error = target - self.position;
         if error.abs() > dead_band {
             let answered = 1.0 - (-core::f64::consts::TAU * bandwidth_hz * interval_s).exp();
             let fastest = rate_per_s * interval_s;

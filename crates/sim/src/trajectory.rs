@@ -12,7 +12,7 @@ use hovernav::glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
 use hovernav::earth::{Geodetic, Local};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 
-use super::plan::{Leg, Level};
+use super::leg::{Leg, Level};
 use super::state::State;
 
 /// Longest flight, s.
@@ -51,9 +51,9 @@ pub enum TrajectoryError {
     /// The flight is longer than four hours.
     #[error("the flight takes {0} s; at most 14400 s can be simulated")]
     TooLong(f64),
-    /// The flight leads to where there is no north.
+    /// The flight leads to a place without north, east and down: a pole.
     #[error("after {time_s} s the flight is at {place:?}, where one cannot navigate")]
-    Astray {
+    NotNavigable {
         /// When, s from the start.
         time_s: f64,
         /// Where.
@@ -246,7 +246,7 @@ impl Trajectory {
         for knot in 0..=last {
             let time_s = f64::from(knot) * KNOT_S;
             if !geodetic(place).is_navigable() {
-                return Err(TrajectoryError::Astray { time_s, place: geodetic(place) });
+                return Err(TrajectoryError::NotNavigable { time_s, place: geodetic(place) });
             }
             self.knots.push(Knot { place, step: geodetic_step(place, velocity * KNOT_S) });
             let halfway = self.velocity(time_s + 0.5 * KNOT_S);

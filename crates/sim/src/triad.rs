@@ -200,11 +200,11 @@ impl Triad {
     /// What the sensors put out for what they feel: `motion` goes through the low-pass, `vibration`
     /// has been through it. With `carry`, what rounding leaves out is kept for the next sample.
     pub(super) fn measure(&mut self, motion: DVec3, vibration: DVec3, carry: bool) -> DVec3 {
-        let felt = self.low_pass.next(motion) + vibration;
+        let filtered = self.low_pass.next(motion) + vibration;
         let error =
             self.bias + self.wander.next(&mut self.noise) + self.white_sigma * self.noise.normal3();
         let value =
-            (self.scale * felt + error).clamp(DVec3::splat(-self.range), DVec3::splat(self.range));
+            (self.scale * filtered + error).clamp(DVec3::splat(-self.range), DVec3::splat(self.range));
         if self.resolution == 0.0 {
             return value;
         }

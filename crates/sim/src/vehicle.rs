@@ -4,6 +4,7 @@ use hovernav::glam::DVec3;
 
 use super::check::{Checked, ConfigError, finite, positive, size};
 use super::servo::{ServoConfig, SimulatedServo};
+use super::skids;
 use super::state::State;
 use hovernav::controls::Sticks;
 use hovernav::earth::{Geodetic, Local};
@@ -54,19 +55,6 @@ impl VehicleConfig {
     }
 }
 
-/// The feet of the skids from the centre of gravity, m.
-const FEET_M: [DVec3; 4] = [
-    DVec3::new(0.25, 0.18, 0.38),
-    DVec3::new(0.25, -0.18, 0.38),
-    DVec3::new(-0.25, 0.18, 0.38),
-    DVec3::new(-0.25, -0.18, 0.38),
-];
-/// One foot's stiffness, N/m, damping, N·s/m, and friction.
-const FOOT_STIFFNESS_NPM: f64 = 4000.0;
-const FOOT_DAMPING_NSPM: f64 = 120.0;
-const FRICTION: f64 = 0.6;
-/// Sliding slower than this is resisted in proportion, m/s.
-const SLIDE_MPS: f64 = 0.1;
 /// What the skids do not survive: sink rate, m/s, and tilt, rad.
 const HARD_MPS: f64 = 2.5;
 const TIPPED_RAD: f64 = 0.6;
@@ -109,7 +97,7 @@ impl Push {
     }
 }
 
-/// What throws a vehicle out of its motion: the disturbances of Paw (2005), table 6.1.
+/// A step in the vehicle's state, as the disturbances of Paw (2005), table 6.1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbance {
     /// Roll, pitch and heading, rad.
@@ -151,7 +139,7 @@ impl Vehicle {
         })
     }
 
-    /// Throws the vehicle out of its motion.
+    /// Adds `disturbance` to the state at once.
     pub fn disturb(&mut self, disturbance: &Disturbance) {
         let [roll, pitch, yaw] = disturbance.attitude_rad;
         let angles = self.motion.body_to_ned.euler();
@@ -164,7 +152,7 @@ impl Vehicle {
         self.motion.velocity_mps += disturbance.velocity_mps;
     }
 
-    /// Throws the vehicle out of its motion so that inertial sensors feel it: rates at once, velocity
+    /// Adds `disturbance` to the state so that inertial sensors measure it: rates at once, velocity
     /// and attitude within 0.3 s.
     pub fn push(&mut self, disturbance: &Disturbance) {
         self.motion.rate_radps += disturbance.rate_radps;
@@ -230,7 +218,7 @@ impl Vehicle {
         change.specific_force_mps2 += self.pushed.0;
         let height_m = self.position.height_m - self.config.ground_m;
         if height_m < 1.0 {
-            let (force, moment) = ground_reaction(motion, height_m);
+            let (force, moment) = skids::reaction(motion, height_m);
             let parameters = self.helicopter.parameters();
             let push = force * (1.0 / parameters.mass_kg);
             change.velocity_mps2 += push;
@@ -243,10 +231,7 @@ impl Vehicle {
 
     fn strikes(&self) -> bool {
         let height_m = self.position.height_m - self.config.ground_m;
-        let lowest = FEET_M
-            .iter()
-            .map(|&foot| (self.motion.body_to_ned * Vector::<Body>::claim(foot)).z())
-            .fold(f64::NEG_INFINITY, f64::max);
+        let lowest = skids::lowest_foot_m(self.motion.body_to_ned);
         let angles = self.motion.body_to_ned.euler();
         let tilt = angles.roll_rad.abs().max(angles.pitch_rad.abs());
         let touching = lowest > height_m;
@@ -298,29 +283,6 @@ impl Vehicle {
             local,
         }
     }
-}
-
-/// Force and moment of the ground on the skids, the centre of gravity `height_m` above it.
-fn ground_reaction(motion: &HelicopterState, height_m: f64) -> (Vector<Body>, Vector<Body>) {
-    let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
-    for foot in FEET_M {
-        let arm: Vector<Body> = Vector::claim(foot);
-        let depth_m = (motion.body_to_ned * arm).z() - height_m;
-        if depth_m <= 0.0 {
-            continue;
-        }
-        let velocity: Vector<Ned> =
-            motion.body_to_ned * (motion.velocity_mps + motion.rate_radps.cross(arm));
-        let [north, east, down] = velocity.to_array();
-        let normal = (FOOT_STIFFNESS_NPM * depth_m + FOOT_DAMPING_NSPM * down).max(0.0);
-        let sliding = north.hypot(east);
-        let grip = -FRICTION * normal / sliding.max(SLIDE_MPS);
-        let push: Vector<Ned> = Vector::new(grip * north, grip * east, -normal);
-        let push = motion.body_to_ned.inverse() * push;
-        force += push;
-        moment += arm.cross(push);
-    }
-    (force, moment)
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use hovernav::glam::DVec3;
 
+use super::axes::HorizontalVertical;
 use super::check::{Checked, ConfigError, finite_vector, positive, size};
-use super::gps::Spread;
 use super::noise::{Noise, Stream};
 use hovernav::frames::{Ned, Vector};
 
@@ -14,9 +14,9 @@ pub struct WindConfig {
     /// The steady wind, the direction it blows to, m/s.
     pub steady_mps: Vector<Ned>,
     /// One-sigma of the gusts, m/s.
-    pub gust_sigma_mps: Spread,
+    pub gust_sigma_mps: HorizontalVertical,
     /// Length scale of the gusts, m.
-    pub gust_length_m: Spread,
+    pub gust_length_m: HorizontalVertical,
     /// Speed at which the gusts pass, m/s: the vehicle's through the air, and no less than 1 m/s, so
     /// that gusts pass a hover in calm air too.
     pub passing_mps: f64,
@@ -27,8 +27,8 @@ impl Default for WindConfig {
     fn default() -> Self {
         Self {
             steady_mps: Vector::new(2.12, -2.12, 0.0),
-            gust_sigma_mps: Spread::new(1.5, 0.8),
-            gust_length_m: Spread::new(67.0, 10.0),
+            gust_sigma_mps: HorizontalVertical::new(1.5, 0.8),
+            gust_length_m: HorizontalVertical::new(67.0, 10.0),
             passing_mps: 3.0,
         }
     }
@@ -38,7 +38,11 @@ impl WindConfig {
     /// No wind at all.
     #[must_use]
     pub fn calm() -> Self {
-        Self { steady_mps: Vector::ZERO, gust_sigma_mps: Spread::default(), ..Self::default() }
+        Self {
+            steady_mps: Vector::ZERO,
+            gust_sigma_mps: HorizontalVertical::default(),
+            ..Self::default()
+        }
     }
 
     fn check(&self) -> Checked {
@@ -89,8 +93,8 @@ impl Wind {
         Ok(Self { config: *config, noise, along, across: DVec3::Z.cross(along), filters })
     }
 
-    /// The wind over the next period, m/s.
-    pub fn blow(&mut self) -> Vector<Ned> {
+    /// The wind over the next period, m/s, towards which it blows.
+    pub fn next(&mut self) -> Vector<Ned> {
         let [along, across, down] = self.filters.each_mut().map(|f| f.next(&mut self.noise));
         let gust = self.along * along + self.across * across + DVec3::Z * down;
         self.config.steady_mps + Vector::claim(gust)
@@ -152,7 +156,7 @@ mod tests {
 
     fn gusts(config: &WindConfig, count: usize) -> Vec<[f64; 3]> {
         let mut wind = Wind::new(config, 0.03, 5).unwrap();
-        (0..count).map(|_| (wind.blow() - config.steady_mps).to_array()).collect()
+        (0..count).map(|_| (wind.next() - config.steady_mps).to_array()).collect()
     }
 
     fn correlation(values: &[f64], lag: usize) -> f64 {
@@ -165,8 +169,8 @@ mod tests {
         // Short scales, so that 300 000 samples are 9000 of them.
         let config = WindConfig {
             steady_mps: Vector::new(3.0, 0.0, 0.0),
-            gust_sigma_mps: Spread::new(1.5, 0.8),
-            gust_length_m: Spread::new(4.0, 4.0),
+            gust_sigma_mps: HorizontalVertical::new(1.5, 0.8),
+            gust_length_m: HorizontalVertical::new(4.0, 4.0),
             passing_mps: 4.0,
         };
         let gusts = gusts(&config, 300_000);
@@ -187,6 +191,6 @@ mod tests {
         let config = WindConfig::default();
         assert_eq!(gusts(&config, 10), gusts(&config, 10));
         let mut calm = Wind::new(&WindConfig::calm(), 0.03, 1).unwrap();
-        assert!((0..10).all(|_| calm.blow() == Vector::ZERO));
+        assert!((0..10).all(|_| calm.next() == Vector::ZERO));
     }
 }

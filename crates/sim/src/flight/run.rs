@@ -1,10 +1,11 @@
 //! A flight under way, sample by sample.
 
-use super::{Feedback, Flight, FlightConfig, FlightError, Moment, Order};
+use super::config::{Feedback, FlightConfig, FlightError, FlightEvent};
+use super::record::{Flight, FlightSample};
 use crate::State;
 use crate::baro::SimulatedBaro;
 use crate::check::positive;
-use crate::dmu::{DmuOutput, Felt, SimulatedDmu};
+use crate::dmu::{DmuOutput, ImuTruth, SimulatedDmu};
 use crate::gps::SimulatedGps;
 use crate::vehicle::Vehicle;
 use crate::wind::Wind;
@@ -19,11 +20,30 @@ use hovernav::time::Time;
 use hovernav_log::Truth;
 use hovernav_model::helicopter::Helicopter;
 
+impl FlightConfig {
+    /// Flies it.
+    ///
+    /// # Errors
+    /// [`FlightError`].
+    pub fn fly(&self) -> Result<Flight, FlightError> {
+        let mut run = RunningFlight::new(self)?;
+        let last = (self.duration_s / run.period_s + 1e-6) as u64;
+        for sample in 0..=last {
+            run.sample(sample)?;
+            if run.vehicle.has_crashed() {
+                run.flight.crashed_s = Some(sample as f64 * run.period_s);
+                break;
+            }
+        }
+        Ok(run.flight)
+    }
+}
+
 /// A flight under way.
-pub(super) struct Run<'a> {
+struct RunningFlight<'a> {
     config: &'a FlightConfig,
-    pub period_s: f64,
-    pub vehicle: Vehicle,
+    period_s: f64,
+    vehicle: Vehicle,
     wind: Wind,
     dmu: SimulatedDmu,
     gps: SimulatedGps,
@@ -38,14 +58,14 @@ pub(super) struct Run<'a> {
     autopilot: HoverAutopilot,
     engaged: bool,
     added: Sticks,
-    orders: std::slice::Iter<'a, (f64, Order)>,
+    events: std::slice::Iter<'a, (f64, FlightEvent)>,
     /// The command of the sample before, which acts now.
     acting: Sticks,
-    pub flight: Flight,
+    flight: Flight,
 }
 
-impl<'a> Run<'a> {
-    pub fn new(config: &'a FlightConfig) -> Result<Self, FlightError> {
+impl<'a> RunningFlight<'a> {
+    fn new(config: &'a FlightConfig) -> Result<Self, FlightError> {
         if !config.start.is_navigable() {
             return Err(FlightError::Start(config.start));
         }
@@ -88,14 +108,14 @@ impl<'a> Run<'a> {
             autopilot: HoverAutopilot::new(config.autopilot)?,
             engaged: true,
             added: Sticks::NEUTRAL,
-            orders: config.orders.iter(),
+            events: config.events.iter(),
             acting: config.autopilot.trim.sticks,
             flight: Flight {
                 manifest,
                 imu: Vec::with_capacity(samples),
                 fixes: Vec::new(),
                 baro: Vec::new(),
-                moments: Vec::with_capacity(samples),
+                samples: Vec::with_capacity(samples),
                 transitions: Vec::new(),
                 crashed_s: None,
             },
@@ -105,21 +125,21 @@ impl<'a> Run<'a> {
     }
 
     /// Sensors, estimator, autopilot, and the vehicle on to the next sample.
-    pub fn sample(&mut self, sample: u64) -> Result<(), FlightError> {
+    fn sample(&mut self, sample: u64) -> Result<(), FlightError> {
         let time_s = sample as f64 * self.period_s;
         let time = Time::ZERO + time_s;
-        let mut ordered = Ok(());
-        while let Some((_, order)) =
-            self.orders.as_slice().first().filter(|(due_s, _)| *due_s <= time_s + 1e-9)
+        let mut applied = Ok(());
+        while let Some((_, event)) =
+            self.events.as_slice().first().filter(|(due_s, _)| *due_s <= time_s + 1e-9)
         {
-            self.orders.next();
-            ordered = ordered.and(self.obey(order, time_s));
+            self.events.next();
+            applied = applied.and(self.apply(event, time_s));
         }
-        ordered?;
+        applied?;
 
         let state = self.vehicle.state();
         let truth = state.truth(time);
-        self.sense(time, &state);
+        self.measure(time, &state);
         let solution = match self.config.feedback {
             Feedback::Estimator => self.estimator.solution(),
             Feedback::Truth => Some(exact(&truth)),
@@ -141,8 +161,8 @@ impl<'a> Run<'a> {
         let sticks = Sticks::from_array(std::array::from_fn(|stick| {
             (flown[stick] + added[stick]).clamp(-1.0, 1.0)
         }));
-        let wind_mps = self.wind.blow();
-        self.flight.moments.push(Moment {
+        let wind_mps = self.wind.next();
+        self.flight.samples.push(FlightSample {
             truth,
             solution,
             mode: outputs.mode,
@@ -155,27 +175,27 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn obey(&mut self, order: &Order, time_s: f64) -> Result<(), FlightError> {
-        match *order {
-            Order::Go(set_point) => self
+    fn apply(&mut self, event: &FlightEvent, time_s: f64) -> Result<(), FlightError> {
+        match *event {
+            FlightEvent::SetPoint(set_point) => self
                 .autopilot
                 .set(set_point)
-                .map_err(|source| FlightError::Order { time_s, source })?,
-            Order::Disturb(disturbance) => self.vehicle.disturb(&disturbance),
-            Order::Push(disturbance) => self.vehicle.push(&disturbance),
-            Order::Engage(engaged) => self.engaged = engaged,
-            Order::Pilot(sticks) => self.pilot_sticks = sticks,
-            Order::Add(sticks) => self.added = sticks,
+                .map_err(|source| FlightError::SetPoint { time_s, source })?,
+            FlightEvent::Disturb(disturbance) => self.vehicle.disturb(&disturbance),
+            FlightEvent::Push(disturbance) => self.vehicle.push(&disturbance),
+            FlightEvent::Engage(engaged) => self.engaged = engaged,
+            FlightEvent::PilotSticks(sticks) => self.pilot_sticks = sticks,
+            FlightEvent::AddSticks(sticks) => self.added = sticks,
         }
         Ok(())
     }
 
     /// What the sensors say at `time`, to the record and to the estimator.
-    fn sense(&mut self, time: Time, state: &State) {
+    fn measure(&mut self, time: Time, state: &State) {
         let config = self.config;
         let sample = self.dmu.measure(
             time,
-            &Felt {
+            &ImuTruth {
                 angular_rate_radps: state.inertial_rate_radps,
                 specific_force_mps2: state.specific_force_at(config.dmu.lever_arm_m),
                 body_to_ned: state.body_to_ned,
@@ -189,7 +209,7 @@ impl<'a> Run<'a> {
         let due = |count: u64, rate_hz: f64| Time::ZERO + count as f64 / rate_hz <= time;
         while due(self.next_fix, config.gps.rate_hz) {
             self.next_fix += 1;
-            // A receiver measures at its own moments; the samples are close enough to share one.
+            // A receiver measures at its own samples; the samples are close enough to share one.
             let antenna = state.at_point(config.gps.lever_arm_m);
             if let Some(fix) = self.gps.measure(time, &antenna.position, antenna.velocity_mps) {
                 self.pending_fixes.push((time + config.gps.latency_s, fix));

@@ -1,9 +1,9 @@
 //! How well a flight went.
 
-use super::{Flight, Moment};
+use super::record::{Flight, FlightSample};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, wrap_angle};
 
-/// How well a hover was held, from a moment on.
+/// How well a hover was held, from a sample on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HoverStatistics {
     /// Root mean square of u, v, w, m/s.
@@ -28,56 +28,56 @@ impl Flight {
     /// where the flight did not last so long.
     #[must_use]
     pub fn statistics(&self, from_s: f64) -> HoverStatistics {
-        let held = self.moments.partition_point(|moment| moment.truth.time.seconds() < from_s);
-        let held = self.moments.get(held..).unwrap_or_default();
-        let Some(first) = held.first().map(|moment| moment.truth) else {
+        let held = self.samples.partition_point(|sample| sample.truth.time.seconds() < from_s);
+        let held = self.samples.get(held..).unwrap_or_default();
+        let Some(first) = held.first().map(|sample| sample.truth) else {
             return HoverStatistics::default();
         };
         let [_, _, heading] = angles(&first.body_to_ned);
-        let rms = |value: &dyn Fn(&Moment) -> f64| {
-            let squares: f64 = held.iter().map(|moment| value(moment).powi(2)).sum();
+        let rms = |value: &dyn Fn(&FlightSample) -> f64| {
+            let squares: f64 = held.iter().map(|sample| value(sample).powi(2)).sum();
             (squares / held.len() as f64).sqrt()
         };
-        let spread = |value: &dyn Fn(&Moment) -> f64| {
+        let spread = |value: &dyn Fn(&FlightSample) -> f64| {
             let mean = held.iter().map(value).sum::<f64>() / held.len() as f64;
-            rms(&|moment| value(moment) - mean)
+            rms(&|sample| value(sample) - mean)
         };
         let axes = [0, 1, 2];
         HoverStatistics {
             velocity_rms_mps: axes.map(|axis| {
-                rms(&|moment| {
-                    let truth = &moment.truth;
+                rms(&|sample| {
+                    let truth = &sample.truth;
                     (truth.body_to_ned.inverse() * truth.velocity_mps).to_array()[axis]
                 })
             }),
             attitude_rms_deg: [
-                spread(&|moment| angles(&moment.truth.body_to_ned)[0].to_degrees()),
-                spread(&|moment| angles(&moment.truth.body_to_ned)[1].to_degrees()),
+                spread(&|sample| angles(&sample.truth.body_to_ned)[0].to_degrees()),
+                spread(&|sample| angles(&sample.truth.body_to_ned)[1].to_degrees()),
             ],
             heading_worst_deg: held
                 .iter()
-                .map(|moment| {
-                    let [_, _, yaw] = angles(&moment.truth.body_to_ned);
+                .map(|sample| {
+                    let [_, _, yaw] = angles(&sample.truth.body_to_ned);
                     wrap_angle(yaw - heading).abs().to_degrees()
                 })
                 .fold(0.0, f64::max),
             position_rms_m: axes.map(|axis| {
-                rms(&|moment| {
-                    moment.truth.position.displacement_from(&first.position).to_array()[axis]
+                rms(&|sample| {
+                    sample.truth.position.displacement_from(&first.position).to_array()[axis]
                 })
             }),
             velocity_error_rms_mps: axes.map(|axis| {
-                rms(&|moment| {
-                    moment.solution.map_or(f64::NAN, |solution| {
-                        (solution.velocity_mps - moment.truth.velocity_mps).to_array()[axis]
+                rms(&|sample| {
+                    sample.solution.map_or(f64::NAN, |solution| {
+                        (solution.velocity_mps - sample.truth.velocity_mps).to_array()[axis]
                     })
                 })
             }),
             attitude_error_rms_deg: axes.map(|axis| {
-                rms(&|moment| {
-                    moment.solution.map_or(f64::NAN, |solution| {
+                rms(&|sample| {
+                    sample.solution.map_or(f64::NAN, |solution| {
                         let found = angles(&solution.body_to_ned)[axis];
-                        wrap_angle(found - angles(&moment.truth.body_to_ned)[axis]).to_degrees()
+                        wrap_angle(found - angles(&sample.truth.body_to_ned)[axis]).to_degrees()
                     })
                 })
             }),

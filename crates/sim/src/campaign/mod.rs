@@ -20,190 +20,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod airframe;
+mod grade;
+
+pub use airframe::{AirframeUncertainty, UNCERTAIN};
+pub use grade::SensorGrade;
+
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
-
+use super::axes::HorizontalVertical;
+use super::dmu::DmuConfig;
+use super::flight::{FlightConfig, FlightError, HoverStatistics};
 use super::noise::{Noise, Stream};
-use super::{DmuConfig, FlightConfig, FlightError, GpsConfig, HoverStatistics, Spread};
 use hovernav::autopilot::{HoverConfig, Mode};
 use hovernav::frames::Vector;
-use hovernav_model::StateSpace;
-use hovernav_model::helicopter::HelicopterParameters;
-
-/// How good the sensors are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SensorGrade {
-    /// Those of Paw (2005): an AHRS of its time and a 1 Hz receiver.
-    Thesis,
-    /// A MEMS unit of today and a 5 Hz receiver.
-    Modern,
-    /// Twice the errors of the first.
-    Poor,
-}
-
-impl SensorGrade {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Thesis, Self::Modern, Self::Poor];
-
-    /// Its name: `thesis`, `modern` or `poor`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Thesis => "thesis",
-            Self::Modern => "modern",
-            Self::Poor => "poor",
-        }
-    }
-
-    /// Its sensors.
-    #[must_use]
-    pub fn sensors(self) -> (DmuConfig, GpsConfig) {
-        let (errors, rate_hz) = match self {
-            Self::Thesis => (1.0, 1.0),
-            Self::Modern => (0.4, 5.0),
-            Self::Poor => (2.0, 1.0),
-        };
-        let (mut dmu, mut gps) =
-            (DmuConfig::default(), GpsConfig { rate_hz, ..GpsConfig::default() });
-        let gyro = &mut dmu.gyro;
-        for error in [
-            &mut gyro.turn_on_bias_sigma_degps,
-            &mut gyro.wandering_bias_sigma_degps,
-            &mut gyro.angle_random_walk_deg_per_sqrt_h,
-            &mut gyro.scale_factor_sigma,
-        ] {
-            *error *= errors;
-        }
-        let accelerometer = &mut dmu.accelerometer;
-        for error in [
-            &mut accelerometer.turn_on_bias_sigma_mps2,
-            &mut accelerometer.wandering_bias_sigma_mps2,
-            &mut accelerometer.velocity_random_walk_mps_per_sqrt_h,
-            &mut accelerometer.scale_factor_sigma,
-        ] {
-            *error *= errors;
-        }
-        if let Some(magnetometer) = &mut dmu.magnetometer {
-            magnetometer.hard_iron_sigma_gauss *= errors;
-            magnetometer.noise_sigma_gauss *= errors;
-        }
-        for Spread { horizontal, vertical } in [
-            &mut gps.position_noise_m,
-            &mut gps.position_wander_m,
-            &mut gps.velocity_noise_mps,
-            &mut gps.velocity_wander_mps,
-        ] {
-            *horizontal *= errors;
-            *vertical *= errors;
-        }
-        (dmu, gps)
-    }
-}
-
-/// What of the airframe is not exactly known. Each is a derivative of the hover model, and the airframe
-/// flown has the physical cause of it off by the same share.
-pub const UNCERTAIN: [&str; 10] =
-    ["mass", "Lb", "Ma", "Blat", "Alon", "Zcol", "Nr", "Nped", "Xu", "Yv"];
-
-/// How well the airframe is known: the joint spread of [`UNCERTAIN`], as shares.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AirframeUncertainty {
-    /// L with L Lᵀ the covariance of the shares.
-    root: DMatrix<f64>,
-    /// Those of [`UNCERTAIN`] that an identified covariance gave.
-    identified: Vec<&'static str>,
-}
-
-impl Default for AirframeUncertainty {
-    /// Each for itself: mass 5 %, all others 10 %, one sigma.
-    fn default() -> Self {
-        let shares = UNCERTAIN.map(|name| if name == "mass" { 0.05 } else { 0.1 });
-        let root = DMatrix::from_diagonal(&DVector::from_row_slice(&shares));
-        Self { root, identified: Vec::new() }
-    }
-}
-
-impl AirframeUncertainty {
-    /// As an identified `model` knows it: where its parameters have a covariance, that, correlations
-    /// and all; the default for what it does not name. In a model without flapping, Lp and Mq stand for
-    /// Lb and Ma, Llat and Mlon for Blat and Alon: by whichever the stick or the damping reaches the
-    /// rate.
-    #[must_use]
-    pub fn of_model(model: &StateSpace) -> Self {
-        let stands_for = |name: &'static str| match name {
-            "Lb" => "Lp",
-            "Ma" => "Mq",
-            "Blat" => "Llat",
-            "Alon" => "Mlon",
-            other => other,
-        };
-        let parameters = model.parameters();
-        let place = |name: &str| parameters.iter().position(|parameter| parameter.name == name);
-        let places = UNCERTAIN.map(|name| place(name).or_else(|| place(stands_for(name))));
-        let mut known = Self::default();
-        let Some(covariance) = model.covariance() else { return known };
-        let mut shares = &known.root * known.root.transpose();
-        for (row, at_row) in places.iter().enumerate() {
-            for (column, at_column) in places.iter().enumerate() {
-                if let (&Some(one), &Some(other)) = (at_row, at_column) {
-                    let scale = parameters[one].value * parameters[other].value;
-                    let share = covariance[(one, other)] / scale;
-                    shares[(row, column)] = if share.is_finite() { share } else { 0.0 };
-                }
-            }
-        }
-        let eigen = shares.symmetric_eigen();
-        let spreads = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
-        known.root = eigen.eigenvectors * DMatrix::from_diagonal(&spreads);
-        known.identified = UNCERTAIN
-            .into_iter()
-            .zip(places)
-            .filter_map(|(name, place)| place.map(|_| name))
-            .collect();
-        known
-    }
-
-    /// Those of [`UNCERTAIN`] that an identified covariance gave.
-    #[must_use]
-    pub fn identified(&self) -> &[&'static str] {
-        &self.identified
-    }
-
-    /// Factors on [`UNCERTAIN`], none further off than from a third to three times.
-    fn draw(&self, noise: &mut Noise) -> [f64; UNCERTAIN.len()] {
-        let normal = DVector::from_fn(UNCERTAIN.len(), |_, _| noise.normal());
-        let off = &self.root * normal;
-        UNCERTAIN.map(|name| {
-            let at = UNCERTAIN.iter().position(|own| *own == name).unwrap_or_default();
-            (1.0 + off[at]).clamp(1.0 / 3.0, 3.0)
-        })
-    }
-}
-
-/// The airframe with the causes of [`UNCERTAIN`] off by `factors`.
-fn airframe(
-    nominal: &HelicopterParameters,
-    factors: &[f64; UNCERTAIN.len()],
-) -> HelicopterParameters {
-    let [mass, lb, ma, blat, alon, zcol, nr, nped, xu, yv] = *factors;
-    let mut airframe = *nominal;
-    airframe.mass_kg *= mass;
-    // The hub's moment per flapping over the inertia.
-    airframe.inertia_kgm2[0] /= lb;
-    airframe.inertia_kgm2[1] /= ma;
-    airframe.lateral_cyclic_rad *= blat;
-    airframe.bar.lateral_tilt_rad *= blat;
-    airframe.longitudinal_cyclic_rad *= alon;
-    airframe.bar.longitudinal_tilt_rad *= alon;
-    airframe.collective_rad *= zcol;
-    // The tail's gyro damps; full pedal asks it for a rate.
-    airframe.gyro_gain_s *= nr;
-    airframe.pedal_rate_radps *= nped / nr;
-    airframe.fuselage_area_m2[0] *= xu;
-    airframe.fuselage_area_m2[1] *= yv;
-    airframe
-}
 
 /// What is flown again and again, and what is drawn anew each time.
 #[derive(Clone, Debug, PartialEq)]
@@ -343,7 +173,7 @@ impl Campaign {
         gps.outages_s.extend(draw.outage_s.clone());
         let [north, east] = draw.wind_mps;
         let mut flight = FlightConfig {
-            helicopter: airframe(&self.nominal.helicopter, &draw.factors),
+            helicopter: airframe::airframe(&self.nominal.helicopter, &draw.factors),
             dmu: DmuConfig { rate_hz: self.nominal.dmu.rate_hz, ..dmu },
             gps,
             duration_s: self.duration_s,
@@ -352,7 +182,7 @@ impl Campaign {
         };
         let wind = &mut flight.wind;
         wind.steady_mps = Vector::new(north, east, 0.0);
-        wind.gust_sigma_mps = Spread::new(draw.gust_mps, 0.5 * draw.gust_mps);
+        wind.gust_sigma_mps = HorizontalVertical::new(draw.gust_mps, 0.5 * draw.gust_mps);
         wind.passing_mps = north.hypot(east).max(1.0);
         flight
     }
@@ -364,13 +194,13 @@ impl Campaign {
     pub fn fly(&self, draw: &Draw) -> Result<CampaignResult, FlightError> {
         let flight = self.flight(draw).fly()?;
         let judged = flight
-            .moments
-            .partition_point(|moment| moment.truth.time.seconds() < self.judged_from_s);
-        let judged = flight.moments.get(judged..).unwrap_or_default();
+            .samples
+            .partition_point(|sample| sample.truth.time.seconds() < self.judged_from_s);
+        let judged = flight.samples.get(judged..).unwrap_or_default();
         let tilt = |angles: hovernav::frames::EulerAngles| angles.roll_rad.hypot(angles.pitch_rad);
         let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-        let station = judged.first().map(|moment| moment.truth.position);
-        let outcome = match flight.moments.last().map(|moment| moment.mode) {
+        let station = judged.first().map(|sample| sample.truth.position);
+        let outcome = match flight.samples.last().map(|sample| sample.mode) {
             _ if flight.crashed_s.is_some() => Outcome::Crashed,
             Some(Mode::Position) => Outcome::Hovered,
             Some(Mode::Manual) | None => Outcome::NotEngaged,
@@ -412,8 +242,10 @@ pub fn percentile(values: &[f64], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::DMatrix;
+
     use hovernav::autopilot::Gains;
-    use hovernav_model::{Parameter, Signal, TimeDomain};
+    use hovernav_model::{Parameter, Signal, StateSpace, TimeDomain};
 
     fn campaign() -> Campaign {
         Campaign::new(HoverConfig::new(1.0 / 33.0, Gains::default()))
@@ -427,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn draws_have_the_spread_they_are_told() {
+    fn draws_have_the_standard_deviation_asked_for() {
         let campaign = campaign();
         let draws: Vec<Draw> = (1..=4000).map(|seed| campaign.draw(seed)).collect();
         for (index, name) in UNCERTAIN.into_iter().enumerate() {

@@ -1,0 +1,49 @@
+//! The skids on the ground.
+
+use hovernav::glam::DVec3;
+
+use hovernav::frames::{Body, Ned, Rotation, Vector};
+use hovernav_model::helicopter::HelicopterState;
+
+/// The feet of the skids from the centre of gravity, m.
+const FEET_M: [DVec3; 4] = [
+    DVec3::new(0.25, 0.18, 0.38),
+    DVec3::new(0.25, -0.18, 0.38),
+    DVec3::new(-0.25, 0.18, 0.38),
+    DVec3::new(-0.25, -0.18, 0.38),
+];
+/// One foot's stiffness, N/m, damping, N·s/m, and friction.
+const FOOT_STIFFNESS_NPM: f64 = 4000.0;
+const FOOT_DAMPING_NSPM: f64 = 120.0;
+const FRICTION: f64 = 0.6;
+/// Sliding slower than this is resisted in proportion, m/s.
+const SLIDE_MPS: f64 = 0.1;
+
+/// How far below the centre of gravity the lowest foot is, m.
+pub(super) fn lowest_foot_m(body_to_ned: Rotation<Body, Ned>) -> f64 {
+    let feet = FEET_M.iter().map(|&foot| (body_to_ned * Vector::<Body>::claim(foot)).z());
+    feet.fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Force and moment of the ground on the skids, the centre of gravity `height_m` above it.
+pub(super) fn reaction(motion: &HelicopterState, height_m: f64) -> (Vector<Body>, Vector<Body>) {
+    let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
+    for foot in FEET_M {
+        let arm: Vector<Body> = Vector::claim(foot);
+        let depth_m = (motion.body_to_ned * arm).z() - height_m;
+        if depth_m <= 0.0 {
+            continue;
+        }
+        let velocity: Vector<Ned> =
+            motion.body_to_ned * (motion.velocity_mps + motion.rate_radps.cross(arm));
+        let [north, east, down] = velocity.to_array();
+        let normal = (FOOT_STIFFNESS_NPM * depth_m + FOOT_DAMPING_NSPM * down).max(0.0);
+        let sliding = north.hypot(east);
+        let grip = -FRICTION * normal / sliding.max(SLIDE_MPS);
+        let push: Vector<Ned> = Vector::new(grip * north, grip * east, -normal);
+        let push = motion.body_to_ned.inverse() * push;
+        force += push;
+        moment += arm.cross(push);
+    }
+    (force, moment)
+}
