@@ -203,8 +203,8 @@ impl Triad {
         let filtered = self.low_pass.next(motion) + vibration;
         let error =
             self.bias + self.wander.next(&mut self.noise) + self.white_sigma * self.noise.normal3();
-        let value =
-            (self.scale * filtered + error).clamp(DVec3::splat(-self.range), DVec3::splat(self.range));
+        let value = (self.scale * filtered + error)
+            .clamp(DVec3::splat(-self.range), DVec3::splat(self.range));
         if self.resolution == 0.0 {
             return value;
         }
