@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::error::LogError;
 use super::remarks::Remarks;
+use super::statistics::quantile;
 use hovernav::time::Time;
 
 /// Rows of a file in the order found, each with its line.
@@ -156,8 +157,7 @@ pub fn gaps(times: &[Time]) -> Vec<Gap> {
 #[must_use]
 pub fn median_interval_s(times: &[Time]) -> Option<f64> {
     let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = intervals.len() / 2;
-    (!intervals.is_empty()).then(|| *intervals.select_nth_unstable_by(middle, f64::total_cmp).1)
+    quantile(&mut intervals, 0.5)
 }
 
 #[cfg(test)]

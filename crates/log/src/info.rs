@@ -238,7 +238,7 @@ mod tests {
     use hovernav::frames::Vector;
 
     fn heli_hover() -> Dataset {
-        let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover");
+        let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
         Dataset::open(dir.as_ref()).unwrap()
     }
 

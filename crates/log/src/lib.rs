@@ -5,6 +5,7 @@
 
 mod auxiliary;
 mod clock;
+pub mod consistency;
 mod csv_writer;
 mod dataset;
 mod error;
@@ -22,6 +23,7 @@ mod score;
 mod settings;
 mod setup;
 mod solution;
+pub mod statistics;
 mod table;
 mod truth;
 mod write;

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::reference::{Reference, ReferenceMoment};
+use super::statistics::{quantile, thin_to_extremes};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::wrap_angle;
@@ -142,19 +143,19 @@ impl Score {
 }
 
 impl Statistics {
-    /// The statistics of the sizes of `errors`; quantiles between two values are interpolated
-    /// linearly (Hyndman and Fan's type 7). `None` of no errors or where one is NaN.
+    /// The statistics of the sizes of `errors`, with quantiles as [`quantile`] takes them. `None` of no
+    /// errors or where one is NaN.
     #[must_use]
     pub fn of(errors: &[f64]) -> Option<Self> {
         let mut sizes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
-        if sizes.is_empty() || sizes.iter().any(|size| size.is_nan()) {
+        if sizes.iter().any(|size| size.is_nan()) {
             return None;
         }
         let square_sum: f64 = errors.iter().map(|error| error * error).sum();
         Some(Self {
             rmse: (square_sum / errors.len() as f64).sqrt(),
-            median: quantile(&mut sizes, 0.5),
-            p95: quantile(&mut sizes, 0.95),
+            median: quantile(&mut sizes, 0.5)?,
+            p95: quantile(&mut sizes, 0.95)?,
             max: sizes.iter().copied().fold(0.0, f64::max),
         })
     }
@@ -280,30 +281,8 @@ fn sigmas(solution: &Solution) -> [Option<f64>; 13] {
     [n, e, d, None, vn, ve, vd, None, None, None, roll, pitch, yaw]
 }
 
-/// At most [`SERIES_POINTS`] of `points`: of each stretch of equal count the smallest and the largest.
+/// At most [`SERIES_POINTS`] of `points`, the peaks among them.
 fn thinned(points: &[ErrorPoint]) -> Vec<ErrorPoint> {
-    if points.len() <= SERIES_POINTS {
-        return points.to_vec();
-    }
-    let mut kept = Vec::with_capacity(SERIES_POINTS);
-    for stretch in points.chunks(points.len().div_ceil(SERIES_POINTS / 2)) {
-        let by_error = |a: &&ErrorPoint, b: &&ErrorPoint| a.error.total_cmp(&b.error);
-        let extremes = stretch.iter().min_by(by_error).zip(stretch.iter().max_by(by_error));
-        let Some((least, most)) = extremes else { continue };
-        let (first, second) = if least.time <= most.time { (least, most) } else { (most, least) };
-        kept.push(*first);
-        if second.time > first.time {
-            kept.push(*second);
-        }
-    }
-    kept
-}
-
-/// The value below which the fraction `q` of `values` lies, interpolated linearly; `values` not empty.
-fn quantile(values: &mut [f64], q: f64) -> f64 {
-    let position = q * (values.len() - 1) as f64;
-    let below = position as usize;
-    let (_, &mut low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
-    let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
-    low + (high - low) * (position - below as f64)
+    let errors: Vec<f64> = points.iter().map(|point| point.error).collect();
+    thin_to_extremes(&[&errors], SERIES_POINTS).into_iter().map(|index| points[index]).collect()
 }

@@ -1,0 +1,165 @@
+//! Whether the innovations are as large as the filter says: the normalised innovation squared.
+//!
+//! The scalar updates of one measurement are taken one after another, each with the variance that
+//! the ones before it left, so their squares add up to the normalised innovation squared (NIS) of
+//! the measurement as a whole. Of a consistent filter it follows a chi-square distribution with as
+//! many degrees of freedom as the measurement has channels.
+//!
+//! # Source
+//! Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and Navigation*, section
+//! 5.4 (the test and its time average).
+
+use hovernav::ekf::{Innovation, Verdict};
+use hovernav::time::Time;
+
+/// The normalised innovation squared of one measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InnovationTest {
+    /// When the measurement was true.
+    pub time: Time,
+    /// Sum of (innovation / one-sigma)² over the measurement's channels.
+    pub squared: f64,
+    /// How many channels the measurement had.
+    pub degrees_of_freedom: usize,
+    /// Whether any of them was not simply accepted.
+    pub refused: bool,
+}
+
+impl InnovationTest {
+    /// The square per channel: 1 is what a consistent filter has on average.
+    #[must_use]
+    pub fn per_channel(&self) -> f64 {
+        self.squared / self.degrees_of_freedom as f64
+    }
+
+    /// Whether it lies within the 95 % interval of its chi-square distribution.
+    #[must_use]
+    pub fn is_inside(&self) -> bool {
+        let (low, high) = chi_square_interval_95(self.degrees_of_freedom);
+        (low..=high).contains(&self.squared)
+    }
+}
+
+/// One test per moment, from `innovations` in the order in which the filter took them.
+#[must_use]
+pub fn innovation_tests(innovations: &[Innovation]) -> Vec<InnovationTest> {
+    innovations
+        .chunk_by(|a, b| a.time == b.time)
+        .map(|channels| InnovationTest {
+            time: channels[0].time,
+            squared: channels.iter().map(|channel| channel.normalised().powi(2)).sum(),
+            degrees_of_freedom: channels.len(),
+            refused: channels.iter().any(|channel| channel.verdict != Verdict::Accepted),
+        })
+        .collect()
+}
+
+/// Squares per channel of the measurements that were not refused, pooled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PooledInnovations {
+    /// Mean square per channel.
+    pub mean: f64,
+    /// The 95 % interval of that mean for a consistent filter.
+    pub interval: (f64, f64),
+    /// Share of measurements within their own 95 % interval, 0 to 1.
+    pub share_inside: f64,
+}
+
+impl PooledInnovations {
+    /// Pools the accepted measurements of a stretch; `None` where there are none.
+    #[must_use]
+    pub fn of(tests: &[InnovationTest]) -> Option<Self> {
+        let accepted = || tests.iter().filter(|test| !test.refused && test.squared.is_finite());
+        let channels: usize = accepted().map(|test| test.degrees_of_freedom).sum();
+        if channels == 0 {
+            return None;
+        }
+        let (low, high) = chi_square_interval_95(channels);
+        let inside = accepted().filter(|test| test.is_inside()).count();
+        Some(Self {
+            mean: accepted().map(|test| test.squared).sum::<f64>() / channels as f64,
+            interval: (low / channels as f64, high / channels as f64),
+            share_inside: inside as f64 / accepted().count() as f64,
+        })
+    }
+}
+
+/// The 2.5 % and 97.5 % points of the chi-square distribution.
+///
+/// Up to six degrees of freedom from the table, beyond by the Wilson–Hilferty approximation, good to
+/// 2 % at seven and better above.
+///
+/// # Source
+/// Abramowitz and Stegun, *Handbook of Mathematical Functions*, table 26.8 and equation 26.4.17.
+#[must_use]
+pub fn chi_square_interval_95(degrees_of_freedom: usize) -> (f64, f64) {
+    const TABLE: [(f64, f64); 7] = [
+        (0.0, 0.0),
+        (0.000_982, 5.023_89),
+        (0.050_636, 7.377_76),
+        (0.215_795, 9.348_40),
+        (0.484_419, 11.143_3),
+        (0.831_211, 12.832_5),
+        (1.237_347, 14.449_4),
+    ];
+    TABLE.get(degrees_of_freedom).copied().unwrap_or_else(|| {
+        let n = degrees_of_freedom as f64;
+        let spread = 1.959_964 * (2.0 / (9.0 * n)).sqrt();
+        let centre = 1.0 - 2.0 / (9.0 * n);
+        (n * (centre - spread).powi(3), n * (centre + spread).powi(3))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::ekf::Channel;
+
+    fn innovation(second: i64, normalised: f64, verdict: Verdict) -> Innovation {
+        Innovation {
+            time: Time::from_nanoseconds(second * 1_000_000_000),
+            channel: Channel::PositionNorth,
+            innovation: 2.0 * normalised,
+            sigma: 2.0,
+            verdict,
+        }
+    }
+
+    #[test]
+    fn channels_of_one_moment_make_one_fix() {
+        let fixes = innovation_tests(&[
+            innovation(1, 1.0, Verdict::Accepted),
+            innovation(1, -2.0, Verdict::Accepted),
+            innovation(2, 9.0, Verdict::Rejected),
+        ]);
+        assert_eq!(fixes.len(), 2);
+        assert_eq!((fixes[0].squared, fixes[0].degrees_of_freedom), (5.0, 2));
+        assert!(!fixes[0].refused && fixes[1].refused);
+        assert!(fixes[0].is_inside() && !fixes[1].is_inside());
+    }
+
+    #[test]
+    fn a_refused_fix_does_not_enter_the_mean() {
+        let tests = innovation_tests(&[
+            innovation(1, 1.0, Verdict::Accepted),
+            innovation(2, 100.0, Verdict::Rejected),
+            innovation(3, 3.0, Verdict::Accepted),
+        ]);
+        let pooled = PooledInnovations::of(&tests).unwrap();
+        assert_eq!((pooled.mean, pooled.share_inside), (5.0, 0.5));
+        assert!(PooledInnovations::of(&tests[1..2]).is_none());
+        assert!(PooledInnovations::of(&[]).is_none());
+    }
+
+    // Abramowitz and Stegun, table 26.8.
+    #[test]
+    fn the_interval_beyond_the_table_agrees_with_published_points() {
+        for (n, low, high) in
+            [(7, 1.68987, 16.0128), (30, 16.7908, 46.9792), (100, 74.2219, 129.561)]
+        {
+            let interval = chi_square_interval_95(n);
+            assert!((interval.0 / low - 1.0).abs() < 0.02, "{n}: {interval:?}");
+            assert!((interval.1 / high - 1.0).abs() < 0.002, "{n}: {interval:?}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The quantile and the thinning of a series that every tool shares.
+
+/// The value that the part `fraction` of `values` does not exceed, interpolated linearly between the
+/// two nearest in size (Hyndman and Fan's type 7); `None` of no values. `fraction` is taken within
+/// 0 to 1, the order of `values` changes, and NaN counts as larger than any number.
+///
+/// ```
+/// use hovernav_log::statistics::quantile;
+/// assert_eq!(quantile(&mut [4.0, 1.0, 3.0, 2.0], 0.5), Some(2.5));
+/// assert_eq!(quantile(&mut [], 0.5), None);
+/// ```
+///
+/// # Source
+/// R. J. Hyndman, Y. Fan (1996), Sample quantiles in statistical packages, *The American
+/// Statistician* 50 (4), 361–365, definition 7.
+#[must_use]
+pub fn quantile(values: &mut [f64], fraction: f64) -> Option<f64> {
+    let last = values.len().checked_sub(1)?;
+    let position = fraction.clamp(0.0, 1.0) * last as f64;
+    let below = position as usize;
+    let (_, &mut low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
+    let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
+    Some(low + (high - low) * (position - below as f64))
+}
+
+/// Indices of the samples to draw, rising, at most `limit` of them: the first, the last, and in each
+/// of equally many samples the smallest and the largest of every channel.
+///
+/// What a plot shows of a long log are its extremes: every peak survives at its own height and time,
+/// where taking each n-th sample would lose it. `channels` are series of one length, drawn against
+/// the same abscissa (a value and its band, north and east of a track). Samples that are not finite
+/// are never picked for their value. `limit` must leave room for one bucket: at least
+/// 2 + 2 × the number of channels.
+///
+/// # Source
+/// U. Jugel, Z. Jerzak, G. Hackenbroich, V. Markl (2014), M4: a visualization-oriented time series
+/// data aggregation, *Proceedings of the VLDB Endowment* 7 (10), 797–808: minimum and maximum of
+/// each pixel column decide what a line plot looks like.
+#[must_use]
+pub fn thin_to_extremes(channels: &[&[f64]], limit: usize) -> Vec<usize> {
+    let length = channels.iter().map(|channel| channel.len()).min().unwrap_or(0);
+    if length <= limit {
+        return (0..length).collect();
+    }
+    let buckets = (limit.saturating_sub(2) / (2 * channels.len())).max(1);
+    let mut kept = Vec::with_capacity(limit);
+    kept.push(0);
+    for bucket in 0..buckets {
+        let (start, end) = (bucket * length / buckets, (bucket + 1) * length / buckets);
+        for channel in channels {
+            kept.extend(extremes(channel, start, end).into_iter().flatten());
+        }
+    }
+    kept.push(length - 1);
+    kept.sort_unstable();
+    kept.dedup();
+    kept
+}
+
+/// Where `channel` is smallest and where largest within `start..end`; `None` where nothing is finite.
+fn extremes(channel: &[f64], start: usize, end: usize) -> Option<[usize; 2]> {
+    let mut finite = (start..end).filter(|&index| channel[index].is_finite());
+    let first = finite.next()?;
+    Some(finite.fold([first, first], |[lowest, highest], index| {
+        [
+            if channel[index] < channel[lowest] { index } else { lowest },
+            if channel[index] > channel[highest] { index } else { highest },
+        ]
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_interpolated_between_the_nearest_values() {
+        let of = |values: &[f64], fraction| quantile(&mut values.to_vec(), fraction);
+        assert_eq!(of(&[2.0], 0.3), Some(2.0));
+        assert_eq!(of(&[4.0, 1.0, 3.0, 2.0], 0.75), Some(3.25));
+        assert_eq!(of(&[4.0, 1.0], 0.0), Some(1.0));
+        assert_eq!(of(&[4.0, 1.0], 1.0), Some(4.0));
+        assert_eq!(of(&[4.0, 1.0], 7.0), Some(4.0));
+        assert_eq!(of(&[], 0.5), None);
+    }
+
+    fn noise(length: usize, seed: u64) -> Vec<f64> {
+        let mut state = seed;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        (0..length).map(|_| next()).collect()
+    }
+
+    fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+    }
+
+    #[test]
+    fn a_short_log_is_drawn_whole() {
+        for length in [0, 1, 2, 3000] {
+            let values = noise(length, 1);
+            assert_eq!(thin_to_extremes(&[&values], 3000), (0..length).collect::<Vec<_>>());
+        }
+        assert!(thin_to_extremes(&[], 3000).is_empty());
+    }
+
+    #[test]
+    fn no_limit_is_exceeded_and_the_ends_stay() {
+        for length in [3001, 9900, 60_000, 1_000_003] {
+            let (values, band) = (noise(length, 2), noise(length, 3));
+            for limit in [6, 100, 3000] {
+                let kept = thin_to_extremes(&[&values, &band], limit);
+                assert!(kept.len() <= limit, "{} of {limit} at {length}", kept.len());
+                assert!(kept.windows(2).all(|pair| pair[0] < pair[1]));
+                assert_eq!((kept[0], *kept.last().unwrap()), (0, length - 1));
+            }
+        }
+    }
+
+    #[test]
+    fn a_single_spike_in_a_million_samples_survives_in_each_channel() {
+        for place in [0, 1, 499_999, 777_777, 999_999] {
+            let mut value = vec![0.0; 1_000_000];
+            let mut band = value.clone();
+            value[place] = 1.0;
+            band[999_999 - place] = -1.0;
+            let kept = thin_to_extremes(&[&value, &band], 3000);
+            assert!(kept.contains(&place) && kept.contains(&(999_999 - place)));
+        }
+    }
+
+    #[test]
+    fn every_stretch_as_wide_as_two_buckets_keeps_its_extent() {
+        let values = noise(60_000, 4);
+        let kept = thin_to_extremes(&[&values], 3002);
+        let bucket = 60_000 / 1500;
+        for start in (0..60_000).step_by(bucket) {
+            let stretch = start..start + bucket;
+            let drawn = kept.iter().filter(|index| stretch.contains(index)).map(|&i| values[i]);
+            assert_eq!(extent(drawn), extent(values[stretch.clone()].iter().copied()));
+        }
+    }
+
+    #[test]
+    fn samples_that_are_not_finite_hide_no_peak() {
+        let mut values = noise(10_000, 5);
+        for index in (0..10_000).step_by(3) {
+            values[index] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][index % 9 / 3];
+        }
+        values[5_000] = 7.0;
+        assert!(thin_to_extremes(&[&values], 100).contains(&5_000));
+        assert!(thin_to_extremes(&[&[f64::NAN; 10_000]], 100).len() <= 2);
+    }
+}
