@@ -1,4 +1,7 @@
-//! The controls of the helicopter: names, one value for each, and the four sticks.
+//! The controls of the helicopter: their names, one value for each, and the four sticks.
+//!
+//! A servo has a pulse on each of the five [`Channels`]; the pilot and the autopilot command four
+//! [`Sticks`] about trim, and leave the throttle to the engine governor.
 
 mod channel;
 mod sticks;

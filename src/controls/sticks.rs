@@ -1,6 +1,9 @@
 //! The four controls.
 
-/// Where the four controls stand about hover trim, each from −1 to 1 of full travel.
+use super::Channel;
+
+/// Where the four controls stand about hover trim, each from −1 to 1 of full travel: what the pilot
+/// commands, what the autopilot commands, the columns of `controls.csv` and the inputs of a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -19,6 +22,14 @@ pub struct Sticks {
 }
 
 impl Sticks {
+    /// Their names in files and models, in the order of [`Sticks::to_array`].
+    pub const NAMES: [&'static str; 4] = [
+        Channel::Lateral.name(),
+        Channel::Longitudinal.name(),
+        Channel::Collective.name(),
+        Channel::Pedal.name(),
+    ];
+
     /// All at trim.
     pub const NEUTRAL: Self = Self::from_array([0.0; 4]);
 

@@ -7,6 +7,7 @@ use super::error::LogError;
 use super::imu::{MAGNETIC, STRONGEST_FIELD_GAUSS};
 use super::remarks::Remarks;
 use super::table::Table;
+use hovernav::controls::Sticks;
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
 
@@ -14,7 +15,7 @@ pub(super) const BARO_FILE: &str = "baro.csv";
 pub(super) const MAG_FILE: &str = "mag.csv";
 pub(super) const CONTROLS_FILE: &str = "controls.csv";
 pub(super) const ALTITUDE: &str = "altitude_m";
-pub(super) const CONTROLS: [&str; 4] = ["lateral", "longitudinal", "collective", "pedal"];
+pub(super) const CONTROLS: [&str; 4] = Sticks::NAMES;
 
 /// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level;
 /// `None` outside the troposphere's 22 632 Pa to 11 km, and the like below −2 km (127 774 Pa).

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, dmatrix};
 
 use super::error::ModelError;
 use super::state_space::{Signal, StateSpace, TimeDomain};
+use hovernav::controls::Sticks;
 
 /// Derivatives of the hybrid hover model: fuselage and first-order flapping.
 ///
@@ -258,8 +259,6 @@ fn continuous(
         _ => "rad",
     };
     let states = states.iter().map(|state| Signal::new(state, unit(state))).collect();
-    let inputs = ["lateral", "longitudinal", "collective", "pedal"]
-        .map(|stick| Signal::new(stick, stick_unit))
-        .to_vec();
+    let inputs = Sticks::NAMES.map(|stick| Signal::new(stick, stick_unit)).to_vec();
     StateSpace::new(name, TimeDomain::Continuous, states, inputs, a, b)
 }

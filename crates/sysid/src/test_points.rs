@@ -1,9 +1,10 @@
 //! Where in a flight the pilot tested something.
 
+use hovernav::controls::Sticks;
 use hovernav::time::Time;
 
 /// The four sticks, in the order of [`hovernav_log::Dataset::controls`].
-pub const STICKS: [&str; 4] = ["lateral", "longitudinal", "collective", "pedal"];
+pub const STICKS: [&str; 4] = Sticks::NAMES;
 
 /// A stretch of flight with deliberate steps of the sticks.
 #[derive(Debug, Clone, Copy, PartialEq)]

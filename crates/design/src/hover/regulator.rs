@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::{DesignError, dare};
 use hovernav::autopilot::RegulatorGains;
+use hovernav::controls::Sticks;
 use hovernav_model::StateSpace;
 
 /// A continuous model whose sticks count from −1 to 1, with names.
@@ -18,7 +19,7 @@ pub(super) struct Plant {
 
 /// What every hover model has.
 const MEASURED: [&str; 8] = ["p", "q", "phi", "theta", "u", "v", "w", "r"];
-const STICKS: [&str; 4] = ["lateral", "longitudinal", "collective", "pedal"];
+const STICKS: [&str; 4] = Sticks::NAMES;
 /// Flapping and bar.
 const ROTOR: [&str; 4] = ["a", "b", "c", "d"];
 

@@ -7,6 +7,7 @@ use super::trim::{body_axes, in_body};
 use super::{Helicopter, Trim};
 use crate::real::{Dual, Real};
 use crate::{Signal, StateSpace, TimeDomain};
+use hovernav::controls::Sticks;
 use hovernav::frames::{EulerAngles, Ned, Vector};
 
 const STATES: [(&str, &str); 13] = [
@@ -24,7 +25,7 @@ const STATES: [(&str, &str); 13] = [
     ("c", "rad"),
     ("d", "rad"),
 ];
-const STICKS: [&str; 4] = ["lateral", "longitudinal", "collective", "pedal"];
+const STICKS: [&str; 4] = Sticks::NAMES;
 
 impl Helicopter {
     /// The continuous linear model about `trim` in a steady wind: 13 states u, v, w, p, q, r, phi,

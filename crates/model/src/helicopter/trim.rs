@@ -5,6 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use super::dynamics::{Change, Constants, Motion, Rigging};
 use super::{Controls, Helicopter, HelicopterError, HelicopterParameters, HelicopterState};
 use crate::real::{Dual, Real};
+use hovernav::controls::Sticks;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 
 /// Steady flight: a state and controls under which nothing but the position changes.
@@ -89,7 +90,7 @@ impl Helicopter {
         yaw_rad: f64,
     ) -> Result<Trim, HelicopterError> {
         let (state, sticks) = self.steady(velocity_mps, wind_mps, yaw_rad)?;
-        let names = ["lateral", "longitudinal", "collective", "pedal"];
+        let names = Sticks::NAMES;
         if let Some((control, value)) =
             names.into_iter().zip(sticks).find(|(_, value)| value.abs() > 1.0)
         {
