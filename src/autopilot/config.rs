@@ -1,52 +1,13 @@
 //! The autopilot's configuration as plain data, and what it must keep to.
 
+use super::check::{ConfigError, finite, within};
 use super::guidance::GuidanceConfig;
 use super::health::HealthLimits;
 use super::limits::StickLimits;
 use super::pid::PidGains;
 use super::regulator::RegulatorGains;
+use super::transfer::TransferConfig;
 use super::trim::Trim;
-
-/// A value no autopilot can fly with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConfigError {
-    /// Which value.
-    pub what: &'static str,
-    /// What was found.
-    pub found: f64,
-    /// What would have been right.
-    pub expected: &'static str,
-}
-
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "autopilot: {}: found {}, expected {}", self.what, self.found, self.expected)
-    }
-}
-
-impl core::error::Error for ConfigError {}
-
-pub(super) fn finite(what: &'static str, found: f64) -> Result<(), ConfigError> {
-    if found.is_finite() {
-        Ok(())
-    } else {
-        Err(ConfigError { what, found, expected: "a finite number" })
-    }
-}
-
-pub(super) fn within(
-    what: &'static str,
-    found: f64,
-    lowest: f64,
-    highest: f64,
-    expected: &'static str,
-) -> Result<(), ConfigError> {
-    if found >= lowest && found <= highest {
-        Ok(())
-    } else {
-        Err(ConfigError { what, found, expected })
-    }
-}
 
 /// Every gain of the hybrid, at the sample period they were designed for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -79,71 +40,15 @@ impl Gains {
     }
 }
 
-/// How modes give way to each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Deserialize, serde::Serialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct TransferConfig {
-    /// Time constant by which the difference between the last command of one mode and the first of
-    /// the next fades, s.
-    pub fade_s: f64,
-    /// The same when the pilot takes over, s.
-    pub hand_back_s: f64,
-    /// Time constant by which the sticks go to trim when attitude is not known, s.
-    pub neutral_s: f64,
-    /// A stick moved further than this from where it was when the autopilot took over is the
-    /// pilot's override.
-    pub override_travel: f64,
-    /// How long attitude is held without velocity before the descent begins, s.
-    pub patience_s: f64,
-    /// Sink rate of the descent, m/s.
-    pub descent_mps: f64,
-    /// Stick taken off the trimmed collective in a descent without vertical velocity, in the
-    /// direction that sinks, from 0.
-    pub descent_collective: f64,
-    /// Time constant by which trim is learned in a steady hover, s.
-    pub trim_s: f64,
-}
-
-impl Default for TransferConfig {
-    fn default() -> Self {
-        Self {
-            fade_s: 0.7,
-            hand_back_s: 0.25,
-            neutral_s: 1.0,
-            override_travel: 0.15,
-            patience_s: 40.0,
-            descent_mps: 0.5,
-            descent_collective: 0.05,
-            trim_s: 10.0,
-        }
-    }
-}
-
-impl TransferConfig {
-    fn check(&self) -> Result<(), ConfigError> {
-        const TIME: &str = "0.01 to 1000 s";
-        within("transfer.fade_s", self.fade_s, 0.01, 1e3, TIME)?;
-        within("transfer.hand_back_s", self.hand_back_s, 0.01, 1e3, TIME)?;
-        within("transfer.neutral_s", self.neutral_s, 0.01, 1e3, TIME)?;
-        within("transfer.override_travel", self.override_travel, 0.01, 1.0, "0.01 to 1")?;
-        within("transfer.patience_s", self.patience_s, 0.0, 1e6, "0 s or more")?;
-        within("transfer.descent_mps", self.descent_mps, 0.0, 3.0, "0 to 3 m/s")?;
-        within("transfer.descent_collective", self.descent_collective, 0.0, 0.5, "0 to 0.5")?;
-        within("transfer.trim_s", self.trim_s, 0.1, 1e4, "0.1 to 10000 s")
-    }
-}
-
-/// Everything the autopilot is told: `autopilot.toml`.
+/// Everything the autopilot is told: `autopilot.toml`. Made by [`HoverConfig::new`]; what differs
+/// from the defaults is set by the `with` methods or field by field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(deny_unknown_fields)
 )]
+#[non_exhaustive]
 pub struct HoverConfig {
     /// The loop's period, s, for which the gains were designed.
     pub period_s: f64,
@@ -179,6 +84,36 @@ impl HoverConfig {
             transfer: TransferConfig::default(),
             gains,
         }
+    }
+
+    /// The same with another trim to begin with.
+    #[must_use]
+    pub const fn with_trim(self, trim: Trim) -> Self {
+        Self { trim, ..self }
+    }
+
+    /// The same with other limits of the commands.
+    #[must_use]
+    pub const fn with_limits(self, limits: StickLimits) -> Self {
+        Self { limits, ..self }
+    }
+
+    /// The same with set-points flown otherwise.
+    #[must_use]
+    pub const fn with_guidance(self, guidance: GuidanceConfig) -> Self {
+        Self { guidance, ..self }
+    }
+
+    /// The same with other limits of what is good enough to fly by.
+    #[must_use]
+    pub const fn with_health(self, health: HealthLimits) -> Self {
+        Self { health, ..self }
+    }
+
+    /// The same with modes that give way to each other otherwise.
+    #[must_use]
+    pub const fn with_transfer(self, transfer: TransferConfig) -> Self {
+        Self { transfer, ..self }
     }
 
     /// Whether one can fly with it.

@@ -1,6 +1,6 @@
 //! Set-points: from where the vehicle shall be to how fast it shall go.
 
-use super::config::{ConfigError, within};
+use super::check::{ConfigError, within};
 use crate::earth::Geodetic;
 use crate::ekf::Solution;
 use crate::frames::{Ned, Vector, wrap_angle};
@@ -57,6 +57,7 @@ impl core::error::Error for SetPointError {}
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
+#[non_exhaustive]
 pub struct GuidanceConfig {
     /// Horizontal speed per distance from the place, 1/s.
     pub position_gain_per_s: f64,

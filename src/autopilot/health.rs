@@ -1,16 +1,24 @@
-//! What of an estimate can be flown on.
+//! What of an estimate is good enough to fly by: one set of limits, one answer.
+//!
+//! [`Health::assess`] is the only place that decides. The autopilot picks its mode by it, the flight
+//! loop tells it to the pilot and to the ground; both ask once a cycle and keep the answer.
+//!
+//! It looks at one moment. Hysteresis belongs to whoever acts on the answer: the autopilot returns to
+//! a better mode after [`HealthLimits::recovery_s`].
 
-use super::config::{ConfigError, within};
+use super::check::{ConfigError, within};
 use crate::ekf::Solution;
 use crate::time::Time;
 
-/// One-sigmas up to which an estimate is flown on, and its greatest age.
+/// One-sigmas up to which an estimate is good enough to fly by, and its greatest age. In
+/// `autopilot.toml` the section `[health]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
+#[non_exhaustive]
 pub struct HealthLimits {
     /// Roll and pitch, rad.
     pub tilt_sigma_rad: f64,
@@ -56,8 +64,9 @@ impl HealthLimits {
     }
 }
 
-/// Why an estimate, or a part of it, is not flown on.
+/// Why an estimate, or a part of it, is not good enough to fly by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Distrust {
     /// There is none.
     Missing,
@@ -67,41 +76,50 @@ pub enum Distrust {
     Stale,
     /// Roll and pitch are too uncertain.
     Tilt,
-    /// Velocity is too uncertain.
+    /// Heading is too uncertain.
+    Heading,
+    /// Horizontal velocity is too uncertain.
     Velocity,
+    /// Vertical velocity is too uncertain.
+    VerticalVelocity,
     /// Position is too uncertain.
     Position,
 }
 
-/// What of an estimate can be flown on.
+/// What of an estimate is good enough to fly by: each quantity `Ok`, or why it is not.
+///
+/// Without tilt nothing is good enough, and without horizontal velocity no position is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Health {
-    /// Roll, pitch and rates, or why not.
+    /// Roll, pitch and angular rates.
     pub tilt: Result<(), Distrust>,
     /// Heading.
-    pub heading: bool,
-    /// Horizontal velocity, or why not.
+    pub heading: Result<(), Distrust>,
+    /// Horizontal velocity.
     pub velocity: Result<(), Distrust>,
     /// Vertical velocity.
-    pub vertical_velocity: bool,
-    /// Position, or why not.
+    pub vertical_velocity: Result<(), Distrust>,
+    /// Position, all three axes.
     pub position: Result<(), Distrust>,
 }
 
 impl Health {
-    const fn none(why: Distrust) -> Self {
+    /// Nothing is good enough, for one reason.
+    #[must_use]
+    pub const fn none(why: Distrust) -> Self {
         Self {
             tilt: Err(why),
-            heading: false,
+            heading: Err(why),
             velocity: Err(why),
-            vertical_velocity: false,
+            vertical_velocity: Err(why),
             position: Err(why),
         }
     }
 
-    /// What of `solution` can be flown on at `now`.
+    /// What of `solution` is good enough to fly by at `now`, on the solution's clock.
     #[must_use]
-    pub fn of(solution: Option<&Solution>, now: Time, limits: &HealthLimits) -> Self {
+    pub fn assess(solution: Option<&Solution>, now: Time, limits: &HealthLimits) -> Self {
         let Some(solution) = solution else { return Self::none(Distrust::Missing) };
         if !is_finite(solution) {
             return Self::none(Distrust::NotFinite);
@@ -113,22 +131,26 @@ impl Health {
         if roll.max(pitch) > limits.tilt_sigma_rad {
             return Self::none(Distrust::Tilt);
         }
-        let speed = solution.velocity_sigma_mps;
-        let place = solution.position_sigma_m.to_array();
-        let velocity = if speed.x().max(speed.y()) > limits.velocity_sigma_mps {
-            Err(Distrust::Velocity)
-        } else {
-            Ok(())
-        };
-        let near = place.into_iter().all(|sigma| sigma <= limits.position_sigma_m);
+        let [north, east, down] = solution.velocity_sigma_mps.to_array();
+        let velocity = below(north.max(east), limits.velocity_sigma_mps, Distrust::Velocity);
+        let [x, y, z] = solution.position_sigma_m.to_array();
+        let place = below(x.max(y).max(z), limits.position_sigma_m, Distrust::Position);
         Self {
             tilt: Ok(()),
-            heading: yaw <= limits.heading_sigma_rad,
+            heading: below(yaw, limits.heading_sigma_rad, Distrust::Heading),
             velocity,
-            vertical_velocity: speed.z() <= limits.vertical_velocity_sigma_mps,
-            position: velocity.and(if near { Ok(()) } else { Err(Distrust::Position) }),
+            vertical_velocity: below(
+                down,
+                limits.vertical_velocity_sigma_mps,
+                Distrust::VerticalVelocity,
+            ),
+            position: velocity.and(place),
         }
     }
+}
+
+fn below(sigma: f64, limit: f64, why: Distrust) -> Result<(), Distrust> {
+    if sigma <= limit { Ok(()) } else { Err(why) }
 }
 
 fn is_finite(solution: &Solution) -> bool {

@@ -1,11 +1,13 @@
 //! The autopilot: three loops, a choice of modes, and the pilot on top.
 
-use super::config::{ConfigError, HoverConfig};
+use super::check::ConfigError;
+use super::config::HoverConfig;
 use super::guidance::{Guidance, Reference, SetPoint, SetPointError, Trusted};
 use super::health::Health;
-use super::mode::{Mode, Reason, Transition};
+use super::mode::{Mode, Transition};
 use super::pid::Pid;
 use super::regulator::Regulator;
+use super::supervisor::{Request, Supervisor};
 use super::trim::Trim;
 use crate::controls::Sticks;
 use crate::ekf::Solution;
@@ -44,6 +46,50 @@ pub struct Outputs {
 /// switch, and any stick moved by more than the override travel, give the sticks back at once; the
 /// switch must then be opened before the autopilot takes over again. Without an attitude to fly on it
 /// leaves the sticks to the pilot until there is one.
+///
+/// ```
+/// use hovernav::autopilot::{Gains, HoverAutopilot, HoverConfig, Inputs, Mode};
+/// use hovernav::controls::Sticks;
+/// use hovernav::earth::Geodetic;
+/// use hovernav::ekf::Solution;
+/// use hovernav::frames::{EulerAngles, Rotation, Vector};
+/// use hovernav::time::Time;
+///
+/// // Gains come from a design for the vehicle; these only damp the rates.
+/// let mut gains = Gains::default();
+/// gains.heave.tracking_time_s = 1.0;
+/// gains.roll_pitch.measured = [[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0, 0.0, 0.0]];
+/// gains.yaw.measured = [[0.2, 0.0]];
+/// let mut autopilot = HoverAutopilot::new(HoverConfig::new(0.03, gains))?;
+///
+/// // What the estimator says of a vehicle that hovers but rolls to the right at 0.2 rad/s.
+/// let rolling = |time| Solution {
+///     time,
+///     position: Geodetic::from_degrees(1.35, 103.82, 50.0).expect("a place on Earth"),
+///     velocity_mps: Vector::ZERO,
+///     body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 40.0)),
+///     angular_rate_radps: Vector::new(0.2, 0.0, 0.0),
+///     gyro_bias_radps: Vector::ZERO,
+///     accel_bias_mps2: Vector::ZERO,
+///     position_sigma_m: Vector::new(1.0, 1.0, 1.5),
+///     velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
+///     attitude_sigma_rad: [0.01, 0.01, 0.03],
+///     gyro_bias_sigma_radps: Vector::ZERO,
+///     accel_bias_sigma_mps2: Vector::ZERO,
+/// };
+/// let pilot = Some(Sticks { collective: 0.1, ..Sticks::NEUTRAL });
+/// let mut now = Time::ZERO;
+/// let mut outputs = None;
+/// for engage in [false, true, true, true] {
+///     now = now + 0.03;
+///     let solution = rolling(now);
+///     outputs = Some(autopilot.step(&Inputs { now, solution: Some(&solution), pilot, engage }));
+/// }
+/// let outputs = outputs.expect("four steps");
+/// assert_eq!(outputs.mode, Mode::Position);
+/// assert!(outputs.sticks.lateral < 0.0); // left, against the roll
+/// # Ok::<(), hovernav::autopilot::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct HoverAutopilot {
     config: HoverConfig,
@@ -52,21 +98,15 @@ pub struct HoverAutopilot {
     roll_pitch: Regulator<6, 6, 2>,
     attitude: Regulator<4, 6, 2>,
     guidance: Guidance,
-    mode: Mode,
-    last_transition: Option<Transition>,
+    supervisor: Supervisor,
     /// The last command given out.
     sticks: Sticks,
     /// What is left of the difference between modes.
     fading: Sticks,
-    /// Where the sticks were when the autopilot took over; `None` after an override.
-    pilot_at_engagement: Option<Sticks>,
-    overridden: bool,
     /// As learned so far, and as flown about since the loops began.
     learned: Trim,
     trim: Trim,
     heave_runs: bool,
-    without_velocity_s: f64,
-    improving_s: f64,
 }
 
 /// What the filter says, in the loops' terms.
@@ -90,17 +130,12 @@ impl HoverAutopilot {
             roll_pitch: Regulator::unchecked(gains.roll_pitch, period_s),
             attitude: Regulator::unchecked(gains.attitude, period_s),
             guidance: Guidance::new(config.guidance, period_s),
-            mode: Mode::Manual,
-            last_transition: None,
+            supervisor: Supervisor::new(period_s, &config.transfer, config.health.recovery_s),
             sticks: config.trim.sticks,
             fading: Sticks::NEUTRAL,
-            pilot_at_engagement: None,
-            overridden: false,
             learned: config.trim,
             trim: config.trim,
             heave_runs: false,
-            without_velocity_s: 0.0,
-            improving_s: 0.0,
             config,
         })
     }
@@ -116,13 +151,13 @@ impl HoverAutopilot {
     /// What it is doing.
     #[must_use]
     pub const fn mode(&self) -> Mode {
-        self.mode
+        self.supervisor.mode()
     }
 
     /// The latest change of mode.
     #[must_use]
     pub const fn last_transition(&self) -> Option<Transition> {
-        self.last_transition
+        self.supervisor.last_transition()
     }
 
     /// Trim as learned in steady hover, by the pilot's hand or its own.
@@ -134,97 +169,42 @@ impl HoverAutopilot {
     /// One step: call it every [`HoverConfig::period_s`].
     pub fn step(&mut self, inputs: &Inputs<'_>) -> Outputs {
         let pilot = inputs.pilot.filter(|sticks| sticks.is_finite());
-        let health = Health::of(inputs.solution, inputs.now, &self.config.health);
+        let health = Health::assess(inputs.solution, inputs.now, &self.config.health);
         let flown = inputs
             .solution
             .filter(|_| health.tilt.is_ok())
             .map(|solution| Flown { solution, angles: solution.body_to_ned.euler() });
 
-        let transition = self.choose(inputs, pilot, &health, flown.as_ref());
+        let Inputs { now, engage, .. } = *inputs;
+        let transition = self.supervisor.choose(&Request { now, engage, pilot, health });
+        if let Some(Transition { from, to, .. }) = transition {
+            self.start_loops(from, to, flown.as_ref());
+        }
         let wanted = self.wanted(pilot, flown.as_ref(), &health);
         let period_s = self.config.period_s;
-        let fade_s = match self.mode {
+        let fade_s = match self.mode() {
             Mode::Manual => self.config.transfer.hand_back_s,
             _ => self.config.transfer.fade_s,
         };
         self.fading = match transition {
             // On the way to trim every command follows from the last.
-            _ if self.mode == Mode::Neutral => Sticks::NEUTRAL,
+            _ if self.mode() == Mode::Neutral => Sticks::NEUTRAL,
             Some(_) => self.sticks.zip(wanted, |last, wanted| last - wanted),
             None => self.fading.scaled(1.0 - (period_s / fade_s).min(1.0)),
         };
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
         let limits = &self.config.limits;
-        self.sticks = match self.mode {
+        self.sticks = match self.mode() {
             Mode::Manual => limits.in_range(faded),
             _ => limits.reachable(faded, self.sticks, period_s),
         };
         self.advance();
         self.learn(flown.as_ref());
-        Outputs { sticks: self.sticks, mode: self.mode, transition }
+        Outputs { sticks: self.sticks, mode: self.mode(), transition }
     }
 
-    /// Enters the best mode that pilot and estimate allow, if it is another: a worse one at once, a
-    /// better one when the estimate has been good enough for a while.
-    fn choose(
-        &mut self,
-        inputs: &Inputs<'_>,
-        pilot: Option<Sticks>,
-        health: &Health,
-        flown: Option<&Flown<'_>>,
-    ) -> Option<Transition> {
-        let transfer = &self.config.transfer;
-        if !inputs.engage {
-            self.overridden = false;
-        } else if let (Some(now), Some(then)) = (pilot, self.pilot_at_engagement) {
-            self.overridden |= now.farthest_from(then) > transfer.override_travel;
-        }
-        let (from, (to, why)) = (self.mode, self.possible(inputs.engage, health));
-        self.without_velocity_s = if health.velocity.is_ok() || to == Mode::Manual {
-            0.0
-        } else {
-            self.without_velocity_s + self.config.period_s
-        };
-        let hands_over = from == Mode::Manual || to == Mode::Manual;
-        let improves = !hands_over && rank(to) < rank(from);
-        self.improving_s = if improves { self.improving_s + self.config.period_s } else { 0.0 };
-        if to == from || (improves && self.improving_s < self.config.health.recovery_s) {
-            return None;
-        }
-        let reason = match from {
-            Mode::Manual => Reason::Switch,
-            _ if improves => Reason::Recovered,
-            _ => why,
-        };
-        if hands_over {
-            self.pilot_at_engagement = pilot.filter(|_| from == Mode::Manual);
-        }
-        self.improving_s = 0.0;
-        self.enter(to, flown);
-        let transition = Transition { time: inputs.now, from, to, reason };
-        self.last_transition = Some(transition);
-        Some(transition)
-    }
-
-    /// The best mode that pilot and estimate allow, and what stands in the way of a better one.
-    fn possible(&self, engage: bool, health: &Health) -> (Mode, Reason) {
-        let impatient = self.without_velocity_s >= self.config.transfer.patience_s;
-        match (health.tilt, health.velocity, health.position) {
-            _ if self.overridden => (Mode::Manual, Reason::Override),
-            _ if !engage => (Mode::Manual, Reason::Switch),
-            // Nothing to fly on is no reason to take the sticks from a pilot.
-            (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
-            (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
-            (_, Err(_), _) if impatient => (Mode::Descent, Reason::Patience),
-            (_, Err(why), _) => (Mode::Attitude, Reason::Distrust(why)),
-            (.., Err(why)) => (Mode::Velocity, Reason::Distrust(why)),
-            _ => (Mode::Position, Reason::Recovered),
-        }
-    }
-
-    fn enter(&mut self, mode: Mode, flown: Option<&Flown<'_>>) {
-        let from = self.mode;
-        self.mode = mode;
+    /// Hands over from one mode's loops to another's.
+    fn start_loops(&mut self, from: Mode, mode: Mode, flown: Option<&Flown<'_>>) {
         let same_loops = (from.holds_velocity() && mode.holds_velocity())
             || (from == Mode::Attitude && mode == Mode::Descent);
         if same_loops || matches!(mode, Mode::Manual | Mode::Neutral) {
@@ -263,24 +243,24 @@ impl HoverAutopilot {
         flown: Option<&Flown<'_>>,
         health: &Health,
     ) -> Sticks {
-        let flown = match (self.mode, flown) {
+        let flown = match (self.mode(), flown) {
             (Mode::Manual, _) => return pilot.unwrap_or(self.sticks),
             (Mode::Neutral, _) | (_, None) => return self.towards_trim(),
             (_, Some(flown)) => flown,
         };
-        let sinks = self.mode == Mode::Descent;
+        let sinks = self.mode() == Mode::Descent;
         let trusted = Trusted {
-            position: self.mode == Mode::Position && health.position.is_ok(),
-            heading: health.heading,
+            position: self.mode() == Mode::Position && health.position.is_ok(),
+            heading: health.heading.is_ok(),
             sink_mps: sinks.then_some(self.config.transfer.descent_mps),
         };
         let reference = self.guidance.step(flown.solution, flown.angles.yaw_rad, trusted);
-        let [lateral, longitudinal] = if self.mode.holds_velocity() {
+        let [lateral, longitudinal] = if self.mode().holds_velocity() {
             self.velocity_loop(flown, &reference)
         } else {
             self.attitude_loop(flown)
         };
-        let collective = self.heave_loop(flown, &reference, health.vertical_velocity);
+        let collective = self.heave_loop(flown, &reference, health.vertical_velocity.is_ok());
         let turn = wrap_angle(flown.angles.yaw_rad - reference.heading_rad);
         let yaw_rate = flown.solution.angular_rate_radps.z();
         // ψ is measured from its reference, which turns at the reference rate.
@@ -330,7 +310,7 @@ impl HoverAutopilot {
                 self.trim.sticks.collective = self.learned.sticks.collective;
             }
             self.heave_runs = false;
-            let sinking = if self.mode == Mode::Descent {
+            let sinking = if self.mode() == Mode::Descent {
                 self.config.transfer.descent_collective
             } else {
                 0.0
@@ -351,13 +331,13 @@ impl HoverAutopilot {
 
     /// Tells the loops what became of their commands: without the fade, which is not theirs.
     fn advance(&mut self) {
-        if matches!(self.mode, Mode::Manual | Mode::Neutral) {
+        if matches!(self.mode(), Mode::Manual | Mode::Neutral) {
             return;
         }
         let own = self.sticks.zip(self.fading, |stick, left| stick - left);
         let [lateral, longitudinal, collective, pedal] =
             own.zip(self.trim.sticks, |stick, trim| stick - trim).to_array();
-        if self.mode.holds_velocity() {
+        if self.mode().holds_velocity() {
             self.roll_pitch.advance(&[lateral, longitudinal]);
         } else {
             self.attitude.advance(&[lateral, longitudinal]);
@@ -371,7 +351,7 @@ impl HoverAutopilot {
     /// Moves the learned trim towards what flies a steady hover now.
     fn learn(&mut self, flown: Option<&Flown<'_>>) {
         let Some(flown) = flown else { return };
-        let steady = matches!(self.mode, Mode::Manual | Mode::Position | Mode::Velocity)
+        let steady = matches!(self.mode(), Mode::Manual | Mode::Position | Mode::Velocity)
             && self.fading.farthest_from(Sticks::NEUTRAL) < 0.02
             && flown.solution.velocity_mps.norm() < STEADY_MPS
             && flown.solution.velocity_sigma_mps.norm() < STEADY_MPS
@@ -393,18 +373,6 @@ const GRAVITY_MPS2: f64 = 9.806_65;
 /// Slower than this, m/s and rad/s, is a steady hover.
 const STEADY_MPS: f64 = 1.0;
 const STEADY_RADPS: f64 = 0.3;
-
-/// Less is better.
-const fn rank(mode: Mode) -> u8 {
-    match mode {
-        Mode::Manual => 0,
-        Mode::Position => 1,
-        Mode::Velocity => 2,
-        Mode::Attitude => 3,
-        Mode::Descent => 4,
-        Mode::Neutral => 5,
-    }
-}
 
 /// The horizontal part.
 fn level(velocity: Vector<Ned>) -> Vector<Ned> {

@@ -1,6 +1,6 @@
 //! What the servos may be asked for.
 
-use super::config::{ConfigError, within};
+use super::check::{ConfigError, within};
 use crate::controls::Sticks;
 
 /// Range and speed that the autopilot keeps to, each control for itself.

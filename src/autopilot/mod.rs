@@ -9,6 +9,7 @@
 //! own. Gains come from a design at the same sample period; [`HoverConfig::check`] refuses what
 //! cannot fly.
 
+mod check;
 mod config;
 mod guidance;
 mod health;
@@ -18,9 +19,12 @@ mod matrix;
 mod mode;
 mod pid;
 mod regulator;
+mod supervisor;
+mod transfer;
 mod trim;
 
-pub use config::{ConfigError, Gains, HoverConfig, TransferConfig};
+pub use check::ConfigError;
+pub use config::{Gains, HoverConfig};
 pub use guidance::{GuidanceConfig, SetPoint, SetPointError};
 pub use health::{Distrust, Health, HealthLimits};
 pub use hover::{HoverAutopilot, Inputs, Outputs};
@@ -28,4 +32,5 @@ pub use limits::StickLimits;
 pub use mode::{Mode, Reason, Transition};
 pub use pid::{Pid, PidGains};
 pub use regulator::{Regulator, RegulatorGains};
+pub use transfer::TransferConfig;
 pub use trim::Trim;

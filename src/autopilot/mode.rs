@@ -4,7 +4,7 @@ use super::health::Distrust;
 use crate::time::Time;
 
 /// What the autopilot is doing, best first after the pilot's own flying.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Mode {
     /// The pilot flies.
     Manual,
@@ -31,6 +31,7 @@ impl Mode {
 
 /// Why the mode changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reason {
     /// The pilot's switch.
     Switch,

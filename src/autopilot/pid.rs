@@ -1,6 +1,6 @@
 //! The digital PID controller.
 
-use super::config::{ConfigError, finite, within};
+use super::check::{ConfigError, finite, within};
 
 /// Gains of a [`Pid`]. Units are the command's over the error's, with s where they say so.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! The linear-quadratic regulator as it flies: with integral action, and with a memory of what no
 //! sensor shows.
 
-use super::config::{ConfigError, finite, within};
+use super::check::{ConfigError, finite, within};
 use super::matrix::{add, difference, dot, times};
 
 /// Gains of a [`Regulator`] of `Y` measured states, `H` hidden ones and `U` controls, at one sample

@@ -1,6 +1,6 @@
 //! Trim: what keeps the vehicle where it is, as flown.
 
-use super::config::{ConfigError, within};
+use super::check::{ConfigError, within};
 use crate::controls::Sticks;
 
 /// Where the sticks stand in a steady hover and how the vehicle hangs in it.

@@ -1,0 +1,111 @@
+//! Which mode is flown: the best that the pilot and the estimate allow.
+
+use super::health::Health;
+use super::mode::{Mode, Reason, Transition};
+use super::transfer::TransferConfig;
+use crate::controls::Sticks;
+use crate::time::Time;
+
+/// What the choice of the mode goes by in one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Request {
+    pub now: Time,
+    /// The pilot's switch.
+    pub engage: bool,
+    /// The pilot's sticks, where they are heard.
+    pub pilot: Option<Sticks>,
+    pub health: Health,
+}
+
+/// The mode, and what its choice remembers: the pilot's override, how long velocity has been missing
+/// and how long a better mode has been possible.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Supervisor {
+    period_s: f64,
+    override_travel: f64,
+    patience_s: f64,
+    recovery_s: f64,
+    mode: Mode,
+    last_transition: Option<Transition>,
+    /// Where the sticks were when the autopilot took over; `None` after an override.
+    pilot_at_engagement: Option<Sticks>,
+    overridden: bool,
+    without_velocity_s: f64,
+    improving_s: f64,
+}
+
+impl Supervisor {
+    pub fn new(period_s: f64, transfer: &TransferConfig, recovery_s: f64) -> Self {
+        Self {
+            period_s,
+            override_travel: transfer.override_travel,
+            patience_s: transfer.patience_s,
+            recovery_s,
+            mode: Mode::Manual,
+            last_transition: None,
+            pilot_at_engagement: None,
+            overridden: false,
+            without_velocity_s: 0.0,
+            improving_s: 0.0,
+        }
+    }
+
+    pub const fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    pub const fn last_transition(&self) -> Option<Transition> {
+        self.last_transition
+    }
+
+    /// Changes to the best mode that pilot and estimate allow, if it is another: to a worse one at
+    /// once, to a better one when the estimate has been good enough for a while.
+    pub fn choose(&mut self, request: &Request) -> Option<Transition> {
+        if !request.engage {
+            self.overridden = false;
+        } else if let (Some(now), Some(then)) = (request.pilot, self.pilot_at_engagement) {
+            self.overridden |= now.farthest_from(then) > self.override_travel;
+        }
+        let (from, (to, why)) = (self.mode, self.best(request));
+        self.without_velocity_s = if request.health.velocity.is_ok() || to == Mode::Manual {
+            0.0
+        } else {
+            self.without_velocity_s + self.period_s
+        };
+        let hands_over = from == Mode::Manual || to == Mode::Manual;
+        let improves = !hands_over && to < from;
+        self.improving_s = if improves { self.improving_s + self.period_s } else { 0.0 };
+        if to == from || (improves && self.improving_s < self.recovery_s) {
+            return None;
+        }
+        let reason = match from {
+            Mode::Manual => Reason::Switch,
+            _ if improves => Reason::Recovered,
+            _ => why,
+        };
+        if hands_over {
+            self.pilot_at_engagement = request.pilot.filter(|_| from == Mode::Manual);
+        }
+        self.improving_s = 0.0;
+        self.mode = to;
+        self.last_transition = Some(Transition { time: request.now, from, to, reason });
+        self.last_transition
+    }
+
+    /// The best mode that pilot and estimate allow, and what stands in the way of a better one.
+    fn best(&self, request: &Request) -> (Mode, Reason) {
+        let impatient = self.without_velocity_s >= self.patience_s;
+        let health = &request.health;
+        match (health.tilt, health.velocity, health.position) {
+            _ if self.overridden => (Mode::Manual, Reason::Override),
+            _ if !request.engage => (Mode::Manual, Reason::Switch),
+            // Nothing to fly on is no reason to take the sticks from a pilot.
+            (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
+            (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
+            (_, Err(_), _) if impatient => (Mode::Descent, Reason::Patience),
+            (_, Err(why), _) => (Mode::Attitude, Reason::Distrust(why)),
+            (.., Err(why)) => (Mode::Velocity, Reason::Distrust(why)),
+            _ => (Mode::Position, Reason::Recovered),
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! How modes give way to each other.
+
+use super::check::{ConfigError, within};
+
+/// How modes give way to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+#[non_exhaustive]
+pub struct TransferConfig {
+    /// Time constant by which the difference between the last command of one mode and the first of
+    /// the next fades, s.
+    pub fade_s: f64,
+    /// The same when the pilot takes over, s.
+    pub hand_back_s: f64,
+    /// Time constant by which the sticks go to trim when attitude is not known, s.
+    pub neutral_s: f64,
+    /// A stick moved further than this from where it was when the autopilot took over is the
+    /// pilot's override.
+    pub override_travel: f64,
+    /// How long attitude is held without velocity before the descent begins, s.
+    pub patience_s: f64,
+    /// Sink rate of the descent, m/s.
+    pub descent_mps: f64,
+    /// Stick taken off the trimmed collective in a descent without vertical velocity, in the
+    /// direction that sinks, from 0.
+    pub descent_collective: f64,
+    /// Time constant by which trim is learned in a steady hover, s.
+    pub trim_s: f64,
+}
+
+impl Default for TransferConfig {
+    fn default() -> Self {
+        Self {
+            fade_s: 0.7,
+            hand_back_s: 0.25,
+            neutral_s: 1.0,
+            override_travel: 0.15,
+            patience_s: 40.0,
+            descent_mps: 0.5,
+            descent_collective: 0.05,
+            trim_s: 10.0,
+        }
+    }
+}
+
+impl TransferConfig {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        const TIME: &str = "0.01 to 1000 s";
+        within("transfer.fade_s", self.fade_s, 0.01, 1e3, TIME)?;
+        within("transfer.hand_back_s", self.hand_back_s, 0.01, 1e3, TIME)?;
+        within("transfer.neutral_s", self.neutral_s, 0.01, 1e3, TIME)?;
+        within("transfer.override_travel", self.override_travel, 0.01, 1.0, "0.01 to 1")?;
+        within("transfer.patience_s", self.patience_s, 0.0, 1e6, "0 s or more")?;
+        within("transfer.descent_mps", self.descent_mps, 0.0, 3.0, "0 to 3 m/s")?;
+        within("transfer.descent_collective", self.descent_collective, 0.0, 0.5, "0 to 0.5")?;
+        within("transfer.trim_s", self.trim_s, 0.1, 1e4, "0.1 to 10000 s")
+    }
+}
