@@ -13,10 +13,10 @@ use std::time::Duration;
 use hovernav::controls::{Channel, Channels};
 use hovernav::gps::Protocol;
 use hovernav::servo::packet::ServoPacket;
-use hovernav::telemetry::{Mode, Snapshot, frame};
+use hovernav::telemetry::{Snapshot, SystemMode, frame};
 use hovernav_fly::play;
 use hovernav_fly::play::{Begin, Cut, CutKind, Outlet, Player};
-use hovernav_fly::{FlightReport, Told, fly};
+use hovernav_fly::{FlightReport, Notification, fly};
 use hovernav_log::Dataset;
 use hovernav_log::record::Record;
 use hovernav_log::{FlyConfig, FlyConfigError};
@@ -147,7 +147,7 @@ fn flown(
     seconds: f64,
     stop: &Arc<AtomicBool>,
 ) -> FlightReport {
-    let (console, told) = sync_channel::<Told>(1024);
+    let (console, told) = sync_channel::<Notification>(1024);
     let reader = thread::spawn(move || {
         for line in told {
             println!("{:9.3} {}", line.time.seconds(), line.text.as_str());
@@ -231,12 +231,12 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
     assert_eq!(ground.damaged, 0);
     assert_eq!(ground.bytes_while_paused, 0, "bytes after $");
     assert!(ground.snapshots.len() > 350, "{} frames", ground.snapshots.len());
-    assert!(ground.snapshots.iter().any(|snapshot| snapshot.mode == Mode::Pilot));
-    assert!(ground.snapshots.iter().any(|snapshot| !snapshot.health.gps));
+    assert!(ground.snapshots.iter().any(|snapshot| snapshot.mode == SystemMode::Pilot));
+    assert!(ground.snapshots.iter().any(|snapshot| !snapshot.status.gps));
     let without_unit: Vec<_> = ground
         .snapshots
         .iter()
-        .filter(|snapshot| snapshot.position.is_some() && !snapshot.health.imu)
+        .filter(|snapshot| snapshot.position.is_some() && !snapshot.status.imu)
         .collect();
     assert!(without_unit.len() > 20, "{} cycles without the unit", without_unit.len());
     assert!(

@@ -19,7 +19,7 @@ use hovernav::time::Time;
 use hovernav_fly::devices::Recorded;
 use hovernav_fly::play;
 use hovernav_fly::play::{Begin, Cut, CutKind, Outlet, PlayError, Player};
-use hovernav_fly::serial::{Clock, Item, Parity, Port, PortConfig, Read, Reader};
+use hovernav_fly::serial::{Clock, Item, Port, PortConfig, Read, Reader};
 use hovernav_log::Dataset;
 use tempfile::TempDir;
 
@@ -62,7 +62,7 @@ fn flight(seconds: u32) -> Dataset {
 
 fn port(path: &std::path::Path, clock: Clock) -> Port {
     let path = path.to_str().unwrap().to_string();
-    Port::new(PortConfig { path, baud: 38_400, parity: Parity::None }, clock)
+    Port::new(PortConfig::new(path, 38_400), clock)
 }
 
 struct Place {

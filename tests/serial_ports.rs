@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use hovernav::dmu::{AnglePacket, Decoder, Mode, Packet};
-use hovernav_fly::serial::{Clock, Fault, Item, Parity, Port, PortConfig, PortEvent, Read, Reader};
+use hovernav_fly::serial::{Clock, Fault, Item, Port, PortConfig, PortEvent, Read, Reader};
 use hovernav_fly::serial::{Dropped, WriteError};
 use serialport::{SerialPort as _, TTYPort};
 use tempfile::TempDir;
@@ -50,7 +50,7 @@ impl Wire {
 
     fn config(&self) -> PortConfig {
         let path = self.link.to_str().unwrap().to_string();
-        PortConfig { path, baud: 38_400, parity: Parity::None }
+        PortConfig::new(path, 38_400)
     }
 
     /// A port that is open.

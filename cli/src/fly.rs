@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context as _;
-use hovernav_fly::{Told, fly};
+use hovernav_fly::{Notification, fly};
 use hovernav_log::FlyConfig;
 use hovernav_log::record::Level;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -56,10 +56,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             stop.store(true, Ordering::Relaxed);
         });
     }
-    let (console, told) = sync_channel(LINES);
-    let printer = thread::spawn(move || print(&told));
+    let (sender, notifications) = sync_channel(LINES);
+    let printer = thread::spawn(move || print(&notifications));
     eprintln!("recording to {}", record.display());
-    let report = fly(&config, &record, &stop, console)
+    let report = fly(&config, &record, &stop, sender)
         .with_context(|| arguments.config.display().to_string())?;
     // The last lines before the report; a terminal that is stuck keeps neither.
     for _ in 0..100 {
@@ -72,8 +72,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn print(told: &Receiver<Told>) {
-    for Told { time, level, text } in told {
+fn print(notifications: &Receiver<Notification>) {
+    for Notification { time, level, text, .. } in notifications {
         let level = match level {
             Level::Info => "",
             Level::Warning => "warning: ",

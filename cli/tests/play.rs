@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use hovernav::dmu::{Flow, Link, LinkAction, Mode};
-use hovernav_fly::serial::{Clock, Parity, Port, PortConfig, Read};
+use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
 
 const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");
 
@@ -44,7 +44,7 @@ fn an_interrupted_play_takes_its_ports_away_and_tells_what_it_did() {
 
     let clock = Clock::at_speed(5.0).unwrap();
     let path = place.join("dmu").to_str().unwrap().to_string();
-    let mut port = Port::new(PortConfig { path, baud: 38_400, parity: Parity::None }, clock);
+    let mut port = Port::new(PortConfig::new(path, 38_400), clock);
     let mut link = Link::new(Mode::Angle, Flow::Continuous, clock.now());
     let (mut packets, end) = (0, clock.now() + 60.0);
     while packets < 50 && clock.now() < end {

@@ -9,7 +9,9 @@ use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
-use super::snapshot::{FixKind, GpsSummary, Health, Innovations, Mode, Sigmas, Snapshot};
+use super::snapshot::{
+    FixKind, GpsSummary, Innovations, Sigmas, Snapshot, StatusFlags, SystemMode,
+};
 use super::wire::Codec;
 use crate::earth::Geodetic;
 use crate::frames::EulerAngles;
@@ -140,7 +142,7 @@ fn unpack(stuffed: &mut [u8]) -> Result<Frame, FrameError> {
     let mut snapshot = Snapshot::at(Time::ZERO);
     walk(&mut Codec::Unpack(body), &mut header, &mut snapshot);
     let [_, sequence, mode, fix] = header;
-    snapshot.mode = Mode::from_code(mode).ok_or(FrameError::Code { found: mode })?;
+    snapshot.mode = SystemMode::from_code(mode).ok_or(FrameError::Code { found: mode })?;
     snapshot.gps.fix = FixKind::from_code(fix).ok_or(FrameError::Code { found: fix })?;
     Ok(Frame { sequence, snapshot })
 }
@@ -151,9 +153,9 @@ fn walk(codec: &mut Codec<'_>, header: &mut [u8; 4], snapshot: &mut Snapshot) {
     let mut time_us = (snapshot.time.nanoseconds().div_euclid(1_000)).to_le_bytes();
     codec.bytes(&mut time_us);
     snapshot.time = Time::from_nanoseconds(i64::from_le_bytes(time_us).saturating_mul(1_000));
-    let mut health = snapshot.health.bits().to_le_bytes();
-    codec.bytes(&mut health);
-    snapshot.health = Health::from_bits(u16::from_le_bytes(health));
+    let mut status = snapshot.status.bits().to_le_bytes();
+    codec.bytes(&mut status);
+    snapshot.status = StatusFlags::from_bits(u16::from_le_bytes(status));
 
     codec.vector::<i16, _>(&mut snapshot.angular_rate_radps, RATE_RADPS);
     codec.vector::<i16, _>(&mut snapshot.specific_force_mps2, SPECIFIC_FORCE_MPS2);

@@ -1,8 +1,7 @@
 //! Telemetry: what the ground is told of the flight, as it goes.
 //!
 //! A [`Snapshot`] is everything that one moment tells. It goes out packed into a [`frame`] of 145
-//! bytes, 33 times a second on a modem of 57 600 baud while the ground has the [`Flow`] on; or, with
-//! the feature `mavlink`, as MAVLink 2 messages on a port of their own.
+//! bytes, 33 times a second on a modem of 57 600 baud while the ground has the [`Flow`] on.
 //!
 //! ```
 //! use hovernav::telemetry::{Flow, Snapshot, frame};
@@ -38,5 +37,5 @@ mod wire;
 
 pub use flow::Flow;
 pub use snapshot::{
-    Drops, FixKind, GpsSummary, Health, Innovations, LoopTiming, Mode, Sigmas, Snapshot,
+    Drops, FixKind, GpsSummary, Innovations, LoopTiming, Sigmas, Snapshot, StatusFlags, SystemMode,
 };

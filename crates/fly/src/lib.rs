@@ -11,5 +11,5 @@ pub mod serial;
 pub mod servo;
 
 #[cfg(target_os = "linux")]
-pub use flight::{DownlinkCounts, Durations, FlightReport, FlyError, Told, fly};
+pub use flight::{DownlinkCounts, DurationHistogram, FlightReport, FlyError, Notification, fly};
 pub use mavlink::Mavlink;

@@ -7,7 +7,7 @@ use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
 
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
-use hovernav::telemetry::{Mode, Snapshot};
+use hovernav::telemetry::{Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::MavlinkConfig;
 
@@ -293,16 +293,16 @@ impl Mavlink {
 
     fn estimator_status_message(&self, snapshot: &Snapshot) -> common::ESTIMATOR_STATUS_DATA {
         use common::EstimatorStatusFlags as Flags;
-        let health = snapshot.health;
+        let status = snapshot.status;
         let mut flags = Flags::empty();
-        flags.set(Flags::ESTIMATOR_ATTITUDE, health.attitude);
+        flags.set(Flags::ESTIMATOR_ATTITUDE, status.attitude);
         flags
-            .set(Flags::ESTIMATOR_VELOCITY_HORIZ | Flags::ESTIMATOR_VELOCITY_VERT, health.velocity);
+            .set(Flags::ESTIMATOR_VELOCITY_HORIZ | Flags::ESTIMATOR_VELOCITY_VERT, status.velocity);
         flags.set(
             Flags::ESTIMATOR_POS_HORIZ_REL
                 | Flags::ESTIMATOR_POS_HORIZ_ABS
                 | Flags::ESTIMATOR_POS_VERT_ABS,
-            health.position,
+            status.position,
         );
         let innovations = &snapshot.innovations;
         let gate = self.config.gate_sigmas;
@@ -327,17 +327,17 @@ impl Mavlink {
 fn heartbeat(snapshot: &Snapshot) -> common::HEARTBEAT_DATA {
     use common::{MavModeFlag as Flag, MavState as State};
     let system_status = match snapshot.mode {
-        Mode::Starting => State::MAV_STATE_BOOT,
-        Mode::Aligning | Mode::SearchingHeading => State::MAV_STATE_CALIBRATING,
-        Mode::Pilot | Mode::Autopilot => State::MAV_STATE_ACTIVE,
-        Mode::Failsafe => State::MAV_STATE_CRITICAL,
+        SystemMode::Starting => State::MAV_STATE_BOOT,
+        SystemMode::Aligning | SystemMode::SearchingHeading => State::MAV_STATE_CALIBRATING,
+        SystemMode::Pilot | SystemMode::Autopilot => State::MAV_STATE_ACTIVE,
+        SystemMode::Failsafe => State::MAV_STATE_CRITICAL,
     };
     let mut base_mode = Flag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
-    base_mode.set(Flag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, snapshot.health.pilot_signal);
-    base_mode.set(Flag::MAV_MODE_FLAG_SAFETY_ARMED, snapshot.health.servos);
+    base_mode.set(Flag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, snapshot.status.pilot_signal);
+    base_mode.set(Flag::MAV_MODE_FLAG_SAFETY_ARMED, snapshot.status.servos);
     base_mode.set(
         Flag::MAV_MODE_FLAG_STABILIZE_ENABLED | Flag::MAV_MODE_FLAG_AUTO_ENABLED,
-        snapshot.mode == Mode::Autopilot,
+        snapshot.mode == SystemMode::Autopilot,
     );
     common::HEARTBEAT_DATA {
         custom_mode: u32::from(snapshot.mode.code()),

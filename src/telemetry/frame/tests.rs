@@ -10,8 +10,8 @@ use crate::telemetry::{Drops, LoopTiming};
 fn full() -> Snapshot {
     Snapshot {
         time: Time::from_nanoseconds(1_234_567_891_000),
-        mode: Mode::Autopilot,
-        health: Health::from_bits(0b101_0111_1111),
+        mode: SystemMode::Autopilot,
+        status: StatusFlags::from_bits(0b101_0111_1111),
         angular_rate_radps: Some(Vector::new(0.1, -0.2, 0.3005)),
         specific_force_mps2: Some(Vector::new(0.5, -0.25, -9.805)),
         magnetic_field_gauss: Some(Vector::new(0.2012, -0.0311, 0.4523)),

@@ -6,8 +6,10 @@ use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::thread::{self, JoinHandle};
 
 use crate::Mavlink;
-use crate::serial::{Clock, Port, Read};
+use crate::serial::{Clock, Port, PortConfig, Read};
 use hovernav::telemetry::{Flow, Snapshot, frame};
+use hovernav::time::Time;
+use hovernav_log::FlyConfig;
 
 /// How long the thread listens to the ground before it looks for a snapshot, s.
 const LISTEN_S: f64 = 0.005;
@@ -15,8 +17,8 @@ const LISTEN_S: f64 = 0.005;
 /// How long a frame may take to be handed to the line, s: less than a cycle.
 const WRITE_S: f64 = 0.025;
 
-/// What is spoken on the line.
-pub enum Language {
+/// What is sent on the line.
+enum Encoder {
     /// Packed frames, while the ground wants them.
     Packed(Flow),
     /// MAVLink 2, always.
@@ -41,27 +43,69 @@ struct Shared {
 }
 
 /// One line to the ground.
-pub struct Downlink {
+struct Downlink {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Downlink {
-    /// Speaks `language` on `port` from now on.
+/// The lines to the ground that the configuration names.
+pub struct Downlinks {
+    packed: Option<Downlink>,
+    mavlink: Option<Downlink>,
+}
+
+impl Downlinks {
+    /// Opens the lines that `config` names, of a flight that starts at `start` on `clock`, `unix_ns`
+    /// after the start of 1970.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn spawn(port: Port, clock: Clock, language: Language) -> io::Result<Self> {
+    pub fn open(config: &FlyConfig, clock: Clock, start: Time, unix_ns: i64) -> io::Result<Self> {
+        let packed = config.telemetry.as_ref().map(|section| {
+            let port = Port::new(PortConfig::new(&section.port, section.baud), clock);
+            Downlink::spawn(port, clock, Encoder::Packed(Flow::default()))
+        });
+        let mavlink = config.mavlink.as_ref().map(|section| {
+            let mut mavlink = Mavlink::new(section.speaker, start);
+            mavlink.set_utc(unix_ns, start);
+            let port = Port::new(PortConfig::new(&section.port, section.baud), clock);
+            Downlink::spawn(port, clock, Encoder::Mavlink(Box::new(mavlink)))
+        });
+        Ok(Self { packed: packed.transpose()?, mavlink: mavlink.transpose()? })
+    }
+
+    /// Offers the newest snapshot to each; never waits.
+    pub fn offer(&self, snapshot: &Snapshot) {
+        for downlink in self.packed.iter().chain(&self.mavlink) {
+            downlink.offer(snapshot);
+        }
+    }
+
+    /// What became of the snapshots: in packed frames, in MAVLink.
+    pub fn counts(&self) -> (DownlinkCounts, DownlinkCounts) {
+        let counts = |downlink: &Option<Downlink>| {
+            downlink.as_ref().map(Downlink::counts).unwrap_or_default()
+        };
+        (counts(&self.packed), counts(&self.mavlink))
+    }
+}
+
+impl Downlink {
+    /// Sends what `encoder` makes of the snapshots on `port` from now on.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    fn spawn(port: Port, clock: Clock, encoder: Encoder) -> io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
         let thread = thread::Builder::new()
             .name("telemetry".into())
-            .spawn(move || speak(port, clock, language, &theirs))?;
+            .spawn(move || transmit(port, clock, encoder, &theirs))?;
         Ok(Self { shared, thread: Some(thread) })
     }
 
     /// Offers the newest snapshot; never waits.
-    pub fn offer(&self, snapshot: &Snapshot) {
+    fn offer(&self, snapshot: &Snapshot) {
         let mut newest = match self.shared.newest.try_lock() {
             Ok(newest) => newest,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
@@ -77,7 +121,7 @@ impl Downlink {
     }
 
     /// What became of the snapshots.
-    pub fn counts(&self) -> DownlinkCounts {
+    fn counts(&self) -> DownlinkCounts {
         DownlinkCounts {
             sent: self.shared.sent.load(Ordering::Relaxed),
             dropped: self.shared.dropped.load(Ordering::Relaxed),
@@ -95,25 +139,25 @@ impl Drop for Downlink {
     }
 }
 
-fn speak(mut port: Port, clock: Clock, mut language: Language, shared: &Shared) {
-    let mut heard = [0; 64];
+fn transmit(mut port: Port, clock: Clock, mut encoder: Encoder, shared: &Shared) {
+    let mut received = [0; 64];
     let (mut sequence, mut bytes) = (0u8, Vec::with_capacity(2048));
     while !shared.stop.load(Ordering::Relaxed) {
-        let read = port.read_until(&mut heard, clock.now() + LISTEN_S);
-        if let (Read::Bytes { count, .. }, Language::Packed(flow)) = (read, &mut language) {
-            flow.receive(&heard[..count]);
+        let read = port.read_until(&mut received, clock.now() + LISTEN_S);
+        if let (Read::Bytes { count, .. }, Encoder::Packed(flow)) = (read, &mut encoder) {
+            flow.receive(&received[..count]);
         }
         let newest = shared.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(snapshot) = newest.filter(|_| port.is_open()) else { continue };
         bytes.clear();
-        match &mut language {
-            Language::Packed(flow) => {
+        match &mut encoder {
+            Encoder::Packed(flow) => {
                 if flow.is_on() {
                     bytes.extend_from_slice(&frame::pack(&snapshot, sequence));
                     sequence = sequence.wrapping_add(1);
                 }
             }
-            Language::Mavlink(speaker) => speaker.encode(&snapshot, &mut bytes),
+            Encoder::Mavlink(mavlink) => mavlink.encode(&snapshot, &mut bytes),
         }
         if bytes.is_empty() {
             continue;

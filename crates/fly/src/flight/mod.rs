@@ -1,13 +1,20 @@
-//! The real-time loop of a flight computer.
+//! The flight computer: the real-time loop and the lines around it.
 
-mod cabin;
+mod cycle_timer;
 mod downlink;
+mod duration_histogram;
+mod error;
+mod flight_computer;
+mod flight_loop;
+mod messages;
+mod notification;
+mod realtime;
 mod report;
-mod run;
 mod servos;
-mod timing;
 
 pub use downlink::DownlinkCounts;
+pub use duration_histogram::DurationHistogram;
+pub use error::FlyError;
+pub use flight_computer::fly;
+pub use notification::Notification;
 pub use report::FlightReport;
-pub use run::{FlyError, Told, fly};
-pub use timing::Durations;

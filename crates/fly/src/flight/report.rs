@@ -3,13 +3,14 @@
 use std::fmt;
 
 use super::downlink::DownlinkCounts;
-use super::timing::Durations;
+use super::duration_histogram::DurationHistogram;
 use crate::serial::{Dropped, PortCounts};
 use hovernav::gps;
 use hovernav_log::record;
 
 /// How a flight went, as far as the computer can tell. Shown, it is a few lines for a terminal.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct FlightReport {
     /// From start to end, s.
     pub duration_s: f64,
@@ -18,11 +19,11 @@ pub struct FlightReport {
     /// Fixes the estimator was given.
     pub fixes: u64,
     /// Busy time of each cycle: all the loop does between two waits, from one sample to the next.
-    pub work: Durations,
+    pub work: DurationHistogram,
     /// Between two packets' arrivals, less the time between their samples by the unit's own timer.
-    pub jitter: Durations,
+    pub jitter: DurationHistogram,
     /// How late the loop woke where it had asked to be woken at a time.
-    pub wake: Durations,
+    pub wake_latency: DurationHistogram,
     /// Cycles whose work took longer than a cycle lasts, or that began more than half a cycle late
     /// because the loop woke late: deadlines missed by the loop's own fault.
     pub missed_deadlines: u64,
@@ -51,18 +52,18 @@ impl fmt::Display for FlightReport {
         let Self { duration_s, cycles, fixes, .. } = self;
         writeln!(f, "{duration_s:.1} s, {cycles} cycles, {fixes} fixes")?;
         writeln!(f, "  missed deadlines  {}", self.missed_deadlines)?;
-        for (name, durations) in [
+        for (name, histogram) in [
             ("loop body", &self.work),
             ("packet jitter", &self.jitter),
-            ("late wake-up", &self.wake),
+            ("late wake-up", &self.wake_latency),
         ] {
             writeln!(
                 f,
                 "  {name:<16}  median {:.3} ms, p99 {:.3} ms, p99.9 {:.3} ms, longest {:.3} ms",
-                1e3 * durations.quantile_s(0.5),
-                1e3 * durations.quantile_s(0.99),
-                1e3 * durations.quantile_s(0.999),
-                1e3 * durations.longest_s()
+                1e3 * histogram.quantile_s(0.5),
+                1e3 * histogram.quantile_s(0.99),
+                1e3 * histogram.quantile_s(0.999),
+                1e3 * histogram.longest_s()
             )?;
         }
         writeln!(

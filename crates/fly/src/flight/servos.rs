@@ -1,22 +1,24 @@
 //! The pilot's pulses in, the servos' pulses out.
 
-use super::run::FlyError;
-use crate::serial::{Clock, Item, Parity, Port, PortConfig, PortEvent, Reader};
+use super::error::FlyError;
+use super::messages::port_level;
+use super::notification::EventLog;
+use crate::serial::{Clock, Item, Port, PortConfig, PortEvent, Reader};
 use crate::servo::{GpioCapture, PwmOutput};
-use hovernav::controls::Channels;
+use hovernav::controls::{Channels, Sticks};
 use hovernav::servo::packet::PacketCapture;
 use hovernav::servo::{
     ChannelConfig, Limiter, PilotPulses, PulseCapture as _, PulseOutput as _, Signal, SignalConfig,
 };
 use hovernav::time::Time;
-use hovernav_log::CaptureSection;
-use hovernav_log::FlyConfig;
+use hovernav_log::record::{Level, Line};
+use hovernav_log::{CaptureSection, FlyConfig};
 
 /// Pieces of the pilot's stream that may wait: 5 s of them.
 const QUEUE: usize = 256;
 
 /// Where the pilot's pulses come from.
-enum Pilot {
+enum PilotInput {
     Absent,
     Stream { reader: Reader, capture: PacketCapture },
     Gpio(GpioCapture),
@@ -32,6 +34,30 @@ pub enum ServoEvent<'a> {
     Signal(Signal),
     /// The source or the servos failed, for the first time since they worked.
     Failed(String),
+}
+
+impl ServoEvent<'_> {
+    /// Records it, and notifies of it unless it is only bytes.
+    pub fn log(&self, log: &mut EventLog, now: Time) {
+        let pilot = "pilot_signal";
+        match self {
+            Self::Raw(bytes, arrival) => log.recorder.raw(Line::Servo, bytes, *arrival),
+            Self::Port(event) => {
+                log.event(now, port_level(event), "servo_port", format_args!("pilot: {event}"));
+            }
+            Self::Signal(Signal::Good) => {
+                log.event(now, Level::Info, pilot, "the pilot's signal is there");
+            }
+            Self::Signal(Signal::Stale(channel)) => {
+                let text = format_args!("no pulses of the pilot's {channel}");
+                log.event(now, Level::Error, pilot, text);
+            }
+            Self::Signal(Signal::Failsafe) => {
+                log.event(now, Level::Error, pilot, "the pilot's signal is lost");
+            }
+            Self::Failed(why) => log.event(now, Level::Error, "servos", why),
+        }
+    }
 }
 
 /// Widths in and out, ms.
@@ -53,7 +79,7 @@ pub struct Widths {
 
 /// The pilot, the limits and the servos.
 pub struct Servos {
-    pilot: Pilot,
+    pilot: PilotInput,
     signal: SignalConfig,
     channels: Channels<ChannelConfig>,
     limiter: Limiter,
@@ -71,18 +97,14 @@ impl Servos {
     pub fn open(config: &FlyConfig, clock: Clock) -> Result<Self, FlyError> {
         let section = &config.servo;
         let pilot = match &section.capture {
-            None => Pilot::Absent,
+            None => PilotInput::Absent,
             Some(CaptureSection::Serial(line)) => {
-                let port = PortConfig {
-                    path: line.port.to_string_lossy().into_owned(),
-                    baud: line.baud,
-                    parity: Parity::None,
-                };
-                let reader = Reader::spawn(Port::new(port, clock), clock, QUEUE)?;
-                Pilot::Stream { reader, capture: PacketCapture::default() }
+                let port = Port::new(PortConfig::new(&line.port, line.baud), clock);
+                let reader = Reader::spawn(port, clock, QUEUE)?;
+                PilotInput::Stream { reader, capture: PacketCapture::default() }
             }
             Some(CaptureSection::Gpio { chip, lines }) => {
-                Pilot::Gpio(GpioCapture::open(chip, lines)?)
+                PilotInput::Gpio(GpioCapture::open(chip, lines)?)
             }
         };
         let wanted = section.output.iter().any(|(_, line)| line.is_some());
@@ -101,14 +123,14 @@ impl Servos {
 
     /// One cycle with the pilot in command: takes in the pilot's pulses and sends them on, within
     /// range and rate.
-    pub fn pass_through(&mut self, now: Time, mut tell: impl FnMut(ServoEvent<'_>)) -> Widths {
-        let Some((pulses, failure)) = self.pilot.poll(now, &mut tell) else {
+    pub fn pass_through(&mut self, now: Time, mut on_event: impl FnMut(ServoEvent<'_>)) -> Widths {
+        let Some((pulses, failure)) = self.pilot.poll(now, &mut on_event) else {
             return Widths { servos_good: true, ..Widths::default() };
         };
         let mut failure = failure;
         let signal = pulses.signal(now, &self.signal);
         if self.last_signal.replace(signal) != Some(signal) {
-            tell(ServoEvent::Signal(signal));
+            on_event(ServoEvent::Signal(signal));
         }
         let fresh = pulses.channels.map(|channel| channel.fresh_ms(now, self.signal.stale_after_s));
         let mut widths = Widths {
@@ -124,8 +146,9 @@ impl Servos {
                 .unwrap_or(0),
             ..Widths::default()
         };
-        let believed = signal != Signal::Failsafe;
-        let command_ms = fresh.map(|width_ms| width_ms.filter(|_| believed).unwrap_or(f64::NAN));
+        // In failsafe the pulses are the receiver's own, not the pilot's.
+        let is_pilots = signal != Signal::Failsafe;
+        let command_ms = fresh.map(|width_ms| width_ms.filter(|_| is_pilots).unwrap_or(f64::NAN));
         if !self.started {
             if !widths.signal_good {
                 return widths;
@@ -143,26 +166,30 @@ impl Servos {
         }
         let failed_before = std::mem::replace(&mut self.failed, failure.is_some());
         if let Some(failure) = failure.filter(|_| !failed_before) {
-            tell(ServoEvent::Failed(failure));
+            on_event(ServoEvent::Failed(failure));
         }
         widths
     }
 
-    /// The pilot's sticks as fractions about trim: lateral, longitudinal, collective, pedal; `None`
-    /// unless all four are fresh.
-    pub fn sticks(&self, pilot_ms: &Channels<Option<f64>>) -> Option<[f64; 4]> {
+    /// The pilot's sticks; `None` unless all four are fresh.
+    pub fn sticks(&self, pilot_ms: &Channels<Option<f64>>) -> Option<Sticks> {
         let stick = pilot_ms
             .zip(self.channels)
             .map(|(width_ms, config)| width_ms.map(|width_ms| config.stick(width_ms)));
-        Some([stick.lateral?, stick.longitudinal?, stick.collective?, stick.pedal?])
+        Some(Sticks {
+            lateral: stick.lateral?,
+            longitudinal: stick.longitudinal?,
+            collective: stick.collective?,
+            pedal: stick.pedal?,
+        })
     }
 }
 
-impl Pilot {
+impl PilotInput {
     fn poll(
         &mut self,
         now: Time,
-        tell: &mut impl FnMut(ServoEvent<'_>),
+        on_event: &mut impl FnMut(ServoEvent<'_>),
     ) -> Option<(PilotPulses, Option<String>)> {
         match self {
             Self::Absent => None,
@@ -170,10 +197,10 @@ impl Pilot {
                 while let Some(item) = reader.receive(now) {
                     match item {
                         Item::Bytes { arrival, bytes } => {
-                            tell(ServoEvent::Raw(&bytes, arrival));
+                            on_event(ServoEvent::Raw(&bytes, arrival));
                             capture.receive(&bytes, arrival);
                         }
-                        Item::Changed(event) => tell(ServoEvent::Port(event)),
+                        Item::Changed(event) => on_event(ServoEvent::Port(event)),
                         Item::NotWritten(_) => {}
                     }
                 }

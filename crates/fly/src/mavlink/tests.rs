@@ -7,7 +7,7 @@ use mavlink::{MavlinkReader, MavlinkVersion};
 use super::*;
 use hovernav::controls::Channels;
 use hovernav::frames::EulerAngles;
-use hovernav::telemetry::{FixKind, GpsSummary, Health, Innovations, Sigmas};
+use hovernav::telemetry::{FixKind, GpsSummary, Innovations, Sigmas, StatusFlags};
 use hovernav_log::MavlinkRates;
 
 fn at(seconds: f64) -> Time {
@@ -16,8 +16,13 @@ fn at(seconds: f64) -> Time {
 
 fn flying(time: Time) -> Snapshot {
     Snapshot {
-        mode: Mode::Autopilot,
-        health: Health { attitude: true, velocity: true, servos: true, ..Health::default() },
+        mode: SystemMode::Autopilot,
+        status: StatusFlags {
+            attitude: true,
+            velocity: true,
+            servos: true,
+            ..StatusFlags::default()
+        },
         angular_rate_radps: Some(Vector::new(0.1, -0.2, 0.3)),
         specific_force_mps2: Some(Vector::new(0.5, -0.25, -9.81)),
         magnetic_field_gauss: Some(Vector::new(0.2, -0.03, 0.45)),

@@ -1,5 +1,4 @@
 //! Serial lines to the sensors: opened, read until a deadline, and opened again when they are lost.
-//! Needs the feature `serial`.
 //!
 //! A [`Port`] is one line; it never blocks past the time it is given, and tells of every change as a
 //! [`PortEvent`]. A [`Reader`] reads a port in a thread of its own, for a loop that cannot wait. All
@@ -7,11 +6,10 @@
 //!
 //! ```no_run
 //! use hovernav::dmu::{Flow, Link, LinkAction, Mode};
-//! use hovernav_fly::serial::{Clock, Parity, Port, PortConfig, Read};
+//! use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
 //!
 //! let clock = Clock::start();
-//! let config = PortConfig { path: "/dev/ttyUSB0".into(), baud: 38_400, parity: Parity::None };
-//! let mut port = Port::new(config, clock);
+//! let mut port = Port::new(PortConfig::new("/dev/ttyUSB0", 38_400), clock);
 //! let mut link = Link::new(Mode::Angle, Flow::Continuous, clock.now());
 //! loop {
 //!     match link.next_action(clock.now()) {

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io;
+use std::path::Path;
 use std::time::Duration;
 
 use serialport::{ClearBuffer, DataBits, ErrorKind, FlowControl, Parity, SerialPort, StopBits};
@@ -24,6 +25,7 @@ const WRITE_CHUNK: usize = 64;
 
 /// Which line, and how it is set: eight data bits, one stop bit, no flow control.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PortConfig {
     /// The device, as `/dev/ttyUSB0` or `COM3`; a link is followed each time the port is opened.
     pub path: String,
@@ -31,6 +33,20 @@ pub struct PortConfig {
     pub baud: u32,
     /// The parity bit.
     pub parity: Parity,
+}
+
+impl PortConfig {
+    /// The line at `path` at `baud` bits per second, without a parity bit.
+    pub fn new(path: impl AsRef<Path>, baud: u32) -> Self {
+        let path = path.as_ref().to_string_lossy().into_owned();
+        Self { path, baud, parity: Parity::None }
+    }
+
+    /// The same with another parity bit.
+    #[must_use]
+    pub fn with_parity(self, parity: Parity) -> Self {
+        Self { parity, ..self }
+    }
 }
 
 /// Why a port is not open.

@@ -11,29 +11,29 @@ const BINS: usize = 8 * 24 + 1;
 /// same time and no memory however long the flight.
 ///
 /// ```
-/// use hovernav_fly::Durations;
-/// let mut durations = Durations::default();
+/// use hovernav_fly::DurationHistogram;
+/// let mut histogram = DurationHistogram::default();
 /// for microseconds in 1..=1000 {
-///     durations.add(f64::from(microseconds) * 1e-6);
+///     histogram.add(f64::from(microseconds) * 1e-6);
 /// }
-/// assert!((durations.quantile_s(0.5) / 500e-6 - 1.0).abs() < 0.09);
-/// assert_eq!(durations.longest_s(), 1e-3);
+/// assert!((histogram.quantile_s(0.5) / 500e-6 - 1.0).abs() < 0.09);
+/// assert_eq!(histogram.longest_s(), 1e-3);
 /// ```
 #[derive(Clone, Debug)]
-pub struct Durations {
+pub struct DurationHistogram {
     bins: [u64; BINS],
     count: u64,
     total_s: f64,
     longest_s: f64,
 }
 
-impl Default for Durations {
+impl Default for DurationHistogram {
     fn default() -> Self {
         Self { bins: [0; BINS], count: 0, total_s: 0.0, longest_s: 0.0 }
     }
 }
 
-impl Durations {
+impl DurationHistogram {
     /// Counts one, s; what is negative or not a number counts as 0.
     pub fn add(&mut self, duration_s: f64) {
         let duration_s = duration_s.max(0.0);
@@ -86,27 +86,27 @@ mod tests {
 
     #[test]
     fn a_quantile_is_never_below_the_true_one_and_at_most_nine_percent_above() {
-        let mut durations = Durations::default();
+        let mut histogram = DurationHistogram::default();
         let mut all: Vec<f64> =
             (0..5000).map(|index| 1e-6 * 1.0023f64.powi(index % 4001)).collect();
-        all.iter().for_each(|&duration_s| durations.add(duration_s));
+        all.iter().for_each(|&duration_s| histogram.add(duration_s));
         all.sort_by(f64::total_cmp);
         for part in [0.001, 0.1, 0.5, 0.9, 0.99, 0.999, 1.0] {
             let rank = (part * all.len() as f64).ceil() as usize;
-            let ratio = durations.quantile_s(part) / all[rank - 1];
+            let ratio = histogram.quantile_s(part) / all[rank - 1];
             assert!((1.0 - 1e-9..1.0906).contains(&ratio), "{part}: {ratio}");
         }
     }
 
     #[test]
     fn no_duration_is_too_odd_to_count() {
-        let mut durations = Durations::default();
-        assert_eq!(durations.quantile_s(0.5), 0.0);
+        let mut histogram = DurationHistogram::default();
+        assert_eq!(histogram.quantile_s(0.5), 0.0);
         for odd in [f64::NAN, -1.0, 0.0, 1e9] {
-            durations.add(odd);
+            histogram.add(odd);
         }
-        assert_eq!(durations.count(), 4);
-        assert_eq!(durations.longest_s(), 1e9);
-        assert!(durations.quantile_s(0.75) <= SHORTEST_S);
+        assert_eq!(histogram.count(), 4);
+        assert_eq!(histogram.longest_s(), 1e9);
+        assert!(histogram.quantile_s(0.75) <= SHORTEST_S);
     }
 }

@@ -1,0 +1,123 @@
+//! Whether the loop keeps its time.
+
+use hovernav::time::Time;
+
+use super::duration_histogram::DurationHistogram;
+
+/// Measures the work of each cycle, and how late each wake-up came.
+///
+/// A cycle's work is all that the loop does from one sample to the next, waits left out: the bytes of
+/// a packet may wake it several times.
+pub struct CycleTimer {
+    /// What a cycle may take, s.
+    cycle_s: f64,
+    /// End of the last wait.
+    wait_ended: Time,
+    /// Start of the last wait.
+    wait_began: Time,
+    /// Work since the last cycle was complete, s.
+    work_s: f64,
+    complete: bool,
+    woke_late: bool,
+    /// Work of each cycle.
+    pub work: DurationHistogram,
+    /// How late the loop woke where it had asked to be woken at a time.
+    pub wake_latency: DurationHistogram,
+    /// Cycles that missed their deadline by the loop's own fault.
+    pub missed_deadlines: u64,
+}
+
+/// A cycle that is over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CycleTiming {
+    /// What its work took, s.
+    pub work_s: f64,
+    /// Whether it began more than half a cycle late.
+    pub woke_late: bool,
+    /// Whether it met its deadline.
+    pub on_time: bool,
+}
+
+impl CycleTimer {
+    pub fn new(cycle_s: f64, start: Time) -> Self {
+        Self {
+            cycle_s,
+            wait_ended: start,
+            wait_began: start,
+            work_s: 0.0,
+            complete: false,
+            woke_late: false,
+            work: DurationHistogram::default(),
+            wake_latency: DurationHistogram::default(),
+            missed_deadlines: 0,
+        }
+    }
+
+    /// The work of a cycle is complete when the loop next waits.
+    pub fn complete_cycle(&mut self) {
+        self.complete = true;
+    }
+
+    /// The loop is about to wait; the cycle that this completes, if any.
+    pub fn begin_wait(&mut self, now: Time) -> Option<CycleTiming> {
+        self.work_s += now - self.wait_ended;
+        self.wait_began = now;
+        if !std::mem::take(&mut self.complete) {
+            return None;
+        }
+        let work_s = std::mem::take(&mut self.work_s);
+        let woke_late = std::mem::take(&mut self.woke_late);
+        let on_time = !woke_late && work_s <= self.cycle_s;
+        self.missed_deadlines += u64::from(!on_time);
+        self.work.add(work_s);
+        Some(CycleTiming { work_s, woke_late, on_time })
+    }
+
+    /// The loop has been woken, by bytes or at the time it had asked for.
+    pub fn end_wait(&mut self, now: Time, requested: Option<Time>) {
+        self.wait_ended = now;
+        if let Some(requested) = requested {
+            // A moment that was past when it was asked for says nothing of the wait.
+            let late_s = now - requested.max(self.wait_began);
+            self.wake_latency.add(late_s);
+            self.woke_late |= late_s > 0.5 * self.cycle_s;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(milliseconds: i64) -> Time {
+        Time::from_nanoseconds(milliseconds * 1_000_000)
+    }
+
+    #[test]
+    fn the_work_of_a_cycle_is_all_between_two_samples_but_the_waits() {
+        let mut timer = CycleTimer::new(0.03, at(0));
+        assert_eq!(timer.begin_wait(at(2)), None);
+        timer.end_wait(at(20), None);
+        timer.complete_cycle();
+        let cycle = timer.begin_wait(at(25)).unwrap();
+        assert!((cycle.work_s - 0.007).abs() < 1e-12 && cycle.on_time);
+    }
+
+    #[test]
+    fn long_work_and_a_late_wake_up_miss_the_deadline_and_a_past_request_does_not() {
+        let mut timer = CycleTimer::new(0.03, at(0));
+        timer.complete_cycle();
+        assert!(!timer.begin_wait(at(31)).unwrap().on_time);
+
+        timer.end_wait(at(60), Some(at(40)));
+        timer.complete_cycle();
+        let cycle = timer.begin_wait(at(61)).unwrap();
+        assert!(cycle.woke_late && !cycle.on_time);
+
+        timer.end_wait(at(62), Some(at(10)));
+        timer.complete_cycle();
+        assert!(timer.begin_wait(at(63)).unwrap().on_time);
+        assert_eq!((timer.missed_deadlines, timer.work.count()), (2, 3));
+        assert!((timer.wake_latency.longest_s() - 0.02).abs() < 1e-12);
+    }
+}

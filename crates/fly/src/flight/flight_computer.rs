@@ -1,0 +1,167 @@
+//! The flight computer: sensor lines in front of the flight loop.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::error::FlyError;
+use super::flight_loop::FlightLoop;
+use super::notification::Notification;
+use super::realtime::take_priority;
+use super::report::FlightReport;
+use crate::serial::{Clock, Item, Parity, Port, PortConfig, PortEvent, Read, Reader};
+use hovernav::sensors::{Report, Sensors};
+use hovernav::time::Time;
+use hovernav_log::record::{Entry, Level, Line};
+use hovernav_log::{FlyConfig, ReceiverProtocol};
+
+/// How long a command to the inertial unit may take to be handed to the line, s.
+const WRITE_S: f64 = 0.005;
+
+/// Pieces of the receiver's stream that may wait: half a minute of them.
+const QUEUE: usize = 1024;
+
+/// Flies until `stop` is set: reads the sensors, estimates, passes the pilot on to the servos, records
+/// and tells the ground. `record` is the file to write. What happens on the way is sent to
+/// `notifications`; where that is full, the flight does not wait for it.
+///
+/// The loop is one thread, paced by the inertial unit's packets. Each other line has a thread of its
+/// own with a bounded queue or a single place between, and so has the record, so that none of them
+/// can hold the loop up. Without the unit, the loop goes on at 33 Hz with the pilot alone.
+///
+/// # Errors
+/// What keeps a flight from beginning: see [`FlyError`]. Nothing ends it but `stop`.
+pub fn fly(
+    config: &FlyConfig,
+    record: &Path,
+    stop: &AtomicBool,
+    notifications: SyncSender<Notification>,
+) -> Result<FlightReport, FlyError> {
+    let clock = Clock::start();
+    let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let unix_ns = i64::try_from(unix.as_nanos()).unwrap_or(i64::MAX);
+    let (dmu, gps) = config.sensors()?;
+    let start = clock.now();
+    let receiver = PortConfig::new(&config.receiver.port, config.receiver.baud())
+        .with_parity(parity(config.receiver.protocol));
+    let mut computer = FlightComputer {
+        clock,
+        dmu_port: Port::new(PortConfig::new(&config.dmu.port, config.dmu.baud), clock),
+        receiver: Reader::spawn(Port::new(receiver, clock), clock, QUEUE)?,
+        sensors: Sensors::new(dmu, gps, start),
+        flight: FlightLoop::new(config, record, clock, start, unix_ns, notifications)?,
+    };
+    if let Some(priority) = config.realtime_priority {
+        computer.take_priority(priority);
+    }
+    computer.run(stop);
+    Ok(computer.end(start))
+}
+
+/// The parity bit of a receiver's line: odd of TSIP, as Trimble sends it.
+const fn parity(protocol: ReceiverProtocol) -> Parity {
+    match protocol {
+        ReceiverProtocol::Tsip => Parity::Odd,
+        ReceiverProtocol::Nmea | ReceiverProtocol::Ubx => Parity::None,
+    }
+}
+
+/// The sensors' lines, what is said on them, and the flight loop.
+struct FlightComputer {
+    clock: Clock,
+    dmu_port: Port,
+    receiver: Reader,
+    sensors: Sensors,
+    flight: FlightLoop,
+}
+
+impl FlightComputer {
+    fn run(&mut self, stop: &AtomicBool) {
+        let mut buffer = [0; 512];
+        let mut until = self.dmu(&[], self.clock.now());
+        while !stop.load(Ordering::Relaxed) {
+            let wake = until.min(self.flight.cycle_due());
+            self.flight.begin_wait(self.clock.now());
+            let read = self.dmu_port.read_until(&mut buffer, wake);
+            let now = self.clock.now();
+            self.flight.end_wait(now, matches!(read, Read::Silent).then_some(wake));
+            self.receiver();
+            match read {
+                Read::Bytes { count, arrival } => until = self.dmu(&buffer[..count], arrival),
+                Read::Silent if now >= until => until = self.dmu(&[], now),
+                Read::Silent => {}
+                Read::Changed(event) => self.flight.port(now, "dmu_port", "inertial unit", &event),
+            }
+            self.flight.cycle_without_sample(now);
+        }
+    }
+
+    fn take_priority(&mut self, priority: u8) {
+        let now = self.clock.now();
+        let (level, text) = match take_priority(priority) {
+            Ok(()) => (Level::Info, format!("the loop has real-time priority {priority}")),
+            Err(error) => (Level::Warning, format!("no real-time priority for the loop: {error}")),
+        };
+        self.flight.log.event(now, level, "priority", text);
+    }
+
+    /// A call of the sensors with bytes of the inertial unit; returns until when to read.
+    fn dmu(&mut self, bytes: &[u8], now: Time) -> Time {
+        let Self { clock, dmu_port, sensors, flight, .. } = self;
+        flight.log.recorder.raw(Line::Dmu, bytes, now);
+        sensors.dmu(bytes, now, |report| match report {
+            Report::WriteDmu(command) => {
+                let written = dmu_port.write(&[command.byte()], clock.now() + WRITE_S);
+                flight.dmu_written(now, &written);
+            }
+            report => flight.handle(now, report),
+        })
+    }
+
+    /// Whatever the receiver has sent meanwhile.
+    fn receiver(&mut self) {
+        let Self { clock, receiver, sensors, flight, .. } = self;
+        while let Some(item) = receiver.receive(Time::ZERO) {
+            match item {
+                Item::Bytes { arrival, bytes } => {
+                    flight.log.recorder.raw(Line::Gps, &bytes, arrival);
+                    sensors.gps(&bytes, arrival, |report| match report {
+                        Report::WriteGps(command) => {
+                            if !receiver.write(command.as_bytes()) {
+                                let text = "a command to the receiver found no room";
+                                flight.log.event(arrival, Level::Warning, "gps_command", text);
+                            }
+                        }
+                        report => flight.handle(arrival, report),
+                    });
+                }
+                Item::Changed(event) => {
+                    let now = clock.now();
+                    flight.port(now, "gps_port", "receiver", &event);
+                    if event == PortEvent::Opened {
+                        sensors.restart_gps();
+                        flight.log.recorder.push(now, Entry::GpsRestarted);
+                    }
+                }
+                Item::NotWritten(error) => {
+                    let text = format_args!("receiver: {error}");
+                    flight.log.event(clock.now(), Level::Warning, "gps_command", text);
+                }
+            }
+        }
+    }
+
+    fn end(self, start: Time) -> FlightReport {
+        let now = self.clock.now();
+        let tally = *self.sensors.link().tally();
+        let mut report = self.flight.end();
+        report.duration_s = now - start;
+        report.dmu_packets_missing = tally.packets_missing;
+        report.dmu_port = self.dmu_port.counts();
+        report.gps_port = self.receiver.counts();
+        report.gps_messages = self.sensors.gps_counts();
+        report.gps_dropped = self.receiver.dropped();
+        report
+    }
+}

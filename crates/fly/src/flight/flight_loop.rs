@@ -1,0 +1,308 @@
+//! What the loop does with what it is given: estimate, command the servos, record, tell the ground.
+
+use std::path::Path;
+use std::sync::mpsc::SyncSender;
+
+use super::cycle_timer::CycleTimer;
+use super::downlink::Downlinks;
+use super::error::FlyError;
+use super::messages;
+use super::notification::{EventLog, Notification};
+use super::report::FlightReport;
+use super::servos::Servos;
+use crate::serial::{Clock, PortEvent, WriteError};
+use hovernav::autopilot::{Health, HealthLimits};
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, Notice, Solution};
+use hovernav::event::Event;
+use hovernav::imu::ImuSample;
+use hovernav::sensors::Report;
+use hovernav::telemetry::{GpsSummary, Snapshot, SystemMode};
+use hovernav::time::Time;
+use hovernav_log::FlyConfig;
+use hovernav_log::record::{Entry, Header, Level, Recorder};
+
+/// A cycle where the inertial unit does not set its length, s: 33 Hz.
+const CYCLE_S: f64 = 1.0 / 33.0;
+
+/// Without a sample for this many cycles the loop goes on by the clock.
+const CYCLES_WITHOUT_SAMPLE: f64 = 1.5;
+
+/// The inertial unit counts as lost when its last sample came longer ago than this, s.
+const SAMPLE_FRESH_S: f64 = 0.15;
+
+/// The receiver counts as lost when its last good fix came longer ago than this, s.
+const FIX_FRESH_S: f64 = 3.0;
+
+/// The estimator, the servos, the record and the telemetry of a flight, and what they have come to.
+///
+/// It is handed what the sensors say and the time, and neither reads a line nor waits for one.
+pub struct FlightLoop {
+    pub log: EventLog,
+    estimator: Estimator<Full, 26>,
+    /// The estimate at the last sample.
+    solution: Option<Solution>,
+    limits: HealthLimits,
+    servos: Servos,
+    downlinks: Downlinks,
+    timer: CycleTimer,
+    cycle_s: f64,
+    /// When the last cycle was.
+    last_cycle: Time,
+    last_sample: Option<SampleTimes>,
+    /// Arrival of the last good fix.
+    last_fix: Option<Time>,
+    snapshot: Snapshot,
+    report: FlightReport,
+    dmu_commands_lost: bool,
+}
+
+/// When an inertial sample arrived, and when it was taken.
+#[derive(Clone, Copy)]
+struct SampleTimes {
+    arrival: Time,
+    sample: Time,
+}
+
+impl FlightLoop {
+    /// The loop of a flight that starts at `start` on `clock`, `unix_ns` after the start of 1970.
+    ///
+    /// # Errors
+    /// What keeps a flight from beginning.
+    pub fn new(
+        config: &FlyConfig,
+        record: &Path,
+        clock: Clock,
+        start: Time,
+        unix_ns: i64,
+        notifications: SyncSender<Notification>,
+    ) -> Result<Self, FlyError> {
+        let cycle_s = config.dmu.rate_hz.map_or(CYCLE_S, |rate_hz| 1.0 / rate_hz);
+        let downlinks = Downlinks::open(config, clock, start, unix_ns)?;
+        let servos = Servos::open(config, clock)?;
+        let header = Header::new(config.clone(), start, unix_ns);
+        let estimator = Estimator::new(config.settings()?);
+        let mut snapshot = Snapshot::at(start);
+        snapshot.status.recorder = true;
+        Ok(Self {
+            log: EventLog::new(Recorder::create(record, &header)?, notifications),
+            estimator,
+            solution: None,
+            limits: HealthLimits::default(),
+            servos,
+            downlinks,
+            timer: CycleTimer::new(cycle_s, start),
+            cycle_s,
+            last_cycle: start,
+            last_sample: None,
+            last_fix: None,
+            snapshot,
+            report: FlightReport::default(),
+            dmu_commands_lost: false,
+        })
+    }
+
+    /// When the next cycle is due though no sample came.
+    pub fn cycle_due(&self) -> Time {
+        self.last_cycle + CYCLES_WITHOUT_SAMPLE * self.cycle_s
+    }
+
+    /// The loop is about to wait.
+    pub fn begin_wait(&mut self, now: Time) {
+        let Some(cycle) = self.timer.begin_wait(now) else { return };
+        if !cycle.on_time {
+            let late = if cycle.woke_late { ", and began late" } else { "" };
+            let text = format_args!("a cycle took {:.1} ms of work{late}", 1e3 * cycle.work_s);
+            self.log.event(now, Level::Warning, "deadline_missed", text);
+        }
+        let timing = &mut self.snapshot.timing;
+        timing.work_s = Some(cycle.work_s);
+        timing.longest_work_s = Some(self.timer.work.longest_s());
+        timing.overruns = u32::try_from(self.timer.missed_deadlines).unwrap_or(u32::MAX);
+        self.snapshot.status.on_time = cycle.on_time;
+    }
+
+    /// The loop has been woken, by bytes or at the time it had asked for.
+    pub fn end_wait(&mut self, now: Time, requested: Option<Time>) {
+        self.timer.end_wait(now, requested);
+    }
+
+    /// Handles what the bytes of a sensor's line came to.
+    pub fn handle(&mut self, now: Time, report: Report) {
+        self.log.recorder.push(now, report);
+        if let Some(text) = messages::of_sensor_fault(&report) {
+            self.log.notify(now, Level::Warning, text.as_str());
+        }
+        match report {
+            Report::Measured(_, measurement) => {
+                self.snapshot.temperature_degc = Some(measurement.temperature_degc);
+                self.snapshot.magnetic_field_gauss = Some(measurement.magnetic_field_gauss);
+            }
+            Report::Event(event) => {
+                if let Event::Imu(sample) = event {
+                    self.sample_cycle(now, &event, &sample);
+                } else {
+                    self.report.fixes += 1;
+                    self.last_fix = Some(now);
+                    self.estimate(now, &event);
+                }
+            }
+            Report::DmuLost(..) => self.report.dmu_restarts += 1,
+            Report::Fix(fix, failures) => {
+                self.snapshot.gps = GpsSummary::of(&fix, now);
+                for failure in failures.iter() {
+                    let text = format_args!("fix refused: {failure}");
+                    self.log.notify(now, Level::Warning, text);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A cycle with a sample, which came `now`.
+    fn sample_cycle(&mut self, now: Time, event: &Event, sample: &ImuSample) {
+        let times = SampleTimes { arrival: now, sample: sample.time };
+        let mut interval_s = self.cycle_s;
+        if let Some(before) = self.last_sample.replace(times) {
+            interval_s = times.sample - before.sample;
+            let period_s = times.arrival - before.arrival;
+            self.snapshot.timing.period_s = Some(period_s);
+            self.report.jitter.add((period_s - interval_s).abs());
+        }
+        self.report.cycles += 1;
+        self.estimate(now, event);
+        self.snapshot = self.snapshot.with_imu(sample, interval_s);
+        self.solution = self.estimator.solution();
+        if let Some(solution) = &self.solution {
+            self.log.recorder.push(now, *solution);
+            self.snapshot = self.snapshot.with_solution(solution);
+        }
+        self.timer.complete_cycle();
+        self.control(now);
+    }
+
+    /// A cycle by the clock, if samples stay away.
+    pub fn cycle_without_sample(&mut self, now: Time) {
+        if now >= self.cycle_due() {
+            self.control(now);
+        }
+    }
+
+    fn estimate(&mut self, now: Time, event: &Event) {
+        let Self { estimator, log, snapshot, .. } = self;
+        estimator.push(event, |notice| {
+            log.recorder.push(now, notice);
+            if let Notice::Updated(report) = &notice {
+                report.innovations().for_each(|one| snapshot.innovations.note(one));
+            }
+            if let Some((level, text)) = messages::of_notice(&notice) {
+                log.notify(now, level, text.as_str());
+            }
+        });
+    }
+
+    /// Sends the pilot's commands to the servos, and tells the ground.
+    fn control(&mut self, now: Time) {
+        self.last_cycle = now;
+        let Self { servos, log, .. } = self;
+        let widths = servos.pass_through(now, |event| event.log(log, now));
+        if widths.commanded_ms != self.snapshot.commanded_ms
+            || widths.pilot_ms != self.snapshot.pilot_ms
+        {
+            let ms = |width_ms: Option<f64>| width_ms.unwrap_or(f64::NAN) as f32;
+            let entry = Entry::Servo {
+                captured_ms: widths.pilot_ms.map(ms).to_array(),
+                commanded_ms: widths.commanded_ms.map(ms).to_array(),
+            };
+            self.log.recorder.push(now, entry);
+        }
+        if let Some(sticks) = self.servos.sticks(&widths.pilot_ms) {
+            self.log.recorder.push(now, Entry::Controls(sticks.to_array()));
+        }
+        self.snapshot.pilot_ms = widths.pilot_ms;
+        self.snapshot.commanded_ms = widths.commanded_ms;
+        self.snapshot.drops.pilot_pulses = widths.pulses_lost;
+        let status = &mut self.snapshot.status;
+        status.pilot_signal = widths.signal_good;
+        status.receiver_failsafe = widths.receiver_failsafe;
+        status.servos = widths.servos_good;
+        self.watch_receiver(now);
+        self.watch_record(now);
+        self.tell_ground(now);
+    }
+
+    /// Notices when fixes stay away, and when they are back.
+    fn watch_receiver(&mut self, now: Time) {
+        let good = self.last_fix.is_some_and(|arrival| now - arrival < FIX_FRESH_S);
+        if std::mem::replace(&mut self.snapshot.status.gps, good) != good {
+            let (level, text) = if good {
+                (Level::Info, "fixes come")
+            } else {
+                (Level::Warning, "no good fix for 3 s")
+            };
+            self.log.event(now, level, "gps_fixes", text);
+        }
+    }
+
+    /// Notices when the record is not written, and when it is again.
+    fn watch_record(&mut self, now: Time) {
+        let status = self.log.recorder.status();
+        let before = std::mem::replace(&mut self.report.record, status);
+        // What has been refused waits until it is written; what is lost is lost for good.
+        let good = status.bytes_waiting == 0
+            && status.lost_raw == before.lost_raw
+            && status.lost_decoded == before.lost_decoded;
+        if std::mem::replace(&mut self.snapshot.status.recorder, good) != good {
+            let (level, text) = messages::of_record(good, &status);
+            self.log.event(now, level, "record", text.as_str());
+        }
+    }
+
+    fn tell_ground(&mut self, now: Time) {
+        let snapshot = &mut self.snapshot;
+        snapshot.time = now;
+        snapshot.mode = match self.solution {
+            None if self.last_sample.is_none() => SystemMode::Starting,
+            None => SystemMode::Aligning,
+            Some(_) if self.estimator.filter().is_none() => SystemMode::SearchingHeading,
+            Some(_) => SystemMode::Pilot,
+        };
+        let health = Health::assess(self.solution.as_ref(), now, &self.limits);
+        snapshot.status = snapshot.status.with_estimate(&health);
+        snapshot.status.imu =
+            self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
+        snapshot.gps.age_s = self.last_fix.map(|arrival| (now - arrival).max(0.0));
+        self.downlinks.offer(snapshot);
+        snapshot.innovations.clear();
+    }
+
+    /// What became of a command to the inertial unit; an event when that changes for the worse.
+    pub fn dmu_written(&mut self, now: Time, written: &Result<(), WriteError>) {
+        let lost = matches!(written, Err(WriteError::Stuck { .. } | WriteError::Lost(_)));
+        if let Err(error) = written
+            && lost
+            && !self.dmu_commands_lost
+        {
+            let text = format_args!("inertial unit: {error}");
+            self.log.event(now, Level::Warning, "dmu_command", text);
+        }
+        self.dmu_commands_lost = lost;
+    }
+
+    /// A port changed.
+    pub fn port(&mut self, now: Time, kind: &'static str, whose: &str, event: &PortEvent) {
+        let text = format_args!("{whose}: port {event}");
+        self.log.event(now, messages::port_level(event), kind, text);
+    }
+
+    /// Ends the record; what of the report this part of the flight knows.
+    pub fn end(self) -> FlightReport {
+        let mut report = self.report;
+        report.work = self.timer.work;
+        report.wake_latency = self.timer.wake_latency;
+        report.missed_deadlines = self.timer.missed_deadlines;
+        (report.telemetry, report.mavlink) = self.downlinks.counts();
+        report.record = self.log.recorder.finish();
+        report
+    }
+}

@@ -1,0 +1,60 @@
+//! What happens in flight, put into words.
+
+use std::io;
+
+use crate::serial::PortEvent;
+use hovernav::ekf::Notice;
+use hovernav::sensors::Report;
+use hovernav_log::record::{Level, ShortText, Status};
+
+/// A notice of the estimator; `None` for an ordinary update.
+pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
+    let text = match notice {
+        Notice::Updated(_) => return None,
+        Notice::Aligned(alignment) => ShortText::new(format_args!(
+            "aligned after {:.1} s, heading by {:?}",
+            alignment.duration_s, alignment.heading
+        )),
+        Notice::HeadingFound { sigma_rad, .. } => ShortText::new(format_args!(
+            "heading found, one-sigma {:.1} deg",
+            sigma_rad.to_degrees()
+        )),
+        Notice::FixUnusable(_, reason) => ShortText::new(format_args!("fix not used: {reason}")),
+        Notice::ImuFault(_, fault) => ShortText::new(format_args!("inertial sample: {fault}")),
+    };
+    let level = match notice {
+        Notice::Aligned(_) | Notice::HeadingFound { .. } => Level::Info,
+        _ => Level::Warning,
+    };
+    Some((level, text))
+}
+
+/// A fault of a sensor that its driver reports; a refused fix has a text of its own for each reason.
+pub fn of_sensor_fault(report: &Report) -> Option<ShortText> {
+    match report {
+        Report::DmuLost(_, fault) => Some(ShortText::new(format_args!("inertial unit: {fault}"))),
+        Report::Implausible(_, what) => Some(ShortText::new(format_args!("inertial unit: {what}"))),
+        Report::DmuClock(_, fault) => Some(ShortText::new(format_args!("inertial unit: {fault}"))),
+        Report::FixWithoutHeight(_) => {
+            Some(ShortText::new("a fix without height above the ellipsoid; set geoid_separation_m"))
+        }
+        _ => None,
+    }
+}
+
+/// Whether the flight is being recorded, after it was not or was.
+pub fn of_record(good: bool, status: &Status) -> (Level, ShortText) {
+    match (good, status.os_error) {
+        (true, _) => (Level::Info, ShortText::new("the record is written again")),
+        (false, Some(number)) => {
+            let error = io::Error::from_raw_os_error(number);
+            (Level::Error, ShortText::new(format_args!("the record is not written: {error}")))
+        }
+        (false, None) => (Level::Error, ShortText::new("the record loses entries")),
+    }
+}
+
+/// How much a change of a port matters.
+pub fn port_level(event: &PortEvent) -> Level {
+    if *event == PortEvent::Opened { Level::Info } else { Level::Warning }
+}

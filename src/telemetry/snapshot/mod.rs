@@ -1,0 +1,183 @@
+//! Everything that one moment of a flight tells the ground.
+
+mod gps;
+mod innovations;
+mod status;
+
+pub use gps::{FixKind, GpsSummary};
+pub use innovations::Innovations;
+pub use status::{StatusFlags, SystemMode};
+
+use crate::controls::Channels;
+use crate::earth::Geodetic;
+use crate::ekf::Solution;
+use crate::frames::{Body, EulerAngles, Ned, Vector};
+use crate::imu::{ImuSample, Motion};
+use crate::time::Time;
+
+/// How sure the estimator is, one-sigma; `None` before it runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sigmas {
+    /// Horizontal position, north and east together, m.
+    pub horizontal_m: Option<f64>,
+    /// Height, m.
+    pub vertical_m: Option<f64>,
+    /// Horizontal velocity, north and east together, m/s.
+    pub horizontal_velocity_mps: Option<f64>,
+    /// Vertical velocity, m/s.
+    pub vertical_velocity_mps: Option<f64>,
+    /// The greater of roll and pitch, rad.
+    pub tilt_rad: Option<f64>,
+    /// Heading, rad.
+    pub heading_rad: Option<f64>,
+}
+
+/// How the loop keeps its time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoopTiming {
+    /// From the start of the last cycle to the start of this, s.
+    pub period_s: Option<f64>,
+    /// What the last cycle's work took, s.
+    pub work_s: Option<f64>,
+    /// What the longest cycle's work took since the start, s.
+    pub longest_work_s: Option<f64>,
+    /// Cycles since the start that did not end in time.
+    pub overruns: u32,
+}
+
+/// What was lost since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Drops {
+    /// Packets of the inertial unit.
+    pub imu_packets: u32,
+    /// Messages of the receiver.
+    pub gps_messages: u32,
+    /// Pulses of the pilot, the most of any channel.
+    pub pilot_pulses: u32,
+    /// Telemetry frames that the line had no room for.
+    pub telemetry_frames: u32,
+}
+
+/// Everything that one moment tells; what is not known is `None`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snapshot {
+    /// The moment, on the flight's clock.
+    pub time: Time,
+    /// Who flies.
+    pub mode: SystemMode,
+    /// What works.
+    pub status: StatusFlags,
+    /// Angular rate, rad/s: less bias where the estimator runs, else as measured.
+    pub angular_rate_radps: Option<Vector<Body>>,
+    /// Specific force as measured, m/s²; level and at rest its z is −9.81.
+    pub specific_force_mps2: Option<Vector<Body>>,
+    /// Magnetic field as measured, gauss.
+    pub magnetic_field_gauss: Option<Vector<Body>>,
+    /// Temperature of the inertial unit, °C.
+    pub temperature_degc: Option<f64>,
+    /// Attitude by the estimator.
+    pub attitude: Option<EulerAngles>,
+    /// Position by the estimator.
+    pub position: Option<Geodetic>,
+    /// Velocity by the estimator, m/s.
+    pub velocity_mps: Option<Vector<Ned>>,
+    /// How sure the estimator is.
+    pub sigmas: Sigmas,
+    /// Widths that the servos are sent, ms.
+    pub commanded_ms: Channels<Option<f64>>,
+    /// Widths that the pilot's receiver sends, ms.
+    pub pilot_ms: Channels<Option<f64>>,
+    /// The receiver's last fix.
+    pub gps: GpsSummary,
+    /// How well sensors and estimator agree.
+    pub innovations: Innovations,
+    /// How the loop keeps its time.
+    pub timing: LoopTiming,
+    /// What was lost.
+    pub drops: Drops,
+}
+
+impl Snapshot {
+    /// A moment of which nothing else is known.
+    #[must_use]
+    pub fn at(time: Time) -> Self {
+        Self {
+            time,
+            mode: SystemMode::default(),
+            status: StatusFlags::default(),
+            angular_rate_radps: None,
+            specific_force_mps2: None,
+            magnetic_field_gauss: None,
+            temperature_degc: None,
+            attitude: None,
+            position: None,
+            velocity_mps: None,
+            sigmas: Sigmas::default(),
+            commanded_ms: Channels::default(),
+            pilot_ms: Channels::default(),
+            gps: GpsSummary::default(),
+            innovations: Innovations::default(),
+            timing: LoopTiming::default(),
+            drops: Drops::default(),
+        }
+    }
+
+    /// Tells what the inertial unit measured; `interval_s`, from the sample before, turns increments
+    /// into rates, and is not looked at for rates. Where a solution is told too, it comes after: its
+    /// rates are the better ones.
+    #[must_use]
+    pub fn with_imu(mut self, sample: &ImuSample, interval_s: f64) -> Self {
+        let (rate, force) = match sample.motion {
+            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
+                (angular_rate_radps, specific_force_mps2)
+            }
+            Motion::Increments { angle_rad, velocity_mps } => {
+                (angle_rad * (1.0 / interval_s), velocity_mps * (1.0 / interval_s))
+            }
+        };
+        self.angular_rate_radps = Some(rate).filter(|vector| vector.is_finite());
+        self.specific_force_mps2 = Some(force).filter(|vector| vector.is_finite());
+        self.magnetic_field_gauss = sample.magnetic_field_gauss;
+        self
+    }
+
+    /// Tells what the estimator knows.
+    #[must_use]
+    pub fn with_solution(mut self, solution: &Solution) -> Self {
+        let horizontal = |sigma: Vector<Ned>| Some(libm::hypot(sigma.x(), sigma.y()));
+        let (position, velocity) = (solution.position_sigma_m, solution.velocity_sigma_mps);
+        let [roll, pitch, yaw] = solution.attitude_sigma_rad;
+        self.angular_rate_radps = Some(solution.angular_rate_radps);
+        self.attitude = Some(solution.body_to_ned.euler());
+        self.position = Some(solution.position);
+        self.velocity_mps = Some(solution.velocity_mps);
+        self.sigmas = Sigmas {
+            horizontal_m: horizontal(position),
+            vertical_m: Some(position.z()),
+            horizontal_velocity_mps: horizontal(velocity),
+            vertical_velocity_mps: Some(velocity.z()),
+            tilt_rad: Some(roll.max(pitch)),
+            heading_rad: Some(yaw),
+        };
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn increments_are_told_as_rates() {
+        let motion = Motion::Increments {
+            angle_rad: Vector::new(0.01, 0.0, 0.0),
+            velocity_mps: Vector::new(0.0, 0.0, -0.098_1),
+        };
+        let sample =
+            ImuSample { time: Time::ZERO, motion, attitude: None, magnetic_field_gauss: None };
+        let told = Snapshot::at(Time::ZERO).with_imu(&sample, 0.01);
+        assert!((told.angular_rate_radps.unwrap().x() - 1.0).abs() < 1e-12);
+        assert!((told.specific_force_mps2.unwrap().z() + 9.81).abs() < 1e-12);
+        assert_eq!(Snapshot::at(Time::ZERO).with_imu(&sample, 0.0).specific_force_mps2, None);
+    }
+}
