@@ -230,7 +230,11 @@
     return { data, layout };
   };
 
-  const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "zoomIn2d", "zoomOut2d"] };
+  // Plotly offers to upload a figure to its maker's server unless told otherwise: a flight stays here.
+  const CONFIG = {
+    responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "",
+    modeBarButtonsToRemove: ["lasso2d", "select2d", "zoomIn2d", "zoomOut2d"],
+  };
   let range = whole;
   const views = new Map();
 

@@ -15,7 +15,7 @@ use super::series::Figure;
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("style.css");
 const FIGURES: &str = include_str!("figures.js");
-const PLOTLY: &str = include_str!(concat!(env!("OUT_DIR"), "/plotly.min.js"));
+const PLOTLY: &str = include_str!("../../assets/plotly-basic.min.js");
 
 /// A heading and what stands below it.
 pub struct Section {
