@@ -8,6 +8,7 @@ mod estimate;
 #[cfg(all(feature = "fly", target_os = "linux"))]
 mod fly;
 mod identify;
+mod inject;
 mod log;
 mod model;
 #[cfg(feature = "fly")]
@@ -52,6 +53,8 @@ enum Verb {
     Play(play::Arguments),
     /// Write any log as a dataset directory
     Convert(convert::Arguments),
+    /// Make a copy of a log with faults in it: vibration, gaps, GPS glitches and many more
+    Inject(inject::Arguments),
     /// Design the hover autopilot for a model and check it at the loop's own rate; writes
     /// autopilot.toml, summary.json and report.html
     Design(design::Arguments),
@@ -73,6 +76,7 @@ fn main() -> ExitCode {
         Verb::Identify(arguments) => identify::run(&arguments),
         Verb::Info { log } => info(&log),
         Verb::Convert(arguments) => convert::run(&arguments),
+        Verb::Inject(arguments) => inject::run(&arguments),
         Verb::Design(arguments) => design::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Campaign(arguments) => campaign::run(&arguments),

@@ -17,6 +17,7 @@ mod baro;
 pub mod campaign;
 mod check;
 mod dmu;
+pub mod faults;
 mod flight;
 mod gps;
 mod leg;

@@ -19,6 +19,7 @@ pub(super) enum Stream {
     Gust,
     Baro,
     Campaign,
+    Fault,
 }
 
 /// Independent standard normal deviates.

@@ -1,0 +1,218 @@
+//! Which faults there are.
+
+use std::fmt::Write as _;
+
+/// A kind of fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)] // CATALOGUE says what each does.
+pub enum Kind {
+    Vibration,
+    ClipAccel,
+    ClipGyro,
+    ClipBurst,
+    Stuck,
+    Gap,
+    PacketLoss,
+    Jitter,
+    GyroBias,
+    AccelBias,
+    AccelScale,
+    AccelSign,
+    GyroSign,
+    SwapAxes,
+    Unit,
+    GpsTime,
+    Outage,
+    GlitchStep,
+    GlitchRamp,
+    GlitchFollow,
+    FrozenFix,
+    NoVelocity,
+    HeightHeld,
+    HeightEmpty,
+    SwapLatLon,
+    Radians,
+    MagHeading,
+    MagHeadingOnly,
+    MagVector,
+    MagVectorOnly,
+    LeverArm,
+    LeverSign,
+}
+
+/// What a fault's value may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Values {
+    /// A number from the first to the last of these; the one between where none is given.
+    Number(f64, f64, f64),
+    /// One of these words, the first where none is given.
+    Words(&'static [&'static str]),
+    /// It takes none.
+    None,
+}
+
+/// How long a fault lasts where nobody says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lasts {
+    /// All of the log.
+    Throughout,
+    /// From a moment on to the end.
+    Onwards,
+    /// This long, s.
+    For(f64),
+    /// Its value, s.
+    ItsValue,
+}
+
+/// What there is to know of a kind of fault.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// The kind.
+    pub kind: Kind,
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// Its values.
+    pub values: Values,
+    /// The unit of its number.
+    pub unit: &'static str,
+    /// How long it lasts.
+    pub lasts: Lasts,
+    /// What it does.
+    pub does: &'static str,
+    /// Words of which a warning that names this fault holds one, in lower case.
+    pub named_by: &'static [&'static str],
+}
+
+const fn entry(
+    kind: Kind,
+    name: &'static str,
+    (values, unit): (Values, &'static str),
+    lasts: Lasts,
+    does: &'static str,
+    named_by: &'static [&'static str],
+) -> Entry {
+    Entry { kind, name, values, unit, lasts, does, named_by }
+}
+
+use Lasts::{For, ItsValue, Onwards, Throughout};
+use Values::{Number, Words};
+
+const STUCK: &[&str] = &["all", "gyro", "accel", "gx", "gy", "gz", "ax", "ay", "az"];
+const SIGNS: &[&str] = &["xyz", "x", "y", "z", "xy", "yz", "xz"];
+const PAIRS: &[&str] = &["xy", "yz", "xz"];
+const SETUP: &[&str] = &["sign", "axis", "axes", "gravity", "mount"];
+const GLITCH: &[&str] = &["glitch", "jump", "position", "gps", "fix"];
+const MAGNETIC: &[&str] = &["magnet", "heading", "yaw", "field"];
+
+/// All kinds of faults.
+#[rustfmt::skip]
+pub const CATALOGUE: [Entry; 32] = [
+    entry(Kind::Vibration, "vibration", (Number(0.0, 4.0, 20.0), "×"), Throughout,
+        "what is faster than about 2 Hz in rates and forces becomes so many times as strong: the log's own, from 2 to 10 s earlier, is added; below 1 it is taken away in part", &["vibrat", "shak"]),
+    entry(Kind::ClipAccel, "clip-accel", (Number(0.1, 2.0, 100.0), "g"), Throughout,
+        "accelerometers end at this range", &["clip", "range", "saturat"]),
+    entry(Kind::ClipGyro, "clip-gyro", (Number(1.0, 100.0, 5000.0), "°/s"), Throughout,
+        "gyros end at this range", &["clip", "range", "saturat"]),
+    entry(Kind::ClipBurst, "clip-burst", (Number(0.1, 3.0, 100.0), "g"), For(1.0),
+        "shaking of half this range, rms, on every accelerometer, which ends at the range", &["clip", "range", "saturat", "shock"]),
+    entry(Kind::Stuck, "stuck", (Words(STUCK), ""), For(1.0),
+        "the unit, a triad or an axis repeats its last value", &["stuck", "frozen", "repeat"]),
+    entry(Kind::Gap, "gap", (Number(0.01, 2.0, 600.0), "s"), ItsValue,
+        "no inertial samples", &["gap"]),
+    entry(Kind::PacketLoss, "packet-loss", (Number(0.0, 25.0, 95.0), "%"), Throughout,
+        "this share of the inertial samples is lost at random", &["gap", "lost", "missing"]),
+    entry(Kind::Jitter, "jitter", (Number(0.0, 3.0, 1000.0), "ms"), Throughout,
+        "time stamps of inertial samples scatter by this, one-sigma, and stay in order", &["jitter", "time stamp", "clock"]),
+    entry(Kind::GyroBias, "gyro-bias", (Number(0.0, 0.5, 100.0), "°/s"), Onwards,
+        "gyro bias jumps by this, in any direction", &["gyro bias", "bias"]),
+    entry(Kind::AccelBias, "accel-bias", (Number(0.0, 0.3, 50.0), "m/s²"), Onwards,
+        "accelerometer bias jumps by this, in any direction", &["accelerometer bias", "bias"]),
+    entry(Kind::AccelScale, "accel-scale", (Number(0.1, 0.5, 10.0), "×"), Throughout,
+        "accelerometers read so many times as much, as with a wrong range", &["gravity", "scale", "range", "unit"]),
+    entry(Kind::AccelSign, "accel-sign", (Words(SIGNS), ""), Throughout,
+        "accelerometers of wrong sign", SETUP),
+    entry(Kind::GyroSign, "gyro-sign", (Words(SIGNS), ""), Throughout,
+        "gyros of wrong sign", SETUP),
+    entry(Kind::SwapAxes, "swap-axes", (Words(PAIRS), ""), Throughout,
+        "two axes of the unit swapped, gyros and accelerometers", SETUP),
+    entry(Kind::Unit, "unit", (Words(&["g", "degps"]), ""), Throughout,
+        "accelerations in g, or rates in °/s", &["unit", "gravity", "degree", "beyond any"]),
+    entry(Kind::GpsTime, "gps-time", (Number(-5.0, 0.15, 5.0), "s"), Throughout,
+        "fixes are stamped this much late, early where negative", &["time offset", "latency", "delay", "late", "early"]),
+    entry(Kind::Outage, "outage", (Number(0.1, 30.0, 3600.0), "s"), ItsValue,
+        "no fixes", &["outage", "no gps", "without gps", "no fix", "dead reckoning", "dead-reckoning"]),
+    entry(Kind::GlitchStep, "glitch-step", (Number(0.0, 60.0, 1e5), "m"), For(15.0),
+        "position displaced horizontally, in any direction; velocity as it was", GLITCH),
+    entry(Kind::GlitchRamp, "glitch-ramp", (Number(0.0, 1.0, 1e3), "m/s"), For(30.0),
+        "position drifts away horizontally and comes back at the end; velocity as it was", GLITCH),
+    entry(Kind::GlitchFollow, "glitch-follow", (Number(0.0, 5.0, 1e3), "m/s"), For(12.0),
+        "position runs away horizontally and back, and the velocity says so too", GLITCH),
+    entry(Kind::FrozenFix, "frozen-fix", (Values::None, ""), For(20.0),
+        "position and velocity repeat the last fix", &["frozen", "repeat", "stuck"]),
+    entry(Kind::NoVelocity, "no-velocity", (Values::None, ""), Throughout,
+        "fixes have no velocity", &["velocity"]),
+    entry(Kind::HeightHeld, "height-held", (Values::None, ""), For(60.0),
+        "height repeats, as of a 2-D fix", &["height", "2-d"]),
+    entry(Kind::HeightEmpty, "height-empty", (Values::None, ""), For(60.0),
+        "fixes have no height", &["height", "coordinate is missing"]),
+    entry(Kind::SwapLatLon, "swap-latlon", (Values::None, ""), Throughout,
+        "latitude and longitude swapped", &["swap", "latitude", "longitude", "no place"]),
+    entry(Kind::Radians, "radians", (Values::None, ""), Throughout,
+        "latitude and longitude in radians", &["radian", "latitude", "longitude"]),
+    entry(Kind::MagHeading, "mag-heading", (Number(-180.0, 30.0, 180.0), "°"), For(60.0),
+        "magnetic heading is off by this: the field is turned, and the unit's own yaw", MAGNETIC),
+    entry(Kind::MagHeadingOnly, "mag-heading-only", (Number(-180.0, 30.0, 180.0), "°"), For(60.0),
+        "as mag-heading, the unit's own yaw as it was", MAGNETIC),
+    entry(Kind::MagVector, "mag-vector", (Number(0.0, 0.2, 10.0), "gauss"), For(60.0),
+        "a field of this strength along any body direction is added, and the unit's own yaw follows", MAGNETIC),
+    entry(Kind::MagVectorOnly, "mag-vector-only", (Number(0.0, 0.2, 10.0), "gauss"), For(60.0),
+        "as mag-vector, the unit's own yaw as it was", MAGNETIC),
+    entry(Kind::LeverArm, "lever-arm", (Number(0.0, 1.0, 50.0), "m"), Throughout,
+        "dataset.toml has the antenna displaced by this, in any horizontal body direction", &["lever arm", "antenna"]),
+    entry(Kind::LeverSign, "lever-sign", (Values::None, ""), Throughout,
+        "dataset.toml has the antenna's lever arm with the wrong sign", &["lever arm", "antenna"]),
+];
+
+impl Kind {
+    /// What there is to know of it.
+    #[must_use]
+    pub fn entry(self) -> &'static Entry {
+        // The catalogue is in the order of the kinds, as a test proves.
+        &CATALOGUE[self as usize]
+    }
+}
+
+/// The table of faults, for people.
+#[must_use]
+pub fn list() -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{:<18} {:<24} {:<12} what it does", "fault", "value", "lasts");
+    for Entry { name, values, unit, lasts, does, .. } in &CATALOGUE {
+        let values = match values {
+            Number(low, default, high) => format!("{low}…{high} {unit} ({default})"),
+            Words(words) => words.join("|"),
+            Values::None => String::new(),
+        };
+        let lasts = match lasts {
+            Throughout => "throughout".into(),
+            Onwards => "onwards".into(),
+            For(seconds) => format!("{seconds} s"),
+            ItsValue => "its value".into(),
+        };
+        let _ = writeln!(text, "{name:<18} {values:<24} {lasts:<12} {does}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_catalogue_is_in_the_order_of_the_kinds() {
+        for (place, entry) in CATALOGUE.iter().enumerate() {
+            assert_eq!(entry.kind as usize, place);
+            assert_eq!(entry.kind.entry().name, entry.name);
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! A fault as it is written: `NAME[=VALUE][@START[:DURATION]]`.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::catalogue::{CATALOGUE, Kind, Lasts, Values};
+use super::window::{Window, drawn_start_s};
+use crate::noise::Noise;
+
+/// A fault to be made: what, how strong, when.
+///
+/// ```
+/// use hovernav_sim::faults::{Fault, Kind};
+/// let fault: Fault = "glitch-step=60@120:15".parse()?;
+/// assert_eq!(fault.kind, Kind::GlitchStep);
+/// assert_eq!((fault.number, fault.start_s, fault.duration_s), (60.0, Some(120.0), Some(15.0)));
+/// assert!("glitch-step=far".parse::<Fault>().is_err());
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fault {
+    /// What.
+    pub kind: Kind,
+    /// Its number, in the unit of its [`Entry`](super::Entry); NaN where it takes none.
+    pub number: f64,
+    /// Its word; empty where it takes none.
+    pub word: &'static str,
+    /// When it begins, s of the log's clock; drawn where nobody says.
+    pub start_s: Option<f64>,
+    /// How long it lasts, s, where it is not as its [`Entry`](super::Entry) says.
+    pub duration_s: Option<f64>,
+}
+
+impl Fault {
+    /// When it is there in a log that spans `span_s`.
+    pub(super) fn window(&self, span_s: (f64, f64), noise: &mut Noise) -> Window {
+        let lasts = self.kind.entry().lasts;
+        let duration_s = match (self.duration_s, lasts) {
+            (Some(duration_s), _) => duration_s,
+            (None, Lasts::For(duration_s)) => duration_s,
+            (None, Lasts::ItsValue) => self.number,
+            (None, Lasts::Throughout | Lasts::Onwards) => f64::INFINITY,
+        };
+        // The number is drawn whether it is used or not: what else a seed gives stays the same.
+        let share = noise.uniform();
+        match (self.start_s, lasts) {
+            (Some(start_s), _) => Window { start_s, duration_s },
+            (None, Lasts::Throughout) => Window::ALL,
+            (None, Lasts::Onwards) => {
+                Window { start_s: drawn_start_s(span_s, 60.0, share), duration_s }
+            }
+            (None, Lasts::For(_) | Lasts::ItsValue) => {
+                Window { start_s: drawn_start_s(span_s, duration_s, share), duration_s }
+            }
+        }
+    }
+}
+
+impl FromStr for Fault {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (what, when) = text.split_once('@').map_or((text, None), |(a, b)| (a, Some(b)));
+        let (name, value) = what.split_once('=').map_or((what, None), |(a, b)| (a, Some(b)));
+        let entry = CATALOGUE.iter().find(|entry| entry.name == name).ok_or_else(|| {
+            let names = CATALOGUE.map(|entry| entry.name).join(", ");
+            format!("found fault \"{name}\", expected one of {names}")
+        })?;
+        let refused = |found: &str, expected: String| {
+            Err(format!("{name}: found \"{found}\", expected {expected}"))
+        };
+        let (number, word) = match (entry.values, value) {
+            (Values::None, None) => (f64::NAN, ""),
+            (Values::None, Some(found)) => return refused(found, "no value".into()),
+            (Values::Number(_, default, _), None) => (default, ""),
+            (Values::Number(low, _, high), Some(found)) => match found.trim().parse::<f64>() {
+                Ok(number) if (low..=high).contains(&number) => (number, ""),
+                _ => return refused(found, format!("{low} to {high} {}", entry.unit)),
+            },
+            (Values::Words(words), found) => {
+                let wanted = found.unwrap_or(words[0]);
+                match words.iter().find(|word| **word == wanted) {
+                    Some(word) => (f64::NAN, *word),
+                    None => return refused(wanted, format!("one of {}", words.join(", "))),
+                }
+            }
+        };
+        let (start_s, duration_s) = match when {
+            None => (None, None),
+            Some(when) => {
+                let (start, duration) =
+                    when.split_once(':').map_or((when, None), |(a, b)| (a, Some(b)));
+                let seconds = |text: &str| text.trim().parse::<f64>().ok().filter(|s| s.is_finite());
+                let expected = || "START or START:DURATION in seconds".into();
+                let Some(start_s) = seconds(start) else { return refused(when, expected()) };
+                let duration_s = match duration.map(seconds) {
+                    None => None,
+                    Some(Some(duration_s)) if duration_s > 0.0 => Some(duration_s),
+                    Some(_) => return refused(when, expected()),
+                };
+                (Some(start_s), duration_s)
+            }
+        };
+        Ok(Self { kind: entry.kind, number, word, start_s, duration_s })
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let entry = self.kind.entry();
+        f.write_str(entry.name)?;
+        match entry.values {
+            Values::Number(..) => write!(f, "={}", self.number)?,
+            Values::Words(_) => write!(f, "={}", self.word)?,
+            Values::None => {}
+        }
+        if let Some(start_s) = self.start_s {
+            write!(f, "@{start_s}")?;
+            if let Some(duration_s) = self.duration_s {
+                write!(f, ":{duration_s}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_is_written_as_it_is_read() {
+        for text in ["vibration=4", "gap=2@100", "stuck=gz@7:0.5", "no-velocity", "swap-axes=yz"] {
+            assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
+        }
+    }
+
+    #[test]
+    fn what_is_no_fault_is_refused_by_name() {
+        for (text, words) in [
+            ("vibrations=4", "found fault \"vibrations\""),
+            ("vibration=-1", "expected 0 to 20"),
+            ("vibration=nan", "expected 0 to 20"),
+            ("stuck=p", "expected one of all"),
+            ("no-velocity=1", "expected no value"),
+            ("gap@x", "START or START:DURATION"),
+            ("gap@1:0", "START or START:DURATION"),
+            ("", "found fault \"\""),
+        ] {
+            let refusal = text.parse::<Fault>().unwrap_err();
+            assert!(refusal.contains(words), "{text}: {refusal}");
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! Faults of the inertial unit.
+
+use std::f64::consts::PI;
+
+use super::catalogue::Kind;
+use super::fault::Fault;
+use super::table::Table;
+use super::window::Window;
+use crate::noise::Noise;
+
+const RATES: [&str; 6] = [
+    "gyro_x_radps",
+    "gyro_y_radps",
+    "gyro_z_radps",
+    "accel_x_mps2",
+    "accel_y_mps2",
+    "accel_z_mps2",
+];
+const INCREMENTS: [&str; 6] =
+    ["dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"];
+
+const GYRO: [usize; 3] = [0, 1, 2];
+const ACCEL: [usize; 3] = [3, 4, 5];
+
+/// Standard gravity, m/s² (ISO 80000-3).
+const G_MPS2: f64 = 9.806_65;
+
+/// What is faster than the inverse of twice this, s, counts as vibration.
+const SMOOTHED_S: f64 = 0.2;
+/// The vibration added comes from this much earlier in the log, s.
+const EARLIER_S: (f64, f64) = (2.0, 10.0);
+
+/// `imu.csv` with its axes found.
+pub(super) struct Inertial<'a> {
+    table: &'a mut Table,
+    time: usize,
+    /// Gyros and accelerometers.
+    axes: [usize; 6],
+    /// Rows that hold a sample, and since when each has lasted, s: 1 for rates.
+    interval_s: Vec<f64>,
+    median_s: f64,
+}
+
+impl<'a> Inertial<'a> {
+    /// `None` where the table has no axes.
+    pub fn of(table: &'a mut Table) -> Option<Self> {
+        let time = table.column("t_s")?;
+        let rates = table.columns(RATES);
+        let axes = rates.or_else(|| table.columns(INCREMENTS))?;
+        let times: Vec<f64> = (0..table.len()).map(|row| table.get(row, time)).collect();
+        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.retain(|step| *step > 0.0);
+        steps.sort_by(f64::total_cmp);
+        let median_s = steps.get(steps.len() / 2).copied().unwrap_or(0.01);
+        let step = |row: usize| match row.checked_sub(1).map(|before| times[row] - times[before]) {
+            Some(step) if step > 0.0 => step,
+            _ => median_s,
+        };
+        let interval_s =
+            (0..times.len()).map(|row| if rates.is_some() { 1.0 } else { step(row) }).collect();
+        Some(Self { table, time, axes, interval_s, median_s })
+    }
+
+    /// Makes `fault`; false where it is none of the unit's.
+    pub fn make(&mut self, fault: &Fault, window: Window, noise: &mut Noise) -> bool {
+        let rows = self.table.rows_in(window);
+        let number = fault.number;
+        match fault.kind {
+            Kind::Vibration => self.vibrate(&rows, number, noise),
+            Kind::ClipAccel => self.clip(&rows, ACCEL, number * G_MPS2),
+            Kind::ClipGyro => self.clip(&rows, GYRO, number.to_radians()),
+            Kind::ClipBurst => self.burst(&rows, number * G_MPS2, noise),
+            Kind::Stuck => self.stick(&rows, fault.word),
+            Kind::Gap => rows.iter().for_each(|row| self.table.drop_row(*row)),
+            Kind::PacketLoss => {
+                for row in rows {
+                    if noise.uniform() < 0.01 * number {
+                        self.table.drop_row(row);
+                    }
+                }
+            }
+            Kind::Jitter => self.jitter(&rows, 1e-3 * number, noise),
+            Kind::GyroBias => self.add(&rows, GYRO, direction(noise), number.to_radians()),
+            Kind::AccelBias => self.add(&rows, ACCEL, direction(noise), number),
+            Kind::AccelScale => self.scale(&rows, ACCEL, [number; 3]),
+            Kind::AccelSign => self.scale(&rows, ACCEL, signs(fault.word)),
+            Kind::GyroSign => self.scale(&rows, GYRO, signs(fault.word)),
+            Kind::SwapAxes => self.swap(&rows, fault.word),
+            Kind::Unit if fault.word == "g" => self.scale(&rows, ACCEL, [1.0 / G_MPS2; 3]),
+            Kind::Unit => self.scale(&rows, GYRO, [180.0 / PI; 3]),
+            _ => return false,
+        }
+        true
+    }
+
+    /// Changes one axis of one row, `change` given its value and how long it lasted, s (1 for rates).
+    fn change(&mut self, row: usize, axis: usize, change: impl FnOnce(f64, f64) -> f64) {
+        let interval_s = self.interval_s[row];
+        self.table.change(row, self.axes[axis], |value| change(value, interval_s));
+    }
+
+    fn add(&mut self, rows: &[usize], axes: [usize; 3], direction: [f64; 3], size: f64) {
+        for &row in rows {
+            for (axis, part) in axes.into_iter().zip(direction) {
+                self.change(row, axis, |value, interval_s| value + size * part * interval_s);
+            }
+        }
+    }
+
+    fn scale(&mut self, rows: &[usize], axes: [usize; 3], factors: [f64; 3]) {
+        for &row in rows {
+            for (axis, factor) in axes.into_iter().zip(factors) {
+                if factor != 1.0 {
+                    self.change(row, axis, |value, _| factor * value);
+                }
+            }
+        }
+    }
+
+    fn clip(&mut self, rows: &[usize], axes: [usize; 3], range: f64) {
+        for &row in rows {
+            for axis in axes {
+                self.change(row, axis, |value, interval_s| {
+                    value.clamp(-range * interval_s, range * interval_s)
+                });
+            }
+        }
+    }
+
+    /// White shaking of half the range, rms, on each accelerometer, then the range.
+    fn burst(&mut self, rows: &[usize], range: f64, noise: &mut Noise) {
+        for &row in rows {
+            for axis in ACCEL {
+                let shaking = 0.5 * range * noise.normal();
+                self.change(row, axis, |value, interval_s| {
+                    (value / interval_s + shaking).clamp(-range, range) * interval_s
+                });
+            }
+        }
+    }
+
+    fn stick(&mut self, rows: &[usize], word: &str) {
+        let [Some(&first), Some(_)] = [rows.first(), rows.last()] else { return };
+        let last = first.saturating_sub(1);
+        let columns: Vec<usize> = match word {
+            "gyro" => GYRO.map(|axis| self.axes[axis]).to_vec(),
+            "accel" => ACCEL.map(|axis| self.axes[axis]).to_vec(),
+            "all" => (self.axes.into_iter())
+                .chain(["roll_deg", "pitch_deg", "yaw_deg"].iter().filter_map(|n| self.table.column(n)))
+                .chain(super::magnetic::FIELD.iter().filter_map(|n| self.table.column(n)))
+                .collect(),
+            axis => {
+                let names = ["gx", "gy", "gz", "ax", "ay", "az"];
+                let place = names.iter().position(|name| *name == axis);
+                place.map(|axis| self.axes[axis]).into_iter().collect()
+            }
+        };
+        for column in columns {
+            let held = self.table.get(last, column);
+            for &row in rows {
+                self.table.change(row, column, |_| held);
+            }
+        }
+    }
+
+    fn swap(&mut self, rows: &[usize], pair: &str) {
+        let place = |letter: u8| usize::from(letter.saturating_sub(b'x'));
+        let [Some(a), Some(b)] = [pair.bytes().next(), pair.bytes().nth(1)].map(|l| l.map(place))
+        else {
+            return;
+        };
+        for &row in rows {
+            for triad in [GYRO, ACCEL] {
+                let (a, b) = (self.axes[triad[a]], self.axes[triad[b]]);
+                let (first, second) = (self.table.get(row, a), self.table.get(row, b));
+                self.table.change(row, a, |_| second);
+                self.table.change(row, b, |_| first);
+            }
+        }
+    }
+
+    /// Scatters the time stamps, none past the middle to its neighbour.
+    fn jitter(&mut self, rows: &[usize], sigma_s: f64, noise: &mut Noise) {
+        let times: Vec<f64> =
+            (0..self.table.len()).map(|row| self.table.get(row, self.time)).collect();
+        for &row in rows {
+            let step = |other: Option<usize>| {
+                let other = other.and_then(|other| times.get(other)).copied();
+                other.map_or(self.median_s, |other| (times[row] - other).abs())
+            };
+            let room_s = 0.49 * step(row.checked_sub(1)).min(step(Some(row + 1)));
+            let error_s = (sigma_s * noise.normal()).clamp(-room_s, room_s);
+            let time_s = ((times[row] + error_s) * 1e9).round() * 1e-9;
+            self.table.set(row, self.time, time_s);
+        }
+    }
+
+    /// Makes the vibration `factor` times as strong.
+    ///
+    /// Vibration is each axis less its mean over 0.2 s, taken twice (a triangle of 0.4 s, whose
+    /// response is a half at 2.2 Hz). Below one, a part of it is taken away. Above one, √(k² − 1)
+    /// times that of 2 to 10 s earlier is added, with a drawn sign: strength, spectrum and the phases
+    /// between the axes are the log's own, and what is added is independent of what is there, so
+    /// that their squares add up to k².
+    fn vibrate(&mut self, rows: &[usize], factor: f64, noise: &mut Noise) {
+        let (least_s, most_s) = EARLIER_S;
+        let earlier_s = least_s + (most_s - least_s) * noise.uniform();
+        let sign = if noise.uniform() < 0.5 { -1.0 } else { 1.0 };
+        let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else { return };
+        let all = self.table.rows_in(Window::ALL);
+        let earlier = ((earlier_s / self.median_s) as usize).clamp(1, all.len().max(2) - 1);
+        let half = ((0.5 * SMOOTHED_S / self.median_s).round() as usize).max(1);
+        for axis in 0..6 {
+            let column = self.axes[axis];
+            let values: Vec<f64> = all.iter().map(|row| self.table.get(*row, column)).collect();
+            let smooth = moving_mean(&moving_mean(&values, half), half);
+            let fast = |place: usize| values[place] - smooth[place];
+            for (place, &row) in all.iter().enumerate() {
+                if !(first..=last).contains(&row) {
+                    continue;
+                }
+                let added = if factor < 1.0 {
+                    (factor - 1.0) * fast(place)
+                } else {
+                    // The log's first seconds take theirs from later.
+                    let other = place.checked_sub(earlier).unwrap_or(place + earlier);
+                    sign * (factor * factor - 1.0).sqrt() * fast(other.min(values.len() - 1))
+                };
+                if added.is_finite() && added != 0.0 {
+                    self.table.change(row, column, |value| value + added);
+                }
+            }
+        }
+    }
+}
+
+/// The mean of each value and up to `half` of its neighbours on either side.
+fn moving_mean(values: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    for value in values {
+        sums.push(sums[sums.len() - 1] + value);
+    }
+    let mean = |place: usize| {
+        let reach = half.min(place).min(values.len() - 1 - place);
+        (sums[place + reach + 1] - sums[place - reach]) / (2 * reach + 1) as f64
+    };
+    (0..values.len()).map(mean).collect()
+}
+
+/// A direction drawn evenly from the sphere.
+pub(super) fn direction(noise: &mut Noise) -> [f64; 3] {
+    loop {
+        let drawn = noise.normal3();
+        if let Some(unit) = drawn.try_normalize() {
+            return unit.to_array();
+        }
+    }
+}
+
+/// −1 for each axis that `word` names.
+fn signs(word: &str) -> [f64; 3] {
+    ['x', 'y', 'z'].map(|axis| if word.contains(axis) { -1.0 } else { 1.0 })
+}
