@@ -6,7 +6,7 @@ use hovernav::event::Event;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
-use hovernav::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource};
+use hovernav::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Mounting};
 use hovernav::time::Time;
 use hovernav_log::Truth;
 use hovernav_sim::*;
@@ -40,7 +40,16 @@ impl Still {
 
     /// Two seconds of samples, then a fix.
     fn aligned(&self, config: AlignmentConfig, fix: Fix) -> Option<Alignment> {
-        let mut aligner = Aligner::new(config);
+        self.aligned_on(Mounting::default(), config, fix)
+    }
+
+    fn aligned_on(
+        &self,
+        mounting: Mounting,
+        config: AlignmentConfig,
+        fix: Fix,
+    ) -> Option<Alignment> {
+        let mut aligner = Aligner::new(config, mounting);
         let earth = Local::at(&place());
         let lift: Vector<Ned> = Vector::new(0.0, 0.0, -earth.gravity_mps2);
         for step in 0..=100 {
@@ -190,19 +199,18 @@ fn the_course_gives_the_heading_only_when_named_and_fast_enough() {
 
 #[test]
 fn position_and_velocity_are_the_units_not_the_antennas() {
-    let config = AlignmentConfig {
-        imu_lever_arm_m: Vector::new(0.0, 0.0, 0.3),
-        antenna_lever_arm_m: Vector::new(-1.0, 0.0, 0.0),
-        heading: Some(HeadingSource::Attitude),
-        ..AlignmentConfig::default()
-    };
+    let config =
+        AlignmentConfig { heading: Some(HeadingSource::Attitude), ..AlignmentConfig::default() };
+    let mounting = Mounting::default()
+        .with_imu_lever_arm_m(Vector::new(0.0, 0.0, 0.3))
+        .with_antenna_lever_arm_m(Vector::new(-1.0, 0.0, 0.0));
     let east = EulerAngles::from_degrees(0.0, 0.0, 90.0);
     let turning = Still {
         shown: Some(east),
         gyro_bias_radps: Vector::new(0.0, 0.0, 0.5),
         ..Still::at(0.0, 0.0, 90.0)
     };
-    let start = turning.aligned(config, fix()).unwrap().start.state;
+    let start = turning.aligned_on(mounting, config, fix()).unwrap().start.state;
     // From the antenna the unit is 1 m ahead, which is east, and 0.3 m down; turning right at
     // 0.5 rad/s carries what is ahead to the right, which is south.
     let off = start.position.displacement_from(&place()) - Vector::new(0.0, 1.0, 0.3);
@@ -232,10 +240,8 @@ fn searched(seed: u64, heading_deg: f64) -> Option<[f64; 4]> {
     let gps = GpsConfig { rate_hz: 5.0, ..GpsConfig::default() };
     let recording = fly(&trajectory, &dmu, &gps, seed).unwrap();
     let mut config = EstimatorConfig::default();
-    config.alignment.imu_lever_arm_m = dmu.lever_arm_m;
-    config.alignment.antenna_lever_arm_m = gps.lever_arm_m;
-    config.ekf.imu_lever_arm_m = dmu.lever_arm_m;
-    config.ekf.antenna_lever_arm_m = gps.lever_arm_m;
+    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
     let mut estimator = Estimator::<layout::Full, 26>::new(config);
     let mut fixes = recording.fixes.iter().peekable();
     let yaw_error = |estimator: &Estimator<layout::Full, 26>, truth: &Truth| {

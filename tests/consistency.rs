@@ -11,7 +11,7 @@ use hovernav::ekf::{BaseEkf, EkfConfig, ImuModel, Verdict};
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
-use hovernav::ins::{NavState, Start};
+use hovernav::ins::{Mounting, NavState, Start};
 use hovernav::time::Time;
 use hovernav_sim::*;
 use nalgebra::{DMatrix, DVector};
@@ -47,13 +47,14 @@ fn imu_model() -> ImuModel {
     }
 }
 
+fn mounting() -> Mounting {
+    Mounting::default()
+        .with_imu_lever_arm_m(IMU_LEVER_ARM_M)
+        .with_antenna_lever_arm_m(ANTENNA_LEVER_ARM_M)
+}
+
 fn ekf_config() -> EkfConfig {
-    EkfConfig {
-        imu_lever_arm_m: IMU_LEVER_ARM_M,
-        antenna_lever_arm_m: ANTENNA_LEVER_ARM_M,
-        imu: imu_model(),
-        ..EkfConfig::default()
-    }
+    EkfConfig { imu: imu_model(), ..EkfConfig::default() }
 }
 
 /// The same unit for the simulation; `noisy` or only with its biases, which are the same for the
@@ -187,7 +188,7 @@ fn run(moments: &[Moment], trajectory: &Trajectory, seed: u64) -> Vec<Squares> {
     let mut noisy = SimulatedDmu::new(&dmu_config(true), seed).unwrap();
     let mut biased = SimulatedDmu::new(&dmu_config(false), seed).unwrap();
     let mut gps = SimulatedGps::new(&gps_config(), seed).unwrap();
-    let mut filter = BaseEkf::new(ekf_config(), start(&moments[0].unit, seed ^ 0x5eed));
+    let mut filter = BaseEkf::new(ekf_config(), mounting(), start(&moments[0].unit, seed ^ 0x5eed));
     let mut squares = Vec::new();
     for (k, moment) in moments.iter().enumerate() {
         let sample = noisy.measure(moment.time, &moment.truth);

@@ -6,8 +6,8 @@ use hovernav::ekf::covariance::{Covariance, Gain, Sensitivity, Transition};
 use hovernav::ekf::layout::WithScaleFactors;
 use hovernav::ekf::{Ekf, EkfConfig, Trace};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use hovernav::imu::{ImuSample, Motion};
-use hovernav::ins::{ImuErrors, Increment, Integrator, NavState, Start};
+use hovernav::imu::{ImuErrors, ImuSample, Motion};
+use hovernav::ins::{Increment, Integrator, Mounting, NavState, Start};
 use hovernav::time::Time;
 use nalgebra::SMatrix;
 
@@ -119,7 +119,8 @@ impl Moment {
             gyro_bias_radps: Vector::ZERO,
             gyro_bias_sigma_radps: None,
         };
-        let mut filter = Ekf::<WithScaleFactors, N>::new(EkfConfig::default(), start);
+        let mut filter =
+            Ekf::<WithScaleFactors, N>::new(EkfConfig::default(), Mounting::default(), start);
         let mut steps = Steps::default();
         for sample in self.samples() {
             filter.predict_traced(&sample, &mut steps).unwrap();

@@ -4,7 +4,7 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::{BaseEkf, EkfConfig, FullEkf, Unusable};
 use hovernav::frames::{Ned, Rotation, Vector};
 use hovernav::gps::Fix;
-use hovernav::ins::{NavState, Start};
+use hovernav::ins::{Mounting, NavState, Start};
 use hovernav::time::Time;
 use hovernav_sim::{
     DmuConfig, DmuOutput, FlightPlan, GpsConfig, HorizontalVertical, Recording, fly,
@@ -31,8 +31,8 @@ fn recording(rate_hz: f64) -> Recording {
     fly(&trajectory, &dmu, &gps, 5).unwrap()
 }
 
-fn config() -> EkfConfig {
-    EkfConfig { antenna_lever_arm_m: Vector::new(-0.35, 0.0, -0.2), ..EkfConfig::default() }
+fn mounting() -> Mounting {
+    Mounting::default().with_antenna_lever_arm_m(Vector::new(-0.35, 0.0, -0.2))
 }
 
 fn start(recording: &Recording) -> Start {
@@ -54,7 +54,7 @@ fn start(recording: &Recording) -> Start {
 
 /// The flight with every fix delivered `late_s` after it was true.
 fn flown(recording: &Recording, late_s: f64) -> Vec<BaseEkf> {
-    let mut filter = BaseEkf::new(config(), start(recording));
+    let mut filter = BaseEkf::new(EkfConfig::default(), mounting(), start(recording));
     let mut fixes = recording.fixes.iter().skip(1).peekable();
     let mut states = Vec::new();
     for sample in &recording.imu[1..] {
@@ -99,7 +99,7 @@ fn fixes_delivered_late_lead_to_the_state_that_fixes_on_time_lead_to() {
 #[test]
 fn a_late_fix_counted_as_of_now_would_be_far_off() {
     let recording = recording(50.0);
-    let mut right = BaseEkf::new(config(), start(&recording));
+    let mut right = BaseEkf::new(EkfConfig::default(), mounting(), start(&recording));
     let fix = recording.fixes[9];
     for sample in recording.imu[1..].iter().take_while(|s| s.time - fix.time <= 0.3) {
         right.predict(sample).unwrap();
@@ -118,7 +118,7 @@ fn a_late_fix_counted_as_of_now_would_be_far_off() {
 fn the_memory_reaches_back_half_a_second_at_any_rate_and_what_is_older_is_refused() {
     for rate_hz in [20.0, 33.0, 100.0, 1000.0] {
         let recording = recording(rate_hz);
-        let mut filter = FullEkf::new(config(), start(&recording));
+        let mut filter = FullEkf::new(EkfConfig::default(), mounting(), start(&recording));
         for sample in recording.imu[1..].iter().take_while(|s| s.time.seconds() <= 8.0) {
             filter.predict(sample).unwrap();
         }
@@ -137,7 +137,7 @@ fn the_memory_reaches_back_half_a_second_at_any_rate_and_what_is_older_is_refuse
 #[test]
 fn a_fix_ahead_of_the_unit_is_refused_unless_a_sample_is_about_to_come() {
     let recording = recording(33.0);
-    let mut filter = BaseEkf::new(config(), start(&recording));
+    let mut filter = BaseEkf::new(EkfConfig::default(), mounting(), start(&recording));
     for sample in recording.imu[1..].iter().take_while(|s| s.time.seconds() <= 5.0) {
         filter.predict(sample).unwrap();
     }
@@ -151,7 +151,7 @@ fn a_fix_ahead_of_the_unit_is_refused_unless_a_sample_is_about_to_come() {
 #[test]
 fn before_the_first_sample_only_a_fix_of_the_start_itself_can_be_compared() {
     let recording = recording(33.0);
-    let filter = BaseEkf::new(config(), start(&recording));
+    let filter = BaseEkf::new(EkfConfig::default(), mounting(), start(&recording));
     let at = |time: Time| Fix { time, ..recording.fixes[0] };
     assert!(filter.clone().update_gps(&at(Time::ZERO)).is_ok());
     assert_eq!(filter.clone().update_gps(&at(Time::ZERO + -0.01)), Err(Unusable::TooOld));

@@ -9,7 +9,7 @@ use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
-use hovernav::ins::{NavState, Start};
+use hovernav::ins::{Mounting, NavState, Start};
 use hovernav::time::Time;
 use proptest::prelude::*;
 
@@ -66,7 +66,7 @@ struct Rest<L, const N: usize> {
 
 impl<L: layout::Layout<N>, const N: usize> Rest<L, N> {
     fn new() -> Self {
-        Self { filter: Ekf::new(EkfConfig::default(), start()), second: 0 }
+        Self { filter: Ekf::new(EkfConfig::default(), Mounting::default(), start()), second: 0 }
     }
 
     /// Samples up to the next whole second.
@@ -260,7 +260,7 @@ fn aids_that_are_none_are_refused_by_name_and_change_nothing() {
     assert_eq!(told, Err(Unusable::NotFinite));
     assert_eq!(filter.state(), before.state());
     assert_eq!(filter.covariance(), before.covariance());
-    let mut base = BaseEkf::new(EkfConfig::default(), start());
+    let mut base = BaseEkf::new(EkfConfig::default(), Mounting::default(), start());
     assert_eq!(base.update_baro(Time::ZERO, 1.0, &mut ()), Err(Unusable::NoState));
 }
 

@@ -9,7 +9,7 @@ use hovernav::ekf::{Ekf, EkfConfig, EstimatorConfig, Smoother, Solution, Trace};
 use hovernav::frames::{EulerAngles, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
-use hovernav::ins::{HeadingSource, NavState, Start};
+use hovernav::ins::{HeadingSource, Mounting, NavState, Start};
 use hovernav::time::Time;
 use hovernav_log::Truth;
 use hovernav_log::{Axis, Dataset, Outage, Reference, Score, score};
@@ -122,7 +122,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
         velocity_sigma_mps: None,
         satellites: None,
     };
-    let mut filter = Ekf::<L, N>::new(EkfConfig::default(), start);
+    let mut filter = Ekf::<L, N>::new(EkfConfig::default(), Mounting::default(), start);
     // The first fix opens states; from then on the dense form knows all that happens.
     let _ = filter.update_gps(&fix(0.0));
     let first = *filter.covariance().rows();
@@ -287,10 +287,8 @@ fn recorded(
 ) -> (Dataset, EstimatorConfig, Vec<Truth>) {
     let Recording { imu, fixes, truth } = fly(trajectory, dmu, gps, seed).unwrap();
     let mut config = EstimatorConfig::default();
-    config.ekf.imu_lever_arm_m = dmu.lever_arm_m;
-    config.ekf.antenna_lever_arm_m = gps.lever_arm_m;
-    config.alignment.imu_lever_arm_m = dmu.lever_arm_m;
-    config.alignment.antenna_lever_arm_m = gps.lever_arm_m;
+    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
     (Dataset { imu, fixes, ..Dataset::default() }, config, truth)
 }
 

@@ -3,8 +3,8 @@
 
 use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use hovernav::imu::{ImuSample, Motion};
-use hovernav::ins::{AngularAcceleration, ImuErrors, Integrator, LeverArm, NavState};
+use hovernav::imu::{ImuErrors, ImuSample, Motion};
+use hovernav::ins::{AngularAcceleration, Integrator, LeverArm, NavState};
 use hovernav::time::Time;
 use hovernav_sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Trajectory, fly};
 

@@ -1,15 +1,9 @@
 //! What the filter assumes of its sensors, a unit for every number.
 
-use crate::frames::{Body, Vector};
-
 /// Settings of the filter. [`EkfConfig::default`] suits a consumer or tactical-grade MEMS unit on a
 /// vibrating vehicle and a stand-alone GPS; what is known better goes in by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EkfConfig {
-    /// The inertial unit from the point of the solution, body axes, m.
-    pub imu_lever_arm_m: Vector<Body>,
-    /// The GPS antenna from the same point, body axes, m.
-    pub antenna_lever_arm_m: Vector<Body>,
     /// Inertial sensors.
     pub imu: ImuModel,
     /// GPS.

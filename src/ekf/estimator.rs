@@ -12,12 +12,14 @@ use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;
 use crate::imu::ImuSample;
-use crate::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
+use crate::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Mounting, Start};
 use crate::time::Time;
 
 /// Settings of the whole estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct EstimatorConfig {
+    /// Where the sensors are in the vehicle.
+    pub mounting: Mounting,
     /// How it starts.
     pub alignment: AlignmentConfig,
     /// How it goes on.
@@ -99,7 +101,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
     /// An estimator that has seen nothing yet.
     #[must_use]
     pub fn new(config: EstimatorConfig) -> Self {
-        let phase = Phase::Aligning(Aligner::new(config.alignment));
+        let phase = Phase::Aligning(Aligner::new(config.alignment, config.mounting));
         Self { config, phase, held: [None; HELD] }
     }
 
@@ -149,16 +151,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
 
     fn begin(&mut self, alignment: &Alignment) {
         self.phase = if alignment.heading == HeadingSource::Unknown {
-            Phase::Searching(HeadingSearch::new(self.config.ekf, alignment.start))
+            Phase::Searching(HeadingSearch::new(
+                self.config.ekf,
+                self.config.mounting,
+                alignment.start,
+            ))
         } else {
-            Phase::Navigating(Ekf::new(self.config.ekf, alignment.start))
+            Phase::Navigating(Ekf::new(self.config.ekf, self.config.mounting, alignment.start))
         };
     }
 
     /// Starts the filter at a given state, without an alignment or a search of its own: to go over
     /// a log again with what was found out later.
     pub fn begin_at(&mut self, start: &Start) {
-        self.phase = Phase::Navigating(Ekf::new(self.config.ekf, *start));
+        self.phase = Phase::Navigating(Ekf::new(self.config.ekf, self.config.mounting, *start));
     }
 
     fn hold(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {

@@ -13,8 +13,8 @@ use super::square;
 use super::trace::Trace;
 use crate::earth::Local;
 use crate::frames::{Body, Vector};
-use crate::imu::{ImuSample, Motion, Vibration};
-use crate::ins::{ImuErrors, Increment, Integrator, NavState, Start};
+use crate::imu::{ImuErrors, ImuSample, Vibration};
+use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
 
 /// Why a sample of the inertial unit was not used as it came.
@@ -51,6 +51,7 @@ impl fmt::Display for ImuFault {
 #[derive(Clone, Debug)]
 pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) config: EkfConfig,
+    pub(super) mounting: Mounting,
     pub(super) state: NavState,
     /// Estimates of the states that are parameters; the first nine are not used.
     pub(super) parameters: [f64; N],
@@ -73,9 +74,10 @@ pub struct Ekf<L, const N: usize, T = f64> {
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// A filter that starts where alignment ended.
     #[must_use]
-    pub fn new(config: EkfConfig, start: Start) -> Self {
+    pub fn new(config: EkfConfig, mounting: Mounting, start: Start) -> Self {
         let mut filter = Self {
             config,
+            mounting,
             state: start.state,
             parameters: [0.0; N],
             covariance: Covariance::zero(),
@@ -158,7 +160,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let errors = self.imu_errors();
         let increment = match self.integrator.push(sample, &errors) {
             Some(increment) => increment,
-            None => self.first_increment(sample, &errors),
+            // The first sample's rates hold since the start.
+            None => {
+                let interval_s = sample.time - self.state.time;
+                Increment::of_first_sample(&sample.motion, interval_s, &errors)
+            }
         };
         let gap_s = increment.interval_s;
         let gap = gap_s > self.config.imu.gap_s;
@@ -177,10 +183,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(ImuFault::Astray);
         }
         let ground = advance.frame_rotation_rad * (1.0 / increment.interval_s);
-        let rate = match sample.motion {
-            Motion::Rates { angular_rate_radps, .. } => errors.rate(angular_rate_radps, 1.0),
-            Motion::Increments { .. } => increment.rotation_rad * (1.0 / increment.interval_s),
-        };
+        let rate = increment.angular_rate(&sample.motion, &errors);
         self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
 
         let step = self.transition(&increment, &advance, before.body_to_ned, gap);
@@ -194,22 +197,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.history.push(sample.time, &increment, &advance);
         if gap { Err(ImuFault::Gap(gap_s)) } else { Ok(()) }
-    }
-
-    /// The first sample has none before it to make an interval with: its own rates hold since the
-    /// start.
-    fn first_increment(&self, sample: &ImuSample, errors: &ImuErrors) -> Increment {
-        let interval_s = sample.time - self.state.time;
-        let (rotation_rad, velocity_mps) = match sample.motion {
-            Motion::Rates { angular_rate_radps, specific_force_mps2 } => (
-                errors.rate(angular_rate_radps, 1.0) * interval_s,
-                errors.force(specific_force_mps2, 1.0) * interval_s,
-            ),
-            Motion::Increments { angle_rad, velocity_mps } => {
-                (errors.rate(angle_rad, interval_s), errors.force(velocity_mps, interval_s))
-            }
-        };
-        Increment { interval_s, rotation_rad, velocity_mps }
     }
 
     /// What is known of the inertial unit's own errors.
@@ -273,7 +260,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_bias_radps: Vector::ZERO,
             gyro_bias_sigma_radps: None,
         };
-        let mut grown = Ekf::<M, K, U>::new(self.config, start);
+        let mut grown = Ekf::<M, K, U>::new(self.config, self.mounting, start);
         grown.history = self.history;
         grown.integrator = self.integrator;
         grown.gyro_vibration = self.gyro_vibration;

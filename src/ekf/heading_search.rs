@@ -19,7 +19,7 @@ use super::square;
 use crate::frames::{Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::imu::ImuSample;
-use crate::ins::Start;
+use crate::ins::{Mounting, Start};
 use crate::time::Time;
 
 /// Number of sectors.
@@ -54,11 +54,11 @@ struct Sector {
 impl HeadingSearch {
     /// A search all around from a start of unknown heading.
     #[must_use]
-    pub fn new(config: EkfConfig, start: Start) -> Self {
+    pub fn new(config: EkfConfig, mounting: Mounting, start: Start) -> Self {
         let weight = 1.0 / SECTORS as f64;
         let sectors = core::array::from_fn(|sector| {
             let start = Self::sector_start(start, sector);
-            Some(Sector { filter: Ekf::new(config, start), weight })
+            Some(Sector { filter: Ekf::new(config, mounting, start), weight })
         });
         Self { sectors, gps: config.gps, last_fix: None, fast: false }
     }

@@ -6,7 +6,7 @@ use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout, POSITION};
 use super::scalar::Scalar;
 use super::square;
 use crate::frames::{Body, Ned, Rotation};
-use crate::imu::{ImuSample, Motion};
+use crate::imu::ImuSample;
 use crate::ins::{Advance, Increment};
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -15,16 +15,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.gyro_vibration.interrupt();
             self.accel_vibration.interrupt();
         }
-        let (rate, force) = match sample.motion {
-            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
-                (angular_rate_radps, specific_force_mps2)
-            }
-            Motion::Increments { angle_rad, velocity_mps } => {
-                (angle_rad * (1.0 / interval_s), velocity_mps * (1.0 / interval_s))
-            }
-        };
-        self.gyro_vibration.push(rate, interval_s);
-        self.accel_vibration.push(force, interval_s);
+        let mean = sample.motion.mean_rates(interval_s);
+        self.gyro_vibration.push(mean.angular_rate_radps, interval_s);
+        self.accel_vibration.push(mean.specific_force_mps2, interval_s);
     }
 
     pub(super) fn transition(

@@ -5,7 +5,6 @@ use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY}
 use super::scalar::Scalar;
 use crate::earth::Geodetic;
 use crate::frames::{Body, Ned, Rotation, Vector};
-use crate::ins::LeverArm;
 use crate::time::Time;
 
 /// Position, velocity and attitude at one moment, with one-sigma and the biases removed.
@@ -52,7 +51,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Position, velocity, attitude and their one-sigma now, at the point of the solution.
     #[must_use]
     pub fn solution(&self) -> Solution {
-        let lever_arm = LeverArm(-self.config.imu_lever_arm_m);
+        let lever_arm = self.mounting.solution_from_imu();
         let state = &self.state;
         let errors = self.imu_errors();
         Solution {
@@ -67,7 +66,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             angular_rate_radps: self.angular_rate_radps,
             position_sigma_m: self.point_sigma(POSITION, lever_arm.0),
             velocity_sigma_mps: self
-                .point_sigma(VELOCITY, self.angular_rate_radps.cross(lever_arm.0)),
+                .point_sigma(VELOCITY, lever_arm.relative_velocity(self.angular_rate_radps)),
             attitude_sigma_rad: self.euler_sigma(),
             gyro_bias_radps: errors.gyro_bias_radps,
             accel_bias_mps2: errors.accel_bias_mps2,

@@ -10,8 +10,8 @@
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
-use crate::imu::{ImuSample, Motion, Vibration};
-use crate::ins::{LeverArm, NavState};
+use crate::imu::{ImuSample, MeanRates, Vibration};
+use crate::ins::{Mounting, NavState};
 use crate::time::Time;
 
 /// Where the first heading comes from.
@@ -45,12 +45,6 @@ pub struct AlignmentConfig {
     pub heading: Option<HeadingSource>,
     /// Length of inertial data needed, s.
     pub duration_s: f64,
-    /// The inertial unit from the point of the solution, body axes, m.
-    #[cfg_attr(feature = "serde", serde(skip))]
-    pub imu_lever_arm_m: Vector<Body>,
-    /// The GPS antenna from the same point, body axes, m.
-    #[cfg_attr(feature = "serde", serde(skip))]
-    pub antenna_lever_arm_m: Vector<Body>,
     /// What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub attitude_declination_rad: f64,
@@ -78,8 +72,6 @@ impl Default for AlignmentConfig {
         Self {
             heading: None,
             duration_s: 1.0,
-            imu_lever_arm_m: Vector::ZERO,
-            antenna_lever_arm_m: Vector::ZERO,
             attitude_declination_rad: 0.0,
             declination_rad: 0.0,
             attitude_tilt_sigma_rad: 1.5f64.to_radians(),
@@ -129,6 +121,7 @@ pub struct Alignment {
 #[derive(Clone, Debug)]
 pub struct Aligner {
     config: AlignmentConfig,
+    mounting: Mounting,
     window: Window,
     attitude: Option<EulerAngles>,
     field_gauss: Option<Vector<Body>>,
@@ -171,14 +164,8 @@ impl Window {
             *self = Self { first: Some(sample.time), last: Some(sample.time), ..Self::default() };
             return;
         }
-        let (rate, force) = match sample.motion {
-            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
-                (angular_rate_radps, specific_force_mps2)
-            }
-            Motion::Increments { angle_rad, velocity_mps } => {
-                (angle_rad * (1.0 / interval_s), velocity_mps * (1.0 / interval_s))
-            }
-        };
+        let MeanRates { angular_rate_radps: rate, specific_force_mps2: force } =
+            sample.motion.mean_rates(interval_s);
         self.last = Some(sample.time);
         self.count += 1.0;
         let off = rate - self.rate;
@@ -206,8 +193,8 @@ impl Window {
 impl Aligner {
     /// An aligner that has seen nothing yet.
     #[must_use]
-    pub fn new(config: AlignmentConfig) -> Self {
-        Self { config, window: Window::default(), attitude: None, field_gauss: None }
+    pub fn new(config: AlignmentConfig, mounting: Mounting) -> Self {
+        Self { config, mounting, window: Window::default(), attitude: None, field_gauss: None }
     }
 
     /// Takes in the next event; `Some` ends the alignment, always on a fix, with a start at the time
@@ -283,7 +270,7 @@ impl Aligner {
 
         let gyro_bias = if at_rest { self.window.rate } else { Vector::ZERO };
         let rate = self.window.rate - gyro_bias;
-        let imu_from_antenna = LeverArm(config.imu_lever_arm_m - config.antenna_lever_arm_m);
+        let imu_from_antenna = self.mounting.imu_from_antenna();
         let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
         let antenna_velocity = Vector::new(north, east, fix.down_velocity_mps.unwrap_or(0.0));
         let velocity_mps = imu_from_antenna.velocity(antenna_velocity, body_to_ned, rate);

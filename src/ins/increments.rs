@@ -11,7 +11,7 @@
 //! (2), 208–221. Groves, second edition, sections 5.5.4 and 5.5.5.
 
 use crate::frames::{Body, Vector};
-use crate::imu::{ImuSample, Motion};
+use crate::imu::{ImuErrors, ImuSample, Motion};
 use crate::time::Time;
 
 /// What the unit went through between two samples, compensated and ready for the mechanization.
@@ -25,36 +25,32 @@ pub struct Increment {
     pub velocity_mps: Vector<Body>,
 }
 
-/// What is wrong with the unit, as far as it is known: measured = (1 + scale) true + bias.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ImuErrors {
-    /// Gyro bias, rad/s.
-    pub gyro_bias_radps: Vector<Body>,
-    /// Accelerometer bias, m/s².
-    pub accel_bias_mps2: Vector<Body>,
-    /// Gyro scale factor errors, one per axis, without unit.
-    pub gyro_scale: [f64; 3],
-    /// Accelerometer scale factor errors, one per axis, without unit.
-    pub accel_scale: [f64; 3],
-}
-
-impl ImuErrors {
-    /// The true angular rate (`duration_s` = 1) or its integral over `duration_s`.
+impl Increment {
+    /// The increment of a sample that has none before it, its rates taken to hold all through
+    /// `interval_s`.
     #[must_use]
-    pub fn rate(&self, measured: Vector<Body>, duration_s: f64) -> Vector<Body> {
-        unscaled(measured - self.gyro_bias_radps * duration_s, self.gyro_scale)
+    pub fn of_first_sample(motion: &Motion, interval_s: f64, errors: &ImuErrors) -> Self {
+        let (rotation_rad, velocity_mps) = match *motion {
+            Motion::Rates { angular_rate_radps, specific_force_mps2 } => (
+                errors.rate(angular_rate_radps, 1.0) * interval_s,
+                errors.force(specific_force_mps2, 1.0) * interval_s,
+            ),
+            Motion::Increments { angle_rad, velocity_mps } => {
+                (errors.rate(angle_rad, interval_s), errors.force(velocity_mps, interval_s))
+            }
+        };
+        Self { interval_s, rotation_rad, velocity_mps }
     }
 
-    /// The true specific force (`duration_s` = 1) or its integral over `duration_s`.
+    /// Angular rate at the end of the interval, rad/s, of the sample that ended it; of increments the
+    /// mean over the interval.
     #[must_use]
-    pub fn force(&self, measured: Vector<Body>, duration_s: f64) -> Vector<Body> {
-        unscaled(measured - self.accel_bias_mps2 * duration_s, self.accel_scale)
+    pub fn angular_rate(&self, motion: &Motion, errors: &ImuErrors) -> Vector<Body> {
+        match *motion {
+            Motion::Rates { angular_rate_radps, .. } => errors.rate(angular_rate_radps, 1.0),
+            Motion::Increments { .. } => self.rotation_rad * (1.0 / self.interval_s),
+        }
     }
-}
-
-fn unscaled(vector: Vector<Body>, scale: [f64; 3]) -> Vector<Body> {
-    let ([x, y, z], [sx, sy, sz]) = (vector.to_array(), scale);
-    Vector::new(x * (1.0 - sx), y * (1.0 - sy), z * (1.0 - sz))
 }
 
 /// Turns samples into [`Increment`]s; remembers the sample before, which coning and sculling need.

@@ -35,7 +35,13 @@ impl LeverArm {
         body_to_ned: Rotation<Body, Ned>,
         angular_rate_radps: Vector<Body>,
     ) -> Vector<Ned> {
-        unit_mps + body_to_ned * angular_rate_radps.cross(self.0)
+        unit_mps + body_to_ned * self.relative_velocity(angular_rate_radps)
+    }
+
+    /// The point's velocity relative to the unit, ω × ℓ, body axes, m/s.
+    #[must_use]
+    pub fn relative_velocity(&self, angular_rate_radps: Vector<Body>) -> Vector<Body> {
+        angular_rate_radps.cross(self.0)
     }
 
     /// The specific force at the point, m/s², from that at the unit: f + ω̇×ℓ + ω×(ω×ℓ), where ℓ leads
@@ -49,7 +55,7 @@ impl LeverArm {
     ) -> Vector<Body> {
         unit_mps2
             + angular_acceleration_radps2.cross(self.0)
-            + angular_rate_radps.cross(angular_rate_radps.cross(self.0))
+            + angular_rate_radps.cross(self.relative_velocity(angular_rate_radps))
     }
 }
 

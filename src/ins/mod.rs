@@ -4,8 +4,10 @@ mod alignment;
 mod increments;
 mod lever_arm;
 mod mechanization;
+mod mounting;
 
 pub use alignment::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
-pub use increments::{ImuErrors, Increment, Integrator};
+pub use increments::{Increment, Integrator};
 pub use lever_arm::{AngularAcceleration, LeverArm};
 pub use mechanization::{Advance, NavState};
+pub use mounting::Mounting;

@@ -166,18 +166,12 @@ fn rates(samples: &[ImuSample]) -> Vec<[f64; 6]> {
     let mut before: Option<Time> = None;
     let mut rates = Vec::with_capacity(samples.len());
     for sample in samples {
-        let (gyro, accel, per_second) = match sample.motion {
-            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
-                (angular_rate_radps, specific_force_mps2, 1.0)
-            }
-            Motion::Increments { angle_rad, velocity_mps } => {
-                let interval_s = before.map_or(f64::INFINITY, |before| sample.time - before);
-                (angle_rad, velocity_mps, 1.0 / interval_s)
-            }
-        };
-        let ([p, q, r], [x, y, z]) =
-            ((gyro * per_second).to_array(), (accel * per_second).to_array());
-        if per_second > 0.0 {
+        let interval_s = before.map(|before| sample.time - before);
+        // The first increment's interval is not known.
+        if interval_s.is_some() || matches!(sample.motion, Motion::Rates { .. }) {
+            let mean = sample.motion.mean_rates(interval_s.unwrap_or_default());
+            let [p, q, r] = mean.angular_rate_radps.to_array();
+            let [x, y, z] = mean.specific_force_mps2.to_array();
             rates.push([p, q, r, x, y, z]);
         }
         before = Some(sample.time);

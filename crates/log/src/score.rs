@@ -7,6 +7,7 @@ use super::statistics::{quantile, thin_to_extremes};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::wrap_angle;
+use hovernav::ins::LeverArm;
 use hovernav::time::Time;
 
 /// A quantity a solution is scored in.
@@ -250,7 +251,7 @@ fn errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
     let (north, east) = (north + arm_north, east + arm_east);
     let down = height_m - solution.position.height_m + arm_down;
 
-    let of_arm_mps = solution.angular_rate_radps.cross(arm_m);
+    let of_arm_mps = LeverArm(arm_m).relative_velocity(solution.angular_rate_radps);
     let [vn, ve, vd] = (solution.velocity_mps + body_to_ned * of_arm_mps).to_array();
     let [u, v, w] = (solution.velocity_body_mps() + of_arm_mps).to_array();
     let angles = body_to_ned.euler();

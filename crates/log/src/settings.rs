@@ -13,6 +13,7 @@ use super::error::LogError;
 use super::manifest::{HeadingReference, Manifest, Point};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
+use hovernav::ins::Mounting;
 
 impl Dataset {
     /// The estimator's settings for this dataset: see [`Manifest::settings`]. What is magnetic in it
@@ -88,10 +89,9 @@ impl Manifest {
             )));
         }
 
-        ekf.imu_lever_arm_m = self.lever_arm_m(Point::Imu) - cg;
-        ekf.antenna_lever_arm_m = self.lever_arm_m(Point::Antenna) - cg;
-        config.alignment.imu_lever_arm_m = ekf.imu_lever_arm_m;
-        config.alignment.antenna_lever_arm_m = ekf.antenna_lever_arm_m;
+        config.mounting = Mounting::default()
+            .with_imu_lever_arm_m(self.lever_arm_m(Point::Imu) - cg)
+            .with_antenna_lever_arm_m(self.lever_arm_m(Point::Antenna) - cg);
 
         let attitude_magnetic = imu.heading_reference == HeadingReference::Magnetic;
         // A declination that is given counts whatever the data hold: settings before a flight and after

@@ -12,7 +12,7 @@ use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement, Unusable};
-use crate::frames::{Body, Ned, Vector};
+use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 
 /// White variances of a fix, north, east, down.
@@ -131,13 +131,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> [ScalarMeasurement<T>; 3] {
         let wander: Vector<Ned> =
             L::GPS_POSITION.map_or([0.0; 3], |first| self.block(first)).into();
-        let arm_body = self.antenna_from_imu();
-        let arm = back.state.body_to_ned * arm_body;
+        let antenna_arm = self.mounting.antenna_from_imu();
+        let arm = back.state.body_to_ned * antenna_arm.0;
         let antenna = back.state.position.displaced(arm);
         let innovation = (fix.position.displacement_from(&antenna) - wander).to_array();
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g.
         let arm_turn = skew(-arm.components()) * back.turn_s;
-        let swing = back.state.body_to_ned * back.angular_rate_radps.cross(arm_body);
+        let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
         let velocity = (back.state.velocity_mps + swing).to_array();
         core::array::from_fn(|axis| {
             let mut sensitivity = Sensitivity::default()
@@ -175,9 +175,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> [Option<ScalarMeasurement<T>>; 3] {
         let wander: Vector<Ned> =
             L::GPS_VELOCITY.map_or([0.0; 3], |first| self.block(first)).into();
-        let arm_body = self.antenna_from_imu();
+        let antenna_arm = self.mounting.antenna_from_imu();
         let body_to_ned = back.state.body_to_ned;
-        let swing = body_to_ned * back.angular_rate_radps.cross(arm_body);
+        let swing = body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
         let predicted = (back.state.velocity_mps + swing + wander).to_array();
         let measured = [
             fix.horizontal_velocity_mps.map(|velocity| velocity[0]),
@@ -186,7 +186,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         ];
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let attitude = skew(back.force_mps - swing.components());
-        let gyro = body_to_ned.matrix() * skew(arm_body.components());
+        let gyro = body_to_ned.matrix() * skew(antenna_arm.0.components());
         core::array::from_fn(|axis| {
             let mut sensitivity = Sensitivity::default()
                 .with(VELOCITY + axis, 1.0)
@@ -215,10 +215,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// `lever`.
     fn lag_noise(&self, age_s: f64, lever: f64) -> f64 {
         square(self.config.imu.velocity_random_walk_mps) * age_s.max(0.0) * square(lever)
-    }
-
-    fn antenna_from_imu(&self) -> Vector<Body> {
-        self.config.antenna_lever_arm_m - self.config.imu_lever_arm_m
     }
 }
 

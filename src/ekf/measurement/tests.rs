@@ -9,7 +9,7 @@ use crate::earth::Geodetic;
 use crate::frames::{EulerAngles, Ned, Rotation, Vector};
 use crate::gps::Fix;
 use crate::imu::{ImuSample, Motion};
-use crate::ins::{NavState, Start};
+use crate::ins::{Mounting, NavState, Start};
 use crate::time::Time;
 
 const N: usize = 26;
@@ -24,12 +24,10 @@ fn perturbation(state: usize) -> f64 {
     }
 }
 
-fn config() -> EkfConfig {
-    EkfConfig {
-        imu_lever_arm_m: Vector::new(0.03, -0.02, 0.28),
-        antenna_lever_arm_m: Vector::new(-0.6, 0.2, -0.4),
-        ..EkfConfig::default()
-    }
+fn mounting() -> Mounting {
+    Mounting::default()
+        .with_imu_lever_arm_m(Vector::new(0.03, -0.02, 0.28))
+        .with_antenna_lever_arm_m(Vector::new(-0.6, 0.2, -0.4))
 }
 
 /// A filter in a turning, accelerating flight whose parameters are, and have been for as long as it
@@ -48,7 +46,7 @@ fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
         gyro_bias_radps: Vector::ZERO,
         gyro_bias_sigma_radps: None,
     };
-    let mut filter = FullEkf::new(config(), start);
+    let mut filter = FullEkf::new(EkfConfig::default(), mounting(), start);
     for step in 1..=STEPS {
         filter.parameters = *parameters;
         let phase = step as f64 * PERIOD_S;

@@ -12,7 +12,7 @@ use crate::controls::Channels;
 use crate::earth::Geodetic;
 use crate::ekf::Solution;
 use crate::frames::{Body, EulerAngles, Ned, Vector};
-use crate::imu::{ImuSample, Motion};
+use crate::imu::ImuSample;
 use crate::time::Time;
 
 /// How sure the estimator is, one-sigma; `None` before it runs.
@@ -127,16 +127,10 @@ impl Snapshot {
     /// rates are the better ones.
     #[must_use]
     pub fn with_imu(mut self, sample: &ImuSample, interval_s: f64) -> Self {
-        let (rate, force) = match sample.motion {
-            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
-                (angular_rate_radps, specific_force_mps2)
-            }
-            Motion::Increments { angle_rad, velocity_mps } => {
-                (angle_rad * (1.0 / interval_s), velocity_mps * (1.0 / interval_s))
-            }
-        };
-        self.angular_rate_radps = Some(rate).filter(|vector| vector.is_finite());
-        self.specific_force_mps2 = Some(force).filter(|vector| vector.is_finite());
+        let mean = sample.motion.mean_rates(interval_s);
+        self.angular_rate_radps = Some(mean.angular_rate_radps).filter(|vector| vector.is_finite());
+        self.specific_force_mps2 =
+            Some(mean.specific_force_mps2).filter(|vector| vector.is_finite());
         self.magnetic_field_gauss = sample.magnetic_field_gauss;
         self
     }
@@ -166,6 +160,7 @@ impl Snapshot {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::imu::Motion;
 
     #[test]
     fn increments_are_told_as_rates() {

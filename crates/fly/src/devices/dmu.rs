@@ -3,7 +3,7 @@
 use super::Device;
 use super::line::Line;
 use hovernav::dmu::{AnglePacket, Calibration, Measurement, Mode, ScaledPacket, VoltagePacket};
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
 /// 38 400 baud, 8-N-1.
@@ -82,17 +82,10 @@ impl DmuDevice {
     #[must_use]
     pub fn measuring(samples: &[ImuSample], calibration: &Calibration) -> Self {
         let packet = |sample: &ImuSample, interval_s: f64| {
-            let (angular_rate_radps, specific_force_mps2) = match sample.motion {
-                Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
-                    (angular_rate_radps, specific_force_mps2)
-                }
-                Motion::Increments { angle_rad, velocity_mps } => {
-                    (angle_rad * interval_s.recip(), velocity_mps * interval_s.recip())
-                }
-            };
+            let mean = sample.motion.mean_rates(interval_s);
             let packet = calibration.counts(&Measurement {
-                angular_rate_radps,
-                specific_force_mps2,
+                angular_rate_radps: mean.angular_rate_radps,
+                specific_force_mps2: mean.specific_force_mps2,
                 magnetic_field_gauss: sample.magnetic_field_gauss.unwrap_or_default(),
                 attitude: sample.attitude,
                 temperature_degc: 25.0,

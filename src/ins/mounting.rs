@@ -1,0 +1,59 @@
+//! Where the sensors are in the vehicle.
+
+use super::LeverArm;
+use crate::frames::{Body, Vector};
+
+/// Where the inertial unit and the antenna are, from the point whose position and velocity the
+/// solution gives: the centre of gravity, or the unit itself.
+///
+/// ```
+/// use hovernav::frames::Vector;
+/// use hovernav::ins::Mounting;
+///
+/// let mounting = Mounting::default()
+///     .with_imu_lever_arm_m(Vector::new(0.03, -0.02, 0.28))
+///     .with_antenna_lever_arm_m(Vector::new(-0.35, 0.0, 0.2));
+/// assert_eq!(mounting.antenna_from_imu().0.x(), -0.38);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Mounting {
+    /// The inertial unit from the point of the solution, body axes, m.
+    pub imu_lever_arm_m: Vector<Body>,
+    /// The GPS antenna from the same point, body axes, m.
+    pub antenna_lever_arm_m: Vector<Body>,
+}
+
+impl Mounting {
+    /// With the inertial unit at `lever_arm_m` from the point of the solution, body axes, m.
+    #[must_use]
+    pub const fn with_imu_lever_arm_m(mut self, lever_arm_m: Vector<Body>) -> Self {
+        self.imu_lever_arm_m = lever_arm_m;
+        self
+    }
+
+    /// With the GPS antenna at `lever_arm_m` from the point of the solution, body axes, m.
+    #[must_use]
+    pub const fn with_antenna_lever_arm_m(mut self, lever_arm_m: Vector<Body>) -> Self {
+        self.antenna_lever_arm_m = lever_arm_m;
+        self
+    }
+
+    /// From the inertial unit to the point of the solution.
+    #[must_use]
+    pub fn solution_from_imu(&self) -> LeverArm {
+        LeverArm(-self.imu_lever_arm_m)
+    }
+
+    /// From the inertial unit to the antenna.
+    #[must_use]
+    pub fn antenna_from_imu(&self) -> LeverArm {
+        LeverArm(self.antenna_lever_arm_m - self.imu_lever_arm_m)
+    }
+
+    /// From the antenna to the inertial unit.
+    #[must_use]
+    pub fn imu_from_antenna(&self) -> LeverArm {
+        LeverArm(self.imu_lever_arm_m - self.antenna_lever_arm_m)
+    }
+}
