@@ -33,18 +33,16 @@ const HEADING_SIGMA_RAD: f64 = 0.03;
 
 /// What filter and simulation both assume of the inertial unit.
 fn imu_model() -> ImuModel {
-    ImuModel {
-        angle_random_walk_rad: 5e-4,
-        velocity_random_walk_mps: 0.01,
-        // The white noise is all there is of vibration.
-        gyro_vibration_share: 0.0,
-        accel_vibration_share: 0.0,
-        gyro_bias_sigma_radps: 0.004,
-        gyro_bias_time_s: 100.0,
-        accel_bias_sigma_mps2: 0.05,
-        accel_bias_time_s: 200.0,
-        ..ImuModel::default()
-    }
+    let mut model = ImuModel::default();
+    model.angle_random_walk_rad = 5e-4;
+    model.velocity_random_walk_mps = 0.01;
+    model.gyro_vibration_share = 0.0;
+    model.accel_vibration_share = 0.0;
+    model.gyro_bias_sigma_radps = 0.004;
+    model.gyro_bias_time_s = 100.0;
+    model.accel_bias_sigma_mps2 = 0.05;
+    model.accel_bias_time_s = 200.0;
+    model
 }
 
 fn mounting() -> Mounting {
@@ -54,7 +52,7 @@ fn mounting() -> Mounting {
 }
 
 fn ekf_config() -> EkfConfig {
-    EkfConfig { imu: imu_model(), ..EkfConfig::default() }
+    EkfConfig::default().with_imu(imu_model())
 }
 
 /// The same unit for the simulation; `noisy` or only with its biases, which are the same for the

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context as _;
-use hovernav::ekf::{Channel, ImuFault, Notice, Unusable, Verdict};
+use hovernav::ekf::{Aid, Channel, ImuFault, Notice, ResetCause, Unusable, Verdict};
 use hovernav::ins::HeadingSource;
 use hovernav_log::{Axis, Dataset, Run, Score, Statistics};
 use serde::Serialize;
@@ -152,11 +152,16 @@ impl Summary {
                     }
                 }
                 Notice::Updated(report) => self.count(report),
-                Notice::FixUnusable(time, reason) => {
-                    self.gps_fixes_unusable += 1;
-                    note(unusable_name(*reason), time.seconds());
+                Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
+                    self.gps_fixes_unusable += usize::from(*aid == Aid::Gps);
+                    note(unusable_name(*aid, *reason), time.seconds());
                 }
-                Notice::ImuFault(time, fault) => note(fault_name(fault), time.seconds()),
+                Notice::GapBridged { time, .. } => {
+                    note("a gap in the inertial samples, bridged", time.seconds());
+                }
+                Notice::CovarianceReset { time, cause } => note(reset_name(cause), time.seconds()),
+                Notice::SampleRefused { time, fault } => note(fault_name(fault), time.seconds()),
+                _ => {}
             }
         }
         let not_found = |alignment: &AlignmentSummary| {
@@ -352,12 +357,27 @@ const fn heading_name(source: HeadingSource) -> &'static str {
     }
 }
 
-const fn unusable_name(reason: Unusable) -> &'static str {
-    match reason {
-        Unusable::NotFinite => "a fix that is no place or not finite",
-        Unusable::TooOld => "a fix older than the filter's memory",
-        Unusable::AheadOfImu => "a fix ahead of the inertial samples",
-        Unusable::TooSoon | Unusable::NoState => "a measurement that could not be used",
+const fn unusable_name(aid: Aid, reason: Unusable) -> &'static str {
+    match (aid, reason) {
+        (Aid::Gps, Unusable::NotFinite) => "a fix that is no place or not finite",
+        (Aid::Gps, Unusable::TooOld) => "a fix older than the filter's memory",
+        (Aid::Gps, Unusable::AheadOfImu) => "a fix ahead of the inertial samples",
+        (Aid::Attitude, _) => "an attitude of the unit that is not finite",
+        (Aid::Magnetometer, _) => "a magnetic field that is not finite or has no horizontal part",
+        (Aid::Baro, _) => "a barometric height that is not finite or beyond 100 km",
+        _ => "a measurement that could not be used",
+    }
+}
+
+const fn reset_name(cause: &ResetCause) -> &'static str {
+    match cause {
+        ResetCause::LongGap { .. } => {
+            "a gap in the inertial samples too long to bridge, the covariance reset"
+        }
+        ResetCause::Diverged => {
+            "an inertial sample that would lead off the Earth, the covariance reset"
+        }
+        _ => "a reset of the covariance",
     }
 }
 
@@ -365,7 +385,6 @@ const fn fault_name(fault: &ImuFault) -> &'static str {
     match fault {
         ImuFault::NotFinite => "an inertial sample that is not finite, passed over",
         ImuFault::NotLater => "an inertial sample not later than the one before, passed over",
-        ImuFault::Gap(_) => "a gap in the inertial samples, bridged",
-        ImuFault::Astray => "an inertial sample that would lead off the Earth, not followed",
+        _ => "an inertial sample passed over",
     }
 }

@@ -2,7 +2,17 @@
 
 /// Settings of the filter. [`EkfConfig::default`] suits a consumer or tactical-grade MEMS unit on a
 /// vibrating vehicle and a stand-alone GPS; what is known better goes in by name.
+///
+/// ```
+/// use hovernav::ekf::{EkfConfig, GateConfig};
+///
+/// let mut gate = GateConfig::default();
+/// gate.sigmas = 4.0;
+/// let config = EkfConfig::default().with_gate(gate);
+/// assert_eq!(config.gate.lockout_s, 8.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct EkfConfig {
     /// Inertial sensors.
     pub imu: ImuModel,
@@ -16,12 +26,52 @@ pub struct EkfConfig {
     pub gate: GateConfig,
 }
 
+impl EkfConfig {
+    /// With these errors of the inertial sensors.
+    #[must_use]
+    pub const fn with_imu(mut self, imu: ImuModel) -> Self {
+        self.imu = imu;
+        self
+    }
+
+    /// With these errors of the GPS.
+    #[must_use]
+    pub const fn with_gps(mut self, gps: GpsModel) -> Self {
+        self.gps = gps;
+        self
+    }
+
+    /// With these errors of attitude and heading references.
+    #[must_use]
+    pub const fn with_attitude(mut self, attitude: AttitudeModel) -> Self {
+        self.attitude = attitude;
+        self
+    }
+
+    /// With these errors of the barometer.
+    #[must_use]
+    pub const fn with_baro(mut self, baro: BaroModel) -> Self {
+        self.baro = baro;
+        self
+    }
+
+    /// With these gates.
+    #[must_use]
+    pub const fn with_gate(mut self, gate: GateConfig) -> Self {
+        self.gate = gate;
+        self
+    }
+}
+
 /// Declares a group of settings: each with its doc and its default, all `f64`, all readable by name
 /// from a configuration file.
 macro_rules! settings {
     ($(#[$group:meta])* $name:ident { $($(#[$field:meta])* $key:ident = $default:expr,)* }) => {
         $(#[$group])*
+        ///
+        /// To change some, take the default and assign to its fields.
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[non_exhaustive]
         #[cfg_attr(
             feature = "serde",
             derive(serde::Deserialize, serde::Serialize),

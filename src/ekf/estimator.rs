@@ -1,10 +1,11 @@
 //! The whole estimator: alignment, the search for a heading, and the filter, behind one call.
 
-use super::config::EkfConfig;
-use super::filter::{Ekf, ImuFault};
+use super::estimator_config::EstimatorConfig;
+use super::filter::Ekf;
 use super::heading_search::HeadingSearch;
 use super::layout::{Full, Layout};
-use super::measurement::{Report, Unusable};
+use super::measurement::{Aid, Report, Unusable};
+use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
 use super::solution::Solution;
 use super::trace::Trace;
@@ -12,46 +13,12 @@ use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;
 use crate::imu::ImuSample;
-use crate::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Mounting, Start};
+use crate::ins::{Aligner, Alignment, HeadingSource, Start};
 use crate::time::Time;
-
-/// Settings of the whole estimator.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct EstimatorConfig {
-    /// Where the sensors are in the vehicle.
-    pub mounting: Mounting,
-    /// How it starts.
-    pub alignment: AlignmentConfig,
-    /// How it goes on.
-    pub ekf: EkfConfig,
-    /// Which aids beside GPS it uses, where there are any.
-    pub aiding: Aiding,
-}
-
-/// Which aids beside GPS are used once aligned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Deserialize, serde::Serialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct Aiding {
-    /// The inertial unit's own attitude.
-    pub attitude: bool,
-    /// Magnetic heading, where the unit's own attitude is not used.
-    pub magnetometer: bool,
-    /// Barometric height.
-    pub baro: bool,
-}
-
-impl Default for Aiding {
-    fn default() -> Self {
-        Self { attitude: true, magnetometer: true, baro: true }
-    }
-}
 
 /// Something worth telling that came of an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Notice {
     /// Alignment ended; the first solution is there.
     Aligned(Alignment),
@@ -66,10 +33,46 @@ pub enum Notice {
     },
     /// A measurement was compared: accepted, refused or reopened, axis by axis.
     Updated(Report),
-    /// A fix could not be compared at all.
-    FixUnusable(Time, Unusable),
-    /// An inertial sample was passed over, or ended a gap.
-    ImuFault(Time, ImuFault),
+    /// A measurement could not be compared at all. An aid that the configuration leaves out is not
+    /// told of.
+    NotUsed {
+        /// When the measurement was true.
+        time: Time,
+        /// What was measured.
+        aid: Aid,
+        /// Why it was not used: see [`Unusable::is_fault`].
+        reason: Unusable,
+    },
+    /// An inertial sample ended a gap, which was bridged.
+    GapBridged {
+        /// The sample's time.
+        time: Time,
+        /// Length of the gap, s.
+        length_s: f64,
+    },
+    /// An inertial sample led to a reset of the covariance.
+    CovarianceReset {
+        /// The sample's time.
+        time: Time,
+        /// Why.
+        cause: ResetCause,
+    },
+    /// An inertial sample was refused.
+    SampleRefused {
+        /// The sample's time.
+        time: Time,
+        /// Why.
+        fault: ImuFault,
+    },
+}
+
+impl Notice {
+    fn of_update(time: Time, aid: Aid, result: Result<Report, Unusable>) -> Self {
+        match result {
+            Ok(report) => Self::Updated(report),
+            Err(reason) => Self::NotUsed { time, aid, reason },
+        }
+    }
 }
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
@@ -136,11 +139,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
                 }
             }
             Event::Baro { time, height_m } => {
-                if self.config.aiding.baro
-                    && let Phase::Navigating(filter) = &mut self.phase
-                    && let Ok(report) = filter.update_baro(*time, *height_m, trace)
-                {
-                    notify(Notice::Updated(report));
+                if self.config.aiding.baro {
+                    let result = match &mut self.phase {
+                        Phase::Navigating(filter) => filter.update_baro(*time, *height_m, trace),
+                        _ => Err(Unusable::HeadingUnknown),
+                    };
+                    notify(Notice::of_update(*time, Aid::Baro, result));
                 }
             }
             Event::Magnetometer { time, field_gauss } => {
@@ -171,7 +175,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         let time = self.time();
         match self.held.iter_mut().find(|slot| slot.is_none() && fix.time - time <= HELD_S) {
             Some(slot) => *slot = Some(*fix),
-            None => notify(Notice::FixUnusable(fix.time, Unusable::AheadOfImu)),
+            None => notify(Notice::NotUsed {
+                time: fix.time,
+                aid: Aid::Gps,
+                reason: Unusable::AheadOfImu,
+            }),
         }
     }
 
@@ -182,13 +190,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         notify: &mut impl FnMut(Notice),
     ) {
         let result = match &mut self.phase {
-            Phase::Aligning(_) => Ok(()),
+            Phase::Aligning(_) => return,
             Phase::Searching(search) => search.predict(sample),
             Phase::Navigating(filter) => filter.predict_traced(sample, trace),
         };
-        if let Err(fault) = result {
-            notify(Notice::ImuFault(sample.time, fault));
-            if !matches!(fault, ImuFault::Gap(_) | ImuFault::Astray) {
+        let time = sample.time;
+        match result {
+            Ok(Prediction::Stepped) => {}
+            Ok(Prediction::BridgedGap { length_s }) => {
+                notify(Notice::GapBridged { time, length_s });
+            }
+            Ok(Prediction::Reset(cause)) => notify(Notice::CovarianceReset { time, cause }),
+            Err(fault) => {
+                notify(Notice::SampleRefused { time, fault });
                 return;
             }
         }
@@ -214,10 +228,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
             Phase::Searching(search) => search.update_gps(fix),
             Phase::Navigating(filter) => filter.update_gps_traced(fix, trace),
         };
-        notify(match result {
-            Ok(report) => Notice::Updated(report),
-            Err(reason) => Notice::FixUnusable(fix.time, reason),
-        });
+        notify(Notice::of_update(fix.time, Aid::Gps, result));
         if let Phase::Searching(search) = &self.phase
             && let Some(found) = search.found()
         {
@@ -236,12 +247,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         trace: &mut impl Trace<T, N>,
         notify: &mut impl FnMut(Notice),
     ) {
-        let Phase::Navigating(filter) = &mut self.phase else { return };
         let yaw_rad = angles.yaw_rad + self.config.alignment.attitude_declination_rad;
         let reference = Rotation::from_euler(EulerAngles { yaw_rad, ..angles });
-        if let Ok(report) = filter.update_attitude(time, reference, trace) {
-            notify(Notice::Updated(report));
-        }
+        let result = match &mut self.phase {
+            Phase::Navigating(filter) => filter.update_attitude(time, reference, trace),
+            _ => Err(Unusable::HeadingUnknown),
+        };
+        notify(Notice::of_update(time, Aid::Attitude, result));
     }
 
     fn magnetometer(
@@ -251,16 +263,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         trace: &mut impl Trace<T, N>,
         notify: &mut impl FnMut(Notice),
     ) {
-        let Phase::Navigating(filter) = &mut self.phase else { return };
         if !self.config.aiding.magnetometer {
             return;
         }
         let declination_rad = self.config.alignment.declination_rad;
-        if let Ok(report) =
-            filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
-        {
-            notify(Notice::Updated(report));
-        }
+        let result = match &mut self.phase {
+            Phase::Navigating(filter) => {
+                filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
+            }
+            _ => Err(Unusable::HeadingUnknown),
+        };
+        notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
 
     /// The filter, once alignment and the search for a heading are over.

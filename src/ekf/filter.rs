@@ -1,13 +1,13 @@
 //! The filter itself: the state it holds, and its step with the inertial unit.
 
-use core::fmt;
 use core::marker::PhantomData;
 
 use super::config::EkfConfig;
 use super::covariance::Covariance;
 use super::gate::Lockouts;
 use super::history::History;
-use super::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
@@ -16,32 +16,6 @@ use crate::frames::{Body, Vector};
 use crate::imu::{ImuErrors, ImuSample, Vibration};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
-
-/// Why a sample of the inertial unit was not used as it came.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ImuFault {
-    /// A component is NaN, infinite or beyond what units measure; the sample is passed over.
-    NotFinite,
-    /// Not later than the sample before; passed over.
-    NotLater,
-    /// The interval before it, s, is longer than the configured gap; bridged, or, beyond a minute,
-    /// taken for the loss of all but the place.
-    Gap(f64),
-    /// The step would have led to where NED does not exist, or beyond 10 km/s: not taken, and taken
-    /// for the loss of all but the place.
-    Astray,
-}
-
-impl fmt::Display for ImuFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFinite => f.write_str("not finite: passed over"),
-            Self::NotLater => f.write_str("not later than the sample before: passed over"),
-            Self::Gap(length_s) => write!(f, "none for {length_s:.3} s: bridged"),
-            Self::Astray => f.write_str("it would lead off the Earth: not followed"),
-        }
-    }
-}
 
 /// Error-state Kalman filter around the strapdown mechanization, closed loop.
 ///
@@ -75,6 +49,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// A filter that starts where alignment ended.
     #[must_use]
     pub fn new(config: EkfConfig, mounting: Mounting, start: Start) -> Self {
+        const { assert!(layout::is_sound::<L, N>(), "the layout breaks its rules") };
         let mut filter = Self {
             config,
             mounting,
@@ -136,9 +111,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Advances the filter to the next sample of the inertial unit.
     ///
     /// # Errors
-    /// [`ImuFault`] says why a sample was passed over, or that it ended a gap; the filter goes on
-    /// either way.
-    pub fn predict(&mut self, sample: &ImuSample) -> Result<(), ImuFault> {
+    /// [`ImuFault`] says why a sample was refused; it changed nothing.
+    pub fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         self.predict_traced(sample, &mut ())
     }
 
@@ -150,7 +124,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &mut self,
         sample: &ImuSample,
         trace: &mut impl Trace<T, N>,
-    ) -> Result<(), ImuFault> {
+    ) -> Result<Prediction, ImuFault> {
         if !sample.motion.is_finite() {
             return Err(ImuFault::NotFinite);
         }
@@ -171,7 +145,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if gap_s > LONGEST_BRIDGE_S {
             self.state.time = sample.time;
             self.reset_covariance();
-            return Err(ImuFault::Gap(gap_s));
+            return Ok(Prediction::Reset(ResetCause::LongGap { length_s: gap_s }));
         }
         self.watch_vibration(sample, increment.interval_s, gap);
 
@@ -180,7 +154,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !self.state.is_valid() {
             self.state = NavState { time: sample.time, ..before };
             self.reset_covariance();
-            return Err(ImuFault::Astray);
+            return Ok(Prediction::Reset(ResetCause::Diverged));
         }
         let ground = advance.frame_rotation_rad * (1.0 / increment.interval_s);
         let rate = increment.angular_rate(&sample.motion, &errors);
@@ -196,7 +170,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.history.clear();
         }
         self.history.push(sample.time, &increment, &advance);
-        if gap { Err(ImuFault::Gap(gap_s)) } else { Ok(()) }
+        Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }
 
     /// What is known of the inertial unit's own errors.

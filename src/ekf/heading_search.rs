@@ -11,9 +11,10 @@
 //! approximations, *IEEE Transactions on Automatic Control* 17 (4), 439–448.
 
 use super::config::{EkfConfig, GpsModel};
-use super::filter::{Ekf, ImuFault};
+use super::filter::Ekf;
 use super::layout::Base;
 use super::measurement::{Report, Unusable};
+use super::prediction::{ImuFault, Prediction};
 use super::solution::Solution;
 use super::square;
 use crate::frames::{Vector, wrap_angle};
@@ -78,8 +79,8 @@ impl HeadingSearch {
     ///
     /// # Errors
     /// As [`Ekf::predict`]; all filters judge a sample alike.
-    pub fn predict(&mut self, sample: &ImuSample) -> Result<(), ImuFault> {
-        let mut verdict = Ok(());
+    pub fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
+        let mut verdict = Ok(Prediction::Stepped);
         for sector in self.sectors.iter_mut().flatten() {
             verdict = sector.filter.predict(sample);
         }

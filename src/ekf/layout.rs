@@ -19,9 +19,13 @@ pub const ACCEL_BIAS: usize = 12;
 /// How many states every layout has.
 pub const BASE: usize = 15;
 
-/// A set of error states; `N` is the padded length of its state vector.
+/// A set of error states; `N` is the padded length of its state vector, even.
+///
+/// Sealed: the layouts are those of this module. A filter of a layout that breaks the rules (an odd
+/// `N`, blocks that overlap each other or the base, a block that reaches beyond `N`) does not
+/// compile.
 pub trait Layout<const N: usize>:
-    Copy + Default + core::fmt::Debug + Send + Sync + 'static
+    Copy + Default + core::fmt::Debug + Send + Sync + sealed::Sealed + 'static
 {
     /// Scale factor errors of the three gyros.
     const GYRO_SCALE: Option<usize> = None;
@@ -40,15 +44,52 @@ pub trait Layout<const N: usize>:
     const BARO: Option<usize> = None;
 }
 
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// Whether a layout keeps the rules: see [`Layout`].
+pub(super) const fn is_sound<L: Layout<N>, const N: usize>() -> bool {
+    let blocks = [
+        (L::GYRO_SCALE, 3),
+        (L::ACCEL_SCALE, 3),
+        (L::GPS_POSITION, 3),
+        (L::GPS_VELOCITY, 3),
+        (L::ATTITUDE_REFERENCE, 3),
+        (L::LATENCY, 1),
+        (L::BARO, 1),
+    ];
+    let mut taken = [false; N];
+    let mut block = 0;
+    while block < blocks.len() {
+        if let (Some(first), length) = blocks[block] {
+            let mut state = first;
+            while state < first + length {
+                if state < BASE || state >= N || taken[state] {
+                    return false;
+                }
+                taken[state] = true;
+                state += 1;
+            }
+        }
+        block += 1;
+    }
+    N > BASE && N.is_multiple_of(2)
+}
+
 /// The fifteen base states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Base;
+
+impl sealed::Sealed for Base {}
 
 impl Layout<16> for Base {}
 
 /// The base and the scale factors of gyros and accelerometers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WithScaleFactors;
+
+impl sealed::Sealed for WithScaleFactors {}
 
 impl Layout<22> for WithScaleFactors {
     const GYRO_SCALE: Option<usize> = Some(15);
@@ -60,10 +101,44 @@ impl Layout<22> for WithScaleFactors {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Full;
 
+impl sealed::Sealed for Full {}
+
 impl Layout<26> for Full {
     const GPS_POSITION: Option<usize> = Some(15);
     const GPS_VELOCITY: Option<usize> = Some(18);
     const ATTITUDE_REFERENCE: Option<usize> = Some(21);
     const LATENCY: Option<usize> = Some(24);
     const BARO: Option<usize> = Some(25);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    macro_rules! layout {
+        ($name:ident, $n:literal, $($block:ident = $first:literal),*) => {
+            #[derive(Clone, Copy, Debug, Default)]
+            struct $name;
+            impl sealed::Sealed for $name {}
+            impl Layout<$n> for $name {
+                $(const $block: Option<usize> = Some($first);)*
+            }
+        };
+    }
+
+    layout!(Odd, 17, BARO = 15);
+    layout!(Overlapping, 22, GYRO_SCALE = 15, GPS_POSITION = 17);
+    layout!(OverBase, 18, GPS_VELOCITY = 13);
+    layout!(BeyondEnd, 16, ACCEL_SCALE = 15);
+    layout!(WithoutPadding, 18, GPS_POSITION = 15);
+
+    #[test]
+    fn a_layout_has_an_even_length_and_blocks_of_its_own_within_it() {
+        assert!(is_sound::<Base, 16>() && is_sound::<WithScaleFactors, 22>());
+        assert!(is_sound::<Full, 26>() && is_sound::<WithoutPadding, 18>());
+        assert!(!is_sound::<Odd, 17>());
+        assert!(!is_sound::<Overlapping, 22>());
+        assert!(!is_sound::<OverBase, 18>());
+        assert!(!is_sound::<BeyondEnd, 16>());
+    }
 }

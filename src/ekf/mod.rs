@@ -7,12 +7,14 @@ pub mod scalar;
 mod config;
 mod correction;
 mod estimator;
+mod estimator_config;
 mod filter;
 mod gate;
 mod heading_search;
 mod history;
 mod innovation;
 mod measurement;
+mod prediction;
 mod process;
 #[cfg(feature = "alloc")]
 mod smoother;
@@ -20,11 +22,13 @@ mod solution;
 mod trace;
 
 pub use config::{AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel};
-pub use estimator::{Aiding, Estimator, EstimatorConfig, Notice};
-pub use filter::{Ekf, ImuFault};
+pub use estimator::{Estimator, Notice};
+pub use estimator_config::{Aiding, EstimatorConfig};
+pub use filter::Ekf;
 pub use heading_search::HeadingSearch;
 pub use innovation::{Channel, Innovation, Verdict};
-pub use measurement::{Report, Unusable};
+pub use measurement::{Aid, Report, Unusable};
+pub use prediction::{ImuFault, Prediction, ResetCause};
 #[cfg(feature = "alloc")]
 pub use smoother::Smoother;
 pub use solution::Solution;

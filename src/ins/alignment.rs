@@ -33,7 +33,10 @@ pub enum HeadingSource {
 }
 
 /// Settings of the alignment.
+///
+/// To change some, take the default and assign to its fields, or use the methods that take it over.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
@@ -85,6 +88,35 @@ impl Default for AlignmentConfig {
     }
 }
 
+impl AlignmentConfig {
+    /// With `heading` as the only source of heading.
+    #[must_use]
+    pub const fn with_heading(mut self, heading: HeadingSource) -> Self {
+        self.heading = Some(heading);
+        self
+    }
+
+    /// With `duration_s` seconds of inertial data.
+    #[must_use]
+    pub const fn with_duration_s(mut self, duration_s: f64) -> Self {
+        self.duration_s = duration_s;
+        self
+    }
+
+    /// With a magnetic declination, east positive, rad: of the magnetometer, and of the unit's own yaw
+    /// where `attitude_is_magnetic`.
+    #[must_use]
+    pub const fn with_declination_rad(
+        mut self,
+        declination_rad: f64,
+        attitude_is_magnetic: bool,
+    ) -> Self {
+        self.declination_rad = declination_rad;
+        self.attitude_declination_rad = if attitude_is_magnetic { declination_rad } else { 0.0 };
+        self
+    }
+}
+
 /// What a filter starts from: the end of alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
@@ -104,6 +136,7 @@ pub struct Start {
 
 /// How an alignment came about.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Alignment {
     /// What the filter starts from.
     pub start: Start,

@@ -115,7 +115,7 @@ impl Dataset {
     pub fn estimate(&self, config: &EstimatorConfig, progress: impl FnMut(usize)) -> Run {
         let mut estimator = Estimator::<Full, 26>::new(*config);
         self.run(progress, |event, notices| {
-            estimator.push(event, |notice| notices.push(notice));
+            estimator.push(event, |notice| keep(notice, notices));
             estimator.solution()
         })
     }
@@ -166,7 +166,7 @@ impl Dataset {
             let mut aligned = false;
             estimator.push_traced(event, &mut smoother, |notice| {
                 aligned |= matches!(notice, Notice::Aligned(_));
-                notices.push(notice);
+                keep(notice, notices);
             });
             if let Some(start) = start.filter(|_| aligned) {
                 estimator.begin_at(&start);
@@ -196,5 +196,12 @@ impl Dataset {
             }
         }
         run
+    }
+}
+
+/// Keeps a notice, but for readings that are left out by design, of which there are more than samples.
+fn keep(notice: Notice, notices: &mut Vec<Notice>) {
+    if !matches!(notice, Notice::NotUsed { reason, .. } if !reason.is_fault()) {
+        notices.push(notice);
     }
 }

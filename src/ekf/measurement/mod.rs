@@ -7,7 +7,7 @@ mod magnetic;
 mod report;
 mod update;
 
-pub use report::{Report, Unusable};
+pub use report::{Aid, Report, Unusable};
 use update::ScalarMeasurement;
 
 #[cfg(test)]

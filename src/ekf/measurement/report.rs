@@ -1,5 +1,6 @@
 //! What became of a measurement.
 
+use core::error::Error;
 use core::fmt;
 
 use super::super::innovation::{Innovation, Verdict};
@@ -52,6 +53,7 @@ impl Report {
 
 /// Why a measurement could not be compared at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Unusable {
     /// A value is NaN or infinite, or the place is none.
     NotFinite,
@@ -63,6 +65,42 @@ pub enum Unusable {
     TooSoon,
     /// The layout has no state for it.
     NoState,
+    /// The heading is still searched for, with nothing but fixes.
+    HeadingUnknown,
+}
+
+impl Unusable {
+    /// Whether it says that something is wrong. A reading that comes too soon, before there is a
+    /// heading, or for which the filter has no state, is left out by design.
+    #[must_use]
+    pub const fn is_fault(self) -> bool {
+        matches!(self, Self::NotFinite | Self::TooOld | Self::AheadOfImu)
+    }
+}
+
+/// What measures beside the inertial unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Aid {
+    /// GPS position and velocity.
+    Gps,
+    /// The inertial unit's own attitude.
+    Attitude,
+    /// The magnetometer.
+    Magnetometer,
+    /// The barometer.
+    Baro,
+}
+
+impl fmt::Display for Aid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Gps => "fix",
+            Self::Attitude => "attitude",
+            Self::Magnetometer => "magnetic field",
+            Self::Baro => "barometric height",
+        })
+    }
 }
 
 impl fmt::Display for Unusable {
@@ -73,6 +111,9 @@ impl fmt::Display for Unusable {
             Self::AheadOfImu => "ahead of the inertial samples",
             Self::TooSoon => "too soon after the last to be worth anything",
             Self::NoState => "the filter has no state for it",
+            Self::HeadingUnknown => "the heading is still searched for",
         })
     }
 }
+
+impl Error for Unusable {}

@@ -19,8 +19,19 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
             "heading found, one-sigma {:.1} deg",
             sigma_rad.to_degrees()
         )),
-        Notice::FixUnusable(_, reason) => ShortText::new(format_args!("fix not used: {reason}")),
-        Notice::ImuFault(_, fault) => ShortText::new(format_args!("inertial sample: {fault}")),
+        Notice::NotUsed { aid, reason, .. } if reason.is_fault() => {
+            ShortText::new(format_args!("{aid} not used: {reason}"))
+        }
+        Notice::GapBridged { length_s, .. } => {
+            ShortText::new(format_args!("inertial sample: none for {length_s:.3} s: bridged"))
+        }
+        Notice::CovarianceReset { cause, .. } => {
+            ShortText::new(format_args!("inertial sample: {cause}"))
+        }
+        Notice::SampleRefused { fault, .. } => {
+            ShortText::new(format_args!("inertial sample: {fault}"))
+        }
+        _ => return None,
     };
     let level = match notice {
         Notice::Aligned(_) | Notice::HeadingFound { .. } => Level::Info,

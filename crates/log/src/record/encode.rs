@@ -13,7 +13,7 @@ use super::message::{
 use super::writer::Writer;
 use hovernav::dmu::Measurement;
 use hovernav::earth::Geodetic;
-use hovernav::ekf::Notice;
+use hovernav::ekf::{Aid, Notice};
 use hovernav::frames::Vector;
 use hovernav::gps::ReceiverFix;
 use hovernav::gps::quality::Failures;
@@ -144,14 +144,24 @@ impl<W: Write> Writer<W> {
                     .collect();
                 self.event(time, level, kind, &told.join(", "))
             }
-            Notice::FixUnusable(time, reason) => {
-                let text = format!("the fix is not used: {reason}");
-                self.event(*time, Level::Warning, "fix_unusable", &text)
+            Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
+                let kind = if *aid == Aid::Gps { "fix_unusable" } else { "aid_unusable" };
+                let text = format!("the {aid} is not used: {reason}");
+                self.event(*time, Level::Warning, kind, &text)
             }
-            Notice::ImuFault(time, fault) => {
+            Notice::GapBridged { time, length_s } => {
+                let text = format!("inertial sample: none for {length_s:.3} s: bridged");
+                self.event(*time, Level::Warning, "imu_fault", &text)
+            }
+            Notice::CovarianceReset { time, cause } => {
+                let text = format!("inertial sample: {cause}");
+                self.event(*time, Level::Warning, "imu_fault", &text)
+            }
+            Notice::SampleRefused { time, fault } => {
                 let text = format!("inertial sample: {fault}");
                 self.event(*time, Level::Warning, "imu_fault", &text)
             }
+            _ => Ok(()),
         }
     }
 
