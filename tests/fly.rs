@@ -15,7 +15,7 @@ use hovernav::gps::Protocol;
 use hovernav::servo::packet::ServoPacket;
 use hovernav::telemetry::{Snapshot, SystemMode, frame};
 use hovernav_fly::play;
-use hovernav_fly::play::{Begin, Cut, CutKind, Outlet, Player};
+use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::{FlightReport, Notification, fly};
 use hovernav_log::Dataset;
 use hovernav_log::record::Record;
@@ -156,7 +156,7 @@ fn flown(
     let watch = {
         let stop = Arc::clone(stop);
         thread::spawn(move || {
-            while !player.is_finished() && player.flown_s().is_none_or(|flown_s| flown_s < seconds)
+            while !player.is_finished() && player.elapsed_s().is_none_or(|elapsed_s| elapsed_s < seconds)
             {
                 thread::sleep(Duration::from_millis(20));
             }
@@ -178,14 +178,14 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
     let dataset = hover();
     let start = dataset.imu[0].time;
     let cut = |start_s: f64, duration_s, kind| Cut { start: start + start_s, duration_s, kind };
-    let outlets = vec![
-        Outlet {
+    let ports = vec![
+        EmulatedPort {
             cuts: vec![cut(14.0, 2.0, CutKind::Adapter)],
-            ..Outlet::new(path("dmu"), play::dmu(&dataset).unwrap())
+            ..EmulatedPort::new(path("dmu"), play::dmu(&dataset).unwrap())
         },
-        Outlet {
+        EmulatedPort {
             cuts: vec![cut(7.0, 5.0, CutKind::Wire)],
-            ..Outlet::new(path("gps"), play::gps(&dataset, Protocol::Ubx))
+            ..EmulatedPort::new(path("gps"), play::gps(&dataset, Protocol::Ubx))
         },
     ];
     let stop = Arc::new(AtomicBool::new(false));
@@ -214,7 +214,7 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
 
     let config = configuration(place.path(), "");
     let record = path("flight.mcap");
-    let player = Player::start(outlets, 1.0, Begin::WhenAsked).unwrap();
+    let player = Player::start(ports, 1.0, Begin::WhenAsked).unwrap();
     let report = flown(&config, &record, player, 22.0, &stop);
     pilot.join().unwrap();
     let ground = ground.join().unwrap();

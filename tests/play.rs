@@ -16,9 +16,9 @@ use hovernav::gps::{Fix, Protocol, Receiver, ReceiverFix};
 use hovernav::imu::ImuSample;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
-use hovernav_fly::devices::Recorded;
+use hovernav_fly::devices::RecordedDevice;
 use hovernav_fly::play;
-use hovernav_fly::play::{Begin, Cut, CutKind, Outlet, PlayError, Player};
+use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, PlayError, Player};
 use hovernav_fly::serial::{Clock, Item, Port, PortConfig, Read, Reader};
 use hovernav_log::Dataset;
 use tempfile::TempDir;
@@ -148,8 +148,8 @@ fn same(found: &ImuSample, sent: &ImuSample) -> bool {
 #[test]
 fn a_continuous_unit_sends_every_sample_once_with_its_time() {
     let (place, dataset, clock) = (Place::new(), flight(4), Clock::start());
-    let outlets = vec![Outlet::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
-    let player = Player::start(outlets, 1.0, Begin::WhenAsked).unwrap();
+    let ports = vec![EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
+    let player = Player::start(ports, 1.0, Begin::WhenAsked).unwrap();
     let count = dataset.imu.len();
     let heard = listen(port(&place.path("dmu"), clock), clock, Flow::Continuous, |listened| {
         listened.samples.len() >= count
@@ -164,15 +164,15 @@ fn a_continuous_unit_sends_every_sample_once_with_its_time() {
     }
     let counts = player.stop().unwrap()[0];
     assert_eq!((counts.sent, counts.lost), (2 + 30 * count as u64, 0));
-    assert_eq!(counts.heard, 4, "stop, ping, mode, start");
+    assert_eq!(counts.received, 4, "stop, ping, mode, start");
     assert!(!place.path("dmu").is_symlink());
 }
 
 #[test]
 fn a_polled_unit_never_says_the_same_twice() {
     let (place, dataset, clock) = (Place::new(), flight(6), Clock::at_speed(SPEED).unwrap());
-    let outlets = vec![Outlet::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
-    let _player = Player::start(outlets, SPEED, Begin::WhenAsked).unwrap();
+    let ports = vec![EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
+    let _player = Player::start(ports, SPEED, Begin::WhenAsked).unwrap();
     let flow = Flow::Polled { cycle_s: 0.0303 };
     let heard = listen(port(&place.path("dmu"), clock), clock, flow, |listened| {
         listened.samples.len() >= 100
@@ -193,9 +193,9 @@ fn a_polled_unit_never_says_the_same_twice() {
 fn a_cut_wire_and_a_pulled_adapter_are_gaps_from_which_the_link_recovers() {
     for kind in [CutKind::Wire, CutKind::Adapter] {
         let (place, dataset, clock) = (Place::new(), flight(12), Clock::at_speed(SPEED).unwrap());
-        let mut outlet = Outlet::new(place.path("dmu"), play::dmu(&dataset).unwrap());
-        outlet.cuts = vec![Cut { start: Time::ZERO + 102.0, duration_s: 2.0, kind }];
-        let _player = Player::start(vec![outlet], SPEED, Begin::WhenAsked).unwrap();
+        let mut port = EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap());
+        port.cuts = vec![Cut { start: Time::ZERO + 102.0, duration_s: 2.0, kind }];
+        let _player = Player::start(vec![port], SPEED, Begin::WhenAsked).unwrap();
         let heard = listen(port(&place.path("dmu"), clock), clock, Flow::Continuous, |listened| {
             !listened.faults.is_empty() && listened.since_fault >= 20
         });
@@ -253,10 +253,10 @@ fn fixes(path: PathBuf, clock: Clock, protocol: Protocol, count: usize) -> Vec<R
 fn a_receiver_of_each_protocol_is_set_and_sends_the_fixes_of_the_flight() {
     for protocol in [Protocol::Nmea, Protocol::Tsip, Protocol::Ubx] {
         let (place, dataset, clock) = (Place::new(), flight(40), Clock::at_speed(SPEED).unwrap());
-        let outlets = vec![Outlet::new(place.path("gps"), play::gps(&dataset, protocol))];
+        let ports = vec![EmulatedPort::new(place.path("gps"), play::gps(&dataset, protocol))];
         // Setting a receiver takes up to some seconds of its fixes.
         let _player =
-            Player::start(outlets, SPEED, Begin::After(Duration::from_millis(100))).unwrap();
+            Player::start(ports, SPEED, Begin::After(Duration::from_millis(100))).unwrap();
         let found = fixes(place.path("gps"), clock, protocol, 7);
         assert_eq!(found.len(), 7, "{protocol:?}");
         for pair in found.windows(2) {
@@ -283,8 +283,8 @@ fn recorded_bytes_come_as_they_came() {
     let pieces: Vec<(Time, Vec<u8>)> =
         (0..50u8).map(|k| (Time::ZERO + 0.01 * f64::from(k), vec![k; 20])).collect();
     let expected = pieces.iter().flat_map(|(_, bytes)| bytes.clone()).collect::<Vec<_>>();
-    let outlets = vec![Outlet::new(place.path("gps"), Recorded::new(pieces))];
-    let player = Player::start(outlets, 1.0, Begin::WhenAsked).unwrap();
+    let ports = vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(pieces))];
+    let player = Player::start(ports, 1.0, Begin::WhenAsked).unwrap();
     let (mut port, mut found, mut buffer) =
         (port(&place.path("gps"), clock), Vec::<u8>::new(), [0; 64]);
     let end = clock.now() + 10.0;
@@ -303,8 +303,8 @@ fn recorded_bytes_come_as_they_came() {
 fn a_host_that_does_not_read_does_not_hold_the_player() {
     let place = Place::new();
     let pieces = (0..300).map(|k| (Time::ZERO + 1e-3 * f64::from(k), vec![0; 1000])).collect();
-    let outlets = vec![Outlet::new(place.path("gps"), Recorded::new(pieces))];
-    let player = Player::start(outlets, 1.0, Begin::WhenAsked).unwrap();
+    let ports = vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(pieces))];
+    let player = Player::start(ports, 1.0, Begin::WhenAsked).unwrap();
     let clock = Clock::start();
     let mut port = port(&place.path("gps"), clock);
     // Opens the port, and reads no more.
@@ -320,8 +320,8 @@ fn a_host_that_does_not_read_does_not_hold_the_player() {
 #[test]
 fn a_host_that_lets_go_finds_the_port_again() {
     let (place, dataset, clock) = (Place::new(), flight(12), Clock::at_speed(SPEED).unwrap());
-    let outlets = vec![Outlet::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
-    let _player = Player::start(outlets, SPEED, Begin::WhenAsked).unwrap();
+    let ports = vec![EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
+    let _player = Player::start(ports, SPEED, Begin::WhenAsked).unwrap();
     for count in [20, 40] {
         let heard = listen(port(&place.path("dmu"), clock), clock, Flow::Continuous, |listened| {
             listened.samples.len() >= count
@@ -335,8 +335,8 @@ fn a_port_takes_no_files_place_and_a_link_left_over_is_replaced() {
     let (place, dataset) = (Place::new(), flight(1));
     let path = place.path("dmu");
     let start = || {
-        let outlets = vec![Outlet::new(&path, play::dmu(&dataset).unwrap())];
-        Player::start(outlets, 1.0, Begin::WhenAsked)
+        let ports = vec![EmulatedPort::new(&path, play::dmu(&dataset).unwrap())];
+        Player::start(ports, 1.0, Begin::WhenAsked)
     };
     std::fs::write(&path, "mine").unwrap();
     assert!(matches!(start(), Err(PlayError::Occupied { .. })));
@@ -353,7 +353,7 @@ fn a_port_takes_no_files_place_and_a_link_left_over_is_replaced() {
 #[test]
 fn what_cannot_be_played_is_refused() {
     let place = Place::new();
-    let nothing = || vec![Outlet::new(place.path("gps"), Recorded::new(Vec::new()))];
+    let nothing = || vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(Vec::new()))];
     assert!(matches!(Player::start(nothing(), 1.0, Begin::WhenAsked), Err(PlayError::Nothing)));
     for speed in [0.0, -1.0, f64::NAN, 1e9] {
         let refused = Player::start(nothing(), speed, Begin::WhenAsked);

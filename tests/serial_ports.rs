@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use hovernav::dmu::{AnglePacket, Decoder, Mode, Packet};
-use hovernav_fly::serial::{Clock, Fault, Item, Port, PortConfig, PortEvent, Read, Reader};
+use hovernav_fly::serial::{Clock, PortFault, Item, Port, PortConfig, PortEvent, Read, Reader};
 use hovernav_fly::serial::{Dropped, WriteError};
 use serialport::{SerialPort as _, TTYPort};
 use tempfile::TempDir;
@@ -250,7 +250,7 @@ fn a_port_that_is_pulled_out_is_told_of_and_taken_up_when_it_comes_back() {
         assert!(matches!(next_event(&mut port, clock), PortEvent::Lost(_)));
         assert!(!port.is_open());
         assert_eq!(port.write(b"G", clock.now() + 1.0), Err(WriteError::Closed));
-        assert_eq!(next_event(&mut port, clock), PortEvent::CannotOpen(Fault::Missing));
+        assert_eq!(next_event(&mut port, clock), PortEvent::CannotOpen(PortFault::Missing));
         wire.plug();
         assert_eq!(next_event(&mut port, clock), PortEvent::Opened);
         assert_eq!(through(&mut wire, &mut port, clock, b"again"), b"again");
@@ -275,7 +275,7 @@ fn a_missing_port_is_tried_less_and_less_often() {
     let mut wire = Wire::new();
     wire.pull();
     let mut port = wire.port(clock);
-    assert_eq!(next_event(&mut port, clock), PortEvent::CannotOpen(Fault::Missing));
+    assert_eq!(next_event(&mut port, clock), PortEvent::CannotOpen(PortFault::Missing));
     let end = clock.now() + 12.0;
     while clock.now() < end {
         assert_eq!(port.read_until(&mut [0; 16], end), Read::Silent);
@@ -292,7 +292,7 @@ fn a_port_is_ours_alone() {
     let (clock, wire) = (Clock::start(), Wire::new());
     let _port = wire.open(clock);
     let mut other = wire.port(clock);
-    assert_eq!(next_event(&mut other, clock), PortEvent::CannotOpen(Fault::Busy));
+    assert_eq!(next_event(&mut other, clock), PortEvent::CannotOpen(PortFault::Busy));
 }
 
 #[test]
@@ -301,7 +301,7 @@ fn what_is_no_terminal_is_refused() {
     wire.pull();
     std::fs::write(&wire.link, "a file").unwrap();
     let event = next_event(&mut wire.port(clock), clock);
-    assert!(matches!(event, PortEvent::CannotOpen(Fault::Other(_))), "{event:?}");
+    assert!(matches!(event, PortEvent::CannotOpen(PortFault::Other(_))), "{event:?}");
 }
 
 #[test]

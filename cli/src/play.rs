@@ -111,7 +111,7 @@ mod unix {
 
     use anyhow::Context as _;
     use hovernav_fly::play;
-    use hovernav_fly::play::{Begin, Cut, CutKind, Outlet, Player};
+    use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
     use hovernav_log::Dataset;
     use signal_hook::consts::{SIGINT, SIGTERM};
 
@@ -128,24 +128,24 @@ mod unix {
                 .context("cannot listen for signals")?;
         }
 
-        let mut outlets = Vec::new();
+        let mut ports = Vec::new();
         let mut names = Vec::new();
         if let Some(path) = &arguments.dmu {
             tell_ranges(&dataset);
-            let outlet = Outlet::new(path, play::dmu(&dataset)?);
-            outlets.push(Outlet { cuts: cuts(arguments, Sensor::Dmu), ..outlet });
+            let port = EmulatedPort::new(path, play::dmu(&dataset)?);
+            ports.push(EmulatedPort { cuts: cuts(arguments, Sensor::Dmu), ..port });
             names.push(("dmu", path));
         }
         if let Some(path) = &arguments.gps {
-            let outlet = Outlet::new(path, play::gps(&dataset, arguments.gps_protocol.into()));
-            outlets.push(Outlet { cuts: cuts(arguments, Sensor::Gps), ..outlet });
+            let port = EmulatedPort::new(path, play::gps(&dataset, arguments.gps_protocol.into()));
+            ports.push(EmulatedPort { cuts: cuts(arguments, Sensor::Gps), ..port });
             names.push(("gps", path));
         }
         let begin = match arguments.start_delay {
             Some(seconds) => Begin::After(Duration::from_secs_f64(seconds)),
             None => Begin::WhenAsked,
         };
-        let player = Player::start(outlets, arguments.speed, begin)?;
+        let player = Player::start(ports, arguments.speed, begin)?;
         let ports: Vec<String> =
             names.iter().map(|(name, path)| format!("{name} at {}", path.display())).collect();
         println!("ready: {}", ports.join(", "));
@@ -153,13 +153,13 @@ mod unix {
         while !player.is_finished() && !interrupted.load(Ordering::Relaxed) {
             thread::sleep(Duration::from_millis(20));
         }
-        let flown_s = player.flown_s().unwrap_or_default();
+        let elapsed_s = player.elapsed_s().unwrap_or_default();
         let counts = player.stop()?;
-        println!("played {flown_s:.1} s");
+        println!("played {elapsed_s:.1} s");
         for ((name, _), counts) in names.iter().zip(counts) {
             println!(
                 "{name}: {} bytes sent, {} lost, {} heard",
-                counts.sent, counts.lost, counts.heard
+                counts.sent, counts.lost, counts.received
             );
         }
         Ok(())

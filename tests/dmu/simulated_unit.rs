@@ -39,7 +39,7 @@ impl SimulatedUnit {
     }
 
     pub fn noise(&mut self, bytes: &[u8], now: Time) {
-        self.device.babble(bytes, now);
+        self.device.send_unsolicited(bytes, now);
     }
 
     /// Whether it put this packet on the line, byte for byte.

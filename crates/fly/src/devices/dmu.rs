@@ -37,7 +37,7 @@ impl Default for Firmware {
     }
 }
 
-/// The inertial unit at the far end of its line, measuring what it is told to.
+/// The inertial unit at the far end of its line, with given measurements.
 ///
 /// In continuous mode it sends each of its packets at that packet's time, leaving out those that come
 /// faster than 70 a second. Asked for a packet, it interpolates between the two around that moment,
@@ -55,7 +55,7 @@ pub struct DmuDevice {
     /// The first packet that is still to come.
     next: usize,
     sent: Option<Time>,
-    awaited: bool,
+    started: bool,
     line: Line,
 }
 
@@ -71,7 +71,7 @@ impl DmuDevice {
             packets,
             next: 0,
             sent: None,
-            awaited: false,
+            started: false,
             line: Line::new(BAUD, BITS_PER_BYTE),
         }
     }
@@ -101,12 +101,12 @@ impl DmuDevice {
         Self::new(samples.iter().zip(intervals).map(|(s, interval)| packet(s, interval)).collect())
     }
 
-    /// Puts bytes on the line that nobody asked for.
-    pub fn babble(&mut self, bytes: &[u8], now: Time) {
+    /// Puts `bytes` on the line though no command asked for them.
+    pub fn send_unsolicited(&mut self, bytes: &[u8], now: Time) {
         self.line.send(bytes.to_vec(), now);
     }
 
-    fn obey(&mut self, command: u8, now: Time) {
+    fn execute(&mut self, command: u8, now: Time) {
         match command {
             b'R' => {
                 if self.firmware.ping_resets {
@@ -123,11 +123,11 @@ impl DmuDevice {
                 self.line.send(vec![command.to_ascii_uppercase()], now);
             }
             b'P' => self.continuous &= !self.firmware.knows_polled,
-            b'C' => (self.continuous, self.awaited) = (true, true),
+            b'C' => (self.continuous, self.started) = (true, true),
             b'G' if self.continuous => self.continuous = false,
             b'G' => {
-                self.awaited = true;
-                // A request that comes while it speaks goes unheard.
+                self.started = true;
+                // A request that comes while it sends is lost.
                 if self.line.is_idle()
                     && let Some(packet) = self.measured(now)
                 {
@@ -188,7 +188,7 @@ impl DmuDevice {
         self.sent = Some(now);
     }
 
-    /// Lives up to `now`.
+    /// Brings the device up to `now`.
     fn advance(&mut self, now: Time) {
         while let Some(&(time, packet)) = self.packets.get(self.next)
             && time <= now
@@ -210,7 +210,7 @@ impl Device for DmuDevice {
     fn receive(&mut self, bytes: &[u8], now: Time) {
         self.advance(now);
         for command in bytes {
-            self.obey(*command, now);
+            self.execute(*command, now);
         }
     }
 
@@ -228,7 +228,7 @@ impl Device for DmuDevice {
         self.packets.first().zip(self.packets.last()).map(|(first, last)| (first.0, last.0))
     }
 
-    fn is_awaited(&self) -> bool {
-        self.awaited
+    fn is_started(&self) -> bool {
+        self.started
     }
 }

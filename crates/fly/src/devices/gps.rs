@@ -31,13 +31,13 @@ pub struct GpsDevice {
     fixes: Vec<(Time, Epoch)>,
     /// The first fix that is still to come.
     next: usize,
-    language: Language,
+    dialogue: Dialogue,
     line: Line,
 }
 
-/// What the receiver speaks, and how it is set.
+/// What the receiver speaks, and how it is configured.
 #[derive(Clone, Debug)]
-enum Language {
+enum Dialogue {
     Nmea,
     Tsip { framer: Box<Framer>, options: IoOptions, status: Option<Time> },
     Ubx { heard: Vec<u8>, pvt: bool, sentences: Vec<u8> },
@@ -52,39 +52,39 @@ const SENTENCES: [(u8, Writer); 4] =
 
 impl GpsDevice {
     /// A receiver that is going to have these fixes, in order of time; the first byte of each begins
-    /// `latency_s` after the fix is valid. What a fix lacks is sent as receivers do: 8 satellites,
+    /// `latency_s` after the fix is valid. What a fix lacks is sent as a typical value: 8 satellites,
     /// 2.5 m and 4 m, 0.3 m/s; without horizontal velocity, none; without vertical, 0.
     #[must_use]
     pub fn new(protocol: Protocol, fixes: &[Fix], latency_s: f64) -> Self {
-        let (language, line) = match protocol {
-            Protocol::Nmea => (Language::Nmea, Line::new(38_400, 10)),
+        let (dialogue, line) = match protocol {
+            Protocol::Nmea => (Dialogue::Nmea, Line::new(38_400, 10)),
             Protocol::Tsip => {
                 let options = IoOptions { position: 0x02, velocity: 0x02, timing: 0, auxiliary: 0 };
                 let framer = Box::default();
-                (Language::Tsip { framer, options, status: None }, Line::new(9600, 11))
+                (Dialogue::Tsip { framer, options, status: None }, Line::new(9600, 11))
             }
             Protocol::Ubx => {
                 let sentences = SENTENCES.map(|(id, _)| id).to_vec();
-                let language = Language::Ubx { heard: Vec::new(), pvt: false, sentences };
-                (language, Line::new(38_400, 10))
+                let dialogue = Dialogue::Ubx { heard: Vec::new(), pvt: false, sentences };
+                (dialogue, Line::new(38_400, 10))
             }
         };
         let start = fixes.first().map_or(Time::ZERO, |fix| fix.time);
         let fixes =
             fixes.iter().map(|fix| (fix.time + latency_s, epoch(fix, fix.time - start))).collect();
-        Self { fixes, next: 0, language, line }
+        Self { fixes, next: 0, dialogue, line }
     }
 
     /// Sends the messages of one fix.
-    fn tell(&mut self, epoch: &Epoch, now: Time) {
+    fn send_epoch(&mut self, epoch: &Epoch, now: Time) {
         let line = &mut self.line;
-        match &mut self.language {
-            Language::Nmea => {
+        match &mut self.dialogue {
+            Dialogue::Nmea => {
                 for (_, sentence) in SENTENCES {
                     line.send(sentence(epoch), now);
                 }
             }
-            Language::Tsip { options, status, .. } => {
+            Dialogue::Tsip { options, status, .. } => {
                 if options.position & 0x02 != 0 {
                     let double = options.position & 0x10 != 0;
                     let lla = if double { encode::tsip_lla } else { encode::tsip_coarse_lla };
@@ -104,7 +104,7 @@ impl GpsDevice {
                 line.send(encode::tsip_satellites(epoch), now);
                 line.send(encode::tsip_packet(0x82, &[2]), now);
             }
-            Language::Ubx { pvt, sentences, .. } => {
+            Dialogue::Ubx { pvt, sentences, .. } => {
                 if *pvt {
                     line.send(encode::ubx_pvt(epoch), now);
                 }
@@ -120,7 +120,7 @@ impl GpsDevice {
             && time <= now
         {
             self.next += 1;
-            self.tell(&epoch, time);
+            self.send_epoch(&epoch, time);
         }
     }
 }
@@ -150,12 +150,12 @@ fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
 impl Device for GpsDevice {
     fn receive(&mut self, mut bytes: &[u8], now: Time) {
         self.advance(now);
-        let Self { fixes, next, language, line } = self;
+        let Self { fixes, next, dialogue, line } = self;
         // The latest fix that it can be asked for.
         let last = fixes.get(next.saturating_sub(1)).map(|(_, epoch)| epoch);
-        match language {
-            Language::Nmea => {}
-            Language::Tsip { framer, options, .. } => {
+        match dialogue {
+            Dialogue::Nmea => {}
+            Dialogue::Tsip { framer, options, .. } => {
                 while let Some(packet) = framer.next(&mut bytes, now) {
                     match (packet.id, packet.payload) {
                         (0x1F, _) => line.send(encode::tsip_packet(0x45, &[0; 10]), now),
@@ -182,7 +182,7 @@ impl Device for GpsDevice {
                     }
                 }
             }
-            Language::Ubx { heard, pvt, sentences } => {
+            Dialogue::Ubx { heard, pvt, sentences } => {
                 heard.extend(bytes);
                 while let Some((class, id, payload)) = next_ubx(heard) {
                     let accepted = match (class, id, payload.as_slice()) {
@@ -223,12 +223,12 @@ impl Device for GpsDevice {
         self.fixes.first().zip(self.fixes.last()).map(|(first, last)| (first.0, last.0))
     }
 
-    fn is_awaited(&self) -> bool {
+    fn is_started(&self) -> bool {
         true
     }
 }
 
-/// The longest message that is listened to, bytes of payload.
+/// The longest message that is parsed, bytes of payload.
 const LONGEST_UBX: usize = 256;
 
 /// Takes the next whole UBX message, class, id and payload, from the front of what was `heard`, and

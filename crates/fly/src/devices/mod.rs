@@ -1,9 +1,19 @@
-//! The sensors as they answer on the wire: what a flight computer converses with, without hardware.
+//! Emulated sensors: what answers a flight computer on a serial line when there is no hardware.
+//!
+//! | device | emulates | from |
+//! |---|---|---|
+//! | [`DmuDevice`] | Crossbow DMU-HDX-AHRS: commands `R r c a P C G`, three packet formats, polled or continuous | packets or inertial samples |
+//! | [`GpsDevice`] | a receiver that speaks TSIP, NMEA 0183 or UBX, and is configured like a real one | fixes |
+//! | [`RecordedDevice`] | nothing: it repeats the bytes of a flight record | bytes with their times |
 //!
 //! A [`Device`] stands at the far end of a serial line. It is handed what the host wrote and the time,
-//! and gives the bytes that have arrived at the host's end by then: each byte takes its time on the
-//! line, so a packet comes in pieces, and bursts come late as they do. It does no input or output of
-//! its own; the module `play` puts devices behind pseudo-terminals.
+//! and gives the bytes that have arrived at the host's end by then. Each byte takes its time on the
+//! line, so a packet comes in pieces and a burst comes late, as from hardware; more than a second of
+//! backlog is lost. A device does no input or output of its own: [`play`](crate::play) puts it behind
+//! a pseudo-terminal, and a test calls it directly. [`encode`] writes the receivers' messages.
+//!
+//! What is not emulated: noise and damage on the line (a test adds its own), a receiver's acquisition
+//! and its time to first fix, the unit's self-test and its calibration commands.
 //!
 //! ```
 //! use hovernav::dmu::{AnglePacket, Flow, Link, LinkAction, Mode};
@@ -40,7 +50,7 @@ mod recorded;
 
 pub use dmu::{DmuDevice, Firmware};
 pub use gps::GpsDevice;
-pub use recorded::Recorded;
+pub use recorded::RecordedDevice;
 
 use hovernav::time::Time;
 
@@ -55,9 +65,9 @@ pub trait Device: Send {
     /// Appends the bytes that arrive at the host up to `now` to `wire`.
     fn transmit(&mut self, now: Time, wire: &mut Vec<u8>);
 
-    /// The times of the first and the last that it has to tell; `None` if that is nothing.
+    /// The times of its first and its last measurement; `None` if it has none.
     fn span(&self) -> Option<(Time, Time)>;
 
-    /// Whether it would tell it now: some devices wait until they are asked.
-    fn is_awaited(&self) -> bool;
+    /// Whether it sends its measurements; some devices wait for a command first.
+    fn is_started(&self) -> bool;
 }

@@ -1,19 +1,19 @@
-//! Bytes as they once came.
+//! Bytes of a flight record.
 
 use std::collections::VecDeque;
 
 use super::Device;
 use hovernav::time::Time;
 
-/// A device that repeats what it was heard to say, at the times at which it said it, and hears
-/// nothing itself.
+/// A device that repeats recorded bytes at the times at which they came, and ignores what the host
+/// writes.
 #[derive(Clone, Debug)]
-pub struct Recorded {
+pub struct RecordedDevice {
     pieces: VecDeque<(Time, Vec<u8>)>,
     span: Option<(Time, Time)>,
 }
 
-impl Recorded {
+impl RecordedDevice {
     /// The device that sent these `pieces`, each with its time of arrival, in order of time.
     #[must_use]
     pub fn new(pieces: Vec<(Time, Vec<u8>)>) -> Self {
@@ -22,7 +22,7 @@ impl Recorded {
     }
 }
 
-impl Device for Recorded {
+impl Device for RecordedDevice {
     fn receive(&mut self, _bytes: &[u8], _now: Time) {}
 
     fn next_transmission(&self) -> Option<Time> {
@@ -38,7 +38,7 @@ impl Device for Recorded {
         self.span
     }
 
-    fn is_awaited(&self) -> bool {
+    fn is_started(&self) -> bool {
         true
     }
 }

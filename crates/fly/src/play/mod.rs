@@ -1,7 +1,7 @@
-//! A flight played back as its sensors sent it: devices behind pseudo-terminals, for a flight computer
-//! that need not know. Needs the feature `serial`, and a Unix.
+//! A flight played back as its sensors sent it: emulated devices behind pseudo-terminals, for a flight
+//! computer that cannot tell them from real ones. Needs a Unix.
 //!
-//! A [`Player`] gives each [`Outlet`]'s device a pseudo-terminal and puts a link to it at the path
+//! A [`Player`] gives each [`EmulatedPort`]'s device a pseudo-terminal and puts a link to it at the path
 //! that the flight computer is told to open. Lines can be cut on the way, silently or like an adapter
 //! that is pulled out ([`Cut`]).
 //!
@@ -9,12 +9,12 @@
 //! use hovernav::gps::Protocol;
 //! use hovernav_log::Dataset;
 //! use hovernav_fly::play;
-//! use hovernav_fly::play::{Begin, Outlet, Player};
+//! use hovernav_fly::play::{Begin, EmulatedPort, Player};
 //!
 //! let dataset = Dataset::open("datasets/heli-hover".as_ref())?;
 //! let (dmu, gps) = (play::dmu(&dataset)?, play::gps(&dataset, Protocol::Ubx));
-//! let outlets = vec![Outlet::new("/tmp/dmu", dmu), Outlet::new("/tmp/gps", gps)];
-//! let player = Player::start(outlets, 1.0, Begin::WhenAsked)?;
+//! let ports = vec![EmulatedPort::new("/tmp/dmu", dmu), EmulatedPort::new("/tmp/gps", gps)];
+//! let player = Player::start(ports, 1.0, Begin::WhenAsked)?;
 //! while !player.is_finished() {
 //!     std::thread::sleep(std::time::Duration::from_millis(100));
 //! }
@@ -24,7 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod flight;
+mod flight_clock;
 mod terminal;
 
 use std::io;
@@ -35,12 +35,12 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use crate::devices::{Device, DmuDevice, GpsDevice};
-use flight::Flight;
+use flight_clock::FlightClock;
 use hovernav::dmu::{Calibration, RangeError};
 use hovernav::gps::Protocol;
 use hovernav::time::Time;
 use hovernav_log::Dataset;
-use terminal::{Heard, Terminal};
+use terminal::{Received, Terminal};
 
 /// Full scale of the inertial unit where its dataset does not name one: °/s and g.
 pub const DEFAULT_RANGES: (f64, f64) = (200.0, 4.0);
@@ -105,7 +105,7 @@ pub enum PlayError {
     /// The system gives no thread.
     #[error("no thread: {0}")]
     NoThread(io::Error),
-    /// No device has anything to tell.
+    /// No device has anything to send.
     #[error("nothing to play: no device has anything to send")]
     Nothing,
     /// A speed outside 0.001 to 1000.
@@ -134,7 +134,7 @@ pub enum CutKind {
 }
 
 /// A device, and where its port is to be found.
-pub struct Outlet {
+pub struct EmulatedPort {
     /// Where the link to its pseudo-terminal is made. Nothing may be there but such a link, left over.
     pub path: PathBuf,
     /// The device.
@@ -143,7 +143,7 @@ pub struct Outlet {
     pub cuts: Vec<Cut>,
 }
 
-impl Outlet {
+impl EmulatedPort {
     /// A device whose line is never cut.
     pub fn new(path: impl Into<PathBuf>, device: impl Device + 'static) -> Self {
         Self { path: path.into(), device: Box::new(device), cuts: Vec::new() }
@@ -159,73 +159,73 @@ pub enum Begin {
     After(Duration),
 }
 
-/// What passed through an outlet, bytes.
+/// What passed through a port, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OutletCounts {
+pub struct EmulatedPortCounts {
     /// Sent to the host.
     pub sent: u64,
     /// Not sent: the port was not open, its buffer was full, or the line was cut.
     pub lost: u64,
-    /// Heard from the host.
-    pub heard: u64,
+    /// Received from the host.
+    pub received: u64,
 }
 
 /// A flight that is being played. It ends when this is dropped.
 #[derive(Debug)]
 pub struct Player {
-    flight: Arc<Flight>,
+    flight: Arc<FlightClock>,
     stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<Result<OutletCounts, PlayError>>>,
+    threads: Vec<JoinHandle<Result<EmulatedPortCounts, PlayError>>>,
 }
 
 impl Player {
-    /// Makes the ports of all `outlets` and plays `speed` times as fast as it was.
+    /// Makes all `ports` and plays `speed` times as fast as it was.
     ///
     /// When this returns, the ports can be opened. The host's clock has to run as fast
     /// ([`Clock::at_speed`](crate::serial::Clock::at_speed)).
     ///
     /// # Errors
     /// [`PlayError`] tells which port cannot be made, or that there is nothing to play.
-    pub fn start(outlets: Vec<Outlet>, speed: f64, begin: Begin) -> Result<Self, PlayError> {
+    pub fn start(ports: Vec<EmulatedPort>, speed: f64, begin: Begin) -> Result<Self, PlayError> {
         if !(0.001..=1e3).contains(&speed) {
             return Err(PlayError::Speed(speed));
         }
-        let spans = || outlets.iter().filter_map(|outlet| outlet.device.span());
+        let spans = || ports.iter().filter_map(|port| port.device.span());
         let first = spans().map(|(first, _)| first).min().ok_or(PlayError::Nothing)?;
         let last = spans().map(|(_, last)| last).max().ok_or(PlayError::Nothing)?;
-        let awaited_from = match begin {
-            Begin::WhenAsked => outlets.len(),
+        let not_started = match begin {
+            Begin::WhenAsked => ports.len(),
             Begin::After(_) => usize::MAX,
         };
-        let terminals = outlets
+        let terminals = ports
             .iter()
-            .map(|outlet| Terminal::open(&outlet.path))
+            .map(|port| Terminal::open(&port.path))
             .collect::<Result<Vec<_>, _>>()?;
-        let flight = Arc::new(Flight::new(first, last, speed, awaited_from));
+        let flight = Arc::new(FlightClock::new(first, last, speed, not_started));
         let stop = Arc::new(AtomicBool::new(false));
         let mut player = Self { flight, stop, threads: Vec::new() };
         if let Begin::After(wait) = begin {
             player.flight.begin_after(wait);
         }
-        for (outlet, terminal) in outlets.into_iter().zip(terminals) {
+        for (port, terminal) in ports.into_iter().zip(terminals) {
             let (flight, stop) = (Arc::clone(&player.flight), Arc::clone(&player.stop));
-            let name = format!("play {}", outlet.path.display());
+            let name = format!("play {}", port.path.display());
             let thread = thread::Builder::new()
                 .name(name)
-                .spawn(move || play(outlet, terminal, &flight, &stop))
+                .spawn(move || play(port, terminal, &flight, &stop))
                 .map_err(PlayError::NoThread)?;
             player.threads.push(thread);
         }
         Ok(player)
     }
 
-    /// Seconds of flight; `None` before it begins.
+    /// Seconds since the flight began; `None` before it begins.
     #[must_use]
-    pub fn flown_s(&self) -> Option<f64> {
-        self.flight.flown_s()
+    pub fn elapsed_s(&self) -> Option<f64> {
+        self.flight.elapsed_s()
     }
 
-    /// Whether everything has been sent, or an outlet has failed.
+    /// Whether everything has been sent, or a port has failed.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.flight.is_over() || self.threads.iter().any(JoinHandle::is_finished)
@@ -234,12 +234,12 @@ impl Player {
     /// Ends it, and takes the ports away.
     ///
     /// # Errors
-    /// What made an outlet fail.
-    pub fn stop(mut self) -> Result<Vec<OutletCounts>, PlayError> {
+    /// What made a port fail.
+    pub fn stop(mut self) -> Result<Vec<EmulatedPortCounts>, PlayError> {
         self.stop.store(true, Ordering::Relaxed);
         let ended = self.threads.drain(..).map(JoinHandle::join);
         // A thread that panicked has already said so.
-        ended.map(|ended| ended.unwrap_or(Ok(OutletCounts::default()))).collect()
+        ended.map(|ended| ended.unwrap_or(Ok(EmulatedPortCounts::default()))).collect()
     }
 }
 
@@ -252,27 +252,27 @@ impl Drop for Player {
     }
 }
 
-/// Plays one outlet until it is to stop.
+/// Plays one port until it is to stop.
 fn play(
-    mut outlet: Outlet,
+    mut port: EmulatedPort,
     terminal: Terminal,
-    flight: &Flight,
+    flight: &FlightClock,
     stop: &AtomicBool,
-) -> Result<OutletCounts, PlayError> {
+) -> Result<EmulatedPortCounts, PlayError> {
     let mut terminal = Some(terminal);
-    let mut counts = OutletCounts::default();
+    let mut counts = EmulatedPortCounts::default();
     let (mut wire, mut buffer) = (Vec::new(), [0; 256]);
     let (mut opened, mut asked) = (false, false);
     while !stop.load(Ordering::Relaxed) {
         let now = flight.now();
-        let cut = cut_at(&outlet.cuts, now);
+        let cut = cut_at(&port.cuts, now);
         match cut {
             Some(CutKind::Adapter) => terminal = None,
-            _ if terminal.is_none() => terminal = Some(Terminal::open(&outlet.path)?),
+            _ if terminal.is_none() => terminal = Some(Terminal::open(&port.path)?),
             _ => {}
         }
 
-        outlet.device.transmit(now, &mut wire);
+        port.device.transmit(now, &mut wire);
         let sent = match &mut terminal {
             Some(terminal) if cut.is_none() => terminal.send(&wire)?,
             _ => 0,
@@ -281,32 +281,32 @@ fn play(
         counts.lost += (wire.len() - sent) as u64;
         wire.clear();
 
-        let next = outlet.device.next_transmission().unwrap_or(Time::from_nanoseconds(i64::MAX));
+        let next = port.device.next_transmission().unwrap_or(Time::from_nanoseconds(i64::MAX));
         let wait = flight.until(next).min(ATTENTION);
-        let heard = match &mut terminal {
+        let received = match &mut terminal {
             None => {
                 thread::sleep(wait);
-                Heard::Nobody
+                Received::Closed
             }
-            Some(terminal) => terminal.hear(&mut buffer, wait)?,
+            Some(terminal) => terminal.receive(&mut buffer, wait)?,
         };
-        match heard {
+        match received {
             // The host let go of the port. Had it been killed, the port would stay locked for as long
             // as this end is held.
-            Heard::Nobody if opened => (opened, terminal) = (false, None),
-            Heard::Nobody => {}
-            Heard::Nothing => opened = true,
-            Heard::Bytes(count) => {
+            Received::Closed if opened => (opened, terminal) = (false, None),
+            Received::Closed => {}
+            Received::Nothing => opened = true,
+            Received::Bytes(count) => {
                 opened = true;
-                counts.heard += count as u64;
+                counts.received += count as u64;
                 if cut.is_none() {
-                    outlet.device.receive(&buffer[..count], flight.now());
+                    port.device.receive(&buffer[..count], flight.now());
                 }
             }
         }
-        if !asked && opened && outlet.device.is_awaited() {
+        if !asked && opened && port.device.is_started() {
             asked = true;
-            flight.awaited();
+            flight.device_started();
         }
     }
     Ok(counts)

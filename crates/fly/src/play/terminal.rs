@@ -19,13 +19,13 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// What came from the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(super) enum Received {
     /// So many bytes.
     Bytes(usize),
     /// Nothing.
     Nothing,
     /// The port is not open.
-    Nobody,
+    Closed,
 }
 
 /// The device's end of a pseudo-terminal, whose other end stands at a path. Both vanish with it.
@@ -74,15 +74,15 @@ impl Terminal {
     }
 
     /// Waits up to `wait` for bytes from the host.
-    pub fn hear(&mut self, buffer: &mut [u8], wait: Duration) -> Result<Heard, PlayError> {
+    pub fn receive(&mut self, buffer: &mut [u8], wait: Duration) -> Result<Received, PlayError> {
         let _ = self.device.set_timeout(wait);
         match self.device.read(buffer) {
-            Ok(count @ 1..) => Ok(Heard::Bytes(count)),
-            Err(error) if is_passing(&error) => Ok(Heard::Nothing),
+            Ok(count @ 1..) => Ok(Received::Bytes(count)),
+            Err(error) if is_passing(&error) => Ok(Received::Nothing),
             Err(error) if !is_closed(&error) => Err(self.failed(error)),
             _ => {
                 thread::sleep(wait.min(LOOK));
-                Ok(Heard::Nobody)
+                Ok(Received::Closed)
             }
         }
     }

@@ -51,6 +51,6 @@ mod port;
 mod reader;
 
 pub use clock::Clock;
-pub use port::{Fault, Port, PortConfig, PortCounts, PortEvent, Read, WriteError};
+pub use port::{Port, PortConfig, PortCounts, PortEvent, PortFault, Read, WriteError};
 pub use reader::{Dropped, Item, Piece, Reader};
 pub use serialport::Parity;

@@ -51,7 +51,7 @@ impl PortConfig {
 
 /// Why a port is not open.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum PortFault {
     /// There is no such device.
     Missing,
     /// We are not allowed to open it.
@@ -64,7 +64,7 @@ pub enum Fault {
     Other(String),
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for PortFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Missing => "there is no such device",
@@ -76,9 +76,9 @@ impl fmt::Display for Fault {
     }
 }
 
-impl std::error::Error for Fault {}
+impl std::error::Error for PortFault {}
 
-impl From<serialport::Error> for Fault {
+impl From<serialport::Error> for PortFault {
     fn from(error: serialport::Error) -> Self {
         match error.kind() {
             ErrorKind::NoDevice => Self::Busy,
@@ -89,7 +89,7 @@ impl From<serialport::Error> for Fault {
     }
 }
 
-impl From<io::Error> for Fault {
+impl From<io::Error> for PortFault {
     fn from(error: io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::HungUp,
@@ -104,9 +104,9 @@ pub enum PortEvent {
     /// It is open.
     Opened,
     /// It cannot be opened. Told at the first attempt and whenever the cause changes.
-    CannotOpen(Fault),
+    CannotOpen(PortFault),
     /// It was open, and is no more.
-    Lost(Fault),
+    Lost(PortFault),
 }
 
 impl fmt::Display for PortEvent {
@@ -146,7 +146,7 @@ pub enum WriteError {
         written: usize,
     },
     /// The port was lost over it; the next read says so too.
-    Lost(Fault),
+    Lost(PortFault),
 }
 
 impl fmt::Display for WriteError {
@@ -186,7 +186,7 @@ enum State {
     Closed {
         retry: Time,
         /// The last cause that was told.
-        told: Option<Fault>,
+        told: Option<PortFault>,
     },
 }
 
@@ -226,7 +226,7 @@ impl Port {
                         .map_err(io::Error::from)
                         .and_then(|()| port.read(buffer))
                     {
-                        Ok(0) => self.lose(Fault::HungUp),
+                        Ok(0) => self.lose(PortFault::HungUp),
                         Ok(count) => {
                             self.counts.bytes_read += count as u64;
                             return Read::Bytes { count, arrival: self.clock.now() };
@@ -281,7 +281,7 @@ impl Port {
                     }
                 }
                 Err(error) => {
-                    let fault = Fault::from(error);
+                    let fault = PortFault::from(error);
                     self.lose(fault.clone());
                     return Err(WriteError::Lost(fault));
                 }
@@ -327,7 +327,7 @@ impl Port {
             }
             Err(error) => {
                 self.counts.failed_to_open += 1;
-                let fault = Fault::from(error);
+                let fault = PortFault::from(error);
                 if let State::Closed { told, .. } = &self.state
                     && told.as_ref() != Some(&fault)
                 {
@@ -339,7 +339,7 @@ impl Port {
         }
     }
 
-    fn lose(&mut self, fault: Fault) {
+    fn lose(&mut self, fault: PortFault) {
         let now = self.clock.now();
         if let State::Open { port, since } = &self.state {
             // A driver may wait for the last bytes to leave before it closes.

@@ -12,5 +12,5 @@ mod stream;
 pub use gpio::{GpioCapture, GpioError};
 #[cfg(target_os = "linux")]
 pub use pwm::{PwmAction, PwmError, PwmOutput};
-pub use recording::Recording;
+pub use recording::RecordingOutput;
 pub use stream::StreamCapture;

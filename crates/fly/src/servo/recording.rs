@@ -1,4 +1,4 @@
-//! An output that keeps what it was told, for simulation and tests.
+//! An output that keeps what it was sent, for simulation and tests.
 
 use core::convert::Infallible;
 
@@ -8,12 +8,12 @@ use hovernav::time::Time;
 
 /// Keeps every command with its time, in memory that grows with them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recording {
+pub struct RecordingOutput {
     /// When, and the widths in ms.
     pub written: Vec<(Time, Channels<f64>)>,
 }
 
-impl PulseOutput for Recording {
+impl PulseOutput for RecordingOutput {
     type Error = Infallible;
 
     fn write(&mut self, widths_ms: &Channels<f64>, now: Time) -> Result<(), Infallible> {

@@ -9,12 +9,12 @@ use hovernav::time::Time;
 /// goes by until it begins, nothing has been measured yet.
 const BEFORE_S: f64 = 1e8;
 
-/// After the last that is told the flight is not yet over for this long, s: the host has to read it.
+/// After the last byte is due the flight is not yet over for this long, s: the host has to read it.
 const LINGER_S: f64 = 0.5;
 
 /// The time of the devices: it runs from long before the flight, and skips to its beginning.
 #[derive(Debug)]
-pub(super) struct Flight {
+pub(super) struct FlightClock {
     first: Time,
     last: Time,
     speed: f64,
@@ -25,16 +25,16 @@ pub(super) struct Flight {
 struct State {
     /// A moment, and what the clock shows then.
     anchor: (Instant, Time),
-    /// Devices that have yet to be asked before the flight begins.
-    unasked: usize,
+    /// Devices that have yet to start before the flight begins.
+    not_started: usize,
     has_begun: bool,
 }
 
-impl Flight {
-    /// A flight from `first` to `last` that begins when so many devices are [`awaited`](Self::awaited).
-    pub fn new(first: Time, last: Time, speed: f64, unasked: usize) -> Self {
+impl FlightClock {
+    /// A flight from `first` to `last` that begins when `not_started` devices have started.
+    pub fn new(first: Time, last: Time, speed: f64, not_started: usize) -> Self {
         let anchor = (Instant::now(), first + -BEFORE_S);
-        Self { first, last, speed, state: Mutex::new(State { anchor, unasked, has_begun: false }) }
+        Self { first, last, speed, state: Mutex::new(State { anchor, not_started, has_begun: false }) }
     }
 
     /// Lets the flight begin after `wait`.
@@ -44,11 +44,11 @@ impl Flight {
         state.has_begun = true;
     }
 
-    /// One more device has been asked for what it has to tell.
-    pub fn awaited(&self) {
+    /// One more device has started.
+    pub fn device_started(&self) {
         let mut state = self.state();
-        state.unasked = state.unasked.saturating_sub(1);
-        if state.unasked == 0 && !state.has_begun {
+        state.not_started = state.not_started.saturating_sub(1);
+        if state.not_started == 0 && !state.has_begun {
             state.has_begun = true;
             state.anchor = (Instant::now(), self.first);
         }
@@ -58,13 +58,13 @@ impl Flight {
         self.shown(&self.state())
     }
 
-    /// Seconds of flight; `None` before it begins.
-    pub fn flown_s(&self) -> Option<f64> {
+    /// Seconds since the flight began; `None` before it begins.
+    pub fn elapsed_s(&self) -> Option<f64> {
         let state = self.state();
         Some(self.shown(&state) - self.first).filter(|flown| state.has_begun && *flown >= 0.0)
     }
 
-    /// Whether everything has been told, half a second ago.
+    /// Whether everything was sent half a second ago or earlier.
     pub fn is_over(&self) -> bool {
         let state = self.state();
         state.has_begun && self.shown(&state) - self.last > LINGER_S * self.speed
