@@ -15,6 +15,19 @@
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
 //! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
 #![cfg_attr(not(test), no_std)]
+// What flies cannot panic.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::expect_used,
+        clippy::indexing_slicing,
+        clippy::panic,
+        clippy::todo,
+        clippy::unimplemented,
+        clippy::unreachable,
+        clippy::unwrap_used
+    )
+)]
 
 #[cfg(feature = "alloc")]
 extern crate alloc;

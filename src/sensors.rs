@@ -131,7 +131,7 @@ impl GpsCommand {
 ///     });
 ///     now = if reply.is_empty() { next } else { now + 0.008 };
 /// }
-/// # Ok::<(), crate::dmu::RangeError>(())
+/// # Ok::<(), hovernav::dmu::RangeError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Sensors {

@@ -156,7 +156,8 @@ fn flown(
     let watch = {
         let stop = Arc::clone(stop);
         thread::spawn(move || {
-            while !player.is_finished() && player.elapsed_s().is_none_or(|elapsed_s| elapsed_s < seconds)
+            while !player.is_finished()
+                && player.elapsed_s().is_none_or(|elapsed_s| elapsed_s < seconds)
             {
                 thread::sleep(Duration::from_millis(20));
             }

@@ -193,9 +193,9 @@ fn a_polled_unit_never_says_the_same_twice() {
 fn a_cut_wire_and_a_pulled_adapter_are_gaps_from_which_the_link_recovers() {
     for kind in [CutKind::Wire, CutKind::Adapter] {
         let (place, dataset, clock) = (Place::new(), flight(12), Clock::at_speed(SPEED).unwrap());
-        let mut port = EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap());
-        port.cuts = vec![Cut { start: Time::ZERO + 102.0, duration_s: 2.0, kind }];
-        let _player = Player::start(vec![port], SPEED, Begin::WhenAsked).unwrap();
+        let mut emulated = EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap());
+        emulated.cuts = vec![Cut { start: Time::ZERO + 102.0, duration_s: 2.0, kind }];
+        let _player = Player::start(vec![emulated], SPEED, Begin::WhenAsked).unwrap();
         let heard = listen(port(&place.path("dmu"), clock), clock, Flow::Continuous, |listened| {
             !listened.faults.is_empty() && listened.since_fault >= 20
         });

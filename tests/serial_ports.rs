@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use hovernav::dmu::{AnglePacket, Decoder, Mode, Packet};
-use hovernav_fly::serial::{Clock, PortFault, Item, Port, PortConfig, PortEvent, Read, Reader};
+use hovernav_fly::serial::{Clock, Item, Port, PortConfig, PortEvent, PortFault, Read, Reader};
 use hovernav_fly::serial::{Dropped, WriteError};
 use serialport::{SerialPort as _, TTYPort};
 use tempfile::TempDir;

@@ -51,7 +51,7 @@ impl PidGains {
 /// let mut pid = Pid::new(gains, 0.03)?;
 /// pid.start(0.5, 0.0, 1.0); // takes over at a command of 0.5
 /// assert_eq!(pid.command(0.0, 1.0), 0.5);
-/// # Ok::<(), crate::autopilot::ConfigError>(())
+/// # Ok::<(), hovernav::autopilot::ConfigError>(())
 /// ```
 ///
 /// # Source

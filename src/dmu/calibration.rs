@@ -54,7 +54,7 @@ impl core::error::Error for RangeError {}
 /// let level = AnglePacket { acceleration: [0, 0, 0x1555], ..Default::default() };
 /// let measurement = calibration.measure(&Packet::Angle(level)).unwrap();
 /// assert!((measurement.specific_force_mps2.z() + 9.806).abs() < 1e-3);
-/// # Ok::<(), crate::dmu::RangeError>(())
+/// # Ok::<(), hovernav::dmu::RangeError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
@@ -134,7 +134,7 @@ impl Calibration {
     /// let calibration = Calibration::new(200.0, 4.0)?;
     /// let measurement = calibration.measure(&Packet::Angle(packet)).unwrap();
     /// assert_eq!(calibration.counts(&measurement), packet);
-    /// # Ok::<(), crate::dmu::RangeError>(())
+    /// # Ok::<(), hovernav::dmu::RangeError>(())
     /// ```
     #[must_use]
     pub fn counts(&self, measurement: &Measurement) -> AnglePacket {

@@ -118,7 +118,7 @@ impl core::error::Error for ClockFault {}
 /// let second = clock.stamp(47_182, 1, Time::from_nanoseconds(1_034_300_000))?;
 /// assert_eq!(second.basis, Basis::Timer);
 /// assert!((second.time - first.time - 0.0303).abs() < 4e-3);
-/// # Ok::<(), crate::dmu::ClockFault>(())
+/// # Ok::<(), hovernav::dmu::ClockFault>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct SampleClock {

@@ -1,4 +1,5 @@
 //! The process model: the transition of the error state over one step, and the noise it adds.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::covariance::Transition;
 use super::filter::Ekf;

@@ -30,6 +30,10 @@
 //! G. J. Bierman (1973), Fixed interval smoothing with discrete measurements, *International Journal
 //! of Control* 18 (1), 65–75; A. E. Bryson and M. Frazier (1963), Smoothing for linear and nonlinear
 //! dynamic systems, the form modified.
+#![expect(
+    clippy::indexing_slicing,
+    reason = "every index is below the number of states, which `Layout` fixes for a whole loop"
+)]
 
 use alloc::vec::Vec;
 
@@ -52,7 +56,7 @@ use crate::ins::NavState;
 /// # use hovernav::imu::ImuSample;
 /// # use hovernav::gps::Fix;
 ///
-/// # fn smooth(mut filter: FullEkf, log: &[(ImuSample, Option<Fix>)]) -> Vec<crate::ekf::Solution> {
+/// # fn smooth(mut filter: FullEkf, log: &[(ImuSample, Option<Fix>)]) -> Vec<hovernav::ekf::Solution> {
 /// let mut smoother = Smoother::<Full, 26>::with_capacity(log.len());
 /// for (sample, fix) in log {
 ///     let _ = filter.predict_traced(sample, &mut smoother);

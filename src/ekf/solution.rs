@@ -1,4 +1,5 @@
 //! What the filter says: the vehicle's motion, and how sure it is of it.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};

@@ -41,16 +41,6 @@
 //! assert_eq!(Channels::from(servos.0).lateral, 3_100);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::panic,
-        clippy::unreachable
-    )
-)]
 
 mod capture;
 mod config;

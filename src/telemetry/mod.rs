@@ -19,16 +19,6 @@
 //! let frames: Vec<_> = bytes.iter().filter_map(|byte| decoder.push(*byte)).collect();
 //! assert_eq!(frames[0].unwrap().snapshot, snapshot);
 //! ```
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::panic,
-        clippy::unreachable
-    )
-)]
 
 mod flow;
 pub mod frame;

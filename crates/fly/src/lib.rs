@@ -10,7 +10,5 @@ pub mod serial;
 pub mod servo;
 
 #[cfg(target_os = "linux")]
-pub use flight::{
-    DownlinkCounts, DurationHistogram, FlightReport, FlyError, Notification, fly,
-};
+pub use flight::{DownlinkCounts, DurationHistogram, FlightReport, FlyError, Notification, fly};
 pub use mavlink::Mavlink;

@@ -1,4 +1,8 @@
 //! The covariance over one step: P ← Φ P Φᵀ + Q, by the blocks of Φ that are not zero or one.
+#![expect(
+    clippy::indexing_slicing,
+    reason = "every index is below the number of states, which `Layout` fixes for a whole loop"
+)]
 
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;

@@ -1,4 +1,8 @@
 //! The stabilised update by one scalar measurement.
+#![expect(
+    clippy::indexing_slicing,
+    reason = "every index is below the number of states, which is the bound of its loop"
+)]
 
 use super::super::scalar::Scalar;
 use super::{Covariance, Sensitivity, add_scaled};

@@ -1,4 +1,5 @@
 //! GPS: position and velocity of the antenna, at the time the fix holds.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use glam::{DMat3, DVec3};
 

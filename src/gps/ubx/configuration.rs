@@ -102,7 +102,7 @@ const NMEA_SENTENCES: u8 = 6;
 /// let message = configuration.poll(&mut decoder, Time::ZERO).unwrap();
 /// // CFG-RATE: a measurement each 200 ms, a fix from each, in step with GPS time.
 /// assert_eq!(message.as_bytes()[..12], [0xB5, 0x62, 0x06, 0x08, 6, 0, 200, 0, 1, 0, 1, 0]);
-/// # Ok::<(), crate::gps::ubx::ConfigurationError>(())
+/// # Ok::<(), hovernav::gps::ubx::ConfigurationError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration {

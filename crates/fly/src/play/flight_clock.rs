@@ -34,7 +34,12 @@ impl FlightClock {
     /// A flight from `first` to `last` that begins when `not_started` devices have started.
     pub fn new(first: Time, last: Time, speed: f64, not_started: usize) -> Self {
         let anchor = (Instant::now(), first + -BEFORE_S);
-        Self { first, last, speed, state: Mutex::new(State { anchor, not_started, has_begun: false }) }
+        Self {
+            first,
+            last,
+            speed,
+            state: Mutex::new(State { anchor, not_started, has_begun: false }),
+        }
     }
 
     /// Lets the flight begin after `wait`.

@@ -197,10 +197,8 @@ impl Player {
             Begin::WhenAsked => ports.len(),
             Begin::After(_) => usize::MAX,
         };
-        let terminals = ports
-            .iter()
-            .map(|port| Terminal::open(&port.path))
-            .collect::<Result<Vec<_>, _>>()?;
+        let terminals =
+            ports.iter().map(|port| Terminal::open(&port.path)).collect::<Result<Vec<_>, _>>()?;
         let flight = Arc::new(FlightClock::new(first, last, speed, not_started));
         let stop = Arc::new(AtomicBool::new(false));
         let mut player = Self { flight, stop, threads: Vec::new() };

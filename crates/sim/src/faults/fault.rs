@@ -90,7 +90,8 @@ impl FromStr for Fault {
             Some(when) => {
                 let (start, duration) =
                     when.split_once(':').map_or((when, None), |(a, b)| (a, Some(b)));
-                let seconds = |text: &str| text.trim().parse::<f64>().ok().filter(|s| s.is_finite());
+                let seconds =
+                    |text: &str| text.trim().parse::<f64>().ok().filter(|s| s.is_finite());
                 let expected = || "START or START:DURATION in seconds".into();
                 let Some(start_s) = seconds(start) else { return refused(when, expected()) };
                 let duration_s = match duration.map(seconds) {

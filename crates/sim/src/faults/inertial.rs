@@ -146,7 +146,11 @@ impl<'a> Inertial<'a> {
             "gyro" => GYRO.map(|axis| self.axes[axis]).to_vec(),
             "accel" => ACCEL.map(|axis| self.axes[axis]).to_vec(),
             "all" => (self.axes.into_iter())
-                .chain(["roll_deg", "pitch_deg", "yaw_deg"].iter().filter_map(|n| self.table.column(n)))
+                .chain(
+                    ["roll_deg", "pitch_deg", "yaw_deg"]
+                        .iter()
+                        .filter_map(|n| self.table.column(n)),
+                )
                 .chain(super::magnetic::FIELD.iter().filter_map(|n| self.table.column(n)))
                 .collect(),
             axis => {

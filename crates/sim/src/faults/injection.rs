@@ -20,8 +20,7 @@ const MAG: &str = "mag.csv";
 /// What a faulty copy says of its faults.
 const FAULTS: &str = "faults.json";
 /// Files of a dataset that would be taken for the copy's own if they were there before.
-const OWN: [&str; 7] =
-    [MANIFEST, IMU, GPS, MAG, "baro.csv", "controls.csv", "reference.csv"];
+const OWN: [&str; 7] = [MANIFEST, IMU, GPS, MAG, "baro.csv", "controls.csv", "reference.csv"];
 
 /// Why a log has no faulty copy.
 #[derive(Debug, thiserror::Error)]
@@ -136,7 +135,12 @@ impl Log {
         Ok(FaultyLog { log, made, seed })
     }
 
-    fn make(&mut self, fault: &Fault, window: Window, noise: &mut Noise) -> Result<(), InjectError> {
+    fn make(
+        &mut self,
+        fault: &Fault,
+        window: Window,
+        noise: &mut Noise,
+    ) -> Result<(), InjectError> {
         let unfit = |log: &Self, reason| {
             let (log, fault) = (log.dir.clone(), fault.to_string());
             Err(InjectError::Unfit { log, fault, reason })

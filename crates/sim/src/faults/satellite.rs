@@ -37,9 +37,8 @@ impl<'a> Satellite<'a> {
         match fault.kind {
             Kind::GpsTime => {
                 for row in rows {
-                    self.table.change(row, self.time, |time_s| {
-                        ((time_s + number) * 1e9).round() * 1e-9
-                    });
+                    self.table
+                        .change(row, self.time, |time_s| ((time_s + number) * 1e9).round() * 1e-9);
                 }
             }
             Kind::Outage => rows.iter().for_each(|row| self.table.drop_row(*row)),
@@ -67,7 +66,8 @@ impl<'a> Satellite<'a> {
             Kind::SwapLatLon => {
                 let [lat, lon, _] = self.position;
                 for row in rows {
-                    let (latitude, longitude) = (self.table.get(row, lat), self.table.get(row, lon));
+                    let (latitude, longitude) =
+                        (self.table.get(row, lat), self.table.get(row, lon));
                     self.table.change(row, lat, |_| longitude);
                     self.table.change(row, lon, |_| latitude);
                 }

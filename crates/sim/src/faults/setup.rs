@@ -68,7 +68,8 @@ mod tests {
 
     #[test]
     fn only_the_lever_arm_changes() {
-        let text = "# a note\n[gps]\nrate_hz = 1.0\nantenna_lever_arm_m = [1, 0, 0] # x\n[solution]\n";
+        let text =
+            "# a note\n[gps]\nrate_hz = 1.0\nantenna_lever_arm_m = [1, 0, 0] # x\n[solution]\n";
         let expected =
             "# a note\n[gps]\nantenna_lever_arm_m = [-1.0, 0.5, 0.0]\nrate_hz = 1.0\n[solution]\n";
         assert_eq!(with_lever_arm(text, [-1.0, 0.5, 0.0]), expected);

@@ -118,10 +118,9 @@ impl Table {
     pub fn span_s(&self) -> Option<(f64, f64)> {
         let time = self.column("t_s")?;
         let times = (0..self.len()).map(|row| self.get(row, time)).filter(|time| time.is_finite());
-        let (low, high) = times
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), time| {
-                (low.min(time), high.max(time))
-            });
+        let (low, high) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), time| {
+            (low.min(time), high.max(time))
+        });
         (low <= high).then_some((low, high))
     }
 
