@@ -44,6 +44,7 @@ pub mod frames;
 pub mod gps;
 pub mod imu;
 pub mod ins;
+#[cfg(any(feature = "nmea", feature = "tsip", feature = "ubx"))]
 pub mod sensors;
 pub mod servo;
 pub mod telemetry;

@@ -11,7 +11,11 @@ use crate::dmu::{
 };
 use crate::event::Event;
 use crate::gps::quality::{Failures, Limits, QualityCheck};
-use crate::gps::{Counts, Protocol, Receiver, ReceiverFix, tsip, ubx};
+#[cfg(feature = "tsip")]
+use crate::gps::tsip;
+#[cfg(feature = "ubx")]
+use crate::gps::ubx;
+use crate::gps::{Counts, Protocol, Receiver, ReceiverFix};
 use crate::time::Time;
 
 /// What the inertial unit is and how it is to run.
@@ -75,8 +79,10 @@ pub enum Report {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GpsCommand {
     /// To a Trimble receiver.
+    #[cfg(feature = "tsip")]
     Tsip(tsip::Frame),
     /// To a u-blox receiver.
+    #[cfg(feature = "ubx")]
     Ubx(ubx::Message),
 }
 
@@ -84,9 +90,11 @@ impl GpsCommand {
     /// The bytes to write.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
-        match self {
-            Self::Tsip(frame) => frame.as_bytes(),
-            Self::Ubx(message) => message.as_bytes(),
+        match *self {
+            #[cfg(feature = "tsip")]
+            Self::Tsip(ref frame) => frame.as_bytes(),
+            #[cfg(feature = "ubx")]
+            Self::Ubx(ref message) => message.as_bytes(),
         }
     }
 }
@@ -149,7 +157,9 @@ pub struct Sensors {
 #[derive(Clone, Copy, Debug)]
 enum Conversation {
     None,
+    #[cfg(feature = "tsip")]
     Tsip(tsip::Startup),
+    #[cfg(feature = "ubx")]
     Ubx(ubx::Configuration),
 }
 
@@ -263,19 +273,28 @@ impl Sensors {
 
 impl Conversation {
     fn with(gps: &GpsConfig) -> Self {
-        let Some(rate_hz) = gps.rate_hz else { return Self::None };
-        match gps.protocol {
-            Protocol::Tsip => Self::Tsip(tsip::Startup::default()),
-            Protocol::Ubx => ubx::Configuration::new(rate_hz).map_or(Self::None, Self::Ubx),
-            Protocol::Nmea => Self::None,
+        match (gps.protocol, gps.rate_hz) {
+            #[cfg(feature = "tsip")]
+            (Protocol::Tsip, Some(_)) => Self::Tsip(tsip::Startup::default()),
+            #[cfg(feature = "ubx")]
+            (Protocol::Ubx, Some(rate_hz)) => {
+                ubx::Configuration::new(rate_hz).map_or(Self::None, Self::Ubx)
+            }
+            _ => Self::None,
         }
     }
 
+    #[cfg_attr(
+        not(any(feature = "tsip", feature = "ubx")),
+        expect(unused_variables, reason = "nothing is said to a receiver of NMEA")
+    )]
     fn poll(&mut self, receiver: &mut Receiver, now: Time) -> Option<GpsCommand> {
         match (self, receiver) {
+            #[cfg(feature = "tsip")]
             (Self::Tsip(startup), Receiver::Tsip(decoder)) => {
                 startup.poll(decoder, now).map(GpsCommand::Tsip)
             }
+            #[cfg(feature = "ubx")]
             (Self::Ubx(configuration), Receiver::Ubx(decoder)) => {
                 configuration.poll(decoder, now).map(GpsCommand::Ubx)
             }

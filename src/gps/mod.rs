@@ -11,6 +11,9 @@
 //! that is being put together. No input makes it panic or forget what was already good, and what it
 //! leaves out it counts ([`Counts`]).
 //!
+//! Each protocol is a feature of this crate, `tsip`, `nmea` and `ubx`; what is not switched on does not
+//! exist, down to the variants of [`Protocol`] and [`Receiver`].
+//!
 //! A receiver names its epochs on its own clock ([`ReceiverTime`]), and the fix reaches us later by
 //! the time it took to compute and to send. How that maps to the inertial unit's clock is the
 //! caller's to know: [`ReceiverFix::at`] takes the moment, usually the arrival less the latency.
@@ -39,18 +42,27 @@
 //! ```
 
 mod counts;
+#[cfg(any(feature = "nmea", feature = "ubx"))]
 mod cycle;
 mod fix;
+#[cfg(feature = "nmea")]
 pub mod nmea;
 pub mod quality;
+// The decoders share these modules' checks; of those that are switched off, some have no other use.
+#[cfg_attr(not(all(feature = "nmea", feature = "tsip", feature = "ubx")), allow(dead_code))]
 mod receiver_fix;
+#[cfg_attr(not(all(feature = "nmea", feature = "tsip", feature = "ubx")), allow(dead_code))]
 mod receiver_time;
+#[cfg(any(feature = "nmea", feature = "tsip", feature = "ubx"))]
 mod stream;
+#[cfg(feature = "tsip")]
 pub mod tsip;
+#[cfg(feature = "ubx")]
 pub mod ubx;
 
 pub use counts::Counts;
 pub use fix::Fix;
 pub use receiver_fix::{Correction, DilutionOfPrecision, Dimension, ReceiverFix};
 pub use receiver_time::{ReceiverTime, WEEK_FLOOR, unroll_week};
+#[cfg(any(feature = "nmea", feature = "tsip", feature = "ubx"))]
 pub use stream::{Protocol, Receiver};

@@ -123,6 +123,30 @@ impl ReceiverTime {
     }
 }
 
+/// Days from 1 January 1970 to a day of the Gregorian calendar; `None` for one that it does not have,
+/// or before the year 1.
+///
+/// # Source
+/// H. Hinnant, *chrono-Compatible Low-Level Date Algorithms* (2013), `days_from_civil`: the year is
+/// begun in March, so that the leap day is its last.
+pub(crate) fn days_since_1970(year: u32, month: u32, day: u32) -> Option<i32> {
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let length = match month {
+        1 | 3 | 5 | 7 | 8 | 10 | 12 => 31,
+        4 | 6 | 9 | 11 => 30,
+        2 => 28 + u32::from(leap),
+        _ => return None,
+    };
+    if !(1..=9_999).contains(&year) || !(1..=length).contains(&day) {
+        return None;
+    }
+    let year = year - u32::from(month <= 2);
+    let (era, year_of_era) = (year / 400, year % 400);
+    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    let day_of_era = 365 * year_of_era + year_of_era / 4 - year_of_era / 100 + day_of_year;
+    i32::try_from(146_097 * era + day_of_era).ok()?.checked_sub(719_468)
+}
+
 /// A time of week in seconds as whole nanoseconds; `None` unless it lies within a week.
 pub(crate) fn time_of_week_ns(seconds: f64) -> Option<u64> {
     (0.0..604_800.0).contains(&seconds).then(|| libm::round(seconds * 1e9) as u64)
@@ -148,6 +172,25 @@ mod tests {
         assert_eq!(unroll_week(0, 0), 0);
         assert_eq!(unroll_week(65_535, WEEK_FLOOR), 65_535);
         assert!(unroll_week(0, u16::MAX) >= u16::MAX - 1_024);
+    }
+
+    #[test]
+    fn days_are_counted_one_by_one_through_four_centuries() {
+        let mut expected = -135_140;
+        for year in 1_600..=2_100 {
+            for month in 1..=12 {
+                for day in (1..=31).filter_map(|day| days_since_1970(year, month, day)) {
+                    assert_eq!(day, expected, "{year}-{month}");
+                    expected += 1;
+                }
+            }
+        }
+        assert_eq!(days_since_1970(1_970, 1, 1), Some(0));
+        assert_eq!(days_since_1970(2_000, 2, 29), Some(11_016));
+        assert_eq!(days_since_1970(2_026, 3, 20), Some(20_532));
+        for (year, month, day) in [(1_900, 2, 29), (2_023, 4, 31), (2_023, 13, 1), (2_023, 1, 0)] {
+            assert_eq!(days_since_1970(year, month, day), None, "{year}-{month}-{day}");
+        }
     }
 
     #[test]

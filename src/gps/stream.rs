@@ -1,29 +1,41 @@
 //! One receiver, whichever protocol it speaks.
 
-use super::{Counts, ReceiverFix, nmea, tsip, ubx};
+#[cfg(feature = "nmea")]
+use super::nmea;
+#[cfg(feature = "tsip")]
+use super::tsip;
+#[cfg(feature = "ubx")]
+use super::ubx;
+use super::{Counts, ReceiverFix};
 use crate::time::Time;
 
 /// The language of a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Protocol {
     /// Trimble Standard Interface Protocol.
+    #[cfg(feature = "tsip")]
     Tsip,
     /// NMEA 0183 sentences.
+    #[cfg(feature = "nmea")]
     Nmea,
     /// u-blox binary.
+    #[cfg(feature = "ubx")]
     Ubx,
 }
 
 /// A decoder chosen at run time; where the protocol is known beforehand, take that protocol's own
 /// `Decoder`, which has the same three methods.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one receiver exists per flight, and no heap does")]
+#[allow(clippy::large_enum_variant, reason = "one receiver exists per flight, and no heap does")]
 pub enum Receiver {
     /// See [`tsip::Decoder`].
+    #[cfg(feature = "tsip")]
     Tsip(tsip::Decoder),
     /// See [`nmea::Decoder`].
+    #[cfg(feature = "nmea")]
     Nmea(nmea::Decoder),
     /// See [`ubx::Decoder`].
+    #[cfg(feature = "ubx")]
     Ubx(ubx::Decoder),
 }
 
@@ -32,8 +44,11 @@ impl Receiver {
     #[must_use]
     pub fn new(protocol: Protocol) -> Self {
         match protocol {
+            #[cfg(feature = "tsip")]
             Protocol::Tsip => Self::Tsip(tsip::Decoder::default()),
+            #[cfg(feature = "nmea")]
             Protocol::Nmea => Self::Nmea(nmea::Decoder::default()),
+            #[cfg(feature = "ubx")]
             Protocol::Ubx => Self::Ubx(ubx::Decoder::default()),
         }
     }
@@ -42,8 +57,11 @@ impl Receiver {
     /// they are used up. Call again until then.
     pub fn read(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<ReceiverFix> {
         match self {
+            #[cfg(feature = "tsip")]
             Self::Tsip(decoder) => decoder.read(bytes, arrival),
+            #[cfg(feature = "nmea")]
             Self::Nmea(decoder) => decoder.read(bytes, arrival),
+            #[cfg(feature = "ubx")]
             Self::Ubx(decoder) => decoder.read(bytes, arrival),
         }
     }
@@ -52,8 +70,11 @@ impl Receiver {
     /// until the next epoch, or a log is at its end.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         match self {
+            #[cfg(feature = "tsip")]
             Self::Tsip(decoder) => decoder.flush(),
+            #[cfg(feature = "nmea")]
             Self::Nmea(decoder) => decoder.flush(),
+            #[cfg(feature = "ubx")]
             Self::Ubx(decoder) => decoder.flush(),
         }
     }
@@ -62,8 +83,11 @@ impl Receiver {
     #[must_use]
     pub fn counts(&self) -> Counts {
         match self {
+            #[cfg(feature = "tsip")]
             Self::Tsip(decoder) => decoder.counts(),
+            #[cfg(feature = "nmea")]
             Self::Nmea(decoder) => decoder.counts(),
+            #[cfg(feature = "ubx")]
             Self::Ubx(decoder) => decoder.counts(),
         }
     }

@@ -12,7 +12,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use super::snapshot::{
     FixKind, GpsSummary, Innovations, Sigmas, Snapshot, StatusFlags, SystemMode,
 };
-use super::wire::Codec;
+use super::wire::{Codec, stuff, unstuff};
 use crate::earth::Geodetic;
 use crate::frames::EulerAngles;
 use crate::time::Time;
@@ -108,28 +108,26 @@ impl core::error::Error for FrameError {}
 /// field cannot hold becomes the nearest that it can, and what is no place on Earth becomes unknown.
 #[must_use]
 pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {
-    let mut plain = [0; BODY + CHECKSUM];
-    let [body @ .., c0, c1, c2, c3] = &mut plain;
+    let mut bytes = [0; LENGTH];
+    let [_, body @ .., c0, c1, c2, c3, _] = &mut bytes;
     let mut header = [VERSION, sequence, snapshot.mode.code(), snapshot.gps.fix.code()];
     let mut snapshot = *snapshot;
     walk(&mut Codec::Pack(body), &mut header, &mut snapshot);
     [*c0, *c1, *c2, *c3] = CRC.checksum(body).to_le_bytes();
-
-    let mut bytes = [0; LENGTH];
     let [stuffed @ .., _] = &mut bytes;
-    // Cannot fail: the room is that of the longest stuffing.
-    let _ = cobs::try_encode(&plain, stuffed);
+    stuff(stuffed);
     bytes
 }
 
 /// The frame in the bytes between two zeros, which are used up as room.
 fn unpack(stuffed: &mut [u8]) -> Result<Frame, FrameError> {
-    let length = cobs::decode_in_place(stuffed).map_err(|_| FrameError::Stuffing)?;
-    let plain: &[u8; BODY + CHECKSUM] = stuffed
-        .get(..length)
-        .and_then(|plain| plain.try_into().ok())
-        .ok_or(FrameError::Length { found: length })?;
-    let [body @ .., c0, c1, c2, c3] = plain;
+    if !unstuff(stuffed) {
+        return Err(FrameError::Stuffing);
+    }
+    let stuffed: &[u8; STUFFED] = (&*stuffed)
+        .try_into()
+        .map_err(|_| FrameError::Length { found: stuffed.len().saturating_sub(1) })?;
+    let [_, body @ .., c0, c1, c2, c3] = stuffed;
     let (expected, found) = (CRC.checksum(body), u32::from_le_bytes([*c0, *c1, *c2, *c3]));
     if expected != found {
         return Err(FrameError::Checksum { expected, found });

@@ -1,6 +1,40 @@
-//! Numbers as whole steps, and one walk over the fields that both packs and unpacks.
+//! Numbers as whole steps, one walk over the fields that both packs and unpacks, and the stuffing that
+//! keeps zeros out of what is sent.
+//!
+//! # Source
+//! S. Cheshire and M. Baker, *Consistent overhead byte stuffing*, IEEE/ACM Transactions on Networking
+//! 7 (2), 1999. Up to 253 bytes of data need one byte of overhead and none of the longer blocks.
 
 use crate::frames::Vector;
+
+/// Removes the zeros of `bytes`, a zero and then at most 253 bytes of data: each becomes the distance
+/// to the next, the last one to the end.
+pub(super) fn stuff(bytes: &mut [u8]) {
+    let mut distance = 1u8;
+    for byte in bytes.iter_mut().rev() {
+        if *byte == 0 {
+            *byte = distance;
+            distance = 1;
+        } else {
+            distance = distance.wrapping_add(1);
+        }
+    }
+}
+
+/// Undoes [`stuff`]; whether the distances lead from one to the next and the last one to the end.
+pub(super) fn unstuff(bytes: &mut [u8]) -> bool {
+    let mut distance = 1u8;
+    for byte in bytes {
+        distance = distance.wrapping_sub(1);
+        if *byte == 0 {
+            return false;
+        }
+        if distance == 0 {
+            distance = core::mem::take(byte);
+        }
+    }
+    distance == 1
+}
 
 /// Bytes being filled or read, front to back.
 pub(super) enum Codec<'a> {
@@ -106,5 +140,35 @@ impl Codec<'_> {
         let mut bytes = u16::try_from(*value).unwrap_or(u16::MAX).to_le_bytes();
         self.bytes(&mut bytes);
         *value = u32::from(u16::from_le_bytes(bytes));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn stuffing_is_that_of_the_cobs_crate(
+            // Zeros are rare in random bytes, and what stuffing is about.
+            data in prop::collection::vec(prop_oneof![any::<u8>(), Just(0)], 0..=253),
+        ) {
+            let mut bytes = [&[0][..], &data].concat();
+            stuff(&mut bytes);
+            prop_assert_eq!(&bytes, &cobs::encode_vec(&data));
+            prop_assert!(unstuff(&mut bytes));
+            prop_assert_eq!(&bytes[1..], &data);
+        }
+
+        #[test]
+        fn what_the_cobs_crate_refuses_is_refused(
+            stuffed in prop::collection::vec(prop_oneof![1..=u8::MAX, 1..=9u8], 1..=254),
+        ) {
+            let mut bytes = stuffed.clone();
+            let plain = unstuff(&mut bytes).then(|| bytes[1..].to_vec());
+            prop_assert_eq!(plain, cobs::decode_vec(&stuffed).ok());
+        }
     }
 }

@@ -112,7 +112,7 @@ proptest! {
     fn nmea_fixes_come_back(epoch in epochs(), cut: usize) {
         let fixes = read(Protocol::Nmea, &encode::nmea_epoch(&epoch), cut);
         prop_assert_eq!(fixes.len(), 1);
-        // The course has two digits, and the crate's numbers are single precision.
+        // The course has two digits.
         prop_assert!(came_back(&fixes[0], &epoch, 1e-8, 6e-3, 7e-3), "{:?}", fixes[0]);
         prop_assert_eq!(fixes[0].down_velocity_mps, None);
         let unix_s = (20_532 - 5) * 86_400 + i64::from(epoch.time_of_week_ms / 1_000) - 18;

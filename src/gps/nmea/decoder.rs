@@ -1,9 +1,7 @@
 //! One fix an epoch from the sentences.
 
-use nmea::SentenceType;
-
 use super::framer::Framer;
-use super::sentence::{Content, Course, Geometry, Located, Minimum, Refusal, Sentence};
+use super::sentence::{Content, Course, Geometry, Kind, Located, Minimum, Refusal, Sentence};
 use crate::frames::{Ned, Vector};
 use crate::gps::cycle::{Cycle, Kinds};
 use crate::gps::receiver_fix::plausible_height;
@@ -122,7 +120,7 @@ impl Decoder {
     ) -> Option<ReceiverFix> {
         let mut before = None;
         if sentence.time_of_day_ns.is_none() {
-            if !matches!(sentence.kind, SentenceType::VTG | SentenceType::GSA) {
+            if !matches!(sentence.kind, Kind::Vtg | Kind::Gsa) {
                 // A receiver that does not know the time has no fix, and no epoch to put it in.
                 self.counts.no_fix = self.counts.no_fix.saturating_add(1);
                 return None;
@@ -220,12 +218,12 @@ impl Epoch {
 
     fn add(&mut self, sentence: &Sentence) {
         self.kinds |= match sentence.kind {
-            SentenceType::GGA => GGA,
-            SentenceType::GNS => GNS,
-            SentenceType::RMC => RMC,
-            SentenceType::VTG => VTG,
-            SentenceType::GSA => GSA,
-            _ => GST,
+            Kind::Gga => GGA,
+            Kind::Gns => GNS,
+            Kind::Rmc => RMC,
+            Kind::Vtg => VTG,
+            Kind::Gsa => GSA,
+            Kind::Gst => GST,
         };
         match sentence.content {
             Content::Gga(located) => self.located = Some(located),

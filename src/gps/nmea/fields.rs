@@ -1,105 +1,306 @@
-//! The form of a sentence's fields.
+//! The fields between a sentence's commas, read one after the other.
 //!
-//! The `nmea` crate's parsers take numbers in any form that Rust does (`nan`, `1e9`), latitudes of
-//! 99° with 99 minutes, and no more than two letters of mode. So they are shown a copy, in which a
-//! field that has not the form of its kind is left empty.
+//! Receivers leave a field empty where they have no value. A number that is none, such as `0x9` or
+//! `nan`, is an empty field too: it costs no more than itself. A letter where a number should stand,
+//! or a field that is missing, means that this is not the sentence its name says.
 
-use core::ops::Range;
+use crate::gps::receiver_time::days_since_1970;
 
-use nmea::SentenceType;
+/// The sentence is not what its name says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Malformed;
 
-/// A copy of a sentence's data in which every field is empty or of its kind's form.
-pub(super) struct Fields {
-    bytes: [u8; 128],
-    length: usize,
-}
+/// Latitude north and longitude east, degrees, not yet checked to be on Earth.
+pub(super) type Degrees = (f64, f64);
 
-impl Fields {
-    /// The copy; `None` when the data is longer than any sentence.
-    pub fn of(kind: SentenceType, data: &str) -> Option<Self> {
-        let mut copy = Self { bytes: [0; 128], length: 0 };
-        let unreadable_place = place(kind).filter(|fields| !has_place(data, fields.start));
-        for (index, field) in data.split(',').enumerate() {
-            if index > 0 {
-                copy.push(b",")?;
-            }
-            let in_place = unreadable_place.as_ref().is_some_and(|fields| fields.contains(&index));
-            if !in_place && !is_unwanted(kind, index) {
-                copy.push(well_formed(kind, index, field))?;
-            }
+/// The fields that have not been read yet.
+#[derive(Clone, Debug)]
+pub(super) struct Fields<'a>(Option<&'a [u8]>);
+
+impl<'a> Fields<'a> {
+    /// The fields of `data`, which stands behind the first comma of a sentence.
+    pub fn new(data: &'a [u8]) -> Self {
+        Self(Some(data))
+    }
+
+    /// The next field as it was sent.
+    pub fn text(&mut self) -> Result<&'a [u8], Malformed> {
+        let rest = self.0.ok_or(Malformed)?;
+        let (field, rest) = split_at(rest, b',').map_or((rest, None), |(a, b)| (a, Some(b)));
+        self.0 = rest;
+        Ok(field)
+    }
+
+    /// The next field, which may hold anything but a single letter.
+    fn numeral(&mut self) -> Result<&'a [u8], Malformed> {
+        let field = self.text()?;
+        let is_letter = single(field).is_some_and(|byte| byte.is_ascii_alphabetic());
+        if is_letter { Err(Malformed) } else { Ok(field) }
+    }
+
+    /// Passes over `count` fields, which must be there.
+    pub fn skip(&mut self, count: usize) -> Result<(), Malformed> {
+        for _ in 0..count {
+            self.text()?;
         }
-        Some(copy)
+        Ok(())
     }
 
-    pub fn as_str(&self) -> &str {
-        self.bytes.get(..self.length).and_then(|text| str::from_utf8(text).ok()).unwrap_or_default()
+    /// The next field if it is a single letter.
+    pub fn letter(&mut self) -> Result<Option<u8>, Malformed> {
+        Ok(single(self.text()?).filter(u8::is_ascii_alphabetic))
     }
 
-    fn push(&mut self, bytes: &[u8]) -> Option<()> {
-        let end = self.length.checked_add(bytes.len())?;
-        self.bytes.get_mut(self.length..end)?.copy_from_slice(bytes);
-        self.length = end;
-        Some(())
+    /// The next field if it is a single digit.
+    pub fn digit(&mut self) -> Result<Option<u8>, Malformed> {
+        Ok(single(self.text()?).filter(u8::is_ascii_digit))
     }
-}
 
-/// The field, or as much of it as has the form of its kind.
-fn well_formed(kind: SentenceType, index: usize, field: &str) -> &[u8] {
-    let bytes = field.as_bytes();
-    let time = index == 0 && !matches!(kind, SentenceType::VTG | SentenceType::GSA);
-    if bytes.iter().all(u8::is_ascii_alphabetic) {
-        match (kind, index) {
-            (SentenceType::GNS, 5) => best_mode(bytes),
-            _ if bytes.len() > 1 => &[],
-            _ => bytes,
+    /// A field that holds the letter of a unit, or nothing.
+    pub fn unit(&mut self, letter: u8) -> Result<(), Malformed> {
+        match self.text()? {
+            [] => Ok(()),
+            [found] if *found == letter => Ok(()),
+            _ => Err(Malformed),
         }
-    } else if is_number(field) && (!time || whole_digits(field).len() == 6) {
-        bytes
-    } else {
-        &[]
+    }
+
+    /// A decimal number.
+    pub fn number(&mut self) -> Result<Option<f64>, Malformed> {
+        Ok(decimal(self.numeral()?))
+    }
+
+    /// A number without sign and fraction.
+    pub fn count(&mut self) -> Result<Option<u32>, Malformed> {
+        match self.text()? {
+            [] => Ok(None),
+            field => whole(field).map(Some).ok_or(Malformed),
+        }
+    }
+
+    /// `hhmmss.sss` as nanoseconds since midnight.
+    pub fn time_of_day_ns(&mut self) -> Result<Option<u64>, Malformed> {
+        let field = self.numeral()?;
+        let (digits, fraction) = split_at(field, b'.').unwrap_or((field, &[]));
+        let [h1, h0, m1, m0, s1, s0] = digits else {
+            return Ok(None);
+        };
+        let (Some(hours), Some(minutes), Some(seconds)) =
+            (whole(&[*h1, *h0]), whole(&[*m1, *m0]), whole(&[*s1, *s0]))
+        else {
+            return Ok(None);
+        };
+        let Some(fraction_ns) = nanoseconds(fraction) else {
+            return Ok(None);
+        };
+        if hours >= 24 || minutes >= 60 || seconds >= 60 {
+            return Err(Malformed);
+        }
+        let whole_s = u64::from(hours * 3_600 + minutes * 60 + seconds);
+        Ok(Some(whole_s * 1_000_000_000 + fraction_ns))
+    }
+
+    /// `ddmmyy` as days since 1 January 1970; the years are 1983 to 2082.
+    pub fn day(&mut self) -> Result<Option<i32>, Malformed> {
+        let field = self.numeral()?;
+        let [d1, d0, m1, m0, y1, y0] = field else {
+            return if decimal(field).is_some() { Err(Malformed) } else { Ok(None) };
+        };
+        let (Some(day), Some(month), Some(year)) =
+            (whole(&[*d1, *d0]), whole(&[*m1, *m0]), whole(&[*y1, *y0]))
+        else {
+            return Ok(None);
+        };
+        let century = if year >= 83 { 1_900 } else { 2_000 };
+        days_since_1970(century + year, month, day).map(Some).ok_or(Malformed)
+    }
+
+    /// Latitude `ddmm.mmm`, its letter, longitude `dddmm.mmm`, its letter; `None` where the digits
+    /// are not that many or the minutes 60 and more.
+    pub fn place(&mut self) -> Result<Option<Degrees>, Malformed> {
+        let (latitude, south) = (self.text()?, self.text()?);
+        let (longitude, west) = (self.text()?, self.text()?);
+        let Some((latitude, longitude)) = angle(latitude, 2).zip(angle(longitude, 3)) else {
+            return Ok(None);
+        };
+        let latitude = match south {
+            b"N" => latitude,
+            b"S" => -latitude,
+            _ => return Err(Malformed),
+        };
+        match west {
+            b"E" => Ok(Some((latitude, longitude))),
+            b"W" => Ok(Some((latitude, -longitude))),
+            _ => Err(Malformed),
+        }
     }
 }
 
-/// The letter of the best mode: GNS has one for each satellite system.
-fn best_mode(modes: &[u8]) -> &[u8] {
-    let best = b"RFPDA".iter().find_map(|good| modes.iter().position(|mode| mode == good));
-    modes.get(best.unwrap_or(0)..).and_then(|rest| rest.get(..1)).unwrap_or_default()
+/// What stands before and behind the first `separator`.
+fn split_at(bytes: &[u8], separator: u8) -> Option<(&[u8], &[u8])> {
+    let end = bytes.iter().position(|byte| *byte == separator)?;
+    let (before, rest) = bytes.split_at_checked(end)?;
+    Some((before, rest.get(1..)?))
 }
 
-/// RMC's magnetic variation: not used, and sent in forms that would cost the sentence.
-fn is_unwanted(kind: SentenceType, index: usize) -> bool {
-    kind == SentenceType::RMC && matches!(index, 9 | 10)
-}
-
-/// An optional minus, digits, and a point in or after them.
-fn is_number(field: &str) -> bool {
-    let digits = field.strip_prefix('-').unwrap_or(field);
-    digits.starts_with(|first: char| first.is_ascii_digit() || first == '.')
-        && digits.bytes().any(|byte| byte.is_ascii_digit())
-        && digits.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.')
-        && digits.bytes().filter(|byte| *byte == b'.').count() <= 1
-}
-
-/// Where latitude, its letter, longitude and its letter stand.
-fn place(kind: SentenceType) -> Option<Range<usize>> {
-    match kind {
-        SentenceType::GGA | SentenceType::GNS => Some(1..5),
-        SentenceType::RMC => Some(2..6),
+fn single(field: &[u8]) -> Option<u8> {
+    match field {
+        [byte] => Some(*byte),
         _ => None,
     }
 }
 
-/// Whether latitude and longitude are `ddmm` and `dddmm` with minutes below 60.
-fn has_place(data: &str, first: usize) -> bool {
-    let mut fields = data.split(',').skip(first).step_by(2).map(whole_digits);
-    matches!(
-        (fields.next(), fields.next()),
-        (Some([_, _, b'0'..=b'5', _]), Some([_, _, _, b'0'..=b'5', _]))
-    )
+/// Degrees from digits of which the last two before the point are minutes.
+fn angle(field: &[u8], degree_digits: usize) -> Option<f64> {
+    let whole_digits = split_at(field, b'.').map_or(field, |(before, _)| before);
+    let (degrees, minutes) = field.split_at_checked(degree_digits)?;
+    if whole_digits.len() != degree_digits + 2 || minutes.first().is_none_or(|tens| *tens > b'5') {
+        return None;
+    }
+    Some(f64::from(whole(degrees)?) + decimal(minutes).filter(|minutes| *minutes >= 0.0)? / 60.0)
 }
 
-/// The digits before the point; nothing if there is anything else.
-fn whole_digits(field: &str) -> &[u8] {
-    let whole = field.split('.').next().unwrap_or_default().as_bytes();
-    if whole.iter().all(u8::is_ascii_digit) { whole } else { &[] }
+/// Digits alone, up to nine of them.
+fn whole(field: &[u8]) -> Option<u32> {
+    if field.is_empty() || field.len() > 9 {
+        return None;
+    }
+    field.iter().try_fold(0u32, |value, byte| {
+        let digit = byte.is_ascii_digit().then(|| u32::from(byte & 0x0F))?;
+        Some(value.wrapping_mul(10).wrapping_add(digit))
+    })
+}
+
+/// The digits behind the point of a second; those beyond the ninth are left out.
+fn nanoseconds(fraction: &[u8]) -> Option<u64> {
+    let mut unit_ns = 1_000_000_000;
+    fraction.iter().try_fold(0u64, |value, byte| {
+        unit_ns /= 10;
+        let digit = byte.is_ascii_digit().then(|| u64::from(byte & 0x0F))?;
+        Some(value.wrapping_add(digit * unit_ns))
+    })
+}
+
+/// An optional minus, digits, and at most one point in or beside them.
+///
+/// Up to 15 digits come out correctly rounded: they and the power of ten that divides them are exact,
+/// and the division rounds once. Digits behind the point beyond those are left out, which costs less
+/// than a part in 10¹⁴; more than 15 digits before it are no number that a receiver sends.
+///
+/// # Source
+/// W. D. Clinger, *How to read floating point numbers accurately*, PLDI 1990, section 3.
+fn decimal(field: &[u8]) -> Option<f64> {
+    const FULL: u64 = 100_000_000_000_000;
+    let (negative, digits) = match field {
+        [b'-', digits @ ..] => (true, digits),
+        digits => (false, digits),
+    };
+    let (mut mantissa, mut divisor) = (0u64, 1u64);
+    let (mut has_digit, mut has_point) = (false, false);
+    for byte in digits {
+        match byte {
+            b'0'..=b'9' => {
+                has_digit = true;
+                if mantissa < FULL && divisor <= FULL {
+                    mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte & 0x0F));
+                    divisor = if has_point { divisor.wrapping_mul(10) } else { divisor };
+                } else if !has_point {
+                    return None;
+                }
+            }
+            b'.' if !has_point => has_point = true,
+            _ => return None,
+        }
+    }
+    let value = mantissa as f64 / divisor as f64;
+    has_digit.then_some(if negative { -value } else { value })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn time(field: &str) -> Result<Option<u64>, Malformed> {
+        Fields::new(field.as_bytes()).time_of_day_ns()
+    }
+
+    fn day(field: &str) -> Result<Option<i32>, Malformed> {
+        Fields::new(field.as_bytes()).day()
+    }
+
+    #[test]
+    fn a_number_is_an_optional_minus_digits_and_one_point() {
+        for (field, value) in [
+            ("0", 0.0),
+            ("-4.25", -4.25),
+            (".5", 0.5),
+            ("5.", 5.0),
+            ("0010.50", 10.5),
+            ("0.000000000000000000009", 0.0),
+            ("123456789012345", 123_456_789_012_345.0),
+        ] {
+            assert_eq!(decimal(field.as_bytes()), Some(value), "{field}");
+        }
+        for field in ["", "-", ".", "-.", "+1", "1e3", "nan", "inf", "0x9", "1.2.3", "1-", "--1"] {
+            assert_eq!(decimal(field.as_bytes()), None, "{field}");
+        }
+        assert_eq!(decimal(b"1234567890123456"), None);
+    }
+
+    #[test]
+    fn a_missing_field_is_an_error_and_an_empty_one_is_not() {
+        let mut fields = Fields::new(b"1.5,,7");
+        assert_eq!(fields.number(), Ok(Some(1.5)));
+        assert_eq!(fields.number(), Ok(None));
+        assert_eq!(fields.count(), Ok(Some(7)));
+        assert_eq!(fields.number(), Err(Malformed));
+    }
+
+    #[test]
+    fn times_are_whole_nanoseconds_below_one_day() {
+        assert_eq!(time("000000"), Ok(Some(0)));
+        assert_eq!(time("094812.25"), Ok(Some(35_292_250_000_000)));
+        assert_eq!(time("235959.9999999999"), Ok(Some(86_399_999_999_999)));
+        for field in ["", "94812.00", "-94812", "0948a2", "094812.x"] {
+            assert_eq!(time(field), Ok(None), "{field}");
+        }
+        for field in ["240000", "096000", "094860", "A"] {
+            assert_eq!(time(field), Err(Malformed), "{field}");
+        }
+    }
+
+    #[test]
+    fn years_of_two_digits_reach_from_1983_to_2082() {
+        assert_eq!(day("010183"), Ok(Some(4_748)));
+        assert_eq!(day("311282"), Ok(Some(41_272)));
+        assert_eq!(day("230305"), Ok(Some(12_865)));
+        assert_eq!(day("2303-5"), Ok(None));
+        for field in ["310405", "290205", "000105", "011305", "2303055", "A"] {
+            assert_eq!(day(field), Err(Malformed), "{field}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_of_fifteen_digits_are_rounded_as_the_standard_library_rounds(
+            whole in 0u64..1_000_000_000,
+            fraction in "[0-9]{0,6}",
+            negative: bool,
+        ) {
+            let text = format!("{}{whole}.{fraction}", if negative { "-" } else { "" });
+            prop_assert_eq!(decimal(text.as_bytes()), Some(text.parse::<f64>().unwrap()));
+        }
+
+        #[test]
+        fn longer_numbers_are_right_to_a_part_in_1e14(
+            whole in 0u64..1_000_000_000,
+            fraction in "[0-9]{7,30}",
+        ) {
+            let text = format!("{whole}.{fraction}");
+            let (found, exact) = (decimal(text.as_bytes()).unwrap(), text.parse::<f64>().unwrap());
+            prop_assert!((found - exact).abs() <= exact.max(1.0) * 1e-14, "{} {}", found, exact);
+        }
+    }
 }

@@ -18,7 +18,7 @@ enum State {
 /// What stands between `$` and `*`, with a checksum that holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Line<'a> {
-    pub body: &'a str,
+    pub body: &'a [u8],
     /// When the `$` arrived.
     pub arrival: Time,
 }
@@ -57,9 +57,7 @@ impl Framer {
                 break;
             }
         }
-        let body = self.body.get(..self.length)?;
-        // The framer lets nothing but printable ASCII through.
-        Some(Line { body: core::str::from_utf8(body).ok()?, arrival: self.arrival })
+        Some(Line { body: self.body.get(..self.length)?, arrival: self.arrival })
     }
 
     /// Sentences that broke off or whose checksum is missing or wrong.
@@ -113,7 +111,12 @@ impl Framer {
 }
 
 fn hexadecimal(byte: u8) -> Option<u8> {
-    char::from(byte).to_digit(16).and_then(|digit| u8::try_from(digit).ok())
+    match byte {
+        b'0'..=b'9' => Some(byte - b'0'),
+        b'a'..=b'f' => Some(byte - b'a' + 10),
+        b'A'..=b'F' => Some(byte - b'A' + 10),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -125,7 +128,7 @@ mod tests {
         let mut bytes = stream;
         let mut found = Vec::new();
         while let Some(line) = framer.next(&mut bytes, Time::ZERO) {
-            found.push(line.body.to_owned());
+            found.push(String::from_utf8(line.body.to_vec()).unwrap());
         }
         found
     }

@@ -1,15 +1,9 @@
-//! What the sentences say: read by the `nmea` crate's parsers, behind a check of each field's form
-//! ([`Fields`]), and range-checked.
+//! What the sentences say, range-checked.
+//!
+//! # Source
+//! NMEA 0183, as u-blox documents it: *u-blox 8 / M8 Receiver Description*, UBX-13003221, section 31.
 
-use chrono::{Datelike, NaiveDate, NaiveTime, Timelike};
-use nmea::sentences::faa_mode::FaaMode;
-use nmea::sentences::gns::NavigationStatus;
-use nmea::sentences::gsa::GsaMode2;
-use nmea::sentences::rmc::RmcStatusOfFix;
-use nmea::sentences::{self, FixType};
-use nmea::{NmeaSentence, SentenceType};
-
-use super::fields::Fields;
+use super::fields::{Degrees, Fields, Malformed};
 use crate::frames::{Ned, Vector};
 use crate::gps::receiver_fix::{Horizontal, known_sigma, plausible_height};
 use crate::gps::{Correction, DilutionOfPrecision, Dimension};
@@ -62,9 +56,20 @@ pub(super) enum Content {
     NoFix,
 }
 
+/// The sentences that make a fix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Gga,
+    Gns,
+    Rmc,
+    Vtg,
+    Gsa,
+    Gst,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sentence {
-    pub kind: SentenceType,
+    pub kind: Kind,
     /// Since midnight, where the sentence tells.
     pub time_of_day_ns: Option<u64>,
     pub content: Content,
@@ -80,133 +85,178 @@ pub(super) enum Refusal {
     Impossible,
 }
 
+impl From<Malformed> for Refusal {
+    fn from(_: Malformed) -> Self {
+        Self::Malformed
+    }
+}
+
 impl Sentence {
     /// Reads what stands between `$` and `*`.
-    pub fn read(body: &str) -> Result<Self, Refusal> {
-        let talker_id = body.get(..2).ok_or(Refusal::Malformed)?;
-        let (name, data) = body.get(2..).and_then(|rest| rest.split_once(',')).unzip();
-        let kind = match name {
+    pub fn read(body: &[u8]) -> Result<Self, Refusal> {
+        let (kind, data) = match body {
+            [] | [_] => return Err(Refusal::Malformed),
             // A maker's own sentences begin with P: Garmin's PGRMC is no RMC.
-            _ if talker_id.starts_with('P') => return Err(Refusal::Unknown),
-            Some("GGA") => SentenceType::GGA,
-            Some("GNS") => SentenceType::GNS,
-            Some("RMC") => SentenceType::RMC,
-            Some("VTG") => SentenceType::VTG,
-            Some("GSA") => SentenceType::GSA,
-            Some("GST") => SentenceType::GST,
+            [b'P', ..] => return Err(Refusal::Unknown),
+            [_, _, b'G', b'G', b'A', b',', data @ ..] => (Kind::Gga, data),
+            [_, _, b'G', b'N', b'S', b',', data @ ..] => (Kind::Gns, data),
+            [_, _, b'R', b'M', b'C', b',', data @ ..] => (Kind::Rmc, data),
+            [_, _, b'V', b'T', b'G', b',', data @ ..] => (Kind::Vtg, data),
+            [_, _, b'G', b'S', b'A', b',', data @ ..] => (Kind::Gsa, data),
+            [_, _, b'G', b'S', b'T', b',', data @ ..] => (Kind::Gst, data),
             _ => return Err(Refusal::Unknown),
         };
-        let fields = Fields::of(kind, data.unwrap_or_default()).ok_or(Refusal::Malformed)?;
-        let sentence = NmeaSentence {
-            talker_id,
-            message_id: kind,
-            data: fields.as_str(),
-            // Checked by the framer, over the fields as they were sent.
-            checksum: 0,
+        let mut fields = Fields::new(data);
+        let time_of_day_ns = match kind {
+            Kind::Vtg | Kind::Gsa => None,
+            Kind::Gga | Kind::Gns | Kind::Rmc | Kind::Gst => fields.time_of_day_ns()?,
         };
-        let (time, content) = match kind {
-            SentenceType::GGA => gga(sentence),
-            SentenceType::GNS => gns(sentence),
-            SentenceType::RMC => rmc(sentence),
-            SentenceType::VTG => vtg(sentence),
-            SentenceType::GSA => gsa(sentence),
-            _ => gst(sentence),
+        let content = match kind {
+            Kind::Gga => gga(fields),
+            Kind::Gns => gns(fields),
+            Kind::Rmc => rmc(fields),
+            Kind::Vtg => vtg(fields),
+            Kind::Gsa => gsa(fields),
+            Kind::Gst => gst(fields),
         }?;
-        Ok(Self { kind, time_of_day_ns: time.map(time_of_day_ns), content })
+        Ok(Self { kind, time_of_day_ns, content })
     }
 }
 
-type Reading = Result<(Option<NaiveTime>, Content), Refusal>;
+type Reading = Result<Content, Refusal>;
 
-fn gga(sentence: NmeaSentence<'_>) -> Reading {
-    let gga = sentences::parse_gga(sentence).or(Err(Refusal::Malformed))?;
-    let quality = gga.fix_type.unwrap_or(FixType::Invalid);
-    if !quality.is_valid() {
-        return Ok((gga.fix_time, Content::NoFix));
-    }
-    let located = Located {
-        place: place(gga.latitude, gga.longitude)?,
-        altitude_msl_m: height(gga.altitude)?,
-        geoid_separation_m: height(gga.geoid_separation)?,
-        satellites: gga.fix_satellites.and_then(|count| u8::try_from(count).ok()),
-        horizontal_dilution: dilution(gga.hdop),
-        correction: correction(quality),
+/// Place, quality, satellites, HDOP, altitude, `M`, separation, `M`.
+fn gga(mut fields: Fields<'_>) -> Reading {
+    let place = fields.place()?;
+    let quality = fields.digit()?.filter(|quality| *quality <= b'8').ok_or(Malformed)?;
+    let satellites = fields.count()?;
+    let horizontal_dilution = fields.number()?;
+    let altitude_msl_m = fields.number()?;
+    fields.unit(b'M')?;
+    let geoid_separation_m = fields.number()?;
+    fields.unit(b'M')?;
+    let correction = match quality {
+        b'1' => Some(Correction::None),
+        b'2' => Some(Correction::Differential),
+        // The precise positioning service, which says nothing of corrections.
+        b'3' => None,
+        b'4' => Some(Correction::RtkFixed),
+        b'5' => Some(Correction::RtkFloat),
+        // None, dead reckoning, typed in by hand, simulated.
+        _ => return Ok(Content::NoFix),
     };
-    Ok((gga.fix_time, Content::Gga(located)))
+    Ok(Content::Gga(Located {
+        place: on_earth(place)?,
+        altitude_msl_m: height(altitude_msl_m)?,
+        geoid_separation_m: height(geoid_separation_m)?,
+        satellites: satellites.and_then(|count| u8::try_from(count).ok()),
+        horizontal_dilution: dilution(horizontal_dilution),
+        correction,
+    }))
 }
 
-fn gns(sentence: NmeaSentence<'_>) -> Reading {
-    let gns = sentences::parse_gns(sentence).or(Err(Refusal::Malformed))?;
-    let quality = FixType::from(gns.faa_modes);
+/// Place, a mode for each satellite system, satellites, HDOP, altitude, separation, age of the
+/// corrections, their station, status.
+fn gns(mut fields: Fields<'_>) -> Reading {
+    let place = fields.place()?;
+    let mode = best_mode(fields.text()?).ok_or(Malformed)?;
+    let satellites = fields.count()?.ok_or(Malformed)?;
+    let horizontal_dilution = fields.number()?;
+    let altitude_msl_m = fields.number()?;
+    let geoid_separation_m = fields.number()?;
+    fields.skip(2)?;
+    let status = fields.letter().ok().flatten();
+    let correction = match mode {
+        b'A' => Correction::None,
+        b'D' | b'P' => Correction::Differential,
+        b'R' => Correction::RtkFixed,
+        b'F' => Correction::RtkFloat,
+        _ => return Ok(Content::NoFix),
+    };
     // "V" is no verdict: it stands for a receiver that does not judge safety, as nearly all do.
-    if !quality.is_valid() || gns.nav_status == Some(NavigationStatus::Unsafe) {
-        return Ok((gns.fix_time, Content::NoFix));
+    if status == Some(b'U') {
+        return Ok(Content::NoFix);
     }
-    let located = Located {
-        place: place(gns.lat, gns.lon)?,
-        altitude_msl_m: height(gns.alt)?,
-        geoid_separation_m: height(gns.geoid_separation)?,
-        satellites: u8::try_from(gns.nsattelites).ok(),
-        horizontal_dilution: dilution(gns.hdop),
-        correction: correction(quality),
-    };
-    Ok((gns.fix_time, Content::Gns(located)))
+    Ok(Content::Gns(Located {
+        place: on_earth(place)?,
+        altitude_msl_m: height(altitude_msl_m)?,
+        geoid_separation_m: height(geoid_separation_m)?,
+        satellites: u8::try_from(satellites).ok(),
+        horizontal_dilution: dilution(horizontal_dilution),
+        correction: Some(correction),
+    }))
 }
 
-fn rmc(sentence: NmeaSentence<'_>) -> Reading {
-    let rmc = sentences::parse_rmc(sentence).or(Err(Refusal::Malformed))?;
-    let no_fix = matches!(
-        rmc.faa_mode,
-        Some(
-            FaaMode::DataNotValid
-                | FaaMode::Estimated
-                | FaaMode::Manual
-                | FaaMode::Simulator
-                | FaaMode::Unsafe
-        )
-    );
-    if no_fix || rmc.status_of_fix == RmcStatusOfFix::Invalid {
-        return Ok((rmc.fix_time, Content::NoFix));
+/// Status, place, speed in knots, course, date, magnetic variation and its letter, mode.
+fn rmc(mut fields: Fields<'_>) -> Reading {
+    let status = fields.letter()?.filter(|status| b"ADV".contains(status)).ok_or(Malformed)?;
+    let place = fields.place()?;
+    let (speed_knots, direction_deg) = (fields.number()?, fields.number()?);
+    let day = fields.day()?;
+    // Sent in too many forms to judge a sentence by, and not used.
+    fields.skip(2)?;
+    let mode = fields.letter().ok().flatten();
+    // No data, dead reckoning, typed in by hand, simulated, unsafe.
+    if status == b'V' || mode.is_some_and(|mode| b"NEMSU".contains(&mode)) {
+        return Ok(Content::NoFix);
     }
-    let minimum = Minimum {
-        place: place(rmc.lat, rmc.lon)?,
-        course: course(rmc.speed_over_ground, rmc.true_course)?,
-        day: rmc.fix_date.map(day),
-    };
-    Ok((rmc.fix_time, Content::Rmc(minimum)))
+    Ok(Content::Rmc(Minimum {
+        place: on_earth(place)?,
+        course: course(speed_knots, direction_deg)?,
+        day,
+    }))
 }
 
-fn vtg(sentence: NmeaSentence<'_>) -> Reading {
-    let vtg = sentences::parse_vtg(sentence).or(Err(Refusal::Malformed))?;
-    Ok((None, Content::Vtg(course(vtg.speed_over_ground, vtg.true_course)?)))
+/// True course, `T`, magnetic course, `M`, speed in knots, `N`, speed in km/h, `K`.
+fn vtg(mut fields: Fields<'_>) -> Reading {
+    let direction_deg = fields.number()?;
+    fields.unit(b'T')?;
+    fields.number()?;
+    fields.unit(b'M')?;
+    let speed_knots = fields.number()?;
+    fields.unit(b'N')?;
+    fields.skip(1)?;
+    Ok(Content::Vtg(course(speed_knots, direction_deg)?))
 }
 
-fn gsa(sentence: NmeaSentence<'_>) -> Reading {
-    let gsa = sentences::parse_gsa(sentence).or(Err(Refusal::Malformed))?;
-    let dimension = match gsa.mode2 {
-        GsaMode2::NoFix => return Ok((None, Content::NoFix)),
-        GsaMode2::Fix2D => Dimension::TwoD,
-        GsaMode2::Fix3D => Dimension::ThreeD,
+/// How the dimension is chosen, dimension, twelve satellites, PDOP, HDOP, VDOP.
+fn gsa(mut fields: Fields<'_>) -> Reading {
+    fields.letter()?.filter(|choice| b"MA".contains(choice)).ok_or(Malformed)?;
+    let dimension = match fields.digit()? {
+        Some(b'1') => return Ok(Content::NoFix),
+        Some(b'2') => Dimension::TwoD,
+        Some(b'3') => Dimension::ThreeD,
+        _ => return Err(Refusal::Malformed),
     };
+    fields.skip(12)?;
     let dilution = DilutionOfPrecision {
-        position: dilution(gsa.pdop),
-        horizontal: dilution(gsa.hdop),
-        vertical: dilution(gsa.vdop),
+        position: dilution(fields.number()?),
+        horizontal: dilution(fields.number()?),
+        vertical: dilution(fields.number()?),
     };
-    Ok((None, Content::Gsa(Geometry { dimension, dilution })))
+    Ok(Content::Gsa(Geometry { dimension, dilution }))
 }
 
-fn gst(sentence: NmeaSentence<'_>) -> Reading {
-    let gst = sentences::parse_gst(sentence).or(Err(Refusal::Malformed))?;
-    let [north, east, down] =
-        [gst.lat_sd, gst.long_sd, gst.alt_sd].map(|sigma| f64::from(sigma.unwrap_or(0.0)));
-    Ok((gst.time, Content::Gst(known_sigma(Vector::new(north, east, down)))))
+/// RMS of the residuals, the error ellipse (two axes, orientation), one-sigma north, east, up.
+fn gst(mut fields: Fields<'_>) -> Reading {
+    for _ in 0..4 {
+        fields.number()?;
+    }
+    let sigma = [fields.number()?, fields.number()?, fields.number()?];
+    let [north, east, down] = sigma.map(Option::unwrap_or_default);
+    Ok(Content::Gst(known_sigma(Vector::new(north, east, down))))
+}
+
+/// The mode of the best satellite system; `None` unless every letter's place holds a letter.
+fn best_mode(modes: &[u8]) -> Option<u8> {
+    let known = modes.iter().all(u8::is_ascii_alphabetic);
+    let best = b"RFPDA".iter().find(|good| modes.contains(good)).or(modes.first());
+    best.copied().filter(|_| known)
 }
 
 /// The place of a sentence that claims to have one.
-fn place(latitude_deg: Option<f64>, longitude_deg: Option<f64>) -> Result<Horizontal, Refusal> {
-    latitude_deg
-        .zip(longitude_deg)
+fn on_earth(place: Option<Degrees>) -> Result<Horizontal, Refusal> {
+    place
         .filter(|(_, longitude_deg)| libm::fabs(*longitude_deg) <= 180.0)
         .and_then(|(latitude_deg, longitude_deg)| {
             Horizontal::new(latitude_deg.to_radians(), longitude_deg.to_radians())
@@ -214,16 +264,13 @@ fn place(latitude_deg: Option<f64>, longitude_deg: Option<f64>) -> Result<Horizo
         .ok_or(Refusal::Impossible)
 }
 
-fn height(height_m: Option<f32>) -> Result<Option<f64>, Refusal> {
-    height_m
-        .map(|height_m| plausible_height(f64::from(height_m)).ok_or(Refusal::Impossible))
-        .transpose()
+fn height(height_m: Option<f64>) -> Result<Option<f64>, Refusal> {
+    height_m.map(|height_m| plausible_height(height_m).ok_or(Refusal::Impossible)).transpose()
 }
 
-fn course(speed_knots: Option<f32>, direction_deg: Option<f32>) -> Result<Course, Refusal> {
+fn course(speed_knots: Option<f64>, direction_deg: Option<f64>) -> Result<Course, Refusal> {
     const METRES_PER_SECOND: f64 = 1_852.0 / 3_600.0;
-    let speed_mps = speed_knots.map(|knots| f64::from(knots) * METRES_PER_SECOND);
-    let direction_deg = direction_deg.map(f64::from);
+    let speed_mps = speed_knots.map(|knots| knots * METRES_PER_SECOND);
     let possible = speed_mps.is_none_or(|speed| (0.0..=600.0).contains(&speed))
         && direction_deg.is_none_or(|direction| (0.0..=360.0).contains(&direction));
     possible
@@ -233,25 +280,6 @@ fn course(speed_knots: Option<f32>, direction_deg: Option<f32>) -> Result<Course
 
 /// Receivers send 0, 50 or 99.9 for a dilution they do not have; the limit on use is for the quality
 /// checks, this one keeps out what is none.
-fn dilution(value: Option<f32>) -> Option<f64> {
-    value.map(f64::from).filter(|value| *value > 0.0 && *value < 1e3)
-}
-
-fn correction(quality: FixType) -> Option<Correction> {
-    match quality {
-        FixType::Gps => Some(Correction::None),
-        FixType::DGps => Some(Correction::Differential),
-        FixType::Rtk => Some(Correction::RtkFixed),
-        FixType::FloatRtk => Some(Correction::RtkFloat),
-        _ => None,
-    }
-}
-
-fn time_of_day_ns(time: NaiveTime) -> u64 {
-    u64::from(time.num_seconds_from_midnight()) * 1_000_000_000 + u64::from(time.nanosecond())
-}
-
-fn day(date: NaiveDate) -> i32 {
-    const DAYS_TO_1970: i32 = 719_163;
-    date.num_days_from_ce() - DAYS_TO_1970
+fn dilution(value: Option<f64>) -> Option<f64> {
+    value.filter(|value| *value > 0.0 && *value < 1e3)
 }

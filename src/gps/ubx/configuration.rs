@@ -1,14 +1,7 @@
 //! Bringing a receiver to NAV-PVT at the wanted rate.
 
-use core::ops::{Deref, DerefMut};
-
-use ublox::UbxPacketMeta;
-use ublox::cfg_msg::CfgMsgSinglePortBuilder;
-use ublox::cfg_rate::{AlignmentToReferenceTime, CfgRateBuilder};
-use ublox::cfg_val::CfgVal;
-use ublox::nav_pvt::proto23::NavPvt;
-use ublox::packets::cfg_val::{CfgLayerSet, CfgValSetBuilder};
-
+use super::framer::{SYNC, checksum};
+use super::message::NAV_PVT;
 use super::{Acknowledgement, Decoder};
 use crate::time::Time;
 
@@ -34,12 +27,23 @@ impl core::error::Error for ConfigurationError {}
 /// A configuration message as it goes on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Message {
-    bytes: [u8; 64],
+    /// The longest, CFG-VALSET with three keys, has 28 bytes.
+    bytes: [u8; 32],
     length: usize,
 }
 
 impl Message {
-    const EMPTY: Self = Self { bytes: [0; 64], length: 0 };
+    /// The message of class CFG with this `id` and `payload`.
+    fn new(id: u8, payload: &[u8]) -> Self {
+        let [low, high] = (payload.len() as u16).to_le_bytes();
+        let mut message = Self { bytes: [0; 32], length: 0 };
+        message.extend(&SYNC);
+        message.extend(&[CFG, id, low, high]);
+        message.extend(payload);
+        let sum = checksum(message.as_bytes().get(2..).unwrap_or_default());
+        message.extend(&sum);
+        message
+    }
 
     /// The bytes to write.
     #[must_use]
@@ -47,10 +51,9 @@ impl Message {
         self.bytes.get(..self.length).unwrap_or_default()
     }
 
-    fn of(bytes: &[u8]) -> Self {
-        let mut buffer = Buffer(Self::EMPTY);
-        buffer.extend(bytes.iter().copied());
-        buffer.0
+    fn extend(&mut self, bytes: &[u8]) {
+        let room = self.bytes.iter_mut().skip(self.length);
+        self.length += room.zip(bytes).map(|(room, byte)| *room = *byte).count();
     }
 
     fn is_answered_by(&self, answer: Acknowledgement) -> bool {
@@ -58,29 +61,16 @@ impl Message {
     }
 }
 
-/// What the `ublox` crate writes messages of varying length into.
-struct Buffer(Message);
+/// The class of configuration messages.
+const CFG: u8 = 0x06;
+const CFG_MSG: u8 = 0x01;
+const CFG_RATE: u8 = 0x08;
+const CFG_VALSET: u8 = 0x8A;
 
-impl Extend<u8> for Buffer {
-    fn extend<I: IntoIterator<Item = u8>>(&mut self, bytes: I) {
-        let room = self.0.bytes.iter_mut().skip(self.0.length);
-        self.0.length += room.zip(bytes).map(|(room, byte)| *room = byte).count();
-    }
-}
-
-impl Deref for Buffer {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        self.0.as_bytes()
-    }
-}
-
-impl DerefMut for Buffer {
-    fn deref_mut(&mut self) -> &mut [u8] {
-        self.0.bytes.get_mut(..self.0.length).unwrap_or_default()
-    }
-}
+// Keys of CFG-VALSET. Source: u-blox, *M10 Interface Description*, UBX-21035062.
+const RATE_MEAS: u32 = 0x3021_0001;
+const MSGOUT_UBX_NAV_PVT_UART1: u32 = 0x2091_0007;
+const UART1OUTPROT_NMEA: u32 = 0x1074_0002;
 
 /// The NMEA sentences that receivers send unasked: GGA, GLL, GSA, GSV, RMC, VTG. At 10 Hz they would
 /// fill the line.
@@ -180,30 +170,27 @@ impl Configuration {
     fn message(&self) -> Option<Message> {
         let measure_rate_ms = 1_000 / u16::from(self.rate_hz.max(1));
         match self.step {
-            Step::Rate => Some(Message::of(
-                &CfgRateBuilder {
-                    measure_rate_ms,
-                    nav_rate: 1,
-                    time_ref: AlignmentToReferenceTime::Gps,
-                }
-                .into_packet_bytes(),
-            )),
-            Step::Pvt => Some(message_rate(NavPvt::CLASS, NavPvt::ID, 1)),
-            Step::Nmea(sentence) => Some(message_rate(NMEA_CLASS, sentence, 0)),
+            Step::Rate => {
+                let [low, high] = measure_rate_ms.to_le_bytes();
+                // A fix from each measurement, in step with GPS time.
+                Some(Message::new(CFG_RATE, &[low, high, 1, 0, 1, 0]))
+            }
+            Step::Pvt => Some(message_rate(NAV_PVT, 1)),
+            Step::Nmea(sentence) => Some(message_rate((NMEA_CLASS, sentence), 0)),
             Step::Keys => {
-                let mut buffer = Buffer(Message::EMPTY);
-                CfgValSetBuilder {
-                    version: 0,
-                    layers: CfgLayerSet::RAM,
-                    reserved1: 0,
-                    cfg_data: &[
-                        CfgVal::RateMeas(measure_rate_ms),
-                        CfgVal::MsgOutUbxNavPvtUart1(1),
-                        CfgVal::Uart1OutProtNmea(false),
-                    ],
-                }
-                .extend_to(&mut buffer);
-                Some(buffer.0)
+                let [low, high] = measure_rate_ms.to_le_bytes();
+                let [r0, r1, r2, r3] = RATE_MEAS.to_le_bytes();
+                let [p0, p1, p2, p3] = MSGOUT_UBX_NAV_PVT_UART1.to_le_bytes();
+                let [n0, n1, n2, n3] = UART1OUTPROT_NMEA.to_le_bytes();
+                // Version 0, to volatile memory; then each key with its value.
+                #[rustfmt::skip]
+                let payload = [
+                    0, 1, 0, 0,
+                    r0, r1, r2, r3, low, high,
+                    p0, p1, p2, p3, 1,
+                    n0, n1, n2, n3, 0,
+                ];
+                Some(Message::new(CFG_VALSET, &payload))
             }
             Step::Done | Step::Refused => None,
         }
@@ -225,6 +212,7 @@ impl Step {
     }
 }
 
-fn message_rate(msg_class: u8, msg_id: u8, rate: u8) -> Message {
-    Message::of(&CfgMsgSinglePortBuilder { msg_class, msg_id, rate }.into_packet_bytes())
+/// Sends a message with every `rate`-th fix, 0 for never.
+fn message_rate((class, id): (u8, u8), rate: u8) -> Message {
+    Message::new(CFG_MSG, &[class, id, rate])
 }

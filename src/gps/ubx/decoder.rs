@@ -1,24 +1,14 @@
 //! One fix an epoch from the messages.
 
-use ublox::nav_pos_llh::NavPosLlhRef;
-use ublox::nav_pvt::common::NavPvtFlags;
-use ublox::nav_pvt::proto23::{NavPvt, NavPvtRef};
-use ublox::nav_sol::{NavSolFlags, NavSolRef};
-use ublox::nav_status::{NavStatusFlags, NavStatusRef};
-use ublox::nav_time_gps::{NavTimeGpsFlags, NavTimeGpsRef};
-use ublox::nav_vel_ned::NavVelNedRef;
-use ublox::proto23::{PacketRef, Proto23};
-use ublox::{GnssFixType, UbxPacketMeta, UbxProtocol};
-
 use super::framer::Framer;
-use super::values::{
-    Impossible, dilution, dilutions, dimension, gps_time, height, horizontal, is_usable,
-    on_all_axes, whole,
+use super::message::{
+    Content, FixStatus, GpsTime, Position, Pvt, Report, Solution, Velocity, known_dilution,
 };
+use super::values::{Impossible, gps_time, height, horizontal, on_all_axes, set_heights, whole};
 use crate::earth::Geodetic;
 use crate::frames::{Ecef, Vector};
 use crate::gps::cycle::{Cycle, Kinds};
-use crate::gps::receiver_fix::{Horizontal, known_sigma, plausible_velocity};
+use crate::gps::receiver_fix::{Horizontal, plausible_velocity};
 use crate::gps::{Correction, Counts, ReceiverFix};
 use crate::time::Time;
 
@@ -91,19 +81,13 @@ impl Decoder {
         }
         loop {
             let message = self.framer.next(bytes, arrival)?;
-            let (class, id, started) = (message.class, message.id, message.arrival);
-            let mut payload = [0; 92];
-            let length = message.payload.len();
-            let room = payload.get_mut(..length)?;
-            room.copy_from_slice(message.payload);
-            // Receivers of protocol 14 end NAV-PVT before its last fields, which are not used here.
-            let length = if (class, id) == (NavPvt::CLASS, NavPvt::ID) { 92 } else { length };
-            let Ok(packet) = Proto23::match_packet(class, id, payload.get(..length)?) else {
+            let started = message.arrival;
+            let Some(report) = Report::read(message.class, message.id, message.payload) else {
                 self.counts.damaged = self.counts.damaged.saturating_add(1);
                 continue;
             };
             self.counts.read = self.counts.read.saturating_add(1);
-            let before = self.accept(&packet, started);
+            let before = self.accept(&report, started);
             if before.is_some() {
                 return before;
             }
@@ -132,51 +116,29 @@ impl Decoder {
 
     /// Takes in a message. A fix it returns is of the epoch before the message's; one that the
     /// message completes is left in `ready`.
-    fn accept(&mut self, packet: &PacketRef<'_>, arrival: Time) -> Option<ReceiverFix> {
-        let (kind, time_of_week_ms) = match packet {
-            PacketRef::NavPvt(pvt) => return self.accept_whole(pvt, arrival),
-            PacketRef::AckAck(ack) => {
-                self.answer =
-                    Some(Acknowledgement { class: ack.class(), id: ack.msg_id(), accepted: true });
+    fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
+        let (time_of_week_ms, content) = match report {
+            Report::Pvt(pvt) => return self.accept_whole(pvt, arrival),
+            Report::Answer(answer) => {
+                self.answer = Some(*answer);
                 return None;
             }
-            PacketRef::AckNak(nak) => {
-                self.answer =
-                    Some(Acknowledgement { class: nak.class(), id: nak.msg_id(), accepted: false });
-                return None;
-            }
-            PacketRef::NavPosLlh(position) => (POSITION, position.itow()),
-            PacketRef::NavStatus(status) => (STATUS, status.itow()),
-            PacketRef::NavDop(dilution) => (DILUTION, dilution.itow()),
-            PacketRef::NavSol(solution) => (SOLUTION, solution.itow()),
-            PacketRef::NavVelNed(velocity) => (VELOCITY, velocity.itow()),
-            PacketRef::NavTimeGps(clock) => (CLOCK, clock.itow()),
-            _ => return None,
+            Report::Epoch { time_of_week_ms, content } => (*time_of_week_ms, content),
         };
         let before = self.open(time_of_week_ms, arrival);
-        self.cycle.note(kind);
+        self.cycle.note(match content {
+            Content::Position(_) => POSITION,
+            Content::Status(_) => STATUS,
+            Content::Dilution(_) => DILUTION,
+            Content::Solution(_) => SOLUTION,
+            Content::Velocity(_) => VELOCITY,
+            Content::Time(_) => CLOCK,
+        });
         if let Some(epoch) = &mut self.epoch {
-            let added = match packet {
-                PacketRef::NavPosLlh(position) => epoch.add_position(position),
-                PacketRef::NavVelNed(velocity) => epoch.add_velocity(velocity),
-                PacketRef::NavSol(solution) => epoch.add_solution(solution, self.leap_seconds),
-                PacketRef::NavStatus(status) => {
-                    epoch.add_status(status, self.leap_seconds);
-                    Ok(())
-                }
-                PacketRef::NavDop(dilution) => {
-                    epoch.fix.dilution = dilutions(dilution);
-                    Ok(())
-                }
-                PacketRef::NavTimeGps(clock) => {
-                    let valid = clock.valid().contains(NavTimeGpsFlags::VALID_LEAP_S);
-                    self.leap_seconds = valid.then_some(clock.leap_s()).or(self.leap_seconds);
-                    epoch.add_clock(clock, self.leap_seconds);
-                    Ok(())
-                }
-                _ => Ok(()),
-            };
-            if added.is_err() {
+            if let Content::Time(clock) = content {
+                self.leap_seconds = clock.leap_seconds.or(self.leap_seconds);
+            }
+            if epoch.add(content, self.leap_seconds).is_err() {
                 epoch.judged = true;
                 epoch.usable = false;
                 self.counts.impossible = self.counts.impossible.saturating_add(1);
@@ -188,16 +150,14 @@ impl Decoder {
         before
     }
 
-    fn accept_whole(&mut self, pvt: &NavPvtRef<'_>, arrival: Time) -> Option<ReceiverFix> {
-        let before = self.open(pvt.itow(), arrival);
+    fn accept_whole(&mut self, pvt: &Pvt, arrival: Time) -> Option<ReceiverFix> {
+        let before = self.open(pvt.time_of_week_ms, arrival);
         self.cycle.note(WHOLE);
         let Some(epoch) = self.epoch.take() else {
             return before;
         };
         self.over_ms = Some(epoch.time_of_week_ms);
-        if !is_usable(pvt.fix_type(), pvt.flags().contains(NavPvtFlags::GPS_FIX_OK))
-            || pvt.flags3().invalid_llh()
-        {
+        if !pvt.status.is_usable() || pvt.position_is_invalid {
             self.counts.no_fix = self.counts.no_fix.saturating_add(1);
             return before;
         }
@@ -242,74 +202,84 @@ impl Decoder {
 }
 
 impl Epoch {
-    fn judge(&mut self, fix_type: GnssFixType, good: bool, corrected: bool) {
+    fn add(&mut self, content: &Content, leap_seconds: Option<i8>) -> Result<(), Impossible> {
+        match content {
+            Content::Position(position) => self.add_position(position),
+            Content::Velocity(velocity) => self.add_velocity(velocity),
+            Content::Solution(solution) => self.add_solution(solution, leap_seconds),
+            Content::Status(status) => {
+                self.add_status(*status, leap_seconds);
+                Ok(())
+            }
+            Content::Dilution(dilution) => {
+                self.fix.dilution = *dilution;
+                Ok(())
+            }
+            Content::Time(clock) => {
+                self.add_clock(clock, leap_seconds);
+                Ok(())
+            }
+        }
+    }
+
+    fn judge(&mut self, status: FixStatus) {
         self.judged = true;
-        self.usable &= is_usable(fix_type, good);
-        self.fix.dimension = dimension(fix_type);
+        self.usable &= status.is_usable();
+        self.fix.dimension = status.dimension();
+        let corrected = status.is_differential();
         self.fix.correction =
             Some(if corrected { Correction::Differential } else { Correction::None });
     }
 
-    fn add_status(&mut self, status: &NavStatusRef<'_>, leap_seconds: Option<i8>) {
-        let flags = status.flags();
-        let good = flags.contains(NavStatusFlags::GPS_FIX_OK);
-        self.judge(status.fix_type(), good, flags.contains(NavStatusFlags::DIFF_SOLN));
-        if self.fix.time.is_none() && flags.contains(NavStatusFlags::TOW_SET) {
+    fn add_status(&mut self, status: FixStatus, leap_seconds: Option<i8>) {
+        self.judge(status);
+        if self.fix.time.is_none() && status.time_of_week_is_known() {
             self.fix.time = gps_time(None, self.time_of_week_ms, 0, leap_seconds);
         }
     }
 
-    fn add_clock(&mut self, clock: &NavTimeGpsRef<'_>, leap_seconds: Option<i8>) {
-        let valid = clock.valid();
-        if valid.contains(NavTimeGpsFlags::VALID_TOW) {
-            let week = Some(clock.week()).filter(|_| valid.contains(NavTimeGpsFlags::VALID_WKN));
-            self.fix.time = gps_time(week, self.time_of_week_ms, clock.ftow(), leap_seconds);
+    fn add_clock(&mut self, clock: &GpsTime, leap_seconds: Option<i8>) {
+        if let Some(fraction_ns) = clock.fraction_ns {
+            self.fix.time = gps_time(clock.week, self.time_of_week_ms, fraction_ns, leap_seconds);
         }
     }
 
-    fn add_position(&mut self, position: &NavPosLlhRef<'_>) -> Result<(), Impossible> {
-        let place = horizontal(position.lat_degrees(), position.lon_degrees())?;
+    fn add_position(&mut self, position: &Position) -> Result<(), Impossible> {
+        let place = horizontal(position.latitude_deg, position.longitude_deg)?;
         self.position = POSITION;
         self.fix.latitude_rad = place.latitude_rad;
         self.fix.longitude_rad = place.longitude_rad;
-        self.fix.height_m = Some(height(position.height_meters())?);
-        self.fix.altitude_msl_m = Some(height(position.height_msl())?);
-        self.fix.position_sigma_m =
-            known_sigma(Vector::new(position.h_ack(), position.h_ack(), position.v_acc()));
-        Ok(())
+        set_heights(&mut self.fix, position)
     }
 
-    fn add_velocity(&mut self, velocity: &NavVelNedRef<'_>) -> Result<(), Impossible> {
-        let ned = [velocity.vel_north(), velocity.vel_east(), velocity.vel_down()];
-        let [north, east, down] = plausible_velocity(ned).ok_or(Impossible)?;
+    fn add_velocity(&mut self, velocity: &Velocity) -> Result<(), Impossible> {
+        let [north, east, down] = plausible_velocity(velocity.ned_mps).ok_or(Impossible)?;
         self.velocity = VELOCITY;
         self.fix.set_horizontal_velocity(north, east);
         self.fix.down_velocity_mps = Some(down);
-        self.fix.velocity_sigma_mps = on_all_axes(velocity.speed_accuracy_estimate());
+        self.fix.velocity_sigma_mps = on_all_axes(velocity.sigma_mps);
         Ok(())
     }
 
     fn add_solution(
         &mut self,
-        solution: &NavSolRef<'_>,
+        solution: &Solution,
         leap_seconds: Option<i8>,
     ) -> Result<(), Impossible> {
-        let flags = solution.flags();
-        let good = flags.contains(NavSolFlags::GPS_FIX_OK);
-        self.judge(solution.fix_type(), good, flags.contains(NavSolFlags::DIFF_SOLN));
-        self.fix.satellites = Some(solution.num_sv());
+        let status = solution.status;
+        self.judge(status);
+        self.fix.satellites = Some(solution.satellites);
         self.fix.dilution.position =
-            self.fix.dilution.position.or_else(|| dilution(solution.pdop()));
-        if flags.contains(NavSolFlags::TOW_SET) {
-            let week = Some(solution.week()).filter(|_| flags.contains(NavSolFlags::WKN_SET));
-            self.fix.time = gps_time(week, self.time_of_week_ms, solution.ftow_ns(), leap_seconds);
+            self.fix.dilution.position.or_else(|| known_dilution(solution.position_dilution));
+        if status.time_of_week_is_known() {
+            let week = Some(solution.week).filter(|_| status.week_is_known());
+            self.fix.time =
+                gps_time(week, self.time_of_week_ms, solution.fraction_ns, leap_seconds);
         }
         if !self.usable {
             return Ok(());
         }
-        let position: Vector<Ecef> =
-            Vector::new(solution.ecef_x(), solution.ecef_y(), solution.ecef_z());
-        let place = Geodetic::from_ecef(position).ok_or(Impossible)?;
+        let place = Geodetic::from_ecef(solution.position_m).ok_or(Impossible)?;
         if self.position != POSITION {
             let horizontal =
                 Horizontal::new(place.latitude_rad, place.longitude_rad).ok_or(Impossible)?;
@@ -317,16 +287,16 @@ impl Epoch {
             self.fix.latitude_rad = horizontal.latitude_rad;
             self.fix.longitude_rad = horizontal.longitude_rad;
             self.fix.height_m = Some(height(place.height_m)?);
-            self.fix.position_sigma_m = on_all_axes(solution.position_accuracy_estimate());
+            self.fix.position_sigma_m = on_all_axes(solution.position_sigma_m);
         }
         if self.velocity != VELOCITY {
-            let ecef = [solution.ecef_vx(), solution.ecef_vy(), solution.ecef_vz()];
-            let ecef: Vector<Ecef> = plausible_velocity(ecef).ok_or(Impossible)?.into();
+            let ecef: Vector<Ecef> =
+                plausible_velocity(solution.velocity_mps).ok_or(Impossible)?.into();
             let [north, east, down] = (place.ecef_to_ned() * ecef).to_array();
             self.velocity = SOLUTION;
             self.fix.set_horizontal_velocity(north, east);
             self.fix.down_velocity_mps = Some(down);
-            self.fix.velocity_sigma_mps = on_all_axes(solution.speed_accuracy_estimate());
+            self.fix.velocity_sigma_mps = on_all_axes(solution.velocity_sigma_mps);
         }
         Ok(())
     }

@@ -2,7 +2,8 @@
 
 use crate::time::Time;
 
-const SYNC: [u8; 2] = [0xB5, 0x62];
+/// Starts every message.
+pub(super) const SYNC: [u8; 2] = [0xB5, 0x62];
 const HEADER: usize = 6;
 /// The longest message taken: NAV-PVT, 92 bytes of payload.
 const MAX_MESSAGE: usize = HEADER + 92 + 2;
@@ -143,8 +144,8 @@ impl Framer {
     }
 }
 
-/// The 8-bit Fletcher checksum.
-fn checksum(bytes: &[u8]) -> [u8; 2] {
+/// The 8-bit Fletcher checksum, over class to payload.
+pub(super) fn checksum(bytes: &[u8]) -> [u8; 2] {
     bytes.iter().fold([0, 0], |[a, b], byte| {
         let a = a.wrapping_add(*byte);
         [a, b.wrapping_add(a)]

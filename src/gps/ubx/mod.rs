@@ -1,9 +1,7 @@
 //! u-blox binary protocol, from the Antaris of 2004 to the M10.
 //!
 //! A message is `B5 62 class id length payload checksum`, little-endian, with an 8-bit Fletcher
-//! checksum over class to payload. The messages themselves are read and written by the `ublox`
-//! crate; framing is here, because a fix needs the arrival of its first byte and because a corrupt
-//! length must not swallow what follows it.
+//! checksum over class to payload.
 //!
 //! Line: 9600 baud, 8-N-1 (38 400 from the M9 on). NAV-PVT takes 100 bytes: 10 Hz need 38 400 baud.
 //! [`Configuration`] sets rate and messages, not the line's speed, whose change would cut it.
@@ -11,6 +9,7 @@
 mod configuration;
 mod decoder;
 mod framer;
+mod message;
 mod values;
 
 pub use configuration::{Configuration, ConfigurationError, Message};

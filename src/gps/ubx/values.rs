@@ -1,60 +1,64 @@
 //! The messages' values, checked and turned into a fix's.
 
-use chrono::{NaiveDate, NaiveTime};
-use ublox::GnssFixType;
-use ublox::nav_dop::NavDopRef;
-use ublox::nav_pvt::common::{NavPvtFlags, NavPvtValidFlags};
-use ublox::nav_pvt::proto23::NavPvtRef;
-
+use super::message::{CalendarTime, Position, Pvt, known_dilution};
 use crate::frames::{Ned, Vector};
 use crate::gps::receiver_fix::{Horizontal, known_sigma, plausible_height, plausible_velocity};
-use crate::gps::{Correction, DilutionOfPrecision, Dimension, ReceiverFix, ReceiverTime};
+use crate::gps::receiver_time::days_since_1970;
+use crate::gps::{Correction, ReceiverFix, ReceiverTime};
 use crate::time::Time;
 
 /// A value that cannot be.
 pub(super) struct Impossible;
 
 /// The fix of a NAV-PVT that claims to be one.
-pub(super) fn whole(pvt: &NavPvtRef<'_>, arrival: Time) -> Result<ReceiverFix, Impossible> {
-    let mut fix = ReceiverFix::new(arrival, horizontal(pvt.latitude(), pvt.longitude())?);
+pub(super) fn whole(pvt: &Pvt, arrival: Time) -> Result<ReceiverFix, Impossible> {
+    let Position { latitude_deg, longitude_deg, .. } = pvt.position;
+    let mut fix = ReceiverFix::new(arrival, horizontal(latitude_deg, longitude_deg)?);
     fix.time = pvt_time(pvt);
-    fix.height_m = Some(height(pvt.height_above_ellipsoid())?);
-    fix.altitude_msl_m = Some(height(pvt.height_msl())?);
-    let (across, up) = (pvt.horizontal_accuracy(), pvt.vertical_accuracy());
-    fix.position_sigma_m = known_sigma(Vector::new(across, across, up));
-    let ned = [pvt.vel_north(), pvt.vel_east(), pvt.vel_down()];
-    let [north, east, down] = plausible_velocity(ned).ok_or(Impossible)?;
+    set_heights(&mut fix, &pvt.position)?;
+    let [north, east, down] = plausible_velocity(pvt.velocity.ned_mps).ok_or(Impossible)?;
     fix.set_horizontal_velocity(north, east);
     fix.down_velocity_mps = Some(down);
-    fix.velocity_sigma_mps = on_all_axes(pvt.speed_accuracy());
-    fix.satellites = Some(pvt.num_satellites());
-    fix.dilution.position = dilution(pvt.pdop());
-    fix.dimension = dimension(pvt.fix_type());
-    fix.correction = Some(match pvt.flags() {
-        flags if flags.contains(NavPvtFlags::CARR_SOLN_FIXED) => Correction::RtkFixed,
-        flags if flags.contains(NavPvtFlags::CARR_SOLN_FLOAT) => Correction::RtkFloat,
-        flags if flags.contains(NavPvtFlags::DIFF_SOLN) => Correction::Differential,
+    fix.velocity_sigma_mps = on_all_axes(pvt.velocity.sigma_mps);
+    fix.satellites = Some(pvt.satellites);
+    fix.dilution.position = known_dilution(pvt.position_dilution);
+    fix.dimension = pvt.status.dimension();
+    fix.correction = Some(match pvt.status {
+        status if status.is_rtk_fixed() => Correction::RtkFixed,
+        status if status.is_rtk_float() => Correction::RtkFloat,
+        status if status.is_differential() => Correction::Differential,
         _ => Correction::None,
     });
     Ok(fix)
 }
 
+/// Both heights and the one-sigma of position.
+pub(super) fn set_heights(fix: &mut ReceiverFix, position: &Position) -> Result<(), Impossible> {
+    fix.height_m = Some(height(position.height_m)?);
+    fix.altitude_msl_m = Some(height(position.altitude_msl_m)?);
+    let (across, up) = (position.horizontal_sigma_m, position.vertical_sigma_m);
+    fix.position_sigma_m = known_sigma(Vector::new(across, across, up));
+    Ok(())
+}
+
 /// The week, which NAV-PVT does not give, from its date.
-fn pvt_time(pvt: &NavPvtRef<'_>) -> Option<ReceiverTime> {
-    let time_of_week_ns = u64::from(pvt.itow()) * 1_000_000;
-    let known = NavPvtValidFlags::VALID_DATE | NavPvtValidFlags::VALID_TIME;
-    let utc = || {
-        let date =
-            NaiveDate::from_ymd_opt(pvt.year().into(), pvt.month().into(), pvt.day().into())?;
-        let time = NaiveTime::from_hms_opt(pvt.hour().into(), pvt.min().into(), pvt.sec().into())?;
-        let seconds = date.and_time(time).and_utc().timestamp();
-        seconds.checked_mul(1_000_000_000)?.checked_add(pvt.nanosec().into())
-    };
-    Some(pvt.valid())
-        .filter(|valid| valid.contains(known))
-        .and_then(|_| utc())
+fn pvt_time(pvt: &Pvt) -> Option<ReceiverTime> {
+    let time_of_week_ns = u64::from(pvt.time_of_week_ms) * 1_000_000;
+    unix_ns(&pvt.utc)
         .and_then(|utc_ns| ReceiverTime::from_week_time_and_utc(time_of_week_ns, utc_ns))
-        .or_else(|| gps_time(None, pvt.itow(), 0, None))
+        .or_else(|| gps_time(None, pvt.time_of_week_ms, 0, None))
+}
+
+/// UTC since the start of 1970; `None` where the receiver does not vouch for it or it cannot be.
+fn unix_ns(utc: &CalendarTime) -> Option<i64> {
+    let CalendarTime { year, month, day, hour, minute, second, nanosecond, is_valid } = *utc;
+    if !is_valid || hour >= 24 || minute >= 60 || second >= 60 {
+        return None;
+    }
+    let day = days_since_1970(year.into(), month.into(), day.into())?;
+    let minutes = i64::from(day) * 1_440 + i64::from(hour) * 60 + i64::from(minute);
+    let seconds = minutes * 60 + i64::from(second);
+    seconds.checked_mul(1_000_000_000)?.checked_add(nanosecond.into())
 }
 
 pub(super) fn gps_time(
@@ -74,18 +78,6 @@ pub(super) fn gps_time(
     })
 }
 
-pub(super) fn is_usable(fix_type: GnssFixType, good: bool) -> bool {
-    good && dimension(fix_type).is_some()
-}
-
-pub(super) fn dimension(fix_type: GnssFixType) -> Option<Dimension> {
-    match fix_type {
-        GnssFixType::Fix2D => Some(Dimension::TwoD),
-        GnssFixType::Fix3D | GnssFixType::GPSPlusDeadReckoning => Some(Dimension::ThreeD),
-        _ => None,
-    }
-}
-
 pub(super) fn horizontal(latitude_deg: f64, longitude_deg: f64) -> Result<Horizontal, Impossible> {
     let possible = libm::fabs(longitude_deg) <= 180.0;
     Horizontal::new(latitude_deg.to_radians(), longitude_deg.to_radians())
@@ -99,17 +91,4 @@ pub(super) fn height(height_m: f64) -> Result<f64, Impossible> {
 
 pub(super) fn on_all_axes(sigma: f64) -> Option<Vector<Ned>> {
     known_sigma(Vector::new(sigma, sigma, sigma))
-}
-
-pub(super) fn dilutions(dilutions: &NavDopRef<'_>) -> DilutionOfPrecision {
-    DilutionOfPrecision {
-        position: dilution(dilutions.position_dop()),
-        horizontal: dilution(dilutions.horizontal_dop()),
-        vertical: dilution(dilutions.vertical_dop()),
-    }
-}
-
-/// A dilution; 99.99 stands for none.
-pub(super) fn dilution(value: impl Into<f64>) -> Option<f64> {
-    Some(value.into()).filter(|value| *value > 0.0 && *value < 99.9)
 }

@@ -96,8 +96,7 @@ fn a_33_hz_loop_leaves_the_modem_15_percent_to_spare() {
 fn no_frame_is_longer_than_another_whatever_the_values() {
     for byte in 0..=u8::MAX {
         let plain = [byte; BODY + CHECKSUM];
-        let mut stuffed = [0; STUFFED];
-        assert_eq!(cobs::try_encode(&plain, &mut stuffed).unwrap(), STUFFED);
+        assert_eq!(cobs::encode_vec(&plain).len(), STUFFED);
     }
 }
 
@@ -147,8 +146,8 @@ fn frames_of_another_version_or_with_unknown_codes_say_so() {
         plain[place] = value;
         let checksum = CRC.checksum(&plain[..BODY]).to_le_bytes();
         plain[BODY..].copy_from_slice(&checksum);
-        let mut stuffed = [0; LENGTH];
-        cobs::try_encode(&plain, &mut stuffed).unwrap();
+        let mut stuffed = cobs::encode_vec(&plain);
+        stuffed.push(0);
         decode(&stuffed)
     };
     assert_eq!(repacked(0, 2), [Err(FrameError::Version { found: 2 })]);
