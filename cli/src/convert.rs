@@ -18,8 +18,8 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Arguments { log, out } = arguments;
-    let (dataset, _) = crate::log::open(log)?;
-    std::fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+    let (dataset, _) = hovernav_log::open(log)?;
+    crate::output::create(out)?;
     let same = matches!((log.canonicalize(), out.canonicalize()), (Ok(a), Ok(b)) if a == b);
     ensure!(!same, "{}: the log itself, expected another directory", out.display());
     dataset.write(out, &[])?;

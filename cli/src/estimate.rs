@@ -2,19 +2,18 @@
 
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::time::Instant;
 
-use anyhow::{Context as _, ensure};
-use hovernav::ekf::{Innovation, Notice, Solution};
+use anyhow::ensure;
+use hovernav::ekf::Solution;
 use hovernav::time::Time;
-use hovernav_log::{
-    Dataset, Outage, Reference, Run, Score, SmoothedRun, outage_drift, score, write_solution,
-};
+use hovernav_log::{Outage, Reference, SmoothedRun, outage_drift, score, write_solution};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::report::{self, Report};
-use crate::summary::{OutageDrift, Summary};
+use crate::arguments::OutageWindow;
+use crate::flight_page::{self, FlightData};
+use crate::output;
+use crate::summary::{OutageDrift, RunSummary};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -31,7 +30,7 @@ pub struct Arguments {
     smooth: bool,
     /// Leave out the GPS from START for DURATION seconds of the log's clock; may be repeated
     #[arg(long, value_name = "START:DURATION")]
-    outage: Vec<Window>,
+    outage: Vec<OutageWindow>,
     /// Thin the GPS to at most this rate
     #[arg(long, value_name = "HZ", value_parser = positive)]
     gps_rate: Option<f64>,
@@ -47,31 +46,6 @@ impl Arguments {
     }
 }
 
-/// `START:DURATION`, both in seconds.
-#[derive(Clone, Copy)]
-pub struct Window(Outage);
-
-impl Window {
-    /// The same as an outage.
-    pub fn outage(self) -> Outage {
-        self.0
-    }
-}
-
-impl FromStr for Window {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || format!("found \"{text}\", expected START:DURATION in seconds");
-        let (start, duration) = text.split_once(':').ok_or_else(expected)?;
-        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
-        let start = number(start).and_then(Time::from_seconds).ok_or_else(expected)?;
-        let duration_s =
-            number(duration).filter(|&duration| duration > 0.0).ok_or_else(expected)?;
-        Ok(Self(Outage { start, duration_s }))
-    }
-}
-
 fn positive(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -84,7 +58,7 @@ const SAMPLES_WORTH_A_BAR: usize = 500_000;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
-    let (mut dataset, record) = crate::log::open(&arguments.log)?;
+    let (mut dataset, record) = hovernav_log::open(&arguments.log)?;
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }
@@ -95,7 +69,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .display()
     );
     let config = dataset.settings()?;
-    let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.0).collect();
+    let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.outage()).collect();
     dataset.withhold(&outages, arguments.gps_rate);
 
     let bar = progress_bar(dataset.imu.len());
@@ -127,40 +101,42 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
     let drifts = drifts(solutions, &outages, reference.as_ref());
 
-    let out =
-        arguments.out.clone().unwrap_or_else(|| Path::new("out").join(name_of(&arguments.log)));
-    std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("out").join(output::name_of(&arguments.log)));
+    output::create(&out)?;
     write_solution(&out.join("solution.csv"), solutions)?;
-    let mut summary = Summary::new(&arguments.log, &dataset, &run, !smoothed.is_empty());
+    let mut summary = RunSummary::new(&arguments.log, &dataset, &run, !smoothed.is_empty());
     if arguments.smooth && smoothed.is_empty() {
         let warning = "nothing was smoothed, as the heading was not found: the solution is causal";
         summary.warnings.push(warning.into());
     }
     summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
-    summary.flown = record
+    summary.reproduction = record
         .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())
         .map(|record| record.reproduced_by(&run.solutions).into());
     summary.set_scores(scored.as_ref(), drifts);
     if !arguments.no_report {
-        write_report(
-            &out.join("report.html"),
-            (&dataset, &run, &smoothed),
-            &outages,
-            reference.as_ref(),
-            scored.as_ref(),
-            &summary,
-        )?;
+        let page = FlightData {
+            title: &dataset.manifest.name,
+            headlines: &summary.headlines(),
+            facts: &summary.facts(),
+            warnings: &summary.warnings,
+            outages: &outages,
+            solutions: &run.solutions,
+            smoothed: &smoothed,
+            fixes: &dataset.fixes,
+            innovations: &flight_page::innovations(&run),
+            reference: &flight_page::reference_moments(&run.solutions, reference.as_ref()),
+            score: scored.as_ref(),
+        };
+        flight_page::page(&page).write(&out.join("report.html"))?;
     }
     summary.wall_s = started.elapsed().as_secs_f64();
-    summary.write(&out.join("summary.json"))?;
+    output::write_json(&summary, &out.join("summary.json"))?;
     print!("{}", summary.in_words(&out));
     Ok(())
-}
-
-/// What a log's results are called after.
-pub fn name_of(log: &Path) -> String {
-    let full = log.canonicalize().unwrap_or_else(|_| log.to_path_buf());
-    full.file_stem().map_or_else(|| "log".into(), |name| name.to_string_lossy().into_owned())
 }
 
 fn progress_bar(samples: usize) -> ProgressBar {
@@ -187,42 +163,4 @@ fn drifts(
             }),
         })
         .collect()
-}
-
-fn write_report(
-    path: &Path,
-    (dataset, run, smoothed): (&Dataset, &Run, &[Solution]),
-    outages: &[Outage],
-    reference: Option<&Reference>,
-    score: Option<&Score>,
-    summary: &Summary,
-) -> anyhow::Result<()> {
-    let innovations: Vec<Innovation> = run
-        .notices
-        .iter()
-        .filter_map(|notice| match notice {
-            Notice::Updated(report) => Some(report),
-            _ => None,
-        })
-        .flat_map(|report| report.innovations().copied())
-        .collect();
-    let reference: Vec<_> = reference.map_or_else(Vec::new, |reference| {
-        run.solutions.iter().map(|solution| (solution.time, reference.at(solution.time))).collect()
-    });
-    report::write(
-        path,
-        &Report {
-            title: &dataset.manifest.name,
-            headlines: &summary.headlines(),
-            facts: &summary.facts(),
-            warnings: &summary.warnings,
-            outages,
-            solutions: &run.solutions,
-            smoothed,
-            fixes: &dataset.fixes,
-            innovations: &innovations,
-            reference: &reference,
-            score,
-        },
-    )
 }

@@ -63,7 +63,7 @@ fn copy(log: &Path, asked: &[Fault], seed: u64, out: &Path) -> anyhow::Result<()
     let scratch = tempfile::tempdir().context("cannot make a directory to convert in")?;
     let dir = if log.is_dir() { log } else { scratch.path() };
     if !log.is_dir() {
-        crate::log::open(log)?.0.write(dir, &[])?;
+        hovernav_log::open(log)?.0.write(dir, &[])?;
     }
     let faulty = Log::open(dir)?.with_faults(asked, seed)?;
     faulty.write(out)?;

@@ -1,28 +1,41 @@
 //! The command `hovernav`: one verb a job. It reads arguments, shows progress and writes files; what
 //! is computed, the library computes.
+//!
+//! A verb is a module with `Arguments` and `run`, and a line in each of [`Verb`], [`Verb::run`] and,
+//! where a feature brings it, [`LEFT_OUT`]. Verbs do not use each other: what several need stands in
+//! [`arguments`], [`output`], [`summary`], [`flight_page`] and, for every page, [`page`].
 
-mod campaign;
-mod convert;
-mod design;
-mod estimate;
-#[cfg(all(feature = "fly", target_os = "linux"))]
-mod fly;
-mod identify;
-mod inject;
-mod log;
-mod model;
-#[cfg(feature = "fly")]
-mod play;
-mod report;
-mod simulate;
+mod arguments;
+mod flight_page;
+mod output;
+#[cfg_attr(not(feature = "lab"), allow(dead_code, unused_imports, reason = "the lab draws more"))]
+mod page;
 mod summary;
 
-use std::path::{Path, PathBuf};
+mod convert;
+mod estimate;
+mod info;
+
+#[cfg(feature = "lab")]
+mod campaign;
+#[cfg(feature = "lab")]
+mod design;
+#[cfg(feature = "lab")]
+mod identify;
+#[cfg(feature = "lab")]
+mod inject;
+#[cfg(feature = "lab")]
+mod simulate;
+
+#[cfg(all(feature = "fly", target_os = "linux"))]
+mod fly;
+#[cfg(feature = "fly")]
+mod play;
+
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
 use clap::{Parser, Subcommand};
-use hovernav_log::Info;
-use hovernav_log::record::RecordInfo;
 
 /// Navigation for small helicopters and drones: from a recorded log to position, velocity and
 /// attitude with honest uncertainties.
@@ -39,12 +52,10 @@ enum Verb {
     Estimate(estimate::Arguments),
     /// Identify a model of the helicopter from a flight, and validate it; writes model.toml,
     /// summary.json and report.html
+    #[cfg(feature = "lab")]
     Identify(identify::Arguments),
     /// Say what is in a log: sensors, rates, spans, gaps
-    Info {
-        /// A dataset directory or a flight record
-        log: PathBuf,
-    },
+    Info(info::Arguments),
     /// Fly: the real-time loop on the flight computer, recorded
     #[cfg(all(feature = "fly", target_os = "linux"))]
     Fly(fly::Arguments),
@@ -54,34 +65,74 @@ enum Verb {
     /// Write any log as a dataset directory
     Convert(convert::Arguments),
     /// Make a copy of a log with faults in it: vibration, gaps, GPS glitches and many more
+    #[cfg(feature = "lab")]
     Inject(inject::Arguments),
     /// Design the hover autopilot for a model and check it at the loop's own rate; writes
     /// autopilot.toml, summary.json and report.html
+    #[cfg(feature = "lab")]
     Design(design::Arguments),
     /// Fly in simulation, the closed loop with sensors, estimator and servos inside, or with --flight
     /// along a path, and record it as a dataset
+    #[cfg(feature = "lab")]
     Simulate(simulate::Arguments),
     /// Fly the closed loop many times over, airframe, wind, sensors and GPS drawn anew for each; writes
     /// results.csv, percentiles.csv, summary.json and report.html
+    #[cfg(feature = "lab")]
     Campaign(campaign::Arguments),
 }
 
+impl Verb {
+    fn run(&self) -> anyhow::Result<()> {
+        match self {
+            Self::Estimate(arguments) => estimate::run(arguments),
+            #[cfg(feature = "lab")]
+            Self::Identify(arguments) => identify::run(arguments),
+            Self::Info(arguments) => info::run(arguments),
+            #[cfg(all(feature = "fly", target_os = "linux"))]
+            Self::Fly(arguments) => fly::run(arguments),
+            #[cfg(feature = "fly")]
+            Self::Play(arguments) => play::run(arguments),
+            Self::Convert(arguments) => convert::run(arguments),
+            #[cfg(feature = "lab")]
+            Self::Inject(arguments) => inject::run(arguments),
+            #[cfg(feature = "lab")]
+            Self::Design(arguments) => design::run(arguments),
+            #[cfg(feature = "lab")]
+            Self::Simulate(arguments) => simulate::run(arguments),
+            #[cfg(feature = "lab")]
+            Self::Campaign(arguments) => campaign::run(arguments),
+        }
+    }
+}
+
+/// The verbs that this build lacks, and what would bring each.
+const LEFT_OUT: &[(&str, &str)] = &[
+    #[cfg(not(all(feature = "fly", target_os = "linux")))]
+    ("fly", "feature `fly` on Linux"),
+    #[cfg(not(feature = "fly"))]
+    ("play", "feature `fly`"),
+    #[cfg(not(feature = "lab"))]
+    ("campaign", "feature `lab`"),
+    #[cfg(not(feature = "lab"))]
+    ("design", "feature `lab`"),
+    #[cfg(not(feature = "lab"))]
+    ("identify", "feature `lab`"),
+    #[cfg(not(feature = "lab"))]
+    ("inject", "feature `lab`"),
+    #[cfg(not(feature = "lab"))]
+    ("simulate", "feature `lab`"),
+];
+
 fn main() -> ExitCode {
-    let result = match Arguments::parse().verb {
-        Verb::Estimate(arguments) => estimate::run(&arguments),
-        #[cfg(all(feature = "fly", target_os = "linux"))]
-        Verb::Fly(arguments) => fly::run(&arguments),
-        #[cfg(feature = "fly")]
-        Verb::Play(arguments) => play::run(&arguments),
-        Verb::Identify(arguments) => identify::run(&arguments),
-        Verb::Info { log } => info(&log),
-        Verb::Convert(arguments) => convert::run(&arguments),
-        Verb::Inject(arguments) => inject::run(&arguments),
-        Verb::Design(arguments) => design::run(&arguments),
-        Verb::Simulate(arguments) => simulate::run(&arguments),
-        Verb::Campaign(arguments) => campaign::run(&arguments),
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let Some((verb, feature)) = left_out(&error) else { error.exit() };
+            eprintln!("hovernav: {verb} is not in this build, which lacks the {feature}");
+            return ExitCode::FAILURE;
+        }
     };
-    match result {
+    match arguments.verb.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("hovernav: {}", in_one_line(&error));
@@ -90,19 +141,18 @@ fn main() -> ExitCode {
     }
 }
 
-fn info(log: &Path) -> anyhow::Result<()> {
-    let (dataset, record) = log::open(log)?;
-    print!("{}", Info(&dataset));
-    if let Some(record) = record {
-        print!("{}", RecordInfo(&record));
+/// The verb of [`LEFT_OUT`] that was asked for, if that is the error.
+fn left_out(error: &clap::Error) -> Option<&'static (&'static str, &'static str)> {
+    match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(asked)) => LEFT_OUT.iter().find(|(verb, _)| verb == asked),
+        _ => None,
     }
-    Ok(())
 }
 
 /// The error and its causes, less those that the message before already ends with.
 fn in_one_line(error: &anyhow::Error) -> String {
-    error.chain().skip(1).fold(error.to_string(), |told, cause| {
+    error.chain().skip(1).fold(error.to_string(), |message, cause| {
         let cause = cause.to_string();
-        if told.ends_with(&cause) { told } else { format!("{told}: {cause}") }
+        if message.ends_with(&cause) { message } else { format!("{message}: {cause}") }
     })
 }

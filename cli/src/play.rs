@@ -6,6 +6,8 @@ use std::str::FromStr;
 use hovernav::gps::Protocol;
 use hovernav::time::Time;
 
+use crate::arguments::finite;
+
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A dataset directory
@@ -17,19 +19,19 @@ pub struct Arguments {
     #[arg(long, value_name = "PATH")]
     gps: Option<PathBuf>,
     /// What the GPS receiver speaks
-    #[arg(long, value_enum, default_value_t = Language::Ubx)]
-    gps_protocol: Language,
+    #[arg(long, value_enum, default_value_t = ProtocolArgument::Ubx)]
+    gps_protocol: ProtocolArgument,
     /// How many times as fast as it was
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     speed: f64,
     /// Cut the wire of `dmu` or `gps` from START for DURATION seconds of the log's clock; may be
     /// repeated
     #[arg(long, value_name = "WHAT=START:DURATION")]
-    cut: Vec<Window>,
+    cut: Vec<SensorWindow>,
     /// Pull out the port of `dmu` or `gps` from START for DURATION seconds of the log's clock, and put
     /// it back; may be repeated
     #[arg(long, value_name = "WHAT=START:DURATION")]
-    pull: Vec<Window>,
+    pull: Vec<SensorWindow>,
     /// Begin this many seconds after the ports are there, instead of when they have been opened and
     /// the inertial unit was asked for packets
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
@@ -37,18 +39,18 @@ pub struct Arguments {
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
-enum Language {
+enum ProtocolArgument {
     Nmea,
     Tsip,
     Ubx,
 }
 
-impl From<Language> for Protocol {
-    fn from(language: Language) -> Self {
+impl From<ProtocolArgument> for Protocol {
+    fn from(language: ProtocolArgument) -> Self {
         match language {
-            Language::Nmea => Self::Nmea,
-            Language::Tsip => Self::Tsip,
-            Language::Ubx => Self::Ubx,
+            ProtocolArgument::Nmea => Self::Nmea,
+            ProtocolArgument::Tsip => Self::Tsip,
+            ProtocolArgument::Ubx => Self::Ubx,
         }
     }
 }
@@ -56,7 +58,7 @@ impl From<Language> for Protocol {
 /// `WHAT=START:DURATION`.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(unix), expect(dead_code, reason = "there is nothing to cut"))]
-struct Window {
+struct SensorWindow {
     sensor: Sensor,
     start: Time,
     duration_s: f64,
@@ -68,7 +70,7 @@ enum Sensor {
     Gps,
 }
 
-impl FromStr for Window {
+impl FromStr for SensorWindow {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -81,10 +83,9 @@ impl FromStr for Window {
             "gps" => Sensor::Gps,
             _ => return Err(expected()),
         };
-        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
-        let start = number(start).and_then(Time::from_seconds).ok_or_else(expected)?;
+        let start = finite(start).and_then(Time::from_seconds).ok_or_else(expected)?;
         let duration_s =
-            number(duration).filter(|&duration| duration > 0.0).ok_or_else(expected)?;
+            finite(duration).filter(|&duration| duration > 0.0).ok_or_else(expected)?;
         Ok(Self { sensor, start, duration_s })
     }
 }
@@ -131,7 +132,7 @@ mod unix {
         let mut ports = Vec::new();
         let mut names = Vec::new();
         if let Some(path) = &arguments.dmu {
-            tell_ranges(&dataset);
+            print_ranges(&dataset);
             let port = EmulatedPort::new(path, play::dmu(&dataset)?);
             ports.push(EmulatedPort { cuts: cuts(arguments, Sensor::Dmu), ..port });
             names.push(("dmu", path));
@@ -165,8 +166,8 @@ mod unix {
         Ok(())
     }
 
-    /// What the flight computer has to be told, for the packets do not say it.
-    fn tell_ranges(dataset: &Dataset) {
+    /// The ranges, which the flight computer needs and the packets do not carry.
+    fn print_ranges(dataset: &Dataset) {
         let imu = &dataset.manifest.imu;
         let (rate_degps, acceleration_g) = play::DEFAULT_RANGES;
         println!(

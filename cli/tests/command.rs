@@ -1,55 +1,26 @@
 //! What other programs rely on: the command's files, columns and exit status.
 
+mod common;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::PathBuf;
 
-use serde_json::Value;
+use common::{HELI, changed, hovernav, place, refusal, succeeds, summary, text};
 
-const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");
-
-fn hovernav(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().expect("the command runs")
-}
-
-/// A place of this test's own.
-fn place(name: &str) -> PathBuf {
-    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = fs::remove_dir_all(&place);
-    fs::create_dir_all(&place).expect("a directory can be made");
-    place
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("the path is text")
-}
-
-/// A copy of the helicopter's first minute, changed by `change`.
+/// A copy of the helicopter's first minute, one `file` of it changed by `change`.
 fn damaged(name: &str, file: &str, change: impl Fn(String) -> String) -> PathBuf {
-    let dir = place(name);
-    for part in ["imu.csv", "gps.csv", "dataset.toml"] {
-        let mut content = fs::read_to_string(Path::new(HELI).join(part)).expect("readable");
+    changed(HELI, name, &["imu.csv", "gps.csv", "dataset.toml"], |part, mut content| {
         if part == "imu.csv" {
             content = content.lines().take(2000).map(|line| format!("{line}\n")).collect();
         }
-        if part == file {
-            content = change(content);
-        }
-        fs::write(dir.join(part), content).expect("writable");
-    }
-    dir
-}
-
-fn summary(out: &Path) -> Value {
-    let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
-    serde_json::from_str(&text).expect("valid JSON")
+        Some(if part == file { change(content) } else { content })
+    })
 }
 
 #[test]
 fn an_estimate_leaves_the_files_others_rely_on() {
     let out = place("estimate");
-    let run = hovernav(&["estimate", HELI, "--out", text(&out)]);
-    assert!(run.status.success(), "{run:?}");
+    succeeds(&["estimate", HELI, "--out", text(&out)]);
     let summary = summary(&out);
     for key in [
         "tool",
@@ -113,8 +84,7 @@ fn the_helicopters_errors_stay_within_what_validation_promises() {
         ),
         (&["--no-report", "--smooth"], &[("vn_mps", 0.065), ("ve_mps", 0.065), ("vd_mps", 0.09)]),
     ] {
-        let run = hovernav(&[&["estimate", HELI, "--out", text(&out)], arguments].concat());
-        assert!(run.status.success(), "{run:?}");
+        succeeds(&[&["estimate", HELI, "--out", text(&out)], arguments].concat());
         let summary = summary(&out);
         for (axis, limit) in limits {
             let rmse = summary["error"][axis]["rmse"].as_f64().expect("scored");
@@ -141,15 +111,13 @@ fn bad_input_is_refused_in_one_line_that_names_the_place() {
         (no_column, "imu.csv:1: expected column gyro_x_radps,gyro_y_radps"),
         (empty, "imu.csv: the file is empty"),
     ] {
-        let run = hovernav(&["estimate", text(&log), "--out", text(&out)]);
-        let told = String::from_utf8_lossy(&run.stderr).into_owned();
-        assert_eq!(run.status.code(), Some(1), "{told}");
-        assert!(told.contains(expected) && told.lines().count() == 1, "{told}");
+        let message = refusal(&["estimate", text(&log), "--out", text(&out)]);
+        assert!(message.contains(expected), "{message}");
     }
 }
 
 #[test]
-fn what_can_be_mended_is_mended_and_told() {
+fn what_can_be_mended_is_mended_with_a_warning() {
     let out = place("mended");
     let mute = |text: String| text.replacen(",0.0047937,", ",nan,", 1);
     let twice = |text: String| {
@@ -169,8 +137,7 @@ fn what_can_be_mended_is_mended_and_told() {
             "no place on Earth",
         ),
     ] {
-        let run = hovernav(&["estimate", text(&log), "--out", text(&out), "--no-report"]);
-        assert!(run.status.success(), "{run:?}");
+        succeeds(&["estimate", text(&log), "--out", text(&out), "--no-report"]);
         let warnings = summary(&out)["warnings"].to_string();
         assert!(warnings.contains(expected), "{warnings}");
         let solution = fs::read_to_string(out.join("solution.csv")).expect("a solution");
@@ -196,8 +163,7 @@ fn a_simulated_flight_is_a_dataset_that_can_be_estimated() {
     let run =
         hovernav(&["simulate", "--out", text(&log), "--flight", "test-points", "--seed", "3"]);
     assert!(run.status.success(), "{run:?}");
-    let run = hovernav(&["estimate", text(&log), "--out", text(&out), "--no-report"]);
-    assert!(run.status.success(), "{run:?}");
+    succeeds(&["estimate", text(&log), "--out", text(&out), "--no-report"]);
     assert!(summary(&out)["error"]["vn_mps"]["rmse"].as_f64().expect("scored") < 0.3);
-    assert!(hovernav(&["info", text(&log)]).status.success());
+    succeeds(&["info", text(&log)]);
 }

@@ -1,52 +1,25 @@
 //! The commands that design, fly and judge the autopilot, as a user runs them.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+#![cfg(feature = "lab")]
 
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{hovernav, place, refusal, succeeds, summary, text};
 use serde_json::Value;
 
-fn hovernav(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().expect("the command runs")
-}
-
-/// A place of this test's own.
-fn place(name: &str) -> PathBuf {
-    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = fs::remove_dir_all(&place);
-    fs::create_dir_all(&place).expect("a directory can be made");
-    place
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("the path is text")
-}
-
-fn summary(out: &Path) -> Value {
-    let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
-    serde_json::from_str(&text).expect("valid JSON")
-}
-
-#[track_caller]
-fn assert_done(arguments: &[&str]) -> String {
-    let run = hovernav(arguments);
-    assert!(run.status.success(), "{run:?}");
-    String::from_utf8(run.stdout).expect("text")
-}
-
-/// Exit status 1 and one line that says `expected`.
 #[track_caller]
 fn assert_refused(arguments: &[&str], expected: &str) {
-    let run = hovernav(arguments);
-    let told = String::from_utf8_lossy(&run.stderr).into_owned();
-    assert_eq!(run.status.code(), Some(1), "{told}");
-    assert!(told.contains(expected) && told.lines().count() == 1, "{told}");
+    let message = refusal(arguments);
+    assert!(message.contains(expected), "{message}");
 }
 
 #[test]
 fn the_thesis_design_is_reproduced_and_replaced() {
     let out = place("design_thesis");
-    let told = assert_done(&["design", "thesis", "--out", text(&out)]);
+    let words = succeeds(&["design", "thesis", "--out", text(&out)]);
     for expected in [
         "-38.312, 31.807, -48.756, 84.394, -21.346",
         "29.425, -26.887, -424.20, 405.19, -60.082, -71.578",
@@ -55,7 +28,7 @@ fn the_thesis_design_is_reproduced_and_replaced() {
         "spectral radius 7.9 in roll and pitch, 24.7 in heave",
         "transition matrix taken for a continuous one",
     ] {
-        assert!(told.contains(expected), "{expected} in {told}");
+        assert!(words.contains(expected), "{expected} in {words}");
     }
     let summary = summary(&out);
     assert!(summary["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
@@ -70,7 +43,7 @@ fn the_thesis_design_is_reproduced_and_replaced() {
 fn every_shipped_model_gets_an_autopilot_that_can_be_flown_or_a_reason() {
     for model in ["raptor60", "r50"] {
         let out = place(&format!("design_{model}"));
-        assert_done(&["design", model, "--out", text(&out), "--no-report"]);
+        succeeds(&["design", model, "--out", text(&out), "--no-report"]);
         let written = fs::read_to_string(out.join("autopilot.toml")).expect("an autopilot");
         assert!(written.starts_with("# Designed by hovernav"));
         assert!(summary(&out)["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
@@ -80,7 +53,7 @@ fn every_shipped_model_gets_an_autopilot_that_can_be_flown_or_a_reason() {
 #[test]
 fn a_design_is_flown_and_its_flight_estimated() {
     let (design, flight, again) = (place("fly_design"), place("fly_flight"), place("fly_again"));
-    assert_done(&["design", "raptor60", "--out", text(&design), "--no-report"]);
+    succeeds(&["design", "raptor60", "--out", text(&design), "--no-report"]);
     let autopilot = design.join("autopilot.toml");
     let arguments = [
         "simulate",
@@ -98,24 +71,24 @@ fn a_design_is_flown_and_its_flight_estimated() {
         "5",
         "--out",
     ];
-    assert_done(&[&arguments[..], &[text(&flight)]].concat());
-    let told = summary(&flight);
-    assert!(told["flight"]["crashed_s"].is_null(), "{told}");
-    assert_eq!(told["flight"]["last_mode"], "position");
-    assert_eq!(told["flight"]["disturbances"][1]["time_s"], 45.0);
-    assert!(told["error"]["vn_mps"]["rmse"].as_f64().expect("scored") < 0.3);
+    succeeds(&[&arguments[..], &[text(&flight)]].concat());
+    let flown = summary(&flight);
+    assert!(flown["flight"]["crashed_s"].is_null(), "{flown}");
+    assert_eq!(flown["flight"]["last_mode"], "position");
+    assert_eq!(flown["flight"]["disturbances"][1]["time_s"], 45.0);
+    assert!(flown["error"]["vn_mps"]["rmse"].as_f64().expect("scored") < 0.3);
     assert!(fs::metadata(flight.join("report.html")).expect("a page").len() > 1_000_000);
 
-    assert_done(&["estimate", text(&flight), "--out", text(&again), "--no-report"]);
+    succeeds(&["estimate", text(&flight), "--out", text(&again), "--no-report"]);
     // Angles are recorded in degrees: the same to that rounding.
     for axis in ["north_m", "vd_mps", "roll_deg", "yaw_deg"] {
-        let error = |told: &Value| told["error"][axis]["rmse"].as_f64().expect("scored");
-        let (flown, estimated) = (error(&told), error(&summary(&again)));
-        assert!((flown - estimated).abs() < 1e-6, "{axis}: {flown} {estimated}");
+        let error = |summary: &Value| summary["error"][axis]["rmse"].as_f64().expect("scored");
+        let (simulated, estimated) = (error(&flown), error(&summary(&again)));
+        assert!((simulated - estimated).abs() < 1e-6, "{axis}: {simulated} {estimated}");
     }
 
     let same = place("fly_same");
-    assert_done(&[&arguments[..], &[text(&same), "--no-report"]].concat());
+    succeeds(&[&arguments[..], &[text(&same), "--no-report"]].concat());
     for file in ["imu.csv", "gps.csv", "controls.csv", "reference.csv"] {
         let read = |dir: &Path| fs::read(dir.join(file)).expect("readable");
         assert!(read(&flight) == read(&same), "{file} differs with the same seed");
@@ -127,7 +100,7 @@ fn shards_of_a_campaign_are_the_campaign() {
     let fly = |name: &str, shard: &str| {
         let out = place(name);
         let own = ["--flights", "6", "--duration", "40", "--shard", shard, "--no-report"];
-        assert_done(&[&["campaign", "--out", text(&out)][..], &own].concat());
+        succeeds(&[&["campaign", "--out", text(&out)][..], &own].concat());
         let results = fs::read_to_string(out.join("results.csv")).expect("results");
         assert!(
             fs::read_to_string(out.join("percentiles.csv")).expect("a table").lines().count() > 20
@@ -173,7 +146,7 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
     let design = ["design", "raptor60", "--out", text(&dir), "--weights", text(&weights)];
     assert_refused(&design, "found -10, expected a finite number above 0");
 
-    assert_done(&["design", "raptor60", "--out", text(&dir), "--no-report"]);
+    succeeds(&["design", "raptor60", "--out", text(&dir), "--no-report"]);
     let good = fs::read_to_string(dir.join("autopilot.toml")).expect("an autopilot");
     let (start, end) = good.split_once("proportional = ").expect("a PID gain");
     let (_, end) = end.split_once('\n').expect("a line");
@@ -196,7 +169,7 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
 fn test_points_that_are_flown_are_found_and_give_the_heave() {
     let dir = place("test_points");
     let (flown, found) = (dir.join("flown"), dir.join("found"));
-    assert_done(&[
+    succeeds(&[
         "simulate",
         "--test-points",
         "--wind",
@@ -207,15 +180,7 @@ fn test_points_that_are_flown_are_found_and_give_the_heave() {
         "--out",
         text(&flown),
     ]);
-    assert_done(&[
-        "identify",
-        text(&flown),
-        "--model",
-        "heave",
-        "--no-report",
-        "--out",
-        text(&found),
-    ]);
+    succeeds(&["identify", text(&flown), "--model", "heave", "--no-report", "--out", text(&found)]);
     let model = fs::read_to_string(found.join("model.toml")).expect("a model");
     let (_, after) = model.split_once("name = \"Zw\", value = ").expect("a heave damping");
     let zw_per_s: f64 =

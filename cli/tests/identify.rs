@@ -1,74 +1,28 @@
 //! From a recorded flight to a model that others can read, or to one line that says why not.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+#![cfg(feature = "lab")]
 
+mod common;
+
+use std::fs;
+use std::path::PathBuf;
+
+use common::{HELI, changed, hovernav, place, refusal, succeeds, summary, text};
 use hovernav_model::{StateSpace, TimeDomain};
 use serde_json::Value;
 
-const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");
-
-/// The helicopter's flight with three test points on each stick, or a line that says it is missing.
-fn flight() -> Option<&'static Path> {
-    let flight = Path::new(HELI);
-    if flight.is_dir() {
-        return Some(flight);
-    }
-    println!("skipped: {HELI} is missing");
-    None
-}
-
-fn hovernav(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().expect("the command runs")
-}
-
-/// A place of this test's own.
-fn place(name: &str) -> PathBuf {
-    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = fs::remove_dir_all(&place);
-    fs::create_dir_all(&place).expect("a directory can be made");
-    place
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("the path is text")
-}
-
-fn summary(out: &Path) -> Value {
-    let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
-    serde_json::from_str(&text).expect("valid JSON")
-}
-
-/// A copy of the flight without what scores it; `change` gives a file's new text, or takes it away.
-fn changed(flight: &Path, name: &str, change: impl Fn(&str, String) -> Option<String>) -> PathBuf {
-    let dir = place(name);
-    for part in ["imu.csv", "gps.csv", "controls.csv", "dataset.toml"] {
-        let content = fs::read_to_string(flight.join(part)).expect("readable");
-        if let Some(content) = change(part, content) {
-            fs::write(dir.join(part), content).expect("writable");
-        }
-    }
-    dir
-}
-
-/// The one line with which the command refuses.
-fn refusal(arguments: &[&str]) -> String {
-    let run = hovernav(arguments);
-    assert_eq!(run.status.code(), Some(1), "{run:?}");
-    let said = String::from_utf8(run.stderr).expect("text");
-    assert_eq!(said.lines().count(), 1, "{said}");
-    said
+/// A copy of the flight, which has three test points on each stick, without what scores it; `change`
+/// gives a file's new text, or takes it away.
+fn flight(name: &str, change: impl Fn(&str, String) -> Option<String>) -> PathBuf {
+    changed(HELI, name, &["imu.csv", "gps.csv", "controls.csv", "dataset.toml"], change)
 }
 
 #[test]
 fn an_identification_leaves_a_model_a_summary_and_a_page() {
-    let Some(flight) = flight() else { return };
     // Without the reference and the true parameters: neither may be needed.
-    let flight = changed(flight, "identify-flight", |_, content| Some(content));
+    let flight = flight("identify-flight", |_, content| Some(content));
     let out = place("identify-hybrid");
-    let run = hovernav(&["identify", text(&flight), "--model", "hybrid", "--out", text(&out)]);
-    assert!(run.status.success(), "{run:?}");
+    let words = succeeds(&["identify", text(&flight), "--model", "hybrid", "--out", text(&out)]);
 
     let summary = summary(&out);
     for key in [
@@ -127,29 +81,29 @@ fn an_identification_leaves_a_model_a_summary_and_a_page() {
         let drawn = page.contains(&format!("data-figure=\"{anchor}\""));
         assert_eq!(drawn, anchor != "parameters", "{anchor}");
     }
-    for told in ["Bounds of the parameters (1σ): median ±", "Insensitivity", "95 % region"] {
-        assert!(page.contains(told), "{told}");
+    for label in ["Bounds of the parameters (1σ): median ±", "Insensitivity", "95 % region"] {
+        assert!(page.contains(label), "{label}");
     }
-    let table = String::from_utf8(run.stdout).expect("text");
-    for told in ["Nped", "bound %", "insensitivity %", "noise floor", "held GPS fit %"] {
-        assert!(table.contains(told), "{told}: {table}");
+    for head in ["Nped", "bound %", "insensitivity %", "noise floor", "held GPS fit %"] {
+        assert!(words.contains(head), "{head}: {words}");
     }
 }
 
 #[test]
 fn a_flight_without_sticks_is_refused() {
-    let Some(flight) = flight() else { return };
-    let dir = changed(flight, "identify-no-sticks", |part, content| {
-        (part != "controls.csv").then_some(content)
-    });
-    let said = refusal(&["identify", text(&dir), "--out", text(&place("identify-no-sticks-out"))]);
-    assert!(said.contains("controls.csv") && said.contains("nothing to identify from"), "{said}");
+    let dir =
+        flight("identify-no-sticks", |part, content| (part != "controls.csv").then_some(content));
+    let message =
+        refusal(&["identify", text(&dir), "--out", text(&place("identify-no-sticks-out"))]);
+    assert!(
+        message.contains("controls.csv") && message.contains("nothing to identify from"),
+        "{message}"
+    );
 }
 
 #[test]
 fn a_pedal_that_never_moves_is_named() {
-    let Some(flight) = flight() else { return };
-    let dir = changed(flight, "identify-still-pedal", |part, content| {
+    let dir = flight("identify-still-pedal", |part, content| {
         if part != "controls.csv" {
             return Some(content);
         }
@@ -161,24 +115,22 @@ fn a_pedal_that_never_moves_is_named() {
     });
     let out = place("identify-still-pedal-out");
     let yaw = ["identify", text(&dir), "--model", "yaw", "--out", text(&out)];
-    let said = refusal(&yaw);
-    assert!(said.contains("pedal") && said.contains("no test point"), "{said}");
+    let message = refusal(&yaw);
+    assert!(message.contains("pedal") && message.contains("no test point"), "{message}");
     // The rest of the helicopter can still be identified, and the reader is told.
-    let run = hovernav(&["identify", text(&dir), "--model", "hover", "--out", text(&out)]);
-    assert!(run.status.success(), "{run:?}");
+    succeeds(&["identify", text(&dir), "--model", "hover", "--out", text(&out)]);
     let warnings = summary(&out)["warnings"].to_string();
     assert!(warnings.contains("input `pedal` never moves"), "{warnings}");
 }
 
 #[test]
 fn a_flight_too_short_is_refused() {
-    let Some(flight) = flight() else { return };
-    let dir = changed(flight, "identify-short", |part, content| {
+    let dir = flight("identify-short", |part, content| {
         let rows = if part == "imu.csv" || part == "controls.csv" { 330 } else { usize::MAX };
         Some(content.lines().take(rows).map(|line| format!("{line}\n")).collect())
     });
-    let said = refusal(&["identify", text(&dir), "--out", text(&place("identify-short-out"))]);
-    assert!(said.contains("no test point"), "{said}");
+    let message = refusal(&["identify", text(&dir), "--out", text(&place("identify-short-out"))]);
+    assert!(message.contains("no test point"), "{message}");
 }
 
 #[test]

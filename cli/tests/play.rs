@@ -1,22 +1,15 @@
 //! `hovernav play` as a flight computer finds it: ports where it was told, and nothing left behind.
-#![cfg(unix)]
+#![cfg(all(unix, feature = "fly"))]
+
+mod common;
 
 use std::io::{BufRead as _, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use common::{HELI, hovernav, place};
 use hovernav::dmu::{Flow, Link, LinkAction, Mode};
 use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
-
-const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");
-
-/// A place of this test's own.
-fn place(name: &str) -> PathBuf {
-    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&place);
-    std::fs::create_dir_all(&place).expect("a directory can be made");
-    place
-}
 
 /// The command, ready, and its further output.
 fn play(place: &Path, more: &[&str]) -> (Child, impl Iterator<Item = String>) {
@@ -88,7 +81,7 @@ fn wrong_usage_exits_with_two_and_an_occupied_path_with_one() {
         (&["play", HELI, "--dmu", dmu], 1),
         (&["play", HELI, "--gps", place.join("gps").to_str().unwrap(), "--speed", "0"], 1),
     ] {
-        let run = Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().unwrap();
+        let run = hovernav(arguments);
         assert_eq!(run.status.code(), Some(code), "{arguments:?} {run:?}");
     }
     assert_eq!(std::fs::read_to_string(dmu).unwrap(), "mine");

@@ -1,24 +1,20 @@
 //! What the command makes of a flight record.
+#![cfg(all(feature = "fly", feature = "lab"))]
 
 #[path = "../../tests/record/flight.rs"]
 mod flight;
 
+mod common;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::PathBuf;
 
+use common::{place, refusal, succeeds, summary, text};
 use hovernav_log::record::{Entry, Recorder};
-use serde_json::Value;
-
-fn hovernav(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().expect("the command runs")
-}
 
 /// A place of this test's own, with the record of a flight in it.
 fn recorded(name: &str) -> (PathBuf, PathBuf) {
-    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record").join(name);
-    let _ = fs::remove_dir_all(&place);
-    fs::create_dir_all(&place).expect("a directory can be made");
+    let place = place(&format!("record-{name}"));
     let path = place.join("flight.mcap");
     let header = flight::header();
     let mut recorder = Recorder::create(&path, &header).expect("a record");
@@ -29,43 +25,29 @@ fn recorded(name: &str) -> (PathBuf, PathBuf) {
     (place, path)
 }
 
-fn text(path: &Path) -> &str {
-    path.to_str().expect("the path is text")
-}
-
-fn words(output: &Output) -> String {
-    assert!(output.status.success(), "{output:?}");
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn summary(out: &Path) -> Value {
-    let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
-    serde_json::from_str(&text).expect("valid JSON")
-}
-
 #[test]
 fn an_estimate_of_a_record_says_that_it_is_what_flew() {
     let (place, path) = recorded("estimate");
     let out = place.join("out");
-    let told = words(&hovernav(&["estimate", text(&path), "--out", text(&out), "--no-report"]));
+    let words = succeeds(&["estimate", text(&path), "--out", text(&out), "--no-report"]);
     let flown = &summary(&out)["flown"];
     assert_eq!(flown["identical"], true, "{flown}");
     let samples = flown["compared"].as_u64().expect("a number");
     assert!(samples > 700, "{samples}");
     let sentence = format!("flown solution reproduced bit for bit ({samples} samples)");
-    assert!(told.contains(&sentence), "{told}");
+    assert!(words.contains(&sentence), "{words}");
     // With other settings there is nothing to reproduce.
     let thinned =
         ["estimate", text(&path), "--out", text(&out), "--no-report", "--gps-rate", "0.5"];
-    words(&hovernav(&thinned));
+    succeeds(&thinned);
     assert!(summary(&out)["flown"].is_null());
 }
 
 #[test]
 fn info_tells_of_sensors_losses_and_events() {
     let (_, path) = recorded("info");
-    let told = words(&hovernav(&["info", text(&path)]));
-    assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
+    let words = succeeds(&["info", text(&path)]);
+    assert!(words.lines().all(|line| line.chars().count() <= 80), "{words}");
     for part in [
         "\n  imu ",
         "\n  gps ",
@@ -76,7 +58,7 @@ fn info_tells_of_sensors_losses_and_events() {
         "\n  dmu_lost ",
         "\n  aligned ",
     ] {
-        assert!(told.contains(part), "{part} in {told}");
+        assert!(words.contains(part), "{part} in {words}");
     }
 }
 
@@ -84,21 +66,20 @@ fn info_tells_of_sensors_losses_and_events() {
 fn a_converted_record_is_a_dataset_like_any_other() {
     let (place, path) = recorded("convert");
     let (dataset, out) = (place.join("dataset"), place.join("out"));
-    words(&hovernav(&["convert", text(&path), "--out", text(&dataset)]));
+    succeeds(&["convert", text(&path), "--out", text(&dataset)]);
     for file in ["dataset.toml", "imu.csv", "gps.csv", "controls.csv"] {
         assert!(dataset.join(file).exists(), "{file}");
     }
-    words(&hovernav(&["estimate", text(&dataset), "--out", text(&out), "--no-report"]));
+    succeeds(&["estimate", text(&dataset), "--out", text(&out), "--no-report"]);
     let (of_dataset, of_record) = (summary(&out), {
-        words(&hovernav(&["estimate", text(&path), "--out", text(&out), "--no-report"]));
+        succeeds(&["estimate", text(&path), "--out", text(&out), "--no-report"]);
         summary(&out)
     });
     // Tables go by time and the record by the loop, so alignment may end a sample apart.
     for key in ["imu_samples", "gps_fixes_used"] {
         assert_eq!(of_dataset[key], of_record[key], "{key}");
     }
-    let again = hovernav(&["convert", text(&dataset), "--out", text(&dataset)]);
-    let error = String::from_utf8_lossy(&again.stderr).into_owned();
+    let error = refusal(&["convert", text(&dataset), "--out", text(&dataset)]);
     assert!(error.contains("the log itself, expected another directory"), "{error}");
 }
 
@@ -107,8 +88,6 @@ fn a_file_that_is_no_record_is_refused_with_its_name_and_the_byte() {
     let (place, path) = recorded("refused");
     let cut = place.join("cut.mcap");
     fs::write(&cut, &fs::read(&path).expect("readable")[..100]).expect("writable");
-    let refused = hovernav(&["info", text(&cut)]);
-    let error = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert_eq!(refused.status.code(), Some(1));
+    let error = refusal(&["info", text(&cut)]);
     assert!(error.starts_with("hovernav: ") && error.contains("cut.mcap: at byte "), "{error}");
 }

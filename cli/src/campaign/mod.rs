@@ -9,12 +9,15 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use hovernav::autopilot::HoverConfig;
-use hovernav_sim::campaign::{AirframeUncertainty, Campaign, CampaignResult, Outcome, SensorGrade};
+use hovernav_design::hover::HoverDesign;
+use hovernav_model::shipped;
+use hovernav_sim::campaign::{AirframeUncertainty, Campaign, CampaignResult, Outcome};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use table::{Measure, PERCENTILES};
+use self::table::{Measure, PERCENTILES, count};
+use crate::output;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -72,8 +75,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let Shard { own, of } = arguments.shard;
     let campaign = campaign(arguments)?;
-    std::fs::create_dir_all(&arguments.out)
-        .with_context(|| format!("cannot create {}", arguments.out.display()))?;
+    output::create(&arguments.out)?;
 
     let seeds: Vec<u64> = Campaign::seeds(arguments.flights, own, of).collect();
     ensure!(!seeds.is_empty(), "shard {own}/{of}: found no flight of {} in it", arguments.flights);
@@ -96,7 +98,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         page::write(&arguments.out.join("report.html"), &campaign, &results)?;
     }
     let summary = summary(arguments, &campaign, &results, (flying_s, started));
-    crate::summary::write_json(&summary, &arguments.out.join("summary.json"))?;
+    output::write_json(&summary, &arguments.out.join("summary.json"))?;
 
     print!("{}", in_words(&results));
     let cores = rayon::current_num_threads();
@@ -111,11 +113,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn campaign(arguments: &Arguments) -> anyhow::Result<Campaign> {
-    let model = crate::model::open(&arguments.model)?;
+    let model = shipped::open(&arguments.model)?;
     let autopilot = match &arguments.autopilot {
         Some(path) => hovernav_log::read_autopilot(path)?,
         None => {
-            let design = crate::design::design_for(&model);
+            let design = HoverDesign::for_model(&model);
             let gains = design.synthesise(&model).with_context(|| arguments.model.clone())?;
             HoverConfig::new(design.period_s, gains)
         }
@@ -131,14 +133,6 @@ fn campaign(arguments: &Arguments) -> anyhow::Result<Campaign> {
     campaign.outage_share = within("share of outages", arguments.outages, 0.0, 1.0)?;
     campaign.nominal.dmu.rate_hz = 1.0 / autopilot.period_s;
     Ok(campaign)
-}
-
-/// How many flights ended so, of all and of one grade of sensors.
-fn count(results: &[CampaignResult], outcome: Outcome, grade: Option<SensorGrade>) -> usize {
-    let is_of = |result: &&CampaignResult| {
-        result.outcome == outcome && grade.is_none_or(|grade| grade == result.draw.grade)
-    };
-    results.iter().filter(is_of).count()
 }
 
 fn summary(

@@ -4,11 +4,8 @@ use std::path::Path;
 
 use hovernav_sim::campaign::{Campaign, CampaignResult, Outcome, SensorGrade, UNCERTAIN};
 
-use super::count;
-use super::table::{Measure, PERCENTILES};
-use crate::report::Fact;
-use crate::report::page::{Page, Section, Table, TableRow};
-use crate::report::series::{Axis, Figure, Role, Row, Series};
+use super::table::{Measure, PERCENTILES, count};
+use crate::page::{Axis, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow};
 
 const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Context as _;
 use hovernav_sim::HoverStatistics;
-use hovernav_sim::campaign::{CampaignResult, SensorGrade, UNCERTAIN, percentile};
+use hovernav_sim::campaign::{CampaignResult, Outcome, SensorGrade, UNCERTAIN, percentile};
 
 /// Percentiles that are told.
 pub const PERCENTILES: [u32; 6] = [5, 25, 50, 75, 95, 99];
@@ -62,6 +62,14 @@ impl Measure {
         let values = self.values(results, grade);
         PERCENTILES.map(|p| percentile(&values, f64::from(p) / 100.0))
     }
+}
+
+/// How many flights ended so, of all and of one grade of sensors.
+pub fn count(results: &[CampaignResult], outcome: Outcome, grade: Option<SensorGrade>) -> usize {
+    let is_of = |result: &&CampaignResult| {
+        result.outcome == outcome && grade.is_none_or(|grade| grade == result.draw.grade)
+    };
+    results.iter().filter(is_of).count()
 }
 
 /// Writes one row a flight; what is unknown stays empty.

@@ -4,16 +4,17 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use hovernav_design::{
-    ChannelMargins, Crossing, DisturbanceResponse, bode, logarithmic_frequencies, root_locus,
+    ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, bode, logarithmic_frequencies,
+    root_locus,
 };
 use hovernav_model::StateSpace;
 
-use super::{Checked, FOLLOWED_S, phase_deg, smallest_gain_db};
-use crate::report::Fact;
-use crate::report::page::{Page, Section, Table, TableRow, TimeAxis};
-use crate::report::series::{Axis, Figure, Role, Row, Series};
+use super::words::findings;
+use crate::page::{
+    Axis, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis,
+};
 
-pub fn write(checked: &Checked, path: &Path) -> anyhow::Result<()> {
+pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
     let rate_hz = 1.0 / checked.design.period_s;
     let slowest = checked.responses.iter().map(|r| r.recovered_s(0.05).unwrap_or(f64::INFINITY));
     let channels = || checked.margins.channels.iter();
@@ -22,12 +23,12 @@ pub fn write(checked: &Checked, path: &Path) -> anyhow::Result<()> {
             "weakest margins",
             format!(
                 "{:.1} dB, {:.0}°",
-                channels().map(smallest_gain_db).fold(f64::INFINITY, f64::min),
-                channels().map(phase_deg).fold(f64::INFINITY, f64::min)
+                channels().map(ChannelMargins::smallest_gain_db).fold(f64::INFINITY, f64::min),
+                channels().map(ChannelMargins::phase_deg).fold(f64::INFINITY, f64::min)
             ),
         ),
         Fact::new("slowest disturbance", format!("{:.1} s", slowest.fold(0.0, f64::max))),
-        Fact::new("spectral radius", format!("{:.4}", checked.radius)),
+        Fact::new("spectral radius", format!("{:.4}", checked.spectral_radius)),
     ];
     let [lowest, highest] = checked.margins.disk_gain();
     let facts = [
@@ -65,7 +66,7 @@ pub fn write(checked: &Checked, path: &Path) -> anyhow::Result<()> {
             "The continuous gains of the thesis on its continuous model, as it simulated them: what \
              they promise, and what becomes of them in a loop that samples.",
         );
-        let section = section.with(printed.findings(rate_hz)?);
+        let section = section.with(findings(printed, rate_hz)?);
         sections.push(with_responses(section, &printed.responses, true));
     }
     sections.extend([poles(checked)?, loci(checked)?, frequency_responses(checked)?]);
@@ -85,9 +86,9 @@ pub fn write(checked: &Checked, path: &Path) -> anyhow::Result<()> {
     page.write(path)
 }
 
-fn margins(checked: &Checked) -> Table {
+fn margins(checked: &CheckedDesign) -> Table {
     let db = |crossing: &Option<Crossing>| match crossing {
-        Some(crossing) => format!("{:.1}", 20.0 * crossing.margin.log10()),
+        Some(crossing) => format!("{:.1}", crossing.margin_db()),
         None => "any".into(),
     };
     let row = |channel: &ChannelMargins| TableRow {
@@ -127,7 +128,7 @@ fn titled(response: &DisturbanceResponse) -> String {
     format!("{}\u{a0}{}\u{a0}{unit}", response.state, response.size)
 }
 
-fn disturbances(checked: &Checked) -> Section {
+fn disturbances(checked: &CheckedDesign) -> Section {
     let seconds = |s: Option<f64>| s.map_or_else(|| "not".into(), |s| format!("{s:.2}"));
     let row = |(at, response): (usize, &DisturbanceResponse)| {
         let away = &checked.open_responses[at];
@@ -159,9 +160,10 @@ fn disturbances(checked: &Checked) -> Section {
         "disturbances",
         "Disturbances",
         format!(
-            "The nine of Paw (2005), table 6.1, each alone, followed for {FOLLOWED_S:.0} s in the \
+            "The nine of Paw (2005), table 6.1, each alone, followed for {:.0} s in the \
              linear loop: when the vehicle was back at trim, and the most it took of each stick's \
-             travel on one side."
+             travel on one side.",
+            CheckedDesign::FOLLOWED_S
         ),
     )
     .with(Table {
@@ -171,7 +173,7 @@ fn disturbances(checked: &Checked) -> Section {
     })
 }
 
-fn open_loop(checked: &Checked) -> Section {
+fn open_loop(checked: &CheckedDesign) -> Section {
     let section = Section::new(
         "open-loop",
         "Open loop",
@@ -181,7 +183,7 @@ fn open_loop(checked: &Checked) -> Section {
     with_responses(section, &checked.open_responses, false)
 }
 
-fn closed_loop(checked: &Checked) -> Section {
+fn closed_loop(checked: &CheckedDesign) -> Section {
     let section = Section::new(
         "closed-loop",
         "Closed loop",
@@ -259,7 +261,7 @@ fn plane(rows: Row) -> Figure {
     Figure::against(axis, [Row { limits: Some([-1.15, 1.15]), ..rows }])
 }
 
-fn poles(checked: &Checked) -> anyhow::Result<Section> {
+fn poles(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let held = hovernav_design::zero_order_hold(&checked.model, checked.design.period_s, 0.0)?;
     let open = held.modes()?.modes.into_iter().map(|mode| mode.eigenvalue);
     let closed = checked.closed.closed_poles()?.into_iter();
@@ -281,7 +283,7 @@ fn poles(checked: &Checked) -> anyhow::Result<Section> {
     Ok(section.with(plane(row)))
 }
 
-fn loci(checked: &Checked) -> anyhow::Result<Section> {
+fn loci(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let mut section = Section::new(
         "root-locus",
         "Root locus",
@@ -312,7 +314,7 @@ fn loci(checked: &Checked) -> anyhow::Result<Section> {
     Ok(section)
 }
 
-fn frequency_responses(checked: &Checked) -> anyhow::Result<Section> {
+fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let mut gain = Row { limits: Some([-60.0, 60.0]), ..Row::new("Gain", "dB") };
     let mut phase = Row { limits: Some([-540.0, 180.0]), ..Row::new("Phase", "°") };
     let nyquist = PI / checked.design.period_s;

@@ -2,6 +2,7 @@
 
 mod page;
 mod summary;
+mod words;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -11,11 +12,11 @@ use hovernav_log::{Dataset, SmoothedRun};
 use hovernav_sysid::flight_checks::flight_warnings;
 use hovernav_sysid::flight_response::stick_responses;
 use hovernav_sysid::helicopter::Kind;
-use hovernav_sysid::identify::{FlightRecord, Identification, IdentifyError, Velocity, identify};
+use hovernav_sysid::identify::{FlightRecord, Identification, Velocity, identify};
 
-use self::page::Shown;
+use self::page::IdentificationPage;
 use self::summary::Summary;
-use crate::estimate::name_of;
+use crate::output;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -39,7 +40,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let log = &arguments.log;
-    let (mut dataset, record) = crate::log::open(log)?;
+    let (mut dataset, record) = hovernav_log::open(log)?;
     let part = |name| if record.is_some() { log.clone() } else { log.join(name) };
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
@@ -79,12 +80,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     summary.warn(pattern.iter().map(ToString::to_string));
 
     let out = arguments.out.clone().unwrap_or_else(|| default_out(log));
-    std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
+    output::create(&out)?;
     vehicle.write(&out.join("model.toml"))?;
     if !arguments.no_report {
         let responses = stick_responses(&found, &flight);
-        let (facts, headlines) = (summary.facts(), page::headlines(&found));
-        let shown = Shown {
+        let (facts, headlines) = (summary.facts(), words::headlines(&found));
+        let page = IdentificationPage {
             title: &format!("{}: {} model", dataset.manifest.name, found.kind),
             facts: &facts,
             headlines: &headlines,
@@ -94,17 +95,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             held: held.as_ref(),
             responses: &responses,
         };
-        page::page(&shown)?.write(&out.join("report.html"))?;
+        page.build()?.write(&out.join("report.html"))?;
     }
     summary.set_wall(started.elapsed().as_secs_f64());
-    summary.write(&out.join("summary.json"))?;
-    print!("{}", summary.in_words(&found, held.as_ref().ok(), &out));
+    output::write_json(&summary, &out.join("summary.json"))?;
+    print!("{}", words::in_words(&summary, &found, held.as_ref().ok(), &out));
     Ok(())
 }
 
 /// Beside what `hovernav estimate` leaves of the same log, whose files have the same names.
 fn default_out(log: &Path) -> PathBuf {
-    Path::new("out").join(name_of(log) + "-identify")
+    Path::new("out").join(output::name_of(log) + "-identify")
 }
 
 /// Where the model's numbers come from, for `model.toml`.
@@ -121,6 +122,3 @@ fn source(dataset: &Dataset, found: &Identification) -> String {
         delays.collect::<Vec<_>>().join(", ")
     )
 }
-
-/// The comparison with held GPS velocity, or why there is none.
-type Held<'a> = Result<&'a Identification, &'a IdentifyError>;

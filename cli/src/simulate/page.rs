@@ -2,21 +2,18 @@
 
 use std::path::Path;
 
-use hovernav::ekf::Notice;
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Outage, Reference, Run, Score};
 use hovernav_sim::{Flight, FlightConfig, FlightSample};
 
-use super::hover::Flown;
-use crate::report::page::{Section, Table, TableRow};
-use crate::report::series::{Figure, Role, Row, Series};
-use crate::report::{self, Fact, Report};
-use crate::summary::Summary;
+use super::summary::{ClosedLoopSummary, Summary};
+use crate::flight_page::{self, FlightData};
+use crate::page::{Fact, Figure, Role, Row, Section, Series, Table, TableRow};
 
-pub struct Shown<'a> {
+/// What the page of a simulated flight shows.
+pub struct SimulationPage<'a> {
     pub config: &'a FlightConfig,
     pub flight: &'a Flight,
-    pub flown: &'a Flown,
     pub dataset: &'a Dataset,
     pub run: &'a Run,
     pub reference: Option<&'a Reference>,
@@ -24,45 +21,43 @@ pub struct Shown<'a> {
     pub summary: &'a Summary,
 }
 
-pub fn write(path: &Path, shown: &Shown<'_>) -> anyhow::Result<()> {
-    let solutions = &shown.run.solutions;
-    let innovations: Vec<_> = shown
-        .run
-        .notices
-        .iter()
-        .filter_map(|notice| match notice {
-            Notice::Updated(report) => Some(report),
-            _ => None,
-        })
-        .flat_map(|report| report.innovations().copied())
-        .collect();
-    let reference: Vec<_> = shown.reference.map_or_else(Vec::new, |reference| {
-        solutions.iter().map(|solution| (solution.time, reference.at(solution.time))).collect()
-    });
-    let outages: Vec<Outage> = (shown.config.gps.outages_s.iter())
-        .map(|span| Outage { start: Time::ZERO + span.start, duration_s: span.end - span.start })
-        .collect();
-    let mut headlines = vec![Fact::new("held", shown.flown.in_words())];
-    headlines.extend(shown.summary.headlines());
-    let (facts, warnings) = (shown.summary.facts(), &shown.summary.warnings);
-    let report = Report {
-        title: "Simulated hover in closed loop",
-        headlines: &headlines,
-        facts: &facts,
-        warnings,
-        outages: &outages,
-        solutions,
-        fixes: &shown.dataset.fixes,
-        innovations: &innovations,
-        reference: &reference,
-        score: shown.score,
-        ..Report::default()
-    };
-    let mut page = report::flight::page(&report);
-    let own = [rates(shown.flight), controls(shown.flight), wind(shown.flight), modes(shown.flown)];
-    // After map, position, velocity, body velocity and attitude.
-    page.sections.splice(5..5, own);
-    page.write(path)
+impl SimulationPage<'_> {
+    /// Writes the page to `path`.
+    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
+        let solutions = &self.run.solutions;
+        let outages: Vec<Outage> = (self.config.gps.outages_s.iter())
+            .map(|span| Outage {
+                start: Time::ZERO + span.start,
+                duration_s: span.end - span.start,
+            })
+            .collect();
+        let mut headlines = vec![Fact::new("held", self.summary.flight.in_words())];
+        headlines.extend(self.summary.run.headlines());
+        let (facts, warnings) = (self.summary.run.facts(), &self.summary.run.warnings);
+        let data = FlightData {
+            title: "Simulated hover in closed loop",
+            headlines: &headlines,
+            facts: &facts,
+            warnings,
+            outages: &outages,
+            solutions,
+            fixes: &self.dataset.fixes,
+            innovations: &flight_page::innovations(self.run),
+            reference: &flight_page::reference_moments(solutions, self.reference),
+            score: self.score,
+            ..FlightData::default()
+        };
+        let mut page = flight_page::page(&data);
+        let own = [
+            rates(self.flight),
+            controls(self.flight),
+            wind(self.flight),
+            modes(&self.summary.flight),
+        ];
+        // After map, position, velocity, body velocity and attitude.
+        page.sections.splice(5..5, own);
+        page.write(path)
+    }
 }
 
 fn line(flight: &Flight, role: Role, value: impl Fn(&FlightSample) -> f64) -> Series {
@@ -118,12 +113,13 @@ fn wind(flight: &Flight) -> Section {
         Row::new(name, "m/s")
             .with(line(flight, Role::First, |m| m.wind_mps.to_array()[axis]).named("wind"))
     });
-    let told = "Steady wind and Dryden gusts, as they act on the airframe; where the air goes to.";
-    Section::new("wind", "Wind", told).with(Figure::against_time(rows))
+    let explanation =
+        "Steady wind and Dryden gusts, as they act on the airframe; where the air goes to.";
+    Section::new("wind", "Wind", explanation).with(Figure::against_time(rows))
 }
 
-fn modes(flown: &Flown) -> Section {
-    let rows = flown.transitions().iter().map(|change| TableRow {
+fn modes(flight: &ClosedLoopSummary) -> Section {
+    let rows = flight.transitions().iter().map(|change| TableRow {
         name: format!("{:.2} s", change.time_s),
         numbers: vec![change.from.clone(), change.to.clone(), change.reason.clone()],
     });

@@ -7,6 +7,7 @@
 //! not behaving. [`hover`] makes of these the gains that [`autopilot`](hovernav::autopilot) flies with;
 //! [`thesis`] is the design that they replace.
 
+mod check;
 mod discretize;
 mod disturbance;
 mod error;
@@ -20,6 +21,7 @@ mod response;
 mod riccati;
 pub mod thesis;
 
+pub use check::{CheckedDesign, CheckedPrintedDesign};
 pub use discretize::zero_order_hold;
 pub use disturbance::{DISTURBED, DisturbanceResponse, SETTLED, TABLE_6_1};
 pub use error::DesignError;

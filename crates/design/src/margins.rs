@@ -52,6 +52,29 @@ pub struct ChannelMargins {
     pub disturbance_rejection_bandwidth_radps: Option<f64>,
 }
 
+impl ChannelMargins {
+    /// The smaller of the two gain margins, dB; infinite where there is none to speak of.
+    #[must_use]
+    pub fn smallest_gain_db(&self) -> f64 {
+        let crossings = [self.gain_up, self.gain_down].into_iter().flatten();
+        crossings.map(|crossing| crossing.margin_db().abs()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The phase margin, °; infinite where there is none to speak of.
+    #[must_use]
+    pub fn phase_deg(&self) -> f64 {
+        self.phase.map_or(f64::INFINITY, |phase| phase.margin.to_degrees())
+    }
+}
+
+impl Crossing {
+    /// A factor of gain in dB.
+    #[must_use]
+    pub fn margin_db(&self) -> f64 {
+        20.0 * self.margin.log10()
+    }
+}
+
 /// All margins of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Margins {

@@ -14,6 +14,7 @@ mod imu;
 mod info;
 mod manifest;
 mod number;
+mod open;
 pub mod record;
 mod records;
 mod reference;
@@ -36,6 +37,7 @@ pub use info::Info;
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
 };
+pub use open::open;
 pub use reference::{Reference, ReferenceMoment};
 pub use replay::{Outage, Run, SmoothedRun};
 pub use score::{Axis, AxisScore, ErrorPoint, Score, Statistics, outage_drift, score};

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::error::ModelError;
 use super::state_space::StateSpace;
 
 /// The model as printed by Paw (2005): 8 states, continuous as he reads it, inputs in percent of
@@ -35,6 +36,14 @@ pub fn by_name(name: &str) -> Option<StateSpace> {
         "raptor60" => Some(raptor60()),
         _ => None,
     }
+}
+
+/// A shipped model by its name, or else the model in the file of that name.
+///
+/// # Errors
+/// Those of [`StateSpace::read`].
+pub fn open(name_or_file: &str) -> Result<StateSpace, ModelError> {
+    by_name(name_or_file).map_or_else(|| StateSpace::read(Path::new(name_or_file)), Ok)
 }
 
 fn parsed(name: &str, text: &str) -> StateSpace {

@@ -21,6 +21,7 @@ pub mod faults;
 mod flight;
 mod gps;
 mod leg;
+mod manifest;
 mod noise;
 mod plan;
 mod servo;
@@ -37,10 +38,12 @@ pub use baro::{BaroConfig, SimulatedBaro};
 pub use check::ConfigError;
 pub use dmu::{AttitudeConfig, DmuConfig, DmuOutput, ImuTruth, MagnetometerConfig, SimulatedDmu};
 pub use flight::{
-    Feedback, Flight, FlightConfig, FlightError, FlightEvent, FlightSample, HoverStatistics,
+    Excursion, Feedback, Flight, FlightConfig, FlightError, FlightEvent, FlightSample,
+    HoverStatistics,
 };
 pub use gps::{GpsConfig, SimulatedGps};
 pub use leg::{Leg, Level};
+pub use manifest::sensor_manifest;
 pub use plan::FlightPlan;
 pub use servo::{ServoConfig, SimulatedServo};
 pub use state::State;

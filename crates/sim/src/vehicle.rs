@@ -108,6 +108,32 @@ pub struct Disturbance {
     pub velocity_mps: Vector<Body>,
 }
 
+impl Disturbance {
+    /// The disturbance of one state alone by `size`: `phi`, `theta`, `psi` in rad, `p`, `q`, `r` in
+    /// rad/s, `u`, `v`, `w` in m/s; `None` of any other name.
+    #[must_use]
+    pub fn of_state(state: &str, size: f64) -> Option<Self> {
+        let axes = [[size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
+        let vector = |axis: usize| {
+            let [x, y, z] = axes[axis];
+            Vector::new(x, y, z)
+        };
+        let none = Self::default();
+        Some(match state {
+            "phi" => Self { attitude_rad: axes[0], ..none },
+            "theta" => Self { attitude_rad: axes[1], ..none },
+            "psi" => Self { attitude_rad: axes[2], ..none },
+            "p" => Self { rate_radps: vector(0), ..none },
+            "q" => Self { rate_radps: vector(1), ..none },
+            "r" => Self { rate_radps: vector(2), ..none },
+            "u" => Self { velocity_mps: vector(0), ..none },
+            "v" => Self { velocity_mps: vector(1), ..none },
+            "w" => Self { velocity_mps: vector(2), ..none },
+            _ => return None,
+        })
+    }
+}
+
 impl Vehicle {
     /// `helicopter` in its hover at `position`, the nose at `heading_rad`.
     ///

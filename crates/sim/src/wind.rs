@@ -45,6 +45,19 @@ impl WindConfig {
         }
     }
 
+    /// Wind of `speed_mps` from the direction `from_rad`, clockwise from true north, with gusts of
+    /// `gust_sigma_mps` along each horizontal axis and half that vertically, one sigma.
+    #[must_use]
+    pub fn from_direction(speed_mps: f64, from_rad: f64, gust_sigma_mps: f64) -> Self {
+        let (east, north) = from_rad.sin_cos();
+        Self {
+            steady_mps: Vector::new(-speed_mps * north, -speed_mps * east, 0.0),
+            gust_sigma_mps: HorizontalVertical::new(gust_sigma_mps, 0.5 * gust_sigma_mps),
+            passing_mps: speed_mps.max(1.0),
+            ..Self::default()
+        }
+    }
+
     fn check(&self) -> Checked {
         const SENSOR: &str = "wind";
         finite_vector(SENSOR, "steady wind", self.steady_mps)?;
@@ -184,6 +197,15 @@ mod tests {
                 assert!((found - expected).abs() < 0.05, "{axis} {lag}: {found} {expected}");
             }
         }
+    }
+
+    #[test]
+    fn wind_from_the_east_blows_to_the_west() {
+        let wind = WindConfig::from_direction(4.0, 90f64.to_radians(), 2.0);
+        let [north, east, down] = wind.steady_mps.to_array();
+        assert!(north.abs() < 1e-12 && (east + 4.0).abs() < 1e-12 && down == 0.0);
+        assert_eq!(wind.gust_sigma_mps, HorizontalVertical::new(2.0, 1.0));
+        assert_eq!(WindConfig::from_direction(0.2, 0.0, 0.0).passing_mps, 1.0);
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub mod linear;
 mod linear_least_squares;
 pub mod prediction_error;
 pub mod preprocess;
+mod result;
 mod riccati;
 pub mod structure;
 pub mod subspace;
@@ -42,3 +43,4 @@ pub mod vehicle;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
 pub use linear::{InnovationModel, LinearModel};
+pub use result::BoundSummary;

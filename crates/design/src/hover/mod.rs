@@ -161,6 +161,15 @@ impl HoverDesign {
         }
     }
 
+    /// The design for `model`: the thesis's own weights for its model, the default for any other.
+    #[must_use]
+    pub fn for_model(model: &StateSpace) -> Self {
+        match model.name() {
+            "thesis-hover" => Self::thesis(),
+            _ => Self::default(),
+        }
+    }
+
     /// Reads weights, poles and times from a TOML file; what it leaves out is as by default.
     ///
     /// # Errors

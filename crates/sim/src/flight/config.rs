@@ -4,6 +4,7 @@ use crate::baro::BaroConfig;
 use crate::check::ConfigError;
 use crate::dmu::DmuConfig;
 use crate::gps::GpsConfig;
+use crate::manifest::sensor_manifest;
 use crate::vehicle::{Disturbance, VehicleConfig};
 use crate::wind::WindConfig;
 use hovernav::autopilot;
@@ -169,27 +170,8 @@ impl FlightConfig {
     /// What the sensors are, as a dataset tells it.
     #[must_use]
     pub fn manifest(&self) -> Manifest {
-        let mut manifest = Manifest {
-            name: "simulated".into(),
-            vehicle: format!("simulated helicopter in closed loop, seed {}", self.seed),
-            kind: "simulated".into(),
-            time: "seconds, one clock for all files".into(),
-            ..Manifest::default()
-        };
-        let imu = &mut manifest.imu;
-        imu.rate_hz = Some(self.dmu.rate_hz);
-        imu.lever_arm_m = self.dmu.lever_arm_m;
-        imu.angle_random_walk_deg_per_sqrt_h = Some(self.dmu.gyro.angle_random_walk_deg_per_sqrt_h);
-        imu.velocity_random_walk_mps_per_sqrt_h =
-            Some(self.dmu.accelerometer.velocity_random_walk_mps_per_sqrt_h);
-        imu.gyro_bias_sigma_degps = Some(self.dmu.gyro.turn_on_bias_sigma_degps);
-        imu.accel_bias_sigma_mps2 = Some(self.dmu.accelerometer.turn_on_bias_sigma_mps2);
-        imu.gyro_range_degps = Some(self.dmu.gyro.range_degps);
-        imu.accel_range_g = Some(self.dmu.accelerometer.range_mps2 / 9.806_65);
-        imu.magnetic_declination_deg = Some(0.0);
-        manifest.gps.rate_hz = Some(self.gps.rate_hz);
-        manifest.gps.antenna_lever_arm_m = self.gps.lever_arm_m;
-        manifest.gps.latency_s = self.gps.assumed_latency_s;
+        let vehicle = format!("simulated helicopter in closed loop, seed {}", self.seed);
+        let mut manifest = sensor_manifest(vehicle, &self.dmu, &self.gps);
         // The heading that a unit computes for itself wanders by degrees within a minute, the error
         // of its magnetometer stays: a hover is held by the one that stays.
         let unit_attitude = self.dmu.magnetometer.is_none();

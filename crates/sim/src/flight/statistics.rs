@@ -23,7 +23,31 @@ pub struct HoverStatistics {
     pub sticks_rms: [f64; 4],
 }
 
+/// The extremes of a stretch of flight.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Excursion {
+    /// Steepest tilt, √(roll² + pitch²), rad.
+    pub tilt_rad: f64,
+    /// Fastest motion over the ground, m/s.
+    pub speed_mps: f64,
+}
+
 impl Flight {
+    /// The extremes of the `duration_s` from `from_s` on; zero where the flight ended before.
+    #[must_use]
+    pub fn excursion(&self, from_s: f64, duration_s: f64) -> Excursion {
+        let truths = self.samples.iter().map(|sample| sample.truth);
+        let within =
+            truths.filter(|truth| (0.0..duration_s).contains(&(truth.time.seconds() - from_s)));
+        within.fold(Excursion::default(), |worst, truth| {
+            let [roll, pitch, _] = angles(&truth.body_to_ned);
+            Excursion {
+                tilt_rad: worst.tilt_rad.max(roll.hypot(pitch)),
+                speed_mps: worst.speed_mps.max(truth.velocity_mps.norm()),
+            }
+        })
+    }
+
     /// How well the hover was held from `from_s` on, against where the vehicle then was; all zero
     /// where the flight did not last so long.
     #[must_use]
@@ -90,4 +114,54 @@ impl Flight {
 fn angles(body_to_ned: &Rotation<Body, Ned>) -> [f64; 3] {
     let EulerAngles { roll_rad, pitch_rad, yaw_rad } = body_to_ned.euler();
     [roll_rad, pitch_rad, yaw_rad]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::autopilot::Mode;
+    use hovernav::controls::Sticks;
+    use hovernav::earth::Geodetic;
+    use hovernav::frames::Vector;
+    use hovernav::time::Time;
+    use hovernav_log::{Manifest, Truth};
+
+    #[test]
+    fn an_excursion_is_the_worst_of_its_own_stretch() {
+        let sample = |second: f64, roll_rad: f64, pitch_rad: f64, speed_mps: f64| FlightSample {
+            truth: Truth {
+                time: Time::ZERO + second,
+                position: Geodetic::from_degrees(1.0, 103.0, 30.0).unwrap(),
+                velocity_mps: Vector::new(speed_mps, 0.0, 0.0),
+                body_to_ned: Rotation::from_euler(EulerAngles {
+                    roll_rad,
+                    pitch_rad,
+                    yaw_rad: 1.0,
+                }),
+                angular_rate_radps: Vector::ZERO,
+            },
+            solution: None,
+            mode: Mode::Manual,
+            sticks: Sticks::NEUTRAL,
+            servos: Sticks::NEUTRAL,
+            wind_mps: Vector::ZERO,
+        };
+        let flight = Flight {
+            manifest: Manifest::default(),
+            imu: Vec::new(),
+            fixes: Vec::new(),
+            baro: Vec::new(),
+            samples: vec![
+                sample(9.0, 0.9, 0.0, 9.0),
+                sample(10.0, 0.03, 0.04, 1.0),
+                sample(11.0, 0.0, 0.01, 2.0),
+                sample(12.0, 0.9, 0.0, 9.0),
+            ],
+            transitions: Vec::new(),
+            crashed_s: None,
+        };
+        let worst = flight.excursion(10.0, 2.0);
+        assert!((worst.tilt_rad - 0.05).abs() < 1e-12 && worst.speed_mps == 2.0, "{worst:?}");
+        assert_eq!(flight.excursion(20.0, 5.0), Excursion::default());
+    }
 }

@@ -17,6 +17,19 @@ pub enum Status {
     Dropped,
 }
 
+impl Status {
+    /// What became of it, in a word or two.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Free => "estimated",
+            Self::OnBound => "on its limit",
+            Self::Held => "held",
+            Self::Dropped => "dropped",
+        }
+    }
+}
+
 /// One parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
@@ -42,6 +55,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Whether the search was free to move it.
+    #[must_use]
+    pub const fn is_estimated(&self) -> bool {
+        matches!(self.status, Status::Free | Status::OnBound)
+    }
+
     /// Cramér–Rao bound in percent of the value.
     #[must_use]
     pub fn bound_percent(&self) -> f64 {

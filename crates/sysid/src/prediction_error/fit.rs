@@ -32,6 +32,16 @@ pub struct ChannelFit {
     pub residual_rms: f64,
 }
 
+impl ChannelFit {
+    /// Root mean square of what the identified noise alone would leave of a perfect model, in the
+    /// output's unit: both fits are relative to the same deviation of the flight.
+    #[must_use]
+    pub fn floor_rms(&self) -> f64 {
+        let floor = (100.0 - self.floor_percent) / (100.0 - self.percent);
+        floor * self.residual_rms
+    }
+}
+
 /// A stretch of flight and what the model makes of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {

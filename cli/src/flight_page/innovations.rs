@@ -1,17 +1,18 @@
-//! How well the filter's word matches what it saw: the innovations and their test.
+//! The innovations within their bounds, and the test of their size.
 
 use hovernav::ekf::{Channel, Innovation, Verdict};
+use hovernav_log::consistency::{
+    InnovationTest, PooledInnovations, chi_square_interval_95, innovation_tests,
+};
 
-use super::consistency::{FixTest, Pooled, chi_square_interval_95, fix_tests, pool};
 use super::motion::Clock;
-use super::page::Section;
-use super::series::{Figure, Role, Row, Series};
+use crate::page::{Figure, Role, Row, Section, Series};
 
 /// Fixes in the running mean of the test.
 const MEAN_OVER: usize = 30;
 
 /// A channel's row: its name, the unit it is shown in, and that unit per the channel's own.
-fn shown(channel: Channel) -> (&'static str, &'static str, f64) {
+fn labels(channel: Channel) -> (&'static str, &'static str, f64) {
     const DEGREES: f64 = 180.0 / std::f64::consts::PI;
     match channel {
         Channel::PositionNorth => ("Position north", "m", 1.0),
@@ -43,7 +44,7 @@ pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
     let channels = [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT].concat();
     let rows = channels.into_iter().filter_map(|channel| {
         let own = of_channels(innovations, &[channel]);
-        let (name, unit, scale) = shown(channel);
+        let (name, unit, scale) = labels(channel);
         let times: Vec<f64> = own.iter().map(|one| clock.seconds(one.time)).collect();
         let high: Vec<f64> = own.iter().map(|one| 3.0 * scale * one.sigma).collect();
         let those = |verdict| {
@@ -75,7 +76,7 @@ pub fn test(innovations: &[Innovation], clock: Clock) -> Section {
         ("Baro height", &HEIGHT),
     ];
     let rows = groups.into_iter().filter_map(|(name, channels)| {
-        let tests = fix_tests(&of_channels(innovations, channels));
+        let tests = innovation_tests(&of_channels(innovations, channels));
         (!tests.is_empty()).then(|| test_row(name, &tests, clock))
     });
     Section::new(
@@ -91,7 +92,7 @@ pub fn test(innovations: &[Innovation], clock: Clock) -> Section {
     .with(Figure::against_time(rows))
 }
 
-fn test_row(name: &str, tests: &[FixTest], clock: Clock) -> Row {
+fn test_row(name: &str, tests: &[InnovationTest], clock: Clock) -> Row {
     let times: Vec<f64> = tests.iter().map(|test| clock.seconds(test.time)).collect();
     let (low, high): (Vec<f64>, Vec<f64>) = tests
         .iter()
@@ -109,15 +110,17 @@ fn test_row(name: &str, tests: &[FixTest], clock: Clock) -> Row {
         .map(|last| {
             let recent = &tests[(last + 1).saturating_sub(MEAN_OVER)..=last];
             let enough = recent.len() == MEAN_OVER.min(tests.len());
-            pool(recent).filter(|_| enough).map_or(f64::NAN, |pooled| pooled.mean)
+            PooledInnovations::of(recent).filter(|_| enough).map_or(f64::NAN, |pooled| pooled.mean)
         })
         .collect();
-    let note = pool(tests).map(|Pooled { mean, interval: (low, high), share_inside }| {
-        format!(
-            "mean {mean:.2} (consistent: {low:.2} to {high:.2}), {:.1} % of fixes inside",
-            100.0 * share_inside
-        )
-    });
+    let note = PooledInnovations::of(tests).map(
+        |PooledInnovations { mean, interval: (low, high), share_inside }| {
+            format!(
+                "mean {mean:.2} (consistent: {low:.2} to {high:.2}), {:.1} % of fixes inside",
+                100.0 * share_inside
+            )
+        },
+    );
     Row { logarithmic: true, note, ..Row::new(name, "") }
         .with(Series::range(Role::Interval, &times, &low, &high))
         .with(Series::points(Role::Test, those(false)))

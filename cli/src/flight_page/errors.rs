@@ -3,8 +3,7 @@
 use hovernav_log::{Axis, AxisScore, Score};
 
 use super::motion::Clock;
-use super::page::{Section, Table, TableRow};
-use super::series::{Figure, Role, Row, Series};
+use crate::page::{Figure, Role, Row, Section, Series, Table, TableRow};
 
 /// An axis in words, and its unit.
 fn named(axis: Axis) -> (&'static str, &'static str) {

@@ -1,145 +1,16 @@
-//! What a figure draws, as the page's script reads it: rows of series, each with a role.
+//! A series of points, each with a role: estimate, reference, limit.
 //!
 //! The roles carry the meaning; colour, line and symbol belong to `figures.js`.
 
 use std::iter;
 
-use serde::{Serialize, Serializer};
+use hovernav_log::statistics::thin_to_extremes;
+use serde::Serialize;
 
-use super::decimate::decimate;
+use super::numbers::Numbers;
 
 /// Most points a series keeps, more than twice what a screen is wide.
 const MOST_POINTS: usize = 2400;
-
-/// One drawing: rows stacked above a shared abscissa.
-#[derive(Debug, Serialize)]
-pub struct Figure {
-    /// What this one shows, where a section has several; stands above it.
-    #[serde(skip)]
-    pub caption: Option<String>,
-    pub abscissa: Abscissa,
-    pub rows: Vec<Row>,
-}
-
-impl Figure {
-    /// A figure against time, without the rows that have nothing to draw.
-    pub fn against_time(rows: impl IntoIterator<Item = Row>) -> Self {
-        Self::new(Abscissa::Time, rows)
-    }
-
-    /// A figure against an axis of its own, without the rows that have nothing to draw.
-    pub fn against(axis: Axis, rows: impl IntoIterator<Item = Row>) -> Self {
-        Self::new(Abscissa::Own(axis), rows)
-    }
-
-    /// A figure without the rows that have nothing to draw.
-    pub fn new(abscissa: Abscissa, rows: impl IntoIterator<Item = Row>) -> Self {
-        let rows = rows.into_iter().filter(|row| !row.series.is_empty()).collect();
-        Self { caption: None, abscissa, rows }
-    }
-
-    /// With a heading of its own, plain text.
-    pub fn captioned(self, caption: impl Into<String>) -> Self {
-        Self { caption: Some(caption.into()), ..self }
-    }
-
-    /// Height on the page, px: what the drawing will take is kept free from the start, so that
-    /// nothing moves as figures appear.
-    pub fn height_px(&self) -> usize {
-        match &self.abscissa {
-            Abscissa::EastM => 640,
-            Abscissa::Own(axis) if axis.to_scale => 640,
-            Abscissa::Time | Abscissa::Own(_) => {
-                88 + self.rows.len() * if self.rows.len() > 3 { 140 } else { 165 }
-            }
-        }
-    }
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Abscissa {
-    /// The page's time axis, shared with every other figure against time.
-    Time,
-    /// Metres east, to the scale of the ordinate.
-    EastM,
-    /// The figure's own.
-    Own(Axis),
-}
-
-/// An abscissa that a figure has to itself.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Axis {
-    /// The quantity, with its unit.
-    label: String,
-    unit: &'static str,
-    logarithmic: bool,
-    /// Whether a unit is as long on it as on the ordinate.
-    to_scale: bool,
-    /// What it shows at first; all there is to draw where `None`.
-    limits: Option<[f64; 2]>,
-}
-
-impl Axis {
-    /// `quantity` in `unit`.
-    pub fn linear(quantity: &str, unit: &'static str) -> Self {
-        let label = labelled(quantity, unit);
-        Self { label, unit, logarithmic: false, to_scale: false, limits: None }
-    }
-
-    /// `quantity` in `unit`, above zero.
-    pub fn logarithmic(quantity: &str, unit: &'static str) -> Self {
-        Self { logarithmic: true, ..Self::linear(quantity, unit) }
-    }
-
-    /// The abscissa of a plane, as long per unit as the ordinate: poles, responses.
-    pub fn plane(quantity: &str, unit: &'static str) -> Self {
-        Self { to_scale: true, ..Self::linear(quantity, unit) }
-    }
-
-    /// Showing no more than this at first.
-    pub fn within(self, limits: [f64; 2]) -> Self {
-        Self { limits: Some(limits), ..self }
-    }
-}
-
-/// What stands beside an axis.
-fn labelled(quantity: &str, unit: &str) -> String {
-    if unit.is_empty() { quantity.into() } else { format!("{quantity}, {unit}") }
-}
-
-/// One pair of axes.
-#[derive(Debug, Default, Serialize)]
-pub struct Row {
-    /// The quantity, with its unit.
-    pub label: String,
-    /// Unit alone, for the values under the pointer.
-    pub unit: &'static str,
-    /// Whether positive points down the page.
-    pub reversed: bool,
-    /// What the ordinate need not go beyond at first, however wide a band is.
-    pub limits: Option<[f64; 2]>,
-    /// Whether the ordinate is logarithmic.
-    pub logarithmic: bool,
-    /// A few words of result in the corner of the row.
-    pub note: Option<String>,
-    pub series: Vec<Series>,
-}
-
-impl Row {
-    /// An empty row for `quantity` in `unit`.
-    pub fn new(quantity: &str, unit: &'static str) -> Self {
-        Self { label: labelled(quantity, unit), unit, ..Self::default() }
-    }
-
-    /// With one more series, unless it has nothing to draw.
-    pub fn with(mut self, series: Series) -> Self {
-        if series.x.values.iter().any(|value| value.is_finite()) {
-            self.series.push(series);
-        }
-        self
-    }
-}
 
 /// What a series is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -268,8 +139,7 @@ impl Series {
             if x.is_finite() && y.is_finite() { (x, y) } else { (f64::NAN, f64::NAN) }
         };
         let (x, y) = points.into_iter().map(broken).unzip();
-        let exact = |values| Numbers { values, digits: Digits::OfEach };
-        Self::new(role, exact(x), exact(y))
+        Self::new(role, Numbers::with_digits_of_each(x), Numbers::with_digits_of_each(y))
     }
 
     /// The same under another name in the legend.
@@ -281,7 +151,7 @@ impl Series {
     pub fn points(role: Role, points: impl Iterator<Item = (f64, f64)>) -> Self {
         let (x, y): (Vec<f64>, Vec<f64>) =
             points.filter(|(x, y)| x.is_finite() && y.is_finite()).unzip();
-        let picked = decimate(&[&y], MOST_POINTS);
+        let picked = thin_to_extremes(&[&y], MOST_POINTS);
         let take =
             |values: &[f64]| Numbers::new(picked.iter().map(|&index| values[index]).collect());
         Self::new(role, take(&x), take(&y))
@@ -317,7 +187,7 @@ fn line_indices(x: &[f64], channels: &[&[f64]]) -> Vec<Option<usize>> {
         (1..x.len()).filter(|&index| !known(index) || (x[index] - x[index - 1]).abs() > longest);
     let mut breaks = breaks.peekable();
     let mut picked: Vec<Option<usize>> = Vec::new();
-    for index in decimate(channels, MOST_POINTS) {
+    for index in thin_to_extremes(channels, MOST_POINTS) {
         let mut broken = false;
         while breaks.next_if(|&at| at <= index).is_some() {
             broken = true;
@@ -332,66 +202,14 @@ fn line_indices(x: &[f64], channels: &[&[f64]]) -> Vec<Option<usize>> {
     picked
 }
 
+/// The samples picked, not a number where the line breaks.
 fn gather(values: &[f64], picked: &[Option<usize>]) -> Numbers {
     Numbers::new(picked.iter().map(|index| index.map_or(f64::NAN, |index| values[index])).collect())
-}
-
-/// Numbers to draw; what is not finite is written as `null`, which breaks a line.
-#[derive(Debug)]
-pub struct Numbers {
-    values: Vec<f64>,
-    digits: Digits,
-}
-
-/// How exactly numbers are written.
-#[derive(Debug)]
-enum Digits {
-    /// Five digits of the largest, but at least to a thousandth: for what is drawn to one scale.
-    OfLargest,
-    /// Five digits of each: for logarithmic axes.
-    OfEach,
-}
-
-impl Numbers {
-    fn new(values: Vec<f64>) -> Self {
-        Self { values, digits: Digits::OfLargest }
-    }
-}
-
-impl Serialize for Numbers {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let decimals = |size: f64| 4.0 - size.max(1e-12).log10().floor();
-        let sizes = self.values.iter().filter(|value| value.is_finite()).map(|value| value.abs());
-        let of_largest = decimals(sizes.fold(0.0, f64::max)).clamp(3.0, 15.0);
-        serializer.collect_seq(self.values.iter().map(|value| {
-            let decimals = match self.digits {
-                Digits::OfLargest => of_largest,
-                Digits::OfEach => decimals(value.abs()).clamp(0.0, 15.0),
-            };
-            let scale = 10f64.powi(decimals as i32);
-            let rounded = (value * scale).round() / scale;
-            rounded.is_finite().then_some(rounded)
-        }))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn text(values: &[f64]) -> String {
-        serde_json::to_string(&Numbers::new(values.to_vec())).unwrap()
-    }
-
-    #[test]
-    fn numbers_keep_five_digits_of_the_largest_and_unknown_ones_are_null() {
-        assert_eq!(text(&[1.234_567_89, 0.000_001_2]), "[1.2346,0.0]");
-        assert_eq!(text(&[123_456.789_12, 1.0]), "[123456.789,1.0]");
-        assert_eq!(text(&[1.234_567_89e-6]), "[1.2346e-6]");
-        assert_eq!(text(&[f64::NAN, f64::INFINITY, f64::NEG_INFINITY]), "[null,null,null]");
-        assert_eq!(text(&[f64::MAX]), "[null]");
-        assert_eq!(text(&[]), "[]");
-    }
 
     #[test]
     fn a_curve_keeps_five_digits_of_each_number() {
@@ -428,16 +246,5 @@ mod tests {
         let y: Vec<f64> = x.iter().map(|t| if *t < 50.0 { 179.0 } else { -179.0 }).collect();
         let line = Series::heading(Role::Estimate, &x, &y, None);
         assert!(line.y.values[50].is_nan() && line.y.values.len() == 101);
-    }
-
-    #[test]
-    fn a_row_takes_no_series_that_has_nothing_to_draw() {
-        let row = Row::new("North", "m")
-            .with(Series::line(Role::Reference, &[0.0, 1.0], &[f64::NAN, f64::NAN], None))
-            .with(Series::line(Role::Estimate, &[], &[], Some(&[])))
-            .with(Series::bound(&[0.0], &[f64::NAN]))
-            .with(Series::points(Role::Gps, iter::empty()));
-        assert!(row.series.is_empty());
-        assert!(Figure::against_time([row]).rows.is_empty());
     }
 }

@@ -8,8 +8,8 @@ use hovernav::gps::Fix;
 use hovernav::time::Time;
 use hovernav_log::ReferenceMoment;
 
-use super::Report;
-use super::page::TimeAxis;
+use super::data::FlightData;
+use crate::page::TimeAxis;
 
 /// Seconds on the page. A log whose clock counts from far away, as GPS or Unix time does, is shown
 /// from its own first second on, and the axis says so.
@@ -21,9 +21,9 @@ pub struct Clock {
 impl Clock {
     const FAR_S: f64 = 1e6;
 
-    pub fn of(report: &Report<'_>) -> Self {
+    pub fn of(flight: &FlightData<'_>) -> Self {
         const SECOND_NS: i64 = 1_000_000_000;
-        let start = span(report).map_or(Time::ZERO, |(start, _)| start);
+        let start = flight.span().map_or(Time::ZERO, |(start, _)| start);
         let is_far = start.seconds().abs() >= Self::FAR_S;
         let whole_s = if is_far { start.nanoseconds().div_euclid(SECOND_NS) } else { 0 };
         Self { zero: Time::from_nanoseconds(whole_s.saturating_mul(SECOND_NS)) }
@@ -34,14 +34,14 @@ impl Clock {
         time - self.zero
     }
 
-    pub fn axis(self, report: &Report<'_>) -> TimeAxis {
+    pub fn axis(self, flight: &FlightData<'_>) -> TimeAxis {
         let label = if self.zero == Time::ZERO {
             "Time, s".into()
         } else {
             format!("Time after {:.0} s, s", self.zero.seconds())
         };
-        let (start, end) = span(report).unwrap_or((self.zero, self.zero));
-        let outages = report.outages.iter().filter(|outage| outage.duration_s.is_finite());
+        let (start, end) = flight.span().unwrap_or((self.zero, self.zero));
+        let outages = flight.outages.iter().filter(|outage| outage.duration_s.is_finite());
         TimeAxis {
             label,
             span: [self.seconds(start), self.seconds(end)],
@@ -51,13 +51,6 @@ impl Clock {
                 .collect(),
         }
     }
-}
-
-/// First and last moment of solutions and fixes.
-fn span(report: &Report<'_>) -> Option<(Time, Time)> {
-    let solutions = report.solutions.iter().map(|solution| solution.time);
-    let times = || solutions.clone().chain(report.fixes.iter().map(|fix| fix.time));
-    Some((times().min()?, times().max()?))
 }
 
 /// Three components of a quantity, each a series.
@@ -162,8 +155,8 @@ mod tests {
             Fix::at(start + offset_s, Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap())
         });
         let outages = [Outage { start: start + 2.0, duration_s: 3.0 }];
-        let report = Report { fixes: &fixes, outages: &outages, ..Report::default() };
-        let axis = Clock::of(&report).axis(&report);
+        let flight = FlightData { fixes: &fixes, outages: &outages, ..FlightData::default() };
+        let axis = Clock::of(&flight).axis(&flight);
         assert_eq!(axis.label, "Time after 1400000000 s, s");
         assert_eq!(axis.span, [0.25, 9.25]);
         assert_eq!(axis.outages, [[2.25, 5.25]]);

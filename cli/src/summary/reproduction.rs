@@ -1,23 +1,11 @@
-//! Opening whatever log the user names.
+//! Whether a record's solution was reproduced.
 
-use std::path::Path;
-
-use hovernav_log::record::{Record, Reproduction};
-use hovernav_log::{Dataset, LogError};
+use hovernav_log::record::Reproduction;
 use serde::Serialize;
-
-/// The dataset that `log` is, and its flight record, if it is one.
-pub fn open(log: &Path) -> Result<(Dataset, Option<Record>), LogError> {
-    if !Record::is_mcap(log) {
-        return Ok((Dataset::open(log)?, None));
-    }
-    let record = Record::open(log)?;
-    Ok((record.dataset()?, Some(record)))
-}
 
 /// How the solution compares with the one that flew.
 #[derive(Clone, Debug, Serialize)]
-pub struct Flown {
+pub struct ReproductionSummary {
     compared: usize,
     identical: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -30,7 +18,7 @@ pub struct Flown {
     attitude_difference_deg: Option<f64>,
 }
 
-impl From<Reproduction> for Flown {
+impl From<Reproduction> for ReproductionSummary {
     fn from(reproduction: Reproduction) -> Self {
         let difference = reproduction.first_difference;
         let distance = difference.and_then(|difference| difference.distance);
@@ -45,7 +33,7 @@ impl From<Reproduction> for Flown {
     }
 }
 
-impl Flown {
+impl ReproductionSummary {
     /// For the terminal.
     pub fn in_words(&self) -> String {
         let Some(first_s) = self.first_difference_s else {

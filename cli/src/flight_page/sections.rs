@@ -2,32 +2,32 @@
 
 use hovernav::earth::Geodetic;
 
+use super::data::FlightData;
 use super::motion::{Clock, Columns, Fixes, Motion, columns};
-use super::page::{Page, Section};
-use super::series::{Abscissa, Figure, Role, Row, Series};
-use super::{Report, errors, innovations};
+use super::{errors, innovations};
+use crate::page::{Abscissa, Figure, Page, Role, Row, Section, Series};
 
 const NED: [&str; 3] = ["North", "East", "Down"];
 const ANGLES: [&str; 3] = ["Roll", "Pitch", "Yaw"];
 
-/// The page of a report.
-pub fn page<'a>(report: &Report<'a>) -> Page<'a> {
-    let clock = Clock::of(report);
-    let solved = report.solutions.iter().map(|solution| solution.position);
+/// The page of a flight.
+pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
+    let clock = Clock::of(data);
+    let solved = data.solutions.iter().map(|solution| solution.position);
     let origin = solved
-        .chain(report.fixes.iter().map(|fix| fix.position))
+        .chain(data.fixes.iter().map(|fix| fix.position))
         .find(Geodetic::is_navigable)
         .unwrap_or(Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 });
-    let estimate = Motion::of_solutions(report.solutions, clock, &origin);
-    let smoothed = Motion::of_solutions(report.smoothed, clock, &origin);
-    let reference = Motion::of_reference(report.reference, clock, &origin);
-    let flight = Flight {
-        report,
+    let estimate = Motion::of_solutions(data.solutions, clock, &origin);
+    let smoothed = Motion::of_solutions(data.smoothed, clock, &origin);
+    let reference = Motion::of_reference(data.reference, clock, &origin);
+    let flight = Sections {
+        data,
         origin,
         estimate,
         smoothed,
         reference,
-        fixes: Fixes::of(report.fixes, report.innovations, clock, &origin),
+        fixes: Fixes::of(data.fixes, data.innovations, clock, &origin),
     };
     let mut sections = vec![
         flight.map(),
@@ -36,18 +36,18 @@ pub fn page<'a>(report: &Report<'a>) -> Page<'a> {
         flight.body_velocity(),
         flight.attitude(),
         flight.biases(),
-        innovations::innovations(report.innovations, clock),
-        innovations::test(report.innovations, clock),
+        innovations::innovations(data.innovations, clock),
+        innovations::test(data.innovations, clock),
     ];
-    sections.extend(report.score.map(|score| errors::section(score, clock)));
+    sections.extend(data.score.map(|score| errors::section(score, clock)));
     Page {
-        title: report.title,
-        headlines: report.headlines,
-        warnings: report.warnings,
-        facts: report.facts,
-        table: report.score.map(|score| errors::table(score, clock)),
+        title: data.title,
+        headlines: data.headlines,
+        warnings: data.warnings,
+        facts: data.facts,
+        table: data.score.map(|score| errors::table(score, clock)),
         sections,
-        time: Some(clock.axis(report)),
+        time: Some(clock.axis(data)),
     }
 }
 
@@ -61,8 +61,8 @@ fn dots(row: Row, x: &[f64], y: &[f64], refused: &[bool]) -> Row {
         .with(Series::points(Role::GpsRejected, those(true)))
 }
 
-struct Flight<'r, 'a> {
-    report: &'r Report<'a>,
+struct Sections<'r, 'a> {
+    data: &'r FlightData<'a>,
     origin: Geodetic,
     estimate: Motion,
     smoothed: Motion,
@@ -70,7 +70,7 @@ struct Flight<'r, 'a> {
     fixes: Fixes,
 }
 
-impl Flight<'_, '_> {
+impl Sections<'_, '_> {
     fn map(&self) -> Section {
         let track = |role, motion: &Motion| {
             let [north, east, _] = &motion.position_m;
@@ -100,7 +100,7 @@ impl Flight<'_, '_> {
     }
 
     fn position(&self) -> Section {
-        let sigma = columns(self.report.solutions, |s| s.position_sigma_m.to_array());
+        let sigma = columns(self.data.solutions, |s| s.position_sigma_m.to_array());
         let rows = self.rows(NED, "m", |motion| &motion.position_m, Some(&sigma));
         let fixes = self.fixes.position_m.iter();
         let rows = rows
@@ -117,7 +117,7 @@ impl Flight<'_, '_> {
     }
 
     fn velocity(&self) -> Section {
-        let sigma = columns(self.report.solutions, |s| s.velocity_sigma_mps.to_array());
+        let sigma = columns(self.data.solutions, |s| s.velocity_sigma_mps.to_array());
         let rows = self.rows(NED, "m/s", |motion| &motion.velocity_mps, Some(&sigma));
         let fixes = self.fixes.velocity_mps.iter();
         let rows = rows
@@ -145,7 +145,7 @@ impl Flight<'_, '_> {
     }
 
     fn attitude(&self) -> Section {
-        let sigma = columns(self.report.solutions, |s| s.attitude_sigma_rad.map(f64::to_degrees));
+        let sigma = columns(self.data.solutions, |s| s.attitude_sigma_rad.map(f64::to_degrees));
         let rows = self.rows(ANGLES, "°", |motion| &motion.attitude_deg, Some(&sigma));
         Section::new(
             "attitude",
@@ -158,7 +158,7 @@ impl Flight<'_, '_> {
 
     fn biases(&self) -> Section {
         const AXES: [&str; 3] = ["x", "y", "z"];
-        let solutions = self.report.solutions;
+        let solutions = self.data.solutions;
         let degrees = |rates: [f64; 3]| rates.map(f64::to_degrees);
         let row = |quantity: &str, unit, values: Columns, sigmas: Columns| -> Vec<Row> {
             let columns = AXES.iter().zip(values).zip(sigmas);

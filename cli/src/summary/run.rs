@@ -1,67 +1,62 @@
-//! `summary.json`: what a run was and what it gave, for programs and for the terminal.
+//! The summary of a run of the filter: what it was and what it gave.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
-use anyhow::Context as _;
 use hovernav::ekf::{Aid, Channel, ImuFault, Notice, ResetCause, Unusable, Verdict};
 use hovernav::ins::HeadingSource;
-use hovernav_log::{Axis, Dataset, Run, Score, Statistics};
+use hovernav_log::{Dataset, Run, Score, Statistics};
 use serde::Serialize;
 
-use crate::log::Flown;
-use crate::report::Fact;
+use super::reproduction::ReproductionSummary;
 
-/// The summary of `hovernav estimate`.
+/// The summary of a run of the filter over a log.
 #[derive(Debug, Serialize)]
-pub struct Summary {
+pub struct RunSummary {
     tool: &'static str,
     version: &'static str,
-    input: String,
-    duration_s: f64,
+    pub(super) input: String,
+    pub(super) duration_s: f64,
     /// Filled in last.
     pub wall_s: f64,
-    imu_samples: usize,
+    pub(super) imu_samples: usize,
     /// Fixes of which anything corrected the state.
-    gps_fixes_used: usize,
+    pub(super) gps_fixes_used: usize,
     /// Fixes of which anything was refused by a gate.
-    gps_fixes_rejected: usize,
+    pub(super) gps_fixes_rejected: usize,
     /// Fixes that could not be compared at all.
-    gps_fixes_unusable: usize,
+    pub(super) gps_fixes_unusable: usize,
     smoothed: bool,
-    alignment: Option<AlignmentSummary>,
+    pub(super) alignment: Option<AlignmentSummary>,
     innovations: BTreeMap<&'static str, ChannelSummary>,
     reopened: Vec<Reopened>,
     /// How it compares with the solution that flew, of a flight record.
+    #[serde(rename = "flown", skip_serializing_if = "Option::is_none")]
+    pub reproduction: Option<ReproductionSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub flown: Option<Flown>,
-    /// What the closed loop did, of a simulated flight.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub flight: Option<crate::simulate::Flown>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<BTreeMap<&'static str, Statistics>>,
+    pub(super) error: Option<BTreeMap<&'static str, Statistics>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     within_3_sigma: Option<BTreeMap<&'static str, f64>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    outages: Vec<OutageDrift>,
+    pub(super) outages: Vec<OutageDrift>,
     /// Of the largest horizontal drift in each outage.
     #[serde(skip_serializing_if = "Option::is_none")]
-    outage_drift_m: Option<Statistics>,
+    pub(super) outage_drift_m: Option<Statistics>,
     /// What deserves a second look, one plain sentence each.
     pub warnings: Vec<String>,
 }
 
+/// How and when the filter was aligned.
 #[derive(Debug, Serialize)]
-struct AlignmentSummary {
-    end_s: f64,
-    duration_s: f64,
-    heading: &'static str,
-    heading_sigma_deg: f64,
+pub struct AlignmentSummary {
+    pub(super) end_s: f64,
+    pub(super) duration_s: f64,
+    pub(super) heading: &'static str,
+    pub(super) heading_sigma_deg: f64,
     /// When a heading unknown at first was found.
-    heading_found_s: Option<f64>,
-    attitude: &'static str,
-    at_rest: bool,
+    pub(super) heading_found_s: Option<f64>,
+    pub(super) attitude: &'static str,
+    pub(super) at_rest: bool,
 }
 
 #[derive(Debug, Default, Serialize)]
@@ -87,7 +82,7 @@ pub struct OutageDrift {
     pub max_horizontal_m: Option<f64>,
 }
 
-impl Summary {
+impl RunSummary {
     /// What a run over `dataset` gave; scores and times are still to come.
     pub fn new(input: &Path, dataset: &Dataset, run: &Run, smoothed: bool) -> Self {
         let span = |first: Option<_>, last: Option<_>| match (first, last) {
@@ -109,8 +104,7 @@ impl Summary {
             alignment: None,
             innovations: BTreeMap::new(),
             reopened: Vec::new(),
-            flown: None,
-            flight: None,
+            reproduction: None,
             error: None,
             within_3_sigma: None,
             outages: Vec::new(),
@@ -122,11 +116,11 @@ impl Summary {
             let warning = format!("{early} fixes before the first inertial sample have no effect");
             summary.warnings.push(warning);
         }
-        summary.tell(run);
+        summary.add_notices(run);
         summary
     }
 
-    fn tell(&mut self, run: &Run) {
+    fn add_notices(&mut self, run: &Run) {
         let mut faults: BTreeMap<&'static str, (usize, f64)> = BTreeMap::new();
         let mut note = |kind: &'static str, time_s: f64| {
             faults.entry(kind).or_insert((0, time_s)).0 += 1;
@@ -232,115 +226,6 @@ impl Summary {
                 .filter_map(|axis| Some((axis.axis.name(), axis.within_3_sigma?)))
                 .collect(),
         );
-    }
-
-    /// Writes `summary.json`.
-    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        write_json(self, path)
-    }
-
-    /// The facts of the run as the report's table has them.
-    pub fn facts(&self) -> Vec<Fact> {
-        let mut facts = vec![
-            Fact::new("input", &self.input),
-            Fact::new("duration", format!("{:.1} s", self.duration_s)),
-            Fact::new("inertial samples", self.imu_samples),
-            Fact::new(
-                "fixes used / refused / unusable",
-                format!(
-                    "{} / {} / {}",
-                    self.gps_fixes_used, self.gps_fixes_rejected, self.gps_fixes_unusable
-                ),
-            ),
-        ];
-        if let Some(alignment) = &self.alignment {
-            facts.push(Fact::new("alignment", alignment.in_words()));
-        }
-        for outage in &self.outages {
-            let span = format!("outage {} s for {} s", outage.start_s, outage.duration_s);
-            let drift =
-                outage.max_horizontal_m.map_or("not covered by a reference".into(), |drift| {
-                    format!("drifted {drift:.2} m")
-                });
-            facts.push(Fact { label: span, value: drift });
-        }
-        if let Some(Statistics { median, max, .. }) = self.outage_drift_m {
-            let words = format!("{median:.2} m median, {max:.2} m worst");
-            facts.push(Fact { label: "drift in outages".into(), value: words });
-        }
-        facts
-    }
-
-    /// The few numbers to see first.
-    pub fn headlines(&self) -> Vec<Fact> {
-        let Some(error) = &self.error else { return Vec::new() };
-        let mut headlines = Vec::new();
-        for (label, axes, unit) in [
-            ("velocity RMSE n / e / d", ["vn_mps", "ve_mps", "vd_mps"], "m/s"),
-            ("attitude RMSE roll / pitch / yaw", ["roll_deg", "pitch_deg", "yaw_deg"], "°"),
-        ] {
-            let numbers: Vec<String> = axes
-                .iter()
-                .filter_map(|axis| Some(format!("{:.3}", error.get(axis)?.rmse)))
-                .collect();
-            if !numbers.is_empty() {
-                headlines.push(Fact::new(label, format!("{} {unit}", numbers.join(" / "))));
-            }
-        }
-        headlines
-    }
-
-    /// What the terminal shows.
-    pub fn in_words(&self, out: &Path) -> String {
-        let mut text = String::new();
-        for fact in self.facts() {
-            let _ = writeln!(text, "{:<32} {}", fact.label, fact.value);
-        }
-        if let Some(error) = &self.error {
-            let _ = writeln!(
-                text,
-                "{:<32} {:>9} {:>9} {:>9} {:>9}",
-                "error", "rmse", "median", "p95", "max"
-            );
-            for axis in Axis::ALL {
-                if let Some(Statistics { rmse, median, p95, max }) = error.get(axis.name()) {
-                    let name = axis.name();
-                    let _ = writeln!(
-                        text,
-                        "  {name:<30} {rmse:>9.3} {median:>9.3} {p95:>9.3} {max:>9.3}"
-                    );
-                }
-            }
-        }
-        if let Some(flown) = &self.flown {
-            let _ = writeln!(text, "{}", flown.in_words());
-        }
-        for warning in &self.warnings {
-            let _ = writeln!(text, "warning: {warning}");
-        }
-        let _ = writeln!(text, "{:<32} {} ({:.3} s)", "written", out.display(), self.wall_s);
-        text
-    }
-}
-
-/// Writes a summary as JSON that people can read, too.
-pub fn write_json(summary: &impl Serialize, path: &Path) -> anyhow::Result<()> {
-    let text = serde_json::to_string_pretty(summary)? + "\n";
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
-}
-
-impl AlignmentSummary {
-    fn in_words(&self) -> String {
-        let source = match (self.heading, self.heading_found_s) {
-            ("unknown", Some(found_s)) => format!("heading found in motion at {found_s:.1} s"),
-            ("unknown", None) => "heading not found".to_owned(),
-            (source, _) => format!("heading from {source}"),
-        };
-        let rest = if self.at_rest { "at rest" } else { "in motion" };
-        format!(
-            "at {:.2} s, {rest}, roll and pitch {}, {source}, sure to {:.1}°",
-            self.end_s, self.attitude, self.heading_sigma_deg
-        )
     }
 }
 

@@ -1,0 +1,35 @@
+//! Values of arguments that several verbs take.
+
+use std::str::FromStr;
+
+use hovernav::time::Time;
+use hovernav_log::Outage;
+
+/// `START:DURATION`, both in seconds.
+#[derive(Clone, Copy)]
+pub struct OutageWindow(Outage);
+
+impl OutageWindow {
+    /// The same as an outage.
+    pub fn outage(self) -> Outage {
+        self.0
+    }
+}
+
+impl FromStr for OutageWindow {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("found \"{text}\", expected START:DURATION in seconds");
+        let (start, duration) = text.split_once(':').ok_or_else(expected)?;
+        let start = finite(start).and_then(Time::from_seconds).ok_or_else(expected)?;
+        let duration_s =
+            finite(duration).filter(|&duration| duration > 0.0).ok_or_else(expected)?;
+        Ok(Self(Outage { start, duration_s }))
+    }
+}
+
+/// A finite number; `None` of anything else.
+pub fn finite(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|value: &f64| value.is_finite())
+}

@@ -1,0 +1,75 @@
+//! `summary.json` of a design.
+
+use hovernav_design::{ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, Regulator};
+use serde_json::{Value, json};
+
+/// What `summary.json` says.
+pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
+    let margins: serde_json::Map<String, Value> = checked
+        .margins
+        .channels
+        .iter()
+        .map(|channel| {
+            let ChannelMargins { name, gain_up, gain_down, phase, delay_s, .. } = channel;
+            let value = json!({
+                "gain_up_db": gain_up.as_ref().map(Crossing::margin_db),
+                "gain_down_db": gain_down.as_ref().map(Crossing::margin_db),
+                "phase_deg": phase.map(|phase| phase.margin.to_degrees()),
+                "crossover_radps": phase.map(|phase| phase.frequency_radps),
+                "delay_s": delay_s,
+                "disturbance_rejection_bandwidth_radps":
+                    channel.disturbance_rejection_bandwidth_radps,
+            });
+            (name.clone(), value)
+        })
+        .collect();
+    let disturbances = |responses: &[DisturbanceResponse]| -> Value {
+        let entries = responses.iter().map(|response| {
+            let value = json!({
+                "size": response.size,
+                "settled_s": response.settled_s(),
+                "recovered_s": response.recovered_s(0.05),
+                "stick_peaks": response.stick_peaks(),
+            });
+            (response.state.clone(), value)
+        });
+        Value::Object(entries.collect())
+    };
+    let mut summary = json!({
+        "tool": "hovernav",
+        "version": env!("CARGO_PKG_VERSION"),
+        "input": input,
+        "duration_s": CheckedDesign::FOLLOWED_S,
+        "wall_s": 0.0,
+        "imu_samples": 0,
+        "gps_fixes_used": 0,
+        "gps_fixes_rejected": 0,
+        "model": checked.model.name(),
+        "period_s": checked.design.period_s,
+        "closed_loop_spectral_radius": checked.spectral_radius,
+        "margins": margins,
+        "disk_margin": {
+            "gain": checked.margins.disk_gain(),
+            "phase_deg": checked.margins.disk_phase_rad().to_degrees(),
+        },
+        "sensitivity_peak": checked.margins.sensitivity.value,
+        "disturbances": disturbances(&checked.responses),
+        "weights": checked.design,
+        "warnings": checked.warnings,
+    });
+    if let Some(printed) = &checked.printed {
+        let rows = |gain: &Regulator| -> Vec<Vec<f64>> {
+            gain.gain.row_iter().map(|row| row.iter().copied().collect()).collect()
+        };
+        summary["printed_design"] = json!({
+            "roll_pitch_gain": rows(&printed.design.roll_pitch),
+            "yaw_gain": rows(&printed.design.yaw),
+            "disturbances": disturbances(&printed.responses),
+            "spectral_radius_held": {
+                "roll_pitch": printed.spectral_radii[0],
+                "heave": printed.spectral_radii[1],
+            },
+        });
+    }
+    summary
+}

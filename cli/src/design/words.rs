@@ -1,0 +1,87 @@
+//! A design in words, for the page and the terminal.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use hovernav_design::{
+    ChannelMargins, CheckedDesign, CheckedPrintedDesign, Crossing, DesignError, Regulator,
+};
+
+/// What the terminal shows.
+pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
+    let mut text = format!(
+        "{}: {} at {:.1} Hz, spectral radius of the closed loop {:.4}\n\n",
+        out.display(),
+        checked.model.name(),
+        1.0 / checked.design.period_s,
+        checked.spectral_radius
+    );
+    let _ = writeln!(
+        text,
+        "{:>14}  {:>8}  {:>8}  {:>7}  {:>9}",
+        "loop", "gain up", "down", "phase", "delay"
+    );
+    for channel in &checked.margins.channels {
+        let ChannelMargins { name, gain_up, gain_down, delay_s, .. } = channel;
+        let db = |crossing: &Option<Crossing>| match crossing {
+            Some(crossing) => format!("{:.1} dB", crossing.margin_db()),
+            None => "any".into(),
+        };
+        let delay = delay_s.map_or_else(|| "any".into(), |s| format!("{:.0} ms", 1e3 * s));
+        let (up, down, phase) = (db(gain_up), db(gain_down), channel.phase_deg());
+        let _ = writeln!(text, "{name:>14}  {up:>8}  {down:>8}  {phase:>6.1}°  {delay:>9}");
+    }
+    let _ = writeln!(text, "\n{:>14}  {:>12}  {:>14}", "disturbance", "within 5 %", "all at trim");
+    for response in &checked.responses {
+        let seconds = |s: Option<f64>| s.map_or_else(|| "-".into(), |s| format!("{s:.2} s"));
+        let name = format!("{} {}", response.state, response.size);
+        let (own, all) = (seconds(response.recovered_s(0.05)), seconds(response.settled_s()));
+        let _ = writeln!(text, "{name:>14}  {own:>12}  {all:>14}");
+    }
+    if let Some(printed) = &checked.printed {
+        text.push_str(&printed_in_words(printed, 1.0 / checked.design.period_s));
+    }
+    for warning in &checked.warnings {
+        let _ = writeln!(text, "\nwarning: {warning}");
+    }
+    text
+}
+
+fn printed_in_words(printed: &CheckedPrintedDesign, rate_hz: f64) -> String {
+    let findings = findings(printed, rate_hz).unwrap_or_default();
+    let lines: String = findings.iter().map(|finding| format!("  {finding}\n")).collect();
+    format!("\nthe design as printed, continuous:\n{lines}")
+}
+
+/// What the thesis prints and what comes out, one sentence a line.
+pub fn findings(printed: &CheckedPrintedDesign, rate_hz: f64) -> Result<Vec<String>, DesignError> {
+    let row =
+        |row: Vec<f64>| row.iter().map(|value| five_digits(*value)).collect::<Vec<_>>().join(", ");
+    let rows = |gain: &Regulator| {
+        let rows = gain.gain.row_iter().map(|own| row(own.iter().copied().collect()));
+        rows.collect::<Vec<_>>().join("; ")
+    };
+    let poles = printed.design.heave_poles()?;
+    let [pole, ..] = &poles[..] else { return Ok(Vec::new()) };
+    let [(roll_pitch, roll_pitch_seen), (yaw, yaw_seen)] = printed.design.reach()?;
+    let [roll_pitch_radius, heave_radius] = printed.spectral_radii;
+    Ok(vec![
+        format!("roll and pitch, K = [{}]", rows(&printed.design.roll_pitch)),
+        format!("yaw, K = [{}]", rows(&printed.design.yaw)),
+        format!("heave, closed-loop poles {:.2} ± {:.2}i", pole.re, pole.im.abs()),
+        format!(
+            "ranks of controllability and observability: roll and pitch {} and {}, yaw {} and {}",
+            roll_pitch.rank, roll_pitch_seen.rank, yaw.rank, yaw_seen.rank
+        ),
+        format!(
+            "held at {rate_hz:.0} Hz it is unstable: spectral radius {roll_pitch_radius:.1} in roll \
+             and pitch, {heave_radius:.1} in heave"
+        ),
+    ])
+}
+
+/// As many digits as the thesis prints.
+fn five_digits(value: f64) -> String {
+    let size = value.abs().max(1e-12).log10().floor();
+    format!("{value:.*}", (4.0 - size).clamp(0.0, 6.0) as usize)
+}

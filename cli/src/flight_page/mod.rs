@@ -1,0 +1,15 @@
+//! The page of a flight through the filter: map, motion, biases, innovations, errors.
+//!
+//! [`estimate`](crate::estimate) shows a log with it, [`simulate`](crate::simulate) a simulated
+//! flight. Every number comes from the library; here it only gets its unit and its place.
+
+mod data;
+mod errors;
+mod innovations;
+mod motion;
+mod sections;
+#[cfg(test)]
+mod tests;
+
+pub use data::{FlightData, innovations, reference_moments};
+pub use sections::page;

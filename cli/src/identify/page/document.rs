@@ -1,0 +1,63 @@
+//! The page as a whole.
+
+use hovernav_log::Dataset;
+use hovernav_model::ModelError;
+use hovernav_sysid::flight_response::StickResponse;
+use hovernav_sysid::identify::{Identification, IdentifyError};
+
+use super::held::compared;
+use super::histories::{histories, residuals, runs_of};
+use super::parameters::{fits, parameters};
+use super::poles::poles;
+use super::responses::responses;
+use crate::page::{Fact, Page, Section};
+
+/// What the page of an identification shows.
+pub struct IdentificationPage<'a> {
+    pub title: &'a str,
+    pub facts: &'a [Fact],
+    pub headlines: &'a [Fact],
+    pub warnings: &'a [String],
+    pub dataset: &'a Dataset,
+    pub found: &'a Identification,
+    /// The same from held GPS velocity, or why there is none.
+    pub held: Result<&'a Identification, &'a IdentifyError>,
+    pub responses: &'a [StickResponse],
+}
+
+impl<'a> IdentificationPage<'a> {
+    /// The page.
+    ///
+    /// # Errors
+    /// Where the poles do not settle.
+    pub fn build(&self) -> Result<Page<'a>, ModelError> {
+        let found = self.found;
+        let mut sections = vec![parameters(self.found, self.held.ok())];
+        let fit = found.fit();
+        let (title, points) = match found.validation {
+            Some(_) => ("Validation", "test points held back: the search never saw them"),
+            None => ("Fit", "the test points the parameters are from, as none could be held back"),
+        };
+        let runs = runs_of(found);
+        let explanation = format!(
+            "Over {points}. The model runs free for {:.1} s at a time from an initial state of its own, \
+             with nothing but the sticks to go by; offsets are those of the test point.",
+            fit.window_s()
+        );
+        let section = Section::new("histories", title, explanation);
+        sections.push(histories(self.dataset, found, &runs).fold(section, Section::with));
+        sections.push(residuals(found, &runs));
+        sections.push(responses(self.responses));
+        sections.push(poles(found, self.held.ok())?);
+        sections.push(compared(self.dataset, found, self.held));
+        Ok(Page {
+            title: self.title,
+            headlines: self.headlines,
+            warnings: self.warnings,
+            facts: self.facts,
+            table: Some(fits(found, self.held.ok())),
+            sections,
+            time: None,
+        })
+    }
+}

@@ -1,0 +1,148 @@
+//! A page: one HTML file that holds its text, its data and the script that draws them.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use anyhow::Context as _;
+use serde::Serialize;
+
+use super::fact::Fact;
+use super::figure::Figure;
+use super::html::{Escaped, fill};
+use super::section::Section;
+use super::table::Table;
+
+const TEMPLATE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("style.css");
+const FIGURES: &str = include_str!("figures.js");
+const PLOTLY: &str = include_str!("../../assets/plotly-basic.min.js");
+
+/// What a page shows, in the order in which it shows it. All text is plain: it is escaped here.
+pub struct Page<'a> {
+    pub title: &'a str,
+    pub headlines: &'a [Fact],
+    pub warnings: &'a [String],
+    pub facts: &'a [Fact],
+    pub table: Option<Table>,
+    pub sections: Vec<Section>,
+    /// The axis of the figures against time; without it the page may have none of them.
+    pub time: Option<TimeAxis>,
+}
+
+/// The axis that all figures against time share.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TimeAxis {
+    pub label: String,
+    /// First and last second.
+    pub span: [f64; 2],
+    /// First and last second of each stretch to shade.
+    pub outages: Vec<[f64; 2]>,
+}
+
+/// The data that `figures.js` reads.
+#[derive(Serialize)]
+struct Data<'a> {
+    time: Option<&'a TimeAxis>,
+    figures: Vec<NamedFigure<'a>>,
+}
+
+#[derive(Serialize)]
+struct NamedFigure<'a> {
+    anchor: String,
+    #[serde(flatten)]
+    figure: &'a Figure,
+}
+
+impl Page<'_> {
+    /// Writes the page to `path`, over what may stand there.
+    ///
+    /// # Errors
+    /// When the file cannot be written; the error names it.
+    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
+        let written = File::create(path).and_then(|file| {
+            let mut out = BufWriter::new(file);
+            self.write_to(&mut out)?;
+            out.flush()
+        });
+        written.with_context(|| format!("cannot write the report {}", path.display()))
+    }
+
+    /// Writes the page as HTML.
+    ///
+    /// # Errors
+    /// Those of `out`; the data can cause none, as unknown numbers are written as `null`.
+    fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        fill(out, TEMPLATE, |out, name| match name {
+            "title" => write!(out, "{}", Escaped(self.title)),
+            "style" => out.write_all(STYLE.as_bytes()),
+            "links" => self.links(out),
+            "headlines" => self.headlines(out),
+            "warnings" => self.warnings(out),
+            "facts" => self.facts(out),
+            "table" => self.table.iter().try_for_each(|table| table.write_to(out)),
+            "together" if self.time.is_some() => write!(out, "All time axes move together. "),
+            "together" => Ok(()),
+            "sections" => self.sections(out),
+            "data" => self.data(out),
+            "plotly" => out.write_all(PLOTLY.as_bytes()),
+            "figures" => out.write_all(FIGURES.as_bytes()),
+            _ => unreachable!("page.html has no place {name}"),
+        })
+    }
+
+    fn links(&self, out: &mut impl Write) -> io::Result<()> {
+        for Section { anchor, title, .. } in &self.sections {
+            writeln!(out, "<a href=\"#{anchor}\">{}</a>", Escaped(title))?;
+        }
+        Ok(())
+    }
+
+    fn headlines(&self, out: &mut impl Write) -> io::Result<()> {
+        for Fact { label, value } in self.headlines {
+            let (label, value) = (Escaped(label), Escaped(value));
+            writeln!(out, "<div><dt>{label}</dt><dd>{value}</dd></div>")?;
+        }
+        Ok(())
+    }
+
+    fn warnings(&self, out: &mut impl Write) -> io::Result<()> {
+        let heading = match self.warnings.len() {
+            0 => return write!(out, "<p class=\"quiet\">No warnings.</p>"),
+            1 => "1 warning".into(),
+            count => format!("{count} warnings"),
+        };
+        writeln!(out, "<div class=\"warnings\"><h2>{heading}</h2><ul>")?;
+        for warning in self.warnings {
+            writeln!(out, "<li>{}</li>", Escaped(warning))?;
+        }
+        write!(out, "</ul></div>")
+    }
+
+    fn facts(&self, out: &mut impl Write) -> io::Result<()> {
+        for Fact { label, value } in self.facts {
+            let (label, value) = (Escaped(label), Escaped(value));
+            writeln!(out, "<tr><th scope=\"row\">{label}</th><td>{value}</td></tr>")?;
+        }
+        Ok(())
+    }
+
+    fn sections(&self, out: &mut impl Write) -> io::Result<()> {
+        for section in &self.sections {
+            let (anchor, title) = (&section.anchor, Escaped(&section.title));
+            let explanation = Escaped(&section.explanation);
+            write!(out, "<section id=\"{anchor}\"><h2>{title}</h2><p>{explanation}</p>")?;
+            section.write_parts(out)?;
+            writeln!(out, "</section>")?;
+        }
+        Ok(())
+    }
+
+    fn data(&self, out: &mut impl Write) -> io::Result<()> {
+        let drawn = self.sections.iter().flat_map(Section::figures);
+        let figures = drawn.map(|(anchor, figure)| NamedFigure { anchor, figure }).collect();
+        // Escaped so that no name within can close the element that holds it.
+        let json = serde_json::to_string(&Data { time: self.time.as_ref(), figures })?;
+        out.write_all(json.replace('<', "\\u003c").as_bytes())
+    }
+}

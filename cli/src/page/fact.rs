@@ -1,0 +1,30 @@
+//! Facts in words and numbers.
+
+/// A label and what there is to say under it, plain text with its unit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fact {
+    pub label: String,
+    pub value: String,
+}
+
+impl Fact {
+    /// A fact from anything that can be shown.
+    pub fn new(label: &str, value: impl ToString) -> Self {
+        Self { label: label.into(), value: value.to_string() }
+    }
+}
+
+/// A number to four digits, as a person would write it; a dash where it is unknown.
+pub fn digits(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    if value == 0.0 {
+        return "0".into();
+    }
+    if value.abs() < 1e-4 {
+        return format!("{value:.2e}");
+    }
+    let whole_digits = value.abs().log10().floor();
+    format!("{value:.*}", (3.0 - whole_digits).clamp(0.0, 7.0) as usize)
+}

@@ -1,0 +1,23 @@
+//! The kit that pages are made of: each page is one file that needs nothing else.
+//!
+//! A [`Page`] is made of sections, a [`Section`] of figures, tables and notes, a [`Figure`] of rows
+//! of [`Series`]. A series has a [`Role`]; colour, line and symbol of each role belong to
+//! `figures.js`, which draws with the script in `assets/`.
+
+mod document;
+mod fact;
+mod figure;
+mod html;
+mod numbers;
+mod section;
+mod series;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub use document::{Page, TimeAxis};
+pub use fact::{Fact, digits};
+pub use figure::{Abscissa, Axis, Figure, Row};
+pub use section::Section;
+pub use series::{Role, Series};
+pub use table::{Table, TableRow};

@@ -1,0 +1,114 @@
+//! A section of a page: figures, tables and notes below a heading.
+
+use std::borrow::Cow;
+use std::io::{self, Write};
+
+use super::figure::Figure;
+use super::html::Escaped;
+use super::table::Table;
+
+/// A heading and what stands below it.
+pub struct Section {
+    /// Short, unique on the page and free of spaces: the target of a link.
+    pub(super) anchor: Cow<'static, str>,
+    pub(super) title: Cow<'static, str>,
+    /// One line for a reader who has never seen such a plot.
+    pub(super) explanation: String,
+    parts: Vec<Part>,
+}
+
+/// What a section is made of.
+pub enum Part {
+    Figure(Figure),
+    Table(Table),
+    /// A list of sentences.
+    Notes(Vec<String>),
+}
+
+impl From<Figure> for Part {
+    fn from(figure: Figure) -> Self {
+        Self::Figure(figure)
+    }
+}
+
+impl From<Table> for Part {
+    fn from(table: Table) -> Self {
+        Self::Table(table)
+    }
+}
+
+impl From<Vec<String>> for Part {
+    fn from(notes: Vec<String>) -> Self {
+        Self::Notes(notes)
+    }
+}
+
+impl Section {
+    /// A section with nothing in it yet. `anchor` is short, unique on the page and free of spaces;
+    /// `explanation` is for a reader who has never seen such a plot.
+    pub fn new(
+        anchor: impl Into<Cow<'static, str>>,
+        title: impl Into<Cow<'static, str>>,
+        explanation: impl Into<String>,
+    ) -> Self {
+        let (anchor, title) = (anchor.into(), title.into());
+        Self { anchor, title, explanation: explanation.into(), parts: Vec::new() }
+    }
+
+    /// With one more figure, table or list of notes.
+    pub fn with(mut self, part: impl Into<Part>) -> Self {
+        self.parts.push(part.into());
+        self
+    }
+
+    /// The figures that have something to draw, each with its name on the page.
+    pub(super) fn figures(&self) -> impl Iterator<Item = (String, &Figure)> {
+        let figures = self.parts.iter().filter_map(|part| match part {
+            Part::Figure(figure) if !figure.rows.is_empty() => Some(figure),
+            _ => None,
+        });
+        figures.enumerate().map(|(index, figure)| (self.name(index), figure))
+    }
+
+    /// The name of the figure at `index`: the first has the section's own.
+    fn name(&self, index: usize) -> String {
+        if index == 0 { self.anchor.to_string() } else { format!("{}-{}", self.anchor, index + 1) }
+    }
+
+    pub(super) fn write_parts(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut figures = 0;
+        for part in &self.parts {
+            match part {
+                Part::Figure(figure) => {
+                    if let Some(caption) = &figure.caption {
+                        write!(out, "<h3>{}</h3>", Escaped(caption))?;
+                    }
+                    if figure.rows.is_empty() {
+                        write!(out, "<p class=\"quiet\">Nothing to draw: the log has none.</p>")?;
+                        continue;
+                    }
+                    let (name, height_px) = (self.name(figures), figure.height_px());
+                    figures += 1;
+                    write!(
+                        out,
+                        "<div class=\"figure\" data-figure=\"{name}\" \
+                         style=\"height:{height_px}px\"></div>"
+                    )?;
+                }
+                Part::Table(table) => {
+                    write!(out, "<div class=\"tables\">")?;
+                    table.write_to(out)?;
+                    write!(out, "</div>")?;
+                }
+                Part::Notes(notes) => {
+                    write!(out, "<ul class=\"notes\">")?;
+                    for note in notes {
+                        write!(out, "<li>{}</li>", Escaped(note))?;
+                    }
+                    write!(out, "</ul>")?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,115 @@
+//! The closed loop: vehicle, servos, sensors, estimator and autopilot.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::ensure;
+use hovernav::autopilot::HoverConfig;
+use hovernav::time::Time;
+use hovernav_design::hover::HoverDesign;
+use hovernav_log::{Outage, Reference, score};
+use hovernav_model::shipped;
+use hovernav_sim::{Feedback, FlightConfig, FlightEvent};
+
+use super::arguments::{Arguments, OUT, WindArgument};
+use super::page::SimulationPage;
+use super::summary::{ClosedLoopSummary, Summary};
+use crate::output;
+use crate::summary::RunSummary;
+
+/// The flight that the arguments ask for.
+fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<FlightConfig> {
+    let autopilot = match &arguments.autopilot {
+        Some(path) => hovernav_log::read_autopilot(path)?,
+        None => {
+            let model = shipped::open(arguments.model.as_deref().unwrap_or("raptor60"))?;
+            if model.name() != "raptor60-hover" {
+                warnings.push(format!(
+                    "the autopilot is designed for {}, what flies is the nonlinear 60-class helicopter",
+                    model.name()
+                ));
+            }
+            let design = HoverDesign::for_model(&model);
+            HoverConfig::new(design.period_s, design.synthesise(&model)?)
+        }
+    };
+    let mut config = FlightConfig::new(autopilot);
+    (config.dmu, config.gps) = arguments.sensors.sensors();
+    config.dmu.rate_hz = 1.0 / autopilot.period_s;
+    config.gps.outages_s.extend(arguments.outage.iter().map(|window| {
+        let Outage { start, duration_s } = window.outage();
+        start.seconds()..start.seconds() + duration_s
+    }));
+    if let Some(WindArgument(wind)) = arguments.wind {
+        config.wind = wind;
+    }
+    if arguments.truth {
+        config.feedback = Feedback::Truth;
+    }
+    config.start = arguments.place;
+    config.heading_rad = arguments.heading.to_radians();
+    config.seed = arguments.seed;
+    for (at, disturbance) in arguments.disturbance.iter().enumerate() {
+        let at_s = disturbance.at_s.unwrap_or(30.0 + 20.0 * at as f64);
+        let event = if arguments.truth { FlightEvent::Disturb } else { FlightEvent::Push };
+        config.events.push((at_s, event(disturbance.disturbance)));
+    }
+    if let Some(size) = arguments.test_points {
+        // A pilot flies test points, not an autopilot that jumps with each fix.
+        config.feedback = Feedback::Truth;
+        config.events = FlightEvent::test_points(30.0, size);
+    }
+    config.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+    let last_s = config.events.last().map(|(at_s, _)| *at_s);
+    config.duration_s = arguments.duration.unwrap_or(last_s.map_or(120.0, |last| last + 30.0));
+    if let Some(last_s) = last_s {
+        let what = if arguments.test_points.is_some() { "test point" } else { "disturbance" };
+        ensure!(
+            last_s < config.duration_s && config.events[0].0 >= 0.0,
+            "{what} at {last_s} s: found a flight of {} s, expected it to happen within",
+            config.duration_s
+        );
+    }
+    Ok(config)
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let mut warnings = Vec::new();
+    let config = config(arguments, &mut warnings)?;
+    let flight = config.fly()?;
+    let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
+    let (mut dataset, truth) = flight.dataset();
+    dataset.write(&out, &truth)?;
+
+    let settings = dataset.settings()?;
+    let run = dataset.estimate(&settings, |_| {});
+    let mut summary = Summary {
+        run: RunSummary::new(Path::new(&dataset.manifest.vehicle), &dataset, &run, false),
+        flight: ClosedLoopSummary::new(&config, &flight),
+    };
+    summary.run.warnings.extend(warnings);
+    if let Some(crashed_s) = flight.crashed_s {
+        summary.run.warnings.push(format!("the vehicle crashed at {crashed_s:.2} s"));
+    }
+    let reference = Reference::open(&out, &dataset.manifest)?;
+    let scored = reference.as_ref().map(|reference| score(&run.solutions, reference, Time::ZERO));
+    summary.run.set_scores(scored.as_ref(), Vec::new());
+    println!("{}", summary.flight.in_words());
+    if !arguments.no_report {
+        let page = SimulationPage {
+            config: &config,
+            flight: &flight,
+            dataset: &dataset,
+            run: &run,
+            reference: reference.as_ref(),
+            score: scored.as_ref(),
+            summary: &summary,
+        };
+        page.write(&out.join("report.html"))?;
+    }
+    summary.run.wall_s = started.elapsed().as_secs_f64();
+    output::write_json(&summary, &out.join("summary.json"))?;
+    print!("{}", summary.run.in_words(&out));
+    Ok(())
+}

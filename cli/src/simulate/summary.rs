@@ -1,0 +1,117 @@
+//! `summary.json` of a flight in closed loop.
+
+use hovernav::autopilot::Transition;
+use hovernav_sim::{Excursion, Feedback, Flight, FlightConfig, FlightEvent, HoverStatistics};
+use serde::Serialize;
+
+use crate::summary::RunSummary;
+
+/// From when on the hover is judged, s.
+const JUDGED_FROM_S: f64 = 25.0;
+
+/// For how long the worst after a disturbance is sought, s.
+const FOLLOWED_S: f64 = 20.0;
+
+/// The summary of a simulated flight: that of the filter, and that of the closed loop.
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    #[serde(flatten)]
+    pub run: RunSummary,
+    pub flight: ClosedLoopSummary,
+}
+
+/// What the closed loop did.
+#[derive(Debug, Serialize)]
+pub struct ClosedLoopSummary {
+    /// What the autopilot flew on.
+    feedback: &'static str,
+    /// When it crashed.
+    crashed_s: Option<f64>,
+    /// What it was doing at the end.
+    last_mode: String,
+    transitions: Vec<TransitionSummary>,
+    disturbances: Vec<DisturbanceSummary>,
+    judged_from_s: f64,
+    velocity_rms_mps: [f64; 3],
+    attitude_rms_deg: [f64; 2],
+    heading_worst_deg: f64,
+    position_rms_m: [f64; 3],
+    sticks_rms: [f64; 4],
+}
+
+#[derive(Debug, Serialize)]
+pub struct TransitionSummary {
+    pub time_s: f64,
+    pub from: String,
+    pub to: String,
+    pub reason: String,
+}
+
+#[derive(Debug, Serialize)]
+pub struct DisturbanceSummary {
+    pub time_s: f64,
+    /// Steepest tilt and fastest motion in the 20 s after it.
+    pub tilt_worst_deg: f64,
+    pub speed_worst_mps: f64,
+}
+
+impl ClosedLoopSummary {
+    pub fn new(config: &FlightConfig, flight: &Flight) -> Self {
+        let held = flight.statistics(JUDGED_FROM_S);
+        let HoverStatistics { velocity_rms_mps, attitude_rms_deg, position_rms_m, .. } = held;
+        let change = |change: &Transition| TransitionSummary {
+            time_s: change.time.seconds(),
+            from: format!("{:?}", change.from).to_lowercase(),
+            to: format!("{:?}", change.to).to_lowercase(),
+            reason: format!("{:?}", change.reason).to_lowercase(),
+        };
+        let is_disturbance = |event: &FlightEvent| !matches!(event, FlightEvent::AddSticks(_));
+        let disturbances = config.events.iter().filter(|(_, event)| is_disturbance(event));
+        let disturbances = disturbances.map(|(at_s, _)| {
+            let Excursion { tilt_rad, speed_mps } = flight.excursion(*at_s, FOLLOWED_S);
+            DisturbanceSummary {
+                time_s: *at_s,
+                tilt_worst_deg: tilt_rad.to_degrees(),
+                speed_worst_mps: speed_mps,
+            }
+        });
+        Self {
+            feedback: match config.feedback {
+                Feedback::Estimator => "estimator",
+                Feedback::Truth => "truth",
+            },
+            crashed_s: flight.crashed_s,
+            last_mode: flight
+                .samples
+                .last()
+                .map_or_else(|| "none".into(), |last| format!("{:?}", last.mode).to_lowercase()),
+            transitions: flight.transitions.iter().map(change).collect(),
+            disturbances: disturbances.collect(),
+            judged_from_s: JUDGED_FROM_S,
+            velocity_rms_mps,
+            attitude_rms_deg,
+            heading_worst_deg: held.heading_worst_deg,
+            position_rms_m,
+            sticks_rms: held.sticks_rms,
+        }
+    }
+
+    pub fn transitions(&self) -> &[TransitionSummary] {
+        &self.transitions
+    }
+
+    /// The hover in a line.
+    pub fn in_words(&self) -> String {
+        if let Some(crashed_s) = self.crashed_s {
+            return format!("crashed at {crashed_s:.2} s");
+        }
+        let [u, v, w] = self.velocity_rms_mps;
+        let [roll, pitch] = self.attitude_rms_deg;
+        let [north, east, down] = self.position_rms_m;
+        format!(
+            "from {:.0} s on: u, v, w {u:.2}, {v:.2}, {w:.2} m/s, roll, pitch {roll:.1}°, {pitch:.1}°, \
+             position {north:.1}, {east:.1}, {down:.1} m RMS, heading within {:.1}°",
+            self.judged_from_s, self.heading_worst_deg
+        )
+    }
+}

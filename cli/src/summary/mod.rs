@@ -1,0 +1,7 @@
+//! `summary.json` of a run of the filter, for programs, for the page and for the terminal.
+
+mod reproduction;
+mod run;
+mod words;
+
+pub use run::{OutageDrift, RunSummary};

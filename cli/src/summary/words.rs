@@ -1,0 +1,109 @@
+//! The summary of a run in words, for the page and the terminal.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use hovernav_log::{Axis, Statistics};
+
+use super::run::{AlignmentSummary, RunSummary};
+use crate::page::Fact;
+
+impl RunSummary {
+    /// The facts of the run as the page's table has them.
+    pub fn facts(&self) -> Vec<Fact> {
+        let mut facts = vec![
+            Fact::new("input", &self.input),
+            Fact::new("duration", format!("{:.1} s", self.duration_s)),
+            Fact::new("inertial samples", self.imu_samples),
+            Fact::new(
+                "fixes used / refused / unusable",
+                format!(
+                    "{} / {} / {}",
+                    self.gps_fixes_used, self.gps_fixes_rejected, self.gps_fixes_unusable
+                ),
+            ),
+        ];
+        if let Some(alignment) = &self.alignment {
+            facts.push(Fact::new("alignment", alignment.in_words()));
+        }
+        for outage in &self.outages {
+            let span = format!("outage {} s for {} s", outage.start_s, outage.duration_s);
+            let drift =
+                outage.max_horizontal_m.map_or("not covered by a reference".into(), |drift| {
+                    format!("drifted {drift:.2} m")
+                });
+            facts.push(Fact { label: span, value: drift });
+        }
+        if let Some(Statistics { median, max, .. }) = self.outage_drift_m {
+            let words = format!("{median:.2} m median, {max:.2} m worst");
+            facts.push(Fact { label: "drift in outages".into(), value: words });
+        }
+        facts
+    }
+
+    /// The few numbers to see first.
+    pub fn headlines(&self) -> Vec<Fact> {
+        let Some(error) = &self.error else { return Vec::new() };
+        let mut headlines = Vec::new();
+        for (label, axes, unit) in [
+            ("velocity RMSE n / e / d", ["vn_mps", "ve_mps", "vd_mps"], "m/s"),
+            ("attitude RMSE roll / pitch / yaw", ["roll_deg", "pitch_deg", "yaw_deg"], "°"),
+        ] {
+            let numbers: Vec<String> = axes
+                .iter()
+                .filter_map(|axis| Some(format!("{:.3}", error.get(axis)?.rmse)))
+                .collect();
+            if !numbers.is_empty() {
+                headlines.push(Fact::new(label, format!("{} {unit}", numbers.join(" / "))));
+            }
+        }
+        headlines
+    }
+
+    /// What the terminal shows.
+    pub fn in_words(&self, out: &Path) -> String {
+        let mut text = String::new();
+        for fact in self.facts() {
+            let _ = writeln!(text, "{:<32} {}", fact.label, fact.value);
+        }
+        if let Some(error) = &self.error {
+            let _ = writeln!(
+                text,
+                "{:<32} {:>9} {:>9} {:>9} {:>9}",
+                "error", "rmse", "median", "p95", "max"
+            );
+            for axis in Axis::ALL {
+                if let Some(Statistics { rmse, median, p95, max }) = error.get(axis.name()) {
+                    let name = axis.name();
+                    let _ = writeln!(
+                        text,
+                        "  {name:<30} {rmse:>9.3} {median:>9.3} {p95:>9.3} {max:>9.3}"
+                    );
+                }
+            }
+        }
+        if let Some(reproduction) = &self.reproduction {
+            let _ = writeln!(text, "{}", reproduction.in_words());
+        }
+        for warning in &self.warnings {
+            let _ = writeln!(text, "warning: {warning}");
+        }
+        let _ = writeln!(text, "{:<32} {} ({:.3} s)", "written", out.display(), self.wall_s);
+        text
+    }
+}
+
+impl AlignmentSummary {
+    fn in_words(&self) -> String {
+        let source = match (self.heading, self.heading_found_s) {
+            ("unknown", Some(found_s)) => format!("heading found in motion at {found_s:.1} s"),
+            ("unknown", None) => "heading not found".to_owned(),
+            (source, _) => format!("heading from {source}"),
+        };
+        let rest = if self.at_rest { "at rest" } else { "in motion" };
+        format!(
+            "at {:.2} s, {rest}, roll and pitch {}, {source}, sure to {:.1}°",
+            self.end_s, self.attitude, self.heading_sigma_deg
+        )
+    }
+}

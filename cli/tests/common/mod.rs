@@ -1,0 +1,69 @@
+//! What the tests of the command share.
+#![allow(dead_code, reason = "no test uses all of it")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// The helicopter's flight that comes with the project.
+pub const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");
+
+/// Runs the command.
+pub fn hovernav(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().expect("the command runs")
+}
+
+/// What the command wrote to standard output; it must have succeeded.
+#[track_caller]
+pub fn succeeds(arguments: &[&str]) -> String {
+    let run = hovernav(arguments);
+    assert!(run.status.success(), "{run:?}");
+    String::from_utf8(run.stdout).expect("text")
+}
+
+/// The one line with which the command refuses, at exit status 1.
+#[track_caller]
+pub fn refusal(arguments: &[&str]) -> String {
+    let run = hovernav(arguments);
+    assert_eq!(run.status.code(), Some(1), "{run:?}");
+    let message = String::from_utf8(run.stderr).expect("text");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    message
+}
+
+/// An empty directory of this name, which each test has to itself.
+pub fn place(name: &str) -> PathBuf {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&place);
+    fs::create_dir_all(&place).expect("a directory can be made");
+    place
+}
+
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("the path is text")
+}
+
+/// The `summary.json` that a verb left in `out`.
+pub fn summary(out: &Path) -> Value {
+    let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
+    serde_json::from_str(&text).expect("valid JSON")
+}
+
+/// A copy of those files of a dataset for which `change` gives a new text.
+pub fn changed(
+    dataset: &str,
+    name: &str,
+    files: &[&str],
+    change: impl Fn(&str, String) -> Option<String>,
+) -> PathBuf {
+    let dir = place(name);
+    for part in files {
+        let content = fs::read_to_string(Path::new(dataset).join(part)).expect("readable");
+        if let Some(content) = change(part, content) {
+            fs::write(dir.join(part), content).expect("writable");
+        }
+    }
+    dir
+}

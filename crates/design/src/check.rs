@@ -1,0 +1,112 @@
+//! A hover design with everything that is checked of it before it is flown.
+
+use super::disturbance::{DisturbanceResponse, TABLE_6_1};
+use super::error::DesignError;
+use super::hover::HoverDesign;
+use super::margins::{Loop, Margins};
+use super::thesis::PrintedDesign;
+use hovernav::autopilot::Gains;
+use hovernav_model::{StateSpace, shipped};
+
+/// A design and everything that was checked of it at the loop's own rate.
+#[derive(Clone, Debug)]
+pub struct CheckedDesign {
+    /// What it is designed for.
+    pub model: StateSpace,
+    /// What was asked for.
+    pub design: HoverDesign,
+    /// What the autopilot flies with.
+    pub gains: Gains,
+    /// The loop, cut open at the actuators.
+    pub closed: Loop,
+    /// How far it is from instability.
+    pub margins: Margins,
+    /// Spectral radius of the closed loop.
+    pub spectral_radius: f64,
+    /// What becomes of [`TABLE_6_1`] with the sticks at trim.
+    pub open_responses: Vec<DisturbanceResponse>,
+    /// What becomes of it in the loops.
+    pub responses: Vec<DisturbanceResponse>,
+    /// For the model as the thesis prints it, its own design.
+    pub printed: Option<CheckedPrintedDesign>,
+    /// What a reader must know, one plain sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// The design that the thesis prints, and what becomes of the disturbances in it.
+#[derive(Clone, Debug)]
+pub struct CheckedPrintedDesign {
+    /// The design.
+    pub design: PrintedDesign,
+    /// What becomes of [`TABLE_6_1`] in its loops.
+    pub responses: Vec<DisturbanceResponse>,
+    /// Spectral radii of roll and pitch, and of heave, held at the loop's rate.
+    pub spectral_radii: [f64; 2],
+}
+
+/// The margins below which a loop is warned of.
+const LEAST_GAIN_DB: f64 = 6.0;
+const LEAST_PHASE_DEG: f64 = 45.0;
+
+impl CheckedDesign {
+    /// How long disturbances are followed, s.
+    pub const FOLLOWED_S: f64 = 20.0;
+
+    /// Designs the gains for `model`, closes the loop and checks it.
+    ///
+    /// # Errors
+    /// [`DesignError`] where the model cannot be designed for.
+    pub fn new(model: StateSpace, design: HoverDesign) -> Result<Self, DesignError> {
+        let gains = design.synthesise(&model)?;
+        let closed = design.close(&model, &gains)?;
+        let poles = closed.closed_poles()?;
+        let spectral_radius = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+        let margins = closed.margins()?;
+        let respond = |disturbance| design.respond(&model, &gains, disturbance, Self::FOLLOWED_S);
+        let drift = |disturbance| design.drift(&model, disturbance, Self::FOLLOWED_S);
+        let responses = TABLE_6_1.into_iter().map(respond).collect::<Result<Vec<_>, _>>()?;
+        let open_responses = TABLE_6_1.into_iter().map(drift).collect::<Result<_, _>>()?;
+        let printed = (model == shipped::thesis())
+            .then(|| CheckedPrintedDesign::new(design.period_s))
+            .transpose()?;
+
+        let mut warnings: Vec<String> =
+            model.step_taken_for_rate(design.period_s).iter().map(ToString::to_string).collect();
+        for channel in &margins.channels {
+            let (gain_db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());
+            if gain_db < LEAST_GAIN_DB || phase_deg < LEAST_PHASE_DEG {
+                warnings.push(format!(
+                    "the {} loop has {gain_db:.1} dB and {phase_deg:.0}°, expected {LEAST_GAIN_DB} dB and \
+                     {LEAST_PHASE_DEG}°",
+                    channel.name
+                ));
+            }
+        }
+        for response in responses.iter().filter(|r| r.recovered_s(0.05).is_none_or(|s| s > 8.0)) {
+            let DisturbanceResponse { state, size, .. } = response;
+            warnings.push(format!("{state} {size} is not back at trim within 8 s"));
+        }
+        Ok(Self {
+            model,
+            design,
+            gains,
+            closed,
+            margins,
+            spectral_radius,
+            open_responses,
+            responses,
+            printed,
+            warnings,
+        })
+    }
+}
+
+impl CheckedPrintedDesign {
+    fn new(period_s: f64) -> Result<Self, DesignError> {
+        let design = PrintedDesign::new()?;
+        let respond = |(state, size)| design.respond(state, size, CheckedDesign::FOLLOWED_S, 0.01);
+        let responses = TABLE_6_1.into_iter().map(respond).collect::<Result<_, _>>()?;
+        let spectral_radii = design.spectral_radii(period_s)?;
+        Ok(Self { responses, spectral_radii, design })
+    }
+}
