@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hovernav_sysid::prediction_error::{Settings, identify};
+use hovernav_sysid::methods::prediction_error::{Settings, identify};
 
 #[path = "../tests/r50_flight/mod.rs"]
 mod r50_flight;

@@ -5,8 +5,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hovernav_sysid::subspace::{RefineSettings, SubspaceSettings, Weighting, identify, refine};
-use hovernav_sysid::{Experiment, LinearModel};
+use hovernav_model::{LinearModel, TimeDomain};
+use hovernav_sysid::methods::subspace::{
+    RefineSettings, SubspaceSettings, Weighting, identify, refine,
+};
+use hovernav_sysid::record::Experiment;
 use nalgebra::{DMatrix, DVector, dmatrix};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -26,7 +29,7 @@ fn record() -> Experiment {
         b: dmatrix![1.0; 0.5; 0.3; -0.8],
         c: dmatrix![1.0, 0.0, 1.0, 0.5],
         d: dmatrix![0.0],
-        period_s: 0.03,
+        time: TimeDomain::Discrete { period_s: 0.03 },
     };
     let inputs = DMatrix::from_fn(1000, 1, |_, _| normal());
     let clean = model.simulate(&inputs, &DVector::zeros(4));

@@ -3,9 +3,8 @@
 use std::time::Instant;
 
 use hovernav_design::{
-    DesignError, Loop, bode, care, dare, discrete_lqr, frequency_response, kalman,
-    logarithmic_frequencies, lqr, observability, reachability, root_locus, sampled_lqr,
-    step_response, zero_order_hold,
+    DesignError, Loop, bode, care, dare, discrete_lqr, kalman, logarithmic_frequencies, lqr,
+    observability, reachability, root_locus, sampled_lqr, step_response, zero_order_hold,
 };
 use hovernav_model::{Signal, StateSpace, TimeDomain, hover, shipped};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
@@ -372,7 +371,7 @@ fn margins_of_a_textbook_loop_are_those_of_its_closed_form() {
     assert!((phase.margin - expected).abs() < 1e-9);
     assert!((channel.delay_s.unwrap() - expected / w).abs() < 1e-9);
     let bandwidth = channel.disturbance_rejection_bandwidth_radps.unwrap();
-    let open = frequency_response(third_order(1.0).open(), bandwidth).unwrap()[(0, 0)];
+    let open = third_order(1.0).open().linear().frequency_response(bandwidth).unwrap()[(0, 0)];
     let sensitivity = (Complex::new(1.0, 0.0) + open).inv().norm();
     assert!((sensitivity - 0.5f64.sqrt()).abs() < 1e-9);
     // The guarantee of the disk lies within the margins one at a time.

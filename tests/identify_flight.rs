@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use hovernav_log::Dataset;
 use hovernav_sysid::helicopter::Kind;
-use hovernav_sysid::identify::{Identification, Velocity, identify};
-use hovernav_sysid::prediction_error::{Estimates, Fit};
-use hovernav_sysid::test_points::{STICKS, find_test_points};
+use hovernav_sysid::helicopter::{Identification, Velocity, identify};
+use hovernav_sysid::methods::prediction_error::{Estimates, Fit};
+use hovernav_sysid::record::{STICKS, find_test_points};
 
 fn folder() -> Option<PathBuf> {
     let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/datasets/heli-hover"));

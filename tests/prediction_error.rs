@@ -2,10 +2,10 @@
 
 mod r50_flight;
 
-use hovernav_sysid::Experiment;
 use hovernav_sysid::helicopter::Kind;
-use hovernav_sysid::prediction_error::{Dropping, Settings, Status, identify};
-use hovernav_sysid::structure::{Parameter, Structure};
+use hovernav_sysid::methods::prediction_error::{Dropping, Settings, Status, identify};
+use hovernav_sysid::methods::structure::{Parameter, Structure};
+use hovernav_sysid::record::Experiment;
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;

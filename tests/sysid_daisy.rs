@@ -5,12 +5,13 @@
 
 mod sysid_data;
 
-use hovernav_sysid::subspace::{
+use hovernav_sysid::methods::InnovationModel;
+use hovernav_sysid::methods::subspace::{
     Criterion, RefineSettings, SearchSettings, SubspaceSettings, fit_initial_state, identify,
     refine, search,
 };
-use hovernav_sysid::validate::fit_percent;
-use hovernav_sysid::{Experiment, InnovationModel};
+use hovernav_sysid::methods::validate::fit_percent;
+use hovernav_sysid::record::Experiment;
 use sysid_data::recorded;
 
 /// Both halves about the trim of the first.

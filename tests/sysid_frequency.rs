@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use hovernav_sysid::frequency::{
+use hovernav_model::{LinearModel, TimeDomain};
+use hovernav_sysid::methods::frequency::{
     Band, FrequencyError, ResponseFitSettings, ResponseSettings, fit_response, frequency_response,
 };
-use hovernav_sysid::inputs::Maneuver;
-use hovernav_sysid::{Experiment, LinearModel};
+use hovernav_sysid::record::{Experiment, Maneuver};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -22,12 +22,12 @@ fn plant() -> LinearModel {
         b: dmatrix![0.5, 0.1; 0.05, -0.3],
         c: DMatrix::identity(2, 2),
         d: DMatrix::zeros(2, 2),
-        period_s: PERIOD_S,
+        time: TimeDomain::Discrete { period_s: PERIOD_S },
     }
 }
 
 fn true_response(model: &LinearModel, frequency_hz: f64) -> DMatrix<Complex<f64>> {
-    let shift = Complex::from_polar(1.0, TAU * frequency_hz * model.period_s);
+    let shift = Complex::from_polar(1.0, TAU * frequency_hz * PERIOD_S);
     let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
     let order = model.order();
     let resolvent = DMatrix::from_diagonal_element(order, order, shift) - complex(&model.a);

@@ -2,14 +2,14 @@
 
 mod sysid_data;
 
-use hovernav_sysid::Experiment;
-use hovernav_sysid::inputs::Maneuver;
-use hovernav_sysid::preprocess::{
-    InputFault, KinematicChannels, KinematicFault, LowPass, SegmentSettings, check_inputs,
-    check_kinematics, excited_segments, resample, uniform,
+use hovernav_sysid::methods::excitation::{InputFault, check_inputs};
+use hovernav_sysid::methods::subspace::{SubspaceSettings, identify};
+use hovernav_sysid::methods::validate::{Horizon, validate};
+use hovernav_sysid::record::preprocess::{
+    KinematicChannels, KinematicFault, LowPass, SegmentSettings, check_kinematics,
+    excited_segments, resample, uniform,
 };
-use hovernav_sysid::subspace::{SubspaceSettings, identify};
-use hovernav_sysid::validate::{Horizon, validate};
+use hovernav_sysid::record::{Experiment, Maneuver};
 use nalgebra::DMatrix;
 use sysid_data::recorded;
 

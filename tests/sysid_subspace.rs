@@ -1,10 +1,12 @@
 //! Subspace identification finds what made the data, and says why where it cannot.
 
-use hovernav_sysid::subspace::{
+use hovernav_model::{LinearModel, TimeDomain};
+use hovernav_sysid::methods::InnovationModel;
+use hovernav_sysid::methods::subspace::{
     Criterion, InputFit, RefineSettings, SubspaceError, SubspaceSettings, Weighting, identify,
     refine,
 };
-use hovernav_sysid::{Experiment, InnovationModel, LinearModel};
+use hovernav_sysid::record::Experiment;
 use nalgebra::{Complex, DMatrix, dmatrix};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -17,7 +19,7 @@ fn coupled() -> InnovationModel {
         b: dmatrix![1.0, 0.0; 0.2, 0.5; 0.3, -1.0],
         c: dmatrix![1.0, 0.0, 0.5; 0.0, 1.0, 1.0],
         d: dmatrix![0.0, 0.1; 0.0, 0.0],
-        period_s: 0.03,
+        time: TimeDomain::Discrete { period_s: 0.03 },
     };
     InnovationModel { system, gain: dmatrix![0.3, 0.0; 0.1, 0.2; 0.0, 0.1] }
 }
@@ -26,7 +28,7 @@ fn coupled() -> InnovationModel {
 fn flown(model: &InnovationModel, feedback: [f64; 2], noise: f64, samples: usize) -> Experiment {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-    let LinearModel { a, b, c, d, period_s } = &model.system;
+    let LinearModel { a, b, c, d, .. } = &model.system;
     let mut inputs = DMatrix::zeros(samples, b.ncols());
     let mut outputs = DMatrix::zeros(samples, c.nrows());
     let mut state = DMatrix::zeros(a.nrows(), 1);
@@ -40,7 +42,7 @@ fn flown(model: &InnovationModel, feedback: [f64; 2], noise: f64, samples: usize
     }
     let names = |letter: &str, count: usize| (0..count).map(|k| format!("{letter}{k}")).collect();
     let (inputs_named, outputs_named) = (names("u", b.ncols()), names("y", c.nrows()));
-    Experiment::new("made", *period_s, inputs_named, outputs_named, inputs, outputs).unwrap()
+    Experiment::new("made", 0.03, inputs_named, outputs_named, inputs, outputs).unwrap()
 }
 
 /// No feedback.

@@ -1,8 +1,8 @@
 //! An R-50 in a closed loop at 100 Hz, excited by multisines, with process and measurement noise.
 
-use hovernav_sysid::Experiment;
 use hovernav_sysid::helicopter::Kind;
-use hovernav_sysid::structure::Structure;
+use hovernav_sysid::methods::structure::Structure;
+use hovernav_sysid::record::Experiment;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
@@ -23,7 +23,7 @@ pub fn fly(seed: u64, samples: usize) -> Experiment {
     let mut augmented = DMatrix::zeros(n + m + 6, n + m + 6);
     augmented.view_mut((0, 0), (n, n)).copy_from(&matrices.a);
     augmented.view_mut((0, n), (n, m)).copy_from(&matrices.b);
-    augmented.view_mut((0, n + m), (n, 6)).copy_from(&matrices.g);
+    augmented.view_mut((0, n + m), (n, 6)).copy_from(&structure.noise_input(&structure.start()));
     let map = (augmented * PERIOD_S).exp();
     let (phi, gamma) = (map.view((0, 0), (n, n)), map.view((0, n), (n, m + 6)));
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use hovernav_sysid::Experiment;
+use hovernav_sysid::record::Experiment;
 use nalgebra::DMatrix;
 
 /// The record `name` of the shared identification sets, its first `inputs` columns the inputs;

@@ -9,10 +9,10 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use hovernav_log::{Dataset, SmoothedRun};
-use hovernav_sysid::flight_checks::flight_warnings;
-use hovernav_sysid::flight_response::stick_responses;
 use hovernav_sysid::helicopter::Kind;
-use hovernav_sysid::identify::{FlightRecord, Identification, Velocity, identify};
+use hovernav_sysid::helicopter::flight_warnings;
+use hovernav_sysid::helicopter::stick_responses;
+use hovernav_sysid::helicopter::{FlightRecord, Identification, Velocity, identify};
 
 use self::page::IdentificationPage;
 use self::summary::Summary;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use hovernav_log::{Dataset, Run};
-use hovernav_sysid::identify::{Identification, IdentifyError};
-use hovernav_sysid::prediction_error::{Estimate, Fit};
-use hovernav_sysid::test_points::STICKS;
-use hovernav_sysid::validate::GOOD_FIT_PERCENT;
+use hovernav_sysid::helicopter::{Identification, IdentifyError};
+use hovernav_sysid::methods::prediction_error::{Estimate, Fit};
+use hovernav_sysid::methods::validate::GOOD_FIT_PERCENT;
+use hovernav_sysid::record::STICKS;
 use serde::Serialize;
 
 use crate::summary::RunSummary;

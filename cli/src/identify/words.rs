@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use hovernav_sysid::identify::Identification;
-use hovernav_sysid::prediction_error::Status;
+use hovernav_sysid::helicopter::Identification;
+use hovernav_sysid::methods::prediction_error::Status;
 
 use super::summary::Summary;
 use crate::page::Fact;

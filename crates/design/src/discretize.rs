@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::error::DesignError;
+use hovernav_model::linalg::{beside, exponential, symmetric};
 use hovernav_model::{Signal, StateSpace, TimeDomain};
 
 /// The exact discrete model of `model` behind a zero-order hold at `period_s`, its inputs acting
@@ -24,7 +25,7 @@ pub fn zero_order_hold(
     delay_s: f64,
 ) -> Result<StateSpace, DesignError> {
     let hold = Hold::new(model, period_s, delay_s)?;
-    let (a, b) = hold.transition();
+    let (a, b) = hold.transition()?;
     let mut states = model.states().to_vec();
     for ago in 1..=hold.stages {
         for input in model.inputs() {
@@ -113,22 +114,22 @@ impl<'a> Hold<'a> {
     }
 
     /// State at the start of the second piece and its input.
-    fn late_from_its_start(&self) -> DMatrix<f64> {
+    fn late_from_its_start(&self) -> Result<DMatrix<f64>, DesignError> {
         let mut late = self.late();
         if self.early_s > 0.0 {
             let (n, _) = self.sizes();
-            let moved = held(self.model, self.early_s).rows(0, n) * self.early();
+            let moved = held(self.model, self.early_s)? * self.early();
             late.rows_mut(0, n).copy_from(&moved);
         }
-        late
+        Ok(late)
     }
 
     /// A and B of the whole discrete model.
-    pub fn transition(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+    pub fn transition(&self) -> Result<(DMatrix<f64>, DMatrix<f64>), DesignError> {
         let (n, m) = self.sizes();
         let size = n + self.stages * m;
-        let through = held(self.model, self.period_s - self.early_s);
-        let end = through.rows(0, n) * self.late_from_its_start();
+        let through = held(self.model, self.period_s - self.early_s)?;
+        let end = through * self.late_from_its_start()?;
         let mut both = DMatrix::zeros(size, size + m);
         both.rows_mut(0, n).copy_from(&end);
         if self.stages > 0 {
@@ -136,20 +137,26 @@ impl<'a> Hold<'a> {
             let older = (self.stages - 1) * m;
             both.view_mut((n + m, n), (older, older)).fill_with_identity();
         }
-        (both.columns(0, size).into_owned(), both.columns(size, m).into_owned())
+        Ok((both.columns(0, size).into_owned(), both.columns(size, m).into_owned()))
     }
 
     /// The continuous cost xᵀQx + uᵀRu over one period, as a quadratic form of whole state and input.
-    pub fn cost(&self, q: &DMatrix<f64>, r: &DMatrix<f64>) -> DMatrix<f64> {
-        let late = self.late_from_its_start();
+    pub fn cost(&self, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<DMatrix<f64>, DesignError> {
+        let late = self.late_from_its_start()?;
         let form = integral(self.model, q, r, self.period_s - self.early_s);
         let mut cost = late.tr_mul(&form) * &late;
         if self.early_s > 0.0 {
             let early = self.early();
             cost += early.tr_mul(&integral(self.model, q, r, self.early_s)) * &early;
         }
-        cost
+        Ok(cost)
     }
+}
+
+/// [Φ Γ], n×(n + m): what becomes of the state and the held input in `time_s`.
+fn held(model: &StateSpace, time_s: f64) -> Result<DMatrix<f64>, DesignError> {
+    let held = model.linear().held(time_s).ok_or(DesignError::NotFinite { matrix: "AT" })?;
+    Ok(beside(&held.a, &held.b))
 }
 
 /// A and B above zeros: the generator of state and held input.
@@ -161,11 +168,6 @@ fn generator(model: &StateSpace) -> DMatrix<f64> {
     generator
 }
 
-/// What becomes of state and held input in `time_s`.
-fn held(model: &StateSpace, time_s: f64) -> DMatrix<f64> {
-    (generator(model) * time_s).exp()
-}
-
 /// The cost of state and held input over `time_s`, as a quadratic form of both, by Van Loan.
 fn integral(model: &StateSpace, q: &DMatrix<f64>, r: &DMatrix<f64>, time_s: f64) -> DMatrix<f64> {
     let generator = generator(model);
@@ -175,7 +177,7 @@ fn integral(model: &StateSpace, q: &DMatrix<f64>, r: &DMatrix<f64>, time_s: f64)
     whole.view_mut((0, size), (n, n)).copy_from(q);
     whole.view_mut((n, size + n), (size - n, size - n)).copy_from(r);
     whole.view_mut((size, size), (size, size)).copy_from(&generator);
-    let whole = (whole * time_s).exp();
+    let whole = exponential(&whole, time_s);
     let form = whole.view((size, size), (size, size)).tr_mul(&whole.view((0, size), (size, size)));
-    super::linalg::symmetric(&form)
+    symmetric(&form)
 }

@@ -99,7 +99,7 @@ fn largest<const N: usize>(rows: &[[f64; N]]) -> [f64; N] {
 }
 
 /// A linear system left to itself, and what is read off its state.
-pub(super) struct Free<'a> {
+pub(super) struct FreeResponse<'a> {
     /// From one row to the next.
     pub step: &'a DMatrix<f64>,
     pub interval_s: f64,
@@ -109,7 +109,7 @@ pub(super) struct Free<'a> {
     pub sticks: &'a DMatrix<f64>,
 }
 
-impl Free<'_> {
+impl FreeResponse<'_> {
     /// From `size` in `state`, all else at trim.
     pub fn respond(
         &self,

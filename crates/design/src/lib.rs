@@ -2,18 +2,18 @@
 //!
 //! [`care`] and [`dare`] solve the Riccati equations without LAPACK; [`lqr`], [`sampled_lqr`] and
 //! [`kalman`] turn them into gains; [`zero_order_hold`] turns a continuous model into what a sampled
-//! loop sees of it. [`reachability`] says whether a model can be controlled, [`frequency_response`],
+//! loop sees of it. [`reachability`] says whether a model can be controlled, [`bode`],
 //! [`step_response`] and [`root_locus`] how a loop behaves, and [`Loop::margins`] how far it is from
 //! not behaving. [`hover`] makes of these the gains that [`autopilot`](hovernav::autopilot) flies with;
 //! [`thesis`] is the design that they replace.
 
+mod arguments;
 mod check;
 mod discretize;
 mod disturbance;
+mod double_double;
 mod error;
-mod exact;
 pub mod hover;
-mod linalg;
 mod lqr;
 mod margins;
 mod reachability;
@@ -28,7 +28,5 @@ pub use error::DesignError;
 pub use lqr::{Regulator, discrete_lqr, kalman, lqr, sampled_lqr};
 pub use margins::{ChannelMargins, Crossing, Loop, Margins, Peak};
 pub use reachability::{Reachability, observability, reachability};
-pub use response::{
-    StepResponse, bode, frequency_response, logarithmic_frequencies, root_locus, step_response,
-};
+pub use response::{StepResponse, bode, logarithmic_frequencies, root_locus, step_response};
 pub use riccati::{RiccatiSolution, care, dare};

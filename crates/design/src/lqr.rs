@@ -2,11 +2,12 @@
 
 use nalgebra::{Complex, DMatrix};
 
+use super::arguments::{check, check_definite, inverse};
 use super::discretize::{Hold, zero_order_hold};
 use super::error::DesignError;
-use super::linalg::{check, check_definite, inverse};
 use super::riccati::{care, dare};
-use hovernav_model::{StateSpace, TimeDomain, eigenvalues};
+use hovernav_model::linalg::eigenvalues;
+use hovernav_model::{StateSpace, TimeDomain};
 
 /// A state feedback u = −K x with what is known of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +93,7 @@ pub fn sampled_lqr(
     check_definite("R", r, m, true)?;
     let sampled = zero_order_hold(model, period_s, delay_s)?;
     let size = sampled.states().len();
-    let cost = Hold::new(model, period_s, delay_s)?.cost(q, r);
+    let cost = Hold::new(model, period_s, delay_s)?.cost(q, r)?;
     let solution = dare(
         sampled.a(),
         sampled.b(),

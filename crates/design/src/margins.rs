@@ -4,10 +4,11 @@ use std::f64::consts::PI;
 
 use nalgebra::{Complex, DMatrix};
 
+use super::arguments::check;
 use super::error::DesignError;
-use super::linalg::{check, complex};
-use super::response::{frequency_response, logarithmic_frequencies};
-use hovernav_model::{Signal, StateSpace, TimeDomain, eigenvalues};
+use super::response::logarithmic_frequencies;
+use hovernav_model::linalg::{complex, eigenvalues};
+use hovernav_model::{Signal, StateSpace, TimeDomain};
 
 /// A loop with negative feedback, cut open: L from what is sent into the cut to minus what comes
 /// back, as many outputs as inputs.
@@ -256,7 +257,7 @@ impl Loop {
 
     /// (I + L)⁻¹ at a frequency.
     fn sensitivity(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
-        let mut around = frequency_response(&self.open, frequency_radps)?;
+        let mut around = self.open.linear().frequency_response(frequency_radps)?;
         for index in 0..around.nrows() {
             around[(index, index)] += Complex::ONE;
         }

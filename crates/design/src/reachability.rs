@@ -3,8 +3,8 @@
 use nalgebra::{Complex, DMatrix};
 
 use super::error::DesignError;
-use super::linalg::{beside, complex};
-use hovernav_model::{StateSpace, TimeDomain, eigenvalues};
+use hovernav_model::linalg::{beside, complex, eigenvalues, exponential, symmetric};
+use hovernav_model::{StateSpace, TimeDomain};
 
 /// How well the inputs reach the states, or, of [`observability`], the outputs show them.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,8 +74,8 @@ fn analysed(
     Ok(Reachability { rank, states, modes, gramian, gramian_eigenvalues })
 }
 
-/// Dimension of the space that B, AB, A²B, … span, grown one block at a time in orthonormal
-/// directions, so that powers of A neither swell nor fade.
+/// Dimension of the space that B, AB, A²B, … span, built block by block in an orthonormal
+/// basis, so that powers of A neither overflow nor vanish.
 fn rank(a: &DMatrix<f64>, b: &DMatrix<f64>) -> usize {
     let n = a.nrows();
     let mut basis = DMatrix::zeros(n, 0);
@@ -150,14 +150,14 @@ fn gramian(a: &DMatrix<f64>, b: &DMatrix<f64>, time: TimeDomain, horizon_s: f64)
             whole.view_mut((0, 0), (n, n)).copy_from(&-a);
             whole.view_mut((0, n), (n, n)).copy_from(&spread);
             whole.view_mut((n, n), (n, n)).copy_from(&a.transpose());
-            let whole = (whole * short_s).exp();
+            let whole = exponential(&whole, short_s);
             let mut step = whole.view((n, n), (n, n)).transpose();
             let mut gramian = &step * whole.view((0, n), (n, n));
             for _ in 0..doublings {
                 gramian = &gramian + &step * &gramian * step.transpose();
                 step = &step * &step;
             }
-            super::linalg::symmetric(&gramian)
+            symmetric(&gramian)
         }
         TimeDomain::Discrete { period_s } => {
             let steps = (horizon_s / period_s).ceil().clamp(1.0, 1e6) as usize;
@@ -171,7 +171,7 @@ fn gramian(a: &DMatrix<f64>, b: &DMatrix<f64>, time: TimeDomain, horizon_s: f64)
                     break;
                 }
             }
-            super::linalg::symmetric(&gramian)
+            symmetric(&gramian)
         }
     }
 }

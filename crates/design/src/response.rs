@@ -6,28 +6,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::discretize::zero_order_hold;
 use super::error::DesignError;
-use super::linalg::complex;
-use hovernav_model::{StateSpace, TimeDomain, eigenvalues};
-
-/// C(zI − A)⁻¹B + D, p×m, at `frequency_radps`: z = jω for a continuous model, e^(jωT) for a discrete
-/// one. The points of a Nyquist plot, for a single loop. `None` at a mode on the border of stability.
-#[must_use]
-pub fn frequency_response(
-    model: &StateSpace,
-    frequency_radps: f64,
-) -> Option<DMatrix<Complex<f64>>> {
-    let z = match model.time() {
-        TimeDomain::Continuous => Complex::new(0.0, frequency_radps),
-        TimeDomain::Discrete { period_s } => Complex::from_polar(1.0, frequency_radps * period_s),
-    };
-    let mut resolvent = complex(&-model.a());
-    for index in 0..resolvent.nrows() {
-        resolvent[(index, index)] += z;
-    }
-    let states = resolvent.lu().solve(&complex(model.b()))?;
-    let response = complex(model.c()) * states + complex(model.d());
-    response.iter().all(|value| value.is_finite()).then_some(response)
-}
+use hovernav_model::linalg::eigenvalues;
+use hovernav_model::{StateSpace, TimeDomain};
 
 /// `count` frequencies from `lowest_radps` to `highest_radps`, even on a logarithmic scale.
 #[must_use]
@@ -56,7 +36,7 @@ pub fn bode(
     }
     let mut before: Option<f64> = None;
     let points = frequencies_radps.iter().map(|&frequency| {
-        let Some(response) = frequency_response(model, frequency) else {
+        let Some(response) = model.linear().frequency_response(frequency) else {
             return (f64::NAN, f64::NAN);
         };
         let value = response[(output, input)];

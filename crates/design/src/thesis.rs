@@ -17,10 +17,11 @@
 
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 
-use super::disturbance::{DisturbanceResponse, Free};
+use super::disturbance::{DisturbanceResponse, FreeResponse};
 use super::{DesignError, Reachability, Regulator};
 use super::{lqr, observability, reachability, zero_order_hold};
-use hovernav_model::{StateSpace, eigenvalues, hover, shipped};
+use hovernav_model::linalg::{eigenvalues, exponential};
+use hovernav_model::{StateSpace, hover, shipped};
 
 /// The gains of Paw (2005), chapter 6, on his model.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,7 +113,7 @@ impl PrintedDesign {
 
         let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
         let generator = dmatrix![zw, 0.0, zcol; 1.0, 0.0, 0.0; 0.0, 0.0, 0.0];
-        let mut step = (generator * period_s).exp();
+        let mut step = exponential(&generator, period_s);
         // The third state is the stick held: from one sample to the next it is what the gains say.
         let command = -dmatrix![kp + kd * zw, ki, kd * zcol];
         let onto = step.column(2) * &command;
@@ -163,9 +164,9 @@ impl PrintedDesign {
         interval_s: f64,
     ) -> Result<DisturbanceResponse, DesignError> {
         let sticks = self.sticks();
-        let step = (self.generator(&sticks) * interval_s).exp();
+        let step = exponential(&self.generator(&sticks), interval_s);
         let sticks = sticks / FULL_STICK;
-        let free = Free { step: &step, interval_s, states: PLACES, sticks: &sticks };
-        free.respond(state, size, duration_s)
+        let response = FreeResponse { step: &step, interval_s, states: PLACES, sticks: &sticks };
+        response.respond(state, size, duration_s)
     }
 }

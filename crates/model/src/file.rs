@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use super::error::ModelError;
-use super::state_space::{Parameter, Signal, StateSpace, TimeDomain};
+use super::linear::TimeDomain;
+use super::signal::Signal;
+use super::state_space::{Parameter, StateSpace};
 
 type Rows = Vec<Vec<f64>>;
 
@@ -68,7 +70,7 @@ impl StateSpace {
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
         let refused = |start: usize, reason: String| ModelError::File {
             path: path.into(),
-            line: 1 + text.bytes().take(start).filter(|&byte| byte == b'\n').count(),
+            line: line_at(text, start),
             reason: reason.replace('\n', ", "),
         };
         let written: Written = toml::from_str(text).map_err(|error| {
@@ -222,4 +224,10 @@ fn matrix(rows: &Rows) -> Result<DMatrix<f64>, String> {
         ));
     }
     Ok(DMatrix::from_fn(rows.len(), columns, |row, column| rows[row][column]))
+}
+
+/// The line, from 1, at byte `offset` of `text`: what an error in a file points at.
+#[must_use]
+pub fn line_at(text: &str, offset: usize) -> usize {
+    1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count()
 }

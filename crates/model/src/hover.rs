@@ -6,7 +6,9 @@
 use nalgebra::{DMatrix, dmatrix};
 
 use super::error::ModelError;
-use super::state_space::{Signal, StateSpace, TimeDomain};
+use super::linear::TimeDomain;
+use super::signal::Signal;
+use super::state_space::StateSpace;
 use hovernav::controls::Sticks;
 
 /// Derivatives of the hybrid hover model: fuselage and first-order flapping.

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use super::state_space::{StateSpace, TimeDomain};
+use super::linear::TimeDomain;
+use super::state_space::StateSpace;
 
 /// The states whose own diagonal term is a damping: rates and velocities.
 const DAMPED: [&str; 6] = ["p", "q", "r", "u", "v", "w"];

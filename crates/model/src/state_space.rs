@@ -1,60 +1,10 @@
 //! A linear model that knows its names, units and time domain.
 
-use std::fmt;
-
 use nalgebra::DMatrix;
 
 use super::error::ModelError;
-
-/// Whether a model's matrices say how fast the state changes, or what it is one period later.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TimeDomain {
-    /// ẋ = A x + B u.
-    Continuous,
-    /// x⁺ = A x + B u, one period later.
-    Discrete {
-        /// The period, s, above zero.
-        period_s: f64,
-    },
-}
-
-impl TimeDomain {
-    /// `"continuous"` or `"discrete"`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Continuous => "continuous",
-            Self::Discrete { .. } => "discrete",
-        }
-    }
-}
-
-impl fmt::Display for TimeDomain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Continuous => f.write_str("continuous"),
-            Self::Discrete { period_s } => write!(f, "discrete, {period_s} s"),
-        }
-    }
-}
-
-/// The name and unit of a state, an input or an output.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Signal {
-    /// Name, as `p` or `lateral`.
-    pub name: String,
-    /// Unit, as `rad/s` or `stick`.
-    pub unit: String,
-}
-
-impl Signal {
-    /// A signal of this name and unit.
-    #[must_use]
-    pub fn new(name: &str, unit: &str) -> Self {
-        Self { name: name.into(), unit: unit.into() }
-    }
-}
+use super::linear::{LinearModel, TimeDomain};
+use super::signal::{Signal, check_names, check_unique, position};
 
 /// A parameter from which the matrices were filled.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
@@ -75,14 +25,10 @@ pub struct Parameter {
 pub struct StateSpace {
     name: String,
     source: String,
-    time: TimeDomain,
+    linear: LinearModel,
     states: Vec<Signal>,
     inputs: Vec<Signal>,
     outputs: Vec<Signal>,
-    a: DMatrix<f64>,
-    b: DMatrix<f64>,
-    c: DMatrix<f64>,
-    d: DMatrix<f64>,
     parameters: Vec<Parameter>,
     covariance: Option<DMatrix<f64>>,
 }
@@ -114,14 +60,10 @@ impl StateSpace {
         Ok(Self {
             name: name.into(),
             source: String::new(),
-            time,
+            linear: LinearModel::of_states(time, a, b),
             outputs: states.clone(),
             states,
             inputs,
-            a,
-            b,
-            c: DMatrix::identity(n, n),
-            d: DMatrix::zeros(n, m),
             parameters: Vec::new(),
             covariance: None,
         })
@@ -154,7 +96,7 @@ impl StateSpace {
         check_names("outputs", &outputs)?;
         check_matrix("C", &c, outputs.len(), self.states.len())?;
         check_matrix("D", &d, outputs.len(), self.inputs.len())?;
-        (self.outputs, self.c, self.d) = (outputs, c, d);
+        (self.outputs, self.linear.c, self.linear.d) = (outputs, c, d);
         Ok(self)
     }
 
@@ -208,10 +150,16 @@ impl StateSpace {
         &self.source
     }
 
+    /// The matrices with their time domain.
+    #[must_use]
+    pub fn linear(&self) -> &LinearModel {
+        &self.linear
+    }
+
     /// Continuous or discrete.
     #[must_use]
     pub fn time(&self) -> TimeDomain {
-        self.time
+        self.linear.time
     }
 
     /// Names and units of the n states.
@@ -235,25 +183,25 @@ impl StateSpace {
     /// A, n×n.
     #[must_use]
     pub fn a(&self) -> &DMatrix<f64> {
-        &self.a
+        &self.linear.a
     }
 
     /// B, n×m.
     #[must_use]
     pub fn b(&self) -> &DMatrix<f64> {
-        &self.b
+        &self.linear.b
     }
 
     /// C, p×n.
     #[must_use]
     pub fn c(&self) -> &DMatrix<f64> {
-        &self.c
+        &self.linear.c
     }
 
     /// D, p×m.
     #[must_use]
     pub fn d(&self) -> &DMatrix<f64> {
-        &self.d
+        &self.linear.d
     }
 
     /// The parameters that fill the matrices, where told.
@@ -273,7 +221,7 @@ impl StateSpace {
     /// # Errors
     /// [`ModelError::TimeDomain`].
     pub fn require_continuous(&self) -> Result<(), ModelError> {
-        match self.time {
+        match self.time() {
             TimeDomain::Continuous => Ok(()),
             TimeDomain::Discrete { .. } => {
                 Err(ModelError::TimeDomain { found: "discrete", expected: "a continuous model" })
@@ -286,7 +234,7 @@ impl StateSpace {
     /// # Errors
     /// [`ModelError::TimeDomain`] for a continuous one.
     pub fn require_discrete(&self) -> Result<f64, ModelError> {
-        match self.time {
+        match self.time() {
             TimeDomain::Discrete { period_s } => Ok(period_s),
             TimeDomain::Continuous => {
                 Err(ModelError::TimeDomain { found: "continuous", expected: "a discrete model" })
@@ -321,11 +269,11 @@ impl StateSpace {
         let columns = inputs.iter().map(|name| self.input(name)).collect::<Result<Vec<_>, _>>()?;
         let kept = Self::new(
             &self.name,
-            self.time,
+            self.time(),
             rows.iter().map(|&row| self.states[row].clone()).collect(),
             columns.iter().map(|&column| self.inputs[column].clone()).collect(),
-            self.a.select_rows(&rows).select_columns(&rows),
-            self.b.select_rows(&rows).select_columns(&columns),
+            self.linear.a.select_rows(&rows).select_columns(&rows),
+            self.linear.b.select_rows(&rows).select_columns(&columns),
         )?;
         Ok(kept.with_source(&self.source))
     }
@@ -343,10 +291,11 @@ impl StateSpace {
         }
         let kept: Vec<usize> =
             (0..self.states.len()).filter(|row| !removed.contains(row)).collect();
-        let block =
-            |rows: &[usize], columns: &[usize]| self.a.select_rows(rows).select_columns(columns);
+        let block = |rows: &[usize], columns: &[usize]| {
+            self.linear.a.select_rows(rows).select_columns(columns)
+        };
         // 0 = A21 x1 + A22 x2 + B2 u, or x2 = the same.
-        let own = match self.time {
+        let own = match self.time() {
             TimeDomain::Continuous => -block(&removed, &removed),
             TimeDomain::Discrete { .. } => {
                 DMatrix::identity(removed.len(), removed.len()) - block(&removed, &removed)
@@ -355,46 +304,19 @@ impl StateSpace {
         let no_steady_value = || ModelError::NoSteadyValue { states: fast.join(", ") };
         let own = own.lu();
         let from_states = own.solve(&block(&removed, &kept)).ok_or_else(no_steady_value)?;
-        let from_inputs = own.solve(&self.b.select_rows(&removed)).ok_or_else(no_steady_value)?;
+        let from_inputs =
+            own.solve(&self.linear.b.select_rows(&removed)).ok_or_else(no_steady_value)?;
         let onto = block(&kept, &removed);
         let left = Self::new(
             &self.name,
-            self.time,
+            self.time(),
             kept.iter().map(|&row| self.states[row].clone()).collect(),
             self.inputs.clone(),
             block(&kept, &kept) + &onto * from_states,
-            self.b.select_rows(&kept) + onto * from_inputs,
+            self.linear.b.select_rows(&kept) + onto * from_inputs,
         )?;
         Ok(left.with_source(&self.source))
     }
-}
-
-fn position(list: &'static str, signals: &[Signal], name: &str) -> Result<usize, ModelError> {
-    signals.iter().position(|signal| signal.name == name).ok_or_else(|| ModelError::Unknown {
-        list,
-        name: name.into(),
-        known: signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>().join(", "),
-    })
-}
-
-fn check_names(list: &'static str, signals: &[Signal]) -> Result<(), ModelError> {
-    check_unique(list, signals.iter().map(|signal| signal.name.as_str()))
-}
-
-fn check_unique<'a>(
-    list: &'static str,
-    names: impl Iterator<Item = &'a str>,
-) -> Result<(), ModelError> {
-    let mut seen = std::collections::HashSet::new();
-    for name in names {
-        let found = match name.trim().is_empty() {
-            true => "empty",
-            false if !seen.insert(name) => "twice",
-            false => continue,
-        };
-        return Err(ModelError::Name { list, name: name.into(), found });
-    }
-    Ok(())
 }
 
 fn check_matrix(

@@ -215,18 +215,8 @@ impl Vehicle {
         self.rotor_speed += share * (governed - self.rotor_speed);
 
         let before = self.motion;
-        let first = self.derivative(&before);
-        let second = self.derivative(&before.moved(&first, 0.5 * step_s));
-        let third = self.derivative(&before.moved(&second, 0.5 * step_s));
-        let fourth = self.derivative(&before.moved(&third, step_s));
-        let sixth_s = step_s / 6.0;
-        let mut after = before
-            .moved(&first, sixth_s)
-            .moved(&second, 2.0 * sixth_s)
-            .moved(&third, 2.0 * sixth_s)
-            .moved(&fourth, sixth_s);
-        after.body_to_ned = Rotation::claim(after.body_to_ned.quaternion().normalize())
-            .turned_in_from(self.pushed.1 * step_s);
+        let mut after = before.integrated(step_s, |motion| self.derivative(motion));
+        after.body_to_ned = after.body_to_ned.turned_in_from(self.pushed.1 * step_s);
         let travel = (before.velocity_ned_mps() + after.velocity_ned_mps()) * (0.5 * step_s);
         self.position = Local::at(&self.position).carried(&self.position, travel);
         self.motion = after;

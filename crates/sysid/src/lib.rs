@@ -1,46 +1,51 @@
 //! Identification: from a recorded flight to a model that can be trusted, or to the reason why not.
 //!
-//! The work flows in this order, and each step names what is wrong before the next one starts:
+//! Three modules, each of which uses only those before it:
 //!
-//! | step | what it does |
+//! | module | holds |
 //! |---|---|
-//! | [`inputs`] | what to fly: steps, doublets, 3-2-1-1, sine sweeps |
-//! | [`experiment`] | one record of inputs and outputs, uniformly sampled and finite |
-//! | [`test_points`], [`tones`] | where the pilot tested what; vibration's lines taken out |
-//! | [`preprocess`] | filters, trim, segments; is the data fit to be fitted? |
-//! | [`subspace`] | black-box models without a start value |
-//! | [`frequency`] | frequency responses with their coherence, and models fitted to them |
-//! | [`structure`], [`helicopter`] | what is known of the plant, as equations with unknowns |
-//! | [`prediction_error`] | those unknowns with their bounds, what was dropped and why |
-//! | [`validate`] | how well the model does on data it has not seen, or why it is refused |
-//! | [`identify`] | all of it for a helicopter, from a recorded flight to a model |
-//! | [`flight_checks`], [`flight_response`] | is the flight fit for it; what it says of the model in frequency |
-//! | [`vehicle`] | the model that others get, its poles and how sure they are |
+//! | [`record`] | the record of a flight: [`Experiment`](record::Experiment), what to fly, test points, vibration's lines, filters, kinematic consistency |
+//! | [`methods`] | excitation, subspace identification, frequency responses, prediction error on equations with unknown parameters, validation |
+//! | [`helicopter`] | the equations of a small helicopter, and all of the above applied to a recorded flight |
 //!
-//! Every matrix found here says in which time domain it is: [`LinearModel`] is
-//! a one-step map and carries its sample period.
+//! Every model found is a [`LinearModel`](hovernav_model::LinearModel) or
+//! [`StateSpace`](hovernav_model::StateSpace), which say in which time domain they are.
+//!
+//! ```
+//! use hovernav_sysid::methods::prediction_error::{Settings, identify};
+//! use hovernav_sysid::methods::structure::{Parameter, Structure};
+//! use hovernav_sysid::nalgebra::DMatrix;
+//! use hovernav_sysid::record::Experiment;
+//!
+//! // Yaw by pedal, r' = -4 r + 25 pedal, sampled at 33 Hz.
+//! let (decay, pedal) = (f64::exp(-0.12), |k: usize| if (k / 40) % 2 == 0 { 0.1 } else { -0.1 });
+//! let mut r = 0.0;
+//! let outputs = DMatrix::from_fn(400, 1, |k, _| {
+//!     let measured = r + 0.01 * ((k * k) as f64 * 0.618).fract();
+//!     r = decay * r + 6.25 * (1.0 - decay) * pedal(k);
+//!     measured
+//! });
+//! let inputs = DMatrix::from_fn(400, 1, |k, _| pedal(k));
+//! let names = |name: &str| vec![name.to_owned()];
+//! let flight = Experiment::new("yaw", 0.03, names("pedal"), names("r"), inputs, outputs)?;
+//!
+//! let yaw = Structure::new(
+//!     "yaw",
+//!     vec![Parameter::new("Nr", "1/s", -1.0), Parameter::new("Nped", "rad/s²", 10.0)],
+//!     "inputs pedal
+//!      outputs r
+//!      noise n_r
+//!      offsets r
+//!      r' = Nr*r + Nped*pedal + n_r",
+//! )?;
+//! let found = identify(&yaw, &[flight], &Settings::innovations(vec![0.3]))?;
+//! let damping = found.estimates.get("Nr").unwrap();
+//! assert!((damping.value - -4.0).abs() < 4.0 * damping.bound);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-pub mod experiment;
-pub mod flight_checks;
-pub mod flight_response;
-pub mod frequency;
 pub mod helicopter;
-pub mod identify;
-pub mod inputs;
-pub mod least_squares;
-pub mod linear;
-mod linear_least_squares;
-pub mod prediction_error;
-pub mod preprocess;
-mod result;
-mod riccati;
-pub mod structure;
-pub mod subspace;
-pub mod test_points;
-pub mod tones;
-pub mod validate;
-pub mod vehicle;
+pub mod methods;
+pub mod record;
 
-pub use experiment::{Experiment, ExperimentError, Offsets};
-pub use linear::{InnovationModel, LinearModel};
-pub use result::BoundSummary;
+pub use nalgebra;

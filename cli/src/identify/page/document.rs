@@ -2,8 +2,8 @@
 
 use hovernav_log::Dataset;
 use hovernav_model::ModelError;
-use hovernav_sysid::flight_response::StickResponse;
-use hovernav_sysid::identify::{Identification, IdentifyError};
+use hovernav_sysid::helicopter::StickResponse;
+use hovernav_sysid::helicopter::{Identification, IdentifyError};
 
 use super::held::compared;
 use super::histories::{histories, residuals, runs_of};

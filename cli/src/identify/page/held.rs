@@ -1,7 +1,7 @@
 //! The comparison with GPS velocity held from fix to fix.
 
 use hovernav_log::Dataset;
-use hovernav_sysid::identify::{Identification, IdentifyError};
+use hovernav_sysid::helicopter::{Identification, IdentifyError};
 
 use super::super::words::bounds_in_words;
 use super::histories::{histories, runs_of};

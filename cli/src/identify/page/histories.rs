@@ -1,9 +1,9 @@
 //! Flight and model over the test points.
 
 use hovernav_log::Dataset;
-use hovernav_sysid::identify::Identification;
-use hovernav_sysid::prediction_error::Run;
-use hovernav_sysid::test_points::{STICKS, TestPoint};
+use hovernav_sysid::helicopter::Identification;
+use hovernav_sysid::methods::prediction_error::Run;
+use hovernav_sysid::record::{STICKS, TestPoint};
 
 use crate::page::{Axis, Figure, Role, Row, Section, Series};
 

@@ -1,7 +1,7 @@
 //! The parameters with their bounds, and the fit beside them.
 
-use hovernav_sysid::identify::Identification;
-use hovernav_sysid::prediction_error::Estimate;
+use hovernav_sysid::helicopter::Identification;
+use hovernav_sysid::methods::prediction_error::Estimate;
 
 use super::super::words::bounds_in_words;
 use crate::page::{Section, Table, TableRow, digits};

@@ -1,8 +1,8 @@
 //! The poles with the regions that the bounds leave them.
 
 use hovernav_model::ModelError;
-use hovernav_sysid::identify::Identification;
-use hovernav_sysid::vehicle::Pole;
+use hovernav_sysid::helicopter::Identification;
+use hovernav_sysid::helicopter::Pole;
 
 use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, digits};
 

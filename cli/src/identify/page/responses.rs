@@ -1,6 +1,6 @@
 //! The frequency responses, to which the model was not fitted.
 
-use hovernav_sysid::flight_response::StickResponse;
+use hovernav_sysid::helicopter::StickResponse;
 
 use crate::page::{Axis, Figure, Role, Row, Section, Series};
 

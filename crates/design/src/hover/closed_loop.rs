@@ -2,20 +2,13 @@
 
 use nalgebra::DMatrix;
 
-use super::HoverDesign;
-use super::regulator::Plant;
-use crate::disturbance::Free;
+use super::config::HoverDesign;
+use super::plant::{places, stepped};
+use crate::disturbance::FreeResponse;
 use crate::{DISTURBED, DesignError, DisturbanceResponse, Loop};
 use hovernav::autopilot::{Gains, PidGains, RegulatorGains};
-use hovernav_model::{Signal, StateSpace, TimeDomain};
-
-/// A controller's matrices: z⁺ = A z + B y, u = C z + D y.
-struct Controller {
-    a: DMatrix<f64>,
-    b: DMatrix<f64>,
-    c: DMatrix<f64>,
-    d: DMatrix<f64>,
-}
+use hovernav_model::linalg::exponential;
+use hovernav_model::{LinearModel, Signal, StateSpace, TimeDomain};
 
 /// The measured states, in the order in which the loops take them.
 const MEASURED: [&str; 9] = ["p", "q", "phi", "theta", "u", "v", "w", "r", "psi"];
@@ -23,16 +16,16 @@ const MEASURED: [&str; 9] = ["p", "q", "phi", "theta", "u", "v", "w", "r", "psi"
 /// Model, servos and one sample of delay under the autopilot, cut at the four actuators.
 pub(super) fn cut_at_actuators(
     design: &HoverDesign,
-    whole: &Plant,
+    whole: &StateSpace,
     gains: &Gains,
 ) -> Result<Loop, DesignError> {
     let time = TimeDomain::Discrete { period_s: design.period_s };
     let measured = MEASURED.map(|name| Signal::new(name, "SI")).to_vec();
-    let sticks: Vec<Signal> = whole.inputs.iter().map(|name| Signal::new(name, "stick")).collect();
+    let sticks: Vec<Signal> = whole.inputs().to_vec();
     let numbered = |count| (0..count).map(|k| Signal::new(&format!("x{k}"), "")).collect();
 
     let servos_s = [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s];
-    let (step, input) = whole.stepped(&servos_s, design.period_s);
+    let LinearModel { a: step, b: input, .. } = stepped(whole, &servos_s, design.period_s)?;
     let moving = step.nrows();
     let size = moving + 4;
     let mut a = DMatrix::zeros(size, size);
@@ -41,17 +34,20 @@ pub(super) fn cut_at_actuators(
     let mut b = DMatrix::zeros(size, 4);
     b.view_mut((moving, 0), (4, 4)).fill_with_identity();
     let mut c = DMatrix::zeros(MEASURED.len(), size);
-    for (row, name) in MEASURED.into_iter().enumerate() {
-        c[(row, whole.index(name))] = 1.0;
+    for (row, state) in places(whole, MEASURED)?.into_iter().enumerate() {
+        c[(row, state)] = 1.0;
     }
     let plant = StateSpace::new("plant", time, numbered(size), sticks.clone(), a, b)?
         .with_outputs(measured.clone(), c, DMatrix::zeros(MEASURED.len(), 4))?;
 
-    let Controller { a, b, mut c, mut d } = together(&[
-        (regulator(&gains.roll_pitch, design.period_s), 0),
-        (pid(&gains.heave, design.period_s), 6),
-        (regulator(&gains.yaw, design.period_s), 7),
-    ]);
+    let LinearModel { a, b, mut c, mut d, .. } = together(
+        time,
+        &[
+            (regulator(&gains.roll_pitch, design.period_s), 0),
+            (pid(&gains.heave, design.period_s), 6),
+            (regulator(&gains.yaw, design.period_s), 7),
+        ],
+    );
     for sticks in [&mut c, &mut d] {
         let pedal = sticks.row(3) + sticks.row(2) * gains.pedal_per_collective;
         sticks.set_row(3, &pedal);
@@ -65,7 +61,7 @@ pub(super) fn cut_at_actuators(
 /// From `size` in `state`, all else at trim, the loops closed as [`cut_at_actuators`] does.
 pub(super) fn respond(
     design: &HoverDesign,
-    whole: &Plant,
+    whole: &StateSpace,
     gains: &Gains,
     (state, size): (&str, f64),
     duration_s: f64,
@@ -75,30 +71,32 @@ pub(super) fn respond(
     // The plant moves only through its servos: nothing passes straight through.
     let sticks = -open.c();
     let step = open.a() + open.b() * &sticks;
-    let states = DISTURBED.map(|name| whole.index(name));
-    let free = Free { step: &step, interval_s: design.period_s, states, sticks: &sticks };
-    free.respond(state, size, duration_s)
+    let states = places(whole, DISTURBED)?;
+    let response =
+        FreeResponse { step: &step, interval_s: design.period_s, states, sticks: &sticks };
+    response.respond(state, size, duration_s)
 }
 
 /// From `size` in `state`, all else and every stick at trim.
 pub(super) fn drift(
-    whole: &Plant,
+    whole: &StateSpace,
     period_s: f64,
     (state, size): (&str, f64),
     duration_s: f64,
 ) -> Result<DisturbanceResponse, DesignError> {
-    let step = (&whole.a * period_s).exp();
-    let sticks = DMatrix::zeros(4, whole.a.nrows());
-    let states = DISTURBED.map(|name| whole.index(name));
-    let free = Free { step: &step, interval_s: period_s, states, sticks: &sticks };
-    free.respond(state, size, duration_s)
+    let step = exponential(whole.a(), period_s);
+    let sticks = DMatrix::zeros(4, whole.states().len());
+    let states = places(whole, DISTURBED)?;
+    let response = FreeResponse { step: &step, interval_s: period_s, states, sticks: &sticks };
+    response.respond(state, size, duration_s)
 }
 
 /// Controllers side by side, each with where its first measurement stands.
-fn together(parts: &[(Controller, usize)]) -> Controller {
+fn together(time: TimeDomain, parts: &[(LinearModel, usize)]) -> LinearModel {
     let states = parts.iter().map(|(part, _)| part.a.nrows()).sum();
     let sticks = parts.iter().map(|(part, _)| part.c.nrows()).sum();
-    let mut all = Controller {
+    let mut all = LinearModel {
+        time,
         a: DMatrix::zeros(states, states),
         b: DMatrix::zeros(states, MEASURED.len()),
         c: DMatrix::zeros(sticks, states),
@@ -120,7 +118,7 @@ fn together(parts: &[(Controller, usize)]) -> Controller {
 fn regulator<const Y: usize, const H: usize, const U: usize>(
     gains: &RegulatorGains<Y, H, U>,
     period_s: f64,
-) -> Controller {
+) -> LinearModel {
     let is_used = |h: usize| {
         gains.hidden_from_hidden[h].iter().any(|&gain| gain != 0.0)
             || gains.hidden_from_measured[h].iter().any(|&gain| gain != 0.0)
@@ -163,13 +161,15 @@ fn regulator<const Y: usize, const H: usize, const U: usize>(
             b[(used + U + u, y)] = -gains.integral_per_s[u][y] * period_s;
         }
     }
-    Controller { a, b, c, d }
+    LinearModel { time: TimeDomain::Discrete { period_s }, a, b, c, d }
 }
 
 /// States: integral, and where there is a derivative, that and the measurement before.
-fn pid(gains: &PidGains, period_s: f64) -> Controller {
+fn pid(gains: &PidGains, period_s: f64) -> LinearModel {
+    let time = TimeDomain::Discrete { period_s };
     if gains.derivative_s == 0.0 {
-        return Controller {
+        return LinearModel {
+            time,
             a: DMatrix::identity(1, 1),
             b: DMatrix::from_element(1, 1, -gains.integral_per_s * period_s),
             c: DMatrix::identity(1, 1),
@@ -179,7 +179,8 @@ fn pid(gains: &PidGains, period_s: f64) -> Controller {
     let per = 1.0 / (gains.derivative_filter_s + period_s);
     let keep = gains.derivative_filter_s * per;
     let slope = gains.derivative_s * per;
-    Controller {
+    LinearModel {
+        time,
         a: DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.0, 0.0, keep, slope, 0.0, 0.0, 0.0]),
         b: DMatrix::from_row_slice(3, 1, &[-gains.integral_per_s * period_s, -slope, 1.0]),
         c: DMatrix::from_row_slice(1, 3, &[1.0, keep, slope]),

@@ -195,13 +195,26 @@ impl Helicopter {
         wind_mps: Vector<Ned>,
         interval_s: f64,
     ) -> HelicopterState {
+        state.integrated(interval_s, |state| self.derivative(state, controls, wind_mps))
+    }
+}
+
+impl HelicopterState {
+    /// This state carried over `interval_s` along `derivative` by one classical Runge-Kutta step of
+    /// fourth order, the quaternion normalised at its end.
+    #[must_use]
+    pub fn integrated(
+        &self,
+        interval_s: f64,
+        derivative: impl Fn(&Self) -> StateDerivative,
+    ) -> Self {
         let half_s = 0.5 * interval_s;
-        let first = self.derivative(state, controls, wind_mps);
-        let second = self.derivative(&state.moved(&first, half_s), controls, wind_mps);
-        let third = self.derivative(&state.moved(&second, half_s), controls, wind_mps);
-        let fourth = self.derivative(&state.moved(&third, interval_s), controls, wind_mps);
+        let first = derivative(self);
+        let second = derivative(&self.moved(&first, half_s));
+        let third = derivative(&self.moved(&second, half_s));
+        let fourth = derivative(&self.moved(&third, interval_s));
         let sixth_s = interval_s / 6.0;
-        let mut end = state
+        let mut end = self
             .moved(&first, sixth_s)
             .moved(&second, 2.0 * sixth_s)
             .moved(&third, 2.0 * sixth_s)
@@ -209,13 +222,9 @@ impl Helicopter {
         end.body_to_ned = Rotation::claim(end.body_to_ned.quaternion().normalize());
         end
     }
-}
 
-impl HelicopterState {
-    /// This state moved along `change` for `interval_s`, the quaternion not renormalised: the piece
-    /// that integrators are made of.
-    #[must_use]
-    pub fn moved(&self, change: &StateDerivative, interval_s: f64) -> Self {
+    /// This state moved along `change` for `interval_s`, the quaternion not normalised.
+    fn moved(&self, change: &StateDerivative, interval_s: f64) -> Self {
         Self {
             velocity_mps: self.velocity_mps + change.velocity_mps2 * interval_s,
             rate_radps: self.rate_radps + change.rate_radps2 * interval_s,

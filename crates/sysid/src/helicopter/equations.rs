@@ -1,7 +1,16 @@
-//! The equations, as they stand in the sources.
+//! Parametrised hover dynamics of a small helicopter, from yaw alone to Mettler's 13 states.
+//!
+//! States and inputs have the names of a flight record: u, v, w m/s; p, q, r rad/s;
+//! phi, theta rad; lateral, longitudinal, collective, pedal −1…1 about trim. Derivatives are in SI,
+//! per unit stick. Every structure is continuous in time.
+//!
+//! # Source
+//! Paw (2005), *System identification and control system design for a model helicopter in hover*,
+//! NTU, doi:10.32657/10356/47095, equations 3.39–3.57 and section 5.6.1.3. Mettler, Tischler and Kanade
+//! (2002), *J. AHS* 47(1), the R-50.
 
-use super::Kind;
-use crate::structure::{Parameter, Structure};
+use super::kind::Kind;
+use crate::methods::structure::{Parameter, Structure};
 
 /// Name, unit, start, lower, upper. The starts are round numbers of a 60-class machine.
 type Row = (&'static str, &'static str, f64, f64, f64);
@@ -137,7 +146,43 @@ const R50_EQUATIONS: &str = "
     c' = -q - c/tau_s + Clon/tau_s*longitudinal
     d' = -p - d/tau_s + Dlat/tau_s*lateral";
 
-pub(super) fn structure(kind: Kind) -> Structure {
+impl Kind {
+    /// The parametrised model, its parameters at starts and within bounds that suit model helicopters
+    /// of a metre or two of rotor.
+    #[must_use]
+    pub fn structure(self) -> Structure {
+        structure(self)
+    }
+
+    /// A start for the σ of each process noise of [`Kind::structure`]: gusts and what the equations
+    /// leave out, as an acceleration per sample.
+    #[must_use]
+    pub fn process_sigma(self) -> Vec<f64> {
+        let of = |noise: &String| match noise.as_str() {
+            "n_p" | "n_q" | "n_r" => 0.3,
+            "n_ug" | "n_vg" | "n_wg" => 1.0,
+            _ => 0.2,
+        };
+        self.structure().noises.iter().map(of).collect()
+    }
+
+    /// Outputs whose noise is not to be estimated, with the σ to hold, rad.
+    ///
+    /// An estimator's attitude is the integral of its gyros, noise included: taken at its own
+    /// precision it would say that the rates have no noise. A σ far above it lets the attitude
+    /// say what it alone knows, where level is, and leaves the dynamics to the rates.
+    #[must_use]
+    pub fn held_sigma(self) -> Vec<(String, f64)> {
+        match self {
+            Self::Yaw | Self::Heave | Self::R50 => Vec::new(),
+            Self::RollPitch | Self::Hybrid | Self::Hover => {
+                vec![("phi".to_owned(), 0.02), ("theta".to_owned(), 0.02)]
+            }
+        }
+    }
+}
+
+fn structure(kind: Kind) -> Structure {
     let whole = |cyclic: &str| {
         format!(
             "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\

@@ -1,0 +1,91 @@
+//! Sums of products in twice the working precision: what lets a residual be known far below the
+//! rounding of the numbers it is made of.
+
+use nalgebra::DMatrix;
+
+/// A sum held as two numbers that do not overlap.
+///
+/// # Source
+/// Ogita, Rump and Oishi, *Accurate sum and dot product*, 2005.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum {
+    high: f64,
+    low: f64,
+}
+
+impl Sum {
+    fn add(&mut self, value: f64) {
+        let sum = self.high + value;
+        let back = sum - self.high;
+        self.low += (self.high - (sum - back)) + (value - back);
+        self.high = sum;
+    }
+
+    fn add_product(&mut self, one: f64, other: f64) {
+        let product = one * other;
+        self.low += one.mul_add(other, -product);
+        self.add(product);
+    }
+}
+
+/// A matrix of which each number is the sum of two.
+pub(super) struct DoubleDouble {
+    pub high: DMatrix<f64>,
+    low: DMatrix<f64>,
+}
+
+impl DoubleDouble {
+    /// A matrix that is known to working precision alone.
+    pub fn of(high: DMatrix<f64>) -> Self {
+        let low = DMatrix::zeros(high.nrows(), high.ncols());
+        Self { high, low }
+    }
+
+    /// Zeros.
+    pub fn zeros(rows: usize, columns: usize) -> Self {
+        Self::of(DMatrix::zeros(rows, columns))
+    }
+
+    fn from_sums(rows: usize, columns: usize, sum: impl Fn(usize, usize) -> Sum) -> Self {
+        let (mut high, mut low) = (DMatrix::zeros(rows, columns), DMatrix::zeros(rows, columns));
+        for column in 0..columns {
+            for row in 0..rows {
+                let sum = sum(row, column);
+                high[(row, column)] = sum.high + sum.low;
+                low[(row, column)] = (sum.high - high[(row, column)]) + sum.low;
+            }
+        }
+        Self { high, low }
+    }
+
+    /// This plus `sign` times `left`ᵀ times `right`, where `left` is known to working precision.
+    pub fn plus_product(&self, sign: f64, left: &DMatrix<f64>, right: &Self) -> Self {
+        Self::from_sums(self.high.nrows(), self.high.ncols(), |row, column| {
+            let mut sum = Sum { high: self.high[(row, column)], low: self.low[(row, column)] };
+            let terms = left.column(row);
+            let high = right.high.column(column);
+            let low = right.low.column(column);
+            for ((&one, &high), &low) in terms.iter().zip(high.iter()).zip(low.iter()) {
+                let one = sign * one;
+                sum.add_product(one, high);
+                sum.low += one * low;
+            }
+            sum
+        })
+    }
+
+    /// This plus `sign` times `other`.
+    pub fn plus(&self, sign: f64, other: &Self) -> Self {
+        Self::from_sums(self.high.nrows(), self.high.ncols(), |row, column| {
+            let mut sum = Sum { high: self.high[(row, column)], low: self.low[(row, column)] };
+            sum.add(sign * other.high[(row, column)]);
+            sum.low += sign * other.low[(row, column)];
+            sum
+        })
+    }
+
+    /// The transpose.
+    pub fn transpose(&self) -> Self {
+        Self { high: self.high.transpose(), low: self.low.transpose() }
+    }
+}

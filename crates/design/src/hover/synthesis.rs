@@ -1,0 +1,150 @@
+//! Gains from a model, and the loops that they close.
+
+use super::closed_loop;
+use super::config::{HeavePoles, HoverDesign};
+use super::plant::{normalised, other_states, rotor_states};
+use super::regulator::{self, Weights};
+use crate::{DesignError, DisturbanceResponse, Loop};
+use hovernav::autopilot::{Gains, PidGains, RegulatorGains};
+use hovernav_model::StateSpace;
+
+impl HoverDesign {
+    /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs
+    /// lateral, longitudinal, collective, pedal, in any order; a, b, c, d, flapping and bar, and one
+    /// more of the yaw gyro may be there.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn synthesise(&self, model: &StateSpace) -> Result<Gains, DesignError> {
+        self.check()?;
+        let whole = normalised(model)?;
+        let rotor = rotor_states(&whole);
+        let others = other_states(&whole);
+        let velocity = ["p", "q", "phi", "theta", "u", "v"];
+        let cyclic = ["lateral", "longitudinal"];
+
+        let weights = &self.roll_pitch;
+        let roll_pitch = self.regulator::<6, 6, 2>(
+            &whole.subsystem(&[&velocity[..], &rotor].concat(), &cyclic)?,
+            self.servo_s,
+            &Weights {
+                states: &weights.states,
+                integrated: &[4, 5],
+                integrals: &weights.integrals,
+                sticks: &weights.sticks,
+                decay_per_s: weights.decay_per_s,
+            },
+        )?;
+        let weights = &self.attitude;
+        let attitude = self.regulator::<4, 6, 2>(
+            &whole.subsystem(&[&velocity[..4], &rotor].concat(), &cyclic)?,
+            self.servo_s,
+            &Weights {
+                states: &weights.states,
+                integrated: &[2, 3],
+                integrals: &weights.integrals,
+                sticks: &weights.sticks,
+                decay_per_s: weights.decay_per_s,
+            },
+        )?;
+        let weights = &self.yaw;
+        let yaw = self.regulator::<2, 2, 1>(
+            &whole.subsystem(&[&["r", "psi"], &others[..]].concat(), &["pedal"])?,
+            self.tail_servo_s,
+            &Weights {
+                states: &weights.states,
+                integrated: &[1],
+                integrals: &[weights.integral],
+                sticks: &[weights.stick],
+                decay_per_s: weights.decay_per_s,
+            },
+        )?;
+        let heave = whole.subsystem(&["w"], &["collective"])?;
+        let turn = whole.subsystem(&["r"], &["collective", "pedal"])?;
+        Ok(Gains {
+            heave: self.heave_gains(heave.a()[(0, 0)], heave.b()[(0, 0)])?,
+            yaw,
+            pedal_per_collective: -turn.b()[(0, 0)] / turn.b()[(0, 1)],
+            roll_pitch,
+            attitude,
+        })
+    }
+
+    /// The loops closed around `model` by `gains`, as the autopilot closes them when it holds
+    /// velocity and heading: model, servos and delay under the four loops, cut where the commands go
+    /// to the actuators lateral, longitudinal, collective, pedal.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn close(&self, model: &StateSpace, gains: &Gains) -> Result<Loop, DesignError> {
+        self.check()?;
+        closed_loop::cut_at_actuators(self, &normalised(model)?, gains)
+    }
+
+    /// What becomes of `disturbance`, a state of [`DISTURBED`](super::DISTURBED) and by how much in its
+    /// SI unit, in the loops that [`close`](Self::close) closes: at every sample, without the limits of
+    /// the servos.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn respond(
+        &self,
+        model: &StateSpace,
+        gains: &Gains,
+        disturbance: (&str, f64),
+        duration_s: f64,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        self.check()?;
+        closed_loop::respond(self, &normalised(model)?, gains, disturbance, duration_s)
+    }
+
+    /// What becomes of `disturbance` with every stick left at trim, as [`respond`](Self::respond)
+    /// tells it.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn drift(
+        &self,
+        model: &StateSpace,
+        disturbance: (&str, f64),
+        duration_s: f64,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        self.check()?;
+        closed_loop::drift(&normalised(model)?, self.period_s, disturbance, duration_s)
+    }
+
+    fn regulator<const Y: usize, const H: usize, const U: usize>(
+        &self,
+        part: &StateSpace,
+        servo_s: f64,
+        weights: &Weights<'_>,
+    ) -> Result<RegulatorGains<Y, H, U>, DesignError> {
+        let found = part.states().len() - Y + U;
+        if found > H {
+            return Err(DesignError::Shape {
+                matrix: "states that nothing measures",
+                rows: found - U,
+                columns: 1,
+                expected_rows: H - U,
+                expected_columns: 1,
+            });
+        }
+        regulator::regulate(part, servo_s, self.period_s, self.tracking_s, weights)
+    }
+
+    /// Pole placement on ẇ = Zw w + Zcol δ under PI: s² + (Zcol Kp − Zw) s + Zcol Ki.
+    fn heave_gains(&self, zw: f64, zcol: f64) -> Result<PidGains, DesignError> {
+        let HeavePoles { frequency_radps, damping, derivative_s, derivative_filter_s } = self.heave;
+        let proportional = (2.0 * damping * frequency_radps + zw) / zcol;
+        if !proportional.is_finite() {
+            return Err(DesignError::Singular { matrix: "Zcol, what collective does to w," });
+        }
+        Ok(PidGains {
+            proportional,
+            integral_per_s: frequency_radps * frequency_radps / zcol,
+            derivative_s: derivative_s * proportional,
+            derivative_filter_s,
+            tracking_time_s: self.tracking_s,
+        })
+    }
+}

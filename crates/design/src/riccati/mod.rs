@@ -1,0 +1,125 @@
+//! The algebraic Riccati equations of optimal control.
+//!
+//! A structure-preserving iteration gives a start, Newton's rule finishes it. Its residual is worked
+//! out in twice the working precision, so the result is right to rounding wherever the equation
+//! itself is not singular to rounding.
+
+mod newton;
+mod sign;
+mod solution;
+
+pub use solution::RiccatiSolution;
+
+use nalgebra::DMatrix;
+
+use super::arguments::{check, check_symmetric, inverse};
+use super::error::DesignError;
+use hovernav_model::linalg::{dare_by_doubling, invert, symmetric};
+use newton::Equation;
+use sign::sign_solution;
+
+/// A start for Newton's rule is good enough to this share of its largest element.
+const START_TOLERANCE: f64 = 1e-10;
+
+/// Solves AᵀX + XA − XBR⁻¹BᵀX + Q = 0 for the X that makes A − BK stable, K = R⁻¹BᵀX.
+///
+/// `a` is n×n, `b` n×m, `q` n×n symmetric (it may be indefinite: the equation does not mind), `r` m×m
+/// symmetric and invertible.
+///
+/// The start is the sign of the balanced Hamiltonian matrix, with determinantal scaling.
+///
+/// # Errors
+/// [`DesignError`] for shapes that disagree, NaN, weights that are not symmetric, a singular `r`, a
+/// mode that no input can stabilise, and where no stabilising solution exists.
+///
+/// # Source
+/// Byers, *Solving the algebraic Riccati equation with the matrix sign function*, 1987; Kleinman 1968
+/// for Newton's rule.
+pub fn care(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<RiccatiSolution, DesignError> {
+    let (n, m) = (a.nrows(), b.ncols());
+    let s = DMatrix::zeros(n, m);
+    check_problem(a, b, q, r, &s)?;
+    let r_inverse = inverse(r, "R")?;
+    let g = b * &r_inverse * b.transpose();
+    let equation = Equation { a, b, q, r, s: &s, discrete: false, r_inverse: Some(r_inverse) };
+    let start = sign_solution(a, &symmetric(&g), q);
+    let solution = start.and_then(|x| equation.refined(x)).or_else(|| {
+        // Any stabilising gain will do for Newton's rule to start from.
+        let x = sign_solution(a, &(b * b.transpose()), &DMatrix::identity(n, n))?;
+        equation.descended(b.tr_mul(&x))
+    });
+    solution.ok_or_else(|| equation.reason())
+}
+
+/// Solves X = AᵀXA − (AᵀXB + S)(R + BᵀXB)⁻¹(BᵀXA + Sᵀ) + Q for the X that makes A − BK stable,
+/// K = (R + BᵀXB)⁻¹(BᵀXA + Sᵀ).
+///
+/// Shapes as in [`care`], `s` n×m, zero where none is given. `r` may be singular as long as R + BᵀXB
+/// is not.
+///
+/// The start is the structured doubling algorithm; where R is singular to rounding, Newton's rule
+/// from the gain of a regular problem.
+///
+/// # Errors
+/// As [`care`].
+///
+/// # Source
+/// Chu, Fan, Lin and Wang, *Structure-preserving algorithms for periodic discrete-time algebraic
+/// Riccati equations*, 2004; Hewer 1971 for Newton's rule.
+pub fn dare(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+    s: Option<&DMatrix<f64>>,
+) -> Result<RiccatiSolution, DesignError> {
+    let (n, m) = (a.nrows(), b.ncols());
+    let none = DMatrix::zeros(n, m);
+    let s = s.unwrap_or(&none);
+    check_problem(a, b, q, r, s)?;
+    let equation = Equation { a, b, q, r, s, discrete: true, r_inverse: None };
+    let solution = well_inverted(r)
+        .and_then(|r_inverse| {
+            let weighted = b * &r_inverse;
+            let own = a - &weighted * s.transpose();
+            let cost = q - s * &r_inverse * s.transpose();
+            let g = symmetric(&(weighted * b.transpose()));
+            dare_by_doubling(own, g, symmetric(&cost), START_TOLERANCE)
+        })
+        .and_then(|x| equation.refined(x))
+        .or_else(|| {
+            let (q, r) = (DMatrix::identity(n, n), DMatrix::identity(m, m));
+            let regular =
+                Equation { a, b, q: &q, r: &r, s: &none, discrete: true, r_inverse: None };
+            let x = dare_by_doubling(a.clone(), b * b.transpose(), q.clone(), START_TOLERANCE)?;
+            equation.descended(regular.gain(&x)?)
+        });
+    solution.ok_or_else(|| equation.reason())
+}
+
+fn check_problem(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+    s: &DMatrix<f64>,
+) -> Result<(), DesignError> {
+    let (n, m) = (a.nrows(), b.ncols());
+    check("A", a, n, n)?;
+    check("B", b, n, m)?;
+    check_symmetric("Q", q, n)?;
+    check_symmetric("R", r, m)?;
+    check("S", s, n, m)
+}
+
+/// The inverse of a matrix that has one to at least a few digits.
+fn well_inverted(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let mut inverse = r.clone();
+    invert(&mut inverse)?;
+    (r.norm() * inverse.norm() < 1e12).then_some(inverse)
+}

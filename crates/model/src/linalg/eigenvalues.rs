@@ -1,0 +1,75 @@
+//! Eigenvalues of real matrices.
+
+use nalgebra::{Complex, DMatrix, linalg::Schur};
+
+use crate::error::ModelError;
+
+/// Eigenvalues of a square matrix of finite numbers, in no order.
+///
+/// # Errors
+/// [`ModelError::Eigenvalues`] where they do not settle.
+pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelError> {
+    let size = matrix.nrows();
+    let refused = || ModelError::Eigenvalues { size };
+    if size == 0 {
+        return Ok(Vec::new());
+    }
+    if matrix.iter().any(|value| !value.is_finite()) {
+        return Err(refused());
+    }
+    let matrix = balanced(matrix);
+    let size_of_matrix = matrix.amax();
+    // A mode is split off where its coupling is small beside it. Modes that a delay puts at zero may
+    // never be: moved away from zero they settle, to within a few roundings of the whole.
+    let attempts = [(0.0, 1.0), (0.7, 1.0), (0.7, 16.0), (-0.4, 64.0)];
+    let found = attempts.into_iter().find_map(|(shift, roundings)| {
+        let shift = shift * size_of_matrix;
+        let shifted = &matrix + DMatrix::identity(size, size) * shift;
+        let schur = Schur::try_new(shifted, roundings * f64::EPSILON, 100 * size)?;
+        let shift = Complex::new(shift, 0.0);
+        Some(schur.complex_eigenvalues().iter().map(|value| value - shift).collect())
+    });
+    found.ok_or_else(refused)
+}
+
+/// A similar matrix whose rows and columns are of like size, by powers of two that cost no rounding.
+///
+/// # Source
+/// Parlett and Reinsch, *Balancing a matrix for calculation of eigenvalues and eigenvectors*, 1969.
+fn balanced(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut balanced = matrix.clone();
+    let size = balanced.nrows();
+    let mut moved = true;
+    let mut sweeps = 0;
+    while moved && sweeps < 100 {
+        moved = false;
+        sweeps += 1;
+        for index in 0..size {
+            let (mut column, mut row) = (0.0, 0.0);
+            for other in (0..size).filter(|&other| other != index) {
+                column += balanced[(other, index)].abs();
+                row += balanced[(index, other)].abs();
+            }
+            if column == 0.0 || row == 0.0 {
+                continue;
+            }
+            let factor = (0.5 * (row / column).log2()).round().clamp(-500.0, 500.0).exp2();
+            if column * factor + row / factor < 0.95 * (column + row) {
+                moved = true;
+                balanced.row_mut(index).scale_mut(1.0 / factor);
+                balanced.column_mut(index).scale_mut(factor);
+            }
+        }
+    }
+    balanced
+}
+
+/// The largest magnitude among the eigenvalues of a square matrix; infinite where a number is not
+/// finite. Below 1, the one-step map is stable.
+#[must_use]
+pub fn spectral_radius(a: &DMatrix<f64>) -> f64 {
+    if a.iter().any(|value| !value.is_finite()) {
+        return f64::INFINITY;
+    }
+    a.complex_eigenvalues().iter().map(|pole| pole.norm()).fold(0.0, f64::max)
+}

@@ -1,0 +1,60 @@
+//! Linear least squares that survives columns which say the same thing.
+
+use nalgebra::DMatrix;
+
+/// Below this ratio of the triangular factor's diagonal, columns count as dependent.
+const DEPENDENT: f64 = 1e-11;
+
+/// The x of smallest ‖a x − b‖ (and, where columns of `a` depend on each other, of smallest norm in
+/// units of those columns). `a` is rows × unknowns, `b` rows × right-hand sides.
+#[must_use]
+pub fn least_squares(mut a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let norms: Vec<f64> = a.column_iter().map(|column| column.norm()).collect();
+    for (mut column, norm) in a.column_iter_mut().zip(&norms) {
+        if *norm > 0.0 {
+            column /= *norm;
+        }
+    }
+    let mut solution = solve(a, b);
+    for (mut row, norm) in solution.row_iter_mut().zip(&norms) {
+        if *norm > 0.0 {
+            row /= *norm;
+        }
+    }
+    solution
+}
+
+fn solve(a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let unknowns = a.ncols();
+    if a.nrows() >= unknowns {
+        let qr = a.clone().qr();
+        let r = qr.r();
+        let diagonal = r.diagonal().abs();
+        if unknowns == 0 || diagonal.min() > DEPENDENT * diagonal.max() {
+            let mut rotated = b.clone();
+            qr.q_tr_mul(&mut rotated);
+            let top = rotated.rows(0, unknowns).into_owned();
+            if let Some(solution) = r.solve_upper_triangular(&top) {
+                return solution;
+            }
+        }
+    }
+    let svd = a.svd(true, true);
+    let tolerance = DEPENDENT * svd.singular_values.max();
+    svd.solve(b, tolerance).unwrap_or_else(|_| DMatrix::zeros(unknowns, b.ncols()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn dependent_columns_share_the_work() {
+        let a = dmatrix![1.0, 1.0, 0.0; 2.0, 2.0, 1.0; 3.0, 3.0, 0.0; 4.0, 4.0, -1.0];
+        let x = least_squares(a.clone(), &dmatrix![2.0; 7.0; 6.0; 5.0]);
+        assert!((x - dmatrix![1.0; 1.0; 3.0]).norm() < 1e-12);
+        let none = least_squares(a * 0.0, &dmatrix![1.0; 1.0; 1.0; 1.0]);
+        assert!(none.norm() == 0.0);
+    }
+}

@@ -1,0 +1,271 @@
+//! What an identification leaves for others: the vehicle as a model, its poles and how sure they are.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DMatrix, Matrix2};
+
+use crate::methods::prediction_error::{Estimate, Identified};
+use hovernav_model::linalg::eigenvalues;
+use hovernav_model::{ModelError, Parameter, Signal, StateSpace, TimeDomain};
+
+/// An eigenvalue of an identified vehicle with what its parameters' bounds make of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pole {
+    /// The eigenvalue in continuous time, 1/s.
+    pub value: Complex<f64>,
+    /// Covariance of its real and imaginary part, 1/s². A real pole that stays real has no spread
+    /// in its imaginary part.
+    pub covariance: Matrix2<f64>,
+}
+
+impl Pole {
+    /// The outline of where the pole lies 95 times of 100, to first order: a closed ellipse of
+    /// `points` points for a complex pole, both ends of an interval for a real one, 1/s.
+    #[must_use]
+    pub fn region_95(&self, points: usize) -> Vec<Complex<f64>> {
+        // Squares of the 95 % points of χ² with two degrees of freedom and with one.
+        const TWO: f64 = 5.991;
+        const ONE: f64 = 3.841;
+        let spread = self.covariance.symmetric_eigen();
+        let sigmas = spread.eigenvalues.map(|variance| variance.max(0.0).sqrt());
+        let axis = |index: usize, scale: f64| {
+            let direction = spread.eigenvectors.column(index);
+            Complex::new(direction[0], direction[1]) * scale * sigmas[index]
+        };
+        if self.value.im == 0.0 && self.covariance[(1, 1)] == 0.0 {
+            let half = self.covariance[(0, 0)].max(0.0).sqrt() * ONE.sqrt();
+            return vec![self.value - half, self.value + half];
+        }
+        let (one, other) = (axis(0, TWO.sqrt()), axis(1, TWO.sqrt()));
+        let last = points.max(2) - 1;
+        let angles = (0..=last).map(|point| TAU * point as f64 / last as f64);
+        angles.map(|angle| self.value + one * angle.cos() + other * angle.sin()).collect()
+    }
+}
+
+impl Identified {
+    /// The vehicle alone, continuous in time: what of the structure is not a model of gusts. Outputs
+    /// are the states; sticks are in units of −1…1 about trim. With it go the parameters and their
+    /// covariance, in which what was held or dropped has none; transport delays are parameters, not
+    /// part of the matrices.
+    ///
+    /// # Errors
+    /// [`ModelError::NotFinite`] where a parameter is not finite.
+    pub fn vehicle(&self) -> Result<StateSpace, ModelError> {
+        let structure = &self.structure;
+        let kept = self.vehicle_states();
+        let matrices = structure.at(&self.values());
+        let signal = |name: &String| Signal::new(name, unit_of(name));
+        let states = kept.iter().map(|&state| signal(&structure.states[state])).collect();
+        let inputs = structure.inputs.iter().map(|name| Signal::new(name, "stick")).collect();
+        let time = TimeDomain::Continuous;
+        let a = matrices.a.select_rows(&kept).select_columns(&kept);
+        let b = matrices.b.select_rows(&kept);
+        let count = structure.parameters.len();
+        let parameters = self.estimates.list.iter().take(count).map(|estimate| Parameter {
+            name: estimate.name.clone(),
+            value: estimate.value,
+            unit: estimate.unit.clone(),
+        });
+        let mut covariance = DMatrix::zeros(count, count);
+        for (row, column, value) in self.parameter_covariance() {
+            covariance[(row, column)] = value;
+        }
+        StateSpace::new(&structure.name, time, states, inputs, a, b)?
+            .with_parameters(parameters.collect(), Some(covariance))
+    }
+
+    /// The vehicle's poles, by rising real part, of a pair that with the positive imaginary part
+    /// first. Their covariance is that of the parameters through central differences.
+    ///
+    /// # Errors
+    /// [`ModelError::Eigenvalues`] where they do not settle.
+    pub fn poles(&self) -> Result<Vec<Pole>, ModelError> {
+        let kept = self.vehicle_states();
+        let values = self.values();
+        let at = |values: &[f64]| {
+            let a = self.structure.at(values).a;
+            eigenvalues(&a.select_rows(&kept).select_columns(&kept))
+        };
+        let mut poles = at(&values)?;
+        poles.sort_by(|one, other| one.re.total_cmp(&other.re).then(other.im.total_cmp(&one.im)));
+        let free: Vec<usize> = self.free_parameters().collect();
+        let mut slopes = vec![vec![Complex::new(0.0, 0.0); free.len()]; poles.len()];
+        for (column, &parameter) in free.iter().enumerate() {
+            let step = STEP * self.estimates.list[parameter].bound;
+            if !(step > 0.0 && step.is_finite()) {
+                continue;
+            }
+            let moved = |by: f64| {
+                let mut moved = values.clone();
+                moved[parameter] += by;
+                at(&moved)
+            };
+            let (above, below) = (moved(step)?, moved(-step)?);
+            for (slopes, pole) in slopes.iter_mut().zip(&poles) {
+                slopes[column] = (nearest(&above, *pole) - nearest(&below, *pole)) / (2.0 * step);
+            }
+        }
+        let place = |parameter: usize| free.iter().position(|&known| known == parameter);
+        let spread = |slopes: &[Complex<f64>]| {
+            let mut covariance = Matrix2::zeros();
+            for (row, column, value) in self.parameter_covariance() {
+                let (Some(row), Some(column)) = (place(row), place(column)) else { continue };
+                let (one, other) = (slopes[row], slopes[column]);
+                covariance += value
+                    * Matrix2::new(
+                        one.re * other.re,
+                        one.re * other.im,
+                        one.im * other.re,
+                        one.im * other.im,
+                    );
+            }
+            covariance
+        };
+        let poles = poles.into_iter().zip(&slopes);
+        Ok(poles.map(|(value, slopes)| Pole { value, covariance: spread(slopes) }).collect())
+    }
+
+    /// The transport delay of `input`, s; `None` where the structure has none for it.
+    #[must_use]
+    pub fn delay(&self, input: &str) -> Option<&Estimate> {
+        let place = self.structure.inputs.iter().position(|name| name == input)?;
+        let parameter = self.structure.delays.get(place).copied().flatten()?;
+        self.estimates.list.get(parameter)
+    }
+
+    /// The structure's parameters as found.
+    fn values(&self) -> Vec<f64> {
+        let count = self.structure.parameters.len();
+        self.estimates.list.iter().take(count).map(|estimate| estimate.value).collect()
+    }
+
+    /// Indices of the structure's parameters that were estimated.
+    fn free_parameters(&self) -> impl Iterator<Item = usize> {
+        let count = self.structure.parameters.len();
+        self.estimates.free.iter().copied().filter(move |&index| index < count)
+    }
+
+    /// Row, column and value of the parameters' covariance, symmetric, noises left out.
+    fn parameter_covariance(&self) -> Vec<(usize, usize, f64)> {
+        let count = self.structure.parameters.len();
+        let (free, covariance) = (&self.estimates.free, &self.estimates.covariance);
+        let mut entries = Vec::new();
+        for (row, &one) in free.iter().enumerate().filter(|(_, one)| **one < count) {
+            for (column, &other) in free.iter().enumerate().filter(|(_, other)| **other < count) {
+                let value = 0.5 * (covariance[(row, column)] + covariance[(column, row)]);
+                entries.push((one, other, value));
+            }
+        }
+        entries
+    }
+
+    /// The states that something besides noise and themselves drives, or that drive no force: all
+    /// but the gusts.
+    fn vehicle_states(&self) -> Vec<usize> {
+        let structure = &self.structure;
+        let (n, m) = (structure.states.len(), structure.inputs.len());
+        let noises = n + m..n + m + structure.noises.len();
+        (0..n)
+            .filter(|&state| {
+                let mut terms = structure.dynamics.iter().filter(|term| term.row == state);
+                !terms.all(|term| term.column == state || noises.contains(&term.column))
+            })
+            .collect()
+    }
+}
+
+/// Step of the central differences, in a parameter's bound: small against it, large against rounding.
+const STEP: f64 = 0.02;
+
+fn nearest(poles: &[Complex<f64>], to: Complex<f64>) -> Complex<f64> {
+    let distance = |pole: &Complex<f64>| (pole - to).norm();
+    let closest = poles.iter().min_by(|one, other| distance(one).total_cmp(&distance(other)));
+    closest.copied().unwrap_or(to)
+}
+
+/// The unit of a helicopter's state.
+fn unit_of(state: &str) -> &'static str {
+    match state {
+        "u" | "v" | "w" => "m/s",
+        "p" | "q" | "r" | "rfb" => "rad/s",
+        _ => "rad",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::helicopter::kind::Kind;
+    use crate::methods::prediction_error::{Settings, identify};
+    use crate::record::Experiment;
+
+    /// Yaw by the book, r' = −4 r + 25 pedal, with a little noise and exact holds.
+    fn yaw() -> Identified {
+        const PERIOD_S: f64 = 0.03;
+        let decay = f64::exp(-4.0 * PERIOD_S);
+        let pedal = |sample: usize| if (sample / 50).is_multiple_of(2) { 0.1 } else { -0.1 };
+        let mut rate = 0.0;
+        let outputs = DMatrix::from_fn(1000, 1, |sample, _| {
+            let measured: f64 = rate + 0.01 * ((sample * sample) as f64 * 0.618).fract();
+            rate = decay * rate + 25.0 / 4.0 * (1.0 - decay) * pedal(sample);
+            measured
+        });
+        let inputs = DMatrix::from_fn(1000, 1, |sample, _| pedal(sample));
+        let names = (vec!["pedal".to_owned()], vec!["r".to_owned()]);
+        let record = Experiment::new("yaw", PERIOD_S, names.0, names.1, inputs, outputs)
+            .expect("finite numbers");
+        let settings = Settings::innovations(Kind::Yaw.process_sigma());
+        identify(&Kind::Yaw.structure(), &[record], &settings).expect("it is identifiable")
+    }
+
+    #[test]
+    fn the_pole_of_yaw_is_its_damping_and_as_sure_as_that() {
+        let found = yaw();
+        let damping = found.estimates.get("Nr").expect("it has one");
+        let poles = found.poles().expect("one number");
+        assert_eq!(poles.len(), 1);
+        assert!((poles[0].value.re - damping.value).abs() < 1e-9, "{poles:?}");
+        assert!((poles[0].covariance[(0, 0)].sqrt() / damping.bound - 1.0).abs() < 1e-6);
+        let [low, high] = poles[0].region_95(61)[..] else { panic!("an interval") };
+        assert!(((high - low).re / (2.0 * 1.96 * damping.bound) - 1.0).abs() < 1e-3);
+        assert!(low.re < -4.0 && -4.0 < high.re, "{low} to {high}");
+    }
+
+    #[test]
+    fn the_vehicle_has_the_parameters_in_its_matrices_and_no_gusts() {
+        let vehicle = yaw().vehicle().expect("finite");
+        let value = |name: &str| {
+            let found = vehicle.parameters().iter().find(|parameter| parameter.name == name);
+            found.expect("it is listed").value
+        };
+        assert_eq!(vehicle.a()[(0, 0)], value("Nr"));
+        assert_eq!(vehicle.b()[(0, 0)], value("Nped"));
+        for kind in Kind::ALL {
+            let structure = kind.structure();
+            let driven = |state: usize| {
+                let own = structure.states.len() + structure.inputs.len();
+                let mut terms = structure.dynamics.iter().filter(|term| term.row == state);
+                terms.any(|term| term.column != state && term.column < own)
+            };
+            let gusts: Vec<_> =
+                (0..structure.states.len()).filter(|&state| !driven(state)).collect();
+            let named = |state: &usize| structure.states[*state].ends_with('g');
+            assert!(gusts.iter().all(named), "{kind}: {gusts:?}");
+        }
+    }
+
+    #[test]
+    fn a_region_lies_where_the_normalised_distance_is_that_of_95_of_100() {
+        let covariance = Matrix2::new(0.04, 0.018, 0.018, 0.01);
+        let pole = Pole { value: Complex::new(-1.0, 2.0), covariance };
+        let inverse = covariance.try_inverse().expect("it is positive");
+        for at in pole.region_95(31) {
+            let off = nalgebra::Vector2::new(at.re + 1.0, at.im - 2.0);
+            let distance = (off.transpose() * inverse * off)[(0, 0)];
+            assert!((distance - 5.991).abs() < 1e-6, "{distance}");
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! The steady Kalman predictor of a structure at one set of parameters, and its derivatives.
+
+use nalgebra::{Cholesky, DMatrix};
+
+use crate::methods::kalman::predicted_covariance;
+use crate::methods::structure::Structure;
+use hovernav_model::linalg::{HoldDerivatives, Stein, ZeroOrderHold};
+
+/// x⁺ = Φ x + Γ [u n o] + K ν, ν = y − C x − D u − b, of covariance S = L Lᵀ.
+///
+/// Process noise is an unmeasured input: white from sample to sample, held between, so that its
+/// covariance per step is Γₙ diag(σ²) Γₙᵀ and its derivatives are those of Γ.
+pub(super) struct Predictor {
+    hold: ZeroOrderHold,
+    pub phi: DMatrix<f64>,
+    pub gamma: DMatrix<f64>,
+    pub c: DMatrix<f64>,
+    pub d: DMatrix<f64>,
+    pub gain: DMatrix<f64>,
+    /// F = Φ − K C.
+    pub closed: DMatrix<f64>,
+    /// Covariance of the predicted state.
+    pub covariance: DMatrix<f64>,
+    /// L⁻¹, lower triangular.
+    pub whitener: DMatrix<f64>,
+    /// ln det S.
+    pub log_determinant: f64,
+    process_sigma: Vec<f64>,
+    measurement_sigma: Vec<f64>,
+}
+
+/// Which entry of the whole parameter vector: the structure's own, then ln σ of each process noise,
+/// then ln σ of each measurement noise.
+#[derive(Clone, Copy)]
+enum Entry {
+    Structure(usize),
+    Process(usize),
+    Measurement(usize),
+}
+
+/// How the predictor moves with one parameter.
+pub(super) struct Derivative {
+    pub phi: DMatrix<f64>,
+    pub gamma: DMatrix<f64>,
+    pub c: DMatrix<f64>,
+    pub d: DMatrix<f64>,
+    pub gain: DMatrix<f64>,
+    /// L⁻¹ dS L⁻ᵀ.
+    pub whitened_innovations: DMatrix<f64>,
+    /// The input that this parameter delays.
+    pub delays: Vec<usize>,
+}
+
+impl Predictor {
+    /// At `theta`, the whole parameter vector. With `innovations` false the gain is 0: output error.
+    /// `None` where there is none: no stabilising gain, or numbers that overflow.
+    pub fn new(
+        structure: &Structure,
+        theta: &[f64],
+        period_s: f64,
+        innovations: bool,
+    ) -> Option<Self> {
+        let (own, sigmas) = theta.split_at(structure.parameters.len());
+        let sigmas: Vec<f64> = sigmas.iter().map(|log| log.exp()).collect();
+        let (process_sigma, measurement_sigma) = sigmas.split_at(structure.noises.len());
+        let (n, m, q) = (structure.states.len(), structure.inputs.len(), structure.noises.len());
+        let (dynamics, measurement) = structure.combined(own);
+        let a = dynamics.columns(0, n).into_owned();
+        let b = dynamics.columns(n, dynamics.ncols() - n).into_owned();
+        let hold = ZeroOrderHold::new(a, b, period_s)?;
+        let (phi, gamma) = hold.map().clone();
+        let c = measurement.columns(0, n).into_owned();
+        let d = measurement.columns(n, m).into_owned();
+
+        let p = structure.outputs.len();
+        let r = DMatrix::from_fn(p, p, |row, column| {
+            if row == column { measurement_sigma[row].powi(2) } else { 0.0 }
+        });
+        let (gain, covariance, s) = if innovations {
+            let mut driven = gamma.columns(m, q).into_owned();
+            for (index, sigma) in process_sigma.iter().enumerate() {
+                driven.column_mut(index).scale_mut(*sigma);
+            }
+            let covariance = predicted_covariance(&phi, &c, &(&driven * driven.transpose()), &r)?;
+            let across = &covariance * c.transpose();
+            let s = &c * &across + &r;
+            let gain = (&phi * across) * Cholesky::new(s.clone())?.inverse();
+            (gain, covariance, s)
+        } else {
+            (DMatrix::zeros(n, p), DMatrix::zeros(n, n), r)
+        };
+        let lower = Cholesky::new(s)?.unpack();
+        let log_determinant = 2.0 * lower.diagonal().iter().map(|value| value.ln()).sum::<f64>();
+        let whitener = lower.solve_lower_triangular(&DMatrix::identity(p, p))?;
+        Some(Self {
+            closed: &phi - &gain * &c,
+            hold,
+            phi,
+            gamma,
+            c,
+            d,
+            gain,
+            covariance,
+            whitener,
+            log_determinant,
+            process_sigma: process_sigma.to_vec(),
+            measurement_sigma: measurement_sigma.to_vec(),
+        })
+    }
+
+    /// The derivatives with respect to the entries `free` of the whole parameter vector `theta`.
+    ///
+    /// K moves with P, and dP solves Stein's equation dP = F dP Fᵀ + dF P Fᵀ + F P dFᵀ + K dR Kᵀ
+    /// + dQ with dF = dΦ − K dC: the gain's own change drops out because the gain is optimal.
+    pub fn derivatives(
+        &self,
+        structure: &Structure,
+        theta: &[f64],
+        free: &[usize],
+        innovations: bool,
+    ) -> Option<Vec<Derivative>> {
+        let stein = if innovations { Some(Stein::new(&self.closed)?) } else { None };
+        let hold = self.hold.derivatives();
+        let inverse = self.whitener.transpose() * &self.whitener;
+        let from_covariance = &self.covariance * self.closed.transpose();
+        Some(
+            free.iter()
+                .map(|&index| {
+                    let kind = kind(structure, index);
+                    let mut change = self.direct(&hold, structure, theta, kind);
+                    let d_r = self.measurement_change(kind);
+                    let d_s = if let Some(stein) = &stein {
+                        let d_p = self.covariance_change(&change, kind, stein, &from_covariance);
+                        let moved = &change.c * &self.covariance * self.c.transpose();
+                        let d_s =
+                            &self.c * &d_p * self.c.transpose() + &moved + moved.transpose() + &d_r;
+                        change.gain = ((&change.phi * &self.covariance + &self.phi * &d_p)
+                            * self.c.transpose()
+                            + &self.phi * &self.covariance * change.c.transpose()
+                            - &self.gain * &d_s)
+                            * &inverse;
+                        d_s
+                    } else {
+                        d_r
+                    };
+                    change.whitened_innovations = &self.whitener * d_s * self.whitener.transpose();
+                    change
+                })
+                .collect(),
+        )
+    }
+
+    fn covariance_change(
+        &self,
+        change: &Derivative,
+        kind: Entry,
+        stein: &Stein,
+        from_covariance: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let m = self.d.ncols();
+        let d_closed = &change.phi - &self.gain * &change.c;
+        let half = d_closed * from_covariance;
+        let mut forcing = &half + half.transpose();
+        for (index, sigma) in self.process_sigma.iter().enumerate() {
+            let column = self.gamma.column(m + index);
+            let moved = change.gamma.column(m + index);
+            forcing.ger(sigma * sigma, &column, &moved, 1.0);
+            forcing.ger(sigma * sigma, &moved, &column, 1.0);
+        }
+        match kind {
+            Entry::Process(index) => {
+                let column = self.gamma.column(m + index);
+                forcing.ger(2.0 * self.process_sigma[index].powi(2), &column, &column, 1.0);
+            }
+            Entry::Measurement(index) => {
+                let column = self.gain.column(index);
+                forcing.ger(2.0 * self.measurement_sigma[index].powi(2), &column, &column, 1.0);
+            }
+            Entry::Structure(_) => {}
+        }
+        stein.solve(forcing)
+    }
+
+    fn measurement_change(&self, kind: Entry) -> DMatrix<f64> {
+        let p = self.c.nrows();
+        let mut d_r = DMatrix::zeros(p, p);
+        if let Entry::Measurement(index) = kind {
+            d_r[(index, index)] = 2.0 * self.measurement_sigma[index].powi(2);
+        }
+        d_r
+    }
+
+    /// What a parameter moves without the gain's help.
+    fn direct(
+        &self,
+        hold: &HoldDerivatives<'_>,
+        structure: &Structure,
+        theta: &[f64],
+        kind: Entry,
+    ) -> Derivative {
+        let (n, m, p) = (self.phi.nrows(), self.d.ncols(), self.c.nrows());
+        let mut measurement = DMatrix::zeros(p, n + m);
+        let mut change = Vec::new();
+        let mut delays = Vec::new();
+        if let Entry::Structure(index) = kind {
+            for term in &structure.dynamics {
+                let rate = term.derivative(theta, index);
+                if rate != 0.0 {
+                    change.push((term.row, term.column, rate));
+                }
+            }
+            for term in &structure.measurement {
+                measurement[(term.row, term.column)] += term.derivative(theta, index);
+            }
+            let delayed = structure.delays.iter().enumerate();
+            delays.extend(delayed.filter(|(_, by)| **by == Some(index)).map(|(input, _)| input));
+        }
+        let (phi, gamma) = hold.along(&change);
+        Derivative {
+            phi,
+            gamma,
+            c: measurement.columns(0, n).into_owned(),
+            d: measurement.columns(n, m).into_owned(),
+            gain: DMatrix::zeros(n, p),
+            whitened_innovations: DMatrix::zeros(p, p),
+            delays,
+        }
+    }
+}
+
+fn kind(structure: &Structure, index: usize) -> Entry {
+    let (own, process) = (structure.parameters.len(), structure.noises.len());
+    match index.checked_sub(own) {
+        None => Entry::Structure(index),
+        Some(index) if index < process => Entry::Process(index),
+        Some(index) => Entry::Measurement(index - process),
+    }
+}

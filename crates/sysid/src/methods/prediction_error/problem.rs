@@ -1,0 +1,225 @@
+//! The likelihood of a set of records as a function of the parameters, with each record's own
+//! unknowns solved away.
+
+use std::cell::RefCell;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::predictor::Predictor;
+use super::sweep::{Forcing, Normal, Pass, Record};
+use crate::methods::least_squares::{Cost, Quadratic};
+use crate::methods::structure::Structure;
+
+/// −ln L = ½ Σ νᵀ S⁻¹ ν + N/2 ln det S, less its constant, as a function of the free parameters.
+///
+/// The innovations are linear in a record's x0, offsets and biases, so these are solved exactly
+/// inside, and the information is Schur's complement over them (Golub and Pereyra, 1973).
+pub(super) struct Problem<'a> {
+    pub structure: &'a Structure,
+    pub records: &'a [Record],
+    pub period_s: f64,
+    pub innovations: bool,
+    /// The whole parameter vector; its free entries give way to the search.
+    pub base: Vec<f64>,
+    pub free: Vec<usize>,
+    /// The records' own values of the last evaluation, and where it was: the next one starts there.
+    pub own: RefCell<Own>,
+}
+
+/// Own values, solved at one set of parameters.
+#[derive(Default)]
+pub(super) struct Own {
+    pub values: Vec<Vec<f64>>,
+    /// The whole parameter vector they are solved for.
+    pub at: Vec<f64>,
+}
+
+/// Everything at the end of a search.
+pub(super) struct Passed {
+    pub own: Vec<Vec<f64>>,
+    pub normals: Vec<Normal>,
+}
+
+impl Problem<'_> {
+    /// The whole parameter vector with `theta` in its free entries.
+    pub fn whole(&self, theta: &[f64]) -> Vec<f64> {
+        let mut whole = self.base.clone();
+        for (&index, &value) in self.free.iter().zip(theta) {
+            whole[index] = value;
+        }
+        whole
+    }
+
+    pub fn samples(&self) -> usize {
+        self.records.iter().map(|record| record.samples).sum()
+    }
+
+    /// First guesses of all records' own values, solved for nothing yet.
+    pub fn guesses(structure: &Structure, records: &[Record]) -> Own {
+        let values = records.iter().map(|record| Self::guess(structure, record)).collect();
+        Own { values, at: Vec::new() }
+    }
+
+    /// A first guess of a record's own values: what is measured at its start.
+    pub fn guess(structure: &Structure, record: &Record) -> Vec<f64> {
+        let n = structure.states.len();
+        let mut own = vec![0.0; n + structure.offsets.len() + structure.biases.len()];
+        for (state, value) in structure.states.iter().zip(&mut own) {
+            if let Some(output) = structure.outputs.iter().position(|output| output == state) {
+                *value = record.outputs[output];
+            }
+        }
+        own
+    }
+
+    /// −½ νᵀS⁻¹ν at its best over the record's own unknowns, which come back solved.
+    pub fn solve_own(
+        &self,
+        predictor: &Predictor,
+        inputs: &(Vec<f64>, Vec<f64>),
+        record: &Record,
+        own: &mut [f64],
+    ) -> Option<f64> {
+        let pass = Pass {
+            structure: self.structure,
+            predictor,
+            forcing: None,
+            record,
+            inputs,
+            own,
+            own_columns: 0..own.len(),
+            keep: false,
+        };
+        let normal = pass.run();
+        let step = solve(&normal.information, &normal.gradient)?;
+        let saved = 0.5 * normal.gradient.dot(&step);
+        for (value, step) in own.iter_mut().zip(step.iter()) {
+            *value -= step;
+        }
+        Some(normal.half_squares - saved)
+    }
+
+    /// One pass over every record with all columns at `theta`.
+    pub fn pass(&self, theta: &[f64], keep: bool) -> Option<(Predictor, Forced, Passed)> {
+        let whole = self.whole(theta);
+        let predictor = Predictor::new(self.structure, &whole, self.period_s, self.innovations)?;
+        let derivatives =
+            predictor.derivatives(self.structure, &whole, &self.free, self.innovations)?;
+        let forcing = Forcing::new(&predictor, &derivatives, self.structure.offsets.len());
+        let mut own = self.own.borrow_mut();
+        let solved = own.at == whole;
+        own.at.clone_from(&whole);
+        let mut normals = Vec::with_capacity(self.records.len());
+        for (record, own) in self.records.iter().zip(&mut own.values) {
+            let inputs = record.delayed(self.structure, &whole, self.period_s);
+            if !solved {
+                self.solve_own(&predictor, &inputs, record, own)?;
+            }
+            let pass = Pass {
+                structure: self.structure,
+                predictor: &predictor,
+                forcing: Some(&forcing),
+                record,
+                inputs: &inputs,
+                own,
+                own_columns: 0..own.len(),
+                keep,
+            };
+            normals.push(pass.run());
+        }
+        let spreads = derivatives.into_iter().map(|change| change.whitened_innovations).collect();
+        Some((predictor, Forced { spreads }, Passed { own: own.values.clone(), normals }))
+    }
+
+    /// Cost, gradient and information of the free parameters from the passes' normal equations.
+    pub fn gather(
+        &self,
+        predictor: &Predictor,
+        forced: &Forced,
+        passed: &Passed,
+    ) -> Option<Quadratic> {
+        let count = self.free.len();
+        let samples = self.samples() as f64;
+        let p = self.structure.outputs.len();
+        let mut cost = 0.5 * samples * predictor.log_determinant;
+        let mut gradient = DVector::zeros(count);
+        let mut information = DMatrix::zeros(count, count);
+        let mut scatter = DMatrix::zeros(p, p);
+        for normal in &passed.normals {
+            cost += normal.half_squares;
+            scatter += &normal.scatter;
+            let own = normal.gradient.len() - count;
+            let across = normal.information.view((0, count), (count, own)).into_owned();
+            let inner = normal.information.view((count, count), (own, own)).into_owned();
+            let eliminate = solve_many(&inner, &across.transpose())?;
+            gradient += normal.gradient.rows(0, count)
+                - eliminate.tr_mul(&normal.gradient.rows(count, own));
+            information += normal.information.view((0, 0), (count, count)) - across * eliminate;
+        }
+        for (row, spread) in forced.spreads.iter().enumerate() {
+            gradient[row] += 0.5 * (samples * spread.trace() - spread.dot(&scatter));
+            for (column, other) in forced.spreads.iter().enumerate() {
+                information[(row, column)] += 0.5 * samples * spread.dot(other);
+            }
+        }
+        cost.is_finite().then_some(Quadratic { cost, gradient, information })
+    }
+}
+
+/// L⁻¹ dS L⁻ᵀ of each free parameter.
+pub(super) struct Forced {
+    pub spreads: Vec<DMatrix<f64>>,
+}
+
+impl Cost for Problem<'_> {
+    fn cost(&self, theta: &[f64]) -> Option<f64> {
+        let whole = self.whole(theta);
+        let predictor = Predictor::new(self.structure, &whole, self.period_s, self.innovations)?;
+        let mut cost = 0.5 * self.samples() as f64 * predictor.log_determinant;
+        let mut own = self.own.borrow_mut();
+        let mut trial = own.values.clone();
+        for (record, own) in self.records.iter().zip(&mut trial) {
+            let inputs = record.delayed(self.structure, &whole, self.period_s);
+            cost += self.solve_own(&predictor, &inputs, record, own)?;
+        }
+        if cost.is_finite() {
+            *own = Own { values: trial, at: whole };
+        }
+        Some(cost)
+    }
+
+    fn quadratic(&self, theta: &[f64]) -> Option<Quadratic> {
+        let (predictor, forced, passed) = self.pass(theta, false)?;
+        self.gather(&predictor, &forced, &passed)
+    }
+}
+
+/// Solves with a positive semidefinite matrix; what it cannot see stays where it is.
+pub(super) fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    solve_many(matrix, &DMatrix::from_column_slice(right.len(), 1, right.as_slice()))
+        .map(|solved| solved.column(0).into_owned())
+}
+
+pub(super) fn solve_many(matrix: &DMatrix<f64>, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    if matrix.is_empty() {
+        return Some(DMatrix::zeros(matrix.ncols(), right.ncols()));
+    }
+    // Scaled to a unit diagonal, so that the ridge means the same for a rate and a velocity.
+    let scale = matrix.diagonal().map(|value| if value > 0.0 { value.sqrt().recip() } else { 0.0 });
+    let mut scaled = matrix.clone();
+    for column in 0..scaled.ncols() {
+        for row in 0..scaled.nrows() {
+            scaled[(row, column)] *= scale[row] * scale[column];
+        }
+        scaled[(column, column)] += if scale[column] > 0.0 { 1e-10 } else { 1.0 };
+    }
+    let mut side = right.clone();
+    for (row, factor) in scale.iter().enumerate() {
+        side.row_mut(row).scale_mut(*factor);
+    }
+    let mut solved = Cholesky::new(scaled)?.solve(&side);
+    for (row, factor) in scale.iter().enumerate() {
+        solved.row_mut(row).scale_mut(*factor);
+    }
+    solved.iter().all(|value| value.is_finite()).then_some(solved)
+}

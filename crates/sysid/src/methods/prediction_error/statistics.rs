@@ -1,0 +1,108 @@
+//! What the innovations say of the estimates.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::problem::{Forced, Passed, Problem, solve_many};
+use super::sweep::{Normal, Record};
+use crate::methods::least_squares::Quadratic;
+
+/// σ of the white noise on an output, from its second differences: those of white noise have 6σ².
+pub(super) fn noise_of(records: &[Record], output: usize, outputs: usize) -> f64 {
+    let (mut squares, mut count, mut largest) = (0.0, 0.0, 0.0_f64);
+    for record in records {
+        let at = |sample: usize| record.outputs[sample * outputs + output];
+        for sample in 2..record.samples {
+            squares += (at(sample) - 2.0 * at(sample - 1) + at(sample - 2)).powi(2);
+            count += 6.0;
+        }
+        largest = (0..record.samples).map(|sample| at(sample).abs()).fold(largest, f64::max);
+    }
+    let sigma = if count > 0.0 { (squares / count).sqrt() } else { 0.0 };
+    sigma.max(1e-6 * largest).max(1e-12)
+}
+
+/// The covariance of the free parameters where innovations are white.
+pub(super) fn white_covariance(at: &Quadratic) -> Option<DMatrix<f64>> {
+    let count = at.gradient.len();
+    solve_many(&at.information, &DMatrix::identity(count, count))
+}
+
+/// The covariance of the free parameters where innovations are correlated over `lags` samples, or
+/// larger at some times than at others, from `white`, the one of innovations that are neither.
+///
+/// With gₖ a sample's share of the cost's gradient and M the information,
+/// M⁻¹ (Σₖₗ wₗ gₖ gₖ₊ₗᵀ) M⁻¹; Bartlett's window w keeps the middle positive. Where a step falls
+/// between two samples of the stick is unknown, so residuals are largest just where the
+/// parameters are felt most: only the gradients themselves see that.
+///
+/// # Source
+/// Newey and West (1987), *Econometrica* 55(3); for flight data Morelli and Klein (1997),
+/// *J. Aircraft* 34(2).
+pub(super) fn colored_covariance(
+    problem: &Problem<'_>,
+    white: &DMatrix<f64>,
+    forced: &Forced,
+    passed: &Passed,
+    lags: usize,
+) -> Option<DMatrix<f64>> {
+    let count = problem.free.len();
+    let mut middle = DMatrix::zeros(count, count);
+    for normal in &passed.normals {
+        let shares = gradients(problem, normal, forced)?;
+        let length = shares.ncols();
+        for lag in 0..=lags.min(length - 1) {
+            let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
+            let early = shares.columns(0, length - lag);
+            let product = early * shares.columns(lag, length - lag).transpose() * weight;
+            if lag > 0 {
+                middle += product.transpose();
+            }
+            middle += product;
+        }
+    }
+    Some(white * middle * white)
+}
+
+/// Each sample's share of the cost's gradient, parameters × samples.
+fn gradients(problem: &Problem<'_>, normal: &Normal, forced: &Forced) -> Option<DMatrix<f64>> {
+    let (count, p) = (problem.free.len(), problem.structure.outputs.len());
+    let rows = projected(normal, count)?;
+    let length = normal.whitened.len() / p;
+    let mut shares = DMatrix::zeros(count, length);
+    for (sample, mut share) in shares.column_iter_mut().enumerate() {
+        let error = DVector::from_column_slice(&normal.whitened[sample * p..(sample + 1) * p]);
+        share.gemv(1.0, &rows.columns(sample * p, p), &error, 0.0);
+        for (parameter, spread) in forced.spreads.iter().enumerate() {
+            share[parameter] += 0.5 * (spread.trace() - error.dot(&(spread * &error)));
+        }
+    }
+    Some(shares)
+}
+
+/// Sensitivities of the parameters, parameters × (samples · outputs), less what the record's own
+/// unknowns explain.
+fn projected(normal: &Normal, count: usize) -> Option<DMatrix<f64>> {
+    let columns = normal.gradient.len();
+    let own = columns - count;
+    let all = DMatrix::from_column_slice(
+        columns,
+        normal.sensitivities.len() / columns,
+        &normal.sensitivities,
+    );
+    let across = normal.information.view((count, 0), (own, count)).into_owned();
+    let inner = normal.information.view((count, count), (own, own)).into_owned();
+    let eliminate = solve_many(&inner, &across)?;
+    Some(all.rows(0, count) - eliminate.tr_mul(&all.rows(count, own)))
+}
+
+/// Σ ν νᵀ / N of the innovations themselves: L (Σ e eᵀ / N) Lᵀ.
+pub(super) fn innovations_covariance(
+    passed: &Passed,
+    whitener: &DMatrix<f64>,
+    samples: usize,
+) -> Option<DMatrix<f64>> {
+    let p = whitener.nrows();
+    let lower = whitener.solve_lower_triangular(&DMatrix::identity(p, p))?;
+    let scatter = passed.normals.iter().fold(DMatrix::zeros(p, p), |sum, one| sum + &one.scatter);
+    Some(&lower * scatter * lower.transpose() / samples as f64)
+}

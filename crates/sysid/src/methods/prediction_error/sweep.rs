@@ -1,0 +1,375 @@
+//! One pass of the predictor over a record: whitened innovations and their sensitivities, gathered
+//! into normal equations.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::predictor::{Derivative, Predictor};
+use crate::methods::structure::Structure;
+use crate::record::{Experiment, ExperimentError};
+
+/// Samples between two multiplications of the normal equations.
+const BLOCK: usize = 64;
+
+/// An experiment sample by sample, in the structure's order of signals.
+pub(super) struct Record {
+    pub name: String,
+    pub samples: usize,
+    inputs: Vec<f64>,
+    pub outputs: Vec<f64>,
+}
+
+impl Record {
+    pub fn new(structure: &Structure, experiment: &Experiment) -> Result<Self, ExperimentError> {
+        let chosen = experiment.select(&words(&structure.inputs), &words(&structure.outputs))?;
+        Ok(Self {
+            name: experiment.name.clone(),
+            samples: chosen.samples(),
+            inputs: chosen.inputs.transpose().as_slice().to_vec(),
+            outputs: chosen.outputs.transpose().as_slice().to_vec(),
+        })
+    }
+
+    /// Outputs alone, samples × outputs row by row.
+    pub fn of_outputs(outputs: Vec<f64>, samples: usize) -> Self {
+        Self { name: String::new(), samples, inputs: Vec::new(), outputs }
+    }
+
+    /// A piece of this record by its outputs; its inputs come delayed from the whole.
+    pub fn piece(&self, outputs: Vec<f64>, samples: usize) -> Self {
+        Self { name: self.name.clone(), ..Self::of_outputs(outputs, samples) }
+    }
+
+    /// The inputs behind their delays, and their derivatives with respect to the delay.
+    ///
+    /// A delay of d and a fraction f of a sample holds f of the older value and 1 − f of the newer
+    /// over the interval: the mean of the delayed, held input there.
+    pub fn delayed(
+        &self,
+        structure: &Structure,
+        theta: &[f64],
+        period_s: f64,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let m = structure.inputs.len();
+        let mut delayed = self.inputs.clone();
+        let mut rate = vec![0.0; self.inputs.len()];
+        for (input, parameter) in structure.delays.iter().enumerate() {
+            let Some(parameter) = *parameter else { continue };
+            let whole = (theta[parameter] / period_s).floor();
+            let fraction = theta[parameter] / period_s - whole;
+            let at = |sample: f64| {
+                let last = self.samples as f64 - 1.0;
+                self.inputs[sample.clamp(0.0, last) as usize * m + input]
+            };
+            for sample in 0..self.samples {
+                let newer = at(sample as f64 - whole);
+                let older = at(sample as f64 - whole - 1.0);
+                delayed[sample * m + input] = fraction * older + (1.0 - fraction) * newer;
+                rate[sample * m + input] = (older - newer) / period_s;
+            }
+        }
+        (delayed, rate)
+    }
+}
+
+/// How the parameters to be estimated force the sensitivities.
+///
+/// With z = [x u du/dτ o ν]: s⁺ = F s + `state` z, dν = −C s − `output` z.
+pub(super) struct Forcing {
+    pub count: usize,
+    /// (states · parameters) × z, a state's rows together.
+    state: DMatrix<f64>,
+    /// Parameter, output, entry of z, value.
+    output: Vec<(usize, usize, usize, f64)>,
+}
+
+impl Forcing {
+    pub fn new(predictor: &Predictor, derivatives: &[Derivative], offsets: usize) -> Self {
+        let (n, m, p) = (predictor.phi.nrows(), predictor.d.ncols(), predictor.c.nrows());
+        let count = derivatives.len();
+        let offset_first = predictor.gamma.ncols() - offsets;
+        let mut state = DMatrix::zeros(n * count, n + 2 * m + offsets + p);
+        let mut output = Vec::new();
+        for (index, change) in derivatives.iter().enumerate() {
+            let closed = &change.phi - &predictor.gain * &change.c;
+            let driven = change.gamma.columns(0, m) - &predictor.gain * &change.d;
+            for row in 0..n {
+                let mut into = state.row_mut(row * count + index);
+                into.columns_mut(0, n).copy_from(&closed.row(row));
+                into.columns_mut(n, m).copy_from(&driven.row(row));
+                for &input in &change.delays {
+                    into[n + m + input] = predictor.gamma[(row, input)]
+                        - (predictor.gain.row(row) * predictor.d.column(input))[0];
+                }
+                into.columns_mut(n + 2 * m, offsets)
+                    .copy_from(&change.gamma.row(row).columns(offset_first, offsets));
+                into.columns_mut(n + 2 * m + offsets, p).copy_from(&change.gain.row(row));
+            }
+            for row in 0..p {
+                let direct = (0..n).map(|column| (column, change.c[(row, column)]));
+                let through = (0..m).map(|input| (n + input, change.d[(row, input)]));
+                let late =
+                    change.delays.iter().map(|&input| (n + m + input, predictor.d[(row, input)]));
+                for (column, value) in direct.chain(through).chain(late) {
+                    if value != 0.0 {
+                        output.push((index, row, column, value));
+                    }
+                }
+            }
+        }
+        Self { count, state, output }
+    }
+}
+
+/// Normal equations of one pass; columns are the parameters, then the record's own unknowns.
+pub(super) struct Normal {
+    /// ½ Σ νᵀ S⁻¹ ν.
+    pub half_squares: f64,
+    pub gradient: DVector<f64>,
+    pub information: DMatrix<f64>,
+    /// Σ e eᵀ of the whitened innovations e.
+    pub scatter: DMatrix<f64>,
+    /// Whitened innovations, samples × outputs row by row, where asked for.
+    pub whitened: Vec<f64>,
+    /// Whitened sensitivities, (samples · outputs) × columns row by row, where asked for.
+    pub sensitivities: Vec<f64>,
+}
+
+/// What a pass reads.
+pub(super) struct Pass<'a> {
+    pub structure: &'a Structure,
+    pub predictor: &'a Predictor,
+    pub forcing: Option<&'a Forcing>,
+    pub record: &'a Record,
+    /// The delayed inputs and their rates.
+    pub inputs: &'a (Vec<f64>, Vec<f64>),
+    /// The record's own values: x0, offsets, biases.
+    pub own: &'a [f64],
+    /// Which of them have a column.
+    pub own_columns: Range<usize>,
+    /// Keep the whitened innovations and sensitivities.
+    pub keep: bool,
+}
+
+impl Pass<'_> {
+    pub fn run(&self) -> Normal {
+        let structure = self.structure;
+        let (n, m) = (structure.states.len(), structure.inputs.len());
+        let (p, o) = (structure.outputs.len(), structure.offsets.len());
+        let parameters = self.forcing.map_or(0, |forcing| forcing.count);
+        let columns = parameters + self.own_columns.len();
+        let steady = self.steady_forcing();
+        let width = n + 2 * m + o + p;
+
+        let mut x = DVector::from_column_slice(&self.own[..n]);
+        // Columns × states: one state's sensitivities together.
+        let mut sensitivity = DMatrix::zeros(columns, n);
+        for (index, own) in self.own_columns.clone().enumerate() {
+            if own < n {
+                sensitivity[(parameters + index, own)] = 1.0;
+            }
+        }
+        // Row by row: a state's row of F is one slice.
+        let closed = self.predictor.closed.transpose();
+        let mut next = sensitivity.clone();
+        let mut z = DMatrix::zeros(width, BLOCK);
+        let mut forced = DMatrix::zeros(n * parameters, BLOCK);
+        let mut rows = DMatrix::zeros(columns, p * BLOCK);
+        let mut errors = DVector::zeros(p * BLOCK);
+        let mut raw = vec![0.0; p * columns];
+        let mut normal = Normal {
+            half_squares: 0.0,
+            gradient: DVector::zeros(columns),
+            information: DMatrix::zeros(columns, columns),
+            scatter: DMatrix::zeros(p, p),
+            whitened: Vec::new(),
+            sensitivities: Vec::new(),
+        };
+
+        for first in (0..self.record.samples).step_by(BLOCK) {
+            let length = BLOCK.min(self.record.samples - first);
+            for step in 0..length {
+                self.predict(first + step, &mut x, z.column_mut(step).as_mut_slice());
+            }
+            if let Some(forcing) = self.forcing {
+                forced.gemm(1.0, &forcing.state, &z, 0.0);
+            }
+            for step in 0..length {
+                let z = &z.as_slice()[step * width..(step + 1) * width];
+                self.innovation_rows(z, sensitivity.as_slice(), columns, &mut raw);
+                let rows = &mut rows.as_mut_slice()[step * p * columns..(step + 1) * p * columns];
+                let errors = &mut errors.as_mut_slice()[step * p..(step + 1) * p];
+                self.whiten(&z[width - p..], &raw, columns, rows, errors);
+
+                for row in 0..n {
+                    let into = &mut next.as_mut_slice()[row * columns..(row + 1) * columns];
+                    let own = &steady[row * self.own_columns.len()..];
+                    into[parameters..].copy_from_slice(&own[..self.own_columns.len()]);
+                    let start = (step * n + row) * parameters;
+                    into[..parameters]
+                        .copy_from_slice(&forced.as_slice()[start..start + parameters]);
+                }
+                propagate(&closed, sensitivity.as_slice(), next.as_mut_slice(), columns);
+                std::mem::swap(&mut sensitivity, &mut next);
+            }
+            let used = rows.columns(0, p * length);
+            let errors = errors.rows(0, p * length);
+            normal.half_squares += 0.5 * errors.norm_squared();
+            normal.gradient.gemv(1.0, &used, &errors, 1.0);
+            normal.information.gemm(1.0, &used, &used.transpose(), 1.0);
+            let shaped = DMatrix::from_column_slice(p, length, errors.as_slice());
+            normal.scatter.gemm(1.0, &shaped, &shaped.transpose(), 1.0);
+            if self.keep {
+                normal.whitened.extend_from_slice(errors.as_slice());
+                normal.sensitivities.extend(used.iter());
+            }
+        }
+        normal
+    }
+
+    /// One step of the predictor: fills z, moves x on.
+    fn predict(&self, sample: usize, x: &mut DVector<f64>, z: &mut [f64]) {
+        let structure = self.structure;
+        let (n, m) = (structure.states.len(), structure.inputs.len());
+        let (p, o) = (structure.outputs.len(), structure.offsets.len());
+        let Predictor { phi, gamma, c, d, gain, .. } = self.predictor;
+        let input = &self.inputs.0[sample * m..(sample + 1) * m];
+        let offsets = &self.own[n..n + o];
+        z[..n].copy_from_slice(x.as_slice());
+        z[n..n + m].copy_from_slice(input);
+        z[n + m..n + 2 * m].copy_from_slice(&self.inputs.1[sample * m..(sample + 1) * m]);
+        z[n + 2 * m..n + 2 * m + o].copy_from_slice(offsets);
+        let (before, innovation) = z.split_at_mut(n + 2 * m + o);
+        innovation.copy_from_slice(&self.record.outputs[sample * p..(sample + 1) * p]);
+        for (index, &row) in structure.bias_rows.iter().enumerate() {
+            innovation[row] -= self.own[n + o + index];
+        }
+        subtract_product(innovation, c, &before[..n]);
+        subtract_product(innovation, d, input);
+        let state = x.as_mut_slice();
+        state.fill(0.0);
+        for (matrix, first, values) in [
+            (phi, 0, &before[..n]),
+            (gamma, 0, input),
+            (gamma, gamma.ncols() - o, offsets),
+            (gain, 0, &*innovation),
+        ] {
+            for (column, &value) in values.iter().enumerate() {
+                add(state, value, matrix.column(first + column).as_slice());
+            }
+        }
+    }
+
+    /// dν of every column.
+    fn innovation_rows(&self, z: &[f64], sensitivity: &[f64], columns: usize, raw: &mut [f64]) {
+        let (p, n) = self.predictor.c.shape();
+        raw.fill(0.0);
+        for row in 0..p {
+            let into = &mut raw[row * columns..(row + 1) * columns];
+            for state in 0..n {
+                let factor = self.predictor.c[(row, state)];
+                if factor != 0.0 {
+                    add(into, -factor, &sensitivity[state * columns..(state + 1) * columns]);
+                }
+            }
+        }
+        if let Some(forcing) = self.forcing {
+            for &(parameter, row, column, value) in &forcing.output {
+                raw[row * columns + parameter] -= value * z[column];
+            }
+        }
+        let first_bias = n + self.structure.offsets.len();
+        let first = columns - self.own_columns.len();
+        for (index, own) in self.own_columns.clone().enumerate() {
+            if own >= first_bias {
+                raw[self.structure.bias_rows[own - first_bias] * columns + first + index] -= 1.0;
+            }
+        }
+    }
+
+    fn whiten(
+        &self,
+        innovation: &[f64],
+        raw: &[f64],
+        columns: usize,
+        rows: &mut [f64],
+        errors: &mut [f64],
+    ) {
+        rows.fill(0.0);
+        for row in 0..innovation.len() {
+            let into = &mut rows[row * columns..(row + 1) * columns];
+            errors[row] = 0.0;
+            for column in 0..=row {
+                let factor = self.predictor.whitener[(row, column)];
+                if factor != 0.0 {
+                    errors[row] += factor * innovation[column];
+                    add(into, factor, &raw[column * columns..(column + 1) * columns]);
+                }
+            }
+        }
+    }
+
+    /// What moves the record's own columns at every step: states × own columns, row by row.
+    fn steady_forcing(&self) -> Vec<f64> {
+        let n = self.structure.states.len();
+        let offsets = self.structure.offsets.len();
+        let first_offset = self.predictor.gamma.ncols() - offsets;
+        let mut steady = Vec::with_capacity(n * self.own_columns.len());
+        for row in 0..n {
+            steady.extend(self.own_columns.clone().map(|own| {
+                if own < n {
+                    0.0
+                } else if own < n + offsets {
+                    self.predictor.gamma[(row, first_offset + own - n)]
+                } else {
+                    -self.predictor.gain[(row, self.structure.bias_rows[own - n - offsets])]
+                }
+            }));
+        }
+        steady
+    }
+}
+
+/// next += F s, `closed` being Fᵀ; a state's sensitivities lie together, `columns` of them. Four states
+/// at a time, as a general product would spend its time packing matrices this small.
+fn propagate(closed: &DMatrix<f64>, sensitivity: &[f64], next: &mut [f64], columns: usize) {
+    if columns == 0 {
+        return;
+    }
+    let states = closed.nrows();
+    for (row, into) in next.chunks_exact_mut(columns).enumerate() {
+        let factors = closed.column(row);
+        let factors = factors.as_slice();
+        let whole = states - states % 4;
+        for first in (0..whole).step_by(4) {
+            let [f0, f1, f2, f3] = [0, 1, 2, 3].map(|offset| factors[first + offset]);
+            let (s0, rest) = sensitivity[first * columns..].split_at(columns);
+            let (s1, rest) = rest.split_at(columns);
+            let (s2, rest) = rest.split_at(columns);
+            let s3 = &rest[..columns];
+            for ((((into, a), b), c), d) in into.iter_mut().zip(s0).zip(s1).zip(s2).zip(s3) {
+                *into += (f0 * a + f1 * b) + (f2 * c + f3 * d);
+            }
+        }
+        for state in whole..states {
+            add(into, factors[state], &sensitivity[state * columns..(state + 1) * columns]);
+        }
+    }
+}
+
+fn words(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
+}
+
+fn add(into: &mut [f64], factor: f64, from: &[f64]) {
+    for (into, from) in into.iter_mut().zip(from) {
+        *into += factor * from;
+    }
+}
+
+fn subtract_product(into: &mut [f64], matrix: &DMatrix<f64>, values: &[f64]) {
+    for (column, &value) in values.iter().enumerate() {
+        add(into, -value, matrix.column(column).as_slice());
+    }
+}

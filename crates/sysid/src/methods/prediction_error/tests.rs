@@ -1,0 +1,106 @@
+//! The analytic gradient against differences of the cost.
+
+use std::cell::RefCell;
+
+use nalgebra::DMatrix;
+
+use super::problem::Problem;
+use super::sweep::Record;
+use crate::helicopter::Kind;
+use crate::methods::least_squares::Cost as _;
+use crate::methods::structure::{Parameter, Structure};
+use crate::record::Experiment;
+
+/// Inputs and outputs that no model explains: the gradient must hold away from the optimum.
+fn record(structure: &Structure, samples: usize) -> Record {
+    let wave = |rate: f64| {
+        move |row: usize, column: usize| {
+            (rate * (row as f64 + 3.0) * (1.0 + 0.37 * column as f64)).sin()
+        }
+    };
+    let inputs = DMatrix::from_fn(samples, structure.inputs.len(), wave(0.11)) * 0.1;
+    let outputs = DMatrix::from_fn(samples, structure.outputs.len(), wave(0.07));
+    let names = (structure.inputs.clone(), structure.outputs.clone());
+    let experiment =
+        Experiment::new("waves", 0.03, names.0, names.1, inputs, outputs).expect("finite");
+    Record::new(structure, &experiment).expect("same names")
+}
+
+fn gradient_holds(structure: &Structure, innovations: bool) {
+    let records = [record(structure, 100), record(structure, 70)];
+    let mut base = structure.start();
+    base.extend((0..structure.noises.len()).map(|index| -0.5 + 0.2 * index as f64));
+    base.extend((0..structure.outputs.len()).map(|index| -1.0 + 0.15 * index as f64));
+    let own = structure.parameters.len();
+    let free = (0..base.len())
+        .filter(|index| innovations || !(own..own + structure.noises.len()).contains(index))
+        .collect::<Vec<_>>();
+    let theta: Vec<f64> = free.iter().map(|&index| base[index]).collect();
+    let problem = Problem {
+        structure,
+        records: &records,
+        period_s: 0.03,
+        innovations,
+        base,
+        free,
+        own: RefCell::new(Problem::guesses(structure, &records)),
+    };
+    let at = problem.quadratic(&theta).expect("a predictor");
+    assert!((at.cost - problem.cost(&theta).expect("a cost")).abs() < 1e-8 * at.cost.abs());
+    for index in 0..theta.len() {
+        let step = 1e-4 * theta[index].abs().max(0.1);
+        let at_offset = |offset: f64| {
+            let mut moved = theta.clone();
+            moved[index] += offset;
+            problem.cost(&moved).expect("a cost")
+        };
+        // Fourth order, so that rounding and truncation both stay far below the tolerance.
+        let difference = (8.0 * (at_offset(step) - at_offset(-step))
+            - (at_offset(2.0 * step) - at_offset(-2.0 * step)))
+            / (12.0 * step);
+        let scale = at.information[(index, index)].sqrt().max(difference.abs()).max(1e-3);
+        assert!(
+            (at.gradient[index] - difference).abs() < 1e-5 * scale,
+            "{} parameter {index}: {} against {difference}",
+            structure.name,
+            at.gradient[index]
+        );
+    }
+}
+
+#[test]
+fn gradients_of_every_helicopter_agree_with_central_differences() {
+    for kind in Kind::ALL {
+        gradient_holds(&kind.structure(), true);
+    }
+}
+
+#[test]
+fn output_error_gradient_agrees_with_central_differences() {
+    gradient_holds(&Kind::Heave.structure(), false);
+}
+
+#[test]
+fn gradient_holds_through_delay_feedthrough_and_bias() {
+    let structure = Structure::new(
+        "everything",
+        vec![
+            Parameter::new("a", "", -1.5),
+            Parameter::new("k", "", 3.0),
+            Parameter::new("c", "", 0.7),
+            Parameter::new("d", "", 0.4),
+            Parameter::new("tau", "s", 0.05),
+        ],
+        "inputs s
+         noise n
+         outputs x force
+         offsets x
+         biases force
+         delay s tau
+         x' = a*x + y
+         y' = -2*y + k/c*s + n
+         force = c*x + a*d*y + d*s",
+    )
+    .expect("valid");
+    gradient_holds(&structure, true);
+}

@@ -1,0 +1,81 @@
+//! Parameters, and the products they stand in.
+
+/// A named parameter of a [`Structure`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// The name it has in the equations.
+    pub name: String,
+    /// Its unit, for print.
+    pub unit: String,
+    /// Where the search starts.
+    pub start: f64,
+    /// Smallest value allowed.
+    pub lower: f64,
+    /// Largest value allowed.
+    pub upper: f64,
+    /// Whether it stays at its start.
+    pub fixed: bool,
+}
+
+impl Parameter {
+    /// A free parameter without bounds.
+    #[must_use]
+    pub fn new(name: &str, unit: &str, start: f64) -> Self {
+        Self {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            start,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            fixed: false,
+        }
+    }
+
+    /// The same with bounds.
+    #[must_use]
+    pub fn within(self, lower: f64, upper: f64) -> Self {
+        Self { lower, upper, ..self }
+    }
+
+    /// The same, not to be estimated.
+    #[must_use]
+    pub fn held(self) -> Self {
+        Self { fixed: true, ..self }
+    }
+}
+
+/// One product of an equation: coefficient · Π θᵢ^powerᵢ · signal.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Term {
+    /// Row of the state or of the output it adds to.
+    pub row: usize,
+    /// Column among states, inputs, noises, offsets in that order; an output sees only the first two.
+    pub column: usize,
+    pub coefficient: f64,
+    pub factors: Vec<(usize, i32)>,
+}
+
+impl Term {
+    /// One signal as it is.
+    pub fn plain(row: usize, column: usize) -> Self {
+        Self { row, column, coefficient: 1.0, factors: Vec::new() }
+    }
+
+    /// The value at the parameters `theta`.
+    pub fn value(&self, theta: &[f64]) -> f64 {
+        self.factors
+            .iter()
+            .fold(self.coefficient, |product, &(index, power)| product * theta[index].powi(power))
+    }
+
+    /// The derivative with respect to parameter `parameter`, 0 where it does not appear.
+    pub fn derivative(&self, theta: &[f64], parameter: usize) -> f64 {
+        let Some(&(_, power)) = self.factors.iter().find(|(index, _)| *index == parameter) else {
+            return 0.0;
+        };
+        let others = self.factors.iter().filter(|(index, _)| *index != parameter);
+        let rest = others
+            .fold(self.coefficient, |product, &(index, power)| product * theta[index].powi(power));
+        rest * f64::from(power) * theta[parameter].powi(power - 1)
+    }
+}

@@ -1,0 +1,386 @@
+//! One experiment: uniformly sampled inputs and outputs, and the ways to cut and shift it.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector, RowDVector};
+use thiserror::Error;
+
+/// Why a record cannot be an [`Experiment`], or cannot be cut as asked.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ExperimentError {
+    /// The sample period is not a positive, finite number of seconds.
+    #[error(
+        "experiment `{experiment}`: the sample period is {period_s} s, not positive and finite"
+    )]
+    Period {
+        /// The experiment's name.
+        experiment: String,
+        /// What was given, in seconds.
+        period_s: f64,
+    },
+    /// Inputs and outputs differ in length.
+    #[error("experiment `{experiment}`: {inputs} samples of input against {outputs} of output")]
+    Length {
+        /// The experiment's name.
+        experiment: String,
+        /// Samples (rows) of the inputs.
+        inputs: usize,
+        /// Samples (rows) of the outputs.
+        outputs: usize,
+    },
+    /// There is no sample at all, or no output to explain.
+    #[error(
+        "experiment `{experiment}`: {samples} samples of {outputs} outputs hold nothing to identify"
+    )]
+    Empty {
+        /// The experiment's name.
+        experiment: String,
+        /// Samples (rows).
+        samples: usize,
+        /// Outputs (columns).
+        outputs: usize,
+    },
+    /// As many names as columns are needed.
+    #[error("experiment `{experiment}`: {names} names for {columns} {kind} columns")]
+    Names {
+        /// The experiment's name.
+        experiment: String,
+        /// `input` or `output`.
+        kind: &'static str,
+        /// Names given.
+        names: usize,
+        /// Columns given.
+        columns: usize,
+    },
+    /// Two signals bear one name.
+    #[error("experiment `{experiment}`: two signals are named `{signal}`")]
+    DuplicateName {
+        /// The experiment's name.
+        experiment: String,
+        /// The name given twice.
+        signal: String,
+    },
+    /// A value is NaN or infinite.
+    #[error("experiment `{experiment}`: `{signal}` is {value} at sample {sample}")]
+    NotFinite {
+        /// The experiment's name.
+        experiment: String,
+        /// The signal at fault.
+        signal: String,
+        /// Its row.
+        sample: usize,
+        /// What stands there.
+        value: f64,
+    },
+    /// The samples asked for do not exist, or there are none of them.
+    #[error("experiment `{experiment}`: no samples {start}..{end} in a record of {samples}")]
+    Range {
+        /// The experiment's name.
+        experiment: String,
+        /// First sample asked for.
+        start: usize,
+        /// One past the last.
+        end: usize,
+        /// Samples there are.
+        samples: usize,
+    },
+    /// No signal of this name.
+    #[error("experiment `{experiment}`: no signal `{signal}`; there are {known}")]
+    UnknownSignal {
+        /// The experiment's name.
+        experiment: String,
+        /// The name asked for.
+        signal: String,
+        /// The names there are.
+        known: String,
+    },
+}
+
+/// One experiment: uniformly sampled inputs and outputs.
+///
+/// Rows are samples, columns are signals, in the units the recording had. [`Experiment::new`] is
+/// the gate: what passes it is finite and consistent, and everything in this crate relies on
+/// that.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Experiment {
+    /// What messages call it.
+    pub name: String,
+    /// Time between two samples, s.
+    pub period_s: f64,
+    /// One name per input column.
+    pub input_names: Vec<String>,
+    /// One name per output column.
+    pub output_names: Vec<String>,
+    /// Inputs, samples × inputs.
+    pub inputs: DMatrix<f64>,
+    /// Outputs, samples × outputs.
+    pub outputs: DMatrix<f64>,
+}
+
+/// The trim of an experiment: one constant per signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Offsets {
+    /// One per input, in the input's unit.
+    pub inputs: DVector<f64>,
+    /// One per output, in the output's unit.
+    pub outputs: DVector<f64>,
+}
+
+impl Experiment {
+    /// A checked experiment. Inputs may have no columns (a time series); outputs may not.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] names the first thing wrong: the period, the lengths, the names, or the
+    /// signal and sample of a value that is not finite.
+    ///
+    /// # Example
+    /// ```
+    /// use hovernav_sysid::record::Experiment;
+    /// use nalgebra::dmatrix;
+    ///
+    /// let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+    /// let doublet = Experiment::new(
+    ///     "yaw doublet",
+    ///     0.0303,
+    ///     names(&["pedal"]),
+    ///     names(&["r_radps"]),
+    ///     dmatrix![0.1; -0.1; 0.0],
+    ///     dmatrix![0.0; 0.02; f64::NAN],
+    /// );
+    /// assert_eq!(
+    ///     doublet.unwrap_err().to_string(),
+    ///     "experiment `yaw doublet`: `r_radps` is NaN at sample 2"
+    /// );
+    /// ```
+    pub fn new(
+        name: impl Into<String>,
+        period_s: f64,
+        input_names: Vec<String>,
+        output_names: Vec<String>,
+        inputs: DMatrix<f64>,
+        outputs: DMatrix<f64>,
+    ) -> Result<Self, ExperimentError> {
+        let experiment =
+            Self { name: name.into(), period_s, input_names, output_names, inputs, outputs };
+        experiment.check()?;
+        Ok(experiment)
+    }
+
+    fn check(&self) -> Result<(), ExperimentError> {
+        let experiment = || self.name.clone();
+        if !(self.period_s.is_finite() && self.period_s > 0.0) {
+            return Err(ExperimentError::Period {
+                experiment: experiment(),
+                period_s: self.period_s,
+            });
+        }
+        let (inputs, outputs) = (self.inputs.nrows(), self.outputs.nrows());
+        if inputs != outputs {
+            return Err(ExperimentError::Length { experiment: experiment(), inputs, outputs });
+        }
+        if self.outputs.is_empty() {
+            return Err(ExperimentError::Empty {
+                experiment: experiment(),
+                samples: outputs,
+                outputs: self.outputs.ncols(),
+            });
+        }
+        for (kind, names, columns) in [
+            ("input", self.input_names.len(), self.inputs.ncols()),
+            ("output", self.output_names.len(), self.outputs.ncols()),
+        ] {
+            if names != columns {
+                return Err(ExperimentError::Names {
+                    experiment: experiment(),
+                    kind,
+                    names,
+                    columns,
+                });
+            }
+        }
+        let names: Vec<_> = self.input_names.iter().chain(&self.output_names).collect();
+        for (index, name) in names.iter().enumerate() {
+            if names[..index].contains(name) {
+                return Err(ExperimentError::DuplicateName {
+                    experiment: experiment(),
+                    signal: (*name).clone(),
+                });
+            }
+        }
+        for (names, signals) in
+            [(&self.input_names, &self.inputs), (&self.output_names, &self.outputs)]
+        {
+            for (signal, column) in names.iter().zip(signals.column_iter()) {
+                if let Some(sample) = column.iter().position(|value| !value.is_finite()) {
+                    return Err(ExperimentError::NotFinite {
+                        experiment: experiment(),
+                        signal: signal.clone(),
+                        sample,
+                        value: column[sample],
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.outputs.nrows()
+    }
+
+    /// Length of the record, s: samples times the period.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.samples() as f64 * self.period_s
+    }
+
+    /// The samples of one signal, input or output.
+    ///
+    /// # Errors
+    /// [`ExperimentError::UnknownSignal`], with the names there are.
+    pub fn signal(&self, name: &str) -> Result<DVector<f64>, ExperimentError> {
+        let find = |names: &[String]| names.iter().position(|known| known == name);
+        if let Some(column) = find(&self.input_names) {
+            return Ok(self.inputs.column(column).into_owned());
+        }
+        if let Some(column) = find(&self.output_names) {
+            return Ok(self.outputs.column(column).into_owned());
+        }
+        Err(ExperimentError::UnknownSignal {
+            experiment: self.name.clone(),
+            signal: name.to_owned(),
+            known: [&self.input_names[..], &self.output_names[..]].concat().join(", "),
+        })
+    }
+
+    /// The same record with only these inputs and outputs, in this order. A signal may change
+    /// sides: a measured output may serve as the input of a sub-model.
+    ///
+    /// # Errors
+    /// [`ExperimentError::UnknownSignal`] or [`ExperimentError::DuplicateName`].
+    pub fn select(&self, inputs: &[&str], outputs: &[&str]) -> Result<Self, ExperimentError> {
+        let gather = |names: &[&str]| -> Result<DMatrix<f64>, ExperimentError> {
+            let mut columns = DMatrix::zeros(self.samples(), names.len());
+            for (index, name) in names.iter().enumerate() {
+                columns.set_column(index, &self.signal(name)?);
+            }
+            Ok(columns)
+        };
+        let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+        Self::new(
+            self.name.clone(),
+            self.period_s,
+            owned(inputs),
+            owned(outputs),
+            gather(inputs)?,
+            gather(outputs)?,
+        )
+    }
+
+    /// The samples of a range of rows, under the same name.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Range`] where the range is empty or reaches past the end.
+    pub fn slice(&self, rows: Range<usize>) -> Result<Self, ExperimentError> {
+        if rows.start >= rows.end || rows.end > self.samples() {
+            return Err(ExperimentError::Range {
+                experiment: self.name.clone(),
+                start: rows.start,
+                end: rows.end,
+                samples: self.samples(),
+            });
+        }
+        let cut = |signals: &DMatrix<f64>| signals.rows(rows.start, rows.len()).into_owned();
+        Ok(Self { inputs: cut(&self.inputs), outputs: cut(&self.outputs), ..self.labels() })
+    }
+
+    /// The first half, to fit, and the second, to validate. An odd sample goes to the second.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Range`] where there are fewer than two samples.
+    pub fn halves(&self) -> Result<(Self, Self), ExperimentError> {
+        let middle = self.samples() / 2;
+        Ok((self.slice(0..middle)?, self.slice(middle..self.samples())?))
+    }
+
+    /// The mean of each signal.
+    #[must_use]
+    pub fn means(&self) -> Offsets {
+        let means = |signals: &DMatrix<f64>| signals.row_mean().transpose();
+        Offsets { inputs: means(&self.inputs), outputs: means(&self.outputs) }
+    }
+
+    /// The record about a trim: `offsets` taken off every sample.
+    ///
+    /// Validation data takes the offsets of the estimation data, never its own: its mean is part
+    /// of what the model has to explain.
+    ///
+    /// # Panics
+    /// Where `offsets` has other numbers of signals than this experiment.
+    #[must_use]
+    pub fn about(&self, offsets: &Offsets) -> Self {
+        let shift = |signals: &DMatrix<f64>, offsets: &DVector<f64>| {
+            assert_eq!(signals.ncols(), offsets.len(), "one offset per signal");
+            let row: RowDVector<f64> = offsets.transpose();
+            DMatrix::from_fn(signals.nrows(), signals.ncols(), |sample, signal| {
+                signals[(sample, signal)] - row[signal]
+            })
+        };
+        Self {
+            inputs: shift(&self.inputs, &offsets.inputs),
+            outputs: shift(&self.outputs, &offsets.outputs),
+            ..self.labels()
+        }
+    }
+
+    /// The record without the straight line of least squares through each signal.
+    ///
+    /// For slow sensor drift only: it also takes away what an integrating plant does.
+    #[must_use]
+    pub fn detrended(&self) -> Self {
+        Self {
+            inputs: without_line(&self.inputs),
+            outputs: without_line(&self.outputs),
+            ..self.labels()
+        }
+    }
+
+    /// Name, period and signal names with empty signals, for functional update.
+    fn labels(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            period_s: self.period_s,
+            input_names: self.input_names.clone(),
+            output_names: self.output_names.clone(),
+            inputs: DMatrix::zeros(0, 0),
+            outputs: DMatrix::zeros(0, 0),
+        }
+    }
+}
+
+fn without_line(signals: &DMatrix<f64>) -> DMatrix<f64> {
+    let samples = signals.nrows();
+    let middle = (samples as f64 - 1.0) / 2.0;
+    let spread: f64 = (0..samples).map(|sample| (sample as f64 - middle).powi(2)).sum();
+    let mut straight = signals.clone();
+    for mut column in straight.column_iter_mut() {
+        let mean = column.mean();
+        let slope = if spread > 0.0 {
+            let moment: f64 = column
+                .iter()
+                .enumerate()
+                .map(|(sample, value)| (sample as f64 - middle) * (value - mean))
+                .sum();
+            moment / spread
+        } else {
+            0.0
+        };
+        for (sample, value) in column.iter_mut().enumerate() {
+            *value -= mean + slope * (sample as f64 - middle);
+        }
+    }
+    straight
+}

@@ -1,0 +1,284 @@
+//! Are attitude, rates and velocity those of one rigid body?
+//!
+//! Kinematics hold whatever the aerodynamics: a record in which they do not has a wrong unit, sign,
+//! axis or clock somewhere, and no model fitted to it means anything. Each relation is checked in
+//! its integrated form, in pieces without their mean and slope: differentiating would drown it in
+//! noise, and a bias or a slow drift is no fault here.
+//!
+//! Source: R. Jategaonkar, *Flight Vehicle System Identification*, chapter 10 (data compatibility
+//! check); M. Tischler & R. Remple, *Aircraft and Rotorcraft System Identification*, section 5.8.
+
+use std::fmt;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::record::experiment::{Experiment, ExperimentError};
+use hovernav_model::linalg::least_squares;
+
+/// Which signal is what. Angles in rad, rates in rad/s, velocities of the body axes in m/s,
+/// specific forces in m/s². A relation is checked where all it needs is named.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct KinematicChannels<'a> {
+    /// Roll φ, right wing down.
+    pub roll: Option<&'a str>,
+    /// Pitch θ, nose up.
+    pub pitch: Option<&'a str>,
+    /// Rate p about the forward axis.
+    pub p: Option<&'a str>,
+    /// Rate q about the right axis.
+    pub q: Option<&'a str>,
+    /// Rate r about the down axis.
+    pub r: Option<&'a str>,
+    /// Velocity u forward.
+    pub u: Option<&'a str>,
+    /// Velocity v to the right.
+    pub v: Option<&'a str>,
+    /// Velocity w down.
+    pub w: Option<&'a str>,
+    /// Specific force forward, right and down.
+    pub specific_force: Option<[&'a str; 3]>,
+}
+
+/// How one relation came out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Relation {
+    /// The relation, as an equation.
+    pub equation: &'static str,
+    /// By what the right-hand side must be multiplied to fit the left: 1 where it closes.
+    pub scale: f64,
+    /// The part of the left-hand side's movement so explained, 0 to 1.
+    pub explained: f64,
+    /// How much later the left-hand side comes than the right says, s.
+    pub skew_s: f64,
+}
+
+/// What is wrong with a relation.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum KinematicFault {
+    /// One side moves against the other: a sign or an axis is wrong.
+    Sign(Relation),
+    /// The sides differ in size: a unit, a scale or the point of measurement is wrong.
+    Scale(Relation),
+    /// The sides have little to do with each other.
+    Unrelated(Relation),
+    /// One side comes later: clocks or filters differ.
+    Skew(Relation),
+}
+
+impl fmt::Display for KinematicFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sign(Relation { equation, scale, .. }) => {
+                write!(f, "{equation} holds with the sign reversed ({scale:.2} of it)")
+            }
+            Self::Scale(Relation { equation, scale, .. }) => {
+                write!(f, "{equation} closes only with the right-hand side times {scale:.2}")
+            }
+            Self::Unrelated(Relation { equation, explained, .. }) => write!(
+                f,
+                "{equation} explains only {:.0} % of what was measured",
+                100.0 * explained
+            ),
+            Self::Skew(Relation { equation, skew_s, .. }) => {
+                write!(f, "{equation}: the left-hand side comes {skew_s:.3} s late")
+            }
+        }
+    }
+}
+
+/// All relations that could be checked, and what is wrong with them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KinematicReport {
+    /// The relations.
+    pub relations: Vec<Relation>,
+    /// What is wrong; empty where the record is of one rigid body.
+    pub faults: Vec<KinematicFault>,
+}
+
+/// Length of the pieces, s: long against a manoeuvre, short against a drifting bias.
+const PIECE_S: f64 = 10.0;
+/// Later or earlier than this is not looked for, s.
+const LONGEST_SKEW_S: f64 = 0.25;
+/// Sides apart by more samples than this have different clocks or filters.
+const MOST_SKEW: usize = 2;
+/// Standard gravity, m/s².
+const GRAVITY: f64 = 9.806_65;
+/// Scales of a kinematic relation outside these are wrong.
+const CLOSES: [f64; 2] = [0.85, 1.15];
+/// Less explained than this is no relation.
+const RELATED: f64 = 0.8;
+/// With the wrong sign, so much explained is no accident.
+const REVERSED: f64 = 0.25;
+/// The balance of gravity and drag leaves out the forces of the rotor: it is held to its sign and
+/// order of size only.
+const ROUGHLY: [f64; 2] = [0.3, 3.0];
+const ROUGHLY_RELATED: f64 = 0.5;
+
+/// Checks every relation whose signals `channels` names.
+///
+/// φ̇ = p + tan θ (q sin φ + r cos φ), θ̇ = q cos φ − r sin φ, and the velocity in body axes against
+/// specific force and gravity. Without specific force, u̇ and v̇ are compared with gravity along the
+/// tilted axes and drag, which in hover must at least agree in sign and size.
+///
+/// # Errors
+/// [`ExperimentError::UnknownSignal`] where a named signal is not in the record.
+pub fn check_kinematics(
+    experiment: &Experiment,
+    channels: &KinematicChannels<'_>,
+) -> Result<KinematicReport, ExperimentError> {
+    let get = |name: Option<&str>| name.map(|name| experiment.signal(name)).transpose();
+    let (roll, pitch) = (get(channels.roll)?, get(channels.pitch)?);
+    let (p, q, r) = (get(channels.p)?, get(channels.q)?, get(channels.r)?);
+    let (u, v, w) = (get(channels.u)?, get(channels.v)?, get(channels.w)?);
+    let force = match channels.specific_force {
+        Some(names) => {
+            let [x, y, z] = names.map(|name| experiment.signal(name));
+            Some([x?, y?, z?])
+        }
+        None => None,
+    };
+    let samples = experiment.samples();
+    let combine = |at: &dyn Fn(usize) -> f64| DVector::from_fn(samples, |sample, _| at(sample));
+    let mut check = Check { period_s: experiment.period_s, relations: vec![], faults: vec![] };
+
+    if let (Some(roll), Some(pitch), Some(p), Some(q), Some(r)) = (&roll, &pitch, &p, &q, &r) {
+        let rate =
+            combine(&|k| p[k] + pitch[k].tan() * (q[k] * roll[k].sin() + r[k] * roll[k].cos()));
+        check.relate("φ̇ = p + tan θ (q sin φ + r cos φ)", roll, &rate, None);
+        let rate = combine(&|k| q[k] * roll[k].cos() - r[k] * roll[k].sin());
+        check.relate("θ̇ = q cos φ − r sin φ", pitch, &rate, None);
+    }
+    let (Some(roll), Some(pitch)) = (&roll, &pitch) else { return Ok(check.done()) };
+    let gravity = [
+        combine(&|k| -GRAVITY * pitch[k].sin()),
+        combine(&|k| GRAVITY * pitch[k].cos() * roll[k].sin()),
+        combine(&|k| GRAVITY * pitch[k].cos() * roll[k].cos()),
+    ];
+    match (&force, [&u, &v, &w], [&p, &q, &r]) {
+        (Some([x, y, z]), [Some(u), Some(v), Some(w)], [Some(p), Some(q), Some(r)]) => {
+            let force = combine(&|k| x[k] + gravity[0][k] + r[k] * v[k] - q[k] * w[k]);
+            check.relate("u̇ = fx − g sin θ + r v − q w", u, &force, None);
+            let force = combine(&|k| y[k] + gravity[1][k] + p[k] * w[k] - r[k] * u[k]);
+            check.relate("v̇ = fy + g cos θ sin φ + p w − r u", v, &force, None);
+            let force = combine(&|k| z[k] + gravity[2][k] + q[k] * u[k] - p[k] * v[k]);
+            check.relate("ẇ = fz + g cos θ cos φ + q u − p v", w, &force, None);
+        }
+        _ => {
+            if let Some(u) = &u {
+                check.relate("u̇ ∼ −g sin θ + Xu u", u, &gravity[0], Some(u));
+            }
+            if let Some(v) = &v {
+                check.relate("v̇ ∼ g cos θ sin φ + Yv v", v, &gravity[1], Some(v));
+            }
+        }
+    }
+    Ok(check.done())
+}
+
+struct Check {
+    period_s: f64,
+    relations: Vec<Relation>,
+    faults: Vec<KinematicFault>,
+}
+
+impl Check {
+    /// Compares `integral` with the running sum of `rate`, and of `drag` times some factor where
+    /// the relation is a rough one.
+    fn relate(
+        &mut self,
+        equation: &'static str,
+        integral: &DVector<f64>,
+        rate: &DVector<f64>,
+        drag: Option<&DVector<f64>>,
+    ) {
+        let reach = (LONGEST_SKEW_S / self.period_s) as isize;
+        let best = (-reach..=reach)
+            .filter_map(|shift| Some((shift, self.fit(integral, rate, drag, shift)?)))
+            .max_by(|(_, [_, one]), (_, [_, other])| one.total_cmp(other));
+        let Some((shift, [scale, explained])) = best else { return };
+        let relation =
+            Relation { equation, scale, explained, skew_s: shift as f64 * self.period_s };
+        let ([least, most], related) =
+            if drag.is_some() { (ROUGHLY, ROUGHLY_RELATED) } else { (CLOSES, RELATED) };
+        if scale < 0.0 && explained > REVERSED {
+            self.faults.push(KinematicFault::Sign(relation.clone()));
+        } else if explained < related {
+            self.faults.push(KinematicFault::Unrelated(relation.clone()));
+        } else {
+            if !(least..=most).contains(&scale) {
+                self.faults.push(KinematicFault::Scale(relation.clone()));
+            }
+            if drag.is_none() && shift.unsigned_abs() > MOST_SKEW {
+                self.faults.push(KinematicFault::Skew(relation.clone()));
+            }
+        }
+        self.relations.push(relation);
+    }
+
+    /// Scale and explained part with the left-hand side taken `shift` samples later; `None` where
+    /// nothing moves.
+    fn fit(
+        &self,
+        integral: &DVector<f64>,
+        rate: &DVector<f64>,
+        drag: Option<&DVector<f64>>,
+        shift: isize,
+    ) -> Option<[f64; 2]> {
+        let samples = integral.len() - shift.unsigned_abs();
+        let (left_from, right_from) = (shift.max(0) as usize, (-shift).max(0) as usize);
+        let mut columns = vec![self.running_sum(rate.rows(right_from, samples).as_slice())];
+        if let Some(drag) = drag {
+            columns.push(self.running_sum(drag.rows(left_from, samples).as_slice()));
+        }
+        let piece = ((PIECE_S / self.period_s) as usize).clamp(3, samples.max(3));
+        let regressors = straightened(DMatrix::from_columns(&columns), piece);
+        let left = DMatrix::from_columns(&[integral.rows(left_from, samples).into_owned()]);
+        let left = straightened(left, piece);
+        let moved = left.norm_squared();
+        if moved <= 1e-20 || regressors.column(0).norm_squared() <= 1e-20 {
+            return None;
+        }
+        let solution = least_squares(regressors.clone(), &left);
+        let explained = 1.0 - (&left - regressors * &solution).norm_squared() / moved;
+        Some([solution[(0, 0)], explained])
+    }
+
+    /// The integral from the first sample on, by trapezoids.
+    fn running_sum(&self, values: &[f64]) -> DVector<f64> {
+        let (mut sum, mut before) = (0.0, None);
+        DVector::from_iterator(
+            values.len(),
+            values.iter().map(|value| {
+                sum +=
+                    0.5 * self.period_s * before.replace(*value).map_or(0.0, |last| last + value);
+                sum
+            }),
+        )
+    }
+
+    fn done(self) -> KinematicReport {
+        KinematicReport { relations: self.relations, faults: self.faults }
+    }
+}
+
+/// Each column without mean and slope, piece by piece; rows past the last whole piece are left out,
+/// unless there is no whole one.
+fn straightened(mut signals: DMatrix<f64>, piece: usize) -> DMatrix<f64> {
+    let piece = piece.min(signals.nrows());
+    let rows = signals.nrows() / piece.max(1) * piece;
+    signals = signals.rows(0, rows).into_owned();
+    let middle = (piece as f64 - 1.0) / 2.0;
+    let spread: f64 = (0..piece).map(|row| (row as f64 - middle).powi(2)).sum();
+    for mut column in signals.column_iter_mut() {
+        for part in column.as_mut_slice().chunks_exact_mut(piece) {
+            let mean = part.iter().sum::<f64>() / piece as f64;
+            let moment: f64 =
+                part.iter().enumerate().map(|(row, value)| (row as f64 - middle) * value).sum();
+            for (row, value) in part.iter_mut().enumerate() {
+                *value -= mean + moment / spread * (row as f64 - middle);
+            }
+        }
+    }
+    signals
+}

@@ -1,0 +1,150 @@
+//! Onto another clock.
+
+use nalgebra::DMatrix;
+
+use super::{LowPass, PreprocessError, filtered};
+use crate::record::experiment::Experiment;
+
+/// Order of the filter before samples are thinned out, and its cut-off as a part of half the new
+/// sample rate.
+const ALIAS_ORDER: usize = 8;
+const ALIAS_PART: f64 = 0.8;
+
+/// The experiment at another sample period.
+///
+/// Where the new period is longer, everything is low-passed first, without phase shift, at 0.8 of
+/// half the new sample rate. Values between samples are those of local cubics (Catmull–Rom).
+///
+/// # Errors
+/// [`PreprocessError::Period`] where the period is not positive and finite, or
+/// [`PreprocessError::TooShort`] where the record is too short to be filtered.
+pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, PreprocessError> {
+    if !(period_s > 0.0 && period_s.is_finite()) {
+        return Err(PreprocessError::Period { period_s });
+    }
+    let thinned;
+    let source = if period_s > experiment.period_s {
+        let cutoff_hz = ALIAS_PART * 0.5 / period_s;
+        // Close to the old rate there is nothing left to take away.
+        if cutoff_hz * experiment.period_s < 0.5 * ALIAS_PART {
+            let filter = LowPass::butterworth(ALIAS_ORDER, cutoff_hz, experiment.period_s)?;
+            thinned = filtered(experiment, &filter)?;
+            &thinned
+        } else {
+            experiment
+        }
+    } else {
+        experiment
+    };
+    let last = (source.samples() - 1) as f64;
+    let step = period_s / experiment.period_s;
+    // A hair more, so that a whole ratio keeps its last sample.
+    let samples = (last / step + 1e-9) as usize + 1;
+    let moved = |signals: &DMatrix<f64>| {
+        DMatrix::from_fn(samples, signals.ncols(), |sample, column| {
+            let at = (sample as f64 * step).min(last);
+            let before = (at as usize).min(signals.nrows().saturating_sub(2));
+            let value = |offset: isize| prolonged(signals, column, before as isize + offset);
+            cubic([value(-1), value(0), value(1), value(2)], at - before as f64)
+        })
+    };
+    Ok(Experiment::new(
+        source.name.clone(),
+        period_s,
+        source.input_names.clone(),
+        source.output_names.clone(),
+        moved(&source.inputs),
+        moved(&source.outputs),
+    )?)
+}
+
+/// The value at `row`; one row past either end that of the parabola through the last three.
+fn prolonged(signals: &DMatrix<f64>, column: usize, row: isize) -> f64 {
+    let last = signals.nrows() - 1;
+    let value = |row: usize| signals[(row.min(last), column)];
+    if row >= 0 && row as usize <= last {
+        value(row as usize)
+    } else if row < 0 {
+        3.0 * (value(0) - value(1)) + value(2)
+    } else {
+        3.0 * (value(last) - value(last.saturating_sub(1))) + value(last.saturating_sub(2))
+    }
+}
+
+/// Catmull and Rom's cubic between the middle two of four values, `part` of the way.
+fn cubic([a, b, c, d]: [f64; 4], part: f64) -> f64 {
+    let (slope_b, slope_c) = (0.5 * (c - a), 0.5 * (d - b));
+    hermite([b, c], [slope_b, slope_c], part)
+}
+
+/// The cubic with these end values and end slopes, `part` of the way from 0 to 1.
+fn hermite([start, end]: [f64; 2], [rise, fall]: [f64; 2], part: f64) -> f64 {
+    let (square, cube) = (part * part, part * part * part);
+    (2.0 * cube - 3.0 * square + 1.0) * start
+        + (cube - 2.0 * square + part) * rise
+        + (3.0 * square - 2.0 * cube) * end
+        + (cube - square) * fall
+}
+
+/// A signal sampled at any times, onto a uniform grid from the first time on.
+///
+/// Values between samples are those of local cubics whose slope at a sample is that of the parabola
+/// through it and its neighbours.
+///
+/// # Errors
+/// [`PreprocessError`] where lengths differ or fewer than two samples are given, where times do not
+/// rise or something is not finite, or where a gap is longer than `longest_gap_s`.
+pub fn uniform(
+    times_s: &[f64],
+    values: &[f64],
+    period_s: f64,
+    longest_gap_s: f64,
+) -> Result<Vec<f64>, PreprocessError> {
+    if !(period_s > 0.0 && period_s.is_finite()) {
+        return Err(PreprocessError::Period { period_s });
+    }
+    let samples = times_s.len().min(values.len());
+    if samples < 2 || times_s.len() != values.len() {
+        return Err(PreprocessError::TooShort { what: "interpolation", samples, needed: 1 });
+    }
+    for sample in 0..samples {
+        let (time_s, value) = (times_s[sample], values[sample]);
+        let rises = sample == 0 || time_s > times_s[sample - 1];
+        if !(rises && time_s.is_finite() && value.is_finite()) {
+            return Err(PreprocessError::Sample { sample, time_s, value });
+        }
+        if sample > 0 && time_s - times_s[sample - 1] > longest_gap_s {
+            return Err(PreprocessError::Gap {
+                from_s: times_s[sample - 1],
+                gap_s: time_s - times_s[sample - 1],
+                longest_s: longest_gap_s,
+            });
+        }
+    }
+    let chord =
+        |from: usize| (values[from + 1] - values[from]) / (times_s[from + 1] - times_s[from]);
+    let slope = |at: usize| match at {
+        0 => chord(0),
+        _ if at == samples - 1 => chord(at - 1),
+        _ => {
+            let (before, after) = (times_s[at] - times_s[at - 1], times_s[at + 1] - times_s[at]);
+            (chord(at - 1) * after + chord(at) * before) / (before + after)
+        }
+    };
+    let count = ((times_s[samples - 1] - times_s[0]) / period_s + 1e-9) as usize + 1;
+    let mut from = 0;
+    Ok((0..count)
+        .map(|index| {
+            let time_s = (times_s[0] + index as f64 * period_s).min(times_s[samples - 1]);
+            while from + 2 < samples && times_s[from + 1] <= time_s {
+                from += 1;
+            }
+            let width = times_s[from + 1] - times_s[from];
+            hermite(
+                [values[from], values[from + 1]],
+                [slope(from) * width, slope(from + 1) * width],
+                (time_s - times_s[from]) / width,
+            )
+        })
+        .collect())
+}
