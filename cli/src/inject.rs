@@ -1,20 +1,25 @@
-//! `hovernav inject`: faulty copies of a dataset.
+//! `hovernav inject`: faulty copies of a dataset, and what many of them do to the estimator.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Instant;
 
 use anyhow::Context as _;
 use clap::error::ErrorKind;
-use hovernav_sim::faults::{self, Fault, Log};
+use hovernav_sim::faults::{
+    self, Campaign, Fault, Flight, Log, Outcome, csv, goals_markdown, markdown, standard_cells,
+    verdicts,
+};
+use indicatif::ProgressBar;
 
 #[derive(clap::Args)]
 #[command(after_help = "`--fault list` prints every fault with its range, default and duration.")]
 pub struct Arguments {
-    /// A dataset directory or a flight record
-    log: Option<PathBuf>,
-    /// A fault, NAME[=VALUE][@START[:DURATION]]: times in seconds of the log's clock, drawn by the
+    /// A dataset directory or a flight record; with --campaign, any number of dataset directories
+    log: Vec<PathBuf>,
+    /// A fault, NAME[=VALUE][@[START][:DURATION]]: times in seconds of the log's clock, drawn by the
     /// seed where not given; may be repeated; `list` prints them all
-    #[arg(long, value_name = "FAULT", required = true)]
+    #[arg(long, value_name = "FAULT", required_unless_present = "campaign")]
     fault: Vec<Asked>,
     /// What draws times, directions and noise
     #[arg(long, default_value_t = 1)]
@@ -22,6 +27,17 @@ pub struct Arguments {
     /// The directory to write
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Estimate many faulty copies, each fault by itself and all that there are unless some are named,
+    /// and tell what each did: writes table.md, results.csv and summary.json to out/injection or --out
+    #[arg(long)]
+    campaign: bool,
+    /// With --campaign: seeds, where anything is drawn
+    #[arg(long, value_name = "N", default_value_t = 5, requires = "campaign",
+          value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    seeds: u64,
+    /// With --campaign: simulated flights too, one a seed; without a LOG, they alone
+    #[arg(long, requires = "campaign")]
+    simulated: bool,
 }
 
 /// A fault, or the list of them all.
@@ -50,12 +66,20 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             }
         }
     }
-    let (Some(log), Some(out)) = (&arguments.log, &arguments.out) else {
-        let missing = if arguments.log.is_none() { "a LOG" } else { "--out DIR" };
-        let message = format!("expected {missing}; see `hovernav inject --help`\n");
-        clap::Error::raw(ErrorKind::MissingRequiredArgument, message).exit()
-    };
-    copy(log, &asked, arguments.seed, out)
+    if arguments.campaign {
+        return campaign(arguments, &asked);
+    }
+    match (&arguments.log[..], &arguments.out) {
+        ([log], Some(out)) => copy(log, &asked, arguments.seed, out),
+        ([_], None) => usage("expected --out DIR"),
+        ([], _) => usage("expected a LOG"),
+        _ => usage("found several LOGs, expected one"),
+    }
+}
+
+fn usage(message: &str) -> ! {
+    let message = format!("{message}; see `hovernav inject --help`\n");
+    clap::Error::raw(ErrorKind::MissingRequiredArgument, message).exit()
 }
 
 fn copy(log: &Path, asked: &[Fault], seed: u64, out: &Path) -> anyhow::Result<()> {
@@ -72,4 +96,52 @@ fn copy(log: &Path, asked: &[Fault], seed: u64, out: &Path) -> anyhow::Result<()
     }
     println!("{}: written", out.display());
     Ok(())
+}
+
+fn campaign(arguments: &Arguments, asked: &[Fault]) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let out = arguments.out.clone().unwrap_or_else(|| "out/injection".into());
+    crate::output::create(&out)?;
+    let mut flights: Vec<Flight> = arguments.log.iter().cloned().map(Flight::Dataset).collect();
+    if arguments.simulated || flights.is_empty() {
+        flights.push(Flight::Simulated);
+    }
+    let cells = match asked {
+        [] => standard_cells(),
+        asked => asked.iter().map(|fault| vec![*fault]).collect(),
+    };
+    let campaign = Campaign { flights, cells, seeds: arguments.seeds };
+    let bar = ProgressBar::new(campaign.runs());
+    let outcomes = campaign.run(|| bar.inc(1))?;
+    bar.finish_and_clear();
+
+    let goals = goals_markdown(&outcomes);
+    let write = |file: &str, text: String| {
+        let path = out.join(file);
+        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+    };
+    write("table.md", format!("{goals}{}", markdown(&outcomes)))?;
+    write("results.csv", csv(&outcomes))?;
+    let wall_s = started.elapsed().as_secs_f64();
+    let summary = summary(arguments, &outcomes, wall_s);
+    crate::output::write_json(&summary, &out.join("summary.json"))?;
+    print!("{goals}");
+    println!("{}: {} runs in {wall_s:.1} s", out.display(), outcomes.len());
+    Ok(())
+}
+
+fn summary(arguments: &Arguments, outcomes: &[Outcome], wall_s: f64) -> serde_json::Value {
+    let input: Vec<String> = arguments.log.iter().map(|log| log.display().to_string()).collect();
+    serde_json::json!({
+        "tool": "hovernav",
+        "version": env!("CARGO_PKG_VERSION"),
+        "input": input.join(" "),
+        "duration_s": 0.0,
+        "wall_s": wall_s,
+        "imu_samples": outcomes.iter().map(|outcome| outcome.measures.samples).sum::<usize>(),
+        "gps_fixes_used": 0,
+        "gps_fixes_rejected": 0,
+        "goals": verdicts(outcomes),
+        "runs": outcomes,
+    })
 }

@@ -40,7 +40,9 @@ pub use manifest::{
 pub use open::open;
 pub use reference::{Reference, ReferenceMoment};
 pub use replay::{Outage, Run, SmoothedRun};
-pub use score::{Axis, AxisScore, ErrorPoint, Score, Statistics, outage_drift, score};
+pub use score::{
+    Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
+};
 pub use setup::{
     AccelerationSign, AutopilotFileError, CaptureSection, DmuMode, DmuSection, FlyConfig,
     FlyConfigError, LineSection, MavlinkConfig, MavlinkRates, MavlinkSection, PwmLine,

@@ -173,8 +173,8 @@ pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> 
     let from = first_imu.offset_by(reference.skip_s);
     let mut columns: [Vec<ErrorPoint>; 13] = Default::default();
     for solution in solutions {
-        let errors = errors(solution, reference);
-        let sigmas = sigmas(solution);
+        let errors = axis_errors(solution, reference);
+        let sigmas = axis_sigmas(solution);
         for ((column, error), sigma) in columns.iter_mut().zip(errors).zip(sigmas) {
             if error.is_finite() {
                 column.push(ErrorPoint { time: solution.time, error, sigma });
@@ -206,7 +206,9 @@ pub fn outage_drift(
     let distances: Vec<(Time, f64)> = solutions
         .get(first..last)?
         .iter()
-        .map(|solution| (solution.time, errors(solution, reference)[Axis::Horizontal as usize]))
+        .map(|solution| {
+            (solution.time, axis_errors(solution, reference)[Axis::Horizontal as usize])
+        })
         .filter(|(_, distance)| distance.is_finite())
         .collect();
     let covered_s = distances.last()?.0 - distances.first()?.0;
@@ -233,7 +235,8 @@ fn score_axis(axis: Axis, points: &[ErrorPoint], from: Time) -> Option<AxisScore
 }
 
 /// Solution less reference in the order of [`Axis::ALL`]; NaN where the reference says nothing.
-fn errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
+#[must_use]
+pub fn axis_errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
     let ReferenceMoment { position, velocity_mps, attitude_rad, body_velocity_mps } =
         reference.at(solution.time);
     let arm_m = reference.from_solution_point_m;
@@ -275,7 +278,8 @@ fn errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
 }
 
 /// The filter's own one-sigma in the order of [`Axis::ALL`].
-fn sigmas(solution: &Solution) -> [Option<f64>; 13] {
+#[must_use]
+pub fn axis_sigmas(solution: &Solution) -> [Option<f64>; 13] {
     let [n, e, d] = solution.position_sigma_m.to_array().map(Some);
     let [vn, ve, vd] = solution.velocity_sigma_mps.to_array().map(Some);
     let [roll, pitch, yaw] = solution.attitude_sigma_rad.map(|sigma| Some(sigma.to_degrees()));

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 /// A kind of fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 #[allow(missing_docs)] // CATALOGUE says what each does.
 pub enum Kind {
     Vibration,
@@ -113,8 +113,8 @@ pub const CATALOGUE: [Entry; 32] = [
         "accelerometers end at this range", &["clip", "range", "saturat"]),
     entry(Kind::ClipGyro, "clip-gyro", (Number(1.0, 100.0, 5000.0), "°/s"), Throughout,
         "gyros end at this range", &["clip", "range", "saturat"]),
-    entry(Kind::ClipBurst, "clip-burst", (Number(0.1, 3.0, 100.0), "g"), For(1.0),
-        "shaking of half this range, rms, on every accelerometer, which ends at the range", &["clip", "range", "saturat", "shock"]),
+    entry(Kind::ClipBurst, "clip-burst", (Number(0.1, 3.0, 100.0), "g"), For(0.3),
+        "a tone of 1.2 times this range shakes every accelerometer, which ends at the range", &["clip", "range", "saturat", "shock"]),
     entry(Kind::Stuck, "stuck", (Words(STUCK), ""), For(1.0),
         "the unit, a triad or an axis repeats its last value", &["stuck", "frozen", "repeat"]),
     entry(Kind::Gap, "gap", (Number(0.01, 2.0, 600.0), "s"), ItsValue,
@@ -174,6 +174,13 @@ pub const CATALOGUE: [Entry; 32] = [
 ];
 
 impl Kind {
+    /// Whether it is a mistake of who set the unit up, which no filter can mend: to be named.
+    #[must_use]
+    pub fn is_wrong_setup(self) -> bool {
+        use Kind::{AccelScale, AccelSign, GyroSign, Radians, SwapAxes, SwapLatLon, Unit};
+        matches!(self, AccelScale | AccelSign | GyroSign | SwapAxes | Unit | SwapLatLon | Radians)
+    }
+
     /// What there is to know of it.
     #[must_use]
     pub fn entry(self) -> &'static Entry {

@@ -1,4 +1,4 @@
-//! A fault as it is written: `NAME[=VALUE][@START[:DURATION]]`.
+//! A fault as it is written: `NAME[=VALUE][@[START][:DURATION]]`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -45,14 +45,23 @@ impl Fault {
         let share = noise.uniform();
         match (self.start_s, lasts) {
             (Some(start_s), _) => Window { start_s, duration_s },
-            (None, Lasts::Throughout) => Window::ALL,
-            (None, Lasts::Onwards) => {
+            (None, Lasts::Throughout) if self.duration_s.is_none() => Window::ALL,
+            (None, Lasts::Onwards) if self.duration_s.is_none() => {
                 Window { start_s: drawn_start_s(span_s, 60.0, share), duration_s }
             }
-            (None, Lasts::For(_) | Lasts::ItsValue) => {
-                Window { start_s: drawn_start_s(span_s, duration_s, share), duration_s }
-            }
+            (None, _) => Window { start_s: drawn_start_s(span_s, duration_s, share), duration_s },
         }
+    }
+}
+
+impl Fault {
+    /// Whether a seed has anything to draw for it.
+    #[must_use]
+    pub fn is_drawn(&self) -> bool {
+        let moves = self.start_s.is_none()
+            && (self.duration_s.is_some() || self.kind.entry().lasts != Lasts::Throughout);
+        let draws = [Kind::Vibration, Kind::PacketLoss, Kind::Jitter, Kind::LeverArm];
+        moves || draws.contains(&self.kind)
     }
 }
 
@@ -92,14 +101,20 @@ impl FromStr for Fault {
                     when.split_once(':').map_or((when, None), |(a, b)| (a, Some(b)));
                 let seconds =
                     |text: &str| text.trim().parse::<f64>().ok().filter(|s| s.is_finite());
-                let expected = || "START or START:DURATION in seconds".into();
-                let Some(start_s) = seconds(start) else { return refused(when, expected()) };
+                let expected = || "START, START:DURATION or :DURATION in seconds".into();
+                let start_s = match start.is_empty() && duration.is_some() {
+                    true => None,
+                    false => match seconds(start) {
+                        Some(start_s) => Some(start_s),
+                        None => return refused(when, expected()),
+                    },
+                };
                 let duration_s = match duration.map(seconds) {
                     None => None,
                     Some(Some(duration_s)) if duration_s > 0.0 => Some(duration_s),
                     Some(_) => return refused(when, expected()),
                 };
-                (Some(start_s), duration_s)
+                (start_s, duration_s)
             }
         };
         Ok(Self { kind: entry.kind, number, word, start_s, duration_s })
@@ -115,13 +130,12 @@ impl fmt::Display for Fault {
             Values::Words(_) => write!(f, "={}", self.word)?,
             Values::None => {}
         }
-        if let Some(start_s) = self.start_s {
-            write!(f, "@{start_s}")?;
-            if let Some(duration_s) = self.duration_s {
-                write!(f, ":{duration_s}")?;
-            }
+        match (self.start_s, self.duration_s) {
+            (None, None) => Ok(()),
+            (Some(start_s), None) => write!(f, "@{start_s}"),
+            (None, Some(duration_s)) => write!(f, "@:{duration_s}"),
+            (Some(start_s), Some(duration_s)) => write!(f, "@{start_s}:{duration_s}"),
         }
-        Ok(())
     }
 }
 
@@ -131,7 +145,14 @@ mod tests {
 
     #[test]
     fn a_fault_is_written_as_it_is_read() {
-        for text in ["vibration=4", "gap=2@100", "stuck=gz@7:0.5", "no-velocity", "swap-axes=yz"] {
+        for text in [
+            "vibration=4",
+            "gap=2@100",
+            "stuck=ax@:5",
+            "stuck=gz@7:0.5",
+            "no-velocity",
+            "swap-axes=yz",
+        ] {
             assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
         }
     }
@@ -144,8 +165,8 @@ mod tests {
             ("vibration=nan", "expected 0 to 20"),
             ("stuck=p", "expected one of all"),
             ("no-velocity=1", "expected no value"),
-            ("gap@x", "START or START:DURATION"),
-            ("gap@1:0", "START or START:DURATION"),
+            ("gap@x", "START, START:DURATION or"),
+            ("gap@1:0", "START, START:DURATION or"),
             ("", "found fault \"\""),
         ] {
             let refusal = text.parse::<Fault>().unwrap_err();

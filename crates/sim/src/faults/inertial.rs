@@ -1,6 +1,6 @@
 //! Faults of the inertial unit.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use super::catalogue::Kind;
 use super::fault::Fault;
@@ -127,11 +127,15 @@ impl<'a> Inertial<'a> {
         }
     }
 
-    /// White shaking of half the range, rms, on each accelerometer, then the range.
+    /// A tone of 1.2 times the range, of a drawn frequency between a fifth and nine twentieths of the
+    /// sampling rate and drawn phases, on each accelerometer; then the range. Like all vibration it
+    /// integrates to next to nothing, but for what the range takes from it on one side.
     fn burst(&mut self, rows: &[usize], range: f64, noise: &mut Noise) {
-        for &row in rows {
-            for axis in ACCEL {
-                let shaking = 0.5 * range * noise.normal();
+        let turn_rad = TAU * (0.2 + 0.25 * noise.uniform());
+        let phases_rad = [(); 3].map(|()| TAU * noise.uniform());
+        for (place, &row) in rows.iter().enumerate() {
+            for (axis, phase_rad) in ACCEL.into_iter().zip(phases_rad) {
+                let shaking = 1.2 * range * (phase_rad + turn_rad * place as f64).sin();
                 self.change(row, axis, |value, interval_s| {
                     (value / interval_s + shaking).clamp(-range, range) * interval_s
                 });

@@ -17,10 +17,11 @@ const MANIFEST: &str = "dataset.toml";
 const IMU: &str = "imu.csv";
 const GPS: &str = "gps.csv";
 const MAG: &str = "mag.csv";
+const BARO: &str = "baro.csv";
 /// What a faulty copy says of its faults.
 const FAULTS: &str = "faults.json";
 /// Files of a dataset that would be taken for the copy's own if they were there before.
-const OWN: [&str; 7] = [MANIFEST, IMU, GPS, MAG, "baro.csv", "controls.csv", "reference.csv"];
+const OWN: [&str; 7] = [MANIFEST, IMU, GPS, MAG, BARO, "controls.csv", "reference.csv"];
 
 /// Why a log has no faulty copy.
 #[derive(Debug, thiserror::Error)]
@@ -111,6 +112,11 @@ impl Log {
         };
         let (gps, mag) = (Table::read(&dir.join(GPS))?, Table::read(&dir.join(MAG))?);
         Ok(Self { dir: dir.to_path_buf(), manifest_text, manifest, imu, gps, mag })
+    }
+
+    /// The last moment of the inertial unit, s.
+    pub(super) fn end_s(&self) -> f64 {
+        self.imu.span_s().map_or(f64::NAN, |(_, last_s)| last_s)
     }
 
     /// A copy with `faults` in it, one after the other. The same `seed` draws the same; what one
@@ -216,6 +222,11 @@ impl FaultyLog {
             std::fs::write(&path, text).map_err(|source| LogError::Io { path, source })?;
         }
         self.log.imu.write(&out.join(IMU))?;
+        let baro = self.log.dir.join(BARO);
+        if baro.exists() {
+            let io = |source| LogError::Io { path: baro.clone(), source };
+            std::fs::copy(&baro, out.join(BARO)).map_err(io)?;
+        }
         for (table, file) in [(&self.log.gps, GPS), (&self.log.mag, MAG)] {
             if let Some(table) = table {
                 table.write(&out.join(file))?;

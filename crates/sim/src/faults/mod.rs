@@ -3,17 +3,28 @@
 //! [`Log::open`] reads a dataset, [`Log::with_faults`] puts [`Fault`]s in it, and [`FaultyLog::write`]
 //! makes a dataset of it again. What no fault touches keeps its bytes, field by field.
 
+mod campaign;
 mod catalogue;
 mod fault;
+mod flights;
+mod goals;
 mod inertial;
 mod injection;
 mod magnetic;
+mod measure;
+mod runner;
 mod satellite;
 mod setup;
 mod table;
+mod tables;
 mod window;
 
+pub use campaign::{Campaign, Outcome, standard_cells};
 pub use catalogue::{CATALOGUE, Entry, Kind, Lasts, Values, list};
 pub use fault::Fault;
+pub use flights::{Clean, Flight};
+pub use goals::{Verdict, goals_markdown, verdicts};
 pub use injection::{FaultyLog, InjectError, Log, Made};
+pub use measure::{AXES, Measures};
+pub use tables::{csv, markdown};
 pub use window::Window;

@@ -1,0 +1,213 @@
+//! Many faults in many flights.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use hovernav_log::{Dataset, LogError};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::catalogue::Kind;
+use super::fault::Fault;
+use super::flights::{Clean, Flight};
+use super::injection::{InjectError, Made};
+use super::measure::{Measures, measure};
+use super::runner::{estimate, told};
+use super::window::Window;
+
+/// Faults × flights × seeds.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    /// What to make faults in.
+    pub flights: Vec<Flight>,
+    /// What to make: each is the faults of one copy.
+    pub cells: Vec<Vec<Fault>>,
+    /// How many seeds, from 1, at least one; where nothing is drawn, one.
+    pub seeds: u64,
+}
+
+/// One run of a campaign.
+#[derive(Clone, Debug, Serialize)]
+pub struct Outcome {
+    /// The flight's name.
+    pub flight: String,
+    /// The faults as they were asked for; empty for the flight without.
+    pub faults: String,
+    /// Their kinds.
+    pub kinds: Vec<Kind>,
+    /// What drew them.
+    pub seed: u64,
+    /// When they were there.
+    pub made: Vec<Made>,
+    /// What they did.
+    #[serde(flatten)]
+    pub measures: Measures,
+}
+
+/// The faults and severities that `hovernav inject --campaign` goes through.
+const STANDARD: [&str; 46] = [
+    "vibration=2",
+    "vibration=4",
+    "clip-accel=2",
+    "clip-gyro=60",
+    "clip-burst=3",
+    "clip-burst=3@:3",
+    "stuck=all",
+    "stuck=all@:5",
+    "stuck=gz@:5",
+    "stuck=az@:5",
+    "gap=0.5",
+    "gap=2",
+    "gap=2 gap=3.4 gap=5",
+    "gap=10",
+    "gap=30",
+    "packet-loss=5",
+    "packet-loss=25",
+    "jitter=3",
+    "gyro-bias=0.5",
+    "accel-bias=0.3",
+    "gps-time=0.15",
+    "gps-time=-0.15",
+    "outage=10",
+    "outage=30",
+    "glitch-step=10",
+    "glitch-step=60",
+    "glitch-ramp=1",
+    "glitch-follow=5",
+    "frozen-fix",
+    "no-velocity",
+    "height-held",
+    "height-empty",
+    "mag-heading=30",
+    "mag-heading-only=30",
+    "mag-vector=0.2",
+    "lever-arm=1",
+    "lever-sign",
+    "accel-scale=0.5",
+    "accel-sign=xyz",
+    "gyro-sign=z",
+    "swap-axes=xy",
+    "unit=g",
+    "unit=degps",
+    "swap-latlon",
+    "radians",
+    "mag-vector-only=0.2",
+];
+
+/// The cells of a campaign of everything.
+#[must_use]
+pub fn standard_cells() -> Vec<Vec<Fault>> {
+    STANDARD.iter().filter_map(|cell| parse(cell).ok()).collect()
+}
+
+fn parse(cell: &str) -> Result<Vec<Fault>, String> {
+    cell.split_whitespace().map(str::parse).collect()
+}
+
+/// A cell's name in tables.
+fn name(faults: &[Fault]) -> String {
+    faults.iter().map(Fault::to_string).collect::<Vec<_>>().join(" ")
+}
+
+impl Campaign {
+    /// How many runs there are at most, those without fault included.
+    #[must_use]
+    pub fn runs(&self) -> u64 {
+        self.flights.len() as u64 * self.seeds * (1 + self.cells.len() as u64)
+    }
+
+    /// Runs it all, on all processors. Faults of something that a flight has not are left out.
+    /// `progress` hears of every run.
+    ///
+    /// # Errors
+    /// A flight that cannot be read or a copy that cannot be written.
+    pub fn run(&self, progress: impl Fn() + Sync) -> Result<Vec<Outcome>, LogError> {
+        let seeds = |flight: &Flight| if flight.is_drawn() { self.seeds } else { 1 };
+        let pairs: Vec<(&Flight, u64)> = (self.flights.iter())
+            .flat_map(|flight| (1..=seeds(flight)).map(move |seed| (flight, seed)))
+            .collect();
+        let outcomes = pairs.par_iter().map(|&(flight, seed)| {
+            let scratch = scratch()?;
+            let clean = flight.clean(seed, scratch.path())?;
+            progress();
+            let jobs: Vec<(&Vec<Fault>, u64)> = (self.cells.iter())
+                .flat_map(|cell| {
+                    let is_drawn = !flight.is_drawn() && cell.iter().any(Fault::is_drawn);
+                    let last = if is_drawn { self.seeds } else { seed };
+                    (seed..=last).map(move |seed| (cell, seed))
+                })
+                .collect();
+            let runs = jobs.par_iter().map(|&(cell, seed)| {
+                let outcome = clean.faulty(cell, seed);
+                progress();
+                outcome
+            });
+            let runs = runs.collect::<Result<Vec<_>, LogError>>()?;
+            let without = Outcome {
+                flight: clean.name.clone(),
+                faults: String::new(),
+                kinds: Vec::new(),
+                seed,
+                made: Vec::new(),
+                measures: clean.measures.clone(),
+            };
+            Ok(std::iter::once(without).chain(runs.into_iter().flatten()).collect())
+        });
+        let outcomes = outcomes.collect::<Result<Vec<Vec<Outcome>>, LogError>>()?;
+        Ok(outcomes.into_iter().flatten().collect())
+    }
+}
+
+impl Clean {
+    /// This flight with `faults`; `None` where it has nothing that one of them could be in.
+    fn faulty(&self, faults: &[Fault], seed: u64) -> Result<Option<Outcome>, LogError> {
+        let faulty = match self.log.with_faults(faults, seed) {
+            Ok(faulty) => faulty,
+            Err(InjectError::Log(error)) => return Err(error),
+            Err(InjectError::Unfit { .. } | InjectError::Place { .. }) => return Ok(None),
+        };
+        let scratch = scratch()?;
+        faulty.write_sensors(scratch.path())?;
+        let windows: Vec<Window> = faulty.made.iter().map(|made| made.window).collect();
+        let run =
+            catch_unwind(AssertUnwindSafe(|| Dataset::open(scratch.path()).and_then(estimate)));
+        let measures = match run {
+            Ok(Ok((run, warnings))) => {
+                let reference = self.reference.as_ref();
+                let mut measures = measure(&run.solutions, reference, &windows, self.end_s);
+                measures.warnings = told(warnings, &run);
+                let named_by: Vec<&str> = faults
+                    .iter()
+                    .flat_map(|fault| fault.kind.entry().named_by.iter().copied())
+                    .collect();
+                measures.against(&run.solutions, &self.measures, &self.solutions, &named_by);
+                measures
+            }
+            // A log refused with a reason is no failure of the filter.
+            Ok(Err(error)) => {
+                Measures { warnings: vec![error.to_string()], named: true, ..Measures::default() }
+            }
+            Err(_) => Measures { panicked: true, ..Measures::default() },
+        };
+        let kinds = faults.iter().map(|fault| fault.kind).collect();
+        let (flight, faults) = (self.name.clone(), name(faults));
+        Ok(Some(Outcome { flight, faults, kinds, seed, made: faulty.made, measures }))
+    }
+}
+
+fn scratch() -> Result<tempfile::TempDir, LogError> {
+    tempfile::tempdir()
+        .map_err(|source| LogError::Io { path: Path::new("temporary directory").into(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_standard_cells_are_faults() {
+        for cell in STANDARD {
+            assert_eq!(name(&parse(cell).unwrap()), cell);
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The flights that faults are made in.
+
+use std::path::{Path, PathBuf};
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::Solution;
+use hovernav_log::{Dataset, LogError, Reference};
+
+use super::injection::Log;
+use super::measure::{Measures, measure};
+use super::runner::{estimate, told};
+use crate::{DmuConfig, FlightPlan, GpsConfig, fly, sensor_manifest};
+
+/// A flight to make faults in.
+#[derive(Clone, Debug)]
+pub enum Flight {
+    /// A dataset directory, with a reference or without.
+    Dataset(PathBuf),
+    /// A simulated flight of 300 s with the thesis's sensors: test points, climbs, turns and hover; every
+    /// seed is another flight.
+    Simulated,
+}
+
+/// A flight without faults, estimated and scored.
+#[derive(Debug)]
+pub struct Clean {
+    /// What it is called.
+    pub name: String,
+    pub(super) log: Log,
+    pub(super) reference: Option<Reference>,
+    /// What the estimator made of it.
+    pub measures: Measures,
+    pub(super) solutions: Vec<Solution>,
+    pub(super) end_s: f64,
+}
+
+impl Flight {
+    /// Its name in tables.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self {
+            Self::Dataset(dir) => {
+                dir.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+            }
+            Self::Simulated => "simulated".into(),
+        }
+    }
+
+    /// Whether every seed is another flight.
+    #[must_use]
+    pub fn is_drawn(&self) -> bool {
+        matches!(self, Self::Simulated)
+    }
+
+    /// The flight that `seed` draws, estimated without fault; `scratch` is a directory to write in.
+    ///
+    /// # Errors
+    /// [`LogError`] where it cannot be read or written.
+    pub fn clean(&self, seed: u64, scratch: &Path) -> Result<Clean, LogError> {
+        let dir = match self {
+            Self::Dataset(dir) => dir.clone(),
+            Self::Simulated => {
+                simulate(seed, scratch)?;
+                scratch.to_path_buf()
+            }
+        };
+        let dataset = Dataset::open(&dir)?;
+        let reference = Reference::open(&dir, &dataset.manifest)?;
+        let log = Log::open(&dir)?;
+        let end_s = log.end_s();
+        let (run, warnings) = estimate(dataset)?;
+        let mut measures = measure(&run.solutions, reference.as_ref(), &[], end_s);
+        measures.warnings = told(warnings, &run);
+        let solutions = run.solutions;
+        Ok(Clean { name: self.name(), log, reference, measures, solutions, end_s })
+    }
+}
+
+/// A flight of the thesis's helicopter, written as a dataset.
+fn simulate(seed: u64, dir: &Path) -> Result<(), LogError> {
+    let unusable = |reason: String| LogError::Unusable { path: dir.to_path_buf(), reason };
+    let start = Geodetic::from_degrees(1.3521, 103.8198, 50.0)
+        .ok_or_else(|| unusable("no place on Earth".into()))?;
+    // Headings are spread over the circle by the golden angle.
+    let heading_rad = hovernav::frames::wrap_angle(2.399_963 * seed as f64);
+    let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
+    let trajectory = FlightPlan::test_flight(start, heading_rad)
+        .build()
+        .map_err(|error| unusable(error.to_string()))?;
+    let recording =
+        fly(&trajectory, &dmu, &gps, seed).map_err(|error| unusable(error.to_string()))?;
+    let manifest = sensor_manifest("simulated helicopter".into(), &dmu, &gps);
+    let dataset =
+        Dataset { manifest, imu: recording.imu, fixes: recording.fixes, ..Dataset::default() };
+    dataset.write(dir, &recording.truth)
+}

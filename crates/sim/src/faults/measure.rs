@@ -1,0 +1,264 @@
+//! What a fault did to the solution: errors against the reference and against the filter's own sigmas.
+
+use std::collections::BTreeSet;
+
+use hovernav::ekf::Solution;
+use hovernav::frames::wrap_angle;
+use hovernav_log::{Axis, Reference, axis_errors, axis_sigmas};
+use serde::Serialize;
+
+use super::window::Window;
+
+/// Axes whose errors are compared with the filter's sigmas, velocity and attitude first.
+pub const AXES: [Axis; 9] = [
+    Axis::VelocityNorth,
+    Axis::VelocityEast,
+    Axis::VelocityDown,
+    Axis::Roll,
+    Axis::Pitch,
+    Axis::Yaw,
+    Axis::North,
+    Axis::East,
+    Axis::Down,
+];
+
+/// The velocity must stay inside its 3 sigma this long to count as back, s.
+const BACK_S: f64 = 1.0;
+/// A run that ends with the velocity this wrong, m/s, or the position, m, has diverged.
+const DIVERGED_MPS: f64 = 5.0;
+const DIVERGED_M: f64 = 50.0;
+/// The end that this is judged over, s.
+const END_S: f64 = 10.0;
+
+/// One run, scored. Sizes are over all samples from the first solution on that the reference speaks of;
+/// NaN where it does not.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Measures {
+    /// Samples with a solution; none of a log that the estimator could not start on.
+    pub samples: usize,
+    /// Whether the estimator panicked.
+    pub panicked: bool,
+    /// Whether a number of any solution is not finite.
+    pub nan: bool,
+    /// Whether the last ten seconds are beyond 5 m/s or 50 m wrong, or have no solution.
+    pub diverged: bool,
+    /// Share of samples inside 3 sigma in each of [`AXES`].
+    pub inside: [f64; 9],
+    /// The same of velocity and attitude taken together, each axis and sample counting as one.
+    pub inside_motion: f64,
+    /// The same of position.
+    pub inside_position: f64,
+    /// Share of samples at which velocity and attitude are inside 3 sigma in all axes at once.
+    pub inside_jointly: f64,
+    /// Root mean square of error over sigma in each of [`AXES`].
+    pub normalised: [f64; 9],
+    /// The same of velocity and attitude together.
+    pub normalised_motion: f64,
+    /// Root mean square of the velocity's error, m/s, all axes.
+    pub velocity_rmse_mps: f64,
+    /// Of the horizontal distance, m.
+    pub horizontal_rmse_m: f64,
+    /// Of roll and pitch, °.
+    pub tilt_rmse_deg: f64,
+    /// Of yaw, °.
+    pub yaw_rmse_deg: f64,
+    /// The largest error of velocity, m/s.
+    pub worst_velocity_mps: f64,
+    /// The largest horizontal distance, m.
+    pub worst_horizontal_m: f64,
+    /// How far the fault pulled the solution from the clean run's at most: horizontally, m.
+    pub pulled_m: f64,
+    /// In velocity, m/s.
+    pub pulled_mps: f64,
+    /// In yaw, °.
+    pub pulled_yaw_deg: f64,
+    /// From the end of the last fault that has one until the velocity is inside its 3 sigma for a second, s;
+    /// infinite if it never is.
+    pub back_after_s: f64,
+    /// The same quantities over the clean run's: velocity, horizontal position, tilt, yaw.
+    pub cost: [f64; 4],
+    /// Warnings that the clean run does not have.
+    pub warnings: Vec<String>,
+    /// Whether one of them names the fault.
+    pub named: bool,
+}
+
+/// Errors and sigmas of one sample, in the order of [`AXES`].
+struct Compared {
+    time_s: f64,
+    errors: [f64; 9],
+    sigmas: [f64; 9],
+}
+
+fn compare(solution: &Solution, reference: &Reference) -> Compared {
+    let errors = axis_errors(solution, reference);
+    let sigmas = axis_sigmas(solution);
+    Compared {
+        time_s: solution.time.seconds(),
+        errors: AXES.map(|axis| errors[axis as usize]),
+        sigmas: AXES.map(|axis| sigmas[axis as usize].unwrap_or(f64::NAN)),
+    }
+}
+
+/// Root mean square of what is finite; NaN of nothing.
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values.filter(|value| value.is_finite()) {
+        sum += value * value;
+        count += 1.0;
+    }
+    (sum / count).sqrt()
+}
+
+/// Mean of ones and zeros, of those that are known; NaN of nothing.
+fn share(known: impl Iterator<Item = Option<bool>>) -> f64 {
+    let (mut inside, mut count) = (0.0, 0.0);
+    for is_inside in known.flatten() {
+        inside += f64::from(u8::from(is_inside));
+        count += 1.0;
+    }
+    inside / count
+}
+
+impl Compared {
+    /// Whether an axis is inside 3 sigma; `None` where the reference does not speak of it.
+    fn inside(&self, axis: usize) -> Option<bool> {
+        let (error, sigma) = (self.errors[axis], self.sigmas[axis]);
+        error.is_finite().then_some(error.abs() <= 3.0 * sigma)
+    }
+
+    fn all_inside(&self, axes: std::ops::Range<usize>) -> Option<bool> {
+        axes.filter_map(|axis| self.inside(axis)).reduce(|a, b| a && b)
+    }
+
+    fn normalised(&self, axis: usize) -> f64 {
+        self.errors[axis] / self.sigmas[axis]
+    }
+
+    fn norm(&self, axes: std::ops::Range<usize>) -> f64 {
+        self.errors[axes].iter().map(|error| error * error).sum::<f64>().sqrt()
+    }
+}
+
+/// Scores `solutions` of a flight that ends at `end_s` on the log's clock.
+pub(super) fn measure(
+    solutions: &[Solution],
+    reference: Option<&Reference>,
+    windows: &[Window],
+    end_s: f64,
+) -> Measures {
+    let mut compared = Vec::new();
+    if let Some(reference) = reference {
+        compared.extend(solutions.iter().map(|solution| compare(solution, reference)));
+    }
+    let inside = std::array::from_fn(|axis| share(compared.iter().map(|at| at.inside(axis))));
+    let normalised = std::array::from_fn(|axis| rms(compared.iter().map(|at| at.normalised(axis))));
+    let pooled = |axes: std::ops::Range<usize>| {
+        share(compared.iter().flat_map(|at| axes.clone().map(|axis| at.inside(axis))))
+    };
+    let most = |axes: std::ops::Range<usize>| {
+        let sizes = compared.iter().map(|at| at.norm(axes.clone()));
+        sizes.filter(|size| size.is_finite()).fold(f64::NAN, f64::max)
+    };
+    let of = |axes: std::ops::Range<usize>| rms(compared.iter().map(|at| at.norm(axes.clone())));
+    let mut last = compared.iter().filter(|at| at.time_s > end_s - END_S);
+    let lost = last.any(|at| at.norm(0..3) > DIVERGED_MPS || at.norm(6..8) > DIVERGED_M);
+    let ends = solutions.last().is_none_or(|last| last.time.seconds() > end_s - END_S);
+    let end = windows.iter().map(Window::end_s).filter(|end| end.is_finite());
+    Measures {
+        samples: solutions.len(),
+        nan: solutions.iter().any(|solution| !is_finite(solution)),
+        diverged: lost || !ends,
+        inside,
+        inside_motion: pooled(0..6),
+        inside_position: pooled(6..9),
+        inside_jointly: share(compared.iter().map(|at| at.all_inside(0..6))),
+        normalised,
+        normalised_motion: rms(compared.iter().flat_map(|at| (0..6).map(|a| at.normalised(a)))),
+        velocity_rmse_mps: of(0..3),
+        horizontal_rmse_m: of(6..8),
+        tilt_rmse_deg: of(3..5),
+        yaw_rmse_deg: of(5..6),
+        worst_velocity_mps: most(0..3),
+        worst_horizontal_m: most(6..8),
+        back_after_s: back_after_s(&compared, end.fold(f64::NAN, f64::max)),
+        ..Measures::default()
+    }
+}
+
+impl Measures {
+    /// Adds how this run differs from the same flight's without fault.
+    pub(super) fn against(
+        &mut self,
+        solutions: &[Solution],
+        clean: &Measures,
+        clean_solutions: &[Solution],
+        named_by: &[&str],
+    ) {
+        let mut nearest = clean_solutions.iter().peekable();
+        for solution in solutions {
+            // Time stamps may have moved a little; the clean sample that follows is near enough.
+            while nearest.peek().is_some_and(|clean| clean.time < solution.time) {
+                nearest.next();
+            }
+            let Some(clean) = nearest.peek() else { break };
+            let away = solution.position.displacement_from(&clean.position);
+            let turned = solution.body_to_ned.euler().yaw_rad - clean.body_to_ned.euler().yaw_rad;
+            self.pulled_m = self.pulled_m.max(away.x().hypot(away.y()));
+            let change = solution.velocity_mps - clean.velocity_mps;
+            self.pulled_mps = self.pulled_mps.max(change.norm());
+            self.pulled_yaw_deg = self.pulled_yaw_deg.max(wrap_angle(turned).to_degrees().abs());
+        }
+        self.cost = [
+            self.velocity_rmse_mps / clean.velocity_rmse_mps,
+            self.horizontal_rmse_m / clean.horizontal_rmse_m,
+            self.tilt_rmse_deg / clean.tilt_rmse_deg,
+            self.yaw_rmse_deg / clean.yaw_rmse_deg,
+        ];
+        let known: BTreeSet<&String> = clean.warnings.iter().collect();
+        self.warnings.retain(|warning| !known.contains(warning));
+        self.named = self.warnings.iter().any(|warning| {
+            let warning = warning.to_lowercase();
+            named_by.iter().any(|name| warning.contains(name))
+        });
+    }
+
+    /// The largest of [`cost`](Self::cost) that is known.
+    #[must_use]
+    pub fn largest_cost(&self) -> f64 {
+        self.cost.iter().copied().filter(|cost| cost.is_finite()).fold(f64::NAN, f64::max)
+    }
+}
+
+/// From `end_s` until the velocity is inside 3 sigma and stays there for a second.
+fn back_after_s(compared: &[Compared], end_s: f64) -> f64 {
+    if end_s.is_nan() {
+        return f64::NAN;
+    }
+    let mut since: Option<f64> = None;
+    let after = compared.iter().skip_while(|at| at.time_s < end_s);
+    for (at, inside) in after.filter_map(|at| Some((at, at.all_inside(0..3)?))) {
+        if !inside {
+            since = None;
+            continue;
+        }
+        let start_s = *since.get_or_insert(at.time_s);
+        if at.time_s - start_s >= BACK_S {
+            return (start_s - end_s).max(0.0);
+        }
+    }
+    if compared.iter().any(|at| at.all_inside(0..3).is_some()) { f64::INFINITY } else { f64::NAN }
+}
+
+fn is_finite(solution: &Solution) -> bool {
+    let angles = solution.body_to_ned.euler();
+    let attitude = [angles.roll_rad, angles.pitch_rad, angles.yaw_rad];
+    let numbers = attitude
+        .into_iter()
+        .chain(solution.attitude_sigma_rad)
+        .chain(solution.velocity_mps.to_array())
+        .chain(solution.velocity_sigma_mps.to_array())
+        .chain(solution.position_sigma_m.to_array())
+        .chain([solution.position.latitude_rad, solution.position.height_m]);
+    numbers.into_iter().all(f64::is_finite)
+}
