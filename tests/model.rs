@@ -1,8 +1,9 @@
 //! What the models promise.
 
+use hovernav::controls::Sticks;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav_model::helicopter::{
-    Controls, Helicopter, HelicopterError, HelicopterParameters, HelicopterState,
+    Helicopter, HelicopterError, HelicopterParameters, HelicopterState,
 };
 use hovernav_model::{ModelError, Parameter, Signal, StateSpace, TimeDomain, hover, shipped};
 use nalgebra::DMatrix;
@@ -18,7 +19,7 @@ const CALM: Vector<Ned> = Vector::ZERO;
 fn hover_is_steady_right_side_low_and_feels_one_g() {
     let helicopter = raptor();
     let hover = helicopter.hover();
-    let rest = helicopter.derivative(hover, &Controls::default(), CALM);
+    let rest = helicopter.derivative(hover, &Sticks::default(), CALM);
     assert!(rest.velocity_mps2.norm() < 1e-9);
     assert!(rest.rate_radps2.norm() < 1e-9);
     // An accelerometer in hover reads gravity upwards.
@@ -31,18 +32,18 @@ fn hover_is_steady_right_side_low_and_feels_one_g() {
 #[test]
 fn every_stick_begins_the_motion_it_is_named_for() {
     let helicopter = raptor();
-    let after = |controls: Controls| -> HelicopterState {
+    let after = |controls: Sticks| -> HelicopterState {
         let mut state = *helicopter.hover();
         for _ in 0..25 {
             state = helicopter.step(&state, &controls, CALM, 0.01);
         }
         state
     };
-    let stick = Controls::default();
-    assert!(after(Controls { lateral: 0.1, ..stick }).rate_radps.x() > 0.05);
-    assert!(after(Controls { longitudinal: 0.1, ..stick }).rate_radps.y() > 0.05);
-    assert!(after(Controls { collective: 0.1, ..stick }).velocity_mps.z() < -0.1);
-    assert!(after(Controls { pedal: 0.1, ..stick }).rate_radps.z() > 0.1);
+    let stick = Sticks::default();
+    assert!(after(Sticks { lateral: 0.1, ..stick }).rate_radps.x() > 0.05);
+    assert!(after(Sticks { longitudinal: 0.1, ..stick }).rate_radps.y() > 0.05);
+    assert!(after(Sticks { collective: 0.1, ..stick }).velocity_mps.z() < -0.1);
+    assert!(after(Sticks { pedal: 0.1, ..stick }).rate_radps.z() > 0.1);
 }
 
 #[test]
@@ -88,7 +89,7 @@ fn no_state_or_stick_makes_the_helicopter_panic() {
             state.velocity_mps = Vector::new(one, other, -one);
             state.rate_radps = Vector::new(other, one, other);
             state.lateral_flapping_rad = other;
-            let controls = Controls { collective: one, pedal: other, ..Default::default() };
+            let controls = Sticks { collective: one, pedal: other, ..Default::default() };
             let _ = helicopter.step(&state, &controls, Vector::new(other, 0.0, one), 0.01);
         }
     }
@@ -100,9 +101,9 @@ fn wind_and_motion_through_still_air_are_the_same_to_the_forces() {
     let mut state = *helicopter.hover();
     state.body_to_ned = Rotation::from_euler(EulerAngles::from_degrees(4.0, -6.0, 130.0));
     let wind = Vector::<Ned>::new(3.0, -2.0, 0.5);
-    let blown = helicopter.derivative(&state, &Controls::default(), wind);
+    let blown = helicopter.derivative(&state, &Sticks::default(), wind);
     state.velocity_mps -= state.body_to_ned.inverse() * wind;
-    let moving = helicopter.derivative(&state, &Controls::default(), CALM);
+    let moving = helicopter.derivative(&state, &Sticks::default(), CALM);
     assert!((blown.specific_force_mps2 - moving.specific_force_mps2).norm() < 1e-12);
     assert!((blown.rate_radps2 - moving.rate_radps2).norm() < 1e-11);
 }
@@ -140,7 +141,7 @@ fn derivative_of(
     u: &[f64; 4],
     wind: Vector<Ned>,
 ) -> [f64; 13] {
-    let controls = Controls { lateral: u[0], longitudinal: u[1], collective: u[2], pedal: u[3] };
+    let controls = Sticks::from_array(*u);
     let change = helicopter.derivative(&state_of(x), &controls, wind);
     let [du, dv, dw] = change.velocity_mps2.to_array();
     let [dp, dq, dr] = change.rate_radps2.to_array();

@@ -9,7 +9,7 @@ use super::state::State;
 use hovernav::controls::Sticks;
 use hovernav::earth::{Geodetic, Local};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use hovernav_model::helicopter::{Controls, Helicopter, HelicopterState, StateDerivative};
+use hovernav_model::helicopter::{Helicopter, HelicopterState, StateDerivative};
 
 /// What stands around the airframe. The default is that of the thesis's helicopter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -209,7 +209,7 @@ impl Vehicle {
             let (acceleration, turn) = push.advance(step_s);
             self.pushed = (self.pushed.0 + acceleration, self.pushed.1 + turn);
         }
-        let collective = self.controls().collective;
+        let collective = self.servos().collective;
         let governed = 1.0 - self.config.droop * collective.max(-1.0);
         let share = 1.0 - (-step_s / self.config.governor_time_s).exp();
         self.rotor_speed += share * (governed - self.rotor_speed);
@@ -225,7 +225,7 @@ impl Vehicle {
 
     /// The airframe's derivative with the rotor at its speed and the ground under the skids.
     fn derivative(&self, motion: &HelicopterState) -> StateDerivative {
-        let mut change = self.helicopter.derivative(motion, &self.controls(), self.wind_mps);
+        let mut change = self.helicopter.derivative(motion, &self.servos(), self.wind_mps);
         // Lift goes with the square of the rotor's speed.
         let lost = change.specific_force_mps2 * (self.rotor_speed * self.rotor_speed - 1.0);
         change.velocity_mps2 += lost;
@@ -254,11 +254,6 @@ impl Vehicle {
         let sinking = self.motion.velocity_ned_mps().z();
         let lost = !self.motion.velocity_mps.is_finite() || tilt > 1.4;
         lost || touching && (tilt > TIPPED_RAD || sinking > HARD_MPS)
-    }
-
-    fn controls(&self) -> Controls {
-        let [lateral, longitudinal, collective, pedal] = self.servos.map(|servo| servo.position());
-        Controls { lateral, longitudinal, collective, pedal }
     }
 
     /// Where the servos stand.

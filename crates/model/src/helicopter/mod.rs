@@ -5,18 +5,23 @@
 //! (3.41–3.49); thrust, torque and inflow by blade-element and momentum theory; a tail rotor behind a
 //! rate gyro; fuselage and fins. Rotor speed is constant: a governor holds it.
 //!
+//! Its controls are [`Sticks`] about hover trim, beyond ±1 at the stop. Signs follow the motion they
+//! begin: lateral rolls right, longitudinal raises the nose, collective climbs, pedal turns the nose
+//! right.
+//!
 //! Valid from hover to slow flight, about 15 m/s, and down to sink rates where the rotor still works
 //! against its own inflow; beyond that it stays finite and continuous but is no longer physics.
 //!
 //! ```
+//! use hovernav::controls::Sticks;
 //! use hovernav::frames::{Ned, Vector};
-//! use hovernav_model::helicopter::{Controls, Helicopter, HelicopterParameters};
+//! use hovernav_model::helicopter::{Helicopter, HelicopterParameters};
 //!
 //! let helicopter = Helicopter::new(HelicopterParameters::raptor60())?;
 //! let calm = Vector::<Ned>::ZERO;
 //! let mut state = *helicopter.hover();
 //! for _ in 0..100 {
-//!     state = helicopter.step(&state, &Controls::default(), calm, 0.01);
+//!     state = helicopter.step(&state, &Sticks::NEUTRAL, calm, 0.01);
 //! }
 //! assert!(state.velocity_mps.norm() < 1e-6); // sticks at trim: it hovers
 //! # Ok::<(), hovernav_model::helicopter::HelicopterError>(())
@@ -24,6 +29,7 @@
 
 use hovernav::glam::DQuat;
 
+use hovernav::controls::Sticks;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 
 mod dynamics;
@@ -53,21 +59,6 @@ pub struct HelicopterState {
     pub longitudinal_bar_rad: f64,
     /// Lateral tilt of the bar d, rad; positive to the right.
     pub lateral_bar_rad: f64,
-}
-
-/// The pilot's four controls about hover trim, each in −1…1; beyond that they are at the stop.
-///
-/// Signs follow the motion they begin.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Controls {
-    /// Lateral cyclic; positive rolls right.
-    pub lateral: f64,
-    /// Longitudinal cyclic; positive raises the nose.
-    pub longitudinal: f64,
-    /// Collective; positive climbs.
-    pub collective: f64,
-    /// Pedal; positive turns the nose right.
-    pub pedal: f64,
 }
 
 /// How the state moves.
@@ -155,7 +146,7 @@ impl Helicopter {
     pub fn derivative(
         &self,
         state: &HelicopterState,
-        controls: &Controls,
+        controls: &Sticks,
         wind_mps: Vector<Ned>,
     ) -> StateDerivative {
         let to_body = state.body_to_ned.inverse();
@@ -168,7 +159,7 @@ impl Helicopter {
             flapping: [state.longitudinal_flapping_rad, state.lateral_flapping_rad],
             bar: [state.longitudinal_bar_rad, state.lateral_bar_rad],
         };
-        let sticks = [controls.lateral, controls.longitudinal, controls.collective, controls.pedal];
+        let sticks = controls.to_array();
         let change = self.change(&motion, &sticks);
         let spin = DQuat::from_xyzw(rate.x, rate.y, rate.z, 0.0);
         StateDerivative {
@@ -191,7 +182,7 @@ impl Helicopter {
     pub fn step(
         &self,
         state: &HelicopterState,
-        controls: &Controls,
+        controls: &Sticks,
         wind_mps: Vector<Ned>,
         interval_s: f64,
     ) -> HelicopterState {

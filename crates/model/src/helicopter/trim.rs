@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::dynamics::{Change, Constants, Motion, Rigging};
-use super::{Controls, Helicopter, HelicopterError, HelicopterParameters, HelicopterState};
+use super::{Helicopter, HelicopterError, HelicopterParameters, HelicopterState};
 use crate::real::{Dual, Real};
 use hovernav::controls::Sticks;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
@@ -14,7 +14,7 @@ pub struct Trim {
     /// The state.
     pub state: HelicopterState,
     /// The controls.
-    pub controls: Controls,
+    pub controls: Sticks,
 }
 
 /// Roll, pitch, the two flapping angles, the two bar angles, then the four sticks.
@@ -96,8 +96,7 @@ impl Helicopter {
         {
             return Err(HelicopterError::ControlAtStop { control, value });
         }
-        let [lateral, longitudinal, collective, pedal] = sticks;
-        Ok(Trim { state, controls: Controls { lateral, longitudinal, collective, pedal } })
+        Ok(Trim { state, controls: Sticks::from_array(sticks) })
     }
 
     /// Newton's rule on the ten derivatives that steady flight makes zero. The sticks found may lie
