@@ -40,7 +40,7 @@ impl Gains {
     }
 }
 
-/// Everything the autopilot is told: `autopilot.toml`. Made by [`HoverConfig::new`]; what differs
+/// The whole configuration of the autopilot: `autopilot.toml`. Made by [`HoverConfig::new`]; what differs
 /// from the defaults is set by the `with` methods or field by field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(

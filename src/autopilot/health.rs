@@ -1,7 +1,7 @@
 //! What of an estimate is good enough to fly by: one set of limits, one answer.
 //!
 //! [`Health::assess`] is the only place that decides. The autopilot picks its mode by it, the flight
-//! loop tells it to the pilot and to the ground; both ask once a cycle and keep the answer.
+//! loop reports it to the ground; both assess once a cycle.
 //!
 //! It looks at one moment. Hysteresis belongs to whoever acts on the answer: the autopilot returns to
 //! a better mode after [`HealthLimits::recovery_s`].

@@ -1,4 +1,4 @@
-//! The autopilot: three loops, a choice of modes, and the pilot on top.
+//! The hover autopilot: three loops, a choice of modes, and the pilot above both.
 
 use super::check::ConfigError;
 use super::config::HoverConfig;
@@ -19,16 +19,15 @@ use crate::time::Time;
 pub struct Inputs<'a> {
     /// The moment of the step, on the estimator's clock.
     pub now: Time,
-    /// The estimator's latest word, if there is one.
+    /// The estimator's latest solution, if there is one.
     pub solution: Option<&'a Solution>,
-    /// The pilot's sticks; `None` where nothing is heard of them. Values that are not finite count
-    /// as not heard.
+    /// The pilot's sticks; `None` without a signal. Values that are not finite count as no signal.
     pub pilot: Option<Sticks>,
     /// The pilot's switch: whether the autopilot shall fly.
     pub engage: bool,
 }
 
-/// What one step of the autopilot comes to.
+/// The result of one step of the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outputs {
     /// Where the controls go, within range and, when the autopilot flies, rate.
@@ -109,7 +108,7 @@ pub struct HoverAutopilot {
     heave_runs: bool,
 }
 
-/// What the filter says, in the loops' terms.
+/// The estimate as the loops use it.
 #[derive(Clone, Copy, Debug)]
 struct Flown<'a> {
     solution: &'a Solution,

@@ -12,7 +12,7 @@ pub(super) struct Request {
     pub now: Time,
     /// The pilot's switch.
     pub engage: bool,
-    /// The pilot's sticks, where they are heard.
+    /// The pilot's sticks, if there is a signal.
     pub pilot: Option<Sticks>,
     pub health: Health,
 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{LONGEST_MS, SHORTEST_MS, is_plausible};
+use super::width::{LONGEST_MS, SHORTEST_MS, is_plausible};
 use crate::controls::{Channel, Channels};
 use crate::time::Time;
 
@@ -96,7 +96,7 @@ pub struct PilotPulses {
     pub receiver_failsafe: bool,
 }
 
-/// How the loss of the pilot's signal is told.
+/// How the loss of the pilot's signal is detected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -117,7 +117,7 @@ impl Default for SignalConfig {
     }
 }
 
-/// Whether the pilot is there.
+/// State of the pilot's signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// Every channel is fresh.
@@ -129,7 +129,7 @@ pub enum Signal {
 }
 
 impl PilotPulses {
-    /// Whether the pilot is there at `now`.
+    /// State of the pilot's signal at `now`.
     #[must_use]
     pub fn signal(&self, now: Time, config: &SignalConfig) -> Signal {
         let fresh_ms = self.channels.map(|channel| channel.fresh_ms(now, config.stale_after_s));

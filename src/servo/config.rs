@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{LONGEST_MS, SHORTEST_MS};
+use super::width::{LONGEST_MS, SHORTEST_MS};
 use crate::controls::{Channel, Channels};
 
 /// Which way a servo turns for a positive stick.

@@ -1,6 +1,6 @@
-//! The last station before the servos: range, rate, and what to send when there is no command.
+//! Range and rate of the servo commands, and what is sent when there is no command.
 
-use super::{ChannelConfig, ConfigError};
+use super::config::{ChannelConfig, ConfigError};
 use crate::controls::Channels;
 use crate::time::Time;
 

@@ -1,4 +1,4 @@
-//! Servo pulses: what the pilot commands, and what the servos are told.
+//! Servo pulses: the pilot's commands in, the servos' commands out.
 //!
 //! A radio-control servo takes its position from the width of a pulse: 1 to 2 ms, about 50 times a
 //! second. Each of the five controls has one, so the pilot's input is a width about its trim, and so
@@ -47,28 +47,23 @@ mod config;
 mod edges;
 mod limiter;
 pub mod packet;
+mod width;
 
 pub use capture::{Captured, PilotPulses, Pulse, PulseFault, Signal, SignalConfig};
 pub use config::{ChannelConfig, ConfigError, Direction};
 pub use edges::{EdgeTimer, Paired};
 pub use limiter::{Limit, Limited, Limiter};
+pub use width::{LONGEST_MS, SHORTEST_MS, is_plausible};
 
 use crate::controls::Channels;
 use crate::time::Time;
-
-/// The shortest pulse that a receiver sends or a servo takes, ms.
-///
-/// Radio control means 1 to 2 ms; makers' extended ranges end at 0.5 and 2.5 ms.
-pub const SHORTEST_MS: f64 = 0.5;
-/// The longest such pulse, ms.
-pub const LONGEST_MS: f64 = 2.5;
 
 /// Where the pilot's pulses come from.
 pub trait PulseCapture {
     /// What can go wrong with the source itself; pulses that stay away are no error of the source.
     type Error: core::error::Error;
 
-    /// Takes in what has arrived by `now`, without waiting for more, and tells what is known.
+    /// Takes in what has arrived by `now`, without waiting for more, and returns what is known.
     ///
     /// # Errors
     /// The source cannot be read. What was known before is kept and ages.
@@ -85,10 +80,4 @@ pub trait PulseOutput {
     /// # Errors
     /// A channel cannot be set. Every other channel has been tried all the same.
     fn write(&mut self, widths_ms: &Channels<f64>, now: Time) -> Result<(), Self::Error>;
-}
-
-/// Whether a servo's pulse can have this width.
-#[must_use]
-pub fn is_plausible(width_ms: f64) -> bool {
-    (SHORTEST_MS..=LONGEST_MS).contains(&width_ms)
 }

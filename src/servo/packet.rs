@@ -3,7 +3,7 @@
 
 use crc::{CRC_16_IBM_3740, Crc};
 
-use super::PilotPulses;
+use super::capture::PilotPulses;
 use crate::controls::Channels;
 use crate::time::Time;
 
@@ -160,7 +160,7 @@ pub struct PacketCapture {
 }
 
 impl PacketCapture {
-    /// Takes bytes that arrived at `arrival`, which is the date of the pulses that they tell of.
+    /// Takes bytes that arrived at `arrival`, which is the date of the pulses that they describe.
     ///
     /// A packet that is missing counts as an error on every channel, a width that cannot be on its
     /// own.

@@ -1,4 +1,4 @@
-//! The ground's two words: `#` lets frames flow, `$` pauses them.
+//! Flow control by the ground: `#` starts frames, `$` pauses them.
 
 /// Whether frames flow. They do not until the ground asks.
 ///
@@ -17,7 +17,7 @@ pub struct Flow {
 }
 
 impl Flow {
-    /// Takes bytes from the ground; the last word among them counts, and what is no word is counted
+    /// Takes bytes from the ground; the last command among them counts, and other bytes are counted
     /// and ignored.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
@@ -35,7 +35,7 @@ impl Flow {
         self.on
     }
 
-    /// Bytes that were no word: noise on the line, or a ground that speaks something else.
+    /// Bytes that were no command: noise on the line, or another protocol.
     #[must_use]
     pub const fn ignored(&self) -> u32 {
         self.ignored

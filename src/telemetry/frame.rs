@@ -53,7 +53,7 @@ const DURATION_S: f64 = 1e5;
 pub struct Frame {
     /// Its number: one more than that of the frame sent before it, 255 is followed by 0.
     pub sequence: u8,
-    /// What it tells.
+    /// What it holds.
     pub snapshot: Snapshot,
 }
 
@@ -104,7 +104,7 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// The frame numbered `sequence` that tells `snapshot`, to the nearest step of each field; what a
+/// The frame numbered `sequence` that holds `snapshot`, to the nearest step of each field; what a
 /// field cannot hold becomes the nearest that it can, and what is no place on Earth becomes unknown.
 #[must_use]
 pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {

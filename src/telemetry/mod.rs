@@ -1,6 +1,6 @@
-//! Telemetry: what the ground is told of the flight, as it goes.
+//! Telemetry: the state of the flight, sent to the ground in every cycle.
 //!
-//! A [`Snapshot`] is everything that one moment tells. It goes out packed into a [`frame`] of 145
+//! A [`Snapshot`] is the state at one moment. It goes out packed into a [`frame`] of 145
 //! bytes, 33 times a second on a modem of 57 600 baud while the ground has the [`Flow`] on.
 //!
 //! ```

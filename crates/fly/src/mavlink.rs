@@ -1,4 +1,4 @@
-//! A snapshot as MAVLink 2 messages, for ground stations that speak it.
+//! A snapshot as MAVLink 2 messages, for other ground stations.
 //!
 //! Source: MAVLink, *common message set*, whose units and marks for unknown values these are.
 
@@ -40,10 +40,10 @@ impl Schedule {
     }
 }
 
-/// The speaker: numbers messages and knows when each is due.
+/// Encodes snapshots: numbers the messages and sends each kind at its own rate.
 ///
 /// Times since boot count from `boot`; messages that can carry the time of day do so once
-/// [`Mavlink::set_utc`] has told it. Local positions count from the first position told.
+/// [`Mavlink::set_utc`] has set it. Local positions count from the first known position.
 ///
 /// ```
 /// use hovernav_fly::Mavlink;
@@ -74,7 +74,7 @@ pub struct Mavlink {
 }
 
 impl Mavlink {
-    /// A speaker on a vehicle whose clock read `boot` when it was switched on.
+    /// An encoder on a vehicle whose clock read `boot` when it was switched on.
     #[must_use]
     pub fn new(config: MavlinkConfig, boot: Time) -> Self {
         let rates = config.rates;
@@ -95,7 +95,7 @@ impl Mavlink {
         }
     }
 
-    /// Tells that the time of day was `unix_ns`, ns since the start of 1970 UTC, `at` this moment.
+    /// Sets the time of day: `unix_ns`, ns since the start of 1970 UTC, `at` this moment.
     pub fn set_utc(&mut self, unix_ns: i64, at: Time) {
         self.utc_offset_us = Some(unix_ns.saturating_sub(at.nanoseconds()) / 1_000);
     }
@@ -307,7 +307,7 @@ impl Mavlink {
         let innovations = &snapshot.innovations;
         let gate = self.config.gate_sigmas;
         let ratio = |normalised: Option<f64>| single(normalised.map(|size| size / gate));
-        // Position is gated axis by axis, and told as one: the ratio stands for both directions.
+        // Position is gated axis by axis, and reported as one: the ratio stands for both directions.
         let position = ratio(innovations.position);
         common::ESTIMATOR_STATUS_DATA {
             time_usec: self.stamp_us(snapshot.time),

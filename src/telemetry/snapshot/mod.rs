@@ -1,4 +1,4 @@
-//! Everything that one moment of a flight tells the ground.
+//! The state of a flight at one moment, as sent to the ground.
 
 mod gps;
 mod innovations;
@@ -58,7 +58,7 @@ pub struct Drops {
     pub telemetry_frames: u32,
 }
 
-/// Everything that one moment tells; what is not known is `None`.
+/// The state of a flight at one moment; what is not known is `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
     /// The moment, on the flight's clock.
@@ -98,7 +98,7 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// A moment of which nothing else is known.
+    /// A snapshot of which only the time is known.
     #[must_use]
     pub fn at(time: Time) -> Self {
         Self {
@@ -122,8 +122,8 @@ impl Snapshot {
         }
     }
 
-    /// Tells what the inertial unit measured; `interval_s`, from the sample before, turns increments
-    /// into rates, and is not looked at for rates. Where a solution is told too, it comes after: its
+    /// The same with what the inertial unit measured; `interval_s`, from the sample before, turns increments
+    /// into rates, and is not looked at for rates. Call it before [`Snapshot::with_solution`]: its
     /// rates are the better ones.
     #[must_use]
     pub fn with_imu(mut self, sample: &ImuSample, interval_s: f64) -> Self {
@@ -135,7 +135,7 @@ impl Snapshot {
         self
     }
 
-    /// Tells what the estimator knows.
+    /// The same with what the estimator knows.
     #[must_use]
     pub fn with_solution(mut self, solution: &Solution) -> Self {
         let horizontal = |sigma: Vector<Ned>| Some(libm::hypot(sigma.x(), sigma.y()));

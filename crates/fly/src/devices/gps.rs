@@ -35,12 +35,12 @@ pub struct GpsDevice {
     line: Line,
 }
 
-/// What the receiver speaks, and how it is configured.
+/// The protocol, and how the receiver is configured.
 #[derive(Clone, Debug)]
 enum Dialogue {
     Nmea,
     Tsip { framer: Box<Framer>, options: IoOptions, status: Option<Time> },
-    Ubx { heard: Vec<u8>, pvt: bool, sentences: Vec<u8> },
+    Ubx { received: Vec<u8>, pvt: bool, sentences: Vec<u8> },
 }
 
 /// Writes one message of an epoch.
@@ -65,7 +65,7 @@ impl GpsDevice {
             }
             Protocol::Ubx => {
                 let sentences = SENTENCES.map(|(id, _)| id).to_vec();
-                let dialogue = Dialogue::Ubx { heard: Vec::new(), pvt: false, sentences };
+                let dialogue = Dialogue::Ubx { received: Vec::new(), pvt: false, sentences };
                 (dialogue, Line::new(38_400, 10))
             }
         };
@@ -182,9 +182,9 @@ impl Device for GpsDevice {
                     }
                 }
             }
-            Dialogue::Ubx { heard, pvt, sentences } => {
-                heard.extend(bytes);
-                while let Some((class, id, payload)) = next_ubx(heard) {
+            Dialogue::Ubx { received, pvt, sentences } => {
+                received.extend(bytes);
+                while let Some((class, id, payload)) = next_ubx(received) {
                     let accepted = match (class, id, payload.as_slice()) {
                         (0x06, 0x08, [_, _, _, _, _, _]) => true,
                         (0x06, 0x01, &[0x01, 0x07, rate]) => {
@@ -231,22 +231,22 @@ impl Device for GpsDevice {
 /// The longest message that is parsed, bytes of payload.
 const LONGEST_UBX: usize = 256;
 
-/// Takes the next whole UBX message, class, id and payload, from the front of what was `heard`, and
+/// Takes the next whole UBX message, class, id and payload, from the front of what was `received`, and
 /// what cannot be one.
-fn next_ubx(heard: &mut Vec<u8>) -> Option<(u8, u8, Vec<u8>)> {
+fn next_ubx(received: &mut Vec<u8>) -> Option<(u8, u8, Vec<u8>)> {
     loop {
-        let start = heard.iter().position(|byte| *byte == 0xB5).unwrap_or(heard.len());
-        heard.drain(..start);
-        let &[_, sync, class, id, low, high, ..] = heard.as_slice() else { return None };
+        let start = received.iter().position(|byte| *byte == 0xB5).unwrap_or(received.len());
+        received.drain(..start);
+        let &[_, sync, class, id, low, high, ..] = received.as_slice() else { return None };
         let length = usize::from(u16::from_le_bytes([low, high]));
         if sync == 0x62 && length <= LONGEST_UBX {
-            let (message, checksum) = heard.get(..length + 8)?.split_at(length + 6);
+            let (message, checksum) = received.get(..length + 8)?.split_at(length + 6);
             if encode::ubx_checksum(&message[2..]) == checksum {
                 let payload = message[6..].to_vec();
-                heard.drain(..length + 8);
+                received.drain(..length + 8);
                 return Some((class, id, payload));
             }
         }
-        heard.drain(..1);
+        received.drain(..1);
     }
 }

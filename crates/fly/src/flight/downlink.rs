@@ -1,4 +1,4 @@
-//! Telemetry: the newest snapshot to the ground, by a thread that nobody waits for.
+//! Telemetry: the newest snapshot to the ground, from a thread of its own.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -19,7 +19,7 @@ const WRITE_S: f64 = 0.025;
 
 /// What is sent on the line.
 enum Encoder {
-    /// Packed frames, while the ground wants them.
+    /// Packed frames, while the ground has switched them on.
     Packed(Flow),
     /// MAVLink 2, always.
     Mavlink(Box<Mavlink>),
@@ -30,7 +30,7 @@ enum Encoder {
 pub struct DownlinkCounts {
     /// Handed to the line.
     pub sent: u64,
-    /// Wanted by the ground, and lost to a newer one or to a line that took no more.
+    /// Due to be sent, and lost to a newer one or to a line that took no more.
     pub dropped: u64,
 }
 

@@ -1,4 +1,4 @@
-//! The flight computer: sensor lines in front of the flight loop.
+//! The flight computer: the sensors' lines, and the flight loop behind them.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,7 +23,7 @@ const WRITE_S: f64 = 0.005;
 const QUEUE: usize = 1024;
 
 /// Flies until `stop` is set: reads the sensors, estimates, passes the pilot on to the servos, records
-/// and tells the ground. `record` is the file to write. What happens on the way is sent to
+/// and sends telemetry. `record` is the file to write. What happens on the way is sent to
 /// `notifications`; where that is full, the flight does not wait for it.
 ///
 /// The loop is one thread, paced by the inertial unit's packets. Each other line has a thread of its
@@ -67,7 +67,7 @@ const fn parity(protocol: ReceiverProtocol) -> Parity {
     }
 }
 
-/// The sensors' lines, what is said on them, and the flight loop.
+/// The sensors' lines, their decoders, and the flight loop.
 struct FlightComputer {
     clock: Clock,
     dmu_port: Port,

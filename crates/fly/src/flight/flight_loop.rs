@@ -1,4 +1,4 @@
-//! What the loop does with what it is given: estimate, command the servos, record, tell the ground.
+//! The flight loop: estimate, command the servos, record, send telemetry.
 
 use std::path::Path;
 use std::sync::mpsc::SyncSender;
@@ -201,7 +201,7 @@ impl FlightLoop {
         });
     }
 
-    /// Sends the pilot's commands to the servos, and tells the ground.
+    /// Sends the pilot's commands to the servos, and a snapshot to the ground.
     fn control(&mut self, now: Time) {
         self.last_cycle = now;
         let Self { servos, log, .. } = self;
@@ -228,7 +228,7 @@ impl FlightLoop {
         status.servos = widths.servos_good;
         self.watch_receiver(now);
         self.watch_record(now);
-        self.tell_ground(now);
+        self.send_telemetry(now);
     }
 
     /// Notices when fixes stay away, and when they are back.
@@ -258,7 +258,7 @@ impl FlightLoop {
         }
     }
 
-    fn tell_ground(&mut self, now: Time) {
+    fn send_telemetry(&mut self, now: Time) {
         let snapshot = &mut self.snapshot;
         snapshot.time = now;
         snapshot.mode = match self.solution {

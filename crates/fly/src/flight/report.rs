@@ -1,4 +1,4 @@
-//! How a flight went, as far as the computer can tell.
+//! What the flight computer measured of a flight.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use crate::serial::{Dropped, PortCounts};
 use hovernav::gps;
 use hovernav_log::record;
 
-/// How a flight went, as far as the computer can tell. Shown, it is a few lines for a terminal.
+/// What the flight computer measured of a flight. Its `Display` is a few lines for a terminal.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct FlightReport {
@@ -37,7 +37,7 @@ pub struct FlightReport {
     pub gps_port: PortCounts,
     /// The receiver's messages.
     pub gps_messages: gps::Counts,
-    /// What the receiver sent and nobody took.
+    /// What the receiver sent and the loop did not take in time.
     pub gps_dropped: Dropped,
     /// Telemetry in packed frames.
     pub telemetry: DownlinkCounts,

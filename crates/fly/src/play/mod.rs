@@ -185,7 +185,7 @@ impl Player {
     /// ([`Clock::at_speed`](crate::serial::Clock::at_speed)).
     ///
     /// # Errors
-    /// [`PlayError`] tells which port cannot be made, or that there is nothing to play.
+    /// [`PlayError`] names the port that cannot be made, or that there is nothing to play.
     pub fn start(ports: Vec<EmulatedPort>, speed: f64, begin: Begin) -> Result<Self, PlayError> {
         if !(0.001..=1e3).contains(&speed) {
             return Err(PlayError::Speed(speed));

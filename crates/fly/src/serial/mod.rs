@@ -1,6 +1,6 @@
 //! Serial lines to the sensors: opened, read until a deadline, and opened again when they are lost.
 //!
-//! A [`Port`] is one line; it never blocks past the time it is given, and tells of every change as a
+//! A [`Port`] is one line; it never blocks past the time it is given, and reports every change as a
 //! [`PortEvent`]. A [`Reader`] reads a port in a thread of its own, for a loop that cannot wait. All
 //! times are those of one [`Clock`]. Nothing here knows a protocol:
 //!

@@ -103,7 +103,7 @@ impl From<io::Error> for PortFault {
 pub enum PortEvent {
     /// It is open.
     Opened,
-    /// It cannot be opened. Told at the first attempt and whenever the cause changes.
+    /// It cannot be opened. Reported at the first attempt and whenever the cause changes.
     CannotOpen(PortFault),
     /// It was open, and is no more.
     Lost(PortFault),
@@ -185,8 +185,8 @@ enum State {
     },
     Closed {
         retry: Time,
-        /// The last cause that was told.
-        told: Option<PortFault>,
+        /// The last cause that was reported.
+        reported: Option<PortFault>,
     },
 }
 
@@ -196,8 +196,8 @@ pub struct Port {
     clock: Clock,
     state: State,
     back_off_s: f64,
-    /// A change that has yet to be told.
-    untold: Option<PortEvent>,
+    /// A change that has yet to be reported.
+    pending: Option<PortEvent>,
     counts: PortCounts,
 }
 
@@ -205,9 +205,9 @@ impl Port {
     /// The line of `config`, to be opened by the first read or write.
     #[must_use]
     pub fn new(config: PortConfig, clock: Clock) -> Self {
-        let state = State::Closed { retry: clock.now(), told: None };
+        let state = State::Closed { retry: clock.now(), reported: None };
         let (back_off_s, counts) = (SHORTEST_BACK_OFF_S, PortCounts::default());
-        Self { config, clock, state, back_off_s, untold: None, counts }
+        Self { config, clock, state, back_off_s, pending: None, counts }
     }
 
     /// Reads what there is, waiting for it up to `deadline`, and returns as soon as anything comes or
@@ -215,7 +215,7 @@ impl Port {
     /// is tried 50 ms after it failed, then after twice as long each time, up to 0.5 s.
     pub fn read_until(&mut self, buffer: &mut [u8], deadline: Time) -> Read {
         loop {
-            if let Some(event) = self.untold.take() {
+            if let Some(event) = self.pending.take() {
                 return Read::Changed(event);
             }
             match &mut self.state {
@@ -257,10 +257,10 @@ impl Port {
     /// port that is not open is tried when its time has come, as by a read.
     ///
     /// # Errors
-    /// [`WriteError`] tells why not all of them were taken.
+    /// [`WriteError`]: why not all of them were taken.
     pub fn write(&mut self, bytes: &[u8], deadline: Time) -> Result<(), WriteError> {
         if let State::Closed { retry, .. } = self.state
-            && self.untold.is_none()
+            && self.pending.is_none()
             && self.clock.now() >= retry
         {
             self.open();
@@ -323,17 +323,17 @@ impl Port {
                 let _ = port.clear(ClearBuffer::Input);
                 self.state = State::Open { port, since: now };
                 self.counts.opened += 1;
-                self.untold = Some(PortEvent::Opened);
+                self.pending = Some(PortEvent::Opened);
             }
             Err(error) => {
                 self.counts.failed_to_open += 1;
                 let fault = PortFault::from(error);
-                if let State::Closed { told, .. } = &self.state
-                    && told.as_ref() != Some(&fault)
+                if let State::Closed { reported, .. } = &self.state
+                    && reported.as_ref() != Some(&fault)
                 {
-                    self.untold = Some(PortEvent::CannotOpen(fault.clone()));
+                    self.pending = Some(PortEvent::CannotOpen(fault.clone()));
                 }
-                self.state = State::Closed { retry: now + self.back_off_s, told: Some(fault) };
+                self.state = State::Closed { retry: now + self.back_off_s, reported: Some(fault) };
                 self.back_off_s = (2.0 * self.back_off_s).min(LONGEST_BACK_OFF_S);
             }
         }
@@ -348,10 +348,10 @@ impl Port {
                 self.back_off_s = SHORTEST_BACK_OFF_S;
             }
         }
-        self.state = State::Closed { retry: now + self.back_off_s, told: None };
+        self.state = State::Closed { retry: now + self.back_off_s, reported: None };
         self.back_off_s = (2.0 * self.back_off_s).min(LONGEST_BACK_OFF_S);
         self.counts.lost += 1;
-        self.untold = Some(PortEvent::Lost(fault));
+        self.pending = Some(PortEvent::Lost(fault));
     }
 }
 

@@ -12,10 +12,10 @@ use hovernav::time::Time;
 /// Bytes of one read at most.
 const PIECE: usize = 256;
 
-/// Silence after bytes that is told of, s: receivers do not pause as long within an epoch.
+/// Silence after bytes that is reported, s: receivers do not pause as long within an epoch.
 const SILENCE_S: f64 = 0.05;
 
-/// How soon the thread hears of a command or of the end, s.
+/// How soon the thread notices a command or the end, s.
 const ATTENTION_S: f64 = 0.02;
 
 /// How long a command may take to be written, s.
@@ -56,7 +56,7 @@ impl std::ops::Deref for Piece {
     }
 }
 
-/// What was lost because nobody took it.
+/// What was lost because it was not taken in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
     /// Items of any kind.
@@ -127,7 +127,7 @@ impl Reader {
         room
     }
 
-    /// What was lost because nobody took it.
+    /// What was lost because it was not taken in time.
     #[must_use]
     pub fn dropped(&self) -> Dropped {
         lock(&self.shared.0).dropped
@@ -158,7 +158,7 @@ fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
 fn pump(port: &mut Port, clock: Clock, capacity: usize, shared: &(Mutex<Shared>, Condvar)) {
     let (shared, arrived) = shared;
     let mut buffer = [0; PIECE];
-    // When silence is to be told of.
+    // When silence is to be reported.
     let mut silent_at = None;
     loop {
         let attention = clock.now() + ATTENTION_S;
@@ -201,7 +201,7 @@ fn pump(port: &mut Port, clock: Clock, capacity: usize, shared: &(Mutex<Shared>,
 impl Shared {
     fn push(&mut self, item: Item, capacity: usize) {
         if self.items.len() >= capacity {
-            // Bytes grow old; what the port went through is still to be told.
+            // Old bytes are of no use; the changes of the port still have to be reported.
             let oldest = self.items.iter().position(|item| matches!(item, Item::Bytes { .. }));
             if let Some(Item::Bytes { bytes, .. }) = self.items.remove(oldest.unwrap_or(0)) {
                 self.dropped.bytes += bytes.len() as u64;

@@ -64,7 +64,7 @@ pub enum PwmError {
         /// What the system said.
         source: io::Error,
     },
-    /// A width that no servo takes; what the output was told before stands.
+    /// A width that no servo takes; the output keeps the width before it.
     #[error("{channel}: a width of {width_ms} ms, expected {SHORTEST_MS} to {LONGEST_MS}")]
     Width {
         /// The channel.
@@ -85,7 +85,7 @@ struct Output {
 /// Servos on the kernel's PWM outputs, 50 pulses a second.
 ///
 /// An output is silent until its first width is written, so that no servo ever moves to a width that
-/// nobody commanded. When this is dropped the outputs go on with the last widths: servos that hold
+/// was not commanded. When this is dropped the outputs go on with the last widths: servos that hold
 /// are safer than servos that go limp. [`PwmOutput::disable`] stops them.
 #[derive(Debug)]
 pub struct PwmOutput {
