@@ -1,8 +1,17 @@
+// The README's links lead to files beside it. The first definition of a link counts, so that these
+// hold in the documentation.
+#![doc = "[architecture]: https://github.com/hovernav/hovernav/blob/main/docs/architecture.md"]
+#![doc = "[dependencies]: https://github.com/hovernav/hovernav/blob/main/docs/dependencies.md"]
+#![doc = "[equations]: https://github.com/hovernav/hovernav/blob/main/docs/equations.md"]
+#![doc = "[flying]: https://github.com/hovernav/hovernav/blob/main/docs/flying.md"]
+#![doc = "[validation]: https://github.com/hovernav/hovernav/blob/main/docs/validation.md"]
+#![doc = "[report]: https://raw.githubusercontent.com/hovernav/hovernav/main/docs/report.png"]
+#![doc = ""]
 #![doc = include_str!("../README.md")]
 //!
 //! # The tour
 //!
-//! In the order data meets them:
+//! In the order data meets them; each page begins with what its module is for.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -14,6 +23,9 @@
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
 //! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
+//!
+//! Nothing imports what stands below it in this table. Vectors and quaternions are those of [`glam`],
+//! re-exported so that its version need not be matched.
 #![cfg_attr(not(test), no_std)]
 // What flies cannot panic.
 #![cfg_attr(
