@@ -86,6 +86,9 @@ impl Geodetic {
     }
 
     /// Earth-centred, Earth-fixed coordinates, m (Groves 2.112).
+    ///
+    /// # Source
+    /// Equation (E2) of docs/equations.md.
     #[must_use]
     pub fn to_ecef(&self) -> Vector<Ecef> {
         let (sin_lat, cos_lat) = libm::sincos(self.latitude_rad);
@@ -105,6 +108,7 @@ impl Geodetic {
     /// # Source
     /// B. R. Bowring (1976), Transformation from spatial to geographical coordinates, *Survey
     /// Review* 23 (181), 323–327.
+    /// Equation (E3) of docs/equations.md.
     #[must_use]
     pub fn from_ecef(position_m: Vector<Ecef>) -> Option<Self> {
         if !(position_m.norm() > 1e6 && position_m.is_finite()) {
@@ -131,6 +135,9 @@ impl Geodetic {
     }
 
     /// The rotation from Earth-fixed axes to north, east, down here (Groves 2.150).
+    ///
+    /// # Source
+    /// Equation (E4) of docs/equations.md.
     #[must_use]
     pub fn ecef_to_ned(&self) -> Rotation<Ecef, Ned> {
         let (sin_lat, cos_lat) = libm::sincos(self.latitude_rad);
@@ -144,6 +151,9 @@ impl Geodetic {
 
     /// Straight-line vector from `origin` to here, m, resolved in the north, east and down of
     /// `origin`: exact at any distance.
+    ///
+    /// # Source
+    /// Equation (E5) of docs/equations.md.
     #[must_use]
     pub fn local_ned_m(&self, origin: &Self) -> Vector<Ned> {
         origin.ecef_to_ned() * (self.to_ecef() - origin.to_ecef())
@@ -193,6 +203,9 @@ impl Local {
     /// Gravity is Somigliana's formula on the ellipsoid, carried to height by the second-order
     /// series (TR8350.2 equations 4-1 and 4-3). Its northward component above the ellipsoid
     /// (8e-9 h sin 2φ, Groves 2.140: 1 µm/s² at 120 m) is left out.
+    ///
+    /// # Source
+    /// Equations (E1), (E6) and (E7) of docs/equations.md.
     #[must_use]
     pub fn at(place: &Geodetic) -> Self {
         let (sin_latitude, cos_latitude) = libm::sincos(place.latitude_rad);
@@ -219,6 +232,9 @@ impl Local {
     }
 
     /// Rotation of the NED axes against the Earth while moving over it, rad/s (Groves 5.44).
+    ///
+    /// # Source
+    /// Equation (E8) of docs/equations.md.
     #[must_use]
     pub fn transport_rate(&self, velocity_mps: Vector<Ned>) -> Vector<Ned> {
         let about_north = velocity_mps.y() / self.east_radius_m;
@@ -230,6 +246,9 @@ impl Local {
     }
 
     /// `from` moved by a small displacement; `self` must be the Earth at or near `from`.
+    ///
+    /// # Source
+    /// Equation (E9) of docs/equations.md.
     #[must_use]
     pub fn displaced(&self, from: &Geodetic, displacement_m: Vector<Ned>) -> Geodetic {
         let across_m = self.east_radius_m * self.cos_latitude;
@@ -248,6 +267,9 @@ impl Local {
 
     /// `from` moved by one integration step's displacement, by the radii at the middle of the way:
     /// second order in its length; `self` must be the Earth at `from`.
+    ///
+    /// # Source
+    /// Equation (E10) of docs/equations.md.
     #[must_use]
     pub fn carried(&self, from: &Geodetic, travel_m: Vector<Ned>) -> Geodetic {
         let half_climb_m = -0.5 * travel_m.z();

@@ -185,6 +185,9 @@ impl Guidance {
     }
 
     /// The references of this sample.
+    ///
+    /// # Source
+    /// Equation (C6) of docs/equations.md.
     pub fn step(&mut self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Reference {
         self.steer_heading(yaw_rad, trusted.heading);
         let wanted = self.wanted_velocity(solution, yaw_rad, trusted);
@@ -225,6 +228,7 @@ impl Guidance {
         reference.heading_rad = wrap_angle(turned);
     }
 
+    /// Equation (C5) of docs/equations.md.
     fn wanted_velocity(&self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Vector<Ned> {
         let config = &self.config;
         let wanted = match self.set_point {

@@ -166,6 +166,9 @@ impl HoverAutopilot {
     }
 
     /// One step: call it every [`HoverConfig::period_s`].
+    ///
+    /// # Source
+    /// Equation (C8) of docs/equations.md.
     pub fn step(&mut self, inputs: &Inputs<'_>) -> Outputs {
         let pilot = inputs.pilot.filter(|sticks| sticks.is_finite());
         let health = Health::assess(inputs.solution, inputs.now, &self.config.health);
@@ -276,6 +279,7 @@ impl HoverAutopilot {
         self.sticks.zip(trim.sticks, |last, trim| last + share * (trim - last))
     }
 
+    /// Equation (C7) of docs/equations.md.
     fn velocity_loop(&mut self, flown: &Flown<'_>, reference: &Reference) -> [f64; 2] {
         let [p, q, _] = flown.solution.angular_rate_radps.to_array();
         let (roll, pitch) = self.tilt_from_trim(flown);

@@ -52,6 +52,9 @@ impl StickLimits {
 
     /// `wanted` brought into the range, and within what the controls can move in `period_s` from
     /// `last`.
+    ///
+    /// # Source
+    /// Equation (C9) of docs/equations.md.
     #[must_use]
     pub fn reachable(&self, wanted: Sticks, last: Sticks, period_s: f64) -> Sticks {
         let travel = self.rate_per_s.scaled(period_s);

@@ -102,6 +102,9 @@ impl Pid {
     }
 
     /// The command wanted for this sample. [`advance`](Self::advance) must follow.
+    ///
+    /// # Source
+    /// Equation (C1) of docs/equations.md.
     #[must_use]
     pub fn command(&mut self, set_point: f64, measured: f64) -> f64 {
         let gains = &self.gains;
@@ -116,6 +119,9 @@ impl Pid {
     }
 
     /// Ends the sample: `applied` is what became of the command after its limits.
+    ///
+    /// # Source
+    /// Equation (C2) of docs/equations.md.
     pub fn advance(&mut self, applied: f64) {
         let follow = (self.period_s / self.gains.tracking_time_s).min(1.0);
         self.integral += self.gains.integral_per_s * self.period_s * self.error

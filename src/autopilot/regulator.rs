@@ -128,6 +128,9 @@ impl<const Y: usize, const H: usize, const U: usize> Regulator<Y, H, U> {
 
     /// The command wanted for this sample, as a deviation from trim. [`advance`](Self::advance) must
     /// follow.
+    ///
+    /// # Source
+    /// Equation (C3) of docs/equations.md.
     #[must_use]
     pub fn command(&mut self, measured: &[f64; Y], reference: &[f64; Y]) -> [f64; U] {
         self.measured = *measured;
@@ -145,6 +148,9 @@ impl<const Y: usize, const H: usize, const U: usize> Regulator<Y, H, U> {
     }
 
     /// Ends the sample: `applied` is what became of the command after its limits.
+    ///
+    /// # Source
+    /// Equation (C4) of docs/equations.md.
     pub fn advance(&mut self, applied: &[f64; U]) {
         let gains = &self.gains;
         let mut hidden = times(&gains.hidden_from_hidden, &self.hidden);

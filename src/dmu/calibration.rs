@@ -98,6 +98,9 @@ impl Calibration {
 
     /// What a packet of angle or scaled mode measured; `None` for one of voltage mode, whose volts
     /// have no fixed scale.
+    ///
+    /// # Source
+    /// Equation (D1) of docs/equations.md.
     #[must_use]
     pub fn measure(&self, packet: &Packet) -> Option<Measurement> {
         match *packet {

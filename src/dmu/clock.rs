@@ -255,6 +255,9 @@ impl Line {
 
     /// Whole turns of the timer in a gap that seems `gap_s` long. Packets come late more often than
     /// early, so three quarters of the ambiguity lie on that side.
+    ///
+    /// # Source
+    /// Equation (D3) of docs/equations.md.
     fn turns_within(&self, gap_s: f64, ticks: f64) -> f64 {
         let turn_s = TURN_TICKS * self.tick_s();
         let excess_s = gap_s - ticks * self.tick_s();
@@ -273,6 +276,7 @@ impl Line {
         self.least_late_s = f64::INFINITY;
     }
 
+    /// Equation (D2) of docs/equations.md.
     fn predict(&mut self, interval_s: f64) {
         let [offset, cross, tick] = self.covariance;
         self.sample_s += interval_s;

@@ -13,6 +13,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Adds a correction of the whole error state to the estimates. One that leads astray, or has left
     /// no valid covariance, can only come of gaps that have opened the filter beyond what rounding
     /// bears: then all but the place is lost.
+    ///
+    /// # Source
+    /// Equation (K1) of docs/equations.md.
     pub(super) fn correct(&mut self, correction: &[T; N]) {
         let at = |state: usize| correction.get(state).map_or(0.0, |value| value.wide());
         let block = |first: usize| Vector::<Ned>::new(at(first), at(first + 1), at(first + 2));

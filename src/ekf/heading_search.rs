@@ -66,6 +66,9 @@ impl HeadingSearch {
 
     /// Where the filter of one sector starts when the search starts at `start`; sectors are counted
     /// clockwise from the start's heading.
+    ///
+    /// # Source
+    /// Equation (H1) of docs/equations.md.
     #[must_use]
     pub fn sector_start(mut start: Start, sector: usize) -> Start {
         let turn = Vector::new(0.0, 0.0, 2.0 * SECTOR_SIGMA_RAD * sector as f64);
@@ -91,6 +94,9 @@ impl HeadingSearch {
     ///
     /// # Errors
     /// As [`Ekf::update_gps`].
+    ///
+    /// # Source
+    /// Equation (H2) of docs/equations.md.
     pub fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
         let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
         self.last_fix = Some(fix.time);
@@ -130,6 +136,9 @@ impl HeadingSearch {
     /// The fix with its slow errors counted as white: a share s of the one-sigma that wanders with
     /// correlation time τ weighs, at fixes Δt apart, like white noise of variance s² 2τ/Δt. Without
     /// this a vehicle at rest would find a heading in the wander of its GPS.
+    ///
+    /// # Source
+    /// Equation (H3) of docs/equations.md.
     fn whitened(&self, fix: &Fix, interval_s: f64) -> Fix {
         let gps = &self.gps;
         let inflation =
@@ -158,6 +167,9 @@ impl HeadingSearch {
     }
 
     /// One-sigma of heading over all filters left, rad.
+    ///
+    /// # Source
+    /// Equation (H4) of docs/equations.md.
     #[must_use]
     pub fn heading_sigma_rad(&self) -> f64 {
         let Some(best) = self.best() else { return core::f64::consts::PI };

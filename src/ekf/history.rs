@@ -105,6 +105,9 @@ impl History {
 
     /// Carries `now` back to `time`. `None` when `time` is older than the memory. A `time` after
     /// `now` carries forward at the last entry's mean specific force and rate.
+    ///
+    /// # Source
+    /// Equations (M1) and (M2) of docs/equations.md.
     pub fn look_back(&self, now: &NavState, time: Time) -> Option<LookBack> {
         let mut back = LookBack {
             state: *now,

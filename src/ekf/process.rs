@@ -21,6 +21,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.accel_vibration.push(mean.specific_force_mps2, interval_s);
     }
 
+    /// Equations (K4) and (K5) of docs/equations.md.
     pub(super) fn transition(
         &self,
         increment: &Increment,

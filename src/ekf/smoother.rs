@@ -215,6 +215,9 @@ fn mirror<const N: usize, const M: usize>(rows: &mut [[f64; M]; N]) {
 
 impl<const N: usize> Adjoint<N> {
     /// λ ← Φᵀ λ, Λ ← Φᵀ Λ Φ.
+    ///
+    /// # Source
+    /// Equation (B2) of docs/equations.md.
     fn back_over_propagation<L: Layout<N>>(&mut self, step: &Transition<f64, N>) {
         pull_back::<L, N, 1>(step, &mut self.vector);
         pull_back::<L, N, N>(step, &mut self.information);
@@ -226,6 +229,9 @@ impl<const N: usize> Adjoint<N> {
     }
 
     /// With a = Λ k the new Λ is Λ − h aᵀ − a hᵀ + (kᵀa + 1/s) h hᵀ, of which h has few terms.
+    ///
+    /// # Source
+    /// Equation (B1) of docs/equations.md.
     fn back_over_update(&mut self, update: &Update<N>) {
         let Gain { gain, innovation_variance } = &update.gain;
         let pulled = self.information.map(|row| dot(&row, gain));
@@ -247,6 +253,9 @@ impl<const N: usize> Adjoint<N> {
     }
 
     /// The smoothed solution at a sample, `filter` lent to compute it.
+    ///
+    /// # Source
+    /// Equation (B3) of docs/equations.md.
     fn solution<L: Layout<N>>(
         &self,
         filter: &mut Ekf<L, N>,

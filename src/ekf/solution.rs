@@ -81,6 +81,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// One-sigma of a position or velocity moved by a body vector that turns with the attitude.
+    ///
+    /// # Source
+    /// Equation (K11) of docs/equations.md.
     fn point_sigma(&self, first: usize, moved_by: Vector<Body>) -> Vector<Ned> {
         let arm = (self.state.body_to_ned * moved_by).to_array();
         let p = &self.covariance;
@@ -101,6 +104,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// One-sigma of roll, pitch and yaw, rad, from the attitude error in NED.
+    ///
+    /// # Source
+    /// Equation (K12) of docs/equations.md.
     fn euler_sigma(&self) -> [f64; 3] {
         // Sines and cosines stand in the direction of the nose.
         let nose = self.state.body_to_ned.matrix().x_axis;

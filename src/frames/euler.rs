@@ -40,6 +40,9 @@ impl EulerAngles {
 }
 impl Rotation<Body, Ned> {
     /// Body-to-NED attitude from roll, pitch and yaw.
+    ///
+    /// # Source
+    /// Equation (F5) of docs/equations.md.
     #[must_use]
     pub fn from_euler(angles: EulerAngles) -> Self {
         let (sin_r, cos_r) = libm::sincos(0.5 * angles.roll_rad);
@@ -55,6 +58,9 @@ impl Rotation<Body, Ned> {
 
     /// Roll, pitch and yaw of this attitude. At ±90° of pitch, where only the sum or difference of
     /// roll and yaw exists, both are still finite and reproduce the attitude.
+    ///
+    /// # Source
+    /// Equation (F6) of docs/equations.md.
     #[must_use]
     pub fn euler(self) -> EulerAngles {
         let DQuat { x, y, z, w } = self.quaternion();

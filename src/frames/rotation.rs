@@ -46,6 +46,9 @@ impl<From, To> Rotation<From, To> {
 
     /// This rotation preceded by a rotation of `From` about itself by `angle_rad` (a rotation
     /// vector resolved in `From`): how gyro increments move a body-to-navigation attitude.
+    ///
+    /// # Source
+    /// Equation (F2) of docs/equations.md.
     #[must_use]
     pub fn turned_in_from(self, angle_rad: Vector<From>) -> Self {
         Self::claim(self.quaternion * quaternion_of(angle_rad.components()))
@@ -60,6 +63,9 @@ impl<From, To> Rotation<From, To> {
 
     /// The rotation vector of this rotation, rad, length in [0, π]: the inverse of turning
     /// [`IDENTITY`](Self::IDENTITY) by it.
+    ///
+    /// # Source
+    /// Equation (F3) of docs/equations.md.
     #[must_use]
     pub fn rotation_vector(self) -> Vector<To> {
         let shortest = if self.quaternion.w < 0.0 { -self.quaternion } else { self.quaternion };
@@ -72,6 +78,9 @@ impl<From, To> Rotation<From, To> {
     }
 
     /// Rescaled to unit length to first order, which is all that rounding ever asks for.
+    ///
+    /// # Source
+    /// Equation (F4) of docs/equations.md.
     #[must_use]
     pub fn renormalised(self) -> Self {
         Self::claim(self.quaternion * (1.5 - 0.5 * self.quaternion.length_squared()))
@@ -113,6 +122,9 @@ impl<From, Through, To> Mul<Rotation<From, Through>> for Rotation<Through, To> {
 }
 /// The quaternion of a rotation vector: exact, by a series below 0.1 rad whose first omitted term is
 /// under 1e-17, by sine and cosine above.
+///
+/// # Source
+/// Equation (F1) of docs/equations.md.
 pub(super) fn quaternion_of(angle_rad: DVec3) -> DQuat {
     let h = 0.25 * angle_rad.length_squared();
     let (cos_half, half_sinc) = if h < 0.0025 {

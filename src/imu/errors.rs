@@ -29,6 +29,7 @@ impl ImuErrors {
     }
 }
 
+/// Equation (S1) of docs/equations.md.
 fn unscaled(vector: Vector<Body>, scale: [f64; 3]) -> Vector<Body> {
     let ([x, y, z], [sx, sy, sz]) = (vector.to_array(), scale);
     Vector::new(x * (1.0 - sx), y * (1.0 - sy), z * (1.0 - sz))

@@ -19,6 +19,9 @@ const MEMORY_S: f64 = 2.0;
 
 impl Vibration {
     /// Takes in the next sample, `interval_s` after the one before.
+    ///
+    /// # Source
+    /// Equation (S12) of docs/equations.md.
     pub fn push(&mut self, sample: Vector<Body>, interval_s: f64) {
         let [newer, older] = self.before;
         self.before = [Some(sample), newer];

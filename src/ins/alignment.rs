@@ -256,6 +256,7 @@ impl Aligner {
         }
     }
 
+    /// Equation (A3) of docs/equations.md.
     fn align(&self, fix: &Fix) -> Option<Alignment> {
         let config = &self.config;
         let time = self.window.last?;
@@ -354,6 +355,9 @@ impl Aligner {
 const REST_BIAS_RADPS: f64 = 5e-4;
 
 /// Roll and pitch by which the mean specific force points straight up (Groves 5.101).
+///
+/// # Source
+/// Equation (A1) of docs/equations.md.
 fn level(force: Vector<Body>) -> EulerAngles {
     let [x, y, z] = force.to_array();
     EulerAngles {
@@ -365,6 +369,9 @@ fn level(force: Vector<Body>) -> EulerAngles {
 
 /// Heading from magnetic north of a field in body axes at a given roll and pitch; `None` where the
 /// horizontal field is under 2 % of the whole.
+///
+/// # Source
+/// Equation (A2) of docs/equations.md.
 fn magnetic_heading(field: Vector<Body>, tilt: EulerAngles) -> Option<f64> {
     let level = Rotation::from_euler(EulerAngles { yaw_rad: 0.0, ..tilt });
     let field: Vector<Ned> = level * field;

@@ -137,6 +137,9 @@ impl Integrator {
 }
 
 /// Rates linear over the interval: the integrals in closed form.
+///
+/// # Source
+/// Equations (S2) and (S3) of docs/equations.md.
 fn from_rates(interval_s: f64, w: [Vector<Body>; 2], f: [Vector<Body>; 2]) -> Increment {
     let angle = (w[0] + w[1]) * (0.5 * interval_s);
     let velocity = (f[0] + f[1]) * (0.5 * interval_s);
@@ -154,6 +157,9 @@ fn from_rates(interval_s: f64, w: [Vector<Body>; 2], f: [Vector<Body>; 2]) -> In
 }
 
 /// Rates linear over this interval and the one before, known by their integrals.
+///
+/// # Source
+/// Equations (S4) and (S5) of docs/equations.md.
 fn from_increments(
     interval_s: f64,
     angle: [Vector<Body>; 2],

@@ -21,6 +21,9 @@ pub struct LeverArm(pub Vector<Body>);
 
 impl LeverArm {
     /// The point's position, given the unit's position and attitude.
+    ///
+    /// # Source
+    /// Equation (S9) of docs/equations.md.
     #[must_use]
     pub fn position(&self, unit: &Geodetic, body_to_ned: Rotation<Body, Ned>) -> Geodetic {
         unit.displaced(body_to_ned * self.0)
@@ -46,6 +49,9 @@ impl LeverArm {
 
     /// The specific force at the point, m/s², from that at the unit: f + ω̇×ℓ + ω×(ω×ℓ), where ℓ leads
     /// from the unit to the point (the r of equation 4.1 leads the other way: ℓ = −r).
+    ///
+    /// # Source
+    /// Equation (S10) of docs/equations.md.
     #[must_use]
     pub fn specific_force(
         &self,
@@ -96,6 +102,7 @@ impl<const W: usize> AngularAcceleration<W> {
         (self.filled == W && W > 1).then(|| self.slope(time))
     }
 
+    /// Equation (S11) of docs/equations.md.
     fn slope(&self, newest: Time) -> Vector<Body> {
         let count = W as f64;
         let mean_s = self.samples.iter().map(|&(time, _)| time - newest).sum::<f64>() / count;

@@ -44,6 +44,7 @@ impl NavState {
     ///
     /// # Source
     /// Groves, second edition, section 5.5 (precision local-navigation-frame equations).
+    /// Equations (S6), (S7) and (S8) of docs/equations.md.
     pub fn advance(&mut self, time: Time, increment: &Increment) -> Advance {
         let interval_s = increment.interval_s;
         let earth = Local::at(&self.position);

@@ -125,6 +125,9 @@ impl<'a> Hold<'a> {
     }
 
     /// A and B of the whole discrete model.
+    ///
+    /// # Source
+    /// Equation (L6) of docs/equations.md.
     pub fn transition(&self) -> Result<(DMatrix<f64>, DMatrix<f64>), DesignError> {
         let (n, m) = self.sizes();
         let size = n + self.stages * m;
@@ -169,6 +172,9 @@ fn generator(model: &StateSpace) -> DMatrix<f64> {
 }
 
 /// The cost of state and held input over `time_s`, as a quadratic form of both, by Van Loan.
+///
+/// # Source
+/// Equation (L7) of docs/equations.md.
 fn integral(model: &StateSpace, q: &DMatrix<f64>, r: &DMatrix<f64>, time_s: f64) -> DMatrix<f64> {
     let generator = generator(model);
     let (n, size) = (q.nrows(), generator.nrows());

@@ -125,6 +125,9 @@ impl Regulator {
 /// # Errors
 /// [`DesignError`] as [`lqr`], the roles of inputs and outputs exchanged: a mode is refused that
 /// neither dies away nor shows in the outputs.
+///
+/// # Source
+/// Equation (L10) of docs/equations.md.
 pub fn kalman(
     model: &StateSpace,
     process: &DMatrix<f64>,

@@ -201,6 +201,9 @@ impl Loop {
     ///
     /// # Errors
     /// [`DesignError::UnstableLoop`] where the closed loop is not stable: there is no margin to speak of.
+    ///
+    /// # Source
+    /// Equation (L14) of docs/equations.md.
     pub fn margins(&self) -> Result<Margins, DesignError> {
         let poles = self.closed_poles()?;
         let time = self.open.time();
@@ -264,6 +267,7 @@ impl Loop {
         around.try_inverse()
     }
 
+    /// Equation (L13) of docs/equations.md.
     fn channel_margins(&self, channel: usize, grid: &[f64]) -> ChannelMargins {
         // With the other channels closed, the loop seen at this one is 1/S − 1.
         let seen = |frequency: f64| {

@@ -50,6 +50,7 @@ pub fn observability(model: &StateSpace, horizon_s: f64) -> Result<Reachability,
     analysed(&model.a().transpose(), &model.c().transpose(), model.time(), horizon_s)
 }
 
+/// Equation (L11) of docs/equations.md.
 fn analysed(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,

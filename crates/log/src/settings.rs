@@ -117,6 +117,9 @@ impl Manifest {
 
 /// Declination, rad, and how it came about. The model's epoch stands in for a flight whose day is
 /// not told or not covered: declination moves about 0.1° a year.
+///
+/// # Source
+/// Equation (E11) of docs/equations.md.
 fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, String) {
     let told = manifest.date.and_then(|date| date.date);
     let undated = Date::from_calendar_date(2025, Month::January, 1).ok();

@@ -71,6 +71,9 @@ impl HybridDerivatives {
     ///
     /// # Errors
     /// [`ModelError::NotFinite`] where a derivative is not finite or the time constant is zero.
+    ///
+    /// # Source
+    /// Equation (V14) of docs/equations.md.
     pub fn state_space(&self, stick_unit: &str) -> Result<StateSpace, ModelError> {
         let Self { tau_f, xu, xa, yv, yb, zw, lu, lv, la, lb, mu, mv, ma, mb, nr, .. } = *self;
         let (g, k) = (self.gravity_mps2, 1.0 / tau_f);
@@ -145,6 +148,9 @@ impl ReducedDerivatives {
     /// The derivatives as Paw prints them, per percent of stick, with the signs that reproduce his
     /// table of eigenvalues and his gain. Printed as continuous; see
     /// [`StateSpace::step_taken_for_rate`].
+    ///
+    /// # Source
+    /// Equation (V15) of docs/equations.md.
     #[must_use]
     pub const fn thesis() -> Self {
         Self {

@@ -135,6 +135,9 @@ impl LinearModel {
 
     /// C(zI − A)⁻¹B + D, p×m, at `frequency_radps`: z = jω for a continuous model, e^(jωT) for a discrete
     /// one. The points of a Nyquist plot, for a single loop. `None` at a mode on the border of stability.
+    ///
+    /// # Source
+    /// Equation (L12) of docs/equations.md.
     #[must_use]
     pub fn frequency_response(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
         let z = match self.time {

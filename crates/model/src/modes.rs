@@ -63,6 +63,9 @@ impl StateSpace {
     ///
     /// # Errors
     /// [`ModelError::Eigenvalues`] where they do not settle.
+    ///
+    /// # Source
+    /// Equation (L16) of docs/equations.md.
     pub fn modes(&self) -> Result<Modes, ModelError> {
         let time = self.time();
         let mut modes: Vec<Mode> = eigenvalues(self.a())?

@@ -284,6 +284,9 @@ impl StateSpace {
     ///
     /// # Errors
     /// [`ModelError::Unknown`], and [`ModelError::NoSteadyValue`] where the fast states have none.
+    ///
+    /// # Source
+    /// Equation (L15) of docs/equations.md.
     pub fn residualised(&self, fast: &[&str]) -> Result<Self, ModelError> {
         let removed = fast.iter().map(|name| self.state(name)).collect::<Result<Vec<_>, _>>()?;
         if removed.is_empty() {

@@ -57,6 +57,7 @@ pub(super) struct GaussMarkov {
 }
 
 impl GaussMarkov {
+    /// Equation (W1) of docs/equations.md.
     pub(super) fn new(sigma: DVec3, time_s: f64, period_s: f64, noise: &mut Noise) -> Self {
         let decay = (-period_s / time_s).exp();
         let drive = sigma * (1.0 - decay * decay).sqrt();

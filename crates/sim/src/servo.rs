@@ -65,6 +65,9 @@ impl SimulatedServo {
     }
 
     /// Where it stands after `interval_s` under `command`.
+    ///
+    /// # Source
+    /// Equation (W5) of docs/equations.md.
     pub fn step(&mut self, command: f64, interval_s: f64) -> f64 {
         let ServoConfig { bandwidth_hz, rate_per_s, dead_band, resolution } = self.config;
         let target = command.clamp(-1.0, 1.0);

@@ -26,6 +26,9 @@ pub(super) fn lowest_foot_m(body_to_ned: Rotation<Body, Ned>) -> f64 {
 }
 
 /// Force and moment of the ground on the skids, the centre of gravity `height_m` above it.
+///
+/// # Source
+/// Equation (V17) of docs/equations.md.
 pub(super) fn reaction(motion: &HelicopterState, height_m: f64) -> (Vector<Body>, Vector<Body>) {
     let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
     for foot in FEET_M {

@@ -125,6 +125,9 @@ impl Trajectory {
     }
 
     /// The motion of the centre of gravity `time_s` after the start.
+    ///
+    /// # Source
+    /// Equation (W3) of docs/equations.md.
     #[must_use]
     pub fn at(&self, time_s: f64) -> State {
         let time_s = time_s.clamp(0.0, self.duration_s);

@@ -199,6 +199,9 @@ impl Triad {
 
     /// What the sensors put out for what they feel: `motion` goes through the low-pass, `vibration`
     /// has been through it. With `carry`, what rounding leaves out is kept for the next sample.
+    ///
+    /// # Source
+    /// Equation (W2) of docs/equations.md.
     pub(super) fn measure(&mut self, motion: DVec3, vibration: DVec3, carry: bool) -> DVec3 {
         let filtered = self.low_pass.next(motion) + vibration;
         let error =

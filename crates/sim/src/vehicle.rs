@@ -202,6 +202,7 @@ impl Vehicle {
         }
     }
 
+    /// Equation (V16) of docs/equations.md.
     fn integrate(&mut self, step_s: f64) {
         self.pushes.retain(|push| push.elapsed_s < PUSH_S);
         self.pushed = (Vector::ZERO, Vector::ZERO);

@@ -96,6 +96,9 @@ impl RunningSource {
 
     /// Angular rate, rad/s, and specific force, m/s², after first-order low-passes of the two time
     /// constants: at the end of the next `step_s`, or their mean over it.
+    ///
+    /// # Source
+    /// Equation (W6) of docs/equations.md.
     pub(super) fn next(
         &mut self,
         step_s: f64,

@@ -129,6 +129,9 @@ impl Dryden {
     /// `time_s` is L/V. Along the wind one lag does: x' = −x/T + w. Across it a second follows,
     /// y' = (x − y)/T, and the output is √3 x + (1 − √3) y, whose transfer (1 + √3 Ts)/(1 + Ts)² is
     /// Dryden's.
+    ///
+    /// # Source
+    /// Equation (W4) of docs/equations.md.
     fn new(sigma: f64, time_s: f64, along: bool, period_s: f64, noise: &mut Noise) -> Self {
         let step = period_s / time_s;
         let keep = (-step).exp();

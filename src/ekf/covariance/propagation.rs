@@ -41,6 +41,9 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// out: the turning of NED (ω_in ψ, ω_in δv), the change of gravity with height (3e-6 s⁻²) and
     /// of Earth and transport rate with position and velocity (2e-7 rad/m). So is the second effect
     /// of an error within one step (a gyro bias on velocity: half a step late).
+    ///
+    /// # Source
+    /// Equations (K2) and (K3) of docs/equations.md.
     pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let moved = self.moved_rows::<L>(step);
         let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);

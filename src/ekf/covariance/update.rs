@@ -55,6 +55,9 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// With v = P Hᵀ, gain k and P̄ = P − k vᵀ, Bierman's form is P = P̄ − (P̄ Hᵀ − R k) kᵀ: the second
     /// term takes back what rounding did in the first. Both are applied in one pass, as the
     /// symmetric P − (k mᵀ + m kᵀ) with m = ½ (v + P̄ Hᵀ − R k).
+    ///
+    /// # Source
+    /// Equations (K6) and (K7) of docs/equations.md.
     pub fn update(
         &mut self,
         sensitivity: &Sensitivity<T>,

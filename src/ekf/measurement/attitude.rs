@@ -20,6 +20,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Errors
     /// [`Unusable`] when it cannot be compared, or comes too soon after the last one used.
+    ///
+    /// # Source
+    /// Equation (M8) of docs/equations.md.
     pub fn update_attitude(
         &mut self,
         time: Time,

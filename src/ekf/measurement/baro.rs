@@ -19,6 +19,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Errors
     /// [`Unusable`] when it cannot be compared.
+    ///
+    /// # Source
+    /// Equation (M10) of docs/equations.md.
     pub fn update_baro(
         &mut self,
         time: Time,

@@ -79,6 +79,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Moves the learned size of the GPS errors, used where fixes state none, by what this fix's
     /// innovations were against what was expected of them.
+    ///
+    /// # Source
+    /// Equation (M7) of docs/equations.md.
     fn learn_gps(&mut self, report: &Report) {
         for axis in report.innovations() {
             let learned = match axis.channel {
@@ -94,6 +97,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
     /// match; the first fix opens them.
+    ///
+    /// # Source
+    /// Equation (M5) of docs/equations.md.
     fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
         let model = self.config.gps;
         let [learned_m, learned_mps] = self.gps_learned.map(libm::sqrt);
@@ -124,6 +130,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         GpsNoise { position_variance, velocity_variance }
     }
 
+    /// Equation (M3) of docs/equations.md.
     fn position_axes(
         &self,
         fix: &Fix,
@@ -168,6 +175,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         })
     }
 
+    /// Equation (M4) of docs/equations.md.
     fn velocity_axes(
         &self,
         fix: &Fix,
@@ -214,6 +222,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Variance that the inertial sensors' noise added to velocity over `age_s`, times the square of
     /// `lever`.
+    ///
+    /// # Source
+    /// Equation (M6) of docs/equations.md.
     fn lag_noise(&self, age_s: f64, lever: f64) -> f64 {
         square(self.config.imu.velocity_random_walk_mps) * age_s.max(0.0) * square(lever)
     }

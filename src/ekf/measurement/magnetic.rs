@@ -16,6 +16,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Errors
     /// [`Unusable`] when it cannot be compared, or comes too soon after the last one used.
+    ///
+    /// # Source
+    /// Equation (M9) of docs/equations.md.
     pub fn update_magnetic_heading(
         &mut self,
         time: Time,

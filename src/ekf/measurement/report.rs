@@ -39,6 +39,9 @@ impl Report {
 
     /// Sum of the squared normalised innovations and of the logarithms of their variances: minus
     /// twice the logarithm of the measurement's likelihood, but for a constant.
+    ///
+    /// # Source
+    /// Equation (K10) of docs/equations.md.
     #[must_use]
     pub fn surprise(&self) -> f64 {
         self.innovations().map(|axis| square(axis.normalised()) + 2.0 * libm::log(axis.sigma)).sum()

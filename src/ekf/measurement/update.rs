@@ -23,6 +23,9 @@ pub(super) struct ScalarMeasurement<T> {
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole.
+    ///
+    /// # Source
+    /// Equation (K8) of docs/equations.md.
     pub(super) fn update_sequentially(
         &mut self,
         time: Time,
@@ -98,6 +101,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Opens the states an axis speaks of by the size of its innovation.
+    ///
+    /// # Source
+    /// Equation (K9) of docs/equations.md.
     fn reopen(&mut self, axis: &ScalarMeasurement<T>) {
         let opened = square(axis.innovation);
         match axis.channel {

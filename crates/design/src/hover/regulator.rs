@@ -25,6 +25,7 @@ pub(super) struct Weights<'a> {
 /// # Source
 /// Delay and servo as states: Franklin, Powell and Workman, *Digital Control of Dynamic Systems*,
 /// section 4.3. Prescribed degree of stability: Anderson and Moore, *Optimal Control*, section 3.5.
+/// Equation (L8) of docs/equations.md.
 pub(super) fn regulate<const Y: usize, const H: usize, const U: usize>(
     part: &StateSpace,
     servo_s: f64,

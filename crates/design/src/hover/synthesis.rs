@@ -133,6 +133,9 @@ impl HoverDesign {
     }
 
     /// Pole placement on ẇ = Zw w + Zcol δ under PI: s² + (Zcol Kp − Zw) s + Zcol Ki.
+    ///
+    /// # Source
+    /// Equation (L9) of docs/equations.md.
     fn heave_gains(&self, zw: f64, zcol: f64) -> Result<PidGains, DesignError> {
         let HeavePoles { frequency_radps, damping, derivative_s, derivative_filter_s } = self.heave;
         let proportional = (2.0 * damping * frequency_radps + zw) / zcol;

@@ -35,6 +35,7 @@ const START_TOLERANCE: f64 = 1e-10;
 /// # Source
 /// Byers, *Solving the algebraic Riccati equation with the matrix sign function*, 1987; Kleinman 1968
 /// for Newton's rule.
+/// Equation (L1) of docs/equations.md.
 pub fn care(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -71,6 +72,7 @@ pub fn care(
 /// # Source
 /// Chu, Fan, Lin and Wang, *Structure-preserving algorithms for periodic discrete-time algebraic
 /// Riccati equations*, 2004; Hewer 1971 for Newton's rule.
+/// Equation (L2) of docs/equations.md.
 pub fn dare(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,

@@ -26,6 +26,7 @@ const MOST_STEPS: usize = 100;
 /// # Source
 /// Roberts, *Linear model reduction and solution of the algebraic Riccati equation by use of the sign
 /// function*, 1971/1980.
+/// Equation (L3) of docs/equations.md.
 pub(super) fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let (mut a, mut q, mut inverse) = (a.clone(), q.clone(), a.clone());

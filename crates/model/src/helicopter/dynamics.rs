@@ -70,6 +70,9 @@ impl Disc {
     ///
     /// The branch is the rotor that thrusts against its own inflow. It continues into a steep
     /// descent, where momentum theory has no answer, without a jump.
+    ///
+    /// # Source
+    /// Equation (V4) of docs/equations.md.
     fn axial_inflow<T: Real>(&self, pitch: T, climb: T) -> T {
         let k = self.slope;
         let reversed = (pitch - climb * 0.5).value() < 0.0;
@@ -88,6 +91,9 @@ impl Disc {
 
     /// Inflow ratio in any flow, from Glauert's balance 2(x − m)√(μ² + x²) = slope·(pitch − x/2), by
     /// Newton's rule from the axial solution; exact in axial flow.
+    ///
+    /// # Source
+    /// Equation (V3) of docs/equations.md.
     fn inflow<T: Real>(&self, pitch: T, climb: T, advance_squared: T) -> T {
         let k = self.slope;
         let mut x = self.axial_inflow(pitch, climb);
@@ -141,6 +147,9 @@ impl Helicopter {
     }
 
     /// The equations of motion with sticks that go as far as they are asked to.
+    ///
+    /// # Source
+    /// Equations (V1), (V2), (V5), (V6), (V7), (V8) and (V10) of docs/equations.md.
     pub(super) fn unstopped<T: Real>(&self, motion: &Motion<T>, sticks: &[T; 4]) -> Change<T> {
         let (par, con, rigging) = (&self.parameters, &self.constants, &self.rigging);
         let [lateral, longitudinal, collective, pedal] = *sticks;

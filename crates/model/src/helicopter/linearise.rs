@@ -82,6 +82,9 @@ impl Helicopter {
     }
 
     /// Derivatives of the 13 states, given the states and then the sticks.
+    ///
+    /// # Source
+    /// Equation (V12) of docs/equations.md.
     fn euler_derivative<T: Real>(&self, point: &[T; 17], wind_mps: Vector<Ned>) -> [T; 13] {
         let [
             u,

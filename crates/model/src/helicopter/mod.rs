@@ -178,6 +178,9 @@ impl Helicopter {
     ///
     /// The fastest mode of the shipped helicopter is near 30 rad/s: up to 0.02 s the step is stable
     /// and well under the model's own error.
+    ///
+    /// # Source
+    /// Equation (V11) of docs/equations.md.
     #[must_use]
     pub fn step(
         &self,

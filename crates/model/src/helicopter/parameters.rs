@@ -176,6 +176,9 @@ impl HelicopterParameters {
     }
 
     /// Time constant of the bare rotor's flapping, s: τf = 16/(γΩ), γ = ρ a c R⁴/Iβ.
+    ///
+    /// # Source
+    /// Equation (V9) of docs/equations.md.
     #[must_use]
     pub fn flapping_time_constant_s(&self) -> f64 {
         16.0 / (self.lock_number() * self.main_rotor.speed_radps)

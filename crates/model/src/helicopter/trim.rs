@@ -101,6 +101,9 @@ impl Helicopter {
 
     /// Newton's rule on the ten derivatives that steady flight makes zero. The sticks found may lie
     /// beyond their stops.
+    ///
+    /// # Source
+    /// Equation (V13) of docs/equations.md.
     fn steady(
         &self,
         velocity_mps: Vector<Ned>,

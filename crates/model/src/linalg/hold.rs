@@ -33,6 +33,9 @@ pub struct ZeroOrderHold {
 
 impl ZeroOrderHold {
     /// Of `a`, n×n, and `b`, n×m, over `period_s`. `None` where a number is not finite.
+    ///
+    /// # Source
+    /// Equation (L5) of docs/equations.md.
     #[must_use]
     pub fn new(a: DMatrix<f64>, b: DMatrix<f64>, period_s: f64) -> Option<Self> {
         let norm = a.column_iter().map(|column| column.lp_norm(1)).fold(0.0, f64::max) * period_s;
@@ -76,6 +79,9 @@ pub struct HoldDerivatives<'a> {
 
 impl HoldDerivatives<'_> {
     /// The derivatives of Φ and Γ along a change of [A B] given as (row, column, rate).
+    ///
+    /// # Source
+    /// Equation (I12) of docs/equations.md.
     #[must_use]
     pub fn along(&self, change: &[(usize, usize, f64)]) -> (DMatrix<f64>, DMatrix<f64>) {
         let levels = &self.hold.levels;

@@ -13,6 +13,7 @@ use super::symmetrise;
 ///
 /// # Source
 /// Structure-preserving doubling: Chu, Fan, Lin and Wang (2004), *Int. J. Control* 77(8).
+/// Equation (L17) of docs/equations.md.
 #[must_use]
 pub fn dare_by_doubling(
     mut a: DMatrix<f64>,

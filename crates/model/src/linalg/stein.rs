@@ -38,6 +38,9 @@ impl Stein {
     }
 
     /// X, n×n, for one symmetric `v`, n×n.
+    ///
+    /// # Source
+    /// Equation (L4) of docs/equations.md.
     #[must_use]
     pub fn solve(&self, mut v: DMatrix<f64>) -> DMatrix<f64> {
         for power in &self.powers {

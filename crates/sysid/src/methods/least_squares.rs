@@ -60,6 +60,7 @@ pub struct Minimum {
 ///
 /// # Source
 /// Marquardt (1963), *J. SIAM* 11(2); the damping's schedule is Nielsen's, IMM-REP-1999-05.
+/// Equation (I14) of docs/equations.md.
 ///
 /// # Panics
 /// Where the lengths differ.

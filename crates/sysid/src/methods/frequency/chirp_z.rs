@@ -65,6 +65,9 @@ impl ChirpZ {
 
     /// The transform of `signal`, one value per frequency. Samples beyond the transform's length are
     /// ignored, missing ones count as zero.
+    ///
+    /// # Source
+    /// Equation (I17) of docs/equations.md.
     #[must_use]
     pub fn transform(&self, signal: &[f64]) -> Vec<Complex<f64>> {
         let mut buffer = vec![Complex::new(0.0, 0.0); self.kernel.len()];

@@ -63,6 +63,7 @@ const PHASE_WEIGHT: f64 = 0.017_45;
 ///
 /// # Source
 /// Tischler & Remple, section 11.2, eqs. 11.4 to 11.6.
+/// Equation (I21) of docs/equations.md.
 pub fn fit_response(
     measured: &FrequencyResponse,
     start: &[f64],

@@ -184,6 +184,9 @@ const OWN_PART: f64 = 1e-8;
 impl Conditioned {
     /// Responses and partial coherences from the spectral matrix of inputs, then outputs. The error
     /// is the input that cannot be told from the others.
+    ///
+    /// # Source
+    /// Equation (I19) of docs/equations.md.
     fn from(density: &DMatrix<Complex<f64>>, inputs: usize) -> Result<Self, usize> {
         let outputs = density.nrows() - inputs;
         let among = density.view((0, 0), (inputs, inputs)).into_owned();

@@ -87,6 +87,7 @@ impl Spectra {
     }
 }
 
+/// Equation (I20) of docs/equations.md.
 pub(super) fn random_error(coherence: f64, averages: f64, constant: f64) -> f64 {
     let coherence = coherence.clamp(1e-12, 1.0);
     constant * ((1.0 - coherence) / (2.0 * coherence * averages)).sqrt()
@@ -97,6 +98,9 @@ pub(super) fn random_error(coherence: f64, averages: f64, constant: f64) -> f64 
 ///
 /// # Errors
 /// [`FrequencyError::Band`] or [`FrequencyError::Window`] where nothing can be computed.
+///
+/// # Source
+/// Equation (I18) of docs/equations.md.
 pub fn spectra(
     records: &[&DMatrix<f64>],
     period_s: f64,

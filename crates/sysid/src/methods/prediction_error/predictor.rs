@@ -112,6 +112,9 @@ impl Predictor {
     ///
     /// K moves with P, and dP solves Stein's equation dP = F dP Fᵀ + dF P Fᵀ + F P dFᵀ + K dR Kᵀ
     /// + dQ with dF = dΦ − K dC: the gain's own change drops out because the gain is optimal.
+    ///
+    /// # Source
+    /// Equation (I11) of docs/equations.md.
     pub fn derivatives(
         &self,
         structure: &Structure,

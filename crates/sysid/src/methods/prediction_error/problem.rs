@@ -132,6 +132,9 @@ impl Problem<'_> {
     }
 
     /// Cost, gradient and information of the free parameters from the passes' normal equations.
+    ///
+    /// # Source
+    /// Equations (I10) and (I13) of docs/equations.md.
     pub fn gather(
         &self,
         predictor: &Predictor,

@@ -7,6 +7,9 @@ use super::sweep::{Normal, Record};
 use crate::methods::least_squares::Quadratic;
 
 /// σ of the white noise on an output, from its second differences: those of white noise have 6σ².
+///
+/// # Source
+/// Equation (I16) of docs/equations.md.
 pub(super) fn noise_of(records: &[Record], output: usize, outputs: usize) -> f64 {
     let (mut squares, mut count, mut largest) = (0.0, 0.0, 0.0_f64);
     for record in records {
@@ -38,6 +41,7 @@ pub(super) fn white_covariance(at: &Quadratic) -> Option<DMatrix<f64>> {
 /// # Source
 /// Newey and West (1987), *Econometrica* 55(3); for flight data Morelli and Klein (1997),
 /// *J. Aircraft* 34(2).
+/// Equation (I15) of docs/equations.md.
 pub(super) fn colored_covariance(
     problem: &Problem<'_>,
     white: &DMatrix<f64>,

@@ -50,6 +50,9 @@ pub(super) fn innovation_gain(
 ///
 /// The cross covariance is taken out first: P is that of the state without what the outputs' noise
 /// explains of its own.
+///
+/// # Source
+/// Equation (I8) of docs/equations.md.
 fn steady_gain(
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,

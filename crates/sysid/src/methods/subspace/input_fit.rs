@@ -16,6 +16,9 @@ pub(super) struct InputMap {
 
 /// B, D and x(0) with A, C and the gain K held: with K = 0 those of the best simulation, else those
 /// of the best one-step prediction. The output is linear in all of them either way.
+///
+/// # Source
+/// Equation (I7) of docs/equations.md.
 pub(super) fn fit_inputs(
     experiment: &Experiment,
     a: &DMatrix<f64>,

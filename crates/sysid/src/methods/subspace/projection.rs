@@ -31,6 +31,9 @@ const EXCITED: f64 = 1e-9;
 impl Projection {
     /// Projects with `horizon` samples of past and future. The signals should be of one size
     /// ([`super::scales::Scales`]), so that no unit outweighs another.
+    ///
+    /// # Source
+    /// Equation (I5) of docs/equations.md.
     pub fn of(
         experiment: &Experiment,
         horizon: usize,

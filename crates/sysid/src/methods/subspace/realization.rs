@@ -17,6 +17,9 @@ use hovernav_model::{LinearModel, TimeDomain};
 const EDGE: f64 = 1e-4;
 
 /// The model of `order` states.
+///
+/// # Source
+/// Equation (I6) of docs/equations.md.
 pub(super) fn realize(
     experiment: &Experiment,
     projection: &Projection,

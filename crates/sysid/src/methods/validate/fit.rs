@@ -9,6 +9,9 @@ use nalgebra::DMatrix;
 ///
 /// # Panics
 /// Where the shapes differ.
+///
+/// # Source
+/// Equation (I22) of docs/equations.md.
 #[must_use]
 pub fn fit_percent(measured: &DMatrix<f64>, predicted: &DMatrix<f64>) -> Vec<f64> {
     assert_eq!(measured.shape(), predicted.shape(), "one prediction per measurement");
@@ -48,6 +51,7 @@ pub struct Theil {
 ///
 /// # Source
 /// Jategaonkar, *Flight Vehicle System Identification*, section 11.2.
+/// Equation (I23) of docs/equations.md.
 #[must_use]
 pub fn theil(measured: &[f64], predicted: &[f64]) -> Theil {
     assert_eq!(measured.len(), predicted.len(), "one prediction per measurement");

@@ -74,6 +74,7 @@ impl ResidualTest {
 /// # Source
 /// Ljung, eqs. 16.65 to 16.68: against the own past the bound is that of white noise; against an
 /// input that of two independent but coloured signals.
+/// Equation (I24) of docs/equations.md.
 #[must_use]
 pub fn residual_test(residuals: &DMatrix<f64>, inputs: &DMatrix<f64>, lags: usize) -> ResidualTest {
     assert!(residuals.nrows() == inputs.nrows() && residuals.nrows() > lags);

@@ -35,6 +35,7 @@ impl LowPass {
     /// # Source
     /// A. Oppenheim & R. Schafer, *Discrete-Time Signal Processing*, 3rd ed., section 7.2 and
     /// appendix B.1.
+    /// Equation (I1) of docs/equations.md.
     pub fn butterworth(
         order: usize,
         cutoff_hz: f64,

@@ -123,6 +123,9 @@ const ROUGHLY_RELATED: f64 = 0.5;
 ///
 /// # Errors
 /// [`ExperimentError::UnknownSignal`] where a named signal is not in the record.
+///
+/// # Source
+/// Equation (I3) of docs/equations.md.
 pub fn check_kinematics(
     experiment: &Experiment,
     channels: &KinematicChannels<'_>,

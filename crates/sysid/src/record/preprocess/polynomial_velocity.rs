@@ -49,6 +49,7 @@ pub fn polynomial_velocity(
         .collect()
 }
 
+/// Equation (I4) of docs/equations.md.
 fn polynomial(
     times_s: &[f64],
     values: &[f64],

@@ -16,6 +16,7 @@ impl LowPass {
     /// F. Gustafsson (1996), "Determining the initial states in forward-backward filtering", *IEEE
     /// Trans. Signal Processing* 44(4), for the problem; the ends are those of SciPy's `filtfilt`,
     /// which this equals to rounding.
+    /// Equation (I2) of docs/equations.md.
     pub fn zero_phase(&self, signal: &[f64]) -> Result<Vec<f64>, PreprocessError> {
         let margin = 3 * (self.order() + 1);
         let samples = signal.len();
