@@ -1,0 +1,247 @@
+//! What `docs/architecture.md` and `docs/equations.md` say of the house: the direction of flow, the
+//! size of its rooms, the number of crates under the flight core.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+fn cargo(arguments: &[&str]) -> String {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(arguments)
+        .args(["--offline", "--locked"])
+        .current_dir(ROOT)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The workspace's packages, each with those of them that it is built on; what only its tests need
+/// does not count.
+fn packages() -> BTreeMap<String, BTreeSet<String>> {
+    let metadata: Value =
+        serde_json::from_str(&cargo(&["metadata", "--no-deps", "--format-version", "1"])).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    let name = |package: &Value| package["name"].as_str().unwrap().to_owned();
+    let own: BTreeSet<String> = packages.iter().map(name).collect();
+    let needs = |package: &Value| -> BTreeSet<String> {
+        package["dependencies"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|dependency| dependency["kind"] != "dev")
+            .map(name)
+            .filter(|dependency| own.contains(dependency))
+            .collect()
+    };
+    packages.iter().map(|package| (name(package), needs(package))).collect()
+}
+
+#[test]
+fn the_flight_core_is_built_on_no_other_package_of_the_house() {
+    assert_eq!(packages()["hovernav"], BTreeSet::new());
+}
+
+#[test]
+fn packages_form_no_cycle_and_nothing_is_built_on_the_command() {
+    let mut left = packages();
+    for (package, needs) in &left {
+        assert!(!needs.contains("hovernav-cli"), "{package} is built on the command");
+    }
+    while !left.is_empty() {
+        let free: Vec<String> = left
+            .iter()
+            .filter(|(_, needs)| needs.iter().all(|need| !left.contains_key(need)))
+            .map(|(package, _)| package.clone())
+            .collect();
+        assert!(!free.is_empty(), "a cycle among {:?}", left.keys());
+        left.retain(|package, _| !free.contains(package));
+    }
+}
+
+/// The modules of the flight core in the order of the tour in `src/lib.rs`: none imports one that
+/// stands after it.
+const TOUR: [&str; 14] = [
+    "time",
+    "frames",
+    "earth",
+    "imu",
+    "controls",
+    "dmu",
+    "gps",
+    "event",
+    "sensors",
+    "ins",
+    "ekf",
+    "autopilot",
+    "servo",
+    "telemetry",
+];
+
+#[test]
+fn data_flows_one_way_through_the_flight_core() {
+    let src = PathBuf::from(format!("{ROOT}/src"));
+    for path in sources().iter().filter(|path| path.starts_with(&src)) {
+        let inside = path.strip_prefix(&src).unwrap().with_extension("");
+        let module = inside.iter().next().unwrap().to_str().unwrap();
+        if module == "lib" || inside.ends_with("tests") {
+            continue;
+        }
+        let rank = |name: &str| TOUR.iter().position(|own| *own == name);
+        let own = rank(module).unwrap_or_else(|| panic!("{module} is not in the tour"));
+        let text = fs::read_to_string(path).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap().lines();
+        for line in code.filter(|line| !line.trim().starts_with("//")) {
+            for part in line.split("crate::").skip(1) {
+                let name: String = part.chars().take_while(|c| c.is_ascii_lowercase()).collect();
+                let later = rank(&name).is_some_and(|other| other > own);
+                assert!(!later, "{module} imports {name}: {}", path.display());
+            }
+        }
+    }
+}
+
+/// Crates in the tree of the flight core, itself among them.
+fn crates_in_core(features: &[&str]) -> usize {
+    let mut arguments = vec!["tree", "-p", "hovernav", "-e", "normal,build", "--prefix", "none"];
+    arguments.extend_from_slice(features);
+    let tree = cargo(&arguments);
+    let crates: BTreeSet<&str> =
+        tree.lines().filter_map(|line| line.split(" (").next()).filter(|l| !l.is_empty()).collect();
+    crates.len()
+}
+
+#[test]
+fn the_flight_core_has_few_crates_under_it() {
+    for protocol in ["tsip", "nmea", "ubx"] {
+        let count = crates_in_core(&["--no-default-features", "--features", protocol]);
+        println!("{protocol}: {count} crates");
+        assert!(count <= 12, "{protocol}: {count} crates");
+    }
+    let all = crates_in_core(&[]);
+    println!("all protocols: {all} crates");
+    assert!(all <= 20, "{all} crates");
+}
+
+/// Every Rust file of the library crates and the command.
+fn sources() -> Vec<PathBuf> {
+    let mut sources = Vec::new();
+    let mut places: Vec<PathBuf> = vec![format!("{ROOT}/src").into(), format!("{ROOT}/cli").into()];
+    places.push(format!("{ROOT}/crates").into());
+    while let Some(place) = places.pop() {
+        for entry in fs::read_dir(place).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() && !path.ends_with("tests") && !path.ends_with("target") {
+                places.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                sources.push(path);
+            }
+        }
+    }
+    sources.sort();
+    sources
+}
+
+/// Lines that are neither empty nor a comment.
+fn code_lines(path: &Path) -> usize {
+    let text = fs::read_to_string(path).unwrap();
+    text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//")).count()
+}
+
+#[test]
+fn no_source_file_is_long_and_most_are_short() {
+    let mut lengths: Vec<usize> = Vec::new();
+    for path in sources() {
+        let length = code_lines(&path);
+        assert!(length <= 400, "{} has {length} lines of code", path.display());
+        lengths.push(length);
+    }
+    lengths.sort_unstable();
+    let median = lengths[lengths.len() / 2];
+    println!("{} files, median {median}, longest {}", lengths.len(), lengths[lengths.len() - 1]);
+    assert!(median < 150, "{median}");
+}
+
+/// The equations of `docs/equations.md`: number, function, file.
+fn equations() -> Vec<(String, String, String)> {
+    let text = fs::read_to_string(format!("{ROOT}/docs/equations.md")).unwrap();
+    text.lines()
+        .filter_map(|line| {
+            let (number, rest) = line.strip_prefix("**(")?.split_once(")**")?;
+            let mut quoted = rest.split('`').skip(1).step_by(2);
+            let (function, file) = (quoted.next()?, quoted.next()?);
+            Some((number.to_owned(), function.to_owned(), file.to_owned()))
+        })
+        .collect()
+}
+
+#[test]
+fn every_equation_stands_in_the_function_it_names() {
+    let equations = equations();
+    assert!(equations.len() > 100, "{}", equations.len());
+    let mut numbers = BTreeSet::new();
+    for (number, function, file) in equations {
+        let text = fs::read_to_string(format!("{ROOT}/{file}"))
+            .unwrap_or_else(|_| panic!("({number}): there is no {file}"));
+        let holds = [format!("fn {function}("), format!("fn {function}<")]
+            .iter()
+            .any(|declaration| text.contains(declaration));
+        assert!(holds, "({number}): no function {function} in {file}");
+        assert!(text.contains(&format!("({number})")), "({number}): {file} does not cite it");
+        assert!(numbers.insert(number.clone()), "({number}) is given out twice");
+    }
+}
+
+#[test]
+fn every_equation_that_is_cited_exists() {
+    let numbers: BTreeSet<String> = equations().into_iter().map(|(number, ..)| number).collect();
+    for path in sources() {
+        let text = fs::read_to_string(&path).unwrap();
+        for line in text.lines().filter(|line| line.contains("of docs/equations.md")) {
+            for cited in line.split('(').skip(1).filter_map(|part| part.split(')').next()) {
+                let is_number = cited.starts_with(|c: char| c.is_ascii_uppercase())
+                    && cited[1..].chars().all(|c| c.is_ascii_digit())
+                    && cited.len() > 1;
+                let place = path.display();
+                assert!(!is_number || numbers.contains(cited), "{place} cites ({cited})");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_file_that_the_documentation_names_exists() {
+    let mut pages: Vec<PathBuf> =
+        ["README.md", "CONTRIBUTING.md"].map(|page| format!("{ROOT}/{page}").into()).to_vec();
+    let docs = fs::read_dir(format!("{ROOT}/docs")).unwrap();
+    pages.extend(docs.map(|entry| entry.unwrap().path()));
+    pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
+    let places = ["src/", "crates/", "cli/", "tests/", "benches/", "examples/", "docs/", "fuzz/"];
+    for page in pages {
+        let text = fs::read_to_string(&page).unwrap();
+        for quoted in text.split('`').skip(1).step_by(2) {
+            if places.iter().any(|place| quoted.starts_with(place)) && !quoted.contains(' ') {
+                let exists = Path::new(ROOT).join(quoted).exists();
+                assert!(exists, "{} names {quoted}", page.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn every_direct_dependency_has_its_line() {
+    let page = fs::read_to_string(format!("{ROOT}/docs/dependencies.md")).unwrap();
+    let metadata: Value =
+        serde_json::from_str(&cargo(&["metadata", "--no-deps", "--format-version", "1"])).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    for dependency in packages.iter().flat_map(|p| p["dependencies"].as_array().unwrap()) {
+        let name = dependency["name"].as_str().unwrap();
+        assert!(name.starts_with("hovernav") || page.contains(&format!("`{name}`")), "{name}");
+    }
+}
