@@ -47,6 +47,7 @@ extern crate alloc;
 pub use glam;
 
 pub mod autopilot;
+mod buffer;
 pub mod controls;
 pub mod dmu;
 pub mod earth;

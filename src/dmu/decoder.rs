@@ -1,6 +1,7 @@
 //! From a stream of bytes to packets: framing, lock and resynchronisation.
 
 use super::packet::{HEADER, Mode, Packet, PacketError};
+use crate::buffer::move_to_front;
 
 /// Bytes held at most. Two packets must fit; more only saves moving them to the front.
 const CAPACITY: usize = 512;
@@ -264,7 +265,9 @@ impl Decoder {
     fn fill(&mut self, bytes: &mut &[u8]) {
         let end = self.end.min(CAPACITY);
         let start = self.start.min(end);
-        self.buffer.copy_within(start..end, 0);
+        if let Some(waiting) = self.buffer.get_mut(..end) {
+            move_to_front(waiting, start);
+        }
         let waiting = end - start;
         if let Some(room) = self.buffer.get_mut(waiting..) {
             let (taken, rest) = bytes.split_at(room.len().min(bytes.len()));

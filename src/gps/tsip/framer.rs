@@ -131,7 +131,7 @@ impl Framer {
     fn append(&mut self, data: &[u8]) {
         let end = self.length.saturating_add(data.len());
         if let Some(room) = self.payload.get_mut(self.length..end) {
-            room.copy_from_slice(data);
+            room.iter_mut().zip(data).for_each(|(slot, byte)| *slot = *byte);
         }
         self.length = end;
     }

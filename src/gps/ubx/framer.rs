@@ -1,5 +1,6 @@
 //! Messages from bytes.
 
+use crate::buffer::move_to_front;
 use crate::time::Time;
 
 /// Starts every message.
@@ -100,7 +101,8 @@ impl Framer {
         let (taken, rest) =
             bytes.split_at_checked(wanted).filter(|(taken, _)| !taken.is_empty())?;
         let filled = self.length..self.length.saturating_add(wanted);
-        self.bytes.get_mut(filled.clone())?.copy_from_slice(taken);
+        let slots = self.bytes.get_mut(filled.clone())?;
+        slots.iter_mut().zip(taken).for_each(|(slot, byte)| *slot = *byte);
         self.arrivals.get_mut(filled)?.fill(arrival);
         self.length += wanted;
         *bytes = rest;
@@ -137,8 +139,12 @@ impl Framer {
     /// Drops bytes off the front and looks for a message anew.
     fn discard(&mut self, count: usize) {
         let count = count.min(self.length);
-        self.bytes.copy_within(count..self.length, 0);
-        self.arrivals.copy_within(count..self.length, 0);
+        if let Some(bytes) = self.bytes.get_mut(..self.length) {
+            move_to_front(bytes, count);
+        }
+        if let Some(arrivals) = self.arrivals.get_mut(..self.length) {
+            move_to_front(arrivals, count);
+        }
         self.length -= count;
         self.end = 0;
     }

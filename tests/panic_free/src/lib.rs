@@ -36,11 +36,7 @@ pub fn deliberate_panic(values: &[f64; 15], index: usize) -> f64 {
 }
 
 #[unsafe(no_mangle)]
-pub fn estimator_push(
-    estimator: &mut Estimator,
-    event: &Event,
-    notify: &mut dyn FnMut(Notice),
-) {
+pub fn estimator_push(estimator: &mut Estimator, event: &Event, notify: &mut dyn FnMut(Notice)) {
     estimator.push(event, notify);
 }
 
