@@ -29,7 +29,7 @@ fn decode(mut bytes: &[u8]) -> u64 {
     while let Some(received) = decoder.next_packet(&mut bytes) {
         black_box(&received);
     }
-    decoder.tally().packets
+    decoder.counts().packets
 }
 
 /// Everything from bytes to samples: decoding, plausibility, sample time, units.
@@ -42,11 +42,11 @@ fn decode_to_samples(mut bytes: &[u8]) -> u64 {
     while let Some(received) = decoder.next_packet(&mut bytes) {
         let packet = received.packet;
         arrival = arrival + 38_358.0 * 0.79e-6;
-        black_box(plausibility.check(&packet).any(|reason| reason.damns_packet()));
+        black_box(plausibility.check(&packet).any(|reason| reason.invalidates_packet()));
         let stamp = clock.stamp(packet.timer(), received.sequence, arrival);
         black_box(stamp.ok().zip(calibration.measure(&packet)));
     }
-    decoder.tally().packets
+    decoder.counts().packets
 }
 
 fn throughput(criterion: &mut Criterion) {
@@ -72,7 +72,7 @@ fn throughput(criterion: &mut Criterion) {
                     black_box(&received);
                 }
             }
-            decoder.tally().packets
+            decoder.counts().packets
         });
     });
     group.bench_function("decode noise", |bencher| bencher.iter(|| decode(black_box(&noise))));

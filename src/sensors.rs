@@ -1,13 +1,13 @@
 //! From the bytes of two serial lines to events for the estimator.
 //!
 //! [`Sensors`] is the inertial unit's and the receiver's side of a flight, without any input or output
-//! of its own: it is handed what a line gave and when, and says what it was, and what to write in
-//! return. The same bytes at the same times give the same events, bit for bit, so a flight record
-//! that holds them holds the flight.
+//! of its own: it takes the bytes that a line received and when, and returns what they mean and what
+//! to write in return. The same bytes at the same times give the same events, bit for bit, so a record of
+//! the bytes replays the flight.
 
 use crate::dmu::{
-    Calibration, ClockFault, Command, Flow, Implausible, Link, LinkAction, LinkFault, Measurement,
-    Mode, Plausibility, Received, SampleClock,
+    Calibration, ClockFault, Command, Flow, Link, LinkAction, LinkFault, Measurement, Mode,
+    Plausibility, PlausibilityFault, Received, SampleClock,
 };
 use crate::event::Event;
 use crate::gps::quality::{Failures, Limits, QualityCheck};
@@ -15,7 +15,7 @@ use crate::gps::quality::{Failures, Limits, QualityCheck};
 use crate::gps::tsip;
 #[cfg(feature = "ubx")]
 use crate::gps::ubx;
-use crate::gps::{Counts, Protocol, Receiver, ReceiverFix};
+use crate::gps::{MessageCounts, Protocol, Receiver, ReceiverFix};
 use crate::time::Time;
 
 /// What the inertial unit is and how it is to run.
@@ -35,24 +35,24 @@ pub struct DmuConfig {
 /// What the receiver is and how it is to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GpsConfig {
-    /// Its language.
+    /// Its protocol.
     pub protocol: Protocol,
-    /// Fixes a second, 1 to 10, that a u-blox receiver is to send. A Trimble receiver is told which
-    /// reports to send, at its own pace. `None` leaves the receiver as it is.
+    /// Fixes a second, 1 to 10, that a u-blox receiver is to send. A Trimble receiver is set to
+    /// the reports that are needed, at its own pace. `None` leaves the receiver as it is.
     pub rate_hz: Option<u8>,
     /// How much earlier than its arrival a fix is valid, s.
     pub latency_s: f64,
-    /// The geoid's height above the ellipsoid at the site, m, for a receiver that does not tell it.
+    /// The geoid's height above the ellipsoid at the site, m, for a receiver that does not send it.
     pub geoid_separation_m: Option<f64>,
     /// Which fixes are good enough.
     pub limits: Limits,
 }
 
-/// What a line's bytes came to.
+/// What came of a line's bytes: a command to write, a measurement, a fault, an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 // One lives on the stack at a time, and there is no heap to put the large one on.
 #[allow(clippy::large_enum_variant)]
-pub enum Report {
+pub enum SensorOutput {
     /// Write the command's byte to the unit.
     WriteDmu(Command),
     /// Write these bytes to the receiver.
@@ -61,11 +61,11 @@ pub enum Report {
     Measured(Option<Time>, Measurement),
     /// The unit's link has begun to start over.
     DmuLost(Time, LinkFault),
-    /// A packet says what cannot or should not be. One that is not believed makes no sample; a stuck
-    /// sensor is told each time its run of equal words has doubled.
-    Implausible(Time, Implausible),
+    /// A packet has values that cannot or should not be. One that is invalid makes no sample; a stuck
+    /// sensor is reported each time its run of equal words has doubled.
+    DmuImplausible(Time, PlausibilityFault),
     /// A packet's sample has no usable time and is left out.
-    DmuClock(Time, ClockFault),
+    DmuClockFault(Time, ClockFault),
     /// A fix as the receiver gave it, and what keeps it from the estimator: nothing if empty.
     Fix(ReceiverFix, Failures),
     /// A good fix that does not say how high above the ellipsoid it is, of no use without the
@@ -106,7 +106,7 @@ impl GpsCommand {
 /// use hovernav::event::Event;
 /// use hovernav::gps::Protocol;
 /// use hovernav::gps::quality::Limits;
-/// use hovernav::sensors::{DmuConfig, GpsConfig, Report, Sensors};
+/// use hovernav::sensors::{DmuConfig, GpsConfig, SensorOutput, Sensors};
 /// use hovernav::time::Time;
 ///
 /// let dmu = DmuConfig {
@@ -128,13 +128,13 @@ impl GpsCommand {
 /// while samples < 3 {
 ///     // A unit that always answers at once stands in for the serial port.
 ///     let read = std::mem::take(&mut reply);
-///     let next = sensors.dmu(&read, now, |report| match report {
-///         Report::WriteDmu(command) if command.byte() == b'G' => {
+///     let next = sensors.dmu(&read, now, |output| match output {
+///         SensorOutput::WriteDmu(command) if command.byte() == b'G' => {
 ///             timer = timer.wrapping_sub(38_000);
 ///             reply.extend(AnglePacket { timer, ..Default::default() }.encode());
 ///         }
-///         Report::WriteDmu(command) => reply.extend(command.reply()),
-///         Report::Event(Event::Imu(_)) => samples += 1,
+///         SensorOutput::WriteDmu(command) => reply.extend(command.reply()),
+///         SensorOutput::Event(Event::Imu(_)) => samples += 1,
 ///         _ => {}
 ///     });
 ///     now = if reply.is_empty() { next } else { now + 0.008 };
@@ -148,14 +148,14 @@ pub struct Sensors {
     calibration: Calibration,
     clock: SampleClock,
     receiver: Receiver,
-    conversation: Conversation,
+    receiver_set_up: ReceiverSetUp,
     quality: QualityCheck,
     gps: GpsConfig,
 }
 
-/// What is said to the receiver.
+/// The commands that bring the receiver to the messages that are wanted.
 #[derive(Clone, Copy, Debug)]
-enum Conversation {
+enum ReceiverSetUp {
     None,
     #[cfg(feature = "tsip")]
     Tsip(tsip::Startup),
@@ -173,7 +173,7 @@ impl Sensors {
             calibration: dmu.calibration,
             clock: SampleClock::new(dmu.latency_s),
             receiver: Receiver::new(gps.protocol),
-            conversation: Conversation::with(&gps),
+            receiver_set_up: ReceiverSetUp::with(&gps),
             quality: QualityCheck::new(gps.limits),
             gps,
         }
@@ -182,80 +182,79 @@ impl Sensors {
     /// Takes `bytes` that were read from the inertial unit's line, of which the last came `now`; none
     /// when the time that the last call returned was reached without any. Returns until when to
     /// read next.
-    pub fn dmu(&mut self, mut bytes: &[u8], now: Time, mut report: impl FnMut(Report)) -> Time {
+    pub fn dmu(&mut self, mut bytes: &[u8], now: Time, mut emit: impl FnMut(SensorOutput)) -> Time {
         while let Some(received) = self.link.next_packet(&mut bytes, now) {
-            self.packet(&received, now, &mut report);
+            self.packet(&received, now, &mut emit);
         }
         loop {
             match self.link.next_action(now) {
-                LinkAction::Write(command) => report(Report::WriteDmu(command)),
-                LinkAction::Lost(fault) => report(Report::DmuLost(now, fault)),
+                LinkAction::Write(command) => emit(SensorOutput::WriteDmu(command)),
+                LinkAction::Lost(fault) => emit(SensorOutput::DmuLost(now, fault)),
                 LinkAction::ReadUntil(until) => return until,
             }
         }
     }
 
-    fn packet(&mut self, received: &Received, now: Time, report: &mut impl FnMut(Report)) {
+    fn packet(&mut self, received: &Received, now: Time, emit: &mut impl FnMut(SensorOutput)) {
         let packet = &received.packet;
-        let mut believed = true;
+        let mut valid = true;
         for reason in self.plausibility.check(packet) {
-            believed &= !reason.damns_packet();
-            let again =
-                matches!(reason, Implausible::Stuck { packets, .. } if !packets.is_power_of_two());
-            if !again {
-                report(Report::Implausible(now, reason));
+            valid &= !reason.invalidates_packet();
+            let is_repeated = matches!(reason, PlausibilityFault::Stuck { packets, .. } if !packets.is_power_of_two());
+            if !is_repeated {
+                emit(SensorOutput::DmuImplausible(now, reason));
             }
         }
-        let Some(measurement) = self.calibration.measure(packet).filter(|_| believed) else {
+        let Some(measurement) = self.calibration.measure(packet).filter(|_| valid) else {
             return;
         };
         match self.clock.stamp(packet.timer(), received.sequence, now) {
             Ok(stamp) => {
-                report(Report::Measured(Some(stamp.time), measurement));
-                report(Report::Event(Event::Imu(measurement.at(stamp.time))));
+                emit(SensorOutput::Measured(Some(stamp.time), measurement));
+                emit(SensorOutput::Event(Event::Imu(measurement.at(stamp.time))));
             }
             Err(fault) => {
-                report(Report::Measured(None, measurement));
-                report(Report::DmuClock(now, fault));
+                emit(SensorOutput::Measured(None, measurement));
+                emit(SensorOutput::DmuClockFault(now, fault));
             }
         }
     }
 
     /// Takes `bytes` that were read from the receiver's line and came at `arrival`; none when the line
     /// has fallen silent behind an epoch, which ends it.
-    pub fn gps(&mut self, mut bytes: &[u8], arrival: Time, mut report: impl FnMut(Report)) {
+    pub fn gps(&mut self, mut bytes: &[u8], arrival: Time, mut emit: impl FnMut(SensorOutput)) {
         if bytes.is_empty()
             && let Some(fix) = self.receiver.flush()
         {
-            self.fix(fix, &mut report);
+            self.fix(fix, &mut emit);
         }
         while let Some(fix) = self.receiver.read(&mut bytes, arrival) {
-            self.fix(fix, &mut report);
+            self.fix(fix, &mut emit);
         }
-        if let Some(command) = self.conversation.poll(&mut self.receiver, arrival) {
-            report(Report::WriteGps(command));
+        if let Some(command) = self.receiver_set_up.poll(&mut self.receiver, arrival) {
+            emit(SensorOutput::WriteGps(command));
         }
     }
 
-    fn fix(&mut self, fix: ReceiverFix, report: &mut impl FnMut(Report)) {
+    fn fix(&mut self, fix: ReceiverFix, emit: &mut impl FnMut(SensorOutput)) {
         let fix = match self.gps.geoid_separation_m {
             Some(separation_m) => fix.with_geoid_separation(separation_m),
             None => fix,
         };
         let failures = self.quality.check(&fix);
-        report(Report::Fix(fix, failures));
+        emit(SensorOutput::Fix(fix, failures));
         if failures.is_empty() {
             let valid = fix.arrival.offset_by(-self.gps.latency_s);
-            report(fix.at(valid).map_or(Report::FixWithoutHeight(fix.arrival), |fix| {
-                Report::Event(Event::Gps(fix))
+            emit(fix.at(valid).map_or(SensorOutput::FixWithoutHeight(fix.arrival), |fix| {
+                SensorOutput::Event(Event::Gps(fix))
             }));
         }
     }
 
-    /// Begins the conversation with the receiver anew: its line was lost and is back, and it may have
-    /// been off power meanwhile.
+    /// Sets the receiver up anew: its line was lost and is back, and it may have been off power
+    /// meanwhile.
     pub fn restart_gps(&mut self) {
-        self.conversation = Conversation::with(&self.gps);
+        self.receiver_set_up = ReceiverSetUp::with(&self.gps);
     }
 
     /// The inertial unit's line.
@@ -266,12 +265,12 @@ impl Sensors {
 
     /// What became of all the receiver's messages so far.
     #[must_use]
-    pub fn gps_counts(&self) -> Counts {
+    pub fn gps_counts(&self) -> MessageCounts {
         self.receiver.counts()
     }
 }
 
-impl Conversation {
+impl ReceiverSetUp {
     fn with(gps: &GpsConfig) -> Self {
         match (gps.protocol, gps.rate_hz) {
             #[cfg(feature = "tsip")]
@@ -286,7 +285,7 @@ impl Conversation {
 
     #[cfg_attr(
         not(any(feature = "tsip", feature = "ubx")),
-        expect(unused_variables, reason = "nothing is said to a receiver of NMEA")
+        expect(unused_variables, reason = "a receiver of NMEA is not set up")
     )]
     fn poll(&mut self, receiver: &mut Receiver, now: Time) -> Option<GpsCommand> {
         match (self, receiver) {

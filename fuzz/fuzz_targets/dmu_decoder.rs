@@ -55,8 +55,8 @@ fn decode(mode: Mode, piece: usize, announce: u8, stream: &[u8]) -> Decoder {
             }
         }
     }
-    let tally = decoder.tally();
-    let done = tally.packets * mode.packet_length() as u64 + tally.bytes_lost();
+    let counts = decoder.counts();
+    let done = counts.packets * mode.packet_length() as u64 + counts.bytes_lost();
     assert!(stream.len() as u64 - done < 2 * mode.packet_length() as u64);
     decoder
 }
@@ -89,7 +89,7 @@ fuzz_target!(|input: &[u8]| {
     let mode = [Mode::Angle, Mode::Scaled, Mode::Voltage][usize::from(mode % 3)];
     let pieces = decode(mode, piece, *announce, stream);
     if *announce == 0 {
-        assert_eq!(pieces.tally(), decode(mode, stream.len().max(1), 0, stream).tally());
+        assert_eq!(pieces.counts(), decode(mode, stream.len().max(1), 0, stream).counts());
     }
     converse(mode, flow, piece, stream);
 });

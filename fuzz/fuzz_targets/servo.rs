@@ -26,9 +26,9 @@ fuzz_target!(|stream: &[u8]| {
             end = at + 1;
         }
     }
-    let tally = decoder.tally();
-    assert_eq!(tally.bytes, stream.len() as u64);
-    assert!(tally.packets * LENGTH as u64 <= tally.bytes);
+    let counts = decoder.counts();
+    assert_eq!(counts.bytes, stream.len() as u64);
+    assert!(counts.packets * LENGTH as u64 <= counts.bytes);
 
     let mut whole = PacketCapture::default();
     whole.receive(stream, Time::ZERO);

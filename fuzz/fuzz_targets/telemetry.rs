@@ -44,9 +44,9 @@ fuzz_target!(|input: &[u8]| {
     for byte in input {
         let _ = decoder.push(*byte);
     }
-    let tally = *decoder.tally();
-    assert_eq!(tally.bytes, input.len() as u64);
-    assert!(tally.frames * frame::LENGTH as u64 <= tally.bytes);
+    let counts = *decoder.counts();
+    assert_eq!(counts.bytes, input.len() as u64);
+    assert!(counts.frames * frame::LENGTH as u64 <= counts.bytes);
 
     let packed = frame::pack(&any_snapshot(input), 7);
     assert!(packed[..frame::LENGTH - 1].iter().all(|byte| *byte != 0));

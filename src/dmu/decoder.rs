@@ -26,7 +26,7 @@ pub struct Received {
 ///
 /// Their sum is the length of the stream, less the bytes that still wait for the rest of a packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct PacketCounts {
     /// Packets delivered.
     pub packets: u64,
     /// Bytes passed over because no packet begins with them.
@@ -46,7 +46,7 @@ pub struct Tally {
     pub packets_held_back: u64,
 }
 
-impl Tally {
+impl PacketCounts {
     /// Bytes passed over or thrown away, for whatever reason.
     #[must_use]
     pub const fn bytes_lost(&self) -> u64 {
@@ -81,7 +81,7 @@ enum Lock {
 /// the words before it by one byte, and neither sum nor length shows it.
 ///
 /// Memory is fixed, the work is bounded for each byte, and each byte is accounted for in the
-/// [`Tally`].
+/// [`PacketCounts`].
 ///
 /// ```
 /// use hovernav::dmu::{AnglePacket, Decoder, Mode, Packet};
@@ -93,7 +93,7 @@ enum Lock {
 /// while let Some(received) = decoder.next_packet(&mut bytes) {
 ///     assert_eq!(received.packet, Packet::Angle(packet));
 /// }
-/// assert_eq!(decoder.tally().packets, 2);
+/// assert_eq!(decoder.counts().packets, 2);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Decoder {
@@ -108,7 +108,7 @@ pub struct Decoder {
     sequence: u64,
     /// Whether a packet was announced that has not come yet.
     expecting: bool,
-    tally: Tally,
+    counts: PacketCounts,
 }
 
 impl Decoder {
@@ -124,7 +124,7 @@ impl Decoder {
             offset: 0,
             sequence: 0,
             expecting: false,
-            tally: Tally {
+            counts: PacketCounts {
                 packets: 0,
                 bytes_without_header: 0,
                 bytes_of_wrong_checksum: 0,
@@ -143,9 +143,9 @@ impl Decoder {
         loop {
             match self.advance() {
                 Advance::Found(packet) => return Some(self.deliver(packet)),
-                Advance::PassedOver => {}
-                Advance::Starved if bytes.is_empty() => return None,
-                Advance::Starved => self.fill(bytes),
+                Advance::Skipped => {}
+                Advance::NeedMore if bytes.is_empty() => return None,
+                Advance::NeedMore => self.fill(bytes),
             }
         }
     }
@@ -156,7 +156,7 @@ impl Decoder {
     pub fn expect_packet(&mut self) {
         if self.expecting {
             self.sequence += 1;
-            self.tally.packets_missing += 1;
+            self.counts.packets_missing += 1;
         }
         self.expecting = true;
         self.abandon();
@@ -180,8 +180,8 @@ impl Decoder {
 
     /// What became of the bytes so far.
     #[must_use]
-    pub const fn tally(&self) -> &Tally {
-        &self.tally
+    pub const fn counts(&self) -> &PacketCounts {
+        &self.counts
     }
 
     fn waiting(&self) -> &[u8] {
@@ -191,37 +191,38 @@ impl Decoder {
     /// Decides about the first waiting byte: it begins a packet, does not, or more bytes are needed.
     fn advance(&mut self) -> Advance {
         match Packet::decode(self.mode, self.waiting()) {
-            Ok(packet) => self.weigh(packet),
-            Err(PacketError::Length { .. }) => Advance::Starved,
+            Ok(packet) => self.confirm(packet),
+            Err(PacketError::Length { .. }) => Advance::NeedMore,
             Err(PacketError::Header { .. }) => {
                 let waiting = self.waiting();
                 let run = waiting.iter().position(|&byte| byte == HEADER).unwrap_or(waiting.len());
-                self.tally.bytes_without_header += run as u64;
-                self.pass_over(run)
+                self.counts.bytes_without_header += run as u64;
+                self.skip(run)
             }
             Err(PacketError::Checksum { .. }) => {
-                self.tally.bytes_of_wrong_checksum += 1;
-                self.pass_over(1)
+                self.counts.bytes_of_wrong_checksum += 1;
+                self.skip(1)
             }
         }
     }
 
-    /// Decides about a frame whose header and checksum hold.
-    fn weigh(&mut self, packet: Packet) -> Advance {
+    /// Decides about a frame whose header and checksum hold: with lock by its temperature, without by
+    /// the frame behind it.
+    fn confirm(&mut self, packet: Packet) -> Advance {
         if let Lock::Locked { temperature } = self.lock {
             if temperature.is_none_or(|t| t.abs_diff(packet.temperature()) <= TEMPERATURE_STEP) {
                 return Advance::Found(packet);
             }
-            self.tally.packets_held_back += 1;
+            self.counts.packets_held_back += 1;
             self.lock = Lock::Searching;
         }
         let behind = self.waiting().get(self.mode.packet_length()..).unwrap_or_default();
         match Packet::decode(self.mode, behind) {
             Ok(_) => Advance::Found(packet),
-            Err(PacketError::Length { .. }) => Advance::Starved,
+            Err(PacketError::Length { .. }) => Advance::NeedMore,
             Err(_) => {
-                self.tally.bytes_unconfirmed += 1;
-                self.pass_over(1)
+                self.counts.bytes_unconfirmed += 1;
+                self.skip(1)
             }
         }
     }
@@ -232,22 +233,22 @@ impl Decoder {
         self.lock = Lock::Locked { temperature: Some(packet.temperature()) };
         self.sequence += 1;
         self.expecting = false;
-        self.tally.packets += 1;
+        self.counts.packets += 1;
         received
     }
 
-    fn pass_over(&mut self, count: usize) -> Advance {
+    fn skip(&mut self, count: usize) -> Advance {
         if self.is_locked() {
-            self.tally.locks_lost += 1;
+            self.counts.locks_lost += 1;
             self.lock = Lock::Searching;
         }
         self.discard(count);
-        Advance::PassedOver
+        Advance::Skipped
     }
 
     fn abandon(&mut self) {
         let waiting = self.waiting().len();
-        self.tally.bytes_abandoned += waiting as u64;
+        self.counts.bytes_abandoned += waiting as u64;
         self.discard(waiting);
     }
 
@@ -281,8 +282,8 @@ impl Decoder {
 enum Advance {
     /// The first waiting byte begins this packet.
     Found(Packet),
-    /// Bytes were passed over; look again.
-    PassedOver,
+    /// Bytes were skipped; look again.
+    Skipped,
     /// The waiting bytes do not decide yet.
-    Starved,
+    NeedMore,
 }

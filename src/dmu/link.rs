@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::decoder::{Decoder, Received, Tally};
+use super::decoder::{Decoder, PacketCounts, Received};
 use super::packet::Mode;
 use super::startup::{Command, Startup, StartupAction, StartupError};
 use crate::time::Time;
@@ -139,7 +139,7 @@ impl Link {
             }
             State::Running { heard, lost, .. } => {
                 let received = self.decoder.next_packet(bytes)?;
-                (*heard, *lost) = (now, self.decoder.tally().bytes_lost());
+                (*heard, *lost) = (now, self.decoder.counts().bytes_lost());
                 Some(received)
             }
         }
@@ -156,7 +156,7 @@ impl Link {
             },
             State::Running { heard, lost, request } => {
                 let deadline = *heard + NO_DATA_S;
-                if self.decoder.tally().bytes_lost() - *lost >= GARBLED_BYTES {
+                if self.decoder.counts().bytes_lost() - *lost >= GARBLED_BYTES {
                     return self.start_over(LinkFault::Garbled, now);
                 }
                 if now >= deadline {
@@ -187,14 +187,14 @@ impl Link {
 
     /// What became of the bytes that came while the link was running.
     #[must_use]
-    pub const fn tally(&self) -> &Tally {
-        self.decoder.tally()
+    pub const fn counts(&self) -> &PacketCounts {
+        self.decoder.counts()
     }
 
     /// Sends the unit on its way: it has just been silent, so the next byte begins a packet.
     fn run(&mut self, now: Time) -> LinkAction {
         self.decoder.restart();
-        let lost = self.decoder.tally().bytes_lost();
+        let lost = self.decoder.counts().bytes_lost();
         self.state =
             State::Running { heard: now, lost, request: self.cycle_s.map(|cycle_s| now + cycle_s) };
         self.decoder.expect_packet();

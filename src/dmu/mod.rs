@@ -1,7 +1,7 @@
 //! The Crossbow DMU-HDX-AHRS on its serial line: packets, start-up, units and sample times.
 //!
-//! [`Link`] converses with the unit and hands out packets; [`Plausibility`] says what a packet cannot
-//! be, [`Calibration`] gives its counts units and [`SampleClock`] its sample a time. None of them does
+//! [`Link`] converses with the unit and hands out packets; [`Plausibility`] checks a packet's
+//! values, [`Calibration`] gives its counts units and [`SampleClock`] its sample a time. None of them does
 //! any input or output, so a driver moves bytes and nothing else:
 //!
 //! ```
@@ -20,7 +20,7 @@
 //!     fn receive(&mut self, mut bytes: &[u8], now: Time, mut sample: impl FnMut(ImuSample)) {
 //!         while let Some(received) = self.link.next_packet(&mut bytes, now) {
 //!             let packet = received.packet;
-//!             if self.plausibility.check(&packet).any(|reason| reason.damns_packet()) {
+//!             if self.plausibility.check(&packet).any(|reason| reason.invalidates_packet()) {
 //!                 continue;
 //!             }
 //!             if let Ok(stamp) = self.clock.stamp(packet.timer(), received.sequence, now)
@@ -43,8 +43,8 @@ mod startup;
 
 pub use calibration::{Calibration, Measurement, RangeError, Sign, temperature_degc, volts};
 pub use clock::{Basis, ClockFault, SampleClock, Stamp};
-pub use decoder::{Decoder, Received, Tally};
+pub use decoder::{Decoder, PacketCounts, Received};
 pub use link::{Flow, Link, LinkAction, LinkFault};
 pub use packet::{AnglePacket, Mode, Packet, PacketError, ScaledPacket, VoltagePacket};
-pub use plausibility::{Implausible, Plausibility, Sensor};
+pub use plausibility::{Plausibility, PlausibilityFault, Sensor};
 pub use startup::{Command, Startup, StartupAction, StartupError};

@@ -1,4 +1,4 @@
-//! What a packet with a good checksum can still be: impossible, beyond the sensors, or frozen.
+//! Checks of packets whose checksum holds: impossible values, saturation, sensors that are stuck.
 
 use core::fmt;
 
@@ -40,7 +40,7 @@ impl fmt::Display for Sensor {
 
 /// What is wrong with a packet whose checksum is right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Implausible {
+pub enum PlausibilityFault {
     /// The temperature word does not fit its 12-bit converter.
     TemperatureWord {
         /// The word.
@@ -85,15 +85,15 @@ pub enum Implausible {
     },
 }
 
-impl Implausible {
-    /// Whether the unit cannot have sent such a packet, so that none of it is to be believed.
+impl PlausibilityFault {
+    /// Whether the unit cannot have sent such a packet, so that none of it is to be used.
     #[must_use]
-    pub const fn damns_packet(&self) -> bool {
+    pub const fn invalidates_packet(&self) -> bool {
         matches!(self, Self::TemperatureWord { .. } | Self::VoltageWord { .. } | Self::Pitch { .. })
     }
 }
 
-impl fmt::Display for Implausible {
+impl fmt::Display for PlausibilityFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let letter = |axis| ["x", "y", "z"].get(axis).copied().unwrap_or("?");
         match *self {
@@ -122,13 +122,13 @@ impl fmt::Display for Implausible {
     }
 }
 
-/// Looks at one packet after another and says what cannot be, each with its reason.
+/// Checks one packet after another for values that cannot or should not be.
 ///
 /// ```
-/// use hovernav::dmu::{AnglePacket, Implausible, Packet, Plausibility, Sensor};
+/// use hovernav::dmu::{AnglePacket, PlausibilityFault, Packet, Plausibility, Sensor};
 /// let spinning = AnglePacket { angular_rate: [0, 0, i16::MAX], ..Default::default() };
 /// let mut found = Plausibility::default().check(&Packet::Angle(spinning));
-/// assert_eq!(found.next(), Some(Implausible::Saturated { sensor: Sensor::Gyros, axis: 2 }));
+/// assert_eq!(found.next(), Some(PlausibilityFault::Saturated { sensor: Sensor::Gyros, axis: 2 }));
 /// assert_eq!(found.next(), None);
 /// ```
 #[derive(Clone, Debug, Default)]
@@ -144,7 +144,7 @@ struct Repetition {
 
 impl Plausibility {
     /// All that is wrong with the next packet of the stream; nothing for a good one.
-    pub fn check(&mut self, packet: &Packet) -> impl Iterator<Item = Implausible> + use<> {
+    pub fn check(&mut self, packet: &Packet) -> impl Iterator<Item = PlausibilityFault> + use<> {
         let triads = triads(packet);
         for (repetition, (_, words)) in self.triads.iter_mut().zip(triads) {
             let packets =
@@ -153,7 +153,7 @@ impl Plausibility {
         }
         let stuck = self.triads.into_iter().zip(triads).filter_map(|(repetition, (sensor, _))| {
             let packets = repetition.packets;
-            (packets >= STUCK_AFTER).then_some(Implausible::Stuck { sensor, packets })
+            (packets >= STUCK_AFTER).then_some(PlausibilityFault::Stuck { sensor, packets })
         });
         let voltage = matches!(packet, Packet::Voltage(_));
         let words = triads.into_iter().flat_map(move |(sensor, words)| {
@@ -189,36 +189,36 @@ fn triads(packet: &Packet) -> [(Sensor, [u16; 3]); 3] {
     ]
 }
 
-fn temperature_word(packet: &Packet) -> Option<Implausible> {
+fn temperature_word(packet: &Packet) -> Option<PlausibilityFault> {
     let counts = packet.temperature();
-    (counts > CONVERTER_MAX).then_some(Implausible::TemperatureWord { counts })
+    (counts > CONVERTER_MAX).then_some(PlausibilityFault::TemperatureWord { counts })
 }
 
-fn pitch(packet: &Packet) -> Option<Implausible> {
+fn pitch(packet: &Packet) -> Option<PlausibilityFault> {
     match *packet {
         Packet::Angle(AnglePacket { attitude: [_, counts, _], .. }) => {
-            (counts.unsigned_abs() > VERTICAL).then_some(Implausible::Pitch { counts })
+            (counts.unsigned_abs() > VERTICAL).then_some(PlausibilityFault::Pitch { counts })
         }
         Packet::Scaled(_) | Packet::Voltage(_) => None,
     }
 }
 
-fn voltage_word(sensor: Sensor, axis: usize, counts: u16) -> Option<Implausible> {
+fn voltage_word(sensor: Sensor, axis: usize, counts: u16) -> Option<PlausibilityFault> {
     if counts > CONVERTER_MAX {
-        Some(Implausible::VoltageWord { sensor, axis, counts })
+        Some(PlausibilityFault::VoltageWord { sensor, axis, counts })
     } else if counts == 0 || counts == CONVERTER_MAX {
-        Some(Implausible::Saturated { sensor, axis })
+        Some(PlausibilityFault::Saturated { sensor, axis })
     } else {
         None
     }
 }
 
 /// The magnetometers reach thrice the Earth's field; nothing is rated below their full scale.
-fn signed_word(sensor: Sensor, axis: usize, counts: i16) -> Option<Implausible> {
+fn signed_word(sensor: Sensor, axis: usize, counts: i16) -> Option<PlausibilityFault> {
     if counts == i16::MIN || counts == i16::MAX {
-        Some(Implausible::Saturated { sensor, axis })
+        Some(PlausibilityFault::Saturated { sensor, axis })
     } else if sensor != Sensor::Magnetometers && counts.unsigned_abs() > RATED_RANGE {
-        Some(Implausible::BeyondRating { sensor, axis, counts })
+        Some(PlausibilityFault::BeyondRating { sensor, axis, counts })
     } else {
         None
     }

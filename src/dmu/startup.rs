@@ -51,7 +51,7 @@ impl Command {
 /// What kept the unit from starting, at the last attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartupError {
-    /// Bytes kept coming after the unit had been told to stop.
+    /// Bytes kept coming after the unit was commanded to stop.
     NeverQuiet,
     /// No reply in time.
     NoReply {
@@ -183,7 +183,7 @@ impl Startup {
             Step::Drain { since, insisted } => self.drain(since, insisted, now),
             Step::Listen { command, since, first, bytes } => match first {
                 None => self.await_reply(command, since, now),
-                Some(found) => self.judge_reply(command, found, bytes, now),
+                Some(found) => self.check_reply(command, found, bytes, now),
             },
             Step::Ready => StartupAction::Ready,
             Step::Failed(error) => StartupAction::Failed(error),
@@ -212,7 +212,7 @@ impl Startup {
         }
     }
 
-    fn judge_reply(&mut self, command: Command, found: u8, bytes: u32, now: Time) -> StartupAction {
+    fn check_reply(&mut self, command: Command, found: u8, bytes: u32, now: Time) -> StartupAction {
         if bytes > 1 || Some(found) != command.reply() {
             return self.fail(StartupError::WrongReply { command, found, bytes }, now);
         }

@@ -25,7 +25,7 @@ pub struct Fix {
 
 /// Faster than any orbit, m/s.
 const FASTEST_MPS: f64 = 1e4;
-/// A one-sigma wider than this tells nothing, m or m/s.
+/// A one-sigma wider than this carries no information, m or m/s.
 const WIDEST_SIGMA: f64 = 1e6;
 
 impl Fix {

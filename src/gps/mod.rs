@@ -8,8 +8,8 @@
 //!
 //! Nothing here opens a port, asks for the time or allocates. A decoder is fed whatever the line
 //! gave, in any pieces, with the moment it arrived; it keeps a buffer of one message and the epoch
-//! that is being put together. No input makes it panic or forget what was already good, and what it
-//! leaves out it counts ([`Counts`]).
+//! that is being put together. No input makes it panic or forget what was already good, and it counts what it
+//! leaves out ([`MessageCounts`]).
 //!
 //! Each protocol is a feature of this crate, `tsip`, `nmea` and `ubx`; what is not switched on does not
 //! exist, down to the variants of [`Protocol`] and [`Receiver`].
@@ -41,10 +41,10 @@
 //! assert!((fix.horizontal_velocity_mps.unwrap()[1] - 2.058).abs() < 1e-3);
 //! ```
 
-mod counts;
 #[cfg(any(feature = "nmea", feature = "ubx"))]
 mod cycle;
 mod fix;
+mod message_counts;
 #[cfg(feature = "nmea")]
 pub mod nmea;
 pub mod quality;
@@ -60,8 +60,8 @@ pub mod tsip;
 #[cfg(feature = "ubx")]
 pub mod ubx;
 
-pub use counts::Counts;
 pub use fix::Fix;
+pub use message_counts::MessageCounts;
 pub use receiver_fix::{Correction, DilutionOfPrecision, Dimension, ReceiverFix};
 pub use receiver_time::{ReceiverTime, WEEK_FLOOR, unroll_week};
 #[cfg(any(feature = "nmea", feature = "tsip", feature = "ubx"))]

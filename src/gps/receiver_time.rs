@@ -1,4 +1,4 @@
-//! Time as receivers tell it: GPS week and time of week, or UTC.
+//! Time as receivers give it: GPS week and time of week, or UTC.
 
 const NS_PER_S: i64 = 1_000_000_000;
 const DAY_NS: i64 = 86_400 * NS_PER_S;
@@ -30,7 +30,7 @@ pub const fn unroll_week(week: u16, floor: u16) -> u16 {
     week.saturating_add(turns.saturating_mul(1_024))
 }
 
-/// When an epoch was, on the clock that the receiver keeps, as far as it told.
+/// When an epoch was, on the clock that the receiver keeps, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReceiverTime {
     /// GPS time, which has no leap seconds.

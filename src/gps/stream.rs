@@ -6,7 +6,7 @@ use super::nmea;
 use super::tsip;
 #[cfg(feature = "ubx")]
 use super::ubx;
-use super::{Counts, ReceiverFix};
+use super::{MessageCounts, ReceiverFix};
 use crate::time::Time;
 
 /// The language of a receiver.
@@ -81,7 +81,7 @@ impl Receiver {
 
     /// What became of all messages so far.
     #[must_use]
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> MessageCounts {
         match self {
             #[cfg(feature = "tsip")]
             Self::Tsip(decoder) => decoder.counts(),

@@ -88,7 +88,7 @@ impl ServoPacket {
 
 /// What became of the stream so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct PacketCounts {
     /// Bytes seen.
     pub bytes: u64,
     /// Packets delivered.
@@ -97,7 +97,7 @@ pub struct Tally {
     pub missing: u64,
 }
 
-impl Tally {
+impl PacketCounts {
     /// Bytes that belong to no packet, or to one that is not complete yet.
     #[must_use]
     pub const fn bytes_outside_packets(&self) -> u64 {
@@ -126,13 +126,13 @@ pub struct Decoder {
     window: u128,
     /// Number of the packet before.
     before: Option<u8>,
-    tally: Tally,
+    counts: PacketCounts,
 }
 
 impl Decoder {
     /// Takes one byte; the packet, if it ends one.
     pub fn push(&mut self, byte: u8) -> Option<Received> {
-        self.tally.bytes += 1;
+        self.counts.bytes += 1;
         self.window = self.window << 8 | u128::from(byte);
         let packet = ServoPacket::decode(&self.window.to_be_bytes())?;
         self.window = 0;
@@ -140,15 +140,15 @@ impl Decoder {
             if packet.started { 0 } else { packet.sequence.wrapping_sub(before).wrapping_sub(1) }
         });
         self.before = Some(packet.sequence);
-        self.tally.packets += 1;
-        self.tally.missing += u64::from(missing);
+        self.counts.packets += 1;
+        self.counts.missing += u64::from(missing);
         Some(Received { packet, missing })
     }
 
     /// What became of the stream so far.
     #[must_use]
-    pub const fn tally(&self) -> &Tally {
-        &self.tally
+    pub const fn counts(&self) -> &PacketCounts {
+        &self.counts
     }
 }
 
@@ -181,8 +181,8 @@ impl PacketCapture {
 
     /// What became of the stream so far.
     #[must_use]
-    pub const fn tally(&self) -> &Tally {
-        self.decoder.tally()
+    pub const fn counts(&self) -> &PacketCounts {
+        self.decoder.counts()
     }
 
     fn take(&mut self, received: &Received, arrival: Time) {
@@ -223,7 +223,7 @@ mod tests {
         let packets: Vec<_> =
             stream.iter().filter_map(|byte| decoder.push(*byte)).map(|r| r.packet).collect();
         let outside = (stream.len() - LENGTH * packets.len()) as u64;
-        assert_eq!(decoder.tally().bytes_outside_packets(), outside);
+        assert_eq!(decoder.counts().bytes_outside_packets(), outside);
         packets
     }
 
@@ -355,7 +355,7 @@ mod tests {
             missing.extend(bytes.iter().filter_map(|byte| decoder.push(*byte)).map(|r| r.missing));
         }
         assert_eq!(missing, [0, 0, 2, 0]);
-        assert_eq!(decoder.tally().missing, 2);
+        assert_eq!(decoder.counts().missing, 2);
     }
 
     #[test]

@@ -238,7 +238,7 @@ fn innovations(codec: &mut Codec<'_>, innovations: &mut Innovations) {
 
 /// What became of the stream so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct FrameCounts {
     /// Bytes seen.
     pub bytes: u64,
     /// Frames delivered.
@@ -259,19 +259,19 @@ pub struct Decoder {
     /// Bytes since the last zero, those that `stuffed` has no room for included.
     length: usize,
     before: Option<u8>,
-    tally: Tally,
+    counts: FrameCounts,
 }
 
 impl Default for Decoder {
     fn default() -> Self {
-        Self { stuffed: [0; STUFFED], length: 0, before: None, tally: Tally::default() }
+        Self { stuffed: [0; STUFFED], length: 0, before: None, counts: FrameCounts::default() }
     }
 }
 
 impl Decoder {
     /// Takes one byte; the frame that it ends, or why what it ends is none.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, FrameError>> {
-        self.tally.bytes += 1;
+        self.counts.bytes += 1;
         if byte != 0 {
             if let Some(slot) = self.stuffed.get_mut(self.length) {
                 *slot = byte;
@@ -291,19 +291,19 @@ impl Decoder {
         match &result {
             Ok(frame) => {
                 let gap = |before| frame.sequence.wrapping_sub(before).wrapping_sub(1);
-                self.tally.missing += u64::from(self.before.map_or(0, gap));
+                self.counts.missing += u64::from(self.before.map_or(0, gap));
                 self.before = Some(frame.sequence);
-                self.tally.frames += 1;
+                self.counts.frames += 1;
             }
-            Err(_) => self.tally.damaged += 1,
+            Err(_) => self.counts.damaged += 1,
         }
         Some(result)
     }
 
     /// What became of the stream so far.
     #[must_use]
-    pub const fn tally(&self) -> &Tally {
-        &self.tally
+    pub const fn counts(&self) -> &FrameCounts {
+        &self.counts
     }
 }
 

@@ -110,8 +110,8 @@ fn the_clean_stream_decodes_whole() {
         assert_eq!(*packet, counts(value));
         assert_measures(packet, value);
     }
-    assert_eq!(decoder.tally().bytes_lost(), 0);
-    assert_eq!(decoder.tally().packets_held_back, 0);
+    assert_eq!(decoder.counts().bytes_lost(), 0);
+    assert_eq!(decoder.counts().packets_held_back, 0);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Counts in units, and packets that cannot be.
 
 use hovernav::dmu::{
-    AnglePacket, Calibration, Implausible, Measurement, Packet, Plausibility, ScaledPacket, Sensor,
-    Sign, VoltagePacket, temperature_degc, volts,
+    AnglePacket, Calibration, Measurement, Packet, Plausibility, PlausibilityFault, ScaledPacket,
+    Sensor, Sign, VoltagePacket, temperature_degc, volts,
 };
 use hovernav::frames::Vector;
 use hovernav::imu::Motion;
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 use crate::generator::flight;
 
-fn reasons(packet: AnglePacket) -> Vec<Implausible> {
+fn reasons(packet: AnglePacket) -> Vec<PlausibilityFault> {
     Plausibility::default().check(&Packet::Angle(packet)).collect()
 }
 
@@ -68,23 +68,23 @@ fn each_implausible_thing_is_named() {
     for (packet, expected) in [
         (
             AnglePacket { temperature: 0x1000, ..still },
-            Implausible::TemperatureWord { counts: 0x1000 },
+            PlausibilityFault::TemperatureWord { counts: 0x1000 },
         ),
         (
             AnglePacket { attitude: [0, -0x4001, 0], ..still },
-            Implausible::Pitch { counts: -0x4001 },
+            PlausibilityFault::Pitch { counts: -0x4001 },
         ),
         (
             AnglePacket { angular_rate: [0, i16::MIN, 0], ..still },
-            Implausible::Saturated { sensor: gyros, axis: 1 },
+            PlausibilityFault::Saturated { sensor: gyros, axis: 1 },
         ),
         (
             AnglePacket { magnetic_field: [0, 0, i16::MAX], ..still },
-            Implausible::Saturated { sensor: Sensor::Magnetometers, axis: 2 },
+            PlausibilityFault::Saturated { sensor: Sensor::Magnetometers, axis: 2 },
         ),
         (
             AnglePacket { acceleration: [-21_846, 0, 0], ..still },
-            Implausible::BeyondRating { sensor: accelerometers, axis: 0, counts: -21_846 },
+            PlausibilityFault::BeyondRating { sensor: accelerometers, axis: 0, counts: -21_846 },
         ),
     ] {
         assert_eq!(reasons(packet), [expected]);
@@ -109,16 +109,16 @@ fn words_of_voltage_mode_fit_their_converter() {
         ..Default::default()
     };
     let reasons = |packet| Plausibility::default().check(&Packet::Voltage(packet)).collect();
-    let reasons: &dyn Fn(VoltagePacket) -> Vec<Implausible> = &reasons;
+    let reasons: &dyn Fn(VoltagePacket) -> Vec<PlausibilityFault> = &reasons;
     assert_eq!(reasons(middle), []);
     let (sensor, axis) = (Sensor::Accelerometers, 1);
     assert_eq!(
         reasons(VoltagePacket { acceleration: [2048, 0x8000, 2048], ..middle }),
-        [Implausible::VoltageWord { sensor, axis, counts: 0x8000 }]
+        [PlausibilityFault::VoltageWord { sensor, axis, counts: 0x8000 }]
     );
     assert_eq!(
         reasons(VoltagePacket { acceleration: [2048, 0x0FFF, 2048], ..middle }),
-        [Implausible::Saturated { sensor, axis }]
+        [PlausibilityFault::Saturated { sensor, axis }]
     );
 }
 
@@ -131,9 +131,10 @@ fn a_sensor_that_freezes_is_found_and_let_go_when_it_moves() {
     let found: Vec<bool> = packets
         .iter()
         .map(|packet| {
-            let reasons: Vec<Implausible> = plausibility.check(&Packet::Angle(*packet)).collect();
-            assert!(reasons.iter().all(|reason| !reason.damns_packet()
-                && matches!(reason, Implausible::Stuck { sensor: Sensor::Gyros, .. })));
+            let reasons: Vec<PlausibilityFault> =
+                plausibility.check(&Packet::Angle(*packet)).collect();
+            assert!(reasons.iter().all(|reason| !reason.invalidates_packet()
+                && matches!(reason, PlausibilityFault::Stuck { sensor: Sensor::Gyros, .. })));
             !reasons.is_empty()
         })
         .collect();

@@ -47,7 +47,7 @@ fn from_any_state_the_unit_runs_as_asked_within_a_second() {
                             assert_eq!(mode_of(&received.packet), wanted, "{case}");
                             assert!(talk.unit.has_sent(&received.packet), "{case}");
                         }
-                        assert_eq!(talk.link.tally().bytes_lost(), 0, "{case}");
+                        assert_eq!(talk.link.counts().bytes_lost(), 0, "{case}");
                     }
                 }
             }

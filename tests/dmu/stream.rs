@@ -1,7 +1,7 @@
 //! What the decoder promises whatever happens to the bytes on their way.
 
 use hovernav::dmu::{
-    AnglePacket, Decoder, Mode, Packet, PacketError, ScaledPacket, Tally, VoltagePacket,
+    AnglePacket, Decoder, Mode, Packet, PacketCounts, PacketError, ScaledPacket, VoltagePacket,
 };
 use proptest::prelude::*;
 
@@ -61,7 +61,7 @@ fn with_lock_a_packet_is_delivered_with_its_last_byte() {
 }
 
 #[test]
-fn pieces_of_any_size_give_the_same_packets_and_the_same_tally() {
+fn pieces_of_any_size_give_the_same_packets_and_the_same_counts() {
     let mut stream = encode(&flight(60, 4));
     let mut random = Random(4);
     for _ in 0..12 {
@@ -75,7 +75,7 @@ fn pieces_of_any_size_give_the_same_packets_and_the_same_tally() {
         let found: Vec<Packet> =
             stream.chunks(size).flat_map(|piece| decode(&mut decoder, piece)).collect();
         assert_eq!(found, expected, "pieces of {size}");
-        assert_eq!(decoder.tally(), whole.tally(), "pieces of {size}");
+        assert_eq!(decoder.counts(), whole.counts(), "pieces of {size}");
     }
 }
 
@@ -225,26 +225,29 @@ fn a_packet_whose_temperature_jumps_waits_for_the_next() {
     let stream = encode(&truth);
     let mut decoder = Decoder::new(Mode::Angle);
     assert_eq!(decode(&mut decoder, &stream[..6 * 30]).len(), 5);
-    assert_eq!(decoder.tally().packets_held_back, 1);
+    assert_eq!(decoder.counts().packets_held_back, 1);
     assert_eq!(decode(&mut decoder, &stream[6 * 30..]).len(), 5);
-    assert_eq!(decoder.tally().packets, 10);
-    assert_eq!(decoder.tally().bytes_lost(), 0);
+    assert_eq!(decoder.counts().packets, 10);
+    assert_eq!(decoder.counts().bytes_lost(), 0);
 }
 
 #[test]
-fn the_tally_says_what_was_lost_and_why() {
+fn the_counts_say_what_was_lost_and_why() {
     let truth = flight(10, 11);
     let mut stream = encode(&truth);
     stream[4 * 30 + 12] ^= 0x04;
     let mut decoder = Decoder::new(Mode::Angle);
     decode(&mut decoder, &stream);
-    let tally = *decoder.tally();
-    assert_eq!((tally.packets, tally.locks_lost, tally.bytes_lost()), (9, 1, 30));
-    assert!(tally.bytes_of_wrong_checksum >= 1);
+    let counts = *decoder.counts();
+    assert_eq!((counts.packets, counts.locks_lost, counts.bytes_lost()), (9, 1, 30));
+    assert!(counts.bytes_of_wrong_checksum >= 1);
 
     let mut decoder = Decoder::new(Mode::Angle);
     decode(&mut decoder, b"no header.");
-    assert_eq!(*decoder.tally(), Tally { bytes_without_header: 10, ..Tally::default() });
+    assert_eq!(
+        *decoder.counts(),
+        PacketCounts { bytes_without_header: 10, ..PacketCounts::default() }
+    );
 }
 
 #[test]
@@ -257,8 +260,8 @@ fn an_announced_packet_needs_no_second_one() {
         decoder.expect_packet();
         assert_eq!(decode(&mut decoder, &packet.encode()), [Packet::Angle(*packet)]);
     }
-    assert_eq!(decoder.tally().bytes_abandoned, 3);
-    assert_eq!(decoder.tally().packets_missing, 0);
+    assert_eq!(decoder.counts().bytes_abandoned, 3);
+    assert_eq!(decoder.counts().packets_missing, 0);
 }
 
 #[test]
@@ -365,8 +368,8 @@ proptest! {
                 }
                 last = Some((found.offset, found.sequence));
             }
-            let tally = decoder.tally();
-            let waiting = total - length * tally.packets - tally.bytes_lost();
+            let counts = decoder.counts();
+            let waiting = total - length * counts.packets - counts.bytes_lost();
             prop_assert!(waiting < 2 * length, "{} bytes wait", waiting);
         }
     }

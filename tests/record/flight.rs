@@ -8,7 +8,7 @@ use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Solution};
 use hovernav::event::Event;
 use hovernav::imu::{ImuSample, Motion};
-use hovernav::sensors::{Report, Sensors};
+use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
 use hovernav_log::record::{Entry, Header, Line, Recorder};
 use hovernav_log::{FlyConfig, ReceiverProtocol};
@@ -115,19 +115,19 @@ impl Vehicle<'_> {
         self.take(&reports, now);
     }
 
-    fn take(&mut self, reports: &[Report], now: Time) {
+    fn take(&mut self, reports: &[SensorOutput], now: Time) {
         for report in reports {
             self.recorder.push(now, *report);
             match report {
-                Report::WriteDmu(command) if command.byte() == b'G' => {
+                SensorOutput::WriteDmu(command) if command.byte() == b'G' => {
                     let sample = sample(self.truth, now);
                     self.unit.push_back((now + 0.0091, packet(sample, now).encode().to_vec()));
                 }
-                Report::WriteDmu(command) => {
+                SensorOutput::WriteDmu(command) => {
                     let reply = command.reply().into_iter().collect::<Vec<u8>>();
                     self.unit.extend((!reply.is_empty()).then(|| (now + 0.002, reply)));
                 }
-                Report::Event(event) => {
+                SensorOutput::Event(event) => {
                     self.estimator.push(event, |notice| self.recorder.push(now, notice));
                     if let (Event::Imu(_), Some(solution)) = (event, self.estimator.solution()) {
                         self.recorder.push(now, solution);

@@ -1,11 +1,13 @@
 //! One fix an epoch from the sentences.
 
 use super::framer::Framer;
-use super::sentence::{Content, Course, Geometry, Kind, Located, Minimum, Refusal, Sentence};
+use super::sentence::{
+    Content, Geometry, GroundVelocity, Kind, Position, RecommendedMinimum, Refusal, Sentence,
+};
 use crate::frames::{Ned, Vector};
 use crate::gps::cycle::{Cycle, Kinds};
 use crate::gps::receiver_fix::plausible_height;
-use crate::gps::{Counts, DilutionOfPrecision, ReceiverFix, ReceiverTime};
+use crate::gps::{DilutionOfPrecision, MessageCounts, ReceiverFix, ReceiverTime};
 use crate::time::Time;
 
 /// A line silent for longer than this is between two epochs: 10 Hz leaves 100 ms for both, and a
@@ -42,11 +44,11 @@ pub struct Decoder {
     framer: Framer,
     epoch: Epoch,
     /// Sentences without time that began a burst.
-    heading: Option<Epoch>,
+    leading: Option<Epoch>,
     cycle: Cycle,
     last_arrival: Option<Time>,
     ready: Option<ReceiverFix>,
-    counts: Counts,
+    counts: MessageCounts,
 }
 
 /// What has come of one epoch.
@@ -55,9 +57,9 @@ struct Epoch {
     time_of_day_ns: Option<u64>,
     arrival: Time,
     kinds: Kinds,
-    located: Option<Located>,
-    minimum: Option<Minimum>,
-    course: Option<Course>,
+    position: Option<Position>,
+    minimum: Option<RecommendedMinimum>,
+    ground_velocity: Option<GroundVelocity>,
     geometry: Option<Geometry>,
     sigma_m: Option<Vector<Ned>>,
     no_fix: bool,
@@ -107,8 +109,11 @@ impl Decoder {
 
     /// What became of all sentences so far.
     #[must_use]
-    pub fn counts(&self) -> Counts {
-        Counts { damaged: self.counts.damaged.saturating_add(self.framer.broken()), ..self.counts }
+    pub fn counts(&self) -> MessageCounts {
+        MessageCounts {
+            damaged: self.counts.damaged.saturating_add(self.framer.broken()),
+            ..self.counts
+        }
     }
 
     /// Puts a sentence into its epoch; the fix of the epoch before, if that had not been handed on.
@@ -126,24 +131,24 @@ impl Decoder {
                 return None;
             }
             if after_silence {
-                self.heading = Some(Epoch { arrival, ..Epoch::default() });
+                self.leading = Some(Epoch { arrival, ..Epoch::default() });
             }
-            if let Some(heading) = &mut self.heading {
-                heading.add(sentence);
+            if let Some(leading) = &mut self.leading {
+                leading.add(sentence);
                 return None;
             }
         } else if sentence.time_of_day_ns != self.epoch.time_of_day_ns {
             before = self.finish();
             self.cycle.close();
-            let heading = self.heading.filter(|_| !after_silence);
+            let leading = self.leading.filter(|_| !after_silence);
             self.epoch = Epoch {
                 time_of_day_ns: sentence.time_of_day_ns,
-                ..heading.unwrap_or(Epoch { arrival, ..Epoch::default() })
+                ..leading.unwrap_or(Epoch { arrival, ..Epoch::default() })
             };
-            self.heading = None;
-        } else if let Some(heading) = self.heading.take() {
+            self.leading = None;
+        } else if let Some(leading) = self.leading.take() {
             // Not the next burst after all, but the rest of this one.
-            self.epoch.join(&heading);
+            self.epoch.join(&leading);
         }
         self.epoch.add(sentence);
         self.cycle.note(self.epoch.kinds);
@@ -167,21 +172,21 @@ impl Decoder {
             return None;
         }
         let place = epoch
-            .located
-            .map(|located| located.place)
+            .position
+            .map(|position| position.place)
             .or_else(|| epoch.minimum.map(|minimum| minimum.place))?;
         let mut fix = ReceiverFix::new(epoch.arrival, place);
         let day = epoch.minimum.and_then(|minimum| minimum.day);
         fix.time = Some(ReceiverTime::Utc { day, time_of_day_ns });
-        if let Some(located) = epoch.located {
-            fix.altitude_msl_m = located.altitude_msl_m;
-            fix.height_m = located
+        if let Some(position) = epoch.position {
+            fix.altitude_msl_m = position.altitude_msl_m;
+            fix.height_m = position
                 .altitude_msl_m
-                .zip(located.geoid_separation_m)
+                .zip(position.geoid_separation_m)
                 .and_then(|(altitude_m, separation_m)| plausible_height(altitude_m + separation_m));
-            fix.satellites = located.satellites;
-            fix.correction = located.correction;
-            fix.dilution.horizontal = located.horizontal_dilution;
+            fix.satellites = position.satellites;
+            fix.correction = position.correction;
+            fix.dilution.horizontal = position.horizontal_dilution;
         }
         if let Some(Geometry { dimension, dilution }) = epoch.geometry {
             let horizontal = fix.dilution.horizontal.or(dilution.horizontal);
@@ -190,11 +195,12 @@ impl Decoder {
         }
         fix.position_sigma_m = epoch.sigma_m;
         // A lost RMC is not made up for by a VTG, whose epoch is less certain.
-        let course = epoch
+        let ground_velocity = epoch
             .minimum
-            .map(|minimum| minimum.course)
-            .or_else(|| epoch.course.filter(|_| self.cycle.expected() & RMC == 0));
-        if let Some(Course { speed_mps: Some(speed_mps), direction_rad }) = course {
+            .map(|minimum| minimum.ground_velocity)
+            .or_else(|| epoch.ground_velocity.filter(|_| self.cycle.expected() & RMC == 0));
+        if let Some(GroundVelocity { speed_mps: Some(speed_mps), direction_rad }) = ground_velocity
+        {
             fix.ground_speed_mps = Some(speed_mps);
             if let Some(direction_rad) = direction_rad {
                 let (sine, cosine) = libm::sincos(direction_rad);
@@ -209,11 +215,11 @@ impl Decoder {
 
 impl Epoch {
     /// Takes over what sentences without time said.
-    fn join(&mut self, heading: &Self) {
-        self.kinds |= heading.kinds;
-        self.course = self.course.or(heading.course);
-        self.geometry = heading.geometry.or(self.geometry);
-        self.no_fix |= heading.no_fix;
+    fn join(&mut self, leading: &Self) {
+        self.kinds |= leading.kinds;
+        self.ground_velocity = self.ground_velocity.or(leading.ground_velocity);
+        self.geometry = leading.geometry.or(self.geometry);
+        self.no_fix |= leading.no_fix;
     }
 
     fn add(&mut self, sentence: &Sentence) {
@@ -226,14 +232,14 @@ impl Epoch {
             Kind::Gst => GST,
         };
         match sentence.content {
-            Content::Gga(located) => self.located = Some(located),
-            Content::Gns(located) => {
-                self.located.get_or_insert(located);
+            Content::Gga(position) => self.position = Some(position),
+            Content::Gns(position) => {
+                self.position.get_or_insert(position);
             }
             Content::Rmc(minimum) => self.minimum = Some(minimum),
-            Content::Vtg(course) => {
+            Content::Vtg(ground_velocity) => {
                 // A second VTG belongs to an epoch whose position was lost.
-                self.course.get_or_insert(course);
+                self.ground_velocity.get_or_insert(ground_velocity);
             }
             Content::Gsa(geometry) => self.geometry = Some(geometry),
             Content::Gst(sigma_m) => self.sigma_m = sigma_m,

@@ -10,7 +10,7 @@ use crate::gps::{Correction, DilutionOfPrecision, Dimension};
 
 /// GGA or GNS: position with height.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Located {
+pub(super) struct Position {
     pub place: Horizontal,
     pub altitude_msl_m: Option<f64>,
     pub geoid_separation_m: Option<f64>,
@@ -21,16 +21,16 @@ pub(super) struct Located {
 
 /// RMC: position with velocity and date.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Minimum {
+pub(super) struct RecommendedMinimum {
     pub place: Horizontal,
-    pub course: Course,
+    pub ground_velocity: GroundVelocity,
     /// Days since the start of 1970.
     pub day: Option<i32>,
 }
 
 /// RMC or VTG: speed and direction over ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Course {
+pub(super) struct GroundVelocity {
     pub speed_mps: Option<f64>,
     /// From true north, clockwise.
     pub direction_rad: Option<f64>,
@@ -45,10 +45,10 @@ pub(super) struct Geometry {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Content {
-    Gga(Located),
-    Gns(Located),
-    Rmc(Minimum),
-    Vtg(Course),
+    Gga(Position),
+    Gns(Position),
+    Rmc(RecommendedMinimum),
+    Vtg(GroundVelocity),
     Gsa(Geometry),
     /// One-sigma, m.
     Gst(Option<Vector<Ned>>),
@@ -70,7 +70,7 @@ pub(super) enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sentence {
     pub kind: Kind,
-    /// Since midnight, where the sentence tells.
+    /// Since midnight, where the sentence has it.
     pub time_of_day_ns: Option<u64>,
     pub content: Content,
 }
@@ -145,7 +145,7 @@ fn gga(mut fields: Fields<'_>) -> Reading {
         // None, dead reckoning, typed in by hand, simulated.
         _ => return Ok(Content::NoFix),
     };
-    Ok(Content::Gga(Located {
+    Ok(Content::Gga(Position {
         place: on_earth(place)?,
         altitude_msl_m: height(altitude_msl_m)?,
         geoid_separation_m: height(geoid_separation_m)?,
@@ -177,7 +177,7 @@ fn gns(mut fields: Fields<'_>) -> Reading {
     if status == Some(b'U') {
         return Ok(Content::NoFix);
     }
-    Ok(Content::Gns(Located {
+    Ok(Content::Gns(Position {
         place: on_earth(place)?,
         altitude_msl_m: height(altitude_msl_m)?,
         geoid_separation_m: height(geoid_separation_m)?,
@@ -200,9 +200,9 @@ fn rmc(mut fields: Fields<'_>) -> Reading {
     if status == b'V' || mode.is_some_and(|mode| b"NEMSU".contains(&mode)) {
         return Ok(Content::NoFix);
     }
-    Ok(Content::Rmc(Minimum {
+    Ok(Content::Rmc(RecommendedMinimum {
         place: on_earth(place)?,
-        course: course(speed_knots, direction_deg)?,
+        ground_velocity: ground_velocity(speed_knots, direction_deg)?,
         day,
     }))
 }
@@ -216,7 +216,7 @@ fn vtg(mut fields: Fields<'_>) -> Reading {
     let speed_knots = fields.number()?;
     fields.unit(b'N')?;
     fields.skip(1)?;
-    Ok(Content::Vtg(course(speed_knots, direction_deg)?))
+    Ok(Content::Vtg(ground_velocity(speed_knots, direction_deg)?))
 }
 
 /// How the dimension is chosen, dimension, twelve satellites, PDOP, HDOP, VDOP.
@@ -268,13 +268,16 @@ fn height(height_m: Option<f64>) -> Result<Option<f64>, Refusal> {
     height_m.map(|height_m| plausible_height(height_m).ok_or(Refusal::Impossible)).transpose()
 }
 
-fn course(speed_knots: Option<f64>, direction_deg: Option<f64>) -> Result<Course, Refusal> {
+fn ground_velocity(
+    speed_knots: Option<f64>,
+    direction_deg: Option<f64>,
+) -> Result<GroundVelocity, Refusal> {
     const METRES_PER_SECOND: f64 = 1_852.0 / 3_600.0;
     let speed_mps = speed_knots.map(|knots| knots * METRES_PER_SECOND);
     let possible = speed_mps.is_none_or(|speed| (0.0..=600.0).contains(&speed))
         && direction_deg.is_none_or(|direction| (0.0..=360.0).contains(&direction));
     possible
-        .then_some(Course { speed_mps, direction_rad: direction_deg.map(f64::to_radians) })
+        .then_some(GroundVelocity { speed_mps, direction_rad: direction_deg.map(f64::to_radians) })
         .ok_or(Refusal::Impossible)
 }
 

@@ -155,7 +155,7 @@ impl Startup {
         decoder.io_options() == Some(self.wanted)
     }
 
-    /// How often the command was sent; growing without an answer, it tells of a dead line, a wrong
+    /// How often the command was sent; growing without an answer, it means a dead line, a wrong
     /// baud rate or another protocol.
     #[must_use]
     pub fn attempts(&self) -> u32 {

@@ -1,17 +1,18 @@
 //! One fix a second from the reports.
 
-use super::values::{Position, Velocity, Whole, correction, in_week, leap_seconds};
+use super::values::{CompleteFix, Position, Velocity, correction, in_week, leap_seconds};
 use super::{Framer, Health, IoOptions, Report, ReportError, SatelliteSelection};
 use crate::gps::receiver_time::time_of_week_ns;
 use crate::gps::{
-    Counts, DilutionOfPrecision, Dimension, ReceiverFix, ReceiverTime, WEEK_FLOOR, unroll_week,
+    DilutionOfPrecision, Dimension, MessageCounts, ReceiverFix, ReceiverTime, WEEK_FLOOR,
+    unroll_week,
 };
 use crate::time::Time;
 
 /// Times of fix this close are one epoch: the receiver computes one a second, and the time in single
 /// precision has steps of 31 ms.
 const SAME_EPOCH_S: f64 = 0.1;
-/// The geometry report comes every 1 to 5 s; older than this it tells nothing of a fix.
+/// The geometry report comes every 1 to 5 s; older than this it does not describe a fix.
 const SATELLITES_LAST_S: f64 = 10.0;
 
 /// Turns a TSIP stream into fixes.
@@ -39,10 +40,10 @@ pub struct Decoder {
     epoch: Option<Epoch>,
     finished_s: Option<f64>,
     ready: Option<ReceiverFix>,
-    counts: Counts,
+    counts: MessageCounts,
 }
 
-/// The receiver's week, and when it was told.
+/// The receiver's week, and the time of week when it was sent.
 #[derive(Clone, Copy, Debug)]
 struct Clock {
     week: u16,
@@ -81,7 +82,7 @@ impl Decoder {
             epoch: None,
             finished_s: None,
             ready: None,
-            counts: Counts::default(),
+            counts: MessageCounts::default(),
         }
     }
 
@@ -137,8 +138,11 @@ impl Decoder {
 
     /// What became of all packets so far.
     #[must_use]
-    pub fn counts(&self) -> Counts {
-        Counts { damaged: self.counts.damaged.saturating_add(self.framer.broken()), ..self.counts }
+    pub fn counts(&self) -> MessageCounts {
+        MessageCounts {
+            damaged: self.counts.damaged.saturating_add(self.framer.broken()),
+            ..self.counts
+        }
     }
 
     /// Takes in a report. A fix it returns is of the epoch before the report's; one that the report
@@ -161,7 +165,7 @@ impl Decoder {
             }
             Report::Version(_) => {
                 // Sent on request, which Startup never makes, and after a restart: whatever the
-                // receiver had been told is forgotten.
+                // receiver had been set to is forgotten.
                 self.options = None;
                 None
             }
@@ -188,9 +192,11 @@ impl Decoder {
                 self.accept_velocity(Velocity::from_xyz(xyz), xyz.time_of_fix_s, arrival)
             }
             Report::Superpacket(superpacket) => {
-                self.accept_whole(Whole::from_superpacket(superpacket), arrival)
+                self.accept_complete(CompleteFix::from_superpacket(superpacket), arrival)
             }
-            Report::Compact(compact) => self.accept_whole(Whole::from_compact(compact), arrival),
+            Report::Compact(compact) => {
+                self.accept_complete(CompleteFix::from_compact(compact), arrival)
+            }
             Report::Health(health) => {
                 self.health = Some(*health);
                 None
@@ -244,33 +250,35 @@ impl Decoder {
         before
     }
 
-    fn accept_whole(&mut self, whole: Option<Whole>, arrival: Time) -> Option<ReceiverFix> {
-        let Some(whole) = whole else {
+    fn accept_complete(
+        &mut self,
+        complete: Option<CompleteFix>,
+        arrival: Time,
+    ) -> Option<ReceiverFix> {
+        let Some(complete) = complete else {
             return self.refuse();
         };
-        if whole.fix_flags & 0x01 != 0 {
+        if complete.fix_flags & 0x01 != 0 {
             self.counts.no_fix = self.counts.no_fix.saturating_add(1);
             return None;
         }
-        let before = self.open(whole.time_of_week_s, arrival);
+        let before = self.open(complete.time_of_week_s, arrival);
         // A position that came first in another form gives way to the packet that has everything.
         let Some(epoch) = self.epoch.take() else {
             return before;
         };
-        self.finished_s = Some(whole.time_of_week_s);
-        let week = unroll_week(whole.week, self.week_floor);
-        let leap_seconds = leap_seconds(f64::from(whole.leap_seconds));
-        self.clock = Some(Clock { week, time_of_week_s: whole.time_of_week_s, leap_seconds });
-        let mut fix = self.fix(epoch.arrival, &whole.position, whole.velocity);
-        fix.time = time_of_week_ns(whole.time_of_week_s).map(|time_of_week_ns| ReceiverTime::Gps {
-            week: Some(week),
-            time_of_week_ns,
-            leap_seconds,
+        self.finished_s = Some(complete.time_of_week_s);
+        let week = unroll_week(complete.week, self.week_floor);
+        let leap_seconds = leap_seconds(f64::from(complete.leap_seconds));
+        self.clock = Some(Clock { week, time_of_week_s: complete.time_of_week_s, leap_seconds });
+        let mut fix = self.fix(epoch.arrival, &complete.position, complete.velocity);
+        fix.time = time_of_week_ns(complete.time_of_week_s).map(|time_of_week_ns| {
+            ReceiverTime::Gps { week: Some(week), time_of_week_ns, leap_seconds }
         });
-        fix.satellites = whole.satellites.or(fix.satellites);
+        fix.satellites = complete.satellites.or(fix.satellites);
         fix.dimension =
-            Some(if whole.fix_flags & 0x04 != 0 { Dimension::TwoD } else { Dimension::ThreeD });
-        fix.correction = Some(correction(whole.fix_flags & 0x02 != 0));
+            Some(if complete.fix_flags & 0x04 != 0 { Dimension::TwoD } else { Dimension::ThreeD });
+        fix.correction = Some(correction(complete.fix_flags & 0x02 != 0));
         self.ready = Some(fix);
         before
     }
@@ -330,7 +338,8 @@ impl Decoder {
     /// Satellites, dilutions, dimension and correction, from the reports that describe fixes.
     fn describe(&self, fix: &mut ReceiverFix, arrival: Time) {
         fix.correction = self.corrected.map(correction);
-        let fresh = self.satellites.filter(|(told, _)| arrival - *told <= SATELLITES_LAST_S);
+        let fresh =
+            self.satellites.filter(|(received, _)| arrival - *received <= SATELLITES_LAST_S);
         let Some((_, selection)) = fresh else {
             return;
         };
@@ -353,7 +362,7 @@ impl Decoder {
             return Some(ReceiverTime::Utc { day: None, time_of_day_ns });
         }
         let week = self.clock.map(|clock| {
-            // The week was told at another moment, perhaps on the other side of its end.
+            // The week was sent at another moment, perhaps on the other side of its end.
             match time_of_fix_s - clock.time_of_week_s {
                 ahead if ahead < -302_400.0 => clock.week.saturating_add(1),
                 ahead if ahead > 302_400.0 => clock.week.saturating_sub(1),

@@ -16,7 +16,7 @@ pub struct GpsTime {
 /// 0x42 and 0x83: position in Earth-fixed coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionXyz {
-    /// Position, m. Whole in double precision (0x83); in single (0x42) its step is 0.5 m.
+    /// Position, m. CompleteFix in double precision (0x83); in single (0x42) its step is 0.5 m.
     pub position_m: Vector<Ecef>,
     /// Clock bias as a distance, m; 0x83 only.
     pub clock_bias_m: Option<f64>,
@@ -219,7 +219,7 @@ pub struct Superpacket {
     pub longitude_semicircles: u32,
     /// Height above the ellipsoid, mm.
     pub height_mm: i32,
-    /// Datum number plus one: 1 is WGS-84, 0 not told.
+    /// Datum number plus one: 1 is WGS-84, 0 not given.
     pub datum: u8,
     /// Bit 0 no fix, 1 differential, 2 2-D, 3 height fixed, 4 filtered.
     pub fix: u8,

@@ -64,8 +64,8 @@ impl Velocity {
     }
 }
 
-/// What 0x8F-20 and 0x8F-23 have in common.
-pub(super) struct Whole {
+/// A whole fix in one packet: what 0x8F-20 and 0x8F-23 have in common.
+pub(super) struct CompleteFix {
     pub time_of_week_s: f64,
     pub week: u16,
     pub leap_seconds: u8,
@@ -75,10 +75,10 @@ pub(super) struct Whole {
     pub velocity: Option<Velocity>,
 }
 
-impl Whole {
-    /// `None` for what no fix can be, a datum other than WGS-84 among it (0 stands for none told).
+impl CompleteFix {
+    /// `None` for what no fix can be, a datum other than WGS-84 among it (0 stands for none given).
     pub fn from_superpacket(packet: &Superpacket) -> Option<Self> {
-        let whole = Self {
+        let complete = Self {
             time_of_week_s: in_week(f64::from(packet.time_of_week_ms) * 1e-3)?,
             week: packet.week,
             leap_seconds: packet.leap_seconds,
@@ -91,7 +91,7 @@ impl Whole {
             )?,
             velocity: counts(packet.velocity_counts, packet.velocity_step_mps),
         };
-        (packet.datum <= 1).then_some(whole)
+        (packet.datum <= 1).then_some(complete)
     }
 
     pub fn from_compact(packet: &Compact) -> Option<Self> {

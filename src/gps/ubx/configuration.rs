@@ -160,7 +160,7 @@ impl Configuration {
         self.step == Step::Refused
     }
 
-    /// How many messages were sent; growing without end, it tells of a dead line, a wrong baud rate
+    /// How many messages were sent; growing without end, it means a dead line, a wrong baud rate
     /// or another protocol.
     #[must_use]
     pub fn attempts(&self) -> u32 {

@@ -4,12 +4,12 @@ use super::framer::Framer;
 use super::message::{
     Content, FixStatus, GpsTime, Position, Pvt, Report, Solution, Velocity, known_dilution,
 };
-use super::values::{Impossible, gps_time, height, horizontal, on_all_axes, set_heights, whole};
+use super::values::{Impossible, gps_time, height, horizontal, on_all_axes, pvt_fix, set_heights};
 use crate::earth::Geodetic;
 use crate::frames::{Ecef, Vector};
 use crate::gps::cycle::{Cycle, Kinds};
 use crate::gps::receiver_fix::{Horizontal, plausible_velocity};
-use crate::gps::{Correction, Counts, ReceiverFix};
+use crate::gps::{Correction, MessageCounts, ReceiverFix};
 use crate::time::Time;
 
 const POSITION: Kinds = 1;
@@ -18,7 +18,7 @@ const DILUTION: Kinds = 4;
 const SOLUTION: Kinds = 8;
 const VELOCITY: Kinds = 16;
 const CLOCK: Kinds = 32;
-const WHOLE: Kinds = 64;
+const PVT: Kinds = 64;
 
 /// The receiver's answer to a configuration message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,12 +52,12 @@ pub struct Decoder {
     framer: Framer,
     epoch: Option<Epoch>,
     cycle: Cycle,
-    over_ms: Option<u32>,
-    /// Told by NAV-TIMEGPS; changes once in years.
+    finished_ms: Option<u32>,
+    /// From NAV-TIMEGPS; changes once in years.
     leap_seconds: Option<i8>,
     answer: Option<Acknowledgement>,
     ready: Option<ReceiverFix>,
-    counts: Counts,
+    counts: MessageCounts,
 }
 
 /// What has come of one epoch of an older receiver.
@@ -68,7 +68,7 @@ struct Epoch {
     /// The kind of message that gave the position, and the velocity: the finer one stays.
     position: Kinds,
     velocity: Kinds,
-    judged: bool,
+    has_status: bool,
     usable: bool,
 }
 
@@ -110,15 +110,18 @@ impl Decoder {
 
     /// What became of all messages so far. Messages that are not read are passed over unseen.
     #[must_use]
-    pub fn counts(&self) -> Counts {
-        Counts { damaged: self.counts.damaged.saturating_add(self.framer.broken()), ..self.counts }
+    pub fn counts(&self) -> MessageCounts {
+        MessageCounts {
+            damaged: self.counts.damaged.saturating_add(self.framer.broken()),
+            ..self.counts
+        }
     }
 
     /// Takes in a message. A fix it returns is of the epoch before the message's; one that the
     /// message completes is left in `ready`.
     fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
         let (time_of_week_ms, content) = match report {
-            Report::Pvt(pvt) => return self.accept_whole(pvt, arrival),
+            Report::Pvt(pvt) => return self.accept_pvt(pvt, arrival),
             Report::Answer(answer) => {
                 self.answer = Some(*answer);
                 return None;
@@ -139,7 +142,7 @@ impl Decoder {
                 self.leap_seconds = clock.leap_seconds.or(self.leap_seconds);
             }
             if epoch.add(content, self.leap_seconds).is_err() {
-                epoch.judged = true;
+                epoch.has_status = true;
                 epoch.usable = false;
                 self.counts.impossible = self.counts.impossible.saturating_add(1);
             }
@@ -150,18 +153,18 @@ impl Decoder {
         before
     }
 
-    fn accept_whole(&mut self, pvt: &Pvt, arrival: Time) -> Option<ReceiverFix> {
+    fn accept_pvt(&mut self, pvt: &Pvt, arrival: Time) -> Option<ReceiverFix> {
         let before = self.open(pvt.time_of_week_ms, arrival);
-        self.cycle.note(WHOLE);
+        self.cycle.note(PVT);
         let Some(epoch) = self.epoch.take() else {
             return before;
         };
-        self.over_ms = Some(epoch.time_of_week_ms);
+        self.finished_ms = Some(epoch.time_of_week_ms);
         if !pvt.status.is_usable() || pvt.position_is_invalid {
             self.counts.no_fix = self.counts.no_fix.saturating_add(1);
             return before;
         }
-        match whole(pvt, epoch.fix.arrival) {
+        match pvt_fix(pvt, epoch.fix.arrival) {
             Ok(fix) => self.ready = Some(fix),
             Err(Impossible) => self.counts.impossible = self.counts.impossible.saturating_add(1),
         }
@@ -175,7 +178,7 @@ impl Decoder {
             return None;
         }
         let before = self.finish();
-        if self.over_ms != Some(time_of_week_ms) {
+        if self.finished_ms != Some(time_of_week_ms) {
             self.cycle.close();
             let nowhere = Horizontal { latitude_rad: 0.0, longitude_rad: 0.0 };
             self.epoch = Some(Epoch {
@@ -183,7 +186,7 @@ impl Decoder {
                 fix: ReceiverFix::new(arrival, nowhere),
                 position: 0,
                 velocity: 0,
-                judged: false,
+                has_status: false,
                 usable: true,
             });
         }
@@ -193,11 +196,11 @@ impl Decoder {
     /// Ends the present epoch; its fix, if it is one.
     fn finish(&mut self) -> Option<ReceiverFix> {
         let epoch = self.epoch.take()?;
-        self.over_ms = Some(epoch.time_of_week_ms);
+        self.finished_ms = Some(epoch.time_of_week_ms);
         if !epoch.usable {
             self.counts.no_fix = self.counts.no_fix.saturating_add(1);
         }
-        (epoch.usable && epoch.judged && epoch.position != 0).then_some(epoch.fix)
+        (epoch.usable && epoch.has_status && epoch.position != 0).then_some(epoch.fix)
     }
 }
 
@@ -222,8 +225,8 @@ impl Epoch {
         }
     }
 
-    fn judge(&mut self, status: FixStatus) {
-        self.judged = true;
+    fn set_status(&mut self, status: FixStatus) {
+        self.has_status = true;
         self.usable &= status.is_usable();
         self.fix.dimension = status.dimension();
         let corrected = status.is_differential();
@@ -232,7 +235,7 @@ impl Epoch {
     }
 
     fn add_status(&mut self, status: FixStatus, leap_seconds: Option<i8>) {
-        self.judge(status);
+        self.set_status(status);
         if self.fix.time.is_none() && status.time_of_week_is_known() {
             self.fix.time = gps_time(None, self.time_of_week_ms, 0, leap_seconds);
         }
@@ -267,7 +270,7 @@ impl Epoch {
         leap_seconds: Option<i8>,
     ) -> Result<(), Impossible> {
         let status = solution.status;
-        self.judge(status);
+        self.set_status(status);
         self.fix.satellites = Some(solution.satellites);
         self.fix.dilution.position =
             self.fix.dilution.position.or_else(|| known_dilution(solution.position_dilution));

@@ -11,7 +11,7 @@ use crate::time::Time;
 pub(super) struct Impossible;
 
 /// The fix of a NAV-PVT that claims to be one.
-pub(super) fn whole(pvt: &Pvt, arrival: Time) -> Result<ReceiverFix, Impossible> {
+pub(super) fn pvt_fix(pvt: &Pvt, arrival: Time) -> Result<ReceiverFix, Impossible> {
     let Position { latitude_deg, longitude_deg, .. } = pvt.position;
     let mut fix = ReceiverFix::new(arrival, horizontal(latitude_deg, longitude_deg)?);
     fix.time = pvt_time(pvt);

@@ -63,8 +63,8 @@ fn decode(stream: &[u8]) -> Vec<Result<Frame, FrameError>> {
     let mut decoder = Decoder::default();
     let frames: Vec<_> = stream.iter().filter_map(|byte| decoder.push(*byte)).collect();
     let good = frames.iter().filter(|frame| frame.is_ok()).count() as u64;
-    assert_eq!(decoder.tally().frames, good);
-    assert_eq!(decoder.tally().damaged, frames.len() as u64 - good);
+    assert_eq!(decoder.counts().frames, good);
+    assert_eq!(decoder.counts().damaged, frames.len() as u64 - good);
     frames
 }
 
@@ -168,8 +168,8 @@ fn frames_that_did_not_come_are_counted_and_a_stretch_without_end_costs_one() {
     let errors: Vec<_> =
         stream.iter().filter_map(|byte| decoder.push(*byte)).filter_map(Result::err).collect();
     assert_eq!(errors, [FrameError::Length { found: 5_000 }]);
-    let tally = Tally { bytes: stream.len() as u64, frames: 4, damaged: 1, missing: 2 };
-    assert_eq!(*decoder.tally(), tally);
+    let counts = FrameCounts { bytes: stream.len() as u64, frames: 4, damaged: 1, missing: 2 };
+    assert_eq!(*decoder.counts(), counts);
 }
 
 /// Within half a step, give or take rounding.

@@ -14,7 +14,7 @@ use hovernav::ekf::{Estimator, Notice};
 use hovernav::event::Event;
 use hovernav::gps::quality::{Failures, QualityCheck};
 use hovernav::gps::{ReceiverFix, nmea, tsip, ubx};
-use hovernav::sensors::{Report, Sensors};
+use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::servo::packet::{self, PacketCapture, ServoPacket};
 use hovernav::telemetry::{Snapshot, frame};
 use hovernav::time::Time;
@@ -64,7 +64,7 @@ pub fn dmu_sample(
     now: Time,
 ) -> Option<(Time, Measurement)> {
     let packet: &Packet = &received.packet;
-    if plausibility.check(packet).any(|reason| reason.damns_packet()) {
+    if plausibility.check(packet).any(|reason| reason.invalidates_packet()) {
         return None;
     }
     let stamp = clock.stamp(packet.timer(), received.sequence, now).ok()?;
@@ -126,7 +126,7 @@ pub fn sensors_dmu(
     sensors: &mut Sensors,
     bytes: &[u8],
     now: Time,
-    report: &mut dyn FnMut(Report),
+    report: &mut dyn FnMut(SensorOutput),
 ) -> Time {
     sensors.dmu(bytes, now, report)
 }
@@ -136,7 +136,7 @@ pub fn sensors_gps(
     sensors: &mut Sensors,
     bytes: &[u8],
     arrival: Time,
-    report: &mut dyn FnMut(Report),
+    report: &mut dyn FnMut(SensorOutput),
 ) {
     sensors.gps(bytes, arrival, report);
 }

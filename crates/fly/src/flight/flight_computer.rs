@@ -11,7 +11,7 @@ use super::notification::Notification;
 use super::realtime::take_priority;
 use super::report::FlightReport;
 use crate::serial::{Clock, Item, Parity, Port, PortConfig, PortEvent, Read, Reader};
-use hovernav::sensors::{Report, Sensors};
+use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
 use hovernav_log::record::{Entry, Level, Line};
 use hovernav_log::{FlyConfig, ReceiverProtocol};
@@ -111,7 +111,7 @@ impl FlightComputer {
         let Self { clock, dmu_port, sensors, flight, .. } = self;
         flight.log.recorder.raw(Line::Dmu, bytes, now);
         sensors.dmu(bytes, now, |report| match report {
-            Report::WriteDmu(command) => {
+            SensorOutput::WriteDmu(command) => {
                 let written = dmu_port.write(&[command.byte()], clock.now() + WRITE_S);
                 flight.dmu_written(now, &written);
             }
@@ -127,7 +127,7 @@ impl FlightComputer {
                 Item::Bytes { arrival, bytes } => {
                     flight.log.recorder.raw(Line::Gps, &bytes, arrival);
                     sensors.gps(&bytes, arrival, |report| match report {
-                        Report::WriteGps(command) => {
+                        SensorOutput::WriteGps(command) => {
                             if !receiver.write(command.as_bytes()) {
                                 let text = "a command to the receiver found no room";
                                 flight.log.event(arrival, Level::Warning, "gps_command", text);
@@ -154,10 +154,10 @@ impl FlightComputer {
 
     fn end(self, start: Time) -> FlightReport {
         let now = self.clock.now();
-        let tally = *self.sensors.link().tally();
+        let counts = *self.sensors.link().counts();
         let mut report = self.flight.end();
         report.duration_s = now - start;
-        report.dmu_packets_missing = tally.packets_missing;
+        report.dmu_packets_missing = counts.packets_missing;
         report.dmu_port = self.dmu_port.counts();
         report.gps_port = self.receiver.counts();
         report.gps_messages = self.sensors.gps_counts();

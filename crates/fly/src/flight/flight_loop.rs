@@ -16,7 +16,7 @@ use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Notice, Solution};
 use hovernav::event::Event;
 use hovernav::imu::ImuSample;
-use hovernav::sensors::Report;
+use hovernav::sensors::SensorOutput;
 use hovernav::telemetry::{GpsSummary, Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
@@ -128,17 +128,17 @@ impl FlightLoop {
     }
 
     /// Handles what the bytes of a sensor's line came to.
-    pub fn handle(&mut self, now: Time, report: Report) {
+    pub fn handle(&mut self, now: Time, report: SensorOutput) {
         self.log.recorder.push(now, report);
         if let Some(text) = messages::of_sensor_fault(&report) {
             self.log.notify(now, Level::Warning, text.as_str());
         }
         match report {
-            Report::Measured(_, measurement) => {
+            SensorOutput::Measured(_, measurement) => {
                 self.snapshot.temperature_degc = Some(measurement.temperature_degc);
                 self.snapshot.magnetic_field_gauss = Some(measurement.magnetic_field_gauss);
             }
-            Report::Event(event) => {
+            SensorOutput::Event(event) => {
                 if let Event::Imu(sample) = event {
                     self.sample_cycle(now, &event, &sample);
                 } else {
@@ -147,8 +147,8 @@ impl FlightLoop {
                     self.estimate(now, &event);
                 }
             }
-            Report::DmuLost(..) => self.report.dmu_restarts += 1,
-            Report::Fix(fix, failures) => {
+            SensorOutput::DmuLost(..) => self.report.dmu_restarts += 1,
+            SensorOutput::Fix(fix, failures) => {
                 self.snapshot.gps = GpsSummary::of(&fix, now);
                 for failure in failures.iter() {
                     let text = format_args!("fix refused: {failure}");

@@ -4,7 +4,7 @@ use std::io;
 
 use crate::serial::PortEvent;
 use hovernav::ekf::Notice;
-use hovernav::sensors::Report;
+use hovernav::sensors::SensorOutput;
 use hovernav_log::record::{Level, ShortText, Status};
 
 /// A notice of the estimator; `None` for an ordinary update.
@@ -41,12 +41,18 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
 }
 
 /// A fault of a sensor that its driver reports; a refused fix has a text of its own for each reason.
-pub fn of_sensor_fault(report: &Report) -> Option<ShortText> {
+pub fn of_sensor_fault(report: &SensorOutput) -> Option<ShortText> {
     match report {
-        Report::DmuLost(_, fault) => Some(ShortText::new(format_args!("inertial unit: {fault}"))),
-        Report::Implausible(_, what) => Some(ShortText::new(format_args!("inertial unit: {what}"))),
-        Report::DmuClock(_, fault) => Some(ShortText::new(format_args!("inertial unit: {fault}"))),
-        Report::FixWithoutHeight(_) => {
+        SensorOutput::DmuLost(_, fault) => {
+            Some(ShortText::new(format_args!("inertial unit: {fault}")))
+        }
+        SensorOutput::DmuImplausible(_, what) => {
+            Some(ShortText::new(format_args!("inertial unit: {what}")))
+        }
+        SensorOutput::DmuClockFault(_, fault) => {
+            Some(ShortText::new(format_args!("inertial unit: {fault}")))
+        }
+        SensorOutput::FixWithoutHeight(_) => {
             Some(ShortText::new("a fix without height above the ellipsoid; set geoid_separation_m"))
         }
         _ => None,

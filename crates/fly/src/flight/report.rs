@@ -36,7 +36,7 @@ pub struct FlightReport {
     /// The receiver's port.
     pub gps_port: PortCounts,
     /// The receiver's messages.
-    pub gps_messages: gps::Counts,
+    pub gps_messages: gps::MessageCounts,
     /// What the receiver sent and the loop did not take in time.
     pub gps_dropped: Dropped,
     /// Telemetry in packed frames.

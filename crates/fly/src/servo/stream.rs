@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, Read};
 
-use hovernav::servo::packet::{PacketCapture, Tally};
+use hovernav::servo::packet::{PacketCapture, PacketCounts};
 use hovernav::servo::{PilotPulses, PulseCapture};
 use hovernav::time::Time;
 
@@ -29,8 +29,8 @@ impl<R: Read> StreamCapture<R> {
 
     /// What became of the stream so far.
     #[must_use]
-    pub const fn tally(&self) -> &Tally {
-        self.capture.tally()
+    pub const fn counts(&self) -> &PacketCounts {
+        self.capture.counts()
     }
 }
 
@@ -115,6 +115,6 @@ mod tests {
     fn a_line_that_babbles_does_not_hold_up_the_loop() {
         let mut capture = StreamCapture::new(io::repeat(0x55));
         capture.poll(Time::ZERO).unwrap();
-        assert_eq!(capture.tally().bytes, MOST_BYTES as u64);
+        assert_eq!(capture.counts().bytes, MOST_BYTES as u64);
     }
 }

@@ -18,7 +18,7 @@ use hovernav::frames::Vector;
 use hovernav::gps::ReceiverFix;
 use hovernav::gps::quality::Failures;
 use hovernav::ins::HeadingSource;
-use hovernav::sensors::Report;
+use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
 
 impl<W: Write> Writer<W> {
@@ -38,7 +38,7 @@ impl<W: Write> Writer<W> {
                 let time_ns = now.nanoseconds();
                 self.message(Channel::GpsRestart, now, &RestartMessage { time_ns })
             }
-            Entry::Report(report) => self.report(report),
+            Entry::Sensor(output) => self.sensor(output),
             Entry::Notice(notice) => self.notice(now, notice),
             Entry::Solution(solution) => {
                 let time = solution.time;
@@ -67,29 +67,29 @@ impl<W: Write> Writer<W> {
         }
     }
 
-    fn report(&mut self, report: &Report) -> McapResult<()> {
-        match report {
-            Report::Measured(Some(time), measurement) => {
+    fn sensor(&mut self, output: &SensorOutput) -> McapResult<()> {
+        match output {
+            SensorOutput::Measured(Some(time), measurement) => {
                 self.message(Channel::Imu, *time, &ImuMessage::new(*time, measurement))
             }
-            Report::Fix(fix, failures) => self.fix(fix, failures),
-            Report::FixWithoutHeight(time) => {
+            SensorOutput::Fix(fix, failures) => self.fix(fix, failures),
+            SensorOutput::FixWithoutHeight(time) => {
                 let text = "a fix without height above the ellipsoid, and no geoid separation set";
                 self.event(*time, Level::Warning, "fix_without_height", text)
             }
-            Report::DmuLost(time, fault) => {
+            SensorOutput::DmuLost(time, fault) => {
                 self.event(*time, Level::Error, "dmu_lost", &fault.to_string())
             }
-            Report::Implausible(time, reason) => {
+            SensorOutput::DmuImplausible(time, reason) => {
                 self.event(*time, Level::Warning, "dmu_implausible", &reason.to_string())
             }
-            Report::DmuClock(time, fault) => {
+            SensorOutput::DmuClockFault(time, fault) => {
                 self.event(*time, Level::Warning, "dmu_clock", &fault.to_string())
             }
-            Report::Measured(None, _)
-            | Report::WriteDmu(_)
-            | Report::WriteGps(_)
-            | Report::Event(_) => Ok(()),
+            SensorOutput::Measured(None, _)
+            | SensorOutput::WriteDmu(_)
+            | SensorOutput::WriteGps(_)
+            | SensorOutput::Event(_) => Ok(()),
         }
     }
 

@@ -3,7 +3,7 @@
 use core::fmt::{self, Write as _};
 
 use hovernav::ekf::{Notice, Solution};
-use hovernav::sensors::Report;
+use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
 
 /// A line whose bytes are recorded as they came.
@@ -117,7 +117,7 @@ pub enum Entry {
     GpsRestarted,
     /// What a line's bytes came to. Commands and events for the estimator are not recorded: the raw
     /// bytes give them again.
-    Report(Report),
+    Sensor(SensorOutput),
     /// What the estimator tells.
     Notice(Notice),
     /// The solution after an inertial sample.
@@ -166,15 +166,16 @@ impl Entry {
     pub(super) const fn is_recorded(&self) -> bool {
         !matches!(
             self,
-            Self::Report(Report::WriteDmu(_) | Report::WriteGps(_) | Report::Event(_))
-                | Self::Report(Report::Measured(None, _))
+            Self::Sensor(
+                SensorOutput::WriteDmu(_) | SensorOutput::WriteGps(_) | SensorOutput::Event(_)
+            ) | Self::Sensor(SensorOutput::Measured(None, _))
         )
     }
 }
 
-impl From<Report> for Entry {
-    fn from(report: Report) -> Self {
-        Self::Report(report)
+impl From<SensorOutput> for Entry {
+    fn from(report: SensorOutput) -> Self {
+        Self::Sensor(report)
     }
 }
 

@@ -4,7 +4,7 @@ use super::read::{Call, Record};
 use crate::{Dataset, LogError, Source};
 use hovernav::ekf::Solution;
 use hovernav::event::Event;
-use hovernav::sensors::{Report, Sensors};
+use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
 
 /// How a replay compares with what was flown.
@@ -45,11 +45,11 @@ impl Record {
         let mut sensors = Sensors::new(dmu, gps, self.header.start);
         for (time, call) in &self.calls {
             let take = |report| match report {
-                Report::Event(Event::Imu(sample)) => {
+                SensorOutput::Event(Event::Imu(sample)) => {
                     dataset.imu.push(sample);
                     dataset.order.push(Source::Imu);
                 }
-                Report::Event(Event::Gps(fix)) => {
+                SensorOutput::Event(Event::Gps(fix)) => {
                     dataset.fixes.push(fix);
                     dataset.order.push(Source::Gps);
                 }

@@ -2,7 +2,7 @@
 
 /// What became of the messages on the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct MessageCounts {
     /// Read, every value possible.
     pub read: u32,
     /// Whole, of a kind that this decoder has no use for.
