@@ -12,6 +12,7 @@ mod error;
 mod gps;
 mod imu;
 mod info;
+pub mod magnetic_field;
 mod manifest;
 mod number;
 mod open;
