@@ -9,6 +9,7 @@ use hovernav::frames::{Body, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
+use hovernav_toml::TomlError;
 
 /// The manifest's file in a dataset directory.
 pub(super) const MANIFEST_FILE: &str = "dataset.toml";
@@ -70,7 +71,9 @@ impl Dataset {
     fn open_directory(dir: &Path) -> Result<Self, LogError> {
         let manifest = dir.join(MANIFEST_FILE);
         let (mut manifest, mut warnings) = match Manifest::read(&manifest) {
-            Err(LogError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+            Err(LogError::Toml(TomlError::Io { source, .. }))
+                if source.kind() == std::io::ErrorKind::NotFound =>
+            {
                 let defaults = format!("{MANIFEST_FILE}: no such file, so defaults for every key");
                 (Manifest::default(), vec![defaults])
             }
@@ -102,8 +105,8 @@ impl Dataset {
         }
         let mut probe = Self { manifest, ..Self::default() };
         probe.settings().map_err(|error| match error {
-            LogError::Manifest { line, reason, .. } => {
-                LogError::Manifest { path: config.to_path_buf(), line, reason }
+            LogError::Toml(TomlError::Text { line, reason, .. }) => {
+                TomlError::Text { path: config.to_path_buf(), line, reason }.into()
             }
             other => other,
         })?;

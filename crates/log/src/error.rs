@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use hovernav::time::Time;
+use hovernav_toml::TomlError;
 
 /// Why a log could not be read or written: one line that names the file and the place in it.
 #[derive(Debug, thiserror::Error)]
@@ -80,16 +81,9 @@ pub enum LogError {
         /// How many rows there are.
         rows: usize,
     },
-    /// A manifest or configuration is not valid.
-    #[error("{}:{line}: {reason}", path.display())]
-    Manifest {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// What was found and expected.
-        reason: String,
-    },
+    /// A manifest or configuration cannot be read or is not valid.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
     /// A number to be written is NaN, infinite or beyond what the column can hold.
     #[error("{}: row {row}, column {column}: {value} cannot be written", path.display())]
     Unwritable {

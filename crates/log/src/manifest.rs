@@ -7,6 +7,7 @@ use toml::value::Datetime;
 
 use super::error::LogError;
 use hovernav::frames::{Body, Vector};
+use hovernav_toml::TomlError;
 
 /// `dataset.toml`: what the vehicle is, how its sensors are mounted and how good they are.
 ///
@@ -170,36 +171,22 @@ impl Manifest {
     /// Reads a manifest or configuration, and says which keys it does not know.
     ///
     /// # Errors
-    /// [`LogError::Io`], and [`LogError::Manifest`] as [`Manifest::parse`].
+    /// [`LogError::Toml`], as [`Manifest::parse`].
     pub fn read(path: &Path) -> Result<(Self, Vec<String>), LogError> {
-        Self::parse(&read_text(path)?, path)
+        Self::parse(&hovernav_toml::read_text(path)?, path)
     }
 
     /// The manifest that `text` spells, and a warning for each key it does not know; `path` names it
     /// in messages.
     ///
     /// # Errors
-    /// [`LogError::Manifest`] where the text is not TOML, a value is not of its key's kind, or a number
+    /// [`LogError::Toml`] where the text is not TOML, a value is not of its key's kind, or a number
     /// is out of its range.
     pub fn parse(text: &str, path: &Path) -> Result<(Self, Vec<String>), LogError> {
-        let text = text.trim_start_matches('\u{feff}');
-        let refused = |error: toml::de::Error| {
-            let start = error.span().map_or(0, |span| span.start);
-            let before = text.as_bytes().iter().take(start);
-            LogError::Manifest {
-                path: path.to_path_buf(),
-                line: 1 + before.filter(|&&byte| byte == b'\n').count(),
-                reason: error.message().replace('\n', ", "),
-            }
-        };
+        let (manifest, unknown) = hovernav_toml::parse(text, path)?;
         let file = path.file_name().unwrap_or_default().to_string_lossy();
-        let mut warnings = Vec::new();
-        let manifest =
-            serde_ignored::deserialize(toml::Deserializer::parse(text).map_err(refused)?, |key| {
-                warnings.push(format!("{file}: key {key} is not known and has no effect"));
-            })
-            .map_err(refused)?;
-        Ok((manifest, warnings))
+        let warning = |key| format!("{file}: key {key} is not known and has no effect");
+        Ok((manifest, unknown.into_iter().map(warning).collect()))
     }
 
     /// This manifest with the keys that the file `config`, of the same form, sets; and what of that
@@ -208,18 +195,11 @@ impl Manifest {
     /// # Errors
     /// As [`Manifest::read`].
     pub fn merged_with(&self, config: &Path) -> Result<(Self, Vec<String>), LogError> {
-        let text = read_text(config)?;
+        let text = hovernav_toml::read_text(config)?;
         let (_, warnings) = Self::parse(&text, config)?;
-        let refused = |reason: &dyn std::fmt::Display| LogError::Manifest {
-            path: config.to_path_buf(),
-            line: 1,
-            reason: reason.to_string().replace('\n', ", "),
-        };
-        let mut merged = toml::Table::try_from(self).map_err(|error| refused(&error))?;
-        let overrides =
-            text.trim_start_matches('\u{feff}').parse().map_err(|error| refused(&error))?;
-        override_keys(&mut merged, overrides);
-        let manifest = merged.try_into().map_err(|error| refused(&error))?;
+        let refused = |reason: &str| TomlError::at(config, "", 0, reason);
+        let manifest = hovernav_toml::overlaid(self, hovernav_toml::parse_table(&text, config)?)
+            .map_err(|error| refused(&error.to_string()))?;
         Ok((manifest, warnings))
     }
 
@@ -230,31 +210,6 @@ impl Manifest {
             Point::Cg => Vector::ZERO,
             Point::Imu => self.imu.lever_arm_m,
             Point::Antenna => self.gps.antenna_lever_arm_m,
-        }
-    }
-}
-
-fn read_text(path: &Path) -> Result<String, LogError> {
-    let bytes = std::fs::read(path).map_err(LogError::io(path))?;
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = error.as_bytes().iter().take(error.utf8_error().valid_up_to());
-        LogError::Manifest {
-            path: path.to_path_buf(),
-            line: 1 + valid.filter(|&&byte| byte == b'\n').count(),
-            reason: "found bytes that are not UTF-8, expected text".into(),
-        }
-    })
-}
-
-fn override_keys(table: &mut toml::Table, overrides: toml::Table) {
-    for (key, value) in overrides {
-        match (table.get_mut(&key), value) {
-            (Some(toml::Value::Table(inner)), toml::Value::Table(value)) => {
-                override_keys(inner, value);
-            }
-            (_, value) => {
-                table.insert(key, value);
-            }
         }
     }
 }
@@ -298,21 +253,11 @@ fn solution_point<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Point, D
     }
 }
 
-/// A date as TOML writes it, bare or in quotes.
+/// A date as TOML writes it, bare or in quotes; the reader hands on both as text.
 fn date<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Datetime>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Written {
-        Bare(Datetime),
-        Quoted(String),
-    }
-    let date = match Written::deserialize(deserializer) {
-        Ok(Written::Bare(date)) => Some(date),
-        Ok(Written::Quoted(text)) => text.parse::<Datetime>().ok(),
-        Err(_) => None,
-    };
+    let date = String::deserialize(deserializer).ok().and_then(|text| text.parse().ok());
     match date {
-        Some(date) if date.date.is_some() => Ok(Some(date)),
+        Some(Datetime { date: Some(_), .. }) => Ok(date),
         _ => Err(de::Error::custom("expected a date such as 2025-07-08")),
     }
 }

@@ -8,12 +8,13 @@ use world_magnetic_model::uom::si::angle::{degree, radian};
 use world_magnetic_model::uom::si::f32::{Angle, Length};
 use world_magnetic_model::uom::si::length::meter;
 
-use super::dataset::Dataset;
+use super::dataset::{Dataset, MANIFEST_FILE};
 use super::error::LogError;
 use super::manifest::{HeadingReference, Manifest, Point};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::ins::Mounting;
+use hovernav_toml::TomlError;
 
 impl Dataset {
     /// The estimator's settings for this dataset: see [`Manifest::settings`]. What is magnetic in it
@@ -40,7 +41,7 @@ impl Manifest {
     /// remark says for which day, and what happened if it could not.
     ///
     /// # Errors
-    /// [`LogError::Manifest`] for a key or value of those sections that does not exist.
+    /// [`LogError::Toml`] for a key or value of those sections that does not exist.
     pub fn settings(
         &self,
         magnetic: bool,
@@ -164,7 +165,7 @@ fn set(setting: &mut f64, value: Option<f64>) {
 }
 
 fn refused(reason: String) -> LogError {
-    LogError::Manifest { path: super::dataset::MANIFEST_FILE.into(), line: 1, reason }
+    TomlError::at(MANIFEST_FILE.as_ref(), "", 0, &reason).into()
 }
 
 /// `base` with the keys of a configuration's section put over it.
@@ -173,10 +174,9 @@ fn overlaid<S: Serialize + DeserializeOwned>(
     section: &toml::Table,
     name: &str,
 ) -> Result<S, LogError> {
-    let mut table =
-        toml::Table::try_from(base).map_err(|error| refused(format!("[{name}] {error}")))?;
-    table.extend(section.clone());
-    table
-        .try_into()
-        .map_err(|error: toml::de::Error| refused(format!("[{name}] {}", error.message())))
+    if section.is_empty() {
+        return Ok(base);
+    }
+    hovernav_toml::overlaid(&base, section.clone())
+        .map_err(|error| refused(format!("[{name}] {error}")))
 }

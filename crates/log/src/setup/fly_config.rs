@@ -14,6 +14,7 @@ use hovernav::dmu::{Calibration, Flow, Mode, Sign};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::sensors::{DmuConfig, GpsConfig};
+use hovernav_toml::TomlError;
 
 /// `fly.toml`: every key of a flight. A key it does not know is an error: on a flight computer a
 /// misspelt setting must not fall back to a default.
@@ -71,24 +72,9 @@ pub struct FlyConfig {
 /// Why a flight's configuration is refused: one line that names the file and the place in it.
 #[derive(Debug, thiserror::Error)]
 pub enum FlyConfigError {
-    /// The file system refused.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The text is not TOML, or a value is not of its key's kind or range.
-    #[error("{}:{line}: {reason}", path.display())]
-    Text {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// What was found and expected.
-        reason: String,
-    },
+    /// It cannot be read, is not TOML, or a value is not of its key's kind or range.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
     /// Keys that nothing knows.
     #[error("{}: no such key: {}", path.display(), keys.join(", "))]
     UnknownKeys {
@@ -115,9 +101,7 @@ impl FlyConfig {
     /// # Errors
     /// [`FlyConfigError`].
     pub fn read(path: &Path) -> Result<Self, FlyConfigError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| FlyConfigError::Io { path: path.to_path_buf(), source })?;
-        Self::parse(&text, path)
+        Self::parse(&hovernav_toml::read_text(path)?, path)
     }
 
     /// The configuration that `text` spells; `path` names it in messages.
@@ -125,20 +109,11 @@ impl FlyConfig {
     /// # Errors
     /// [`FlyConfigError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, FlyConfigError> {
-        let refused = |error: toml::de::Error| {
-            let start = error.span().map_or(0, |span| span.start);
-            let line = 1 + text.bytes().take(start).filter(|&byte| byte == b'\n').count();
-            let reason = error.message().replace('\n', ", ");
-            FlyConfigError::Text { path: path.to_path_buf(), line, reason }
-        };
-        let mut keys = Vec::new();
-        let parsed = toml::Deserializer::parse(text).map_err(refused)?;
-        let mut config: Self = serde_ignored::deserialize(parsed, |key| keys.push(key.to_string()))
-            .map_err(refused)?;
+        let (mut config, keys): (Self, _) = hovernav_toml::parse(text, path)?;
         if !keys.is_empty() {
             return Err(FlyConfigError::UnknownKeys { path: path.to_path_buf(), keys });
         }
-        let table = toml::Value::Table(text.parse().map_err(refused)?);
+        let table = toml::Value::Table(hovernav_toml::parse_table(text, path)?);
         let heading = ["navigation", "imu", "heading_reference"];
         if heading.iter().try_fold(&table, |value, key| value.get(key)).is_none() {
             config.navigation.imu.heading_reference = HeadingReference::Magnetic;
@@ -288,7 +263,7 @@ fn value(
 
 fn navigation_value(error: LogError) -> FlyConfigError {
     match error {
-        LogError::Manifest { reason, .. } => value("navigation", "settings", &reason),
+        LogError::Toml(TomlError::Text { reason, .. }) => value("navigation", "settings", &reason),
         other => value("navigation", "settings", &other),
     }
 }

@@ -1,0 +1,161 @@
+#![doc = include_str!("../README.md")]
+
+mod deserializer;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::Table;
+use toml::de::{DeTable, DeValue};
+
+use deserializer::{Place, ValueDeserializer};
+
+/// Why a TOML file is refused: one line that names the file and the place in it.
+#[derive(Debug, thiserror::Error)]
+pub enum TomlError {
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The text is not TOML, or a value is not of its key's kind or range.
+    #[error("{}:{line}: {reason}", path.display())]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What was found and expected, on one line.
+        reason: String,
+    },
+}
+
+impl TomlError {
+    /// The error of `text`, the contents of the file `path`, at the byte `offset`.
+    #[must_use]
+    pub fn at(path: &Path, text: &str, offset: usize, reason: &str) -> Self {
+        let line = 1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count();
+        Self::Text { path: path.to_path_buf(), line, reason: reason.replace('\n', ", ") }
+    }
+
+    /// The error of [`toml`]'s own parser on `text`, the contents of the file `path`.
+    #[must_use]
+    pub fn of(path: &Path, text: &str, error: &toml::de::Error) -> Self {
+        Self::at(path, text, error.span().map_or(0, |span| span.start), error.message())
+    }
+}
+
+/// The text of the file `path`, past a byte order mark.
+///
+/// # Errors
+/// [`TomlError::Io`], and [`TomlError::Text`] where it is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, TomlError> {
+    let bytes =
+        std::fs::read(path).map_err(|source| TomlError::Io { path: path.to_path_buf(), source })?;
+    let mut text = String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(&error.as_bytes()[..valid]);
+        TomlError::at(path, &text, valid, "found bytes that are not UTF-8, expected text")
+    })?;
+    if text.starts_with('\u{feff}') {
+        text.drain(..'\u{feff}'.len_utf8());
+    }
+    Ok(text)
+}
+
+/// What the file `path` spells, and the keys in it that nothing knows.
+///
+/// # Errors
+/// As [`read_text`] and [`parse`].
+pub fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, Vec<String>), TomlError> {
+    parse(&read_text(path)?, path)
+}
+
+/// What `text` spells, and the keys in it that nothing knows, as in `gps.latency`; `path` names it in
+/// messages. A date is given to its key's type as text.
+///
+/// # Errors
+/// [`TomlError::Text`] where the text is not TOML, or a value is not of its key's kind or range.
+pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<(T, Vec<String>), TomlError> {
+    let table = parse_table(text, path)?;
+    from_table(table).map_err(|error| {
+        let offset = offset_of(text, &error.place).unwrap_or(0);
+        TomlError::at(path, text, offset, &error.message)
+    })
+}
+
+/// The table that `text` spells; `path` names it in messages.
+///
+/// # Errors
+/// [`TomlError::Text`] where the text is not TOML.
+pub fn parse_table(text: &str, path: &Path) -> Result<Table, TomlError> {
+    text.parse().map_err(|error| TomlError::of(path, text, &error))
+}
+
+/// What `table` spells, and the keys in it that nothing knows.
+///
+/// # Errors
+/// [`ValueError`] where a value is not of its key's kind or range.
+pub fn from_table<T: DeserializeOwned>(table: Table) -> Result<(T, Vec<String>), ValueError> {
+    let mut unknown = Vec::new();
+    let value = toml::Value::Table(table);
+    let parsed = T::deserialize(ValueDeserializer::new(&value, &mut unknown))?;
+    Ok((parsed, unknown))
+}
+
+/// `base` with the keys of `table` put over it, tables key by key and everything else whole.
+///
+/// # Errors
+/// [`ValueError`] as [`from_table`], and for what TOML cannot hold.
+pub fn overlaid<T: Serialize + DeserializeOwned>(base: &T, table: Table) -> Result<T, ValueError> {
+    let text = toml::to_string(base).map_err(serde::de::Error::custom)?;
+    let mut merged: Table = text.parse().map_err(serde::de::Error::custom)?;
+    put_over(&mut merged, table);
+    Ok(from_table(merged)?.0)
+}
+
+fn put_over(base: &mut Table, table: Table) {
+    for (key, value) in table {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(value)) => put_over(inner, value),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+/// A value that is not of its key's kind or range.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ValueError {
+    message: String,
+    place: Vec<Place>,
+}
+
+impl std::error::Error for ValueError {}
+
+impl std::fmt::Display for ValueError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+/// Byte of `text` at which the value at `place`, given from the innermost key outward, begins.
+fn offset_of(text: &str, place: &[Place]) -> Option<usize> {
+    let document = DeTable::parse(text).ok()?;
+    let (mut start, mut value) = (0, &DeValue::Table(document.into_inner()));
+    for step in place.iter().rev() {
+        let next = match (value, step) {
+            (DeValue::Table(table), Place::Key(key)) => table.get(key.as_str())?,
+            (DeValue::Array(list), Place::Index(index)) => list.get(*index)?,
+            _ => break,
+        };
+        (start, value) = (next.span().start, next.get_ref());
+    }
+    Some(start)
+}
