@@ -2,20 +2,20 @@
 
 use std::path::Path;
 
-use super::clock::Rows;
-use super::error::LogError;
-use super::imu::{MAGNETIC, STRONGEST_FIELD_GAUSS};
-use super::remarks::Remarks;
-use super::table::Table;
+use crate::clock::Rows;
+use crate::error::LogError;
+use crate::imu::{MAGNETIC, STRONGEST_FIELD_GAUSS};
+use crate::remarks::Remarks;
+use crate::table::Table;
 use hovernav::controls::Sticks;
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
 
-pub(super) const BARO_FILE: &str = "baro.csv";
-pub(super) const MAG_FILE: &str = "mag.csv";
-pub(super) const CONTROLS_FILE: &str = "controls.csv";
-pub(super) const ALTITUDE: &str = "altitude_m";
-pub(super) const CONTROLS: [&str; 4] = Sticks::NAMES;
+pub(crate) const BARO_FILE: &str = "baro.csv";
+pub(crate) const MAG_FILE: &str = "mag.csv";
+pub(crate) const CONTROLS_FILE: &str = "controls.csv";
+pub(crate) const ALTITUDE: &str = "altitude_m";
+pub(crate) const CONTROLS: [&str; 4] = Sticks::NAMES;
 
 /// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level;
 /// `None` outside the troposphere's 22 632 Pa to 11 km, and the like below −2 km (127 774 Pa).
@@ -27,13 +27,7 @@ pub(super) const CONTROLS: [&str; 4] = Sticks::NAMES;
 /// ICAO Doc 7488/3, *Manual of the ICAO Standard Atmosphere*, table A (p0 = 101 325 Pa, T0 = 288.15 K,
 /// β = −6.5 K/km, R = 287.052 87 J/(kg K), g0 = 9.806 65 m/s²) and the pressure equation of a layer of
 /// constant gradient, solved for the geopotential altitude.
-///
-/// ```
-/// use hovernav_log::pressure_altitude_m;
-/// assert!((pressure_altitude_m(89_874.6).unwrap() - 1000.0).abs() < 0.1);
-/// ```
-#[must_use]
-pub fn pressure_altitude_m(pressure_pa: f64) -> Option<f64> {
+fn pressure_altitude_m(pressure_pa: f64) -> Option<f64> {
     const SEA_LEVEL_PRESSURE_PA: f64 = 101_325.0;
     const SEA_LEVEL_TEMPERATURE_K: f64 = 288.15;
     const LAPSE_RATE_KPM: f64 = 0.0065;
@@ -44,7 +38,7 @@ pub fn pressure_altitude_m(pressure_pa: f64) -> Option<f64> {
     })
 }
 
-pub(super) fn read_baro(
+pub(crate) fn read_baro(
     dir: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, f64)>, LogError> {
@@ -60,7 +54,7 @@ pub(super) fn read_baro(
     })
 }
 
-pub(super) fn read_magnetometer(
+pub(crate) fn read_magnetometer(
     dir: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, Vector<Body>)>, LogError> {
@@ -71,7 +65,7 @@ pub(super) fn read_magnetometer(
     })
 }
 
-pub(super) fn read_controls(
+pub(crate) fn read_controls(
     dir: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, [f64; 4])>, LogError> {
@@ -109,4 +103,19 @@ fn read_timed<T, const N: usize>(
     let (rows, _) = rows.in_time_order(|row| row.0, table.path(), &mut remarks)?;
     warnings.extend(remarks.into_warnings());
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // ICAO Doc 7488/3, table 1.
+    #[test]
+    fn altitudes_are_those_of_the_standard_atmosphere() {
+        for (pressure_pa, altitude_m) in [(101_325.0, 0.0), (89_874.6, 1000.0), (54_019.9, 5000.0)]
+        {
+            assert!((pressure_altitude_m(pressure_pa).unwrap() - altitude_m).abs() < 0.1);
+        }
+        assert_eq!(pressure_altitude_m(22_000.0), None);
+    }
 }

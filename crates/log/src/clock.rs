@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::error::LogError;
-use super::remarks::Remarks;
-use super::statistics::quantile;
+use crate::error::LogError;
+use crate::remarks::Remarks;
+use crate::statistics::quantile;
 use hovernav::time::Time;
 
 /// Rows of a file in the order found, each with its line.
-pub(super) struct Rows<T> {
+pub(crate) struct Rows<T> {
     rows: Vec<T>,
     lines: Vec<u64>,
 }
@@ -133,7 +133,7 @@ fn strays(times: &[Time], keep: &[bool]) -> Vec<usize> {
 
 /// A stretch without samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gap {
+pub(crate) struct Gap {
     /// The last sample before it.
     pub after: Time,
     /// How long until the next sample, s.
@@ -143,8 +143,7 @@ pub struct Gap {
 /// Intervals between successive `times` that are longer than five median intervals and than 0.2 s.
 ///
 /// `times` strictly increasing; none of fewer than two.
-#[must_use]
-pub fn gaps(times: &[Time]) -> Vec<Gap> {
+pub(crate) fn gaps(times: &[Time]) -> Vec<Gap> {
     let longest_s = (5.0 * median_interval_s(times).unwrap_or(f64::INFINITY)).max(0.2);
     times
         .windows(2)
@@ -154,8 +153,7 @@ pub fn gaps(times: &[Time]) -> Vec<Gap> {
 }
 
 /// The median interval between successive `times`, s; `None` of fewer than two.
-#[must_use]
-pub fn median_interval_s(times: &[Time]) -> Option<f64> {
+pub(crate) fn median_interval_s(times: &[Time]) -> Option<f64> {
     let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     quantile(&mut intervals, 0.5)
 }

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::error::LogError;
+use crate::error::LogError;
 use hovernav::time::Time;
 
 /// A CSV file in the making. A number that is not finite never reaches it.
-pub(super) struct CsvWriter<'a> {
+pub(crate) struct CsvWriter<'a> {
     path: PathBuf,
     columns: &'a [&'static str],
     bytes: Vec<u8>,

@@ -14,7 +14,7 @@ pub enum LogError {
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// A table lacks columns it cannot do without.
@@ -99,19 +99,19 @@ pub enum LogError {
 }
 
 impl LogError {
-    /// What the system said of `path`.
-    pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
+    /// The system's error about `path`.
+    pub(crate) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Io { path: path.to_path_buf(), source }
     }
 
     /// What is wrong with `path` at a byte.
-    pub(super) fn bytes(path: &Path, offset: usize, reason: String) -> Self {
+    pub(crate) fn bytes(path: &Path, offset: usize, reason: String) -> Self {
         Self::Bytes { path: path.to_path_buf(), offset: offset as u64, reason }
     }
 }
 
 /// `text` made fit for a one-line message: at most `longest` characters, none that breaks the line.
-pub(super) fn excerpt(text: &[u8], longest: usize) -> String {
+pub(crate) fn excerpt(text: &[u8], longest: usize) -> String {
     // No character takes more than four bytes.
     let text = String::from_utf8_lossy(&text[..text.len().min(4 * longest + 4)]);
     let mut shown: String = text.escape_debug().take(longest).collect();

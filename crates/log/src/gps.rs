@@ -2,20 +2,20 @@
 
 use std::path::Path;
 
-use super::clock::Rows;
-use super::error::LogError;
-use super::remarks::Remarks;
-use super::table::{Row, Table};
+use crate::clock::Rows;
+use crate::error::LogError;
+use crate::remarks::Remarks;
+use crate::table::{Row, Table};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
 
-pub(super) const FILE: &str = "gps.csv";
-pub(super) const POSITION: [&str; 3] = ["lat_deg", "lon_deg", "height_m"];
-pub(super) const VELOCITY: [&str; 3] = ["vn_mps", "ve_mps", "vd_mps"];
-pub(super) const POSITION_SIGMA: [&str; 3] = ["sigma_n_m", "sigma_e_m", "sigma_d_m"];
-pub(super) const VELOCITY_SIGMA: [&str; 3] = ["sigma_vn_mps", "sigma_ve_mps", "sigma_vd_mps"];
-pub(super) const SATELLITES: &str = "satellites";
+pub(crate) const FILE: &str = "gps.csv";
+pub(crate) const POSITION: [&str; 3] = ["lat_deg", "lon_deg", "height_m"];
+pub(crate) const VELOCITY: [&str; 3] = ["vn_mps", "ve_mps", "vd_mps"];
+pub(crate) const POSITION_SIGMA: [&str; 3] = ["sigma_n_m", "sigma_e_m", "sigma_d_m"];
+pub(crate) const VELOCITY_SIGMA: [&str; 3] = ["sigma_vn_mps", "sigma_ve_mps", "sigma_vd_mps"];
+pub(crate) const SATELLITES: &str = "satellites";
 
 /// Nothing that flies by this filter is faster, m/s.
 const FASTEST_MPS: f64 = 1000.0;
@@ -23,7 +23,7 @@ const FASTEST_MPS: f64 = 1000.0;
 const LARGEST_POSITION_SIGMA_M: f64 = 1e4;
 const LARGEST_VELOCITY_SIGMA_MPS: f64 = 1e3;
 
-pub(super) fn read(
+pub(crate) fn read(
     dir: &Path,
     latency_s: f64,
     warnings: &mut Vec<String>,

@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use super::clock::{Rows, gaps};
-use super::error::LogError;
-use super::remarks::Remarks;
-use super::table::{Row, Table};
+use crate::clock::{Rows, gaps};
+use crate::error::LogError;
+use crate::remarks::Remarks;
+use crate::table::{Row, Table};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
-pub(super) const FILE: &str = "imu.csv";
-pub(super) const RATES: [&str; 6] = [
+pub(crate) const FILE: &str = "imu.csv";
+pub(crate) const RATES: [&str; 6] = [
     "gyro_x_radps",
     "gyro_y_radps",
     "gyro_z_radps",
@@ -19,10 +19,10 @@ pub(super) const RATES: [&str; 6] = [
     "accel_y_mps2",
     "accel_z_mps2",
 ];
-pub(super) const INCREMENTS: [&str; 6] =
+pub(crate) const INCREMENTS: [&str; 6] =
     ["dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"];
-pub(super) const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
-pub(super) const MAGNETIC: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
+pub(crate) const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
+pub(crate) const MAGNETIC: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
 
 /// No vehicle turns faster than this, rad/s.
 const FASTEST_TURN_RADPS: f64 = 100.0;
@@ -31,7 +31,7 @@ const HARDEST_PUSH_MPS2: f64 = 1000.0;
 /// No interval between increments is longer than this, s: it scales the limits above.
 const LONGEST_INTERVAL_S: f64 = 1.0;
 /// Stronger fields are a garbled value, gauss (the Earth's is under 0.7).
-pub(super) const STRONGEST_FIELD_GAUSS: f64 = 100.0;
+pub(crate) const STRONGEST_FIELD_GAUSS: f64 = 100.0;
 
 /// Samples that repeat to the last bit for this many rows and this long are stuck.
 const STUCK_ROWS: usize = 10;
@@ -40,7 +40,7 @@ const STUCK_S: f64 = 0.2;
 /// Gaps named one by one before the rest is only counted.
 const GAPS_NAMED: usize = 8;
 
-pub(super) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSample>, LogError> {
+pub(crate) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSample>, LogError> {
     let mut table = Table::open(dir, FILE)?.ok_or_else(|| LogError::Unusable {
         path: dir.join(FILE),
         reason: "no such file, and a dataset needs it".into(),

@@ -1,9 +1,9 @@
-//! What is in a log, told to a human on a terminal of 80 columns.
+//! What is in a log, for a reader at a terminal of 80 columns.
 
 use std::fmt;
 
-use super::clock::{Gap, gaps, median_interval_s};
-use super::dataset::Dataset;
+use crate::clock::{Gap, gaps, median_interval_s};
+use crate::dataset::Dataset;
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
@@ -180,7 +180,7 @@ fn rates(samples: &[ImuSample]) -> Vec<[f64; 6]> {
 }
 
 /// Root mean square of second differences over √6, per component: the standard deviation of white
-/// noise, blind to slow motion. `None` of fewer than three samples.
+/// noise; slow motion cancels. `None` of fewer than three samples.
 fn vibration(rates: &[[f64; 6]]) -> Option<[f64; 6]> {
     let count = rates.len().checked_sub(2).filter(|count| *count > 0)?;
     Some(std::array::from_fn(|component| {
@@ -207,7 +207,7 @@ fn arm([forward, right, down]: [f64; 3]) -> String {
 }
 
 /// `text` filled to the terminal's width behind `lead`, whose width indents what follows.
-pub(super) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
+pub(crate) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
     let indent = lead.chars().count();
     f.write_str(lead)?;
     let mut column = indent;
@@ -246,12 +246,12 @@ mod tests {
     }
 
     #[test]
-    fn the_hover_flight_is_told_within_the_terminal() {
+    fn the_hover_flight_is_described_within_the_terminal() {
         let mut dataset = heli_hover();
         dataset.imu.drain(3000..3100);
         dataset.warnings.push("gps.csv: ".to_string() + &"some words ".repeat(20));
-        let told = Info(&dataset).to_string();
-        assert!(told.lines().all(|line| line.chars().count() <= WIDTH), "{told}");
+        let text = Info(&dataset).to_string();
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
         for line in [
             "  imu               9799       0.050     299.989      33.00     0.0303     3.061",
             "  gps                299       1.000     299.000       1.00     1.0000     1.000",
@@ -260,7 +260,7 @@ mod tests {
             "  antenna   forward -0.35, right 0, down 0.2 m from the CG",
             "  extent    north -1.9 to 84.6 m, east -1.5 to 48.5 m, up -1.1 to 17.6 m",
         ] {
-            assert!(told.lines().any(|found| found == line), "{line}\n{told}");
+            assert!(text.lines().any(|found| found == line), "{line}\n{text}");
         }
     }
 
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn increments_are_told_as_rates() {
+    fn increments_are_described_as_rates() {
         let samples: Vec<ImuSample> = (0..3)
             .map(|index| ImuSample {
                 time: Time::from_nanoseconds(index * 10_000_000),
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dataset_of_nothing_is_told_without_fuss() {
+    fn a_dataset_of_nothing_is_described_too() {
         assert!(Info(&Dataset::default()).to_string().contains("sensor"));
     }
 }

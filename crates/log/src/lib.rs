@@ -1,7 +1,4 @@
-//! Logs: reading what others recorded, writing what we computed, telling how far off it is.
-//!
-//! [`Dataset::open`] reads a dataset directory or a flight record, [`write_solution`] writes what the filter made of it,
-//! [`score`] compares that with the [`Reference`], and [`Info`] tells a human what a log holds.
+#![doc = include_str!("../README.md")]
 
 mod auxiliary;
 mod clock;
@@ -30,8 +27,6 @@ mod table;
 mod truth;
 mod write;
 
-pub use auxiliary::pressure_altitude_m;
-pub use clock::{Gap, gaps, median_interval_s};
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
 pub use info::Info;

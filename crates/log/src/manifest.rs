@@ -5,9 +5,12 @@ use std::path::Path;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use toml::value::Datetime;
 
-use super::error::LogError;
+use crate::error::LogError;
 use hovernav::frames::{Body, Vector};
 use hovernav_toml::TomlError;
+
+/// The manifest's file in a dataset directory.
+pub(crate) const MANIFEST_FILE: &str = "dataset.toml";
 
 /// `dataset.toml`: what the vehicle is, how its sensors are mounted and how good they are.
 ///
@@ -168,7 +171,7 @@ pub enum HeadingReference {
 }
 
 impl Manifest {
-    /// Reads a manifest or configuration, and says which keys it does not know.
+    /// Reads a manifest or configuration, and lists the keys it does not know.
     ///
     /// # Errors
     /// [`LogError::Toml`], as [`Manifest::parse`].

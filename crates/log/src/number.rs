@@ -3,7 +3,7 @@
 use hovernav::time::Time;
 
 /// The number that `field` spells; NaN for an empty field, `None` for what is not a number.
-pub(super) fn parse_number(field: &[u8]) -> Option<f64> {
+pub(crate) fn parse_number(field: &[u8]) -> Option<f64> {
     let field = field.trim_ascii();
     if field.is_empty() {
         return Some(f64::NAN);
@@ -16,7 +16,7 @@ pub(super) fn parse_number(field: &[u8]) -> Option<f64> {
 ///
 /// Plain decimals go straight to nanoseconds, further digits rounded half away from zero, so a clock
 /// that counts seconds since 1970 loses nothing to floating point.
-pub(super) fn parse_time(field: &[u8]) -> Option<Option<Time>> {
+pub(crate) fn parse_time(field: &[u8]) -> Option<Option<Time>> {
     let field = field.trim_ascii();
     match parse_decimal_nanoseconds(field) {
         Some(nanoseconds) => Some(Some(Time::from_nanoseconds(nanoseconds))),

@@ -1,10 +1,13 @@
-//! Opening whatever log a user names.
+//! Opening a log: a dataset directory, or a flight record.
 
 use std::path::Path;
 
-use super::dataset::Dataset;
-use super::error::LogError;
-use super::record::Record;
+use crate::dataset::Dataset;
+use crate::error::LogError;
+use crate::manifest::{MANIFEST_FILE, Manifest};
+use crate::record::Record;
+use crate::{auxiliary, gps, imu};
+use hovernav_toml::TomlError;
 
 /// The dataset that `log` is, a directory or a flight record, and the record itself if it is one.
 ///
@@ -16,4 +19,47 @@ pub fn open(log: &Path) -> Result<(Dataset, Option<Record>), LogError> {
     }
     let record = Record::open(log)?;
     Ok((record.dataset()?, Some(record)))
+}
+
+impl Dataset {
+    /// Reads the dataset in the directory `log`, or what the sensors sent in the flight record `log`.
+    /// A `reference.csv` stays unread.
+    ///
+    /// Rows without a time or a value they need, out of time order, or beyond any vehicle's motion are
+    /// left out, and [`Dataset::warnings`] names each kind; an unknown sigma or attitude is `None`.
+    ///
+    /// # Errors
+    /// A missing or empty `imu.csv`, missing columns, text where a number should stand, a clock that
+    /// does not run forward, a manifest that is not valid, a file that is no flight record: see
+    /// [`LogError`].
+    pub fn open(log: &Path) -> Result<Self, LogError> {
+        if log.is_file() { Self::open_file(log) } else { Self::open_directory(log) }
+    }
+
+    fn open_file(path: &Path) -> Result<Self, LogError> {
+        Record::open(path)?.dataset()
+    }
+
+    fn open_directory(dir: &Path) -> Result<Self, LogError> {
+        let manifest = dir.join(MANIFEST_FILE);
+        let (mut manifest, mut warnings) = match Manifest::read(&manifest) {
+            Err(LogError::Toml(TomlError::Io { source, .. }))
+                if source.kind() == std::io::ErrorKind::NotFound =>
+            {
+                let defaults = format!("{MANIFEST_FILE}: no such file, so defaults for every key");
+                (Manifest::default(), vec![defaults])
+            }
+            read => read?,
+        };
+        if manifest.name.is_empty() {
+            manifest.name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        let imu = imu::read(dir, &mut warnings)?;
+        let fixes = gps::read(dir, manifest.gps.latency_s, &mut warnings)?;
+        let baro = auxiliary::read_baro(dir, &mut warnings)?;
+        let magnetometer = auxiliary::read_magnetometer(dir, &mut warnings)?;
+        let controls = auxiliary::read_controls(dir, &mut warnings)?;
+        let order = Vec::new();
+        Ok(Self { manifest, imu, fixes, baro, magnetometer, controls, order, warnings })
+    }
 }

@@ -5,7 +5,7 @@ use std::io::{self, Cursor};
 use csv::{ByteRecord, Position, Reader, ReaderBuilder};
 
 /// Records of fields in a file, read forward once.
-pub(super) struct Records {
+pub(crate) struct Records {
     reader: Reader<Cursor<Vec<u8>>>,
     record: ByteRecord,
     line: u64,

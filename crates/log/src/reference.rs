@@ -2,18 +2,18 @@
 
 use std::path::Path;
 
-use super::clock::{Rows, median_interval_s};
-use super::error::LogError;
-use super::gps::{POSITION, VELOCITY};
-use super::imu::ATTITUDE;
-use super::manifest::Manifest;
-use super::remarks::Remarks;
-use super::table::Table;
+use crate::clock::{Rows, median_interval_s};
+use crate::error::LogError;
+use crate::gps::{POSITION, VELOCITY};
+use crate::imu::ATTITUDE;
+use crate::manifest::Manifest;
+use crate::remarks::Remarks;
+use crate::table::Table;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::time::Time;
 
-pub(super) const FILE: &str = "reference.csv";
-pub(super) const COLUMNS: [&str; 16] = [
+pub(crate) const FILE: &str = "reference.csv";
+pub(crate) const COLUMNS: [&str; 16] = [
     "t_s",
     POSITION[0],
     POSITION[1],
@@ -51,7 +51,7 @@ pub struct Reference {
     pub warnings: Vec<String>,
 }
 
-/// The reference at one moment; NaN where it says nothing.
+/// The reference at one moment; NaN where it has none.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferenceMoment {
     /// Geodetic latitude, rad, longitude, rad, and height above the ellipsoid, m.
@@ -69,7 +69,7 @@ impl Reference {
     /// the solution's; `None` where there is no reference.
     ///
     /// # Errors
-    /// As [`Dataset::open`](super::Dataset::open), for `reference.csv`.
+    /// As [`Dataset::open`](crate::Dataset::open), for `reference.csv`.
     pub fn open(dir: &Path, manifest: &Manifest) -> Result<Option<Self>, LogError> {
         let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
         let mut remarks = Remarks::new(FILE);

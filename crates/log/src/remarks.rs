@@ -1,8 +1,8 @@
 //! What was wrong with a file yet not bad enough to refuse it, counted by reason.
 
-/// Counts rows by what was wrong with them, to say it once and not ten thousand times.
+/// Counts rows by what was wrong with them, for one sentence a kind and not one a row.
 #[derive(Debug)]
-pub(super) struct Remarks {
+pub(crate) struct Remarks {
     file: &'static str,
     tallies: Vec<Tally>,
     others: Vec<String>,

@@ -1,6 +1,6 @@
 //! A recorded flight through the estimator.
 
-use super::dataset::{Dataset, Source};
+use crate::dataset::{Dataset, Source};
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution};
 use hovernav::event::Event;
@@ -29,14 +29,14 @@ impl Outage {
 pub struct Run {
     /// One solution per inertial sample from the end of alignment on.
     pub solutions: Vec<Solution>,
-    /// What was worth telling, in order.
+    /// What the estimator reported, in order.
     pub notices: Vec<Notice>,
 }
 
 /// What a run over a log and back gave.
 #[derive(Clone, Debug, Default)]
 pub struct SmoothedRun {
-    /// What the filter said on its way, moment by moment.
+    /// The filter's own solutions, moment by moment.
     pub forward: Run,
     /// The smoothed solutions, at the times of the forward run's; none where nothing could be
     /// smoothed, see [`Dataset::smooth`].
@@ -71,7 +71,7 @@ impl Dataset {
         self.fixes.iter().take_while(|fix| fix.time < first).count()
     }
 
-    /// Everything the sensors said, in order of arrival: as [`order`](Self::order) tells, else by
+    /// Everything the sensors sent, in order of arrival: as [`order`](Self::order) has it, else by
     /// time, a fix arriving its latency after it is true.
     pub fn events(&self) -> impl Iterator<Item = Event> + '_ {
         let latency_s = self.manifest.gps.latency_s;
@@ -102,7 +102,7 @@ impl Dataset {
         })
     }
 
-    /// Whether `order` tells of every event there is.
+    /// Whether `order` lists every event there is.
     fn has_order(&self) -> bool {
         let count = |of| self.order.iter().filter(|source| **source == of).count();
         count(Source::Imu) == self.imu.len()
@@ -111,8 +111,13 @@ impl Dataset {
             && count(Source::Magnetometer) == self.magnetometer.len()
     }
 
-    /// Runs the estimator over the log. `progress` hears how many inertial samples are done.
-    pub fn estimate(&self, config: &EstimatorConfig, progress: impl FnMut(usize)) -> Run {
+    /// Runs the estimator over the log. `progress` is called with the number of inertial samples done.
+    pub fn estimate(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> Run {
+        self.estimated(config, &mut progress)
+    }
+
+    // Compiled here once, and not with the filter for every caller's closure; as what follows.
+    fn estimated(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> Run {
         let mut estimator = Estimator::<Full, 26>::new(*config);
         self.run(progress, |event, notices| {
             estimator.push(event, |notice| keep(notice, notices));
@@ -126,12 +131,16 @@ impl Dataset {
     /// A log whose heading is found only in motion is gone over again, the filter starting in the
     /// heading's sector, so that all of it is smoothed. Where alignment never ends or the heading is
     /// never found, nothing is smoothed: to choose a heading would be to guess, and to guess
-    /// with confidence. `progress` hears how many inertial samples the forward run under way has
-    /// done.
+    /// with confidence. `progress` is called with the number of inertial samples that the forward run
+    /// under way has done.
     ///
     /// See [`Smoother`] for the method and the memory it takes, under 4 kB an inertial sample.
     pub fn smooth(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> SmoothedRun {
-        let (forward, mut smoother) = self.traced(config, None, &mut progress);
+        self.smoothed(config, &mut progress)
+    }
+
+    fn smoothed(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> SmoothedRun {
+        let (forward, mut smoother) = self.traced(config, None, progress);
         let aligned = forward.notices.iter().find_map(|notice| match notice {
             Notice::Aligned(alignment) => Some(*alignment),
             _ => None,
@@ -147,7 +156,7 @@ impl Dataset {
             // The first trace starts where the search ended; its memory goes before the second's.
             drop(smoother);
             let start = HeadingSearch::sector_start(alignment.start, sector);
-            smoother = self.traced(config, Some(start), &mut progress).1;
+            smoother = self.traced(config, Some(start), progress).1;
         }
         SmoothedRun { forward, solutions: smoother.smooth() }
     }
@@ -158,7 +167,7 @@ impl Dataset {
         &self,
         config: &EstimatorConfig,
         start: Option<Start>,
-        progress: impl FnMut(usize),
+        progress: &mut dyn FnMut(usize),
     ) -> (Run, Smoother<Full, 26>) {
         let mut estimator = Estimator::<Full, 26>::new(*config);
         let mut smoother = Smoother::with_capacity(self.imu.len());
@@ -182,7 +191,7 @@ impl Dataset {
     /// Gives every event to `push`, and keeps the solution it returns for an inertial sample.
     fn run(
         &self,
-        mut progress: impl FnMut(usize),
+        progress: &mut dyn FnMut(usize),
         mut push: impl FnMut(&Event, &mut Vec<Notice>) -> Option<Solution>,
     ) -> Run {
         let mut run = Run { solutions: Vec::with_capacity(self.imu.len()), ..Run::default() };

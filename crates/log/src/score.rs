@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::reference::{Reference, ReferenceMoment};
-use super::statistics::{quantile, thin_to_extremes};
+use crate::reference::{Reference, ReferenceMoment};
+use crate::statistics::{quantile, thin_to_extremes};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::wrap_angle;
@@ -234,7 +234,7 @@ fn score_axis(axis: Axis, points: &[ErrorPoint], from: Time) -> Option<AxisScore
     })
 }
 
-/// Solution less reference in the order of [`Axis::ALL`]; NaN where the reference says nothing.
+/// Solution less reference in the order of [`Axis::ALL`]; NaN where the reference has none.
 #[must_use]
 pub fn axis_errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
     let ReferenceMoment { position, velocity_mps, attitude_rad, body_velocity_mps } =

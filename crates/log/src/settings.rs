@@ -1,5 +1,7 @@
 //! From a manifest to the estimator's settings.
 
+use std::path::Path;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use world_magnetic_model::GeomagneticField;
@@ -8,9 +10,9 @@ use world_magnetic_model::uom::si::angle::{degree, radian};
 use world_magnetic_model::uom::si::f32::{Angle, Length};
 use world_magnetic_model::uom::si::length::meter;
 
-use super::dataset::{Dataset, MANIFEST_FILE};
-use super::error::LogError;
-use super::manifest::{HeadingReference, Manifest, Point};
+use crate::dataset::Dataset;
+use crate::error::LogError;
+use crate::manifest::{HeadingReference, MANIFEST_FILE, Manifest, Point};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::ins::Mounting;
@@ -29,6 +31,29 @@ impl Dataset {
         let (config, remark) = self.manifest.settings(magnetic, place.as_ref())?;
         self.warnings.extend(remark);
         Ok(config)
+    }
+
+    /// Overrides keys of the manifest with those of the file `config`, and moves the fixes where that
+    /// changes their latency.
+    ///
+    /// # Errors
+    /// As [`Manifest::merged_with`].
+    pub fn configure(&mut self, config: &Path) -> Result<(), LogError> {
+        let (manifest, warnings) = self.manifest.merged_with(config)?;
+        self.warnings.extend(warnings);
+        let (before_s, after_s) = (self.manifest.gps.latency_s, manifest.gps.latency_s);
+        for fix in &mut self.fixes {
+            fix.time = fix.time.offset_by(before_s).offset_by(-after_s);
+        }
+        let mut probe = Self { manifest, ..Self::default() };
+        probe.settings().map_err(|error| match error {
+            LogError::Toml(TomlError::Text { line, reason, .. }) => {
+                TomlError::Text { path: config.to_path_buf(), line, reason }.into()
+            }
+            other => other,
+        })?;
+        self.manifest = probe.manifest;
+        Ok(())
     }
 }
 

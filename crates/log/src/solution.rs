@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::csv_writer::CsvWriter;
-use super::error::LogError;
+use crate::csv_writer::CsvWriter;
+use crate::error::LogError;
 use hovernav::ekf::Solution;
 
 /// The columns of `solution.csv`: a public interface, only ever added to at the end.

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 
 use csv::ByteRecord;
 
-use super::error::{LogError, excerpt};
-use super::number::{parse_number, parse_time};
-use super::records::Records;
-use super::remarks::Remarks;
+use crate::error::{LogError, excerpt};
+use crate::number::{parse_number, parse_time};
+use crate::records::Records;
+use crate::remarks::Remarks;
 use hovernav::time::Time;
 
 /// A CSV file with a header row, read forward once.
 ///
 /// Commas part the fields, which may be quoted or padded with blanks; CR LF, a byte order mark, blank
 /// lines and trailing commas are tolerated.
-pub(super) struct Table {
+pub(crate) struct Table {
     path: PathBuf,
     header: Vec<String>,
     is_used: Vec<bool>,
@@ -25,7 +25,7 @@ pub(super) struct Table {
 }
 
 /// One row of a [`Table`].
-pub(super) struct Row<'a> {
+pub(crate) struct Row<'a> {
     /// Line in the file, from 1.
     pub line: u64,
     path: &'a Path,
@@ -87,7 +87,7 @@ impl Table {
     }
 
     /// Says which columns were never asked for, those named in `without_use` apart: an optional
-    /// column with a slip in its name would otherwise vanish unnoticed.
+    /// column with a typing error in its name would otherwise be ignored unnoticed.
     pub fn remark_unused(&self, without_use: &[&str], remarks: &mut Remarks) {
         let unused: Vec<&str> = self
             .header

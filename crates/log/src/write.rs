@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use super::csv_writer::CsvWriter;
-use super::dataset::{Dataset, MANIFEST_FILE};
-use super::error::LogError;
-use super::{auxiliary, gps, imu, reference};
 use crate::Truth;
+use crate::csv_writer::CsvWriter;
+use crate::dataset::Dataset;
+use crate::error::LogError;
+use crate::manifest::MANIFEST_FILE;
+use crate::{auxiliary, gps, imu, reference};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::Motion;

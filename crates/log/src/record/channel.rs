@@ -1,6 +1,6 @@
 //! The topics and their schemas.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value};
 
 /// A topic of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,60 +85,162 @@ impl Channel {
 
     /// The JSON schema of its messages.
     pub fn schema(self) -> Value {
-        let of = |kind: &str| json!({ "type": kind });
-        let numbers = |count: usize| {
-            json!({ "type": "array", "items": { "type": "number" },
-                    "minItems": count, "maxItems": count })
-        };
-        let (integer, number, text, flag) =
-            (of("integer"), of("number"), of("string"), of("boolean"));
-        let three = numbers(3);
-        let timestamp = json!({ "type": "object", "title": "time",
-            "properties": { "sec": integer, "nsec": integer } });
-        let properties = match self {
-            Self::Configuration => json!({ "version": text, "start_ns": integer,
-                "start_unix_ns": integer, "fly_toml": text }),
-            Self::DmuRaw | Self::GpsRaw | Self::ServoRaw => {
-                json!({ "time_ns": integer, "goes_on": flag, "hex": text })
-            }
-            Self::GpsRestart => json!({ "time_ns": integer }),
-            Self::Imu => json!({ "time_ns": integer,
-                "angular_rate_body_radps": three, "specific_force_body_mps2": three,
-                "magnetic_field_body_gauss": three, "temperature_degc": number,
-                "roll_pitch_yaw_deg": three }),
-            Self::GpsFix => json!({ "time_ns": integer, "used": flag, "refused_for": text,
-                "latitude_deg": number, "longitude_deg": number, "height_m": number,
-                "altitude_msl_m": number, "velocity_north_east_mps": numbers(2),
-                "velocity_down_mps": number, "position_sigma_ned_m": three,
-                "velocity_sigma_ned_mps": three, "satellites": integer,
-                "position_dilution": number, "horizontal_dilution": number }),
-            Self::GpsLocation | Self::SolutionLocation => json!({ "timestamp": timestamp,
-                "frame_id": text, "latitude": number, "longitude": number, "altitude": number,
-                "position_covariance": numbers(9), "position_covariance_type": integer }),
-            Self::Solution => json!({ "time_ns": integer, "latitude_rad": number,
-                "longitude_rad": number, "height_m": number, "velocity_ned_mps": three,
-                "body_to_ned_xyzw": numbers(4), "angular_rate_body_radps": three,
-                "position_sigma_ned_m": three, "velocity_sigma_ned_mps": three,
-                "attitude_sigma_rad": three, "gyro_bias_body_radps": three,
-                "accel_bias_body_mps2": three, "gyro_bias_sigma_body_radps": three,
-                "accel_bias_sigma_body_mps2": three, "roll_pitch_yaw_deg": three,
-                "velocity_body_mps": three }),
-            Self::Innovations => {
-                let axis = json!({ "type": "object", "properties": {
-                    "innovation": number, "sigma": number, "verdict": text } });
-                json!({ "time_ns": integer,
-                    "position_north_m": axis, "position_east_m": axis, "position_down_m": axis,
-                    "velocity_north_mps": axis, "velocity_east_mps": axis,
-                    "velocity_down_mps": axis, "roll_rad": axis, "pitch_rad": axis,
-                    "yaw_rad": axis, "baro_height_m": axis })
-            }
-            Self::Servo => json!({ "captured_ms": numbers(5), "commanded_ms": numbers(5) }),
-            Self::Controls => json!({ "lateral": number, "longitudinal": number,
-                "collective": number, "pedal": number }),
-            Self::Events => json!({ "timestamp": timestamp, "level": integer, "message": text,
-                "name": text, "file": text, "line": integer }),
-            Self::Lost => json!({ "raw": integer, "decoded": integer }),
-        };
-        json!({ "type": "object", "title": self.schema_name(), "properties": properties })
+        object(self.schema_name(), self.properties())
     }
+
+    /// The fields of its messages.
+    const fn properties(self) -> &'static [(&'static str, Kind)] {
+        use Kind::{Axis, Flag, Integer, Number, Numbers, Text, Timestamp};
+        const VECTOR: Kind = Numbers(3);
+        match self {
+            Self::Configuration => &[
+                ("version", Text),
+                ("start_ns", Integer),
+                ("start_unix_ns", Integer),
+                ("fly_toml", Text),
+            ],
+            Self::DmuRaw | Self::GpsRaw | Self::ServoRaw => {
+                &[("time_ns", Integer), ("goes_on", Flag), ("hex", Text)]
+            }
+            Self::GpsRestart => &[("time_ns", Integer)],
+            Self::Imu => &[
+                ("time_ns", Integer),
+                ("angular_rate_body_radps", VECTOR),
+                ("specific_force_body_mps2", VECTOR),
+                ("magnetic_field_body_gauss", VECTOR),
+                ("temperature_degc", Number),
+                ("roll_pitch_yaw_deg", VECTOR),
+            ],
+            Self::GpsFix => &[
+                ("time_ns", Integer),
+                ("used", Flag),
+                ("refused_for", Text),
+                ("latitude_deg", Number),
+                ("longitude_deg", Number),
+                ("height_m", Number),
+                ("altitude_msl_m", Number),
+                ("velocity_north_east_mps", Numbers(2)),
+                ("velocity_down_mps", Number),
+                ("position_sigma_ned_m", VECTOR),
+                ("velocity_sigma_ned_mps", VECTOR),
+                ("satellites", Integer),
+                ("position_dilution", Number),
+                ("horizontal_dilution", Number),
+            ],
+            Self::GpsLocation | Self::SolutionLocation => &[
+                ("timestamp", Timestamp),
+                ("frame_id", Text),
+                ("latitude", Number),
+                ("longitude", Number),
+                ("altitude", Number),
+                ("position_covariance", Numbers(9)),
+                ("position_covariance_type", Integer),
+            ],
+            Self::Solution => &[
+                ("time_ns", Integer),
+                ("latitude_rad", Number),
+                ("longitude_rad", Number),
+                ("height_m", Number),
+                ("velocity_ned_mps", VECTOR),
+                ("body_to_ned_xyzw", Numbers(4)),
+                ("angular_rate_body_radps", VECTOR),
+                ("position_sigma_ned_m", VECTOR),
+                ("velocity_sigma_ned_mps", VECTOR),
+                ("attitude_sigma_rad", VECTOR),
+                ("gyro_bias_body_radps", VECTOR),
+                ("accel_bias_body_mps2", VECTOR),
+                ("gyro_bias_sigma_body_radps", VECTOR),
+                ("accel_bias_sigma_body_mps2", VECTOR),
+                ("roll_pitch_yaw_deg", VECTOR),
+                ("velocity_body_mps", VECTOR),
+            ],
+            Self::Innovations => &[
+                ("time_ns", Integer),
+                ("position_north_m", Axis),
+                ("position_east_m", Axis),
+                ("position_down_m", Axis),
+                ("velocity_north_mps", Axis),
+                ("velocity_east_mps", Axis),
+                ("velocity_down_mps", Axis),
+                ("roll_rad", Axis),
+                ("pitch_rad", Axis),
+                ("yaw_rad", Axis),
+                ("baro_height_m", Axis),
+            ],
+            Self::Servo => &[("captured_ms", Numbers(5)), ("commanded_ms", Numbers(5))],
+            Self::Controls => &[
+                ("lateral", Number),
+                ("longitudinal", Number),
+                ("collective", Number),
+                ("pedal", Number),
+            ],
+            Self::Events => &[
+                ("timestamp", Timestamp),
+                ("level", Integer),
+                ("message", Text),
+                ("name", Text),
+                ("file", Text),
+                ("line", Integer),
+            ],
+            Self::Lost => &[("raw", Integer), ("decoded", Integer)],
+        }
+    }
+}
+
+/// What a field holds.
+#[derive(Clone, Copy)]
+enum Kind {
+    Integer,
+    Number,
+    Text,
+    Flag,
+    /// As many numbers.
+    Numbers(u8),
+    /// Foxglove's time.
+    Timestamp,
+    /// An innovation.
+    Axis,
+}
+
+impl Kind {
+    fn schema(self) -> Value {
+        let named = |name: &str| fields([("type", name.into())]);
+        match self {
+            Self::Integer => named("integer"),
+            Self::Number => named("number"),
+            Self::Text => named("string"),
+            Self::Flag => named("boolean"),
+            Self::Numbers(count) => fields([
+                ("type", "array".into()),
+                ("items", named("number")),
+                ("minItems", count.into()),
+                ("maxItems", count.into()),
+            ]),
+            Self::Timestamp => object("time", &[("sec", Self::Integer), ("nsec", Self::Integer)]),
+            Self::Axis => fields([
+                ("type", "object".into()),
+                (
+                    "properties",
+                    fields([
+                        ("innovation", named("number")),
+                        ("sigma", named("number")),
+                        ("verdict", named("string")),
+                    ]),
+                ),
+            ]),
+        }
+    }
+}
+
+fn object(title: &str, properties: &[(&str, Kind)]) -> Value {
+    let properties = properties.iter().map(|(name, kind)| ((*name).into(), kind.schema()));
+    fields([
+        ("type", "object".into()),
+        ("title", title.into()),
+        ("properties", Value::Object(properties.collect())),
+    ])
+}
+
+fn fields<const N: usize>(fields: [(&str, Value); N]) -> Value {
+    Value::Object(Map::from_iter(fields.map(|(name, value)| (name.into(), value))))
 }

@@ -10,7 +10,7 @@ use super::message::{
     ControlsMessage, FixMessage, ImuMessage, InnovationsMessage, LocationMessage, LogMessage,
     LostMessage, RawMessage, RestartMessage, ServoMessage, SolutionMessage, Timestamp,
 };
-use super::writer::Writer;
+use super::writer::MessageWriter;
 use hovernav::dmu::Measurement;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Aid, Notice};
@@ -21,10 +21,11 @@ use hovernav::ins::HeadingSource;
 use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
 
-impl<W: Write> Writer<W> {
-    /// Writes what there is to say of an entry.
+impl<W: Write> MessageWriter<W> {
+    /// Writes an entry's messages.
     pub(super) fn entry(&mut self, queued: &Queued) -> McapResult<()> {
         let now = queued.now;
+        (self.sequence, self.now) = (queued.sequence, now);
         match &queued.entry {
             Entry::Raw(raw) => {
                 let channel = match raw.line {
@@ -136,13 +137,13 @@ impl<W: Write> Writer<W> {
                 } else {
                     return Ok(());
                 };
-                let told = message.axes.iter().filter(|(_, axis)| axis.verdict != "accepted");
-                let told: Vec<String> = told
+                let refused = message.axes.iter().filter(|(_, axis)| axis.verdict != "accepted");
+                let refused: Vec<String> = refused
                     .map(|(name, axis)| {
                         format!("{name} {:.3} ± {:.3}", axis.innovation, axis.sigma)
                     })
                     .collect();
-                self.event(time, level, kind, &told.join(", "))
+                self.event(time, level, kind, &refused.join(", "))
             }
             Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
                 let kind = if *aid == Aid::Gps { "fix_unusable" } else { "aid_unusable" };

@@ -105,8 +105,8 @@ impl fmt::Debug for ShortText {
     }
 }
 
-/// Something to record. What happens in it is told in its own time; when the loop came to it, is told
-/// beside it.
+/// Something to record. It holds the time at which it was true; the time at which the loop came to it
+/// is recorded beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 // All live in one ring that is made once; a box would be an allocation in the loop.
 #[allow(clippy::large_enum_variant)]
@@ -118,7 +118,7 @@ pub enum Entry {
     /// What a line's bytes came to. Commands and events for the estimator are not recorded: the raw
     /// bytes give them again.
     Sensor(SensorOutput),
-    /// What the estimator tells.
+    /// What the estimator reports.
     Notice(Notice),
     /// The solution after an inertial sample.
     Solution(Solution),
@@ -131,7 +131,7 @@ pub enum Entry {
     },
     /// Lateral, longitudinal, collective, pedal, each −1…1 about trim.
     Controls([f64; 4]),
-    /// Anything else worth telling: a port, an overrun, a mode.
+    /// Anything else that happened: a port lost, an overrun, a change of mode.
     Event {
         /// How much it matters.
         level: Level,
@@ -140,8 +140,7 @@ pub enum Entry {
         /// What happened, for people.
         text: ShortText,
     },
-    /// Entries that found no room, since the last time this was told; the recorder puts it in
-    /// itself.
+    /// Entries that found no room since the last such entry; the recorder puts it in itself.
     Lost {
         /// Of the raw bytes and restarts, which a replay needs.
         raw: u32,

@@ -1,7 +1,7 @@
 //! What a record begins with.
 
-use crate::FlyConfig;
-use crate::LogError;
+use crate::error::LogError;
+use crate::setup::FlyConfig;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::time::Time;
 

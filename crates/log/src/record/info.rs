@@ -1,4 +1,4 @@
-//! What a record tells beside the sensors' own data.
+//! What a record holds beside the sensors' own data, for a reader.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -253,8 +253,8 @@ impl InnovationsMessage {
                 Verdict::Rejected => "rejected",
                 Verdict::Reopened => "reopened",
             };
-            let told = AxisMessage { innovation: axis.innovation, sigma: axis.sigma, verdict };
-            message.axes.insert(axis.channel.name(), told);
+            let entry = AxisMessage { innovation: axis.innovation, sigma: axis.sigma, verdict };
+            message.axes.insert(axis.channel.name(), entry);
         }
         message
     }

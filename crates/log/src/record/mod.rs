@@ -22,6 +22,7 @@
 //! | `lost` | how many entries found no room before this point |
 
 mod channel;
+mod drain;
 mod encode;
 mod entry;
 mod header;
@@ -30,11 +31,14 @@ mod message;
 mod read;
 mod recorder;
 mod replay;
+mod spool;
+mod status;
 mod writer;
 
 pub use entry::{Entry, Level, Line, RawBytes, ShortText};
 pub use header::Header;
 pub use info::RecordInfo;
 pub use read::{Call, Record, RecordedEvent};
-pub use recorder::{Recorder, Status};
+pub use recorder::Recorder;
 pub use replay::{Difference, Reproduction};
+pub use status::Status;

@@ -5,14 +5,14 @@ use std::path::Path;
 use mcap::records::{MessageHeader, Record as McapRecord, op};
 use serde::de::DeserializeOwned;
 
-use super::Header;
 use super::channel::Channel;
 use super::entry::Level;
+use super::header::Header;
 use super::message::{
     ConfigurationMessage, ControlsMessage, LostMessage, RawMessage, ReadLogMessage, SolutionMessage,
 };
-use crate::FlyConfig;
-use crate::LogError;
+use crate::error::{LogError, excerpt};
+use crate::setup::FlyConfig;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
 
@@ -29,7 +29,7 @@ pub enum Call {
     Servo(Vec<u8>),
 }
 
-/// An event of a flight, as the record tells it.
+/// An event of a flight, as the record has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedEvent {
     /// When it happened.
@@ -102,7 +102,7 @@ impl Record {
     pub fn read(bytes: &[u8], path: &Path) -> Result<Self, LogError> {
         let magic = mcap::MAGIC.len();
         if !bytes.starts_with(mcap::MAGIC) {
-            let shown = crate::error::excerpt(&bytes[..bytes.len().min(magic)], 40);
+            let shown = excerpt(&bytes[..bytes.len().min(magic)], 40);
             let found = if bytes.is_empty() { "nothing".into() } else { format!("\"{shown}\"") };
             return Err(LogError::bytes(path, 0, format!("found {found}, expected an MCAP file")));
         }
@@ -129,7 +129,9 @@ impl Record {
                     break;
                 }
                 op::STATISTICS => match mcap::parse_record(opcode, body) {
-                    Ok(McapRecord::Statistics(told)) => reader.told = Some(told.message_count),
+                    Ok(McapRecord::Statistics(found)) => {
+                        reader.expected_messages = Some(found.message_count)
+                    }
                     _ => reader.damage(offset, "the statistics are damaged"),
                 },
                 _ => {}
@@ -159,7 +161,7 @@ struct Reader {
     entries: u32,
     /// Messages read, and as many as the writer says there are.
     messages: u64,
-    told: Option<u64>,
+    expected_messages: Option<u64>,
     unreadable: usize,
     damages: Vec<(usize, String)>,
     is_ended: bool,
@@ -287,19 +289,20 @@ impl Reader {
             record.warnings.push(format!("{name}: at byte {offset}: {reason}"));
         }
         // A chunk whose kind is damaged is skipped like anything that is not known.
-        if let Some(told) = self.told.filter(|&told| told != self.messages) {
+        if let Some(expected) = self.expected_messages.filter(|&expected| expected != self.messages)
+        {
             let found = self.messages;
-            record.warnings.push(format!("{name}: found {found} messages, expected {told}"));
+            record.warnings.push(format!("{name}: found {found} messages, expected {expected}"));
         }
         if self.unreadable > 0 {
             let count = self.unreadable;
             record.warnings.push(format!("{name}: {count} messages are not what their topic is"));
         }
         let missing = u64::from(self.sequence - self.entries);
-        let untold = missing.saturating_sub(record.lost_raw + record.lost_decoded);
-        if untold > 0 {
+        let unexplained = missing.saturating_sub(record.lost_raw + record.lost_decoded);
+        if unexplained > 0 {
             record.warnings.push(format!(
-                "{name}: {untold} entries are missing between others: a replay may differ"
+                "{name}: {unexplained} entries are missing between others: a replay may differ"
             ));
         }
         Ok(record)

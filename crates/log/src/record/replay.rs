@@ -1,7 +1,8 @@
 //! A flight again, from its bytes.
 
 use super::read::{Call, Record};
-use crate::{Dataset, LogError, Source};
+use crate::dataset::{Dataset, Source};
+use crate::error::LogError;
 use hovernav::ekf::Solution;
 use hovernav::event::Event;
 use hovernav::sensors::{SensorOutput, Sensors};

@@ -9,7 +9,8 @@ use super::sections::{
     AccelerationSign, DmuMode, DmuSection, LineSection, MavlinkSection, ReceiverSection,
     RecordSection, ServoSection, SiteSection,
 };
-use crate::{HeadingReference, LogError, Manifest};
+use crate::error::LogError;
+use crate::manifest::{HeadingReference, Manifest};
 use hovernav::dmu::{Calibration, Flow, Mode, Sign};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;

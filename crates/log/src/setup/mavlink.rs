@@ -1,4 +1,4 @@
-//! What is said in MAVLink, by whom and how often.
+//! What is sent in MAVLink, by whom and how often.
 
 /// How often each message is sent at most, Hz; 0 is never. None is sent more often than
 /// the speaker is called.

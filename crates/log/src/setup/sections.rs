@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::MavlinkConfig;
+use super::mavlink::MavlinkConfig;
 use hovernav::controls::Channels;
 use hovernav::gps::Protocol;
 use hovernav::gps::quality::Limits;
@@ -93,7 +93,7 @@ pub struct ReceiverSection {
     /// Fixes a second to set a u-blox receiver to, 1 to 10; for a Trimble receiver any number here
     /// means that it is told which reports to send. 0 leaves the receiver as it is.
     pub rate_hz: u8,
-    /// The geoid's height above the ellipsoid at the site, m, for a receiver that does not tell it.
+    /// The geoid's height above the ellipsoid at the site, m, for a receiver that does not send it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub geoid_separation_m: Option<f64>,
     /// Which fixes are good enough.

@@ -1,0 +1,48 @@
+//! Bytes on their way to a disk that may be full or gone.
+
+use std::io::{self, ErrorKind, Write};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use super::status::Progress;
+
+/// Keeps what the disk does not take, and tries again: to MCAP, the disk is never full.
+pub struct Spool<W> {
+    out: W,
+    waiting: Vec<u8>,
+    progress: Arc<Progress>,
+}
+
+impl<W> Spool<W> {
+    pub fn new(out: W, progress: Arc<Progress>) -> Self {
+        Self { out, waiting: Vec::new(), progress }
+    }
+}
+
+impl<W: Write> Write for Spool<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.waiting.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let mut taken = 0;
+        while taken < self.waiting.len() {
+            let error = match self.out.write(&self.waiting[taken..]) {
+                Ok(0) => ErrorKind::WriteZero.into(),
+                Ok(count) => {
+                    taken += count;
+                    continue;
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => error,
+            };
+            self.progress.write_failed(&error);
+            break;
+        }
+        self.waiting.drain(..taken);
+        self.progress.written.fetch_add(taken as u64, Ordering::Relaxed);
+        self.progress.waiting.store(self.waiting.len() as u64, Ordering::Relaxed);
+        Ok(())
+    }
+}
