@@ -77,6 +77,9 @@ impl MagneticField {
     }
 
     /// From true to magnetic north, east positive, rad in (−π, π].
+    ///
+    /// # Source
+    /// Equation (E11) of docs/equations.md.
     #[must_use]
     pub fn declination_rad(&self) -> f64 {
         libm::atan2(self.field_gauss.y(), self.field_gauss.x())
@@ -127,6 +130,9 @@ struct Model {
 impl Model {
     /// The field, nT: minus the gradient of the potential
     /// V = a Σ (a/r)^(n+1) Σ (g cos mλ + h sin mλ) P(n, m).
+    ///
+    /// # Source
+    /// Equation (E12) of docs/equations.md.
     fn field_nt(&self, place: &Geodetic, decimal_year: f64) -> Vector<Ned> {
         /// Radius of the sphere to which the coefficients refer, m.
         const REFERENCE_RADIUS_M: f64 = 6_371_200.0;
@@ -199,6 +205,9 @@ impl Legendre {
     }
 
     /// From P(n−1, m), and `before` it P(n−2, m), to P(n, m).
+    ///
+    /// # Source
+    /// Equation (E13) of docs/equations.md.
     fn next_degree(&self, before: &Self, degree: usize, order: usize, sin: f64, cos: f64) -> Self {
         let (n, m) = (degree as f64, order as f64);
         let scale = 1.0 / libm::sqrt(n * n - m * m);
