@@ -111,7 +111,6 @@ impl Dataset {
             && count(Source::Magnetometer) == self.magnetometer.len()
     }
 
-<<<<<<< HEAD
     /// Runs the estimator over the log. `progress` is called with the number of inertial samples done.
     pub fn estimate(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> Run {
         self.estimated(config, &mut progress)
@@ -119,16 +118,6 @@ impl Dataset {
 
     // Compiled here once, and not with the filter for every caller's closure; as what follows.
     fn estimated(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> Run {
-=======
-    /// Runs the estimator over the log. `progress` hears how many inertial samples are done.
-    pub fn estimate(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> Run {
-        self.forward(config, &mut progress)
-    }
-
-    /// [`estimate`](Self::estimate), compiled once: each kind of `progress` would otherwise have an
-    /// estimator of its own.
-    fn forward(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> Run {
->>>>>>> 428357c (Compile the estimator's run over a log once, not once per kind of progress)
         let mut estimator = Estimator::<Full, 26>::new(*config);
         self.run(progress, |event, notices| {
             estimator.push(event, |notice| keep(notice, notices));
@@ -147,21 +136,10 @@ impl Dataset {
     ///
     /// See [`Smoother`] for the method and the memory it takes, under 4 kB an inertial sample.
     pub fn smooth(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> SmoothedRun {
-<<<<<<< HEAD
         self.smoothed(config, &mut progress)
     }
 
     fn smoothed(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> SmoothedRun {
-=======
-        self.forward_and_back(config, &mut progress)
-    }
-
-    fn forward_and_back(
-        &self,
-        config: &EstimatorConfig,
-        progress: &mut dyn FnMut(usize),
-    ) -> SmoothedRun {
->>>>>>> 428357c (Compile the estimator's run over a log once, not once per kind of progress)
         let (forward, mut smoother) = self.traced(config, None, progress);
         let aligned = forward.notices.iter().find_map(|notice| match notice {
             Notice::Aligned(alignment) => Some(*alignment),
