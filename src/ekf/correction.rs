@@ -1,6 +1,5 @@
 //! What moves the estimate beside its own steps: a correction, and the reset of the covariance.
 
-use super::covariance::Covariance;
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::process::MOST_HIDDEN_RAD;
@@ -10,13 +9,14 @@ use crate::frames::{Ned, Vector};
 use crate::ins::NavState;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Adds a correction of the whole error state to the estimates. One that leads astray, or has left
-    /// no valid covariance, can only come of gaps that have opened the filter beyond what rounding
-    /// bears: then all but the place is lost.
+    /// Adds a correction of the whole error state to the estimates. A correction to an invalid state,
+    /// or one that has left no valid covariance, can only come of gaps that have opened the covariance
+    /// beyond what rounding bears: it is not applied, and the covariance is reset. Gives whether that
+    /// happened.
     ///
     /// # Source
     /// Equation (K1) of docs/equations.md.
-    pub(super) fn correct(&mut self, correction: &[T; N]) {
+    pub(super) fn correct(&mut self, correction: &[T; N]) -> bool {
         let at = |state: usize| correction.get(state).map_or(0.0, |value| value.wide());
         let block = |first: usize| Vector::<Ned>::new(at(first), at(first + 1), at(first + 2));
         let corrected = NavState {
@@ -27,22 +27,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         if !corrected.is_valid() || !self.covariance.is_valid() {
             self.reset_covariance();
-            return;
+            return true;
         }
         self.state = corrected;
         for (parameter, value) in self.parameters.iter_mut().zip(correction).skip(GYRO_BIAS) {
             *parameter += value.wide();
         }
+        false
     }
 
-    /// Where the way here is lost, nothing is known but where it was lost, and what was known of the
-    /// sensors: everything opens so wide that the next fixes decide.
+    /// Opens attitude, velocity and position so wide that the next fixes decide, and forgets the
+    /// history. The estimates stay; those of the sensors' errors are as sure as at the start.
     pub(super) fn reset_covariance(&mut self) {
         self.history.clear();
-        self.covariance = Covariance::zero();
+        self.covariance.clear();
         self.open(ATTITUDE, [MOST_HIDDEN_RAD; 3]);
-        self.open(VELOCITY, [LOST_VELOCITY_MPS; 3]);
-        self.open(POSITION, [LOST_POSITION_M; 3]);
+        self.open(VELOCITY, [RESET_VELOCITY_MPS; 3]);
+        self.open(POSITION, [RESET_POSITION_M; 3]);
         self.open(GYRO_BIAS, [self.config.imu.gyro_bias_sigma_radps; 3]);
         self.open(ACCEL_BIAS, [self.config.imu.accel_bias_sigma_mps2; 3]);
         self.open_blocks();
@@ -56,6 +57,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// One-sigmas of velocity, m/s, and position, m, of a vehicle that has lost its way.
-const LOST_VELOCITY_MPS: f64 = 50.0;
-const LOST_POSITION_M: f64 = 1e4;
+/// One-sigmas of velocity, m/s, and position, m, after a reset.
+const RESET_VELOCITY_MPS: f64 = 50.0;
+const RESET_POSITION_M: f64 = 1e4;

@@ -2,7 +2,7 @@
 
 use super::estimator_config::EstimatorConfig;
 use super::filter::Ekf;
-use super::heading_search::HeadingSearch;
+use super::heading_search::{FoundHeading, HeadingMethod, HeadingSearch};
 use super::layout::{Full, Layout};
 use super::measurement::{Aid, Report, Unusable};
 use super::prediction::{ImuFault, Prediction, ResetCause};
@@ -26,10 +26,16 @@ pub enum Notice {
     HeadingFound {
         /// When.
         time: Time,
-        /// Which sector of the search won: see [`HeadingSearch::leader`].
+        /// Which sector of the search won: see [`HeadingSearch::sector_start`].
         sector: usize,
         /// One-sigma of the heading, rad.
         sigma_rad: f64,
+    },
+    /// Alignment has everything but a heading, and waits for one: nothing gives it, and this
+    /// estimator has no search for it.
+    HeadingMissing {
+        /// When.
+        time: Time,
     },
     /// A measurement was compared: accepted, refused or reopened, axis by axis.
     Updated(Report),
@@ -76,20 +82,79 @@ impl Notice {
 }
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
+///
+/// `L`, `N` and `T` are those of the [`Ekf`]. `H` says whether a heading that nothing gives at the
+/// start is searched for in motion.
+///
+/// # Memory
+/// All of it is in the value itself; nothing is allocated, and nothing large moves when one phase
+/// follows another. In a static, or wherever there is room, it takes
+///
+/// | estimator | bytes |
+/// |---|---|
+/// | `Estimator<Full, 26, f64, NoHeadingSearch>` | at most 16 000 |
+/// | `Estimator<Full, 26, f64, HeadingSearch>`, the default | at most 40 000 |
+///
+/// and its calls at most 8 kB of stack.
+///
+/// # Examples
+/// A minute at rest, facing north-east by the unit's own attitude:
+///
+/// ```
+/// use hovernav::earth::Geodetic;
+/// use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
+/// use hovernav::event::Event;
+/// use hovernav::frames::{EulerAngles, Vector};
+/// use hovernav::gps::Fix;
+/// use hovernav::imu::{ImuSample, Motion};
+/// use hovernav::time::Time;
+///
+/// let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
+/// let place = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("no place")?;
+/// let mut fixes_used = 0;
+/// for k in 0..3_000 {
+///     let time = Time::from_nanoseconds(k * 20_000_000);
+///     estimator.push(
+///         &Event::Imu(ImuSample {
+///             time,
+///             motion: Motion::Rates {
+///                 angular_rate_radps: Vector::ZERO,
+///                 specific_force_mps2: Vector::new(0.0, 0.0, -9.807),
+///             },
+///             attitude: Some(EulerAngles::from_degrees(0.0, 0.0, 45.0)),
+///             magnetic_field_gauss: None,
+///         }),
+///         |_| {},
+///     );
+///     if k % 50 == 0 {
+///         estimator.push(&Event::Gps(Fix::at(time, place)), |notice| match notice {
+///             Notice::Updated(report) => fixes_used += i32::from(report.any_accepted()),
+///             Notice::NotUsed { reason, .. } => println!("{time}: fix not used: {reason}"),
+///             _ => {}
+///         });
+///     }
+/// }
+/// let solution = estimator.solution().ok_or("not aligned")?;
+/// assert!(fixes_used > 55);
+/// assert!((solution.body_to_ned.euler().yaw_rad.to_degrees() - 45.0).abs() < 1.0);
+/// assert!(solution.velocity_mps.norm() < 0.1);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Debug)]
-pub struct Estimator<L = Full, const N: usize = 26, T = f64> {
+pub struct Estimator<L = Full, const N: usize = 26, T = f64, H = HeadingSearch> {
     config: EstimatorConfig,
-    phase: Phase<L, N, T>,
+    phase: Phase,
+    aligner: Aligner,
+    search: H,
+    filter: Ekf<L, N, T>,
     held: [Option<Fix>; HELD],
 }
 
-#[derive(Clone, Debug)]
-// The phases follow each other in one place; boxing the large one would need an allocator.
-#[allow(clippy::large_enum_variant)]
-enum Phase<L, const N: usize, T> {
-    Aligning(Aligner),
-    Searching(HeadingSearch),
-    Navigating(Ekf<L, N, T>),
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Aligning,
+    Searching,
+    Navigating,
 }
 
 /// Least one-sigma of a heading just found, rad (10°): the sectors share what their model lacks.
@@ -100,12 +165,18 @@ const HELD_S: f64 = 10.0;
 /// Fixes that may wait for the inertial sample after them.
 const HELD: usize = 4;
 
-impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, T, H> {
     /// An estimator that has seen nothing yet.
     #[must_use]
     pub fn new(config: EstimatorConfig) -> Self {
-        let phase = Phase::Aligning(Aligner::new(config.alignment, config.mounting));
-        Self { config, phase, held: [None; HELD] }
+        Self {
+            config,
+            phase: Phase::Aligning,
+            aligner: Aligner::new(config.alignment, config.mounting),
+            search: H::unstarted(config.ekf, config.mounting),
+            filter: Ekf::unstarted(config.ekf, config.mounting),
+            held: [None; HELD],
+        }
     }
 
     /// Takes in the next event in order of arrival; `notify` hears what came of it.
@@ -122,10 +193,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         trace: &mut impl Trace<T, N>,
         mut notify: impl FnMut(Notice),
     ) {
-        if let Phase::Aligning(aligner) = &mut self.phase {
-            if let Some(alignment) = aligner.push(event) {
-                self.begin(&alignment);
-                notify(Notice::Aligned(alignment));
+        if self.phase == Phase::Aligning {
+            if let Some(alignment) = self.aligner.push(event) {
+                self.begin(&alignment, &mut notify);
             }
             return;
         }
@@ -140,10 +210,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
             }
             Event::Baro { time, height_m } => {
                 if self.config.aiding.baro {
-                    let result = match &mut self.phase {
-                        Phase::Navigating(filter) => filter.update_baro(*time, *height_m, trace),
-                        _ => Err(Unusable::HeadingUnknown),
-                    };
+                    let result = self
+                        .navigating()
+                        .and_then(|filter| filter.update_baro(*time, *height_m, trace));
                     notify(Notice::of_update(*time, Aid::Baro, result));
                 }
             }
@@ -153,24 +222,37 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         }
     }
 
-    fn begin(&mut self, alignment: &Alignment) {
-        self.phase = if alignment.heading == HeadingSource::Unknown {
-            Phase::Searching(HeadingSearch::new(
-                self.config.ekf,
-                self.config.mounting,
-                alignment.start,
-            ))
+    #[inline(never)]
+    fn begin(&mut self, alignment: &Alignment, notify: &mut impl FnMut(Notice)) {
+        if alignment.heading != HeadingSource::Unknown {
+            self.filter.restart(&alignment.start);
+            self.phase = Phase::Navigating;
+        } else if H::SEARCHES {
+            self.search.start(&alignment.start);
+            self.phase = Phase::Searching;
         } else {
-            Phase::Navigating(Ekf::new(self.config.ekf, self.config.mounting, alignment.start))
-        };
+            notify(Notice::HeadingMissing { time: alignment.start.state.time });
+            return;
+        }
+        notify(Notice::Aligned(*alignment));
     }
 
     /// Starts the filter at a given state, without an alignment or a search of its own: to go over
     /// a log again with what was found out later.
     pub fn begin_at(&mut self, start: &Start) {
-        self.phase = Phase::Navigating(Ekf::new(self.config.ekf, self.config.mounting, *start));
+        self.filter.restart(start);
+        self.phase = Phase::Navigating;
     }
 
+    fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
+        if self.phase == Phase::Navigating {
+            Ok(&mut self.filter)
+        } else {
+            Err(Unusable::HeadingUnknown)
+        }
+    }
+
+    #[inline(never)]
     fn hold(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {
         let time = self.time();
         match self.held.iter_mut().find(|slot| slot.is_none() && fix.time - time <= HELD_S) {
@@ -183,16 +265,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         }
     }
 
+    // A frame of its own, not part of its caller's on the way to deeper ones.
+    #[inline(never)]
     fn imu(
         &mut self,
         sample: &ImuSample,
         trace: &mut impl Trace<T, N>,
         notify: &mut impl FnMut(Notice),
     ) {
-        let result = match &mut self.phase {
-            Phase::Aligning(_) => return,
-            Phase::Searching(search) => search.predict(sample),
-            Phase::Navigating(filter) => filter.predict_traced(sample, trace),
+        let result = match self.phase {
+            Phase::Aligning => return,
+            Phase::Searching => self.search.predict(sample),
+            Phase::Navigating => self.filter.predict_traced(sample, trace),
         };
         let time = sample.time;
         match result {
@@ -222,24 +306,25 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
         }
     }
 
+    #[inline(never)]
     fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut impl FnMut(Notice)) {
-        let result = match &mut self.phase {
-            Phase::Aligning(_) => return,
-            Phase::Searching(search) => search.update_gps(fix),
-            Phase::Navigating(filter) => filter.update_gps_traced(fix, trace),
+        let result = match self.phase {
+            Phase::Aligning => return,
+            Phase::Searching => self.search.update_gps(fix),
+            Phase::Navigating => self.filter.update_gps_traced(fix, trace),
         };
         notify(Notice::of_update(fix.time, Aid::Gps, result));
-        if let Phase::Searching(search) = &self.phase
-            && let Some(found) = search.found()
+        if self.phase == Phase::Searching
+            && let Some(FoundHeading { filter, sector, sigma_rad }) = self.search.found()
         {
-            let (sector, sigma_rad) = (search.leader(), search.heading_sigma_rad());
-            let mut filter = found.grown();
-            filter.open_heading(FOUND_SIGMA_RAD);
-            self.phase = Phase::Navigating(filter);
+            self.filter.continue_from(filter);
+            self.filter.open_heading(FOUND_SIGMA_RAD);
+            self.phase = Phase::Navigating;
             notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });
         }
     }
 
+    #[inline(never)]
     fn attitude(
         &mut self,
         time: Time,
@@ -249,13 +334,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
     ) {
         let yaw_rad = angles.yaw_rad + self.config.alignment.attitude_declination_rad;
         let reference = Rotation::from_euler(EulerAngles { yaw_rad, ..angles });
-        let result = match &mut self.phase {
-            Phase::Navigating(filter) => filter.update_attitude(time, reference, trace),
-            _ => Err(Unusable::HeadingUnknown),
-        };
+        let result =
+            self.navigating().and_then(|filter| filter.update_attitude(time, reference, trace));
         notify(Notice::of_update(time, Aid::Attitude, result));
     }
 
+    #[inline(never)]
     fn magnetometer(
         &mut self,
         time: Time,
@@ -267,39 +351,33 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Estimator<L, N, T> {
             return;
         }
         let declination_rad = self.config.alignment.declination_rad;
-        let result = match &mut self.phase {
-            Phase::Navigating(filter) => {
-                filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
-            }
-            _ => Err(Unusable::HeadingUnknown),
-        };
+        let result = self.navigating().and_then(|filter| {
+            filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
+        });
         notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
 
     /// The filter, once alignment and the search for a heading are over.
     #[must_use]
-    pub const fn filter(&self) -> Option<&Ekf<L, N, T>> {
-        match &self.phase {
-            Phase::Navigating(filter) => Some(filter),
-            _ => None,
-        }
+    pub fn filter(&self) -> Option<&Ekf<L, N, T>> {
+        (self.phase == Phase::Navigating).then_some(&self.filter)
     }
 
     /// The solution now; `None` until alignment ends.
     #[must_use]
     pub fn solution(&self) -> Option<Solution> {
-        match &self.phase {
-            Phase::Aligning(_) => None,
-            Phase::Searching(search) => search.solution(),
-            Phase::Navigating(filter) => Some(filter.solution()),
+        match self.phase {
+            Phase::Aligning => None,
+            Phase::Searching => self.search.solution(),
+            Phase::Navigating => Some(self.filter.solution()),
         }
     }
 
     fn time(&self) -> Time {
-        match &self.phase {
-            Phase::Aligning(_) => Time::ZERO,
-            Phase::Searching(search) => search.time(),
-            Phase::Navigating(filter) => filter.state().time,
+        match self.phase {
+            Phase::Aligning => Time::ZERO,
+            Phase::Searching => self.search.time(),
+            Phase::Navigating => self.filter.state().time,
         }
     }
 }

@@ -17,6 +17,22 @@ use crate::imu::{ImuErrors, ImuSample, Vibration};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
 
+/// What is remembered of the samples themselves, whatever a filter makes of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Samples {
+    pub integrator: Integrator,
+    pub gyro_vibration: Vibration,
+    pub accel_vibration: Vibration,
+}
+
+impl Samples {
+    const NONE: Self = Self {
+        integrator: Integrator::EMPTY,
+        gyro_vibration: Vibration::NONE,
+        accel_vibration: Vibration::NONE,
+    };
+}
+
 /// Error-state Kalman filter around the strapdown mechanization, closed loop.
 ///
 /// `L` chooses the error states, `N` is their padded number, `T` the covariance's number type; the
@@ -38,9 +54,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) gps_wander: Option<[f64; 4]>,
     /// Learned size of the GPS errors against the configured: variances of position and velocity.
     pub(super) gps_learned: [f64; 2],
-    integrator: Integrator,
-    pub(super) gyro_vibration: Vibration,
-    pub(super) accel_vibration: Vibration,
+    pub(super) samples: Samples,
     pub(super) angular_rate_radps: Vector<Body>,
     layout: PhantomData<L>,
 }
@@ -49,34 +63,78 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// A filter that starts where alignment ended.
     #[must_use]
     pub fn new(config: EkfConfig, mounting: Mounting, start: Start) -> Self {
+        let mut filter = Self::unstarted(config, mounting);
+        filter.restart(&start);
+        filter
+    }
+
+    /// A filter that knows nothing yet, to be [`restart`](Self::restart)ed.
+    pub(super) const fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
         const { assert!(layout::is_sound::<L, N>(), "the layout breaks its rules") };
-        let mut filter = Self {
+        Self {
             config,
             mounting,
-            state: start.state,
+            state: NavState::ORIGIN,
             parameters: [0.0; N],
             covariance: Covariance::zero(),
-            history: History::default(),
-            lockouts: Lockouts::default(),
+            history: History::EMPTY,
+            lockouts: Lockouts::NONE,
             attitude_used: None,
             baro_offset_m: None,
             gps_wander: None,
             gps_learned: [1.0; 2],
-            integrator: Integrator::default(),
-            gyro_vibration: Vibration::default(),
-            accel_vibration: Vibration::default(),
+            samples: Samples::NONE,
             angular_rate_radps: Vector::ZERO,
             layout: PhantomData,
-        };
-        filter.set_block(GYRO_BIAS, start.gyro_bias_radps.to_array());
-        filter.open(ATTITUDE, start.attitude_sigma_rad.to_array());
-        filter.open(VELOCITY, start.velocity_sigma_mps.to_array());
-        filter.open(POSITION, start.position_sigma_m.to_array());
-        let gyro_sigma = start.gyro_bias_sigma_radps.unwrap_or(config.imu.gyro_bias_sigma_radps);
-        filter.open(GYRO_BIAS, [gyro_sigma; 3]);
-        filter.open(ACCEL_BIAS, [config.imu.accel_bias_sigma_mps2; 3]);
-        filter.open_blocks();
-        filter
+        }
+    }
+
+    /// Starts anew, in place, where alignment ended.
+    pub(super) fn restart(&mut self, start: &Start) {
+        self.state = start.state;
+        self.parameters.fill(0.0);
+        self.covariance.clear();
+        self.history.clear();
+        self.lockouts = Lockouts::NONE;
+        self.attitude_used = None;
+        self.baro_offset_m = None;
+        self.gps_wander = None;
+        self.gps_learned = [1.0; 2];
+        self.samples = Samples::NONE;
+        self.angular_rate_radps = Vector::ZERO;
+        self.set_block(GYRO_BIAS, start.gyro_bias_radps.to_array());
+        self.open(ATTITUDE, start.attitude_sigma_rad.to_array());
+        self.open(VELOCITY, start.velocity_sigma_mps.to_array());
+        self.open(POSITION, start.position_sigma_m.to_array());
+        let imu = self.config.imu;
+        let gyro_sigma = start.gyro_bias_sigma_radps.unwrap_or(imu.gyro_bias_sigma_radps);
+        self.open(GYRO_BIAS, [gyro_sigma; 3]);
+        self.open(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3]);
+        self.open_blocks();
+    }
+
+    /// Starts anew, in place, at the state of a filter of another layout: base states and their
+    /// covariance go over, blocks open anew.
+    pub(super) fn continue_from<M: Layout<K>, const K: usize, U: Scalar>(
+        &mut self,
+        other: &Ekf<M, K, U>,
+    ) {
+        self.restart(&Start {
+            state: other.state,
+            attitude_sigma_rad: Vector::ZERO,
+            velocity_sigma_mps: Vector::ZERO,
+            position_sigma_m: Vector::ZERO,
+            gyro_bias_radps: Vector::ZERO,
+            gyro_bias_sigma_radps: None,
+        });
+        self.history.copy_from(&other.history);
+        self.samples = other.samples;
+        self.angular_rate_radps = other.angular_rate_radps;
+        for (to, from) in self.parameters.iter_mut().zip(&other.parameters).take(BASE) {
+            *to = *from;
+        }
+        self.covariance.take_over(&other.covariance, BASE);
+        self.gps_learned = other.gps_learned;
     }
 
     pub(super) fn open_blocks(&mut self) {
@@ -128,11 +186,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !sample.motion.is_finite() {
             return Err(ImuFault::NotFinite);
         }
-        if sample.time <= self.integrator.time().unwrap_or(self.state.time) {
+        if sample.time <= self.samples.integrator.time().unwrap_or(self.state.time) {
             return Err(ImuFault::NotLater);
         }
         let errors = self.imu_errors();
-        let increment = match self.integrator.push(sample, &errors) {
+        let increment = match self.samples.integrator.push(sample, &errors) {
             Some(increment) => increment,
             // The first sample's rates hold since the start.
             None => {
@@ -220,32 +278,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[must_use]
     pub const fn config(&self) -> &EkfConfig {
         &self.config
-    }
-
-    /// The start of a filter of another layout at this one's state: base states and their
-    /// covariance go over, blocks open anew.
-    #[must_use]
-    pub fn grown<M: Layout<K>, const K: usize, U: Scalar>(&self) -> Ekf<M, K, U> {
-        let start = Start {
-            state: self.state,
-            attitude_sigma_rad: Vector::ZERO,
-            velocity_sigma_mps: Vector::ZERO,
-            position_sigma_m: Vector::ZERO,
-            gyro_bias_radps: Vector::ZERO,
-            gyro_bias_sigma_radps: None,
-        };
-        let mut grown = Ekf::<M, K, U>::new(self.config, self.mounting, start);
-        grown.history = self.history;
-        grown.integrator = self.integrator;
-        grown.gyro_vibration = self.gyro_vibration;
-        grown.accel_vibration = self.accel_vibration;
-        grown.angular_rate_radps = self.angular_rate_radps;
-        for (to, from) in grown.parameters.iter_mut().zip(&self.parameters).take(BASE) {
-            *to = *from;
-        }
-        grown.covariance.take_over(&self.covariance, BASE);
-        grown.gps_learned = self.gps_learned;
-        grown
     }
 
     /// Whether state and covariance are finite and in range. It stays so for any input that the

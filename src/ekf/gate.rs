@@ -19,36 +19,44 @@ pub(super) enum Group {
     Baro,
 }
 
-/// Since when each group has been refused without a break.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Lockouts {
-    groups: [Option<Lockout>; 6],
-}
+/// Kinds there are.
+const GROUPS: usize = 6;
 
+/// Since when, and how often, each group has been refused without a break.
 #[derive(Clone, Copy, Debug)]
-struct Lockout {
-    since: Time,
-    refusals: u32,
+pub(super) struct Lockouts {
+    since: [Time; GROUPS],
+    refusals: [u8; GROUPS],
 }
 
 /// Fewer refusals than this never reopen, however far apart they are.
-const LEAST_REFUSALS: u32 = 3;
+const LEAST_REFUSALS: u8 = 3;
 
 impl Lockouts {
+    /// No group has been refused.
+    pub const NONE: Self = Self { since: [Time::ZERO; GROUPS], refusals: [0; GROUPS] };
+
     pub fn accepted(&mut self, group: Group) {
-        if let Some(lockout) = self.groups.get_mut(group as usize) {
-            *lockout = None;
+        if let Some(refusals) = self.refusals.get_mut(group as usize) {
+            *refusals = 0;
         }
     }
 
     /// Notes a refusal; true when the filter is locked out and has to be reopened.
     pub fn refused(&mut self, group: Group, time: Time, lockout_s: f64) -> bool {
-        let Some(slot) = self.groups.get_mut(group as usize) else { return false };
-        let lockout = slot.get_or_insert(Lockout { since: time, refusals: 0 });
-        lockout.refusals = lockout.refusals.saturating_add(1);
-        let locked_out = lockout.refusals >= LEAST_REFUSALS && time - lockout.since >= lockout_s;
+        let group = group as usize;
+        let (Some(since), Some(refusals)) =
+            (self.since.get_mut(group), self.refusals.get_mut(group))
+        else {
+            return false;
+        };
+        if *refusals == 0 {
+            *since = time;
+        }
+        *refusals = refusals.saturating_add(1);
+        let locked_out = *refusals >= LEAST_REFUSALS && time - *since >= lockout_s;
         if locked_out {
-            *slot = None;
+            *refusals = 0;
         }
         locked_out
     }

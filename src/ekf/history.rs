@@ -1,4 +1,4 @@
-//! A short, bounded memory of the way that led here, for fixes that come late.
+//! A short, bounded history of increments, for fixes that come late.
 //!
 //! A fix that was true a moment ago is compared with where the *present* state was then: the state
 //! is carried back through the increments that led from then to now, and the measurement's
@@ -24,6 +24,12 @@ const ENTRY_S: f64 = 0.01;
 struct Entry {
     end: Time,
     interval_s: f64,
+    motion: EntryMotion,
+}
+
+/// The motion of an entry, which depends on the biases of the filter that saw it.
+#[derive(Clone, Copy, Debug)]
+struct EntryMotion {
     /// Rotation vector from the body axes at the end to those at the start.
     rotation_rad: Vector<Body>,
     /// Velocity change by specific force, body axes at the start.
@@ -33,10 +39,31 @@ struct Entry {
 }
 
 /// Ring of the last entries, newest last.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct History {
-    entries: [Option<Entry>; CAPACITY],
+    entries: [Entry; CAPACITY],
     next: usize,
+    len: usize,
+}
+
+/// How many of its newest entries a filter of a bank keeps for itself.
+const RECENT: usize = 3;
+
+/// The newest entries' motion, newest first: see [`History::recent`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RecentMotion([EntryMotion; RECENT]);
+
+impl RecentMotion {
+    /// No motion.
+    pub const NONE: Self = Self([EntryMotion::NONE; RECENT]);
+}
+
+/// Where a ring stands, with the extent of its newest entry, which may still grow.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cursor {
+    next: usize,
+    len: usize,
+    newest: Option<(Time, f64)>,
 }
 
 /// The present state as it must have been at an earlier moment, and how its errors hang together
@@ -57,50 +84,110 @@ pub(super) struct LookBack {
     pub turn_s: DMat3,
 }
 
-impl Default for History {
-    fn default() -> Self {
-        Self { entries: [None; CAPACITY], next: 0 }
-    }
+impl EntryMotion {
+    const NONE: Self =
+        Self { rotation_rad: Vector::ZERO, force_mps: Vector::ZERO, fall_mps: Vector::ZERO };
 }
 
 impl History {
+    /// A memory of nothing.
+    pub const EMPTY: Self = {
+        let entry = Entry { end: Time::ZERO, interval_s: 0.0, motion: EntryMotion::NONE };
+        Self { entries: [entry; CAPACITY], next: 0, len: 0 }
+    };
+
     /// Takes in one step of the mechanization that ended at `end`.
     pub fn push(&mut self, end: Time, increment: &Increment, advance: &Advance) {
         let fall_mps = advance.velocity_mps - advance.from_specific_force_mps;
-        let newest = (self.next + CAPACITY - 1) % CAPACITY;
-        if let Some(Some(entry)) = self.entries.get_mut(newest)
-            && entry.interval_s + increment.interval_s <= ENTRY_S
+        if let Some(Entry { end: entry_end, interval_s, motion }) = self.newest_mut(0)
+            && *interval_s + increment.interval_s <= ENTRY_S
         {
-            entry.end = end;
-            entry.interval_s += increment.interval_s;
+            *entry_end = end;
+            *interval_s += increment.interval_s;
             // Second order in the rotation within an entry: enough for 10 ms.
-            let (turned, turn) = (entry.rotation_rad, increment.rotation_rad);
-            entry.force_mps += increment.velocity_mps + turned.cross(increment.velocity_mps);
-            entry.rotation_rad = turned + turn + turned.cross(turn) * 0.5;
-            entry.fall_mps += fall_mps;
+            let (turned, turn) = (motion.rotation_rad, increment.rotation_rad);
+            motion.force_mps += increment.velocity_mps + turned.cross(increment.velocity_mps);
+            motion.rotation_rad = turned + turn + turned.cross(turn) * 0.5;
+            motion.fall_mps += fall_mps;
             return;
         }
         if let Some(slot) = self.entries.get_mut(self.next) {
-            *slot = Some(Entry {
+            *slot = Entry {
                 end,
                 interval_s: increment.interval_s,
-                rotation_rad: increment.rotation_rad,
-                force_mps: increment.velocity_mps,
-                fall_mps,
-            });
+                motion: EntryMotion {
+                    rotation_rad: increment.rotation_rad,
+                    force_mps: increment.velocity_mps,
+                    fall_mps,
+                },
+            };
         }
         self.next = (self.next + 1) % CAPACITY;
+        self.len = CAPACITY.min(self.len + 1);
     }
 
     /// Forgets everything: after a gap the increments no longer connect.
     pub fn clear(&mut self) {
-        *self = Self::default();
+        self.len = 0;
+    }
+
+    /// Whether it remembers nothing.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Takes over what another filter remembers.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.entries.copy_from_slice(&other.entries);
+        (self.next, self.len) = (other.next, other.len);
+    }
+
+    /// Where the ring stands.
+    pub fn cursor(&self) -> Cursor {
+        let newest = self.newest(0).map(|entry| (entry.end, entry.interval_s));
+        Cursor { next: self.next, len: self.len, newest }
+    }
+
+    /// Puts the ring back to where it stood one step ago, but for the motion of the newest entry.
+    pub fn set_cursor(&mut self, cursor: Cursor) {
+        (self.next, self.len) = (cursor.next, cursor.len);
+        if let (Some(entry), Some((end, interval_s))) = (self.newest_mut(0), cursor.newest) {
+            (entry.end, entry.interval_s) = (end, interval_s);
+        }
+    }
+
+    /// The motion of the newest entries.
+    pub fn recent(&self) -> RecentMotion {
+        RecentMotion(core::array::from_fn(|back| {
+            self.newest(back).map_or(EntryMotion::NONE, |entry| entry.motion)
+        }))
+    }
+
+    /// Replaces the motion of the newest entries by that of another filter, which took the same
+    /// steps.
+    pub fn set_recent(&mut self, recent: &RecentMotion) {
+        for (back, motion) in recent.0.iter().enumerate() {
+            if let Some(entry) = self.newest_mut(back) {
+                entry.motion = *motion;
+            }
+        }
+    }
+
+    fn slot(&self, back: usize) -> Option<usize> {
+        (back < self.len).then(|| (self.next + CAPACITY - 1 - back) % CAPACITY)
+    }
+
+    fn newest(&self, back: usize) -> Option<&Entry> {
+        self.entries.get(self.slot(back)?)
+    }
+
+    fn newest_mut(&mut self, back: usize) -> Option<&mut Entry> {
+        let slot = self.slot(back)?;
+        self.entries.get_mut(slot)
     }
 
     fn newest_first(&self) -> impl Iterator<Item = &Entry> {
-        (1..=CAPACITY).map_while(move |back| {
-            self.entries.get((self.next + CAPACITY - back) % CAPACITY)?.as_ref()
-        })
+        (0..CAPACITY).map_while(move |back| self.newest(back))
     }
 
     /// Carries `now` back to `time`. `None` when `time` is older than the memory. A `time` after
@@ -119,7 +206,7 @@ impl History {
         };
         let mut travel_m = Vector::ZERO;
         for entry in self.newest_first() {
-            back.angular_rate_radps = entry.rotation_rad * (1.0 / entry.interval_s);
+            back.angular_rate_radps = entry.motion.rotation_rad * (1.0 / entry.interval_s);
             let share = ((back.state.time - time) / entry.interval_s).min(1.0);
             travel_m += back.step(entry, share);
             if back.state.time <= time || share < 1.0 {
@@ -138,11 +225,11 @@ impl LookBack {
     fn step(&mut self, entry: &Entry, share: f64) -> Vector<Ned> {
         let interval_s = share * entry.interval_s;
         let state = &mut self.state;
-        state.body_to_ned = state.body_to_ned.turned_in_from(entry.rotation_rad * -share);
+        state.body_to_ned = state.body_to_ned.turned_in_from(entry.motion.rotation_rad * -share);
         // Resolved in the axes at the start of what is stepped over, also for a part of the entry.
-        let force = (state.body_to_ned * entry.force_mps).components() * share;
+        let force = (state.body_to_ned * entry.motion.force_mps).components() * share;
         let after = state.velocity_mps;
-        state.velocity_mps -= Vector::claim(force) + entry.fall_mps * share;
+        state.velocity_mps -= Vector::claim(force) + entry.motion.fall_mps * share;
         let travel_m = (after + state.velocity_mps) * (-0.5 * interval_s);
         state.time = state.time.offset_by(-interval_s);
         self.force_m += (self.force_mps + force * 0.5) * interval_s;

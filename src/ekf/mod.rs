@@ -25,7 +25,7 @@ pub use config::{AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuM
 pub use estimator::{Estimator, Notice};
 pub use estimator_config::{Aiding, EstimatorConfig};
 pub use filter::Ekf;
-pub use heading_search::HeadingSearch;
+pub use heading_search::{HeadingMethod, HeadingSearch, NoHeadingSearch};
 pub use innovation::{Channel, Innovation, Verdict};
 pub use measurement::{Aid, Report, Unusable};
 pub use prediction::{ImuFault, Prediction, ResetCause};

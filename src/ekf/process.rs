@@ -13,12 +13,12 @@ use crate::ins::{Advance, Increment};
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn watch_vibration(&mut self, sample: &ImuSample, interval_s: f64, gap: bool) {
         if gap {
-            self.gyro_vibration.interrupt();
-            self.accel_vibration.interrupt();
+            self.samples.gyro_vibration.interrupt();
+            self.samples.accel_vibration.interrupt();
         }
         let mean = sample.motion.mean_rates(interval_s);
-        self.gyro_vibration.push(mean.angular_rate_radps, interval_s);
-        self.accel_vibration.push(mean.specific_force_mps2, interval_s);
+        self.samples.gyro_vibration.push(mean.angular_rate_radps, interval_s);
+        self.samples.accel_vibration.push(mean.specific_force_mps2, interval_s);
     }
 
     /// Equations (K4) and (K5) of docs/equations.md.
@@ -84,14 +84,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,
             interval_s,
-            self.gyro_vibration.variance(),
+            self.samples.gyro_vibration.variance(),
             hidden_angle,
         );
         let accel = sensed(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
             imu.accel_vibration_time_s,
-            self.accel_vibration.variance(),
+            self.samples.accel_vibration.variance(),
             hidden_velocity,
         );
         Transition {

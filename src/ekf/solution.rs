@@ -1,11 +1,13 @@
 //! What the filter says: the vehicle's motion, and how sure it is of it.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
+use super::covariance::Covariance;
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::scalar::Scalar;
 use crate::earth::Geodetic;
 use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::ins::{Mounting, NavState};
 use crate::time::Time;
 
 /// Position, velocity and attitude at one moment, with one-sigma and the biases removed.
@@ -52,9 +54,33 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Position, velocity, attitude and their one-sigma now, at the point of the solution.
     #[must_use]
     pub fn solution(&self) -> Solution {
-        let lever_arm = self.mounting.solution_from_imu();
-        let state = &self.state;
         let errors = self.imu_errors();
+        let estimate = Estimate {
+            state: &self.state,
+            covariance: &self.covariance,
+            angular_rate_radps: self.angular_rate_radps,
+            gyro_bias_radps: errors.gyro_bias_radps,
+            accel_bias_mps2: errors.accel_bias_mps2,
+        };
+        estimate.solution(&self.mounting)
+    }
+}
+
+/// What a solution is made of.
+pub(super) struct Estimate<'a, T, const N: usize> {
+    pub state: &'a NavState,
+    pub covariance: &'a Covariance<T, N>,
+    pub angular_rate_radps: Vector<Body>,
+    pub gyro_bias_radps: Vector<Body>,
+    pub accel_bias_mps2: Vector<Body>,
+}
+
+impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
+    /// The solution at its point.
+    pub fn solution(&self, mounting: &Mounting) -> Solution {
+        let lever_arm = mounting.solution_from_imu();
+        let state = self.state;
+        let relative_velocity = lever_arm.relative_velocity(self.angular_rate_radps);
         Solution {
             time: state.time,
             position: lever_arm.position(&state.position, state.body_to_ned),
@@ -66,11 +92,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             body_to_ned: state.body_to_ned,
             angular_rate_radps: self.angular_rate_radps,
             position_sigma_m: self.point_sigma(POSITION, lever_arm.0),
-            velocity_sigma_mps: self
-                .point_sigma(VELOCITY, lever_arm.relative_velocity(self.angular_rate_radps)),
+            velocity_sigma_mps: self.point_sigma(VELOCITY, relative_velocity),
             attitude_sigma_rad: self.euler_sigma(),
-            gyro_bias_radps: errors.gyro_bias_radps,
-            accel_bias_mps2: errors.accel_bias_mps2,
+            gyro_bias_radps: self.gyro_bias_radps,
+            accel_bias_mps2: self.accel_bias_mps2,
             gyro_bias_sigma_radps: self.sigma_block(GYRO_BIAS).into(),
             accel_bias_sigma_mps2: self.sigma_block(ACCEL_BIAS).into(),
         }
@@ -86,7 +111,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (K11) of docs/equations.md.
     fn point_sigma(&self, first: usize, moved_by: Vector<Body>) -> Vector<Ned> {
         let arm = (self.state.body_to_ned * moved_by).to_array();
-        let p = &self.covariance;
+        let p = self.covariance;
         let sigma = |axis: usize| {
             // δ(point) = δ(unit) − [arm ×] ψ.
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);

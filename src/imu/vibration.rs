@@ -18,6 +18,9 @@ pub struct Vibration {
 const MEMORY_S: f64 = 2.0;
 
 impl Vibration {
+    /// Nothing measured yet.
+    pub const NONE: Self = Self { before: [None; 2], variance: [0.0; 3], seen_s: 0.0 };
+
     /// Takes in the next sample, `interval_s` after the one before.
     ///
     /// # Source

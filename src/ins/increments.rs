@@ -67,6 +67,9 @@ struct Previous {
 }
 
 impl Integrator {
+    /// No sample yet.
+    pub const EMPTY: Self = Self { previous: None };
+
     /// The time of the last sample taken in.
     #[must_use]
     pub fn time(&self) -> Option<Time> {

@@ -33,6 +33,14 @@ pub struct Advance {
 }
 
 impl NavState {
+    /// At rest where the prime meridian meets the equator, level, nose to the north.
+    pub const ORIGIN: Self = Self {
+        time: Time::ZERO,
+        position: Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 },
+        velocity_mps: Vector::ZERO,
+        body_to_ned: Rotation::IDENTITY,
+    };
+
     /// Carries the state over one increment that ends at `time`.
     ///
     /// Earth rate, transport rate, Coriolis and gravity are taken at the middle of the step;

@@ -8,10 +8,12 @@
 //! # Source
 //! Groves, second edition, equations 14.63 to 14.73 (error dynamics in NED); G. J. Bierman (1977),
 //! *Factorization Methods for Discrete Sequential Estimation*, section V.3 (stabilised update).
+mod packed;
 mod propagation;
 mod sensitivity;
 mod update;
 
+pub(super) use packed::PackedBase;
 pub use propagation::Transition;
 pub use sensitivity::Sensitivity;
 pub use update::Gain;
@@ -37,6 +39,11 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     #[must_use]
     pub const fn zero() -> Self {
         Self { rows: [[T::ZERO; N]; N] }
+    }
+
+    /// Sets every entry to zero.
+    pub fn clear(&mut self) {
+        self.rows.as_flattened_mut().fill(T::ZERO);
     }
 
     /// A covariance of given rows, which must be symmetric.

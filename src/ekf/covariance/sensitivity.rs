@@ -2,16 +2,20 @@
 
 use super::super::scalar::Scalar;
 
+/// Most terms of a sensitivity.
+const TERMS: usize = 20;
+
 /// The row of H of a scalar measurement: the few states it sees.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensitivity<T> {
-    terms: [(usize, T); 20],
-    count: usize,
+    derivatives: [T; TERMS],
+    states: [u8; TERMS],
+    count: u8,
 }
 
 impl<T: Scalar> Default for Sensitivity<T> {
     fn default() -> Self {
-        Self { terms: [(0, T::ZERO); 20], count: 0 }
+        Self { derivatives: [T::ZERO; TERMS], states: [0; TERMS], count: 0 }
     }
 }
 
@@ -20,26 +24,42 @@ impl<T: Scalar> Sensitivity<T> {
     /// zeros do not count, and cost nothing later.
     #[must_use]
     pub fn with(mut self, state: usize, derivative: f64) -> Self {
-        if derivative == 0.0 {
-            return self;
-        }
-        if let Some(term) = self.terms.get_mut(self.count) {
-            *term = (state, T::of(derivative));
-            self.count += 1;
-        }
+        self.add(state, derivative);
         self
     }
 
     /// Adds the derivatives of three consecutive states.
     #[must_use]
-    pub fn with_block(self, first: usize, derivatives: [f64; 3]) -> Self {
-        let [x, y, z] = derivatives;
-        self.with(first, x).with(first + 1, y).with(first + 2, z)
+    pub fn with_block(mut self, first: usize, derivatives: [f64; 3]) -> Self {
+        self.add_block(first, derivatives);
+        self
+    }
+
+    /// [`with`](Self::with), in place.
+    pub fn add(&mut self, state: usize, derivative: f64) {
+        if derivative == 0.0 {
+            return;
+        }
+        let term = usize::from(self.count);
+        if let (Some(index), Some(slot), Ok(state)) =
+            (self.states.get_mut(term), self.derivatives.get_mut(term), u8::try_from(state))
+        {
+            (*index, *slot) = (state, T::of(derivative));
+            self.count += 1;
+        }
+    }
+
+    /// [`with_block`](Self::with_block), in place.
+    pub fn add_block(&mut self, first: usize, derivatives: [f64; 3]) {
+        for (axis, derivative) in derivatives.into_iter().enumerate() {
+            self.add(first + axis, derivative);
+        }
     }
 
     /// The states and their derivatives.
     pub fn terms(&self) -> impl Iterator<Item = (usize, T)> + '_ {
-        self.terms.iter().take(self.count).copied()
+        let terms = self.states.iter().zip(&self.derivatives).take(usize::from(self.count));
+        terms.map(|(&state, &derivative)| (usize::from(state), derivative))
     }
 
     /// H x.

@@ -3,7 +3,6 @@
 
 use glam::{DMat3, DVec3};
 
-use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::history::LookBack;
@@ -28,6 +27,18 @@ const LEARNED_LEAST: f64 = 0.1;
 
 /// A fix may be this far ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
+
+/// Channels and groups of the axes, north, east, down.
+const POSITION_AXES: [(Channel, Group); 3] = [
+    (Channel::PositionNorth, Group::HorizontalPosition),
+    (Channel::PositionEast, Group::HorizontalPosition),
+    (Channel::PositionDown, Group::VerticalPosition),
+];
+const VELOCITY_AXES: [(Channel, Group); 3] = [
+    (Channel::VelocityNorth, Group::HorizontalVelocity),
+    (Channel::VelocityEast, Group::HorizontalVelocity),
+    (Channel::VelocityDown, Group::VerticalVelocity),
+];
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Takes in a satellite fix: position, and velocity where it has any, at the antenna, at the
@@ -65,13 +76,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             None => velocity_then,
         };
         let noise = self.gps_noise(fix);
-        let position = self.position_axes(fix, &position_then, &noise);
-        let velocity = self.velocity_axes(fix, &velocity_then, &noise);
-        let mut axes: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
+        let mut axes = [const { None }; 6];
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
-        for (slot, axis) in axes.iter_mut().zip(velocity.into_iter().chain(position.map(Some))) {
-            *slot = axis;
-        }
+        let (velocity, position) = axes.split_at_mut(3);
+        self.velocity_axes(fix, &velocity_then, &noise, velocity);
+        self.position_axes(fix, &position_then, &noise, position);
         let report = self.update_sequentially(fix.time, &axes, trace);
         self.learn_gps(&report);
         Ok(report)
@@ -136,7 +145,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         fix: &Fix,
         back: &LookBack,
         noise: &GpsNoise,
-    ) -> [ScalarMeasurement<T>; 3] {
+        axes: &mut [Option<ScalarMeasurement<T>>],
+    ) {
         let wander: Vector<Ned> =
             L::GPS_POSITION.map_or([0.0; 3], |first| self.block(first)).into();
         let antenna_arm = self.mounting.antenna_from_imu();
@@ -147,32 +157,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let arm_turn = skew(-arm.components()) * back.turn_s;
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
         let velocity = (back.state.velocity_mps + swing).to_array();
-        core::array::from_fn(|axis| {
-            let mut sensitivity = Sensitivity::default()
-                .with(POSITION + axis, 1.0)
-                .with(VELOCITY + axis, -back.age_s)
-                .with_block(ATTITUDE, row(skew(-back.force_m - arm.components()), axis))
-                .with_block(ACCEL_BIAS, row(back.turn_s * (-0.5 * back.age_s), axis))
-                .with_block(GYRO_BIAS, row(arm_turn, axis));
+        for (axis, slot) in axes.iter_mut().enumerate().take(3) {
+            let noise = noise.position_variance[axis] + self.lag_noise(back.age_s, back.age_s);
+            let measurement = ScalarMeasurement::new(POSITION_AXES[axis], innovation[axis], noise);
+            let sensitivity = &mut slot.insert(measurement).sensitivity;
+            sensitivity.add(POSITION + axis, 1.0);
+            sensitivity.add(VELOCITY + axis, -back.age_s);
+            sensitivity.add_block(ATTITUDE, row(skew(-back.force_m - arm.components()), axis));
+            sensitivity.add_block(ACCEL_BIAS, row(back.turn_s * (-0.5 * back.age_s), axis));
+            sensitivity.add_block(GYRO_BIAS, row(arm_turn, axis));
             if let Some(first) = L::GPS_POSITION {
-                sensitivity = sensitivity.with(first + axis, 1.0);
+                sensitivity.add(first + axis, 1.0);
             }
             if let Some(state) = L::LATENCY {
-                sensitivity = sensitivity.with(state, -velocity[axis]);
+                sensitivity.add(state, -velocity[axis]);
             }
-            ScalarMeasurement {
-                channel: [Channel::PositionNorth, Channel::PositionEast, Channel::PositionDown]
-                    [axis],
-                group: [
-                    Group::HorizontalPosition,
-                    Group::HorizontalPosition,
-                    Group::VerticalPosition,
-                ][axis],
-                innovation: innovation[axis],
-                noise: noise.position_variance[axis] + self.lag_noise(back.age_s, back.age_s),
-                sensitivity,
-            }
-        })
+        }
     }
 
     /// Equation (M4) of docs/equations.md.
@@ -181,7 +181,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         fix: &Fix,
         back: &LookBack,
         noise: &GpsNoise,
-    ) -> [Option<ScalarMeasurement<T>>; 3] {
+        axes: &mut [Option<ScalarMeasurement<T>>],
+    ) {
         let wander: Vector<Ned> =
             L::GPS_VELOCITY.map_or([0.0; 3], |first| self.block(first)).into();
         let antenna_arm = self.mounting.antenna_from_imu();
@@ -196,28 +197,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let attitude = skew(back.force_mps - swing.components());
         let gyro = body_to_ned.matrix() * skew(antenna_arm.0.components());
-        core::array::from_fn(|axis| {
-            let mut sensitivity = Sensitivity::default()
-                .with(VELOCITY + axis, 1.0)
-                .with_block(ATTITUDE, row(attitude, axis))
-                .with_block(ACCEL_BIAS, row(back.turn_s, axis))
-                .with_block(GYRO_BIAS, row(gyro, axis));
+        for (axis, slot) in axes.iter_mut().enumerate().take(3) {
+            let Some(measured) = measured[axis] else { continue };
+            let noise = noise.velocity_variance[axis] + self.lag_noise(back.age_s, 1.0);
+            let innovation = measured - predicted[axis];
+            let measurement = ScalarMeasurement::new(VELOCITY_AXES[axis], innovation, noise);
+            let sensitivity = &mut slot.insert(measurement).sensitivity;
+            sensitivity.add(VELOCITY + axis, 1.0);
+            sensitivity.add_block(ATTITUDE, row(attitude, axis));
+            sensitivity.add_block(ACCEL_BIAS, row(back.turn_s, axis));
+            sensitivity.add_block(GYRO_BIAS, row(gyro, axis));
             if let Some(first) = L::GPS_VELOCITY {
-                sensitivity = sensitivity.with(first + axis, 1.0);
+                sensitivity.add(first + axis, 1.0);
             }
-            Some(ScalarMeasurement {
-                channel: [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown]
-                    [axis],
-                group: [
-                    Group::HorizontalVelocity,
-                    Group::HorizontalVelocity,
-                    Group::VerticalVelocity,
-                ][axis],
-                innovation: measured[axis]? - predicted[axis],
-                noise: noise.velocity_variance[axis] + self.lag_noise(back.age_s, 1.0),
-                sensitivity,
-            })
-        })
+        }
     }
 
     /// Variance that the inertial sensors' noise added to velocity over `age_s`, times the square of

@@ -10,6 +10,7 @@ use super::super::square;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
     axes: [Option<Innovation>; 6],
+    pub(super) covariance_reset: bool,
 }
 
 impl Report {
@@ -37,13 +38,20 @@ impl Report {
         self.innovations().any(|axis| axis.verdict == Verdict::Reopened)
     }
 
+    /// Whether the correction would have led to an invalid state or covariance, so that it was not
+    /// applied and the covariance was reset: see [`ResetCause`](crate::ekf::ResetCause).
+    #[must_use]
+    pub const fn covariance_was_reset(&self) -> bool {
+        self.covariance_reset
+    }
+
     /// Sum of the squared normalised innovations and of the logarithms of their variances: minus
     /// twice the logarithm of the measurement's likelihood, but for a constant.
     ///
     /// # Source
     /// Equation (K10) of docs/equations.md.
     #[must_use]
-    pub fn surprise(&self) -> f64 {
+    pub fn minus_two_log_likelihood(&self) -> f64 {
         self.innovations().map(|axis| square(axis.normalised()) + 2.0 * libm::log(axis.sigma)).sum()
     }
 
@@ -60,7 +68,7 @@ impl Report {
 pub enum Unusable {
     /// A value is NaN or infinite, or the place is none.
     NotFinite,
-    /// Older than the filter's memory of the way that led here.
+    /// Older than the filter's history.
     TooOld,
     /// Later than the inertial samples by more than two of their intervals.
     AheadOfImu,

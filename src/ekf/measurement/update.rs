@@ -21,6 +21,13 @@ pub(super) struct ScalarMeasurement<T> {
     pub sensitivity: Sensitivity<T>,
 }
 
+impl<T: Scalar> ScalarMeasurement<T> {
+    /// A measurement that sees no state yet.
+    pub fn new((channel, group): (Channel, Group), innovation: f64, noise: f64) -> Self {
+        Self { channel, group, innovation, noise, sensitivity: Sensitivity::default() }
+    }
+}
+
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole.
     ///
@@ -62,7 +69,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 report.push(self.update_scalar(time, axis, verdict, &mut correction, trace));
             }
         }
-        self.correct(&correction);
+        report.covariance_reset = self.correct(&correction);
         report
     }
 

@@ -19,6 +19,7 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
             "heading found, one-sigma {:.1} deg",
             sigma_rad.to_degrees()
         )),
+        Notice::HeadingMissing { .. } => ShortText::new("alignment waits for a heading"),
         Notice::NotUsed { aid, reason, .. } if reason.is_fault() => {
             ShortText::new(format_args!("{aid} not used: {reason}"))
         }

@@ -145,6 +145,10 @@ impl<W: Write> MessageWriter<W> {
                     .collect();
                 self.event(time, level, kind, &refused.join(", "))
             }
+            Notice::HeadingMissing { time } => {
+                let text = "alignment waits for a heading";
+                self.event(*time, Level::Warning, "heading_missing", text)
+            }
             Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
                 let kind = if *aid == Aid::Gps { "fix_unusable" } else { "aid_unusable" };
                 let text = format!("the {aid} is not used: {reason}");

@@ -6,12 +6,25 @@
 //! change of GPS velocity. Each is weighted by the likelihood of its fixes (a Gaussian sum); those
 //! that lose are dropped, and when those left agree, the heading is found.
 //!
+//! # Memory
+//! What the filters have in common, a shared filter holds once: settings, samples, the
+//! history of increments. It steps for one sector after the other, each of which keeps only what is its own, half a
+//! covariance among it. A fix that is older than a sector's own newest entries of the history, about
+//! three samples, is looked back for through those of the sector that stepped last: biases differ between
+//! sectors by so little that a GPS does not see it.
+//!
 //! # Source
 //! D. L. Alspach and H. W. Sorenson (1972), Nonlinear Bayesian estimation using Gaussian sum
 //! approximations, *IEEE Transactions on Automatic Control* 17 (4), 439–448.
 
+mod method;
+mod sector;
+
+pub use method::{HeadingMethod, NoHeadingSearch};
+
 use super::config::{EkfConfig, GpsModel};
 use super::filter::Ekf;
+use super::history::Cursor;
 use super::layout::Base;
 use super::measurement::{Report, Unusable};
 use super::prediction::{ImuFault, Prediction};
@@ -22,6 +35,7 @@ use crate::gps::Fix;
 use crate::imu::ImuSample;
 use crate::ins::{Mounting, Start};
 use crate::time::Time;
+use sector::Sector;
 
 /// Number of sectors.
 const SECTORS: usize = 12;
@@ -40,28 +54,31 @@ const FOUND_SPEED_MPS: f64 = 5.0;
 #[derive(Clone, Debug)]
 pub struct HeadingSearch {
     sectors: [Option<Sector>; SECTORS],
-    gps: GpsModel,
+    /// Steps for each sector in turn.
+    filter: Ekf<Base, 16>,
     last_fix: Option<Time>,
     /// Whether the vehicle has been fast enough for its heading to count as found.
     fast: bool,
 }
 
-#[derive(Clone, Debug)]
-struct Sector {
-    filter: Ekf<Base, 16>,
-    weight: f64,
-}
-
 impl HeadingSearch {
-    /// A search all around from a start of unknown heading.
-    #[must_use]
-    pub fn new(config: EkfConfig, mounting: Mounting, start: Start) -> Self {
-        let weight = 1.0 / SECTORS as f64;
-        let sectors = core::array::from_fn(|sector| {
-            let start = Self::sector_start(start, sector);
-            Some(Sector { filter: Ekf::new(config, mounting, start), weight })
-        });
-        Self { sectors, gps: config.gps, last_fix: None, fast: false }
+    /// A search that is still to start.
+    pub(super) const fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
+        Self {
+            sectors: [const { None }; SECTORS],
+            filter: Ekf::unstarted(config, mounting),
+            last_fix: None,
+            fast: false,
+        }
+    }
+
+    /// Starts, in place, to search all around from a start of unknown heading.
+    pub(super) fn start(&mut self, start: &Start) {
+        (self.last_fix, self.fast) = (None, false);
+        for (sector, slot) in self.sectors.iter_mut().enumerate() {
+            self.filter.restart(&Self::sector_start(*start, sector));
+            slot.insert(Sector::new(1.0 / SECTORS as f64)).store(&self.filter);
+        }
     }
 
     /// Where the filter of one sector starts when the search starts at `start`; sectors are counted
@@ -82,12 +99,37 @@ impl HeadingSearch {
     ///
     /// # Errors
     /// As [`Ekf::predict`]; all filters judge a sample alike.
-    pub fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
+    pub(super) fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         let mut verdict = Ok(Prediction::Stepped);
-        for sector in self.sectors.iter_mut().flatten() {
-            verdict = sector.filter.predict(sample);
-        }
+        let samples = self.filter.samples;
+        self.for_each(|filter, _| {
+            filter.samples = samples;
+            verdict = filter.predict(sample);
+            Ok::<(), ImuFault>(())
+        })?;
         verdict
+    }
+
+    /// Lets the shared filter be each sector's in turn, until one fails.
+    fn for_each<E>(
+        &mut self,
+        mut step: impl FnMut(&mut Ekf<Base, 16>, &Sector) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let before: Cursor = self.filter.history.cursor();
+        let mut forgotten = false;
+        for sector in self.sectors.iter_mut().flatten() {
+            self.filter.history.set_cursor(before);
+            sector.load(&mut self.filter);
+            let result = step(&mut self.filter, sector);
+            sector.store(&self.filter);
+            forgotten |= self.filter.history.is_empty();
+            result?;
+        }
+        // A reset of one clears the history of all.
+        if forgotten {
+            self.filter.history.clear();
+        }
+        Ok(())
     }
 
     /// Takes a fix into every filter, and weighs them by it. The report is the best filter's.
@@ -97,30 +139,31 @@ impl HeadingSearch {
     ///
     /// # Source
     /// Equation (H2) of docs/equations.md.
-    pub fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
+    pub(super) fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
         let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
         self.last_fix = Some(fix.time);
         self.fast |= fix.horizontal_velocity_mps.is_some_and(|[north, east]| {
             libm::hypot(north, east) > FOUND_SPEED_MPS * libm::sqrt(interval_s)
         });
-        let fix = &self.whitened(fix, interval_s);
+        let fix = whitened(fix, &self.filter.config.gps, interval_s);
         let mut surprises = [f64::INFINITY; SECTORS];
         let mut best: Option<(f64, Report)> = None;
-        for (slot, surprise) in self.sectors.iter_mut().zip(&mut surprises) {
-            let Some(sector) = slot else { continue };
-            let report = sector.filter.update_gps(fix)?;
-            *surprise = report.surprise();
+        let mut left = surprises.iter_mut();
+        self.for_each(|filter, sector| {
+            let report = filter.update_gps(&fix)?;
+            if let Some(surprise) = left.next() {
+                *surprise = report.minus_two_log_likelihood();
+            }
             if best.as_ref().is_none_or(|(weight, _)| sector.weight > *weight) {
                 best = Some((sector.weight, report));
             }
-        }
+            Ok(())
+        })?;
         let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let mut sum = 0.0;
-        for (sector, surprise) in self.sectors.iter_mut().zip(surprises) {
-            if let Some(sector) = sector {
-                sector.weight *= libm::exp(-0.5 * (surprise - least).min(100.0));
-                sum += sector.weight;
-            }
+        for (sector, surprise) in self.sectors.iter_mut().flatten().zip(surprises) {
+            sector.weight *= libm::exp(-0.5 * (surprise - least).min(100.0));
+            sum += sector.weight;
         }
         for slot in &mut self.sectors {
             if let Some(sector) = slot {
@@ -133,53 +176,26 @@ impl HeadingSearch {
         best.map(|(_, report)| report).ok_or(Unusable::NoState)
     }
 
-    /// The fix with its slow errors counted as white: a share s of the one-sigma that wanders with
-    /// correlation time τ weighs, at fixes Δt apart, like white noise of variance s² 2τ/Δt. Without
-    /// this a vehicle at rest would find a heading in the wander of its GPS.
-    ///
-    /// # Source
-    /// Equation (H3) of docs/equations.md.
-    fn whitened(&self, fix: &Fix, interval_s: f64) -> Fix {
-        let gps = &self.gps;
-        let inflation =
-            |share: f64, time_s: f64| libm::sqrt(1.0 + square(share) * 2.0 * time_s / interval_s);
-        let position = inflation(gps.position_wander_share, gps.position_wander_time_s);
-        let velocity = inflation(gps.velocity_wander_share, gps.velocity_wander_time_s);
-        Fix {
-            position_sigma_m: Some(
-                fix.position_sigma_m.unwrap_or(gps.position_sigma_m().into()) * position,
-            ),
-            velocity_sigma_mps: Some(
-                fix.velocity_sigma_mps.unwrap_or(gps.velocity_sigma_mps().into()) * velocity,
-            ),
-            ..*fix
-        }
-    }
-
     fn best(&self) -> Option<&Sector> {
         self.sectors.iter().flatten().max_by(|a, b| a.weight.total_cmp(&b.weight))
     }
 
     /// The last inertial sample's time.
-    #[must_use]
-    pub fn time(&self) -> Time {
-        self.best().map_or(Time::ZERO, |best| best.filter.state().time)
+    pub(super) const fn time(&self) -> Time {
+        self.filter.state.time
     }
 
     /// One-sigma of heading over all filters left, rad.
     ///
     /// # Source
     /// Equation (H4) of docs/equations.md.
-    #[must_use]
-    pub fn heading_sigma_rad(&self) -> f64 {
+    fn heading_sigma_rad(&self) -> f64 {
         let Some(best) = self.best() else { return core::f64::consts::PI };
-        let heading = |sector: &Sector| sector.filter.state().body_to_ned.euler().yaw_rad;
-        let middle = heading(best);
+        let middle = best.heading_rad();
         let (mut weights, mut variance) = (0.0, 0.0);
         for sector in self.sectors.iter().flatten() {
-            let off = wrap_angle(heading(sector) - middle);
-            let own = sector.filter.covariance().variance(super::layout::ATTITUDE + 2);
-            variance += sector.weight * (own + square(off));
+            let off = wrap_angle(sector.heading_rad() - middle);
+            variance += sector.weight * (sector.heading_variance() + square(off));
             weights += sector.weight;
         }
         libm::sqrt(variance / weights).min(core::f64::consts::PI)
@@ -187,17 +203,18 @@ impl HeadingSearch {
 
     /// The best filter, once the heading is found: the sectors left agree, and the vehicle has been
     /// fast enough for its motion to tell.
-    #[must_use]
-    pub fn found(&self) -> Option<&Ekf<Base, 16>> {
-        (self.fast && self.heading_sigma_rad() < FOUND_RAD)
-            .then(|| self.best())
-            .flatten()
-            .map(|best| &best.filter)
+    pub(super) fn found(&mut self) -> Option<FoundHeading<'_>> {
+        let sigma_rad = self.heading_sigma_rad();
+        if !(self.fast && sigma_rad < FOUND_RAD) {
+            return None;
+        }
+        let sector = self.leader();
+        self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
+        Some(FoundHeading { filter: &self.filter, sector, sigma_rad })
     }
 
     /// The number of the sector that leads, counted clockwise from the start's heading.
-    #[must_use]
-    pub fn leader(&self) -> usize {
+    fn leader(&self) -> usize {
         let leads = |slot: &Option<Sector>| slot.as_ref().map_or(0.0, |sector| sector.weight);
         (0..SECTORS)
             .zip(&self.sectors)
@@ -206,13 +223,42 @@ impl HeadingSearch {
     }
 
     /// The best filter's solution, its heading as unsure as all filters together are.
-    #[must_use]
-    pub fn solution(&self) -> Option<Solution> {
+    pub(super) fn solution(&self) -> Option<Solution> {
         self.best().map(|best| {
-            let mut solution = best.filter.solution();
+            let mut solution = best.solution(&self.filter.mounting);
             solution.attitude_sigma_rad[2] =
                 solution.attitude_sigma_rad[2].max(self.heading_sigma_rad());
             solution
         })
+    }
+}
+
+/// What a search has found.
+#[derive(Debug)]
+pub struct FoundHeading<'a> {
+    pub filter: &'a Ekf<Base, 16>,
+    pub sector: usize,
+    pub sigma_rad: f64,
+}
+
+/// The fix with its slow errors counted as white: a share s of the one-sigma that wanders with
+/// correlation time τ weighs, at fixes Δt apart, like white noise of variance s² 2τ/Δt. Without
+/// this a vehicle at rest would find a heading in the wander of its GPS.
+///
+/// # Source
+/// Equation (H3) of docs/equations.md.
+fn whitened(fix: &Fix, gps: &GpsModel, interval_s: f64) -> Fix {
+    let inflation =
+        |share: f64, time_s: f64| libm::sqrt(1.0 + square(share) * 2.0 * time_s / interval_s);
+    let position = inflation(gps.position_wander_share, gps.position_wander_time_s);
+    let velocity = inflation(gps.velocity_wander_share, gps.velocity_wander_time_s);
+    Fix {
+        position_sigma_m: Some(
+            fix.position_sigma_m.unwrap_or(gps.position_sigma_m().into()) * position,
+        ),
+        velocity_sigma_mps: Some(
+            fix.velocity_sigma_mps.unwrap_or(gps.velocity_sigma_mps().into()) * velocity,
+        ),
+        ..*fix
     }
 }

@@ -1,0 +1,70 @@
+//! The covariance of the base states in half the memory, where many filters are kept.
+
+use super::super::layout::BASE;
+use super::Covariance;
+
+/// The upper triangle of the base states' covariance, row by row.
+#[derive(Clone, Debug)]
+pub(in super::super) struct PackedBase([f64; BASE * (BASE + 1) / 2]);
+
+impl PackedBase {
+    pub const ZERO: Self = Self([0.0; BASE * (BASE + 1) / 2]);
+
+    /// Keeps a filter's base states.
+    pub fn pack<const N: usize>(&mut self, covariance: &Covariance<f64, N>) {
+        let mut entries = self.0.iter_mut();
+        for (state, row) in covariance.rows.iter().enumerate().take(BASE) {
+            for (&value, entry) in row.iter().take(BASE).skip(state).zip(&mut entries) {
+                *entry = value;
+            }
+        }
+    }
+
+    /// Puts the base states back into a filter.
+    pub fn unpack<const N: usize>(&self, covariance: &mut Covariance<f64, N>) {
+        let mut entries = self.0.iter();
+        for state in 0..BASE {
+            let (above, rows) = covariance.rows.split_at_mut(state + 1);
+            let Some(row) = above.last_mut() else { return };
+            if let (Some(value), Some(&entry)) = (row.get_mut(state), entries.next()) {
+                *value = entry;
+            }
+            let later = row.iter_mut().take(BASE).skip(state + 1);
+            for ((value, mirror), &entry) in later.zip(rows).zip(&mut entries) {
+                *value = entry;
+                if let Some(mirror) = mirror.get_mut(state) {
+                    *mirror = entry;
+                }
+            }
+        }
+    }
+
+    /// The variance of one state.
+    pub fn variance(&self, state: usize) -> f64 {
+        let before = state * (2 * BASE + 1 - state) / 2;
+        self.0.get(before).copied().unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_packed_covariance_comes_back_whole() {
+        let mut covariance = Covariance::<f64, 16>::zero();
+        for row in 0..BASE {
+            for column in 0..BASE {
+                covariance.rows[row][column] = (row.min(column) * 100 + row.max(column)) as f64;
+            }
+        }
+        let mut packed = PackedBase::ZERO;
+        packed.pack(&covariance);
+        let mut back = Covariance::<f64, 16>::zero();
+        packed.unpack(&mut back);
+        assert_eq!(back, covariance);
+        for state in 0..BASE {
+            assert_eq!(packed.variance(state), covariance.variance(state));
+        }
+    }
+}

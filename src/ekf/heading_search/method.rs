@@ -1,0 +1,87 @@
+//! Whether an estimator can find a heading in motion: chosen by type, as it takes memory.
+
+use super::super::config::EkfConfig;
+use super::super::measurement::{Report, Unusable};
+use super::super::prediction::{ImuFault, Prediction};
+use super::super::solution::Solution;
+use super::{FoundHeading, HeadingSearch};
+use crate::gps::Fix;
+use crate::imu::ImuSample;
+use crate::ins::{Mounting, Start};
+use crate::time::Time;
+
+/// How an [`Estimator`](super::super::Estimator) finds a heading that nothing gives at the start:
+/// [`HeadingSearch`], or not at all, [`NoHeadingSearch`]. Sealed.
+pub trait HeadingMethod: sealed::Method {}
+
+/// No search, and no memory for one: alignment waits until a sensor, or the course where the
+/// configuration names it, gives a heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NoHeadingSearch;
+
+impl HeadingMethod for HeadingSearch {}
+impl HeadingMethod for NoHeadingSearch {}
+
+pub(in super::super) mod sealed {
+    use super::*;
+
+    pub trait Method {
+        /// Whether there is a search.
+        const SEARCHES: bool;
+        fn unstarted(config: EkfConfig, mounting: Mounting) -> Self;
+        fn start(&mut self, start: &Start);
+        fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault>;
+        fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable>;
+        fn found(&mut self) -> Option<FoundHeading<'_>>;
+        fn solution(&self) -> Option<Solution>;
+        fn time(&self) -> Time;
+    }
+}
+
+impl sealed::Method for HeadingSearch {
+    const SEARCHES: bool = true;
+    fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
+        Self::unstarted(config, mounting)
+    }
+    fn start(&mut self, start: &Start) {
+        self.start(start);
+    }
+    fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
+        self.predict(sample)
+    }
+    fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
+        self.update_gps(fix)
+    }
+    fn found(&mut self) -> Option<FoundHeading<'_>> {
+        self.found()
+    }
+    fn solution(&self) -> Option<Solution> {
+        self.solution()
+    }
+    fn time(&self) -> Time {
+        self.time()
+    }
+}
+
+impl sealed::Method for NoHeadingSearch {
+    const SEARCHES: bool = false;
+    fn unstarted(_: EkfConfig, _: Mounting) -> Self {
+        Self
+    }
+    fn start(&mut self, _: &Start) {}
+    fn predict(&mut self, _: &ImuSample) -> Result<Prediction, ImuFault> {
+        Ok(Prediction::Stepped)
+    }
+    fn update_gps(&mut self, _: &Fix) -> Result<Report, Unusable> {
+        Err(Unusable::HeadingUnknown)
+    }
+    fn found(&mut self) -> Option<FoundHeading<'_>> {
+        None
+    }
+    fn solution(&self) -> Option<Solution> {
+        None
+    }
+    fn time(&self) -> Time {
+        Time::ZERO
+    }
+}

@@ -1,0 +1,92 @@
+//! What is a sector's own.
+
+use super::super::covariance::{Covariance, PackedBase};
+use super::super::filter::Ekf;
+use super::super::gate::Lockouts;
+use super::super::history::RecentMotion;
+use super::super::layout::{ATTITUDE, BASE, Base, GYRO_BIAS};
+use super::super::solution::{Estimate, Solution};
+use crate::frames::{Body, Vector};
+use crate::ins::{Mounting, NavState};
+
+/// One filter of the bank, while another uses what they share.
+#[derive(Clone, Debug)]
+pub(super) struct Sector {
+    pub weight: f64,
+    state: NavState,
+    biases: [f64; BASE - GYRO_BIAS],
+    covariance: PackedBase,
+    lockouts: Lockouts,
+    gps_learned: [f64; 2],
+    angular_rate_radps: Vector<Body>,
+    recent: RecentMotion,
+}
+
+impl Sector {
+    /// A sector of this weight, to be [`store`](Self::store)d into.
+    pub const fn new(weight: f64) -> Self {
+        Self {
+            weight,
+            state: NavState::ORIGIN,
+            biases: [0.0; BASE - GYRO_BIAS],
+            covariance: PackedBase::ZERO,
+            lockouts: Lockouts::NONE,
+            gps_learned: [1.0; 2],
+            angular_rate_radps: Vector::ZERO,
+            recent: RecentMotion::NONE,
+        }
+    }
+
+    /// Makes the shared filter this sector's.
+    pub fn load(&self, filter: &mut Ekf<Base, 16>) {
+        filter.state = self.state;
+        for (parameter, bias) in filter.parameters.iter_mut().skip(GYRO_BIAS).zip(self.biases) {
+            *parameter = bias;
+        }
+        self.covariance.unpack(&mut filter.covariance);
+        filter.lockouts = self.lockouts;
+        filter.gps_learned = self.gps_learned;
+        filter.angular_rate_radps = self.angular_rate_radps;
+        filter.history.set_recent(&self.recent);
+    }
+
+    /// Keeps what the shared filter has become.
+    pub fn store(&mut self, filter: &Ekf<Base, 16>) {
+        self.state = filter.state;
+        for (bias, &parameter) in
+            self.biases.iter_mut().zip(filter.parameters.iter().skip(GYRO_BIAS))
+        {
+            *bias = parameter;
+        }
+        self.covariance.pack(&filter.covariance);
+        self.lockouts = filter.lockouts;
+        self.gps_learned = filter.gps_learned;
+        self.angular_rate_radps = filter.angular_rate_radps;
+        self.recent = filter.history.recent();
+    }
+
+    /// Heading, rad.
+    pub fn heading_rad(&self) -> f64 {
+        self.state.body_to_ned.euler().yaw_rad
+    }
+
+    /// Its variance, rad².
+    pub fn heading_variance(&self) -> f64 {
+        self.covariance.variance(ATTITUDE + 2)
+    }
+
+    /// The solution of this sector's filter.
+    pub fn solution(&self, mounting: &Mounting) -> Solution {
+        let mut covariance = Covariance::<f64, 16>::zero();
+        self.covariance.unpack(&mut covariance);
+        let [p, q, r, x, y, z] = self.biases;
+        let estimate = Estimate {
+            state: &self.state,
+            covariance: &covariance,
+            angular_rate_radps: self.angular_rate_radps,
+            gyro_bias_radps: Vector::new(p, q, r),
+            accel_bias_mps2: Vector::new(x, y, z),
+        };
+        estimate.solution(mounting)
+    }
+}
