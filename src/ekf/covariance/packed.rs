@@ -12,30 +12,37 @@ impl PackedBase {
 
     /// Keeps a filter's base states.
     pub fn pack<const N: usize>(&mut self, covariance: &Covariance<f64, N>) {
-        let mut entries = self.0.iter_mut();
+        let mut rest = &mut self.0[..];
         for (state, row) in covariance.rows.iter().enumerate().take(BASE) {
-            for (&value, entry) in row.iter().take(BASE).skip(state).zip(&mut entries) {
-                *entry = value;
-            }
+            let (Some(from), Some((to, after))) =
+                (row.get(state..BASE), rest.split_at_mut_checked(BASE - state))
+            else {
+                return;
+            };
+            to.copy_from_slice(from);
+            rest = after;
         }
     }
 
     /// Puts the base states back into a filter.
     pub fn unpack<const N: usize>(&self, covariance: &mut Covariance<f64, N>) {
-        let mut entries = self.0.iter();
+        let mut rest = &self.0[..];
         for state in 0..BASE {
-            let (above, rows) = covariance.rows.split_at_mut(state + 1);
-            let Some(row) = above.last_mut() else { return };
-            if let (Some(value), Some(&entry)) = (row.get_mut(state), entries.next()) {
-                *value = entry;
+            let (Some((from, after)), Some((row, below))) = (
+                rest.split_at_checked(BASE - state),
+                covariance.rows.get_mut(state..).and_then(<[_]>::split_first_mut),
+            ) else {
+                return;
+            };
+            if let Some(to) = row.get_mut(state..BASE) {
+                to.copy_from_slice(from);
             }
-            let later = row.iter_mut().take(BASE).skip(state + 1);
-            for ((value, mirror), &entry) in later.zip(rows).zip(&mut entries) {
-                *value = entry;
-                if let Some(mirror) = mirror.get_mut(state) {
+            for (row, &entry) in below.iter_mut().zip(from.iter().skip(1)) {
+                if let Some(mirror) = row.get_mut(state) {
                     *mirror = entry;
                 }
             }
+            rest = after;
         }
     }
 
