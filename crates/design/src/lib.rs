@@ -25,6 +25,7 @@ pub use check::{CheckedDesign, CheckedPrintedDesign};
 pub use discretize::zero_order_hold;
 pub use disturbance::{DISTURBED, DisturbanceResponse, SETTLED, TABLE_6_1};
 pub use error::DesignError;
+pub use hovernav_model::nalgebra;
 pub use lqr::{Regulator, discrete_lqr, kalman, lqr, sampled_lqr};
 pub use margins::{ChannelMargins, Crossing, Loop, Margins, Peak};
 pub use reachability::{Reachability, observability, reachability};

@@ -41,12 +41,6 @@ impl Mode {
     pub fn time_constant_s(&self) -> Option<f64> {
         (self.continuous.re.abs() > 1e-12).then(|| -1.0 / self.continuous.re)
     }
-
-    /// Whether it dies away.
-    #[must_use]
-    pub fn is_stable(&self) -> bool {
-        self.continuous.re < 0.0
-    }
 }
 
 /// The modes of a model, slowest first. Shown, a table.

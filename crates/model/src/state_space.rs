@@ -76,13 +76,6 @@ impl StateSpace {
         self
     }
 
-    /// The same model under another name.
-    #[must_use]
-    pub fn with_name(mut self, name: &str) -> Self {
-        self.name = name.into();
-        self
-    }
-
     /// The same model with p outputs y = C x + D u: `c` is p×n, `d` p×m.
     ///
     /// # Errors

@@ -34,6 +34,7 @@ use super::flight::{FlightConfig, FlightError, HoverStatistics};
 use super::noise::{Noise, Stream};
 use hovernav::autopilot::{HoverConfig, Mode};
 use hovernav::frames::Vector;
+use hovernav_log::statistics::quantile;
 
 /// What is flown again and again, and what is drawn anew each time.
 #[derive(Clone, Debug, PartialEq)]
@@ -231,12 +232,8 @@ impl Campaign {
 /// none. Values that are not numbers are left out.
 #[must_use]
 pub fn percentile(values: &[f64], share: f64) -> f64 {
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let rank = share.clamp(0.0, 1.0) * last as f64;
-    let (low, high) = (sorted[rank as usize], sorted[(rank.ceil() as usize).min(last)]);
-    low + (high - low) * rank.fract()
+    let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    quantile(&mut finite, share).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
