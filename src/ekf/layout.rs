@@ -49,6 +49,7 @@ mod sealed {
 }
 
 /// Whether a layout keeps the rules: see [`Layout`].
+#[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, where a panic is an error")]
 pub(super) const fn is_sound<L: Layout<N>, const N: usize>() -> bool {
     let blocks = [
         (L::GYRO_SCALE, 3),

@@ -130,7 +130,7 @@ impl ReceiverTime {
 /// H. Hinnant, *chrono-Compatible Low-Level Date Algorithms* (2013), `days_from_civil`: the year is
 /// begun in March, so that the leap day is its last.
 pub(crate) fn days_since_1970(year: u32, month: u32, day: u32) -> Option<i32> {
-    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     let length = match month {
         1 | 3 | 5 | 7 | 8 | 10 | 12 => 31,
         4 | 6 | 9 | 11 => 30,

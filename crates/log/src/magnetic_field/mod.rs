@@ -109,7 +109,7 @@ impl MagneticField {
 #[must_use]
 pub fn decimal_year(year: u16, month: u8, day: u8) -> f64 {
     const BEFORE_MONTH: [u16; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
-    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let is_leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     let month = usize::from(month.clamp(1, 12));
     let days =
         BEFORE_MONTH[month - 1] + u16::from(is_leap && month > 2) + u16::from(day.max(1)) - 1;
