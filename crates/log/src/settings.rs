@@ -4,14 +4,10 @@ use std::path::Path;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use world_magnetic_model::GeomagneticField;
-use world_magnetic_model::time::{Date, Month};
-use world_magnetic_model::uom::si::angle::{degree, radian};
-use world_magnetic_model::uom::si::f32::{Angle, Length};
-use world_magnetic_model::uom::si::length::meter;
 
 use crate::dataset::Dataset;
 use crate::error::LogError;
+use crate::magnetic_field::{MagneticField, decimal_year};
 use crate::manifest::{HeadingReference, MANIFEST_FILE, Manifest, Point};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
@@ -141,46 +137,28 @@ impl Manifest {
     }
 }
 
-/// Declination, rad, and how it came about. The model's epoch stands in for a flight whose day is
-/// not told or not covered: declination moves about 0.1° a year.
-///
-/// # Source
-/// Equation (E11) of docs/equations.md.
+/// Declination, rad, and how it came about. The start of 2025 stands in for a flight whose day is not
+/// given or not covered: declination moves about 0.1° a year.
 fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, String) {
-    let told = manifest.date.and_then(|date| date.date);
-    let undated = Date::from_calendar_date(2025, Month::January, 1).ok();
-    let dated = told.and_then(|date| {
-        let month = Month::try_from(date.month).ok()?;
-        Date::from_calendar_date(i32::from(date.year), month, date.day).ok()
-    });
-    let declination_deg = |date: Option<Date>| {
-        let field = GeomagneticField::new(
-            Length::new::<meter>(place.height_m as f32),
-            Angle::new::<radian>(place.latitude_rad as f32),
-            Angle::new::<radian>(place.longitude_rad as f32),
-            date?,
-        );
-        field.ok().map(|field| f64::from(field.declination().get::<degree>()))
+    let date = manifest.date.and_then(|date| date.date);
+    let year = date.map(|date| decimal_year(date.year, date.month, date.day));
+    let at = |year| MagneticField::at(place, year).map(|field| field.declination_rad());
+    let (found, day) = match (date, year.map(at)) {
+        (Some(date), Some(Ok(found))) => (Ok(found), date.to_string()),
+        (Some(date), _) => (at(2025.0), format!("2025-01-01, as it does not hold on {date}")),
+        (None, _) => (at(2025.0), "2025-01-01, as the log gives no date".to_owned()),
     };
-    let (found, day) = match (told, declination_deg(dated)) {
-        (Some(told), Some(found)) => (Some(found), told.to_string()),
-        (Some(told), None) => {
-            (declination_deg(undated), format!("2025-01-01, as it does not hold on {told}"))
-        }
-        (None, _) => (declination_deg(undated), "2025-01-01, as the log gives no date".to_owned()),
-    };
-    found.map_or_else(
-        || {
-            (
-                0.0,
-                "magnetic declination 0° taken: the World Magnetic Model has none here".to_owned(),
-            )
-        },
-        |found| {
+    match found {
+        Ok(declination_rad) => {
+            let declination_deg = declination_rad.to_degrees();
             let model = "by the World Magnetic Model for";
-            (found.to_radians(), format!("magnetic declination {found:.2}° {model} {day}"))
-        },
-    )
+            (declination_rad, format!("magnetic declination {declination_deg:.2}° {model} {day}"))
+        }
+        Err(_) => {
+            let text = "magnetic declination 0° taken: the World Magnetic Model has none here";
+            (0.0, text.to_owned())
+        }
+    }
 }
 
 fn set(setting: &mut f64, value: Option<f64>) {
