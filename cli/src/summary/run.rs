@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hovernav::ekf::{Aid, Channel, ImuFault, Notice, ResetCause, Unusable, Verdict};
 use hovernav::ins::HeadingSource;
-use hovernav_log::{Dataset, Run, Score, Statistics};
+use hovernav_log::{Dataset, Run, Score, Statistics, UnusedReadings};
 use serde::Serialize;
 
 use super::reproduction::ReproductionSummary;
@@ -44,6 +44,10 @@ pub struct RunSummary {
     pub(super) outage_drift_m: Option<Statistics>,
     /// What deserves a second look, one plain sentence each.
     pub warnings: Vec<String>,
+    /// Readings that could not be used for a fault of theirs.
+    aids_unusable: UnusedReadings,
+    /// Readings left out by design.
+    aids_left_out: UnusedReadings,
 }
 
 /// How and when the filter was aligned.
@@ -99,7 +103,7 @@ impl RunSummary {
             imu_samples: dataset.imu.len(),
             gps_fixes_used: 0,
             gps_fixes_rejected: 0,
-            gps_fixes_unusable: 0,
+            gps_fixes_unusable: run.unusable.gps,
             smoothed,
             alignment: None,
             innovations: BTreeMap::new(),
@@ -110,6 +114,8 @@ impl RunSummary {
             outages: Vec::new(),
             outage_drift_m: None,
             warnings: dataset.warnings.clone(),
+            aids_unusable: run.unusable,
+            aids_left_out: run.left_out,
         };
         let early = dataset.fixes_before_imu();
         if early > 0 {
@@ -147,7 +153,6 @@ impl RunSummary {
                 }
                 Notice::Updated(report) => self.count(report),
                 Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
-                    self.gps_fixes_unusable += usize::from(*aid == Aid::Gps);
                     note(unusable_name(*aid, *reason), time.seconds());
                 }
                 Notice::GapBridged { time, .. } => {

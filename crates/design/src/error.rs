@@ -1,6 +1,7 @@
 //! Why a design is refused.
 
 use hovernav_model::ModelError;
+use hovernav_toml::TomlError;
 
 /// Why a design could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -95,14 +96,7 @@ pub enum DesignError {
         /// Its unit.
         unit: String,
     },
-    /// A file of weights does not spell a design.
-    #[error("{}:{line}: {reason}", path.display())]
-    File {
-        /// The file.
-        path: std::path::PathBuf,
-        /// Line, from 1; 0 where it could not be read at all.
-        line: usize,
-        /// What was found and expected.
-        reason: String,
-    },
+    /// A file of weights cannot be read, or does not spell a design.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
 }

@@ -35,7 +35,7 @@ pub use manifest::{
 };
 pub use open::open;
 pub use reference::{Reference, ReferenceMoment};
-pub use replay::{Outage, Run, SmoothedRun};
+pub use replay::{Outage, Run, SmoothedRun, UnusedReadings};
 pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
 };

@@ -1,8 +1,10 @@
 //! A recorded flight through the estimator.
 
+use serde::Serialize;
+
 use crate::dataset::{Dataset, Source};
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution};
+use hovernav::ekf::{Aid, Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution};
 use hovernav::event::Event;
 use hovernav::ins::{HeadingSource, Start};
 use hovernav::time::Time;
@@ -29,8 +31,51 @@ impl Outage {
 pub struct Run {
     /// One solution per inertial sample from the end of alignment on.
     pub solutions: Vec<Solution>,
-    /// What the estimator reported, in order.
+    /// What the estimator reported, in order, but for readings left out by design.
     pub notices: Vec<Notice>,
+    /// Readings that could not be used for a fault of theirs, each a notice too.
+    pub unusable: UnusedReadings,
+    /// Readings left out by design: too soon after the last, or before the heading is known.
+    pub left_out: UnusedReadings,
+}
+
+/// How many readings of each aid were not used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct UnusedReadings {
+    /// Fixes.
+    pub gps: usize,
+    /// Attitudes of the inertial unit.
+    pub attitude: usize,
+    /// Magnetic fields.
+    pub magnetometer: usize,
+    /// Barometric heights.
+    pub baro: usize,
+}
+
+impl UnusedReadings {
+    fn count(&mut self, aid: Aid) {
+        match aid {
+            Aid::Gps => self.gps += 1,
+            Aid::Attitude => self.attitude += 1,
+            Aid::Magnetometer => self.magnetometer += 1,
+            Aid::Baro => self.baro += 1,
+            _ => {}
+        }
+    }
+}
+
+impl Run {
+    /// Keeps a notice; of readings left out by design, of which there are more than samples, the
+    /// number alone.
+    fn keep(&mut self, notice: Notice) {
+        if let Notice::NotUsed { aid, reason, .. } = notice {
+            if !reason.is_fault() {
+                return self.left_out.count(aid);
+            }
+            self.unusable.count(aid);
+        }
+        self.notices.push(notice);
+    }
 }
 
 /// What a run over a log and back gave.
@@ -119,8 +164,8 @@ impl Dataset {
     // Compiled here once, and not with the filter for every caller's closure; as what follows.
     fn estimated(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> Run {
         let mut estimator = Estimator::<Full, 26>::new(*config);
-        self.run(progress, |event, notices| {
-            estimator.push(event, |notice| keep(notice, notices));
+        self.run(progress, |event, run| {
+            estimator.push(event, |notice| run.keep(notice));
             estimator.solution()
         })
     }
@@ -171,11 +216,11 @@ impl Dataset {
     ) -> (Run, Smoother<Full, 26>) {
         let mut estimator = Estimator::<Full, 26>::new(*config);
         let mut smoother = Smoother::with_capacity(self.imu.len());
-        let run = self.run(progress, |event, notices| {
+        let run = self.run(progress, |event, run| {
             let mut aligned = false;
             estimator.push_traced(event, &mut smoother, |notice| {
                 aligned |= matches!(notice, Notice::Aligned(_));
-                keep(notice, notices);
+                run.keep(notice);
             });
             if let Some(start) = start.filter(|_| aligned) {
                 estimator.begin_at(&start);
@@ -192,12 +237,12 @@ impl Dataset {
     fn run(
         &self,
         progress: &mut dyn FnMut(usize),
-        mut push: impl FnMut(&Event, &mut Vec<Notice>) -> Option<Solution>,
+        mut push: impl FnMut(&Event, &mut Run) -> Option<Solution>,
     ) -> Run {
         let mut run = Run { solutions: Vec::with_capacity(self.imu.len()), ..Run::default() };
         let mut samples = 0;
         for event in self.events() {
-            let solution = push(&event, &mut run.notices);
+            let solution = push(&event, &mut run);
             if let Event::Imu(_) = event {
                 samples += 1;
                 progress(samples);
@@ -205,12 +250,5 @@ impl Dataset {
             }
         }
         run
-    }
-}
-
-/// Keeps a notice, but for readings that are left out by design, of which there are more than samples.
-fn keep(notice: Notice, notices: &mut Vec<Notice>) {
-    if !matches!(notice, Notice::NotUsed { reason, .. } if !reason.is_fault()) {
-        notices.push(notice);
     }
 }

@@ -1,29 +1,13 @@
 //! Why a model is refused.
 
-use std::io;
-use std::path::PathBuf;
+use hovernav_toml::TomlError;
 
 /// Why a model could not be made, read, written or used.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
-    /// The file system refused.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// A model file does not spell a model.
-    #[error("{}:{line}: {reason}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// What was found and expected.
-        reason: String,
-    },
+    /// A model file cannot be read or written, or does not spell a model.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
     /// A matrix has another shape than the names ask for.
     #[error("{matrix}: found {rows}x{columns}, expected {expected_rows}x{expected_columns}")]
     Shape {

@@ -6,6 +6,8 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
+use hovernav_toml::TomlError;
+
 use super::error::ModelError;
 use super::linear::TimeDomain;
 use super::signal::Signal;
@@ -49,11 +51,9 @@ impl StateSpace {
     /// Reads `model.toml`.
     ///
     /// # Errors
-    /// [`ModelError::Io`], and [`ModelError::File`] as [`StateSpace::parse`].
+    /// [`ModelError::Toml`], as [`StateSpace::parse`].
     pub fn read(path: &Path) -> Result<Self, ModelError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ModelError::Io { path: path.into(), source })?;
-        Self::parse(&text, path)
+        Self::parse(&hovernav_toml::read_text(path)?, path)
     }
 
     /// The model that `text` spells; `path` names it in messages.
@@ -65,17 +65,14 @@ impl StateSpace {
     /// `outputs` the states are the outputs.
     ///
     /// # Errors
-    /// [`ModelError::File`] with the line, where the text is not TOML, a key is missing or not known,
+    /// [`ModelError::Toml`] with the line, where the text is not TOML, a key is missing or not known,
     /// or what it says is not a model.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
-        let refused = |start: usize, reason: String| ModelError::File {
-            path: path.into(),
-            line: line_at(text, start),
-            reason: reason.replace('\n', ", "),
+        let refused = |start: usize, reason: String| -> ModelError {
+            TomlError::at(path, text, start, &reason).into()
         };
-        let written: Written = toml::from_str(text).map_err(|error| {
-            refused(error.span().map_or(0, |span| span.start), error.message().into())
-        })?;
+        let written: Written =
+            toml::from_str(text).map_err(|error| TomlError::of(path, text, &error))?;
         let time = match (written.time_domain, &written.period_s) {
             (Domain::Continuous, None) => TimeDomain::Continuous,
             (Domain::Discrete, Some(period)) => {
@@ -198,10 +195,10 @@ impl StateSpace {
     /// Writes `model.toml`.
     ///
     /// # Errors
-    /// [`ModelError::Io`].
+    /// [`ModelError::Toml`].
     pub fn write(&self, path: &Path) -> Result<(), ModelError> {
         std::fs::write(path, self.to_toml())
-            .map_err(|source| ModelError::Io { path: path.into(), source })
+            .map_err(|source| TomlError::Io { path: path.into(), source }.into())
     }
 }
 
@@ -224,10 +221,4 @@ fn matrix(rows: &Rows) -> Result<DMatrix<f64>, String> {
         ));
     }
     Ok(DMatrix::from_fn(rows.len(), columns, |row, column| rows[row][column]))
-}
-
-/// The line, from 1, at byte `offset` of `text`: what an error in a file points at.
-#[must_use]
-pub fn line_at(text: &str, offset: usize) -> usize {
-    1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count()
 }

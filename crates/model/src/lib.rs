@@ -22,7 +22,6 @@ mod signal;
 mod state_space;
 
 pub use error::ModelError;
-pub use file::line_at;
 pub use linear::{LinearModel, TimeDomain};
 pub use modes::{Mode, Modes};
 pub use nalgebra;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::DesignError;
-use hovernav_model::{StateSpace, line_at};
+use hovernav_model::StateSpace;
 
 /// What the design is to weigh, and what stands between a command and the model.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
@@ -149,15 +149,10 @@ impl HoverDesign {
     /// Reads weights, poles and times from a TOML file; what it leaves out is as by default.
     ///
     /// # Errors
-    /// [`DesignError::File`], and [`DesignError::Range`] for what no design can have: a weight below
+    /// [`DesignError::Toml`], and [`DesignError::Range`] for what no design can have: a weight below
     /// zero makes the cost indefinite.
     pub fn read(path: &Path) -> Result<Self, DesignError> {
-        let refused = |line, reason| DesignError::File { path: path.into(), line, reason };
-        let text = std::fs::read_to_string(path).map_err(|error| refused(0, error.to_string()))?;
-        let design: Self = toml::from_str(&text).map_err(|error| {
-            let start = error.span().map_or(0, |span| span.start);
-            refused(line_at(&text, start), error.message().into())
-        })?;
+        let (design, _): (Self, _) = hovernav_toml::read(path)?;
         design.check()?;
         Ok(design)
     }
