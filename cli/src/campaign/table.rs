@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use hovernav_sim::HoverStatistics;
 use hovernav_sim::campaign::{CampaignResult, Outcome, SensorGrade, UNCERTAIN, percentile};
 
-/// Percentiles that are told.
+/// The percentiles of every table.
 pub const PERCENTILES: [u32; 6] = [5, 25, 50, 75, 95, 99];
 
 /// Something that is measured of every flight.
