@@ -1,7 +1,7 @@
 //! The standard campaign of faults over the dataset directories given and simulated flights:
 //! `cargo run --release -p hovernav-sim --example injection_campaign -- SEEDS OUT DIR…`
 
-use hovernav_sim::faults::{Campaign, Flight, csv, markdown, standard_cells};
+use hovernav_sim::faults::{Campaign, Flight, csv, goals_markdown, markdown, standard_cells};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -26,7 +26,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(&out)?;
     std::fs::write(out.join("results.csv"), csv(&outcomes))?;
     std::fs::write(out.join("results.json"), serde_json::to_string(&outcomes)?)?;
-    std::fs::write(out.join("table.md"), markdown(&outcomes))?;
-    print!("{}", markdown(&outcomes));
+    let table = goals_markdown(&outcomes) + &markdown(&outcomes);
+    std::fs::write(out.join("table.md"), &table)?;
+    print!("{table}");
     Ok(())
 }

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::catalogue::Kind;
 use super::fault::Fault;
+use super::shaking::Vibration;
 use super::table::Table;
 use super::window::Window;
 use crate::noise::Noise;
@@ -24,11 +25,6 @@ const ACCEL: [usize; 3] = [3, 4, 5];
 
 /// Standard gravity, m/s² (ISO 80000-3).
 const G_MPS2: f64 = 9.806_65;
-
-/// What is faster than the inverse of twice this, s, counts as vibration.
-const SMOOTHED_S: f64 = 0.2;
-/// The vibration added comes from this much earlier in the log, s.
-const EARLIER_S: (f64, f64) = (2.0, 10.0);
 
 /// `imu.csv` with its axes found.
 pub(super) struct Inertial<'a> {
@@ -204,55 +200,23 @@ impl<'a> Inertial<'a> {
     }
 
     /// Makes the vibration `factor` times as strong.
-    ///
-    /// Vibration is each axis less its mean over 0.2 s, taken twice (a triangle of 0.4 s, whose
-    /// response is a half at 2.2 Hz). Below one, a part of it is taken away. Above one, √(k² − 1)
-    /// times that of 2 to 10 s earlier is added, with a drawn sign: strength, spectrum and the phases
-    /// between the axes are the log's own, and what is added is independent of what is there, so
-    /// that their squares add up to k².
     fn vibrate(&mut self, rows: &[usize], factor: f64, noise: &mut Noise) {
-        let (least_s, most_s) = EARLIER_S;
-        let earlier_s = least_s + (most_s - least_s) * noise.uniform();
-        let sign = if noise.uniform() < 0.5 { -1.0 } else { 1.0 };
+        let vibration = Vibration::drawn(factor, self.median_s, noise);
         let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else { return };
         let all = self.table.rows_in(Window::ALL);
-        let earlier = ((earlier_s / self.median_s) as usize).clamp(1, all.len().max(2) - 1);
-        let half = ((0.5 * SMOOTHED_S / self.median_s).round() as usize).max(1);
-        for axis in 0..6 {
-            let column = self.axes[axis];
-            let values: Vec<f64> = all.iter().map(|row| self.table.get(*row, column)).collect();
-            let smooth = moving_mean(&moving_mean(&values, half), half);
-            let fast = |place: usize| values[place] - smooth[place];
-            for (place, &row) in all.iter().enumerate() {
-                if !(first..=last).contains(&row) {
-                    continue;
-                }
-                let added = if factor < 1.0 {
-                    (factor - 1.0) * fast(place)
-                } else {
-                    // The log's first seconds take theirs from later.
-                    let other = place.checked_sub(earlier).unwrap_or(place + earlier);
-                    sign * (factor * factor - 1.0).sqrt() * fast(other.min(values.len() - 1))
-                };
-                if added.is_finite() && added != 0.0 {
-                    self.table.change(row, column, |value| value + added);
+        for column in self.axes {
+            let is_known = |row: &usize| self.table.get(*row, column).is_finite();
+            let known: Vec<usize> = all.iter().copied().filter(is_known).collect();
+            let values: Vec<f64> = known.iter().map(|row| self.table.get(*row, column)).collect();
+            let within = known.partition_point(|row| *row < first)
+                ..known.partition_point(|row| *row <= last);
+            for (place, added) in within.clone().zip(vibration.added(&values, within)) {
+                if added != 0.0 {
+                    self.table.change(known[place], column, |value| value + added);
                 }
             }
         }
     }
-}
-
-/// The mean of each value and up to `half` of its neighbours on either side.
-fn moving_mean(values: &[f64], half: usize) -> Vec<f64> {
-    let mut sums = vec![0.0];
-    for value in values {
-        sums.push(sums[sums.len() - 1] + value);
-    }
-    let mean = |place: usize| {
-        let reach = half.min(place).min(values.len() - 1 - place);
-        (sums[place + reach + 1] - sums[place - reach]) / (2 * reach + 1) as f64
-    };
-    (0..values.len()).map(mean).collect()
 }
 
 /// A direction drawn evenly from the sphere.

@@ -15,6 +15,7 @@ mod measure;
 mod runner;
 mod satellite;
 mod setup;
+mod shaking;
 mod table;
 mod tables;
 mod window;
