@@ -119,8 +119,8 @@ fn all(c: &mut Criterion) {
     let hover = Hover::open();
     kernels::<f64, Base, 16>(c, &hover, "15 f64");
     kernels::<f32, Base, 16>(c, &hover, "15 f32");
-    kernels::<f64, Full, 26>(c, &hover, "26 f64");
-    kernels::<f32, Full, 26>(c, &hover, "26 f32");
+    kernels::<f64, Full, 28>(c, &hover, "26 f64");
+    kernels::<f32, Full, 28>(c, &hover, "26 f32");
     dense::<15>(c);
     dense::<26>(c);
     attitude(c);

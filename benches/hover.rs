@@ -74,7 +74,7 @@ fn hover(c: &mut Criterion) {
     let mut autopilot = engaged(&config.autopilot, &inputs);
     c.bench_function("autopilot step", |b| b.iter(|| autopilot.step(black_box(&inputs))));
     loop_step::<Base, 16>(c, "15 states", &short, &flight);
-    loop_step::<Full, 26>(c, "26 states", &short, &flight);
+    loop_step::<Full, 28>(c, "26 states", &short, &flight);
     c.bench_function("closed-loop flight of 300 s", |b| b.iter(|| config.fly()));
 }
 

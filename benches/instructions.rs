@@ -104,12 +104,12 @@ mod counted {
 
     layout!(f64, Base, 16, predict_15_f64, update_15_f64, imu_15_f64, gps_15_f64);
     layout!(f32, Base, 16, predict_15_f32, update_15_f32, imu_15_f32, gps_15_f32);
-    layout!(f64, Full, 26, predict_26_f64, update_26_f64, imu_26_f64, gps_26_f64);
+    layout!(f64, Full, 28, predict_28_f64, update_28_f64, imu_28_f64, gps_28_f64);
 
     #[library_benchmark]
     #[bench::full(Hover::open())]
     fn whole_log(hover: Hover) -> Hover {
-        black_box(&hover).run::<Full, 26, f64>();
+        black_box(&hover).run::<Full, 28, f64>();
         hover
     }
 
@@ -154,11 +154,11 @@ mod counted {
         benchmarks = [
             predict_15_f64,
             predict_15_f32,
-            predict_26_f64,
+            predict_28_f64,
             predict_15_dense,
             update_15_f64,
             update_15_f32,
-            update_26_f64,
+            update_28_f64,
             update_15_dense,
             quaternion
         ]
@@ -166,7 +166,7 @@ mod counted {
     library_benchmark_group!(
         name = whole,
         benchmarks =
-            [imu_15_f64, imu_15_f32, imu_26_f64, gps_15_f64, gps_15_f32, gps_26_f64, whole_log]
+            [imu_15_f64, imu_15_f32, imu_28_f64, gps_15_f64, gps_15_f32, gps_28_f64, whole_log]
     );
     gungraun::main!(library_benchmark_groups = kernels, whole);
 

@@ -237,9 +237,9 @@ fn searched(seed: u64, heading_deg: f64) -> Option<[f64; 4]> {
     let mut config = EstimatorConfig::default();
     config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
     config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
-    let mut estimator = Estimator::<layout::Full, 26>::new(config);
+    let mut estimator = Estimator::<layout::Full, 28>::new(config);
     let mut fixes = recording.fixes.iter().peekable();
-    let yaw_error = |estimator: &Estimator<layout::Full, 26>, truth: &Truth| {
+    let yaw_error = |estimator: &Estimator<layout::Full, 28>, truth: &Truth| {
         let solution = estimator.solution().unwrap();
         let yaw = solution.body_to_ned.euler().yaw_rad;
         let error = wrap_angle(yaw - truth.body_to_ned.euler().yaw_rad);

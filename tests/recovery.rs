@@ -245,7 +245,7 @@ fn a_gap_is_told_and_paid_for_and_the_next_fixes_close_it() {
 
 #[test]
 fn aids_that_are_none_are_refused_by_name_and_change_nothing() {
-    let mut rest = Rest::<layout::Full, 26>::new();
+    let mut rest = Rest::<layout::Full, 28>::new();
     let time = rest.sit();
     let before = rest.filter.clone();
     let filter: &mut FullEkf = &mut rest.filter;
@@ -269,7 +269,7 @@ fn aids_that_are_none_are_refused_by_name_and_change_nothing() {
 
 #[test]
 fn fixes_from_a_clock_far_ahead_do_not_keep_out_the_right_ones() {
-    let mut estimator = Estimator::<layout::Full, 26>::new(EstimatorConfig::default());
+    let mut estimator = Estimator::<layout::Full, 28>::new(EstimatorConfig::default());
     let mut accepted = 0;
     for step in 0..1500 {
         let time = Time::ZERO + f64::from(step) * PERIOD_S;
@@ -406,7 +406,7 @@ proptest! {
     ) {
         let mut config = EstimatorConfig::default();
         config.alignment.duration_s = 0.1;
-        let mut estimator = Estimator::<layout::Full, 26>::new(config);
+        let mut estimator = Estimator::<layout::Full, 28>::new(config);
         if heading_known {
             estimator.begin_at(&start());
         }

@@ -257,7 +257,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
 
 #[test]
 fn the_smoother_is_the_rauch_tung_striebel_smoother() {
-    against_the_textbook::<Full, 26>();
+    against_the_textbook::<Full, 28>();
 }
 
 #[test]

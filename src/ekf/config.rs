@@ -20,6 +20,8 @@ pub struct EkfConfig {
     pub gps: GpsModel,
     /// The unit's own attitude or magnetic heading, when used as an aid.
     pub attitude: AttitudeModel,
+    /// Magnetometer, when it gives the heading.
+    pub magnetometer: MagnetometerModel,
     /// Barometer.
     pub baro: BaroModel,
     /// Gates and recovery.
@@ -125,6 +127,10 @@ settings! {
         gyro_scale_sigma = 0.005,
         /// One-sigma of each accelerometer's scale factor error, where the layout has them.
         accel_scale_sigma = 0.005,
+        /// Full scale of the gyros, rad/s; 0 where it is not known and has to be learned.
+        gyro_range_radps = 0.0,
+        /// Full scale of the accelerometers, m/s²; 0 where it is not known.
+        accel_range_mps2 = 0.0,
         /// Intervals longer than this, s, are gaps: bridged, and paid for in uncertainty.
         gap_s = 0.25,
         /// Acceleration that a gap may have hidden, one-sigma, m/s².
@@ -162,6 +168,8 @@ settings! {
         learning_rate = 0.01,
         /// One-sigma of the time between a fix's position and its velocity, s.
         position_latency_sigma_s = 0.1,
+        /// One-sigma of the time by which a fix holds earlier than declared, s.
+        delay_sigma_s = 0.1,
     }
 }
 
@@ -182,6 +190,20 @@ settings! {
 }
 
 settings! {
+    /// Errors of a heading from a magnetometer.
+    MagnetometerModel {
+        /// Shortest time between two uses, s.
+        interval_s = 0.1,
+        /// One-sigma of its slow error, rad: hard and soft iron left after calibration, currents.
+        heading_wander_rad = 0.06,
+        /// Correlation time of its slow error, s.
+        wander_time_s = 100.0,
+        /// One-sigma of its white error, rad.
+        noise_rad = 0.03,
+    }
+}
+
+settings! {
     /// Errors of a barometric height.
     BaroModel {
         /// One-sigma of its white error, m.
@@ -198,8 +220,12 @@ settings! {
     GateConfig {
         /// Innovations beyond this many one-sigma are refused.
         sigmas = 5.0,
-        /// After this long, s, of refusing everything of one kind, the filter concludes that the
-        /// error is its own and reopens.
+        /// Refused after an absence, after trouble with the inertial samples or in a filter that was
+        /// diverging already, s: then the filter is reopened.
+        recovery_s = 1.0,
+        /// Positions refused that jumped while velocity goes on agreeing, s: then they are believed.
+        fault_s = 30.0,
+        /// Anything else refused without a break, s: then the filter is reopened.
         lockout_s = 8.0,
     }
 }

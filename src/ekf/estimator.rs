@@ -92,8 +92,8 @@ impl Notice {
 ///
 /// | estimator | bytes |
 /// |---|---|
-/// | `Estimator<Full, 26, f64, NoHeadingSearch>` | at most 16 000 |
-/// | `Estimator<Full, 26, f64, HeadingSearch>`, the default | at most 40 000 |
+/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 16 000 |
+/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 40 000 |
 ///
 /// and its calls at most 8 kB of stack.
 ///
@@ -141,7 +141,7 @@ impl Notice {
 /// # Ok::<(), &str>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Estimator<L = Full, const N: usize = 26, T = f64, H = HeadingSearch> {
+pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch> {
     config: EstimatorConfig,
     phase: Phase,
     aligner: Aligner,

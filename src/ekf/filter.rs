@@ -3,8 +3,8 @@
 use core::marker::PhantomData;
 
 use super::config::EkfConfig;
-use super::covariance::Covariance;
-use super::gate::Lockouts;
+use super::covariance::{Covariance, Transition};
+use super::gate::Gates;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::prediction::{ImuFault, Prediction, ResetCause};
@@ -13,7 +13,7 @@ use super::square;
 use super::trace::Trace;
 use crate::earth::Local;
 use crate::frames::{Body, Vector};
-use crate::imu::{ImuErrors, ImuSample, Vibration};
+use crate::imu::{ImuErrors, ImuSample, Integrity, Suspicion, Vibration};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
 
@@ -23,6 +23,9 @@ pub(super) struct Samples {
     pub integrator: Integrator,
     pub gyro_vibration: Vibration,
     pub accel_vibration: Vibration,
+    pub integrity: Integrity,
+    /// What is known against the last sample.
+    pub suspicion: Suspicion,
 }
 
 impl Samples {
@@ -30,6 +33,8 @@ impl Samples {
         integrator: Integrator::EMPTY,
         gyro_vibration: Vibration::NONE,
         accel_vibration: Vibration::NONE,
+        integrity: Integrity::NONE,
+        suspicion: Suspicion::NONE,
     };
 }
 
@@ -47,11 +52,15 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) parameters: [f64; N],
     pub(super) covariance: Covariance<T, N>,
     pub(super) history: History,
-    pub(super) lockouts: Lockouts,
+    pub(super) gates: Gates,
     pub(super) attitude_used: Option<Time>,
+    /// The slow error of what last gave the heading: one-sigma, rad, and correlation time, s.
+    pub(super) heading_wander: (f64, f64),
     pub(super) baro_offset_m: Option<f64>,
     /// Slow part of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
     pub(super) gps_wander: Option<[f64; 4]>,
+    /// Whether the covariance was found without the wander of the GPS, by a layout that has none.
+    pub(super) wander_unknown: bool,
     /// Learned size of the GPS errors against the configured: variances of position and velocity.
     pub(super) gps_learned: [f64; 2],
     pub(super) samples: Samples,
@@ -78,10 +87,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             parameters: [0.0; N],
             covariance: Covariance::zero(),
             history: History::EMPTY,
-            lockouts: Lockouts::NONE,
+            gates: Gates::NONE,
             attitude_used: None,
+            heading_wander: (config.attitude.heading_wander_rad, config.attitude.wander_time_s),
             baro_offset_m: None,
             gps_wander: None,
+            wander_unknown: false,
             gps_learned: [1.0; 2],
             samples: Samples::NONE,
             angular_rate_radps: Vector::ZERO,
@@ -95,10 +106,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.parameters.fill(0.0);
         self.covariance.clear();
         self.history.clear();
-        self.lockouts = Lockouts::NONE;
+        self.gates = Gates::NONE;
         self.attitude_used = None;
         self.baro_offset_m = None;
         self.gps_wander = None;
+        self.wander_unknown = false;
         self.gps_learned = [1.0; 2];
         self.samples = Samples::NONE;
         self.angular_rate_radps = Vector::ZERO;
@@ -111,6 +123,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(GYRO_BIAS, [gyro_sigma; 3]);
         self.open(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3]);
         self.open_blocks();
+        self.open_wander_of_start(start);
     }
 
     /// Starts anew, in place, at the state of a filter of another layout: base states and their
@@ -135,6 +148,34 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.covariance.take_over(&other.covariance, BASE);
         self.gps_learned = other.gps_learned;
+        self.gates = other.gates;
+        self.gps_wander = None;
+        self.wander_unknown = M::GPS_POSITION.is_none();
+    }
+
+    /// Position and velocity of a start are those of a fix: what wandered in it then is their error,
+    /// with the other sign.
+    fn open_wander_of_start(&mut self, start: &Start) {
+        let model = self.config.gps;
+        let shares = (model.position_wander_share, model.velocity_wander_share);
+        let mut wander = [0.0; 4];
+        for (block, of, share, sigma, kept) in [
+            (L::GPS_POSITION, POSITION, shares.0, start.position_sigma_m, 0),
+            (L::GPS_VELOCITY, VELOCITY, shares.1, start.velocity_sigma_mps, 2),
+        ] {
+            let Some(first) = block else { continue };
+            // A start that no fix gave, a velocity say, has a far wider one-sigma.
+            let from_fix = of == POSITION || sigma.x() < UNKNOWN_VELOCITY_MPS;
+            let model = if from_fix { sigma.to_array() } else { model.velocity_sigma_mps() };
+            let sigmas = model.map(|sigma| share.min(0.99) * sigma);
+            self.open(first, sigmas);
+            for (axis, sigma) in sigmas.into_iter().enumerate().filter(|_| from_fix) {
+                self.covariance.set_cross(of + axis, first + axis, -square(sigma));
+            }
+            wander[kept] = sigmas[0];
+            wander[kept + 1] = sigmas[2];
+        }
+        self.gps_wander = Some(wander);
     }
 
     pub(super) fn open_blocks(&mut self) {
@@ -146,14 +187,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.open(first, [config.imu.accel_scale_sigma; 3]);
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
-            let attitude = config.attitude;
-            self.open(
-                first,
-                [attitude.tilt_wander_rad, attitude.tilt_wander_rad, attitude.heading_wander_rad],
-            );
+            let tilt = config.attitude.tilt_wander_rad;
+            self.open(first, [tilt, tilt, self.heading_wander.0]);
         }
         if let Some(state) = L::LATENCY {
             self.covariance.set_variance(state, square(config.gps.position_latency_sigma_s));
+        }
+        if let Some(state) = L::GPS_DELAY {
+            self.covariance.set_variance(state, square(config.gps.delay_sigma_s));
         }
         if let Some(state) = L::BARO {
             self.covariance.set_variance(state, square(config.baro.wander_m));
@@ -189,6 +230,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if sample.time <= self.samples.integrator.time().unwrap_or(self.state.time) {
             return Err(ImuFault::NotLater);
         }
+        if self.samples.integrity.is_stuck(&sample.motion) {
+            return Err(ImuFault::Stuck);
+        }
         let errors = self.imu_errors();
         let increment = match self.samples.integrator.push(sample, &errors) {
             Some(increment) => increment,
@@ -205,30 +249,53 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.reset_covariance();
             return Ok(Prediction::Reset(ResetCause::LongGap { length_s: gap_s }));
         }
-        self.watch_vibration(sample, increment.interval_s, gap);
-
-        let before = self.state;
-        let advance = self.state.advance(sample.time, &increment);
-        if !self.state.is_valid() {
-            self.state = NavState { time: sample.time, ..before };
+        self.watch_samples(sample, increment.interval_s, gap);
+        if gap {
+            self.coast(sample.time, trace);
+        } else if !self.step(sample.time, &increment, trace) {
             self.reset_covariance();
             return Ok(Prediction::Reset(ResetCause::Diverged));
         }
-        let ground = advance.frame_rotation_rad * (1.0 / increment.interval_s);
+        let local = Local::at(&self.state.position);
+        let ground = local.earth_rate_radps + local.transport_rate(self.state.velocity_mps);
         let rate = increment.angular_rate(&sample.motion, &errors);
         self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
+        Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
+    }
 
-        let step = self.transition(&increment, &advance, before.body_to_ned, gap);
-        self.covariance.propagate::<L>(&step);
-        for (parameter, decay) in self.parameters.iter_mut().zip(&step.decay).skip(GYRO_BIAS) {
+    /// One step of the mechanization and of the covariance; false, the state as it was but for its time,
+    /// where it would lead off the Earth.
+    fn step(&mut self, time: Time, increment: &Increment, trace: &mut impl Trace<T, N>) -> bool {
+        let before = self.state;
+        let advance = self.state.advance(time, increment);
+        if !self.state.is_valid() {
+            self.state = NavState { time, ..before };
+            return false;
+        }
+        let transition = self.transition(increment, &advance, before.body_to_ned);
+        self.propagate(&transition, trace);
+        self.history.push(time, increment, &advance);
+        true
+    }
+
+    /// Over a gap: the state coasts, and the covariance opens by what the vehicle can have done.
+    fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) {
+        let interval_s = time - self.state.time;
+        self.gates.doubt_filter(time);
+        let rotation_rad = self.state.coast(time, self.angular_rate_radps);
+        let transition = self.coasting(interval_s);
+        self.propagate(&transition, trace);
+        self.history.clear();
+        self.history.coast(time, interval_s, rotation_rad);
+    }
+
+    fn propagate(&mut self, transition: &Transition<T, N>, trace: &mut impl Trace<T, N>) {
+        self.covariance.propagate::<L>(transition);
+        for (parameter, decay) in self.parameters.iter_mut().zip(&transition.decay).skip(GYRO_BIAS)
+        {
             *parameter *= decay.wide();
         }
-        trace.propagated(&step);
-        if gap {
-            self.history.clear();
-        }
-        self.history.push(sample.time, &increment, &advance);
-        Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
+        trace.propagated(transition);
     }
 
     /// What is known of the inertial unit's own errors.
@@ -294,5 +361,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
+/// A start whose velocity is less sure than this, m/s, had none from a fix.
+const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
 /// A gap longer than this, s, is not bridged: what happened in it nobody knows.
 const LONGEST_BRIDGE_S: f64 = 60.0;

@@ -1,11 +1,23 @@
-//! Gates, and the way back for a filter that has locked itself out.
+//! Gates, and who is to blame when one stays shut: the sensor or the filter.
 //!
 //! A gate keeps a bad fix out. A filter that has gone wrong keeps *every* fix out, and drifts for
-//! ever. Time tells the two apart: once everything of one kind has been refused for longer than
-//! [`lockout_s`](super::GateConfig::lockout_s), the fault is taken to be the filter's own. Its covariance is opened by
-//! the size of the innovation, correlations kept, and the fix is taken. That is reported as
+//! ever. How the refusals began tells the two apart:
+//!
+//! - Positions that agreed until one jumped away from the inertial path, while velocity goes on
+//!   agreeing: the sensor is at fault, for no vehicle and no filter moves like that. They are refused
+//!   for as long as [`GateConfig::fault_s`](super::GateConfig::fault_s).
+//! - Fixes that disagree after an absence, after trouble with the inertial samples, or after a series
+//!   of innovations that were too large already: the filter is lost. It is reopened as soon as
+//!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) have passed and three were refused.
+//! - Else nobody knows, and after [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of refusals
+//!   the filter gives way. A height is not believed while a barometer denies it, and a heading only
+//!   after two minutes.
+//!
+//! Reopening widens the covariance by the size of the innovation, correlations kept, so that both
+//! answers lie within it; the fix is then taken. That is reported as
 //! [`Verdict::Reopened`](super::Verdict::Reopened), never silent.
 
+use super::config::GateConfig;
 use crate::time::Time;
 
 /// Kinds of measurement that are refused, and reopened, together.
@@ -15,49 +27,144 @@ pub(super) enum Group {
     VerticalPosition,
     HorizontalVelocity,
     VerticalVelocity,
-    Attitude,
+    Tilt,
+    Heading,
     Baro,
 }
 
-/// Kinds there are.
-const GROUPS: usize = 6;
+impl Group {
+    const COUNT: usize = 7;
+    /// The first so many are those of the GPS.
+    const GPS: usize = 4;
+}
 
-/// Since when, and how often, each group has been refused without a break.
+/// What each gate has seen.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lockouts {
-    since: [Time; GROUPS],
-    refusals: [u8; GROUPS],
+pub(super) struct Gates {
+    gates: [Gate; Group::COUNT],
+    /// The last time the filter itself was in doubt.
+    doubted: Option<Time>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Gate {
+    accepted: Option<Time>,
+    /// When the refusals that count began.
+    since: Time,
+    /// Mean square of the normalised innovations of late; 1 where filter and sensor agree.
+    spread: f32,
+    /// Refusals without a break; none while the gate is open.
+    refusals: u8,
+    /// Whether these refusals are the filter's own fault.
+    filter_is_lost: bool,
+}
+
+impl Gate {
+    const NONE: Self =
+        Self { accepted: None, since: Time::ZERO, spread: 0.0, refusals: 0, filter_is_lost: false };
+}
+
+/// The gates of position and velocity alone: what a filter of a bank keeps for itself.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GpsGates {
+    gates: [Gate; Group::GPS],
+    doubted: Option<Time>,
+}
+
+impl GpsGates {
+    /// Gates that have seen nothing.
+    pub const NONE: Self = Self { gates: [Gate::NONE; Group::GPS], doubted: None };
 }
 
 /// Fewer refusals than this never reopen, however far apart they are.
 const LEAST_REFUSALS: u8 = 3;
+/// Without a measurement for this long, s, the filter may have gone anywhere.
+const ABSENCE_S: f64 = 2.5;
+/// A doubt of the filter explains a disagreement for this long, s.
+const DOUBT_S: f64 = 10.0;
+/// A spread beyond this says that the filter was on its way out before the first refusal.
+const DIVERGING: f32 = 4.0;
+/// Weight of the newest innovation in the spread.
+const NEWEST: f32 = 0.2;
+/// A heading that is refused for this long, s, is believed in the end.
+const HEADING_S: f64 = 120.0;
 
-impl Lockouts {
-    /// No group has been refused.
-    pub const NONE: Self = Self { since: [Time::ZERO; GROUPS], refusals: [0; GROUPS] };
+impl Gates {
+    /// Gates that have seen nothing.
+    pub const NONE: Self = Self { gates: [Gate::NONE; Group::COUNT], doubted: None };
 
-    pub fn accepted(&mut self, group: Group) {
-        if let Some(refusals) = self.refusals.get_mut(group as usize) {
-            *refusals = 0;
+    /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
+    pub fn doubt_filter(&mut self, time: Time) {
+        self.doubted = Some(time);
+    }
+
+    /// The gates of the GPS.
+    pub fn gps(&self) -> GpsGates {
+        let mut gps = GpsGates { doubted: self.doubted, ..GpsGates::NONE };
+        for (to, from) in gps.gates.iter_mut().zip(&self.gates) {
+            *to = *from;
+        }
+        gps
+    }
+
+    /// Puts the gates of the GPS back.
+    pub fn set_gps(&mut self, gps: &GpsGates) {
+        self.doubted = gps.doubted;
+        for (to, from) in self.gates.iter_mut().zip(&gps.gates) {
+            *to = *from;
         }
     }
 
-    /// Notes a refusal; true when the filter is locked out and has to be reopened.
-    pub fn refused(&mut self, group: Group, time: Time, lockout_s: f64) -> bool {
-        let group = group as usize;
-        let (Some(since), Some(refusals)) =
-            (self.since.get_mut(group), self.refusals.get_mut(group))
-        else {
-            return false;
+    /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
+    pub fn accepted(&mut self, group: Group, time: Time, spread: f64) {
+        if let Some(gate) = self.gates.get_mut(group as usize) {
+            gate.accepted = Some(time);
+            gate.refusals = 0;
+            gate.spread += NEWEST * (spread as f32 - gate.spread);
+        }
+    }
+
+    /// Whether a group was accepted when it was last heard, not long ago.
+    pub fn is_open(&self, group: Group, time: Time) -> bool {
+        self.gates.get(group as usize).is_some_and(|gate| {
+            gate.refusals == 0 && gate.accepted.is_some_and(|accepted| time - accepted < ABSENCE_S)
+        })
+    }
+
+    /// Notes a refusal; true when the filter has to be reopened.
+    pub fn refused(&mut self, group: Group, time: Time, config: &GateConfig) -> bool {
+        // A barometer that agrees with the filter says whose height is wrong.
+        let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
+            && self.is_open(Group::Baro, time);
+        let doubted = self.doubted.is_some_and(|doubted| time - doubted < DOUBT_S);
+        let velocity_agrees = match group {
+            Group::HorizontalPosition => self.is_open(Group::HorizontalVelocity, time),
+            Group::VerticalPosition => self.is_open(Group::VerticalVelocity, time),
+            _ => false,
         };
-        if *refusals == 0 {
-            *since = time;
+        let Some(gate) = self.gates.get_mut(group as usize) else { return false };
+        let absent = gate.accepted.is_none_or(|accepted| time - accepted > ABSENCE_S);
+        let filter_is_lost = doubted || absent || gate.spread > DIVERGING;
+        if gate.refusals == 0 {
+            (gate.since, gate.filter_is_lost) = (time, filter_is_lost);
         }
-        *refusals = refusals.saturating_add(1);
-        let locked_out = *refusals >= LEAST_REFUSALS && time - *since >= lockout_s;
-        if locked_out {
-            *refusals = 0;
+        gate.refusals = gate.refusals.saturating_add(1);
+        gate.filter_is_lost |= doubted;
+        let patience_s = match group {
+            Group::Heading => HEADING_S,
+            _ if gate.filter_is_lost => config.recovery_s,
+            _ if velocity_agrees => config.fault_s,
+            _ => config.lockout_s,
+        };
+        let reopens =
+            !witness && gate.refusals >= LEAST_REFUSALS && time - gate.since >= patience_s;
+        if reopens {
+            *gate = Gate { accepted: Some(time), ..Gate::NONE };
+            if matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
+                // A filter that was lost in velocity is lost in position too.
+                self.doubted = Some(time);
+            }
         }
-        locked_out
+        reopens
     }
 }

@@ -13,11 +13,15 @@ use crate::ins::{Advance, Increment, NavState};
 use crate::time::Time;
 
 /// Number of entries kept.
-const CAPACITY: usize = 64;
+const CAPACITY: usize = 48;
 
 /// Steps shorter than this share an entry, s: with [`CAPACITY`] entries the memory reaches back at
-/// least 0.6 s whatever the sample rate.
+/// least 0.48 s whatever the sample rate.
 const ENTRY_S: f64 = 0.01;
+
+/// Acceleration is taken over this long to either side of a moment, s: shorter than a vehicle's own
+/// motion. It must not lag, or what is left of other errors of time shows as one of the GPS.
+const ACCELERATION_S: f64 = 0.06;
 
 /// What happened between two moments.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +38,7 @@ struct EntryMotion {
     rotation_rad: Vector<Body>,
     /// Velocity change by specific force, body axes at the start.
     force_mps: Vector<Body>,
-    /// Velocity change by all else.
+    /// Velocity change by all else; none where there were no inertial samples and the state coasted.
     fall_mps: Vector<Ned>,
 }
 
@@ -74,8 +78,12 @@ pub(super) struct LookBack {
     pub state: NavState,
     /// Angular rate of the body then, rad/s.
     pub angular_rate_radps: Vector<Body>,
+    /// Acceleration then, low-passed, m/s².
+    pub acceleration_mps2: Vector<Ned>,
     /// How long ago it was, s.
     pub age_s: f64,
+    /// How much of that lies in a gap of the inertial samples, s.
+    pub hidden_s: f64,
     /// Velocity change by specific force since then, m/s.
     pub force_mps: DVec3,
     /// Its integral from then to now, m.
@@ -87,6 +95,10 @@ pub(super) struct LookBack {
 impl EntryMotion {
     const NONE: Self =
         Self { rotation_rad: Vector::ZERO, force_mps: Vector::ZERO, fall_mps: Vector::ZERO };
+
+    fn is_coasted(&self) -> bool {
+        self.fall_mps == Vector::ZERO
+    }
 }
 
 impl History {
@@ -122,6 +134,19 @@ impl History {
                 },
             };
         }
+        self.advance_cursor();
+    }
+
+    /// Takes in a gap in the samples that ended at `end`, over which the state coasted.
+    pub fn coast(&mut self, end: Time, interval_s: f64, rotation_rad: Vector<Body>) {
+        if let Some(slot) = self.entries.get_mut(self.next) {
+            let motion = EntryMotion { rotation_rad, ..EntryMotion::NONE };
+            *slot = Entry { end, interval_s, motion };
+        }
+        self.advance_cursor();
+    }
+
+    fn advance_cursor(&mut self) {
         self.next = (self.next + 1) % CAPACITY;
         self.len = CAPACITY.min(self.len + 1);
     }
@@ -199,23 +224,57 @@ impl History {
         let mut back = LookBack {
             state: *now,
             angular_rate_radps: Vector::ZERO,
+            acceleration_mps2: Vector::ZERO,
             age_s: 0.0,
+            hidden_s: 0.0,
             force_mps: DVec3::ZERO,
             force_m: DVec3::ZERO,
             turn_s: DMat3::ZERO,
         };
         let mut travel_m = Vector::ZERO;
-        for entry in self.newest_first() {
+        let mut entries = self.newest_first();
+        let mut change = Change::default();
+        while let Some(entry) = entries.next() {
             back.angular_rate_radps = entry.motion.rotation_rad * (1.0 / entry.interval_s);
             let share = ((back.state.time - time) / entry.interval_s).min(1.0);
+            let before = back;
             travel_m += back.step(entry, share);
+            if back.state.time - time <= ACCELERATION_S {
+                change.add(&before.state, entry);
+            }
             if back.state.time <= time || share < 1.0 {
+                let mut earlier = back.state;
+                for entry in entries.take_while(|entry| time - entry.end <= ACCELERATION_S) {
+                    change.add(&earlier, entry);
+                    earlier.body_to_ned =
+                        earlier.body_to_ned.turned_in_from(-entry.motion.rotation_rad);
+                }
+                back.acceleration_mps2 = change.mean();
                 back.state.position = Local::at(&now.position).carried(&now.position, travel_m);
                 return Some(back);
             }
         }
         // Without history only the present can be asked for.
         (back.age_s == 0.0 && time == now.time).then_some(back)
+    }
+}
+
+/// Velocity changes of some entries, added up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Change {
+    velocity_mps: Vector<Ned>,
+    interval_s: f64,
+}
+
+impl Change {
+    /// Adds an entry that ends at about `state`.
+    fn add(&mut self, state: &NavState, entry: &Entry) {
+        self.velocity_mps += state.body_to_ned * entry.motion.force_mps + entry.motion.fall_mps;
+        self.interval_s += entry.interval_s;
+    }
+
+    fn mean(&self) -> Vector<Ned> {
+        self.velocity_mps * (1.0 / self.interval_s.max(1e-3))
     }
 }
 
@@ -234,7 +293,11 @@ impl LookBack {
         state.time = state.time.offset_by(-interval_s);
         self.force_m += (self.force_mps + force * 0.5) * interval_s;
         self.force_mps += force;
-        self.turn_s += state.body_to_ned.matrix() * interval_s;
+        if entry.motion.is_coasted() {
+            self.hidden_s += interval_s.max(0.0);
+        } else {
+            self.turn_s += state.body_to_ned.matrix() * interval_s;
+        }
         self.age_s += interval_s;
         travel_m
     }

@@ -42,6 +42,8 @@ pub trait Layout<const N: usize>:
     const LATENCY: Option<usize> = None;
     /// Slowly wandering error of the barometric height, m.
     const BARO: Option<usize> = None;
+    /// How much earlier than its time stamp a fix holds, beyond the declared latency, s.
+    const GPS_DELAY: Option<usize> = None;
 }
 
 mod sealed {
@@ -59,6 +61,7 @@ pub(super) const fn is_sound<L: Layout<N>, const N: usize>() -> bool {
         (L::ATTITUDE_REFERENCE, 3),
         (L::LATENCY, 1),
         (L::BARO, 1),
+        (L::GPS_DELAY, 1),
     ];
     let mut taken = [false; N];
     let mut block = 0;
@@ -98,18 +101,19 @@ impl Layout<22> for WithScaleFactors {
 }
 
 /// What the command line runs: the base, the slow errors of GPS, attitude reference and barometer,
-/// and the latency between GPS position and velocity.
+/// the latency between GPS position and velocity, and the delay of both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Full;
 
 impl sealed::Sealed for Full {}
 
-impl Layout<26> for Full {
+impl Layout<28> for Full {
     const GPS_POSITION: Option<usize> = Some(15);
     const GPS_VELOCITY: Option<usize> = Some(18);
     const ATTITUDE_REFERENCE: Option<usize> = Some(21);
     const LATENCY: Option<usize> = Some(24);
     const BARO: Option<usize> = Some(25);
+    const GPS_DELAY: Option<usize> = Some(26);
 }
 
 #[cfg(test)]
@@ -136,7 +140,7 @@ mod tests {
     #[test]
     fn a_layout_has_an_even_length_and_blocks_of_its_own_within_it() {
         assert!(is_sound::<Base, 16>() && is_sound::<WithScaleFactors, 22>());
-        assert!(is_sound::<Full, 26>() && is_sound::<WithoutPadding, 18>());
+        assert!(is_sound::<Full, 28>() && is_sound::<WithoutPadding, 18>());
         assert!(!is_sound::<Odd, 17>());
         assert!(!is_sound::<Overlapping, 22>());
         assert!(!is_sound::<OverBase, 18>());

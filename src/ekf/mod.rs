@@ -21,7 +21,9 @@ mod smoother;
 mod solution;
 mod trace;
 
-pub use config::{AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel};
+pub use config::{
+    AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel, MagnetometerModel,
+};
 pub use estimator::{Estimator, Notice};
 pub use estimator_config::{Aiding, EstimatorConfig};
 pub use filter::Ekf;
@@ -38,7 +40,7 @@ pub use trace::Trace;
 pub type BaseEkf = Ekf<layout::Base, 16>;
 
 /// Every block of states, covariance in `f64`: what the command line runs.
-pub type FullEkf = Ekf<layout::Full, 26>;
+pub type FullEkf = Ekf<layout::Full, 28>;
 
 const fn square(value: f64) -> f64 {
     value * value

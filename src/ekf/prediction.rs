@@ -41,6 +41,8 @@ pub enum ImuFault {
     NotFinite,
     /// Not later than the sample before.
     NotLater,
+    /// Every reading the same as before, in a unit that vibrates: it was not measuring.
+    Stuck,
 }
 
 impl fmt::Display for Prediction {
@@ -67,6 +69,7 @@ impl fmt::Display for ImuFault {
         f.write_str(match self {
             Self::NotFinite => "not finite: passed over",
             Self::NotLater => "not later than the sample before: passed over",
+            Self::Stuck => "the same readings as before: passed over",
         })
     }
 }

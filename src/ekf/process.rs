@@ -7,38 +7,38 @@ use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout, POSITION};
 use super::scalar::Scalar;
 use super::square;
 use crate::frames::{Body, Ned, Rotation};
-use crate::imu::ImuSample;
+use crate::imu::{FullScale, ImuSample};
 use crate::ins::{Advance, Increment};
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    pub(super) fn watch_vibration(&mut self, sample: &ImuSample, interval_s: f64, gap: bool) {
+    pub(super) fn watch_samples(&mut self, sample: &ImuSample, interval_s: f64, gap: bool) {
         if gap {
             self.samples.gyro_vibration.interrupt();
             self.samples.accel_vibration.interrupt();
+            self.samples.integrity.interrupt();
         }
         let mean = sample.motion.mean_rates(interval_s);
         self.samples.gyro_vibration.push(mean.angular_rate_radps, interval_s);
         self.samples.accel_vibration.push(mean.specific_force_mps2, interval_s);
+        let scale = FullScale {
+            gyro_radps: self.config.imu.gyro_range_radps,
+            accel_mps2: self.config.imu.accel_range_mps2,
+        };
+        let suspicion = self.samples.integrity.push(&mean, interval_s, &scale);
+        self.samples.suspicion = suspicion;
+        if suspicion.is_clipped() || suspicion.shaken {
+            self.gates.doubt_filter(sample.time);
+        }
     }
 
-    /// Equations (K4) and (K5) of docs/equations.md.
-    pub(super) fn transition(
-        &self,
-        increment: &Increment,
-        advance: &Advance,
-        body_to_ned: Rotation<Body, Ned>,
-        gap: bool,
-    ) -> Transition<T, N> {
-        let interval_s = increment.interval_s;
+    /// How the parameters decay over a step, and the noise that drives them.
+    fn parameter_process(&self, interval_s: f64) -> ([T; N], [T; N]) {
         let imu = &self.config.imu;
-        let c = body_to_ned.matrix().transpose().to_cols_array_2d();
-        let scaled =
-            |factors: [f64; 3]| c.map(|row| core::array::from_fn(|k| T::of(row[k] * factors[k])));
         let mut decay = [T::ONE; N];
         let mut noise = [T::ZERO; N];
-        let mut markov = |first: usize, sigmas: [f64; 3], time_s: f64| {
+        let mut markov = |first: usize, sigmas: &[f64], time_s: f64| {
             let lost = interval_s / time_s;
-            for (axis, sigma) in sigmas.into_iter().enumerate() {
+            for (axis, &sigma) in sigmas.iter().enumerate() {
                 if let (Some(decay), Some(noise)) =
                     (decay.get_mut(first + axis), noise.get_mut(first + axis))
                 {
@@ -48,51 +48,86 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
             }
         };
-        markov(GYRO_BIAS, [imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s);
-        markov(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s);
+        markov(GYRO_BIAS, &[imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s);
+        markov(ACCEL_BIAS, &[imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s);
         let [position_h, position_v, velocity_h, velocity_v] = self.gps_wander.unwrap_or_default();
         if let Some(first) = L::GPS_POSITION {
             let sigmas = [position_h, position_h, position_v];
-            markov(first, sigmas, self.config.gps.position_wander_time_s);
+            markov(first, &sigmas, self.config.gps.position_wander_time_s);
         }
         if let Some(first) = L::GPS_VELOCITY {
             let sigmas = [velocity_h, velocity_h, velocity_v];
-            markov(first, sigmas, self.config.gps.velocity_wander_time_s);
+            markov(first, &sigmas, self.config.gps.velocity_wander_time_s);
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let attitude = &self.config.attitude;
-            let (tilt, heading) = (attitude.tilt_wander_rad, attitude.heading_wander_rad);
-            markov(first, [tilt, tilt, heading], attitude.wander_time_s);
+            let tilt = attitude.tilt_wander_rad;
+            markov(first, &[tilt, tilt], attitude.wander_time_s);
+            let (heading, time_s) = self.heading_wander;
+            markov(first + 2, &[heading], time_s);
         }
         if let Some(state) = L::BARO {
             let (wander, time_s) = (self.config.baro.wander_m, self.config.baro.wander_time_s);
-            markov(state, [wander, 0.0, 0.0], time_s);
+            markov(state, &[wander], time_s);
         }
-        let hidden_velocity = if gap { imu.gap_acceleration_mps2 * interval_s } else { 0.0 };
-        let hidden_angle =
-            if gap { (imu.gap_rate_radps * interval_s).min(MOST_HIDDEN_RAD) } else { 0.0 };
+        (decay, noise)
+    }
+
+    /// The transition over a gap: nothing is known of rate and force, so that no error of attitude or
+    /// bias comes into velocity, but any motion within the vehicle's means may have.
+    pub(super) fn coasting(&self, interval_s: f64) -> Transition<T, N> {
+        let imu = &self.config.imu;
+        let (decay, mut noise) = self.parameter_process(interval_s);
+        let velocity = imu.gap_acceleration_mps2 * interval_s;
         for state in noise.iter_mut().skip(POSITION).take(3) {
-            *state = T::of(square(0.5 * hidden_velocity * interval_s));
+            *state = T::of(square(0.5 * velocity * interval_s));
         }
-        let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3], hidden: f64| {
+        let turn = imu.gap_rate_radps * interval_s;
+        let (tilt, heading) = (turn.min(MOST_HIDDEN_TILT_RAD), turn.min(MOST_HIDDEN_RAD));
+        let diagonal = |n: f64, e: f64, d: f64| {
+            [n, 0.0, 0.0, e, 0.0, d].map(|sigma: f64| T::of(square(sigma)))
+        };
+        Transition {
+            interval_s: T::of(interval_s),
+            turn: [[T::ZERO; 3]; 3],
+            force: [T::ZERO; 3],
+            scaled_rotation: [[T::ZERO; 3]; 3],
+            scaled_velocity: [[T::ZERO; 3]; 3],
+            decay,
+            attitude_noise: diagonal(tilt, tilt, heading),
+            velocity_noise: diagonal(velocity, velocity, velocity),
+            noise,
+        }
+    }
+
+    pub(super) fn transition(
+        &self,
+        increment: &Increment,
+        advance: &Advance,
+        body_to_ned: Rotation<Body, Ned>,
+    ) -> Transition<T, N> {
+        let interval_s = increment.interval_s;
+        let imu = &self.config.imu;
+        let c = body_to_ned.matrix().transpose().to_cols_array_2d();
+        let scaled =
+            |factors: [f64; 3]| c.map(|row| core::array::from_fn(|k| T::of(row[k] * factors[k])));
+        let (decay, noise) = self.parameter_process(interval_s);
+        let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3]| {
             let alike_s = alike_s.max(interval_s);
-            vibration.map(|variance| {
-                square(walk).max(square(share) * variance * alike_s) * interval_s + square(hidden)
-            })
+            vibration
+                .map(|variance| square(walk).max(square(share) * variance * alike_s) * interval_s)
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,
             interval_s,
             self.samples.gyro_vibration.variance(),
-            hidden_angle,
         );
         let accel = sensed(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
             imu.accel_vibration_time_s,
             self.samples.accel_vibration.variance(),
-            hidden_velocity,
         );
         Transition {
             interval_s: T::of(interval_s),
@@ -101,13 +136,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             scaled_rotation: scaled(increment.rotation_rad.to_array()),
             scaled_velocity: scaled(increment.velocity_mps.to_array()),
             decay,
-            attitude_noise: turned(&c, gyro),
-            velocity_noise: turned(&c, accel),
+            attitude_noise: turned(&c, sum(gyro, self.samples.suspicion.angle_variance)),
+            velocity_noise: turned(&c, sum(accel, self.samples.suspicion.velocity_variance)),
             noise,
         }
     }
 }
 
+fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// No gap opens roll and pitch further than this, rad: controlled flight near hover.
+const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
 /// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
 pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 

@@ -57,7 +57,7 @@ use crate::ins::NavState;
 /// # use hovernav::gps::Fix;
 ///
 /// # fn smooth(mut filter: FullEkf, log: &[(ImuSample, Option<Fix>)]) -> Vec<hovernav::ekf::Solution> {
-/// let mut smoother = Smoother::<Full, 26>::with_capacity(log.len());
+/// let mut smoother = Smoother::<Full, 28>::with_capacity(log.len());
 /// for (sample, fix) in log {
 ///     let _ = filter.predict_traced(sample, &mut smoother);
 ///     if let Some(fix) = fix {

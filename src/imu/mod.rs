@@ -1,10 +1,12 @@
 //! What an inertial unit measures, in the units and axes the filter takes, whoever made the unit.
 
 mod errors;
+mod integrity;
 mod motion;
 mod vibration;
 
 pub use errors::ImuErrors;
+pub use integrity::{FullScale, Integrity, Suspicion};
 pub use motion::{MeanRates, Motion};
 pub use vibration::Vibration;
 

@@ -81,7 +81,7 @@ impl Default for AlignmentConfig {
             heading_sigma_rad: 4f64.to_radians(),
             level_sigma_rad: 1f64.to_radians(),
             moving_level_sigma_rad: 4f64.to_radians(),
-            position_sigma_m: 3.0,
+            position_sigma_m: 1.5,
             velocity_sigma_mps: 0.5,
             course_speed_mps: 3.0,
         }

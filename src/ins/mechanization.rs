@@ -18,6 +18,9 @@ pub struct NavState {
     pub body_to_ned: Rotation<Body, Ned>,
 }
 
+/// How long the rate of a controlled vehicle is like itself, s.
+const RATE_MEMORY_S: f64 = 0.3;
+
 /// Faster than any orbit, m/s.
 const FASTEST_MPS: f64 = 1e4;
 
@@ -79,6 +82,22 @@ impl NavState {
             .renormalised();
         self.time = time;
         Advance { from_specific_force_mps, velocity_mps, frame_rotation_rad }
+    }
+
+    /// Carries the state over a gap in the inertial samples that ends at `time`: the velocity is kept,
+    /// and the rotation goes on at `angular_rate_radps` (against the ground's axes) for as long as a
+    /// rate lasts, decaying with [`RATE_MEMORY_S`]. What the vehicle did meanwhile nobody knows, and
+    /// the ends of a gap tell less of its middle than rest does: a rate or a force that is held over
+    /// seconds leads far off.
+    pub fn coast(&mut self, time: Time, angular_rate_radps: Vector<Body>) -> Vector<Body> {
+        let interval_s = time - self.time;
+        self.position =
+            Local::at(&self.position).carried(&self.position, self.velocity_mps * interval_s);
+        let lasting_s = RATE_MEMORY_S * -libm::expm1(-interval_s / RATE_MEMORY_S);
+        let rotation_rad = angular_rate_radps * lasting_s;
+        self.body_to_ned = self.body_to_ned.turned_in_from(rotation_rad).renormalised();
+        self.time = time;
+        rotation_rad
     }
 
     /// Whether every value is finite, the place is one where NED exists, and the speed under 10 km/s.

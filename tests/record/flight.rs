@@ -91,7 +91,7 @@ pub fn fly(header: &Header, recorder: &mut Recorder, duration_s: f64) -> Vec<Sol
 
 struct Vehicle<'a> {
     sensors: Sensors,
-    estimator: Estimator<Full, 26>,
+    estimator: Estimator<Full, 28>,
     recorder: &'a mut Recorder,
     /// What the unit is about to say, and when.
     unit: VecDeque<(Time, Vec<u8>)>,

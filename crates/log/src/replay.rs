@@ -163,7 +163,7 @@ impl Dataset {
 
     // Compiled here once, and not with the filter for every caller's closure; as what follows.
     fn estimated(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> Run {
-        let mut estimator = Estimator::<Full, 26>::new(*config);
+        let mut estimator = Estimator::<Full, 28>::new(*config);
         self.run(progress, |event, run| {
             estimator.push(event, |notice| run.keep(notice));
             estimator.solution()
@@ -213,8 +213,8 @@ impl Dataset {
         config: &EstimatorConfig,
         start: Option<Start>,
         progress: &mut dyn FnMut(usize),
-    ) -> (Run, Smoother<Full, 26>) {
-        let mut estimator = Estimator::<Full, 26>::new(*config);
+    ) -> (Run, Smoother<Full, 28>) {
+        let mut estimator = Estimator::<Full, 28>::new(*config);
         let mut smoother = Smoother::with_capacity(self.imu.len());
         let run = self.run(progress, |event, run| {
             let mut aligned = false;

@@ -85,6 +85,15 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
+    /// Sets the covariance of two states, which must leave the whole positive semi-definite.
+    pub fn set_cross(&mut self, a: usize, b: usize, covariance: f64) {
+        for (row, column) in [(a, b), (b, a)] {
+            if let Some(value) = self.rows.get_mut(row).and_then(|row| row.get_mut(column)) {
+                *value = T::of(covariance);
+            }
+        }
+    }
+
     /// Adds to a variance, keeping the correlations: reopens a state without forgetting how it
     /// hangs together with the others.
     pub fn add_variance(&mut self, state: usize, variance: f64) {

@@ -159,7 +159,7 @@ proptest! {
     fn propagation_is_phi_p_phi_transposed_plus_q(seed: u64) {
         prop_assert!(propagation_error::<Base, 16>(seed) < 1e-12);
         prop_assert!(propagation_error::<WithScaleFactors, 22>(seed) < 1e-12);
-        prop_assert!(propagation_error::<Full, 26>(seed) < 1e-12);
+        prop_assert!(propagation_error::<Full, 28>(seed) < 1e-12);
     }
 
     #[test]

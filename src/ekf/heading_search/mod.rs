@@ -30,7 +30,7 @@ use super::measurement::{Report, Unusable};
 use super::prediction::{ImuFault, Prediction};
 use super::solution::Solution;
 use super::square;
-use crate::frames::{Vector, wrap_angle};
+use crate::frames::{Ned, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::imu::ImuSample;
 use crate::ins::{Mounting, Start};
@@ -49,6 +49,9 @@ const FOUND_RAD: f64 = 0.14;
 /// square root of the time between fixes. A vehicle that is carried, pushed or turned by hand moves
 /// its unit in ways that slow fixes do not show, and the sectors agree on a wrong heading.
 const FOUND_SPEED_MPS: f64 = 5.0;
+
+/// What the one-sigma of a fix is multiplied by for filters that have no states for its slow errors.
+const WHITENED: f64 = 1.7;
 
 /// A bank of filters that differ in heading.
 #[derive(Clone, Debug)]
@@ -145,14 +148,15 @@ impl HeadingSearch {
         self.fast |= fix.horizontal_velocity_mps.is_some_and(|[north, east]| {
             libm::hypot(north, east) > FOUND_SPEED_MPS * libm::sqrt(interval_s)
         });
-        let fix = whitened(fix, &self.filter.config.gps, interval_s);
+        let shares = information_shares(fix, &self.filter.config.gps, interval_s);
+        let fix = whitened(fix, &self.filter.config.gps);
         let mut surprises = [f64::INFINITY; SECTORS];
         let mut best: Option<(f64, Report)> = None;
         let mut left = surprises.iter_mut();
         self.for_each(|filter, sector| {
             let report = filter.update_gps(&fix)?;
             if let Some(surprise) = left.next() {
-                *surprise = report.minus_two_log_likelihood();
+                *surprise = report.minus_two_log_likelihood(shares);
             }
             if best.as_ref().is_none_or(|(weight, _)| sector.weight > *weight) {
                 best = Some((sector.weight, report));
@@ -241,24 +245,28 @@ pub struct FoundHeading<'a> {
     pub sigma_rad: f64,
 }
 
-/// The fix with its slow errors counted as white: a share s of the one-sigma that wanders with
-/// correlation time τ weighs, at fixes Δt apart, like white noise of variance s² 2τ/Δt. Without
-/// this a vehicle at rest would find a heading in the wander of its GPS.
+/// Which share of its information a fix's position and velocity add to the weights. A share s of the
+/// one-sigma that wanders with correlation time τ weighs, at fixes Δt apart, like white noise of
+/// variance s² 2τ/Δt: without this a vehicle at rest would find a heading in the wander of its GPS.
+/// Where there is a velocity, position adds nothing of its own.
 ///
 /// # Source
 /// Equation (H3) of docs/equations.md.
-fn whitened(fix: &Fix, gps: &GpsModel, interval_s: f64) -> Fix {
-    let inflation =
-        |share: f64, time_s: f64| libm::sqrt(1.0 + square(share) * 2.0 * time_s / interval_s);
-    let position = inflation(gps.position_wander_share, gps.position_wander_time_s);
-    let velocity = inflation(gps.velocity_wander_share, gps.velocity_wander_time_s);
+fn information_shares(fix: &Fix, gps: &GpsModel, interval_s: f64) -> [f64; 2] {
+    let wander = square(gps.velocity_wander_share) * 2.0 * gps.velocity_wander_time_s / interval_s;
+    let share = (square(WHITENED) / (1.0 + wander)).min(1.0);
+    if fix.horizontal_velocity_mps.is_some() { [0.0, share] } else { [share, 0.0] }
+}
+
+/// The fix with a part of its slow errors counted as white, so that filters without states for them
+/// do not follow them blindly.
+fn whitened(fix: &Fix, gps: &GpsModel) -> Fix {
+    let wider = |sigma: Option<Vector<Ned>>, model: [f64; 3]| {
+        Some(sigma.unwrap_or(model.into()) * WHITENED)
+    };
     Fix {
-        position_sigma_m: Some(
-            fix.position_sigma_m.unwrap_or(gps.position_sigma_m().into()) * position,
-        ),
-        velocity_sigma_mps: Some(
-            fix.velocity_sigma_mps.unwrap_or(gps.velocity_sigma_mps().into()) * velocity,
-        ),
+        position_sigma_m: wider(fix.position_sigma_m, gps.position_sigma_m()),
+        velocity_sigma_mps: wider(fix.velocity_sigma_mps, gps.velocity_sigma_mps()),
         ..*fix
     }
 }

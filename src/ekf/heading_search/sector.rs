@@ -2,7 +2,7 @@
 
 use super::super::covariance::{Covariance, PackedBase};
 use super::super::filter::Ekf;
-use super::super::gate::Lockouts;
+use super::super::gate::GpsGates;
 use super::super::history::RecentMotion;
 use super::super::layout::{ATTITUDE, BASE, Base, GYRO_BIAS};
 use super::super::solution::{Estimate, Solution};
@@ -16,7 +16,7 @@ pub(super) struct Sector {
     state: NavState,
     biases: [f64; BASE - GYRO_BIAS],
     covariance: PackedBase,
-    lockouts: Lockouts,
+    gates: GpsGates,
     gps_learned: [f64; 2],
     angular_rate_radps: Vector<Body>,
     recent: RecentMotion,
@@ -30,7 +30,7 @@ impl Sector {
             state: NavState::ORIGIN,
             biases: [0.0; BASE - GYRO_BIAS],
             covariance: PackedBase::ZERO,
-            lockouts: Lockouts::NONE,
+            gates: GpsGates::NONE,
             gps_learned: [1.0; 2],
             angular_rate_radps: Vector::ZERO,
             recent: RecentMotion::NONE,
@@ -44,7 +44,7 @@ impl Sector {
             *parameter = bias;
         }
         self.covariance.unpack(&mut filter.covariance);
-        filter.lockouts = self.lockouts;
+        filter.gates.set_gps(&self.gates);
         filter.gps_learned = self.gps_learned;
         filter.angular_rate_radps = self.angular_rate_radps;
         filter.history.set_recent(&self.recent);
@@ -59,7 +59,7 @@ impl Sector {
             *bias = parameter;
         }
         self.covariance.pack(&filter.covariance);
-        self.lockouts = filter.lockouts;
+        self.gates = filter.gates.gps();
         self.gps_learned = filter.gps_learned;
         self.angular_rate_radps = filter.angular_rate_radps;
         self.recent = filter.history.recent();

@@ -57,6 +57,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::TooSoon);
         }
         self.attitude_used = Some(time);
+        self.heading_wander = (model.heading_wander_rad, model.wander_time_s);
         let error = (reference * self.state.body_to_ned.inverse()).rotation_vector();
         let wander: Vector<Ned> = self.block(first).into();
         let left = error - wander;
@@ -64,7 +65,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(axes) {
             *slot = Some(ScalarMeasurement {
                 channel,
-                group: Group::Attitude,
+                group: if channel == Channel::Yaw { Group::Heading } else { Group::Tilt },
                 innovation: left.dot(direction.into()),
                 noise: square(model.noise_rad),
                 sensitivity: Sensitivity::default()

@@ -70,9 +70,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let past = fix.time.offset_by(-latency_s);
             self.history.look_back(&self.state, past).ok_or(Unusable::TooOld)
         };
-        let velocity_then = look_back(0.0)?;
+        let delay_s = L::GPS_DELAY.map_or(0.0, |state| self.parameter(state));
+        let velocity_then = look_back(delay_s)?;
         let position_then = match L::LATENCY {
-            Some(state) => look_back(self.parameter(state))?,
+            Some(state) => look_back(delay_s + self.parameter(state))?,
             None => velocity_then,
         };
         let noise = self.gps_noise(fix);
@@ -127,19 +128,31 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
         let ([velocity_h, velocity_v], velocity_variance) =
             split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
-        if self.gps_wander.is_none() {
+        if self.gps_wander.is_none() || self.wander_unknown {
             if let Some(first) = L::GPS_POSITION {
-                self.open(first, [position_h, position_h, position_v]);
+                self.open_wander(first, POSITION, [position_h, position_h, position_v]);
             }
             if let Some(first) = L::GPS_VELOCITY {
-                self.open(first, [velocity_h, velocity_h, velocity_v]);
+                self.open_wander(first, VELOCITY, [velocity_h, velocity_h, velocity_v]);
             }
         }
         self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v]);
+        self.wander_unknown = false;
         GpsNoise { position_variance, velocity_variance }
     }
 
-    /// Equation (M3) of docs/equations.md.
+    /// Opens wandering states at a fix. A search that took the wander for noise has averaged it away
+    /// in the variance of position and velocity, though not in truth.
+    fn open_wander(&mut self, first: usize, of: usize, sigmas: [f64; 3]) {
+        self.open(first, sigmas);
+        if self.wander_unknown {
+            for (axis, sigma) in sigmas.into_iter().enumerate() {
+                self.covariance.add_variance(of + axis, square(sigma));
+                self.covariance.set_cross(of + axis, first + axis, -square(sigma));
+            }
+        }
+    }
+
     fn position_axes(
         &self,
         fix: &Fix,
@@ -158,7 +171,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
         let velocity = (back.state.velocity_mps + swing).to_array();
         for (axis, slot) in axes.iter_mut().enumerate().take(3) {
-            let noise = noise.position_variance[axis] + self.lag_noise(back.age_s, back.age_s);
+            let noise = noise.position_variance[axis] + self.lag_noise(back, back.age_s);
             let measurement = ScalarMeasurement::new(POSITION_AXES[axis], innovation[axis], noise);
             let sensitivity = &mut slot.insert(measurement).sensitivity;
             sensitivity.add(POSITION + axis, 1.0);
@@ -169,7 +182,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             if let Some(first) = L::GPS_POSITION {
                 sensitivity.add(first + axis, 1.0);
             }
-            if let Some(state) = L::LATENCY {
+            for state in [L::LATENCY, L::GPS_DELAY].into_iter().flatten() {
                 sensitivity.add(state, -velocity[axis]);
             }
         }
@@ -197,9 +210,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let attitude = skew(back.force_mps - swing.components());
         let gyro = body_to_ned.matrix() * skew(antenna_arm.0.components());
+        let acceleration = back.acceleration_mps2.to_array();
         for (axis, slot) in axes.iter_mut().enumerate().take(3) {
             let Some(measured) = measured[axis] else { continue };
-            let noise = noise.velocity_variance[axis] + self.lag_noise(back.age_s, 1.0);
+            let noise = noise.velocity_variance[axis] + self.lag_noise(back, 1.0);
             let innovation = measured - predicted[axis];
             let measurement = ScalarMeasurement::new(VELOCITY_AXES[axis], innovation, noise);
             let sensitivity = &mut slot.insert(measurement).sensitivity;
@@ -210,16 +224,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             if let Some(first) = L::GPS_VELOCITY {
                 sensitivity.add(first + axis, 1.0);
             }
+            if let Some(state) = L::GPS_DELAY {
+                sensitivity.add(state, -acceleration[axis]);
+            }
         }
     }
 
-    /// Variance that the inertial sensors' noise added to velocity over `age_s`, times the square of
-    /// `lever`.
+    /// Variance that the inertial sensors' noise, or a gap in their samples, added to velocity since
+    /// then, times the square of `lever`.
     ///
     /// # Source
     /// Equation (M6) of docs/equations.md.
-    fn lag_noise(&self, age_s: f64, lever: f64) -> f64 {
-        square(self.config.imu.velocity_random_walk_mps) * age_s.max(0.0) * square(lever)
+    fn lag_noise(&self, back: &LookBack, lever: f64) -> f64 {
+        let imu = &self.config.imu;
+        let walk = square(imu.velocity_random_walk_mps) * back.age_s.max(0.0);
+        (walk + square(imu.gap_acceleration_mps2 * back.hidden_s)) * square(lever)
     }
 }
 

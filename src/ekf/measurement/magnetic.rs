@@ -1,13 +1,15 @@
 //! Magnetic heading.
 
+use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
+use super::super::gate::Group;
 use super::super::innovation::Channel;
-use super::super::layout::Layout;
+use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
+use super::super::square;
 use super::super::trace::Trace;
-use super::attitude::DOWN;
-use super::{Report, Unusable};
-use crate::frames::{Body, Vector};
+use super::{Report, ScalarMeasurement, Unusable};
+use crate::frames::{Body, Vector, wrap_angle};
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -31,12 +33,28 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !(field.is_finite() && horizontal > 0.02 * field.norm()) {
             return Err(Unusable::NotFinite);
         }
-        let error = libm::atan2(field.y(), field.x()) - declination_rad;
-        let turn = Vector::new(0.0, 0.0, -error);
-        let reference = self.state.body_to_ned.turned_in_to(turn);
-        // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part.
+        let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
+        let model = self.config.magnetometer;
+        if self.attitude_used.is_some_and(|used| time - used < model.interval_s) {
+            return Err(Unusable::TooSoon);
+        }
+        self.attitude_used = Some(time);
+        // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part: an
+        // error of the reference, as slow as that of the tilt, and no reason to move the tilt.
         let dip = field.z() / horizontal;
-        let seen = [-dip * field.x() / horizontal, -dip * field.y() / horizontal, 1.0];
-        self.update_reference(time, reference, &[(Channel::Yaw, seen, DOWN)], trace)
+        let tilt_variance =
+            self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1));
+        let wander_rad = libm::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
+        self.heading_wander = (wander_rad, model.wander_time_s);
+        let error = wrap_angle(declination_rad - libm::atan2(field.y(), field.x()));
+        let mut axes = [None; 6];
+        axes[0] = Some(ScalarMeasurement {
+            channel: Channel::Yaw,
+            group: Group::Heading,
+            innovation: wrap_angle(error - self.parameter(first)),
+            noise: square(model.noise_rad),
+            sensitivity: Sensitivity::default().with(ATTITUDE + 2, 1.0).with(first, 1.0),
+        });
+        Ok(self.update_sequentially(time, &axes, trace))
     }
 }

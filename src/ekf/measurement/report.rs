@@ -3,7 +3,7 @@
 use core::error::Error;
 use core::fmt;
 
-use super::super::innovation::{Innovation, Verdict};
+use super::super::innovation::{Channel, Innovation, Verdict};
 use super::super::square;
 
 /// What happened to the axes of one measurement, in the order they were taken.
@@ -45,14 +45,24 @@ impl Report {
         self.covariance_reset
     }
 
-    /// Sum of the squared normalised innovations and of the logarithms of their variances: minus
-    /// twice the logarithm of the measurement's likelihood, but for a constant.
+    /// Minus twice the logarithm of the measurement's likelihood, but for a constant: the squared
+    /// normalised innovations and the logarithms of their variances, those of position and of
+    /// velocity each counted at a share of their information.
     ///
     /// # Source
     /// Equation (K10) of docs/equations.md.
     #[must_use]
-    pub fn minus_two_log_likelihood(&self) -> f64 {
-        self.innovations().map(|axis| square(axis.normalised()) + 2.0 * libm::log(axis.sigma)).sum()
+    pub(crate) fn minus_two_log_likelihood(&self, [position, velocity]: [f64; 2]) -> f64 {
+        let share = |channel| match channel {
+            Channel::PositionNorth | Channel::PositionEast | Channel::PositionDown => position,
+            Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown => velocity,
+            _ => 1.0,
+        };
+        self.innovations()
+            .map(|axis| {
+                share(axis.channel) * (square(axis.normalised()) + 2.0 * libm::log(axis.sigma))
+            })
+            .sum()
     }
 
     pub(super) fn push(&mut self, innovation: Innovation) {

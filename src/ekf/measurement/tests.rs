@@ -12,7 +12,7 @@ use crate::imu::{ImuSample, Motion};
 use crate::ins::{Mounting, NavState, Start};
 use crate::time::Time;
 
-const N: usize = 26;
+const N: usize = 28;
 const PERIOD_S: f64 = 0.01;
 const STEPS: i64 = 40;
 

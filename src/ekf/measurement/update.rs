@@ -48,16 +48,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
             done = Some(axis.group);
             let group = || axes.iter().flatten().filter(|other| other.group == axis.group);
-            let fits = group().all(|axis| {
+            let (mut largest, mut sum, mut count) = (0.0, 0.0, 0.0);
+            for axis in group() {
                 let variance =
                     self.covariance.projected_variance(&axis.sensitivity).wide().max(0.0);
                 let innovation = axis.innovation - axis.sensitivity.dot(&correction).wide();
-                square(innovation) <= square(self.config.gate.sigmas) * (variance + axis.noise)
-            });
+                let normalised = square(innovation) / (variance + axis.noise);
+                largest = f64::max(largest, normalised);
+                sum += normalised;
+                count += 1.0;
+            }
+            // Written so that a NaN is refused.
+            let fits = largest <= square(self.config.gate.sigmas);
             let verdict = if fits {
-                self.lockouts.accepted(axis.group);
+                self.gates.accepted(axis.group, time, sum / count);
                 Verdict::Accepted
-            } else if self.lockouts.refused(axis.group, time, self.config.gate.lockout_s) {
+            } else if self.gates.refused(axis.group, time, &self.config.gate) {
                 for axis in group() {
                     self.reopen(axis);
                 }

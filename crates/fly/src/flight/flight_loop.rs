@@ -39,7 +39,7 @@ const FIX_FRESH_S: f64 = 3.0;
 /// It is handed what the sensors say and the time, and neither reads a line nor waits for one.
 pub struct FlightLoop {
     pub log: EventLog,
-    estimator: Estimator<Full, 26>,
+    estimator: Estimator<Full, 28>,
     /// The estimate at the last sample.
     solution: Option<Solution>,
     limits: HealthLimits,

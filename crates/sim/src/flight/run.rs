@@ -52,7 +52,7 @@ struct RunningFlight<'a> {
     next_baro: u64,
     /// Fixes on their way, with the time of their arrival.
     pending_fixes: Vec<(Time, Fix)>,
-    estimator: Estimator<Full, 26>,
+    estimator: Estimator<Full, 28>,
     pilot: HoverAutopilot,
     pilot_sticks: Sticks,
     autopilot: HoverAutopilot,

@@ -1,0 +1,268 @@
+//! What a sample cannot tell: full scale, shocks, samples that came late or not at all.
+
+use super::{MeanRates, Motion};
+use crate::frames::{Body, Vector};
+
+/// The greatest readings a unit can give; zero where it is not known, and then learned from readings
+/// that repeat their own maximum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FullScale {
+    /// Of each gyro, rad/s.
+    pub gyro_radps: f64,
+    /// Of each accelerometer, m/s².
+    pub accel_mps2: f64,
+}
+
+/// What is known against the last sample: see [`Integrity::push`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Suspicion {
+    /// Which gyros stand at their full scale.
+    pub gyro_clipped: [bool; 3],
+    /// Which accelerometers stand at their full scale.
+    pub accel_clipped: [bool; 3],
+    /// Whether the unit is shaken far beyond its vibration of the last seconds.
+    pub shaken: bool,
+    /// Variance that the sample's interval adds to the integral of rate beside the usual noise, rad².
+    pub angle_variance: [f64; 3],
+    /// Variance that it adds to the integral of specific force, (m/s)².
+    pub velocity_variance: [f64; 3],
+}
+
+impl Suspicion {
+    /// Nothing known against a sample.
+    pub const NONE: Self = Self {
+        gyro_clipped: [false; 3],
+        accel_clipped: [false; 3],
+        shaken: false,
+        angle_variance: [0.0; 3],
+        velocity_variance: [0.0; 3],
+    };
+
+    /// Whether any sensor stands at its full scale.
+    #[must_use]
+    pub fn is_clipped(&self) -> bool {
+        self.gyro_clipped.iter().chain(&self.accel_clipped).any(|&clipped| clipped)
+    }
+}
+
+/// Watches the samples of one unit.
+///
+/// A vibrating unit's trapezoids add up to a small error only while the samples are whole and evenly
+/// spaced: what exceeds full scale, what shakes for a moment, and what was lost on the line leaves an
+/// error of full size.
+#[derive(Clone, Copy, Debug)]
+pub struct Integrity {
+    gyro: Triad,
+    accel: Triad,
+    typical_interval_s: f64,
+    last: Option<Motion>,
+}
+
+/// Readings below these are not taken for a learned full scale, rad/s and m/s².
+const LEAST_GYRO_SCALE: f64 = 1.5;
+const LEAST_ACCEL_SCALE: f64 = 17.0;
+/// A maximum that came back this often is a full scale.
+const REPEATS: u32 = 4;
+/// Memory of the shaking now, and of the usual, s.
+const NOW_S: f64 = 0.15;
+const USUAL_S: f64 = 5.0;
+/// Shaking now of more than so many times the usual variance is a shock.
+const SHOCK: f64 = 8.0;
+/// Least usual shaking: below it any touch would be a shock, rad/s and m/s².
+const LEAST_GYRO_SHAKING: f64 = 0.03;
+const LEAST_ACCEL_SHAKING: f64 = 0.3;
+/// Vibration of less than this, (m/s²)², may leave readings as they were.
+const LEAST_VIBRATION: f64 = 0.0025;
+/// What may lie beyond full scale, as a share of it, one-sigma.
+const BEYOND_SCALE: f64 = 0.15;
+
+#[derive(Clone, Copy, Debug)]
+struct Triad {
+    before: [Option<Vector<Body>>; 2],
+    now: [f64; 3],
+    usual: [f64; 3],
+    largest: [f64; 3],
+    repeats: [u32; 3],
+}
+
+impl Triad {
+    const NONE: Self = Self {
+        before: [None; 2],
+        now: [0.0; 3],
+        usual: [0.0; 3],
+        largest: [0.0; 3],
+        repeats: [0; 3],
+    };
+}
+
+impl Integrity {
+    /// Nothing seen yet.
+    pub const NONE: Self =
+        Self { gyro: Triad::NONE, accel: Triad::NONE, typical_interval_s: 0.0, last: None };
+
+    /// Whether a sample repeats the one before in all six readings although the unit vibrates: its
+    /// registers were not written, and it tells nothing.
+    pub fn is_stuck(&mut self, motion: &Motion) -> bool {
+        let vibrates = self.accel.usual.iter().any(|&variance| variance > LEAST_VIBRATION);
+        let stuck = vibrates && self.last == Some(*motion);
+        self.last = Some(*motion);
+        stuck
+    }
+
+    /// Takes in the rates of a sample, `interval_s` after the one before.
+    pub fn push(&mut self, rates: &MeanRates, interval_s: f64, scale: &FullScale) -> Suspicion {
+        if self.typical_interval_s == 0.0 {
+            self.typical_interval_s = interval_s;
+        }
+        // Half a percent a sample, and no more for an interval that is itself unusual.
+        let typical = self.typical_interval_s;
+        self.typical_interval_s += 0.005 * (interval_s.min(1.5 * typical) - typical);
+        let late_s = (interval_s - 1.5 * typical).max(0.0);
+
+        let gyro = self.gyro.push(
+            rates.angular_rate_radps,
+            interval_s,
+            (scale.gyro_radps, LEAST_GYRO_SCALE, LEAST_GYRO_SHAKING),
+            late_s,
+        );
+        let accel = self.accel.push(
+            rates.specific_force_mps2,
+            interval_s,
+            (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING),
+            late_s,
+        );
+        Suspicion {
+            gyro_clipped: gyro.0,
+            accel_clipped: accel.0,
+            shaken: gyro.1 || accel.1,
+            angle_variance: gyro.2,
+            velocity_variance: accel.2,
+        }
+    }
+
+    /// Forgets the last two samples, after a gap.
+    pub fn interrupt(&mut self) {
+        self.gyro.before = [None; 2];
+        self.accel.before = [None; 2];
+    }
+}
+
+impl Triad {
+    fn push(
+        &mut self,
+        sample: Vector<Body>,
+        interval_s: f64,
+        (scale, least_scale, least_shaking): (f64, f64, f64),
+        late_s: f64,
+    ) -> ([bool; 3], bool, [f64; 3]) {
+        let [newer, older] = self.before;
+        self.before = [Some(sample), newer];
+        let values = sample.to_array();
+        let bend = match (newer, older) {
+            (Some(newer), Some(older)) => (sample - newer * 2.0 + older).to_array(),
+            _ => [0.0; 3],
+        };
+        let (mut clipped, mut shaken, mut variance) = ([false; 3], false, [0.0; 3]);
+        let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
+        let axes = axes.zip(&mut self.repeats).zip(values.into_iter().zip(bend));
+        let results = clipped.iter_mut().zip(&mut variance);
+        for (((((now, usual), largest), repeats), (value, bend)), (clipped, variance)) in
+            axes.zip(results)
+        {
+            let size = libm::fabs(value);
+            if size > *largest {
+                (*largest, *repeats) = (size, 1);
+            } else if size == *largest {
+                *repeats = repeats.saturating_add(1);
+            }
+            let learned = *repeats >= REPEATS && *largest >= least_scale && size == *largest;
+            *clipped = learned || (scale > 0.0 && size >= 0.998 * scale);
+
+            let strength = bend * bend / 6.0;
+            *now += (interval_s / NOW_S).min(1.0) * (strength - *now);
+            let shock = *usual > 0.0 && *now > SHOCK * usual.max(least_shaking * least_shaking);
+            // A shock enters the usual slowly; what goes on for seconds becomes it.
+            *usual += (interval_s / USUAL_S).min(1.0) * (*now - *usual);
+            shaken |= shock;
+
+            let mut sigma_squared = 0.0;
+            if *clipped {
+                let beyond = BEYOND_SCALE * size;
+                sigma_squared += now.max(beyond * beyond);
+            }
+            if shock {
+                sigma_squared += *now;
+            }
+            // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
+            *variance = sigma_squared * interval_s * interval_s
+                + 0.5 * usual.max(*now) * late_s * late_s
+                + if late_s > 0.0 { bend * bend * late_s * late_s / 36.0 } else { 0.0 };
+        }
+        (clipped, shaken, variance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rates(x: f64, turn: f64) -> MeanRates {
+        MeanRates {
+            angular_rate_radps: Vector::new(0.0, 0.0, turn),
+            specific_force_mps2: Vector::new(x, 0.0, -9.8),
+        }
+    }
+
+    /// Even numbers between −1 and 1 of a 64-bit congruential generator.
+    fn noise() -> impl FnMut() -> f64 {
+        let mut state = 1u64;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+
+    #[test]
+    fn steady_vibration_is_no_suspicion() {
+        let (mut integrity, mut next) = (Integrity::NONE, noise());
+        for k in 0..3000 {
+            let found =
+                integrity.push(&rates(3.0 * next(), 0.1 * next()), 0.01, &FullScale::default());
+            assert!(k < 100 || (!found.shaken && !found.is_clipped()), "{k}");
+            assert!(k < 100 || found.velocity_variance == [0.0; 3]);
+        }
+    }
+
+    #[test]
+    fn readings_at_a_known_or_learned_full_scale_are_clipped() {
+        let known = FullScale { accel_mps2: 20.0, gyro_radps: 0.0 };
+        for (scale, from) in [(known, 0), (FullScale::default(), 10)] {
+            let (mut integrity, mut next) = (Integrity::NONE, noise());
+            for k in 0..400 {
+                let force = (40.0 * next()).clamp(-20.0, 20.0);
+                let found = integrity.push(&rates(force, 0.0), 0.01, &scale);
+                assert!(k < from || found.accel_clipped[0] == (force.abs() == 20.0));
+                assert!(!found.accel_clipped[2] && found.gyro_clipped == [false; 3]);
+                assert!(!found.accel_clipped[0] || found.velocity_variance[0] > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
+        let (mut integrity, mut next) = (Integrity::NONE, noise());
+        let mut push = |force: f64, interval_s: f64| {
+            integrity.push(&rates(force, 0.0), interval_s, &FullScale::default())
+        };
+        for _ in 0..1000 {
+            push(1.7 * next(), 0.03);
+        }
+        let lost = push(1.0, 0.09).velocity_variance[0];
+        assert!(lost > 0.3 * 0.045f64.powi(2), "{lost}");
+        let shock =
+            (0..5).map(|k| push(if k % 2 == 0 { 30.0 } else { -30.0 }, 0.03)).last().unwrap();
+        assert!(shock.shaken && shock.velocity_variance[0] > (5.0f64 * 0.03).powi(2));
+    }
+}
