@@ -12,7 +12,7 @@ use super::trace::Trace;
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;
-use crate::imu::ImuSample;
+use crate::imu::{ImuSample, Suspicion};
 use crate::ins::{Aligner, Alignment, HeadingSource, Start};
 use crate::time::Time;
 
@@ -62,6 +62,14 @@ pub enum Notice {
         time: Time,
         /// Why.
         cause: ResetCause,
+    },
+    /// Inertial samples begin to stand at full scale, or to shake far beyond what is usual: they are
+    /// used with the uncertainty that this leaves. Told once until a second has passed without.
+    SampleSuspect {
+        /// The sample's time.
+        time: Time,
+        /// What is known against it.
+        suspicion: Suspicion,
     },
     /// An inertial sample was refused.
     SampleRefused {
@@ -148,6 +156,8 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch> 
     search: H,
     filter: Ekf<L, N, T>,
     held: [Option<Fix>; HELD],
+    /// When a sample was last suspect.
+    suspected: Option<Time>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,6 +172,8 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 
 /// A fix further ahead of the inertial samples than this, s, is from another clock.
 const HELD_S: f64 = 10.0;
+/// Suspect samples closer than this, s, are one event.
+const SUSPECT_S: f64 = 1.0;
 /// Fixes that may wait for the inertial sample after them.
 const HELD: usize = 4;
 
@@ -176,6 +188,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             search: H::unstarted(config.ekf, config.mounting),
             filter: Ekf::unstarted(config.ekf, config.mounting),
             held: [None; HELD],
+            suspected: None,
         }
     }
 
@@ -255,13 +268,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
     #[inline(never)]
     fn hold(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {
         let time = self.time();
-        match self.held.iter_mut().find(|slot| slot.is_none() && fix.time - time <= HELD_S) {
-            Some(slot) => *slot = Some(*fix),
-            None => notify(Notice::NotUsed {
-                time: fix.time,
-                aid: Aid::Gps,
-                reason: Unusable::AheadOfImu,
-            }),
+        if fix.time - time > HELD_S {
+            notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason: Unusable::AheadOfImu });
+            return;
+        }
+        // The newest tell most of where a gap in the samples has led.
+        let full = self.held.iter().all(Option::is_some);
+        if let Some(dropped) = self.held.first_mut().filter(|_| full).and_then(Option::take) {
+            self.held.rotate_left(1);
+            let reason = Unusable::AheadOfImu;
+            notify(Notice::NotUsed { time: dropped.time, aid: Aid::Gps, reason });
+        }
+        if let Some(slot) = self.held.iter_mut().find(|slot| slot.is_none()) {
+            *slot = Some(*fix);
         }
     }
 
@@ -289,6 +308,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
                 notify(Notice::SampleRefused { time, fault });
                 return;
             }
+        }
+        let suspicion = self.filter.samples.suspicion;
+        if self.phase == Phase::Navigating && (suspicion.is_clipped() || suspicion.shaken) {
+            if self.suspected.is_none_or(|last| time - last > SUSPECT_S) {
+                notify(Notice::SampleSuspect { time, suspicion });
+            }
+            self.suspected = Some(time);
         }
         for slot in 0..HELD {
             let due = self.held.get(slot).copied().flatten().filter(|fix| fix.time <= sample.time);

@@ -1,5 +1,7 @@
 //! What a sample cannot tell: full scale, shocks, samples that came late or not at all.
 
+use core::fmt;
+
 use super::{MeanRates, Motion};
 use crate::frames::{Body, Vector};
 
@@ -42,6 +44,20 @@ impl Suspicion {
     #[must_use]
     pub fn is_clipped(&self) -> bool {
         self.gyro_clipped.iter().chain(&self.accel_clipped).any(|&clipped| clipped)
+    }
+}
+
+impl fmt::Display for Suspicion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.accel_clipped.contains(&true) {
+            "an accelerometer at full scale"
+        } else if self.gyro_clipped.contains(&true) {
+            "a gyro at full scale"
+        } else if self.shaken {
+            "shaken far beyond the usual"
+        } else {
+            "nothing known against it"
+        })
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use hovernav::ekf::{Aid, Channel, ImuFault, Notice, ResetCause, Unusable, Verdict};
+use hovernav::imu::Suspicion;
 use hovernav::ins::HeadingSource;
 use hovernav_log::{Dataset, Run, Score, Statistics, UnusedReadings};
 use serde::Serialize;
@@ -159,6 +160,9 @@ impl RunSummary {
                     note("a gap in the inertial samples, bridged", time.seconds());
                 }
                 Notice::CovarianceReset { time, cause } => note(reset_name(cause), time.seconds()),
+                Notice::SampleSuspect { time, suspicion } => {
+                    note(suspicion_name(suspicion), time.seconds());
+                }
                 Notice::SampleRefused { time, fault } => note(fault_name(fault), time.seconds()),
                 _ => {}
             }
@@ -271,9 +275,20 @@ const fn reset_name(cause: &ResetCause) -> &'static str {
     }
 }
 
+fn suspicion_name(suspicion: &Suspicion) -> &'static str {
+    if suspicion.accel_clipped.contains(&true) {
+        "clipping of an accelerometer at its full scale, counted in the uncertainty"
+    } else if suspicion.gyro_clipped.contains(&true) {
+        "clipping of a gyro at its full scale, counted in the uncertainty"
+    } else {
+        "shaking of the inertial unit far beyond its usual vibration, counted in the uncertainty"
+    }
+}
+
 const fn fault_name(fault: &ImuFault) -> &'static str {
     match fault {
         ImuFault::NotFinite => "an inertial sample that is not finite, passed over",
+        ImuFault::Stuck => "an inertial sample stuck at the one before, passed over",
         ImuFault::NotLater => "an inertial sample not later than the one before, passed over",
         _ => "an inertial sample passed over",
     }

@@ -82,6 +82,8 @@ impl Manifest {
         );
         set(&mut model.gyro_bias_sigma_radps, imu.gyro_bias_sigma_degps.map(f64::to_radians));
         set(&mut model.accel_bias_sigma_mps2, imu.accel_bias_sigma_mps2);
+        set(&mut model.gyro_range_radps, imu.gyro_range_degps.map(f64::to_radians));
+        set(&mut model.accel_range_mps2, imu.accel_range_g.map(|range_g| range_g * STANDARD_GRAVITY));
 
         config.alignment = overlaid(config.alignment, &self.alignment, "alignment")?;
         config.aiding = overlaid(config.aiding, &self.aiding, "aiding")?;
@@ -93,15 +95,20 @@ impl Manifest {
                 "imu" => ekf.imu = overlaid(ekf.imu, table, "filter.imu")?,
                 "gps" => ekf.gps = overlaid(ekf.gps, table, "filter.gps")?,
                 "attitude" => ekf.attitude = overlaid(ekf.attitude, table, "filter.attitude")?,
+                "magnetometer" => {
+                    ekf.magnetometer =
+                        overlaid(ekf.magnetometer, table, "filter.magnetometer")?;
+                }
                 "baro" => ekf.baro = overlaid(ekf.baro, table, "filter.baro")?,
                 "gate" => ekf.gate = overlaid(ekf.gate, table, "filter.gate")?,
-                _ => return Err(refused("expected imu, gps, attitude, baro or gate")),
+                _ => return Err(refused("expected imu, gps, attitude, magnetometer, baro or gate")),
             }
         }
         let wrong = [
             ekf.imu.out_of_range(),
             ekf.gps.out_of_range(),
             ekf.attitude.out_of_range(),
+            ekf.magnetometer.out_of_range(),
             ekf.baro.out_of_range(),
             ekf.gate.out_of_range(),
         ];

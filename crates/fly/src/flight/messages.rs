@@ -29,6 +29,9 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
         Notice::CovarianceReset { cause, .. } => {
             ShortText::new(format_args!("inertial sample: {cause}"))
         }
+        Notice::SampleSuspect { suspicion, .. } => {
+            ShortText::new(format_args!("inertial sample: {suspicion}"))
+        }
         Notice::SampleRefused { fault, .. } => {
             ShortText::new(format_args!("inertial sample: {fault}"))
         }

@@ -162,6 +162,10 @@ impl<W: Write> MessageWriter<W> {
                 let text = format!("inertial sample: {cause}");
                 self.event(*time, Level::Warning, "imu_fault", &text)
             }
+            Notice::SampleSuspect { time, suspicion } => {
+                let text = format!("inertial sample: {suspicion}");
+                self.event(*time, Level::Warning, "imu_suspect", &text)
+            }
             Notice::SampleRefused { time, fault } => {
                 let text = format!("inertial sample: {fault}");
                 self.event(*time, Level::Warning, "imu_fault", &text)

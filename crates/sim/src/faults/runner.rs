@@ -20,6 +20,7 @@ pub(super) fn told(mut warnings: Vec<String>, run: &Run) -> Vec<String> {
         let words = match notice {
             Notice::GapBridged { .. } => "a gap in the inertial samples, bridged",
             Notice::CovarianceReset { .. } => "the covariance was reset",
+            Notice::SampleSuspect { .. } => "inertial samples at full scale or shaken",
             Notice::SampleRefused { .. } => "an inertial sample that could not be used",
             Notice::NotUsed { reason, .. } if reason.is_fault() => {
                 "a measurement that could not be used"
