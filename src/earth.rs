@@ -25,6 +25,9 @@ pub const ECCENTRICITY_SQUARED: f64 = FLATTENING * (2.0 - FLATTENING);
 pub const SEMI_MINOR_AXIS_M: f64 = SEMI_MAJOR_AXIS_M * (1.0 - FLATTENING);
 /// Rotation rate of the Earth, rad/s (TR8350.2 table 3.1: defining).
 pub const EARTH_RATE_RADPS: f64 = 7.292_115e-5;
+/// Standard gravity, m/s²: what a unit's "g" means, and what turns acceleration into tilt. Source: 3rd
+/// CGPM (1901).
+pub const STANDARD_GRAVITY_MPS2: f64 = 9.806_65;
 /// Normal gravity at the equator, m/s² (TR8350.2 table 3.4).
 pub const EQUATORIAL_GRAVITY_MPS2: f64 = 9.780_325_335_9;
 /// Somigliana's constant k (TR8350.2 table 3.4).

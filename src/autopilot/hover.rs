@@ -10,6 +10,7 @@ use super::regulator::Regulator;
 use super::supervisor::{Request, Supervisor};
 use super::trim::Trim;
 use crate::controls::Sticks;
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::ekf::Solution;
 use crate::frames::{Body, EulerAngles, Ned, Vector, wrap_angle};
 use crate::time::Time;
@@ -292,7 +293,14 @@ impl HoverAutopilot {
         let right = cos * acceleration.y() - sin * acceleration.x();
         self.roll_pitch.command(
             &[p, q, roll, pitch, velocity.x(), velocity.y()],
-            &[0.0, 0.0, right / GRAVITY_MPS2, -forward / GRAVITY_MPS2, wanted.x(), wanted.y()],
+            &[
+                0.0,
+                0.0,
+                right / STANDARD_GRAVITY_MPS2,
+                -forward / STANDARD_GRAVITY_MPS2,
+                wanted.x(),
+                wanted.y(),
+            ],
         )
     }
 
@@ -371,8 +379,6 @@ impl HoverAutopilot {
     }
 }
 
-/// Standard gravity, m/s²: what turns acceleration into tilt.
-const GRAVITY_MPS2: f64 = 9.806_65;
 /// Slower than this, m/s and rad/s, is a steady hover.
 const STEADY_MPS: f64 = 1.0;
 const STEADY_RADPS: f64 = 0.3;

@@ -5,12 +5,10 @@
 use core::fmt;
 
 use super::packet::{AnglePacket, Packet, ScaledPacket};
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, EulerAngles, Vector, wrap_angle};
 use crate::imu::{ImuSample, Motion};
 use crate::time::Time;
-
-/// Standard gravity, m/s²: what the unit's "g" means. Source: 3rd CGPM (1901).
-const STANDARD_GRAVITY_MPS2: f64 = 9.806_65;
 
 /// Rate and acceleration words reach to one and a half times the rated range.
 const FULL_SCALE: f64 = 1.5 / 32_768.0;

@@ -9,7 +9,7 @@ use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::magnetic_field::{MagneticField, decimal_year};
 use crate::manifest::{HeadingReference, MANIFEST_FILE, Manifest, Point};
-use hovernav::earth::Geodetic;
+use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::EstimatorConfig;
 use hovernav::ins::Mounting;
 use hovernav_toml::TomlError;
@@ -83,7 +83,10 @@ impl Manifest {
         set(&mut model.gyro_bias_sigma_radps, imu.gyro_bias_sigma_degps.map(f64::to_radians));
         set(&mut model.accel_bias_sigma_mps2, imu.accel_bias_sigma_mps2);
         set(&mut model.gyro_range_radps, imu.gyro_range_degps.map(f64::to_radians));
-        set(&mut model.accel_range_mps2, imu.accel_range_g.map(|range_g| range_g * STANDARD_GRAVITY));
+        set(
+            &mut model.accel_range_mps2,
+            imu.accel_range_g.map(|range_g| range_g * STANDARD_GRAVITY_MPS2),
+        );
 
         config.alignment = overlaid(config.alignment, &self.alignment, "alignment")?;
         config.aiding = overlaid(config.aiding, &self.aiding, "aiding")?;
@@ -96,12 +99,13 @@ impl Manifest {
                 "gps" => ekf.gps = overlaid(ekf.gps, table, "filter.gps")?,
                 "attitude" => ekf.attitude = overlaid(ekf.attitude, table, "filter.attitude")?,
                 "magnetometer" => {
-                    ekf.magnetometer =
-                        overlaid(ekf.magnetometer, table, "filter.magnetometer")?;
+                    ekf.magnetometer = overlaid(ekf.magnetometer, table, "filter.magnetometer")?;
                 }
                 "baro" => ekf.baro = overlaid(ekf.baro, table, "filter.baro")?,
                 "gate" => ekf.gate = overlaid(ekf.gate, table, "filter.gate")?,
-                _ => return Err(refused("expected imu, gps, attitude, magnetometer, baro or gate")),
+                _ => {
+                    return Err(refused("expected imu, gps, attitude, magnetometer, baro or gate"));
+                }
             }
         }
         let wrong = [

@@ -163,12 +163,17 @@ impl Entry {
 
     /// Whether anything of it goes into the record.
     pub(super) const fn is_recorded(&self) -> bool {
-        !matches!(
-            self,
+        match self {
             Self::Sensor(
-                SensorOutput::WriteDmu(_) | SensorOutput::WriteGps(_) | SensorOutput::Event(_)
-            ) | Self::Sensor(SensorOutput::Measured(None, _))
-        )
+                SensorOutput::WriteDmu(_)
+                | SensorOutput::WriteGps(_)
+                | SensorOutput::Event(_)
+                | SensorOutput::Measured(None, _),
+            ) => false,
+            // An aid that comes more often than it can be of use is no news.
+            Self::Notice(Notice::NotUsed { reason, .. }) => reason.is_fault(),
+            _ => true,
+        }
     }
 }
 
