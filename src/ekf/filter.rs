@@ -155,6 +155,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Position and velocity of a start are those of a fix: what wandered in it then is their error,
     /// with the other sign.
+    ///
+    /// # Source
+    /// Equation (K14) of docs/equations.md.
     fn open_wander_of_start(&mut self, start: &Start) {
         let model = self.config.gps;
         let shares = (model.position_wander_share, model.velocity_wander_share);

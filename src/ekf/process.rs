@@ -32,6 +32,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// How the parameters decay over a step, and the noise that drives them.
+    ///
+    /// # Source
+    /// Equation (K5) of docs/equations.md.
     fn parameter_process(&self, interval_s: f64) -> ([T; N], [T; N]) {
         let imu = &self.config.imu;
         let mut decay = [T::ONE; N];
@@ -75,6 +78,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// The transition over a gap: nothing is known of rate and force, so that no error of attitude or
     /// bias comes into velocity, but any motion within the vehicle's means may have.
+    ///
+    /// # Source
+    /// Equation (K13) of docs/equations.md.
     pub(super) fn coasting(&self, interval_s: f64) -> Transition<T, N> {
         let imu = &self.config.imu;
         let (decay, mut noise) = self.parameter_process(interval_s);
@@ -100,6 +106,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// The transition over one step of the mechanization, with the noise of the inertial samples.
+    ///
+    /// # Source
+    /// Equation (K4) of docs/equations.md.
     pub(super) fn transition(
         &self,
         increment: &Increment,

@@ -126,6 +126,9 @@ impl Integrity {
     }
 
     /// Takes in the rates of a sample, `interval_s` after the one before.
+    ///
+    /// # Source
+    /// Equation (S13) of docs/equations.md.
     pub fn push(&mut self, rates: &MeanRates, interval_s: f64, scale: &FullScale) -> Suspicion {
         if self.typical_interval_s == 0.0 {
             self.typical_interval_s = interval_s;

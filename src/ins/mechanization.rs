@@ -89,6 +89,9 @@ impl NavState {
     /// rate lasts, decaying with [`RATE_MEMORY_S`]. What the vehicle did meanwhile nobody knows, and
     /// the ends of a gap tell less of its middle than rest does: a rate or a force that is held over
     /// seconds leads far off.
+    ///
+    /// # Source
+    /// Equation (S14) of docs/equations.md.
     pub fn coast(&mut self, time: Time, angular_rate_radps: Vector<Body>) -> Vector<Body> {
         let interval_s = time - self.time;
         self.position =
