@@ -253,9 +253,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Ok(Prediction::Reset(ResetCause::LongGap { length_s: gap_s }));
         }
         self.watch_samples(sample, increment.interval_s, gap);
-        if gap {
-            self.coast(sample.time, trace);
-        } else if !self.step(sample.time, &increment, trace) {
+        let stepped = if gap {
+            self.coast(sample.time, trace)
+        } else {
+            self.step(sample.time, &increment, trace)
+        };
+        if !stepped {
             self.reset_covariance();
             return Ok(Prediction::Reset(ResetCause::Diverged));
         }
@@ -281,15 +284,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         true
     }
 
-    /// Over a gap: the state coasts, and the covariance opens by what the vehicle can have done.
-    fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) {
+    /// Over a gap: the state coasts, and the covariance opens by what the vehicle can have done; false
+    /// as in [`step`](Self::step).
+    fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> bool {
+        let before = self.state;
         let interval_s = time - self.state.time;
         self.gates.doubt_filter(time);
         let rotation_rad = self.state.coast(time, self.angular_rate_radps);
+        if !self.state.is_valid() {
+            self.state = NavState { time, ..before };
+            return false;
+        }
         let transition = self.coasting(interval_s);
         self.propagate(&transition, trace);
         self.history.clear();
         self.history.coast(time, interval_s, rotation_rad);
+        true
     }
 
     fn propagate(&mut self, transition: &Transition<T, N>, trace: &mut impl Trace<T, N>) {

@@ -13,10 +13,10 @@ use crate::ins::{Advance, Increment, NavState};
 use crate::time::Time;
 
 /// Number of entries kept.
-const CAPACITY: usize = 48;
+const CAPACITY: usize = 52;
 
 /// Steps shorter than this share an entry, s: with [`CAPACITY`] entries the memory reaches back at
-/// least 0.48 s whatever the sample rate.
+/// least half a second whatever the sample rate.
 const ENTRY_S: f64 = 0.01;
 
 /// Acceleration is taken over this long to either side of a moment, s: shorter than a vehicle's own

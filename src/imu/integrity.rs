@@ -82,6 +82,8 @@ const REPEATS: u32 = 4;
 /// Memory of the shaking now, and of the usual, s.
 const NOW_S: f64 = 0.15;
 const USUAL_S: f64 = 5.0;
+/// What is usual is known after this long, s.
+const LEAST_SEEN_S: f64 = 1.0;
 /// Shaking now of more than so many times the usual variance is a shock.
 const SHOCK: f64 = 8.0;
 /// Least usual shaking: below it any touch would be a shock, rad/s and m/s².
@@ -99,6 +101,7 @@ struct Triad {
     usual: [f64; 3],
     largest: [f64; 3],
     repeats: [u32; 3],
+    seen_s: f64,
 }
 
 impl Triad {
@@ -108,6 +111,7 @@ impl Triad {
         usual: [0.0; 3],
         largest: [0.0; 3],
         repeats: [0; 3],
+        seen_s: 0.0,
     };
 }
 
@@ -181,6 +185,9 @@ impl Triad {
             (Some(newer), Some(older)) => (sample - newer * 2.0 + older).to_array(),
             _ => [0.0; 3],
         };
+        // A plain mean until the memory is filled.
+        self.seen_s = USUAL_S.min(self.seen_s + interval_s);
+        let (known, usual_weight) = (self.seen_s > LEAST_SEEN_S, interval_s / self.seen_s);
         let (mut clipped, mut shaken, mut variance) = ([false; 3], false, [0.0; 3]);
         let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
         let axes = axes.zip(&mut self.repeats).zip(values.into_iter().zip(bend));
@@ -199,9 +206,9 @@ impl Triad {
 
             let strength = bend * bend / 6.0;
             *now += (interval_s / NOW_S).min(1.0) * (strength - *now);
-            let shock = *usual > 0.0 && *now > SHOCK * usual.max(least_shaking * least_shaking);
+            let shock = known && *now > SHOCK * usual.max(least_shaking * least_shaking);
             // A shock enters the usual slowly; what goes on for seconds becomes it.
-            *usual += (interval_s / USUAL_S).min(1.0) * (*now - *usual);
+            *usual += usual_weight.min(1.0) * (*now - *usual);
             shaken |= shock;
 
             let mut sigma_squared = 0.0;
@@ -257,7 +264,7 @@ mod tests {
     #[test]
     fn readings_at_a_known_or_learned_full_scale_are_clipped() {
         let known = FullScale { accel_mps2: 20.0, gyro_radps: 0.0 };
-        for (scale, from) in [(known, 0), (FullScale::default(), 10)] {
+        for (scale, from) in [(known, 0), (FullScale::default(), 40)] {
             let (mut integrity, mut next) = (Integrity::NONE, noise());
             for k in 0..400 {
                 let force = (40.0 * next()).clamp(-20.0, 20.0);
