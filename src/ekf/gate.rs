@@ -48,7 +48,8 @@ pub(super) struct Gates {
 
 #[derive(Clone, Copy, Debug)]
 struct Gate {
-    accepted: Option<Time>,
+    /// When it was last open, if it ever was.
+    accepted: Time,
     /// When the refusals that count began.
     since: Time,
     /// Mean square of the normalised innovations of late; 1 where filter and sensor agree.
@@ -57,6 +58,7 @@ struct Gate {
     refusals: u8,
     /// Whether these refusals are the filter's own fault.
     filter_is_lost: bool,
+    was_open: bool,
 }
 
 impl Gate {
@@ -118,7 +120,7 @@ impl Gates {
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
     pub fn accepted(&mut self, group: Group, time: Time, spread: f64) {
         if let Some(gate) = self.gates.get_mut(group as usize) {
-            gate.accepted = Some(time);
+            (gate.accepted, gate.was_open) = (time, true);
             gate.refusals = 0;
             gate.spread += NEWEST * (spread as f32 - gate.spread);
         }
@@ -126,9 +128,9 @@ impl Gates {
 
     /// Whether a group was accepted when it was last heard, not long ago.
     pub fn is_open(&self, group: Group, time: Time) -> bool {
-        self.gates.get(group as usize).is_some_and(|gate| {
-            gate.refusals == 0 && gate.accepted.is_some_and(|accepted| time - accepted < ABSENCE_S)
-        })
+        self.gates
+            .get(group as usize)
+            .is_some_and(|gate| gate.refusals == 0 && gate.was_open_lately(time))
     }
 
     /// Notes a refusal; true when the filter has to be reopened.
@@ -143,8 +145,7 @@ impl Gates {
             _ => false,
         };
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
-        let absent = gate.accepted.is_none_or(|accepted| time - accepted > ABSENCE_S);
-        let filter_is_lost = doubted || absent || gate.spread > DIVERGING;
+        let filter_is_lost = doubted || !gate.was_open_lately(time) || gate.spread > DIVERGING;
         if gate.refusals == 0 {
             (gate.since, gate.filter_is_lost) = (time, filter_is_lost);
         }
@@ -159,7 +160,7 @@ impl Gates {
         let reopens =
             !witness && gate.refusals >= LEAST_REFUSALS && time - gate.since >= patience_s;
         if reopens {
-            *gate = Gate { accepted: Some(time), ..Gate::NONE };
+            *gate = Gate { accepted: time, was_open: true, ..Gate::NONE };
             if matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
                 // A filter that was lost in velocity is lost in position too.
                 self.doubted = Some(time);

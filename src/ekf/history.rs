@@ -13,7 +13,7 @@ use crate::ins::{Advance, Increment, NavState};
 use crate::time::Time;
 
 /// Number of entries kept.
-const CAPACITY: usize = 52;
+const CAPACITY: usize = 51;
 
 /// Steps shorter than this share an entry, s: with [`CAPACITY`] entries the memory reaches back at
 /// least half a second whatever the sample rate.
@@ -237,17 +237,19 @@ impl History {
         while let Some(entry) = entries.next() {
             back.angular_rate_radps = entry.motion.rotation_rad * (1.0 / entry.interval_s);
             let share = ((back.state.time - time) / entry.interval_s).min(1.0);
-            let before = back;
             travel_m += back.step(entry, share);
+            // What is stepped over in part counts whole, with the attitude about which it lies.
             if back.state.time - time <= ACCELERATION_S {
-                change.add(&before.state, entry);
+                change.add(&back.state, entry);
             }
             if back.state.time <= time || share < 1.0 {
                 let mut earlier = back.state;
+                let rest = entry.motion.rotation_rad * -(1.0 - share);
+                earlier.body_to_ned = earlier.body_to_ned.turned_in_from(rest);
                 for entry in entries.take_while(|entry| time - entry.end <= ACCELERATION_S) {
+                    let rotation_rad = entry.motion.rotation_rad;
+                    earlier.body_to_ned = earlier.body_to_ned.turned_in_from(-rotation_rad);
                     change.add(&earlier, entry);
-                    earlier.body_to_ned =
-                        earlier.body_to_ned.turned_in_from(-entry.motion.rotation_rad);
                 }
                 back.acceleration_mps2 = change.mean();
                 back.state.position = Local::at(&now.position).carried(&now.position, travel_m);
@@ -267,7 +269,7 @@ struct Change {
 }
 
 impl Change {
-    /// Adds an entry that ends at about `state`.
+    /// Adds an entry that starts at about `state`.
     fn add(&mut self, state: &NavState, entry: &Entry) {
         self.velocity_mps += state.body_to_ned * entry.motion.force_mps + entry.motion.fall_mps;
         self.interval_s += entry.interval_s;

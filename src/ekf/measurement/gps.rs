@@ -153,6 +153,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// # Source
+    /// Equation (M3) of docs/equations.md.
     fn position_axes(
         &self,
         fix: &Fix,

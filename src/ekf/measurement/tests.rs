@@ -198,7 +198,8 @@ fn a_fix_on_time_sees_the_states_as_its_sensitivity_says() {
 
 #[test]
 fn a_late_fix_sees_the_states_as_its_sensitivity_says() {
-    for age_s in [0.05, 0.155, 0.3] {
+    // In the middle of a step: at its ends the rate of the body jumps.
+    for age_s in [0.055, 0.155, 0.305] {
         assert_exact(&fix_errors(age_s), allowed_for_fix(age_s));
     }
 }
