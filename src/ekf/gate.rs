@@ -62,8 +62,19 @@ struct Gate {
 }
 
 impl Gate {
-    const NONE: Self =
-        Self { accepted: None, since: Time::ZERO, spread: 0.0, refusals: 0, filter_is_lost: false };
+    const NONE: Self = Self {
+        accepted: Time::ZERO,
+        since: Time::ZERO,
+        spread: 0.0,
+        refusals: 0,
+        filter_is_lost: false,
+        was_open: false,
+    };
+
+    /// Whether it was open within the last [`ABSENCE_S`].
+    fn was_open_lately(&self, time: Time) -> bool {
+        self.was_open && time - self.accepted <= ABSENCE_S
+    }
 }
 
 /// The gates of position and velocity alone: what a filter of a bank keeps for itself.
