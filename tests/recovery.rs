@@ -183,7 +183,7 @@ fn a_gap_is_coasted_over_with_velocity_kept_and_fixes_from_inside_taken_for_what
     // The unit turns and is pushed at both ends: none of that went on for three seconds.
     let pushed = |seconds: f64| ImuSample {
         motion: Motion::Rates {
-            angular_rate_radps: Vector::new(0.5, 0.2, -0.4),
+            angular_rate_radps: Vector::new(0.5, 0.2, -0.1 * seconds),
             specific_force_mps2: Vector::new(4.0, -3.0, -12.0),
         },
         ..sample(seconds)
@@ -227,7 +227,7 @@ fn a_magnetic_heading_moves_the_heading_and_leaves_roll_and_pitch() {
     }
     let angles = filter.state().body_to_ned.euler();
     assert!(angles.yaw_rad.to_degrees() > 43.0, "{}", angles.yaw_rad.to_degrees());
-    assert!(angles.roll_rad.abs() < 1e-4 && angles.pitch_rad.abs() < 1e-4, "{angles:?}");
+    assert!(angles.roll_rad.abs() < 1e-3 && angles.pitch_rad.abs() < 1e-3, "{angles:?}");
 }
 
 #[test]

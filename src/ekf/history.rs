@@ -17,7 +17,7 @@ const CAPACITY: usize = 51;
 
 /// Steps shorter than this share an entry, s: with [`CAPACITY`] entries the memory reaches back at
 /// least half a second whatever the sample rate.
-const ENTRY_S: f64 = 0.01;
+const ENTRY_S: f64 = 0.0101;
 
 /// Acceleration is taken over this long to either side of a moment, s: shorter than a vehicle's own
 /// motion. It must not lag, or what is left of other errors of time shows as one of the GPS.

@@ -181,8 +181,9 @@ fn allowed_for_fix(age_s: f64) -> impl Fn(usize, usize) -> f64 {
             // The attitude that a gyro bias has turned by turns the specific force.
             9..12 => force * age_s * age_s * steps + rate * age_s,
             12..15 => rate * age_s * age_s * steps + PERIOD_S * age_s,
-            // The acceleration is the mean from 0.06 s before to 0.06 s after, or to now.
-            26 if !position => 0.25 * rate * force * 0.06,
+            // The acceleration is the mean from 0.06 s before to 0.06 s after, or to now: half of that
+            // late; and the antenna's own about the unit, 0.7 m of arm, is left out.
+            26 if !position => 0.5 * 0.06 * rate * force + 0.2,
             // Within a step the unit's rate changes: 0.01 rad/s on the arm of the antenna.
             _ => 1e-2,
         }
