@@ -22,7 +22,7 @@ pub struct Suspicion {
     pub gyro_clipped: [bool; 3],
     /// Which accelerometers stand at their full scale.
     pub accel_clipped: [bool; 3],
-    /// Whether the unit is shaken far beyond its vibration of the last seconds.
+    /// Whether the unit takes blows, far beyond its vibration of the last seconds.
     pub shaken: bool,
     /// Variance that the sample's interval adds to the integral of rate beside the usual noise, rad².
     pub angle_variance: [f64; 3],
@@ -86,6 +86,11 @@ const USUAL_S: f64 = 5.0;
 const LEAST_SEEN_S: f64 = 1.0;
 /// Shaking now of more than so many times the usual variance is a shock.
 const SHOCK: f64 = 8.0;
+/// Shaking of more than so many times the usual variance, and of such a size, is a blow: a landing is
+/// not, a propeller that breaks is.
+const BLOW: f64 = 50.0;
+const LEAST_GYRO_BLOW: f64 = 3.0;
+const LEAST_ACCEL_BLOW: f64 = 20.0;
 /// Least usual shaking: below it any touch would be a shock, rad/s and m/s².
 const LEAST_GYRO_SHAKING: f64 = 0.03;
 const LEAST_ACCEL_SHAKING: f64 = 0.3;
@@ -145,13 +150,13 @@ impl Integrity {
         let gyro = self.gyro.push(
             rates.angular_rate_radps,
             interval_s,
-            (scale.gyro_radps, LEAST_GYRO_SCALE, LEAST_GYRO_SHAKING),
+            (scale.gyro_radps, LEAST_GYRO_SCALE, LEAST_GYRO_SHAKING, LEAST_GYRO_BLOW),
             late_s,
         );
         let accel = self.accel.push(
             rates.specific_force_mps2,
             interval_s,
-            (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING),
+            (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
             late_s,
         );
         Suspicion {
@@ -175,7 +180,7 @@ impl Triad {
         &mut self,
         sample: Vector<Body>,
         interval_s: f64,
-        (scale, least_scale, least_shaking): (f64, f64, f64),
+        (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
         late_s: f64,
     ) -> ([bool; 3], bool, [f64; 3]) {
         let [newer, older] = self.before;
@@ -206,10 +211,11 @@ impl Triad {
 
             let strength = bend * bend / 6.0;
             *now += (interval_s / NOW_S).min(1.0) * (strength - *now);
-            let shock = known && *now > SHOCK * usual.max(least_shaking * least_shaking);
+            let quiet = usual.max(least_shaking * least_shaking);
+            let shock = known && *now > SHOCK * quiet;
+            shaken |= known && *now > BLOW * quiet && *now > least_blow * least_blow;
             // A shock enters the usual slowly; what goes on for seconds becomes it.
             *usual += usual_weight.min(1.0) * (*now - *usual);
-            shaken |= shock;
 
             let mut sigma_squared = 0.0;
             if *clipped {
