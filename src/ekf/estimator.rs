@@ -9,6 +9,7 @@ use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
 use super::solution::Solution;
 use super::trace::Trace;
+use crate::earth::Geodetic;
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;
@@ -156,6 +157,8 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch> 
     search: H,
     filter: Ekf<L, N, T>,
     held: [Option<Fix>; HELD],
+    /// Place and velocity of the last fix.
+    last_said: Option<SaidByFix>,
     /// When a sample was last suspect.
     suspected: Option<Time>,
 }
@@ -172,6 +175,11 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 
 /// A fix further ahead of the inertial samples than this, s, is from another clock.
 const HELD_S: f64 = 10.0;
+/// Place and velocity of a fix.
+type SaidByFix = (Geodetic, (Option<[f64; 2]>, Option<f64>));
+
+/// A fix that repeats a velocity below this, m/s, may be true.
+const REPEATED_MPS: f64 = 0.2;
 /// Suspect samples closer than this, s, are one event.
 const SUSPECT_S: f64 = 1.0;
 /// Fixes that may wait for the inertial sample after them.
@@ -188,6 +196,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             search: H::unstarted(config.ekf, config.mounting),
             filter: Ekf::unstarted(config.ekf, config.mounting),
             held: [None; HELD],
+            last_said: None,
             suspected: None,
         }
     }
@@ -332,8 +341,25 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         }
     }
 
+    /// Whether a fix says the same as the one before in place and velocity, to the last bit, and says
+    /// that it moves. A receiver at rest may well repeat itself.
+    fn repeats(&mut self, fix: &Fix) -> bool {
+        let velocity = (fix.horizontal_velocity_mps, fix.down_velocity_mps);
+        let moves = fix
+            .horizontal_velocity_mps
+            .is_some_and(|[north, east]| libm::hypot(north, east) > REPEATED_MPS);
+        let said = (fix.position, velocity);
+        let repeats = moves && self.last_said == Some(said);
+        self.last_said = Some(said);
+        repeats
+    }
+
     #[inline(never)]
     fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut impl FnMut(Notice)) {
+        if self.repeats(fix) {
+            notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
+            return;
+        }
         let result = match self.phase {
             Phase::Aligning => return,
             Phase::Searching => self.search.update_gps(fix),

@@ -12,7 +12,7 @@ use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
 use crate::earth::Local;
-use crate::frames::{Body, Vector};
+use crate::frames::{Body, Ned, Vector};
 use crate::imu::{ImuErrors, ImuSample, Integrity, Suspicion, Vibration};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
@@ -161,24 +161,37 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn open_wander_of_start(&mut self, start: &Start) {
         let model = self.config.gps;
         let shares = (model.position_wander_share, model.velocity_wander_share);
-        let mut wander = [0.0; 4];
-        for (block, of, share, sigma, kept) in [
-            (L::GPS_POSITION, POSITION, shares.0, start.position_sigma_m, 0),
-            (L::GPS_VELOCITY, VELOCITY, shares.1, start.velocity_sigma_mps, 2),
-        ] {
-            let Some(first) = block else { continue };
-            // A start that no fix gave, a velocity say, has a far wider one-sigma.
-            let from_fix = of == POSITION || sigma.x() < UNKNOWN_VELOCITY_MPS;
-            let model = if from_fix { sigma.to_array() } else { model.velocity_sigma_mps() };
-            let sigmas = model.map(|sigma| share.min(0.99) * sigma);
-            self.open(first, sigmas);
-            for (axis, sigma) in sigmas.into_iter().enumerate().filter(|_| from_fix) {
-                self.covariance.set_cross(of + axis, first + axis, -square(sigma));
-            }
-            wander[kept] = sigmas[0];
-            wander[kept + 1] = sigmas[2];
+        let position = start.position_sigma_m;
+        let [position_h, _, position_v] = match L::GPS_POSITION {
+            Some(first) => self.open_block_of_start(first, POSITION, shares.0, position, true),
+            None => [0.0; 3],
+        };
+        // A start that no fix gave, a velocity say, has a far wider one-sigma.
+        let from_fix = start.velocity_sigma_mps.x() < UNKNOWN_VELOCITY_MPS;
+        let velocity =
+            if from_fix { start.velocity_sigma_mps } else { model.velocity_sigma_mps().into() };
+        let [velocity_h, _, velocity_v] = match L::GPS_VELOCITY {
+            Some(first) => self.open_block_of_start(first, VELOCITY, shares.1, velocity, from_fix),
+            None => [0.0; 3],
+        };
+        self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v]);
+    }
+
+    /// Opens the slow errors at a share of `sigma`, tied to what came `of` the fix; gives their one-sigma.
+    fn open_block_of_start(
+        &mut self,
+        first: usize,
+        of: usize,
+        share: f64,
+        sigma: Vector<Ned>,
+        from_fix: bool,
+    ) -> [f64; 3] {
+        let sigmas = sigma.to_array().map(|sigma| share.min(0.99) * sigma);
+        self.open(first, sigmas);
+        for (axis, sigma) in sigmas.into_iter().enumerate().filter(|_| from_fix) {
+            self.covariance.set_cross(of + axis, first + axis, -square(sigma));
         }
-        self.gps_wander = Some(wander);
+        sigmas
     }
 
     pub(super) fn open_blocks(&mut self) {

@@ -255,6 +255,7 @@ const fn unusable_name(aid: Aid, reason: Unusable) -> &'static str {
     match (aid, reason) {
         (Aid::Gps, Unusable::NotFinite) => "a fix that is no place or not finite",
         (Aid::Gps, Unusable::TooOld) => "a fix older than the filter's memory",
+        (Aid::Gps, Unusable::Repeated) => "a frozen fix, the one before again though moving",
         (Aid::Gps, Unusable::AheadOfImu) => "a fix ahead of the inertial samples",
         (Aid::Attitude, _) => "an attitude of the unit that is not finite",
         (Aid::Magnetometer, _) => "a magnetic field that is not finite or has no horizontal part",

@@ -82,6 +82,8 @@ pub enum Unusable {
     TooOld,
     /// Later than the inertial samples by more than two of their intervals.
     AheadOfImu,
+    /// The same place and velocity as the fix before, though moving: the receiver repeats itself.
+    Repeated,
     /// Sooner after the last use than the reference's own noise allows to be worth anything.
     TooSoon,
     /// The layout has no state for it.
@@ -95,7 +97,7 @@ impl Unusable {
     /// heading, or for which the filter has no state, is left out by design.
     #[must_use]
     pub const fn is_fault(self) -> bool {
-        matches!(self, Self::NotFinite | Self::TooOld | Self::AheadOfImu)
+        matches!(self, Self::NotFinite | Self::TooOld | Self::AheadOfImu | Self::Repeated)
     }
 }
 
@@ -129,6 +131,7 @@ impl fmt::Display for Unusable {
         f.write_str(match self {
             Self::NotFinite => "no place, or not finite",
             Self::TooOld => "older than the filter's memory",
+            Self::Repeated => "the fix before again, though moving",
             Self::AheadOfImu => "ahead of the inertial samples",
             Self::TooSoon => "too soon after the last to be worth anything",
             Self::NoState => "the filter has no state for it",
