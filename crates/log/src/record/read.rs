@@ -130,7 +130,7 @@ impl Record {
                 }
                 op::STATISTICS => match mcap::parse_record(opcode, body) {
                     Ok(McapRecord::Statistics(found)) => {
-                        reader.expected_messages = Some(found.message_count)
+                        reader.expected_messages = Some(found.message_count);
                     }
                     _ => reader.damage(offset, "the statistics are damaged"),
                 },
