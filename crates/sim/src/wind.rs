@@ -107,7 +107,7 @@ impl Wind {
     }
 
     /// The wind over the next period, m/s, towards which it blows.
-    pub fn next(&mut self) -> Vector<Ned> {
+    pub fn advance(&mut self) -> Vector<Ned> {
         let [along, across, down] = self.filters.each_mut().map(|f| f.next(&mut self.noise));
         let gust = self.along * along + self.across * across + DVec3::Z * down;
         self.config.steady_mps + Vector::claim(gust)
@@ -172,7 +172,7 @@ mod tests {
 
     fn gusts(config: &WindConfig, count: usize) -> Vec<[f64; 3]> {
         let mut wind = Wind::new(config, 0.03, 5).unwrap();
-        (0..count).map(|_| (wind.next() - config.steady_mps).to_array()).collect()
+        (0..count).map(|_| (wind.advance() - config.steady_mps).to_array()).collect()
     }
 
     fn correlation(values: &[f64], lag: usize) -> f64 {
@@ -216,6 +216,6 @@ mod tests {
         let config = WindConfig::default();
         assert_eq!(gusts(&config, 10), gusts(&config, 10));
         let mut calm = Wind::new(&WindConfig::calm(), 0.03, 1).unwrap();
-        assert!((0..10).all(|_| calm.next() == Vector::ZERO));
+        assert!((0..10).all(|_| calm.advance() == Vector::ZERO));
     }
 }

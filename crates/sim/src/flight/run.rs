@@ -161,7 +161,7 @@ impl<'a> RunningFlight<'a> {
         let sticks = Sticks::from_array(std::array::from_fn(|stick| {
             (flown[stick] + added[stick]).clamp(-1.0, 1.0)
         }));
-        let wind_mps = self.wind.next();
+        let wind_mps = self.wind.advance();
         self.flight.samples.push(FlightSample {
             truth,
             solution,
