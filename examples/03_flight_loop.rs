@@ -91,7 +91,7 @@ fn fly(seconds: f64) -> Result<Outcome, Box<dyn Error>> {
         let moved = channels.zip(pulses).map(|(channel, servo)| channel.stick(servo.width_ms));
         let Channels { collective, longitudinal, lateral, pedal, .. } = moved;
         let sticks = Sticks { lateral, longitudinal, collective, pedal };
-        vehicle.step(sticks, wind.next(), period_s);
+        vehicle.step(sticks, wind.advance(), period_s);
         if 2 * cycle >= cycles {
             square_sum += vehicle.state().velocity_mps.norm().powi(2);
             counted += 1;

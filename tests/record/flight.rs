@@ -12,7 +12,6 @@ use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
 use hovernav_log::record::{Entry, Header, Line, Recorder};
 use hovernav_log::{FlyConfig, ReceiverProtocol};
-use hovernav_sim;
 use hovernav_sim::{FlightPlan, Recording};
 
 use hovernav_fly::devices::encode::{Epoch, tsip_epoch, tsip_time};

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "sim" => flights.push(Flight::Simulated),
             dir if std::path::Path::new(dir).is_dir() => flights.push(Flight::Dataset(dir.into())),
             cell => {
-                asked.push(cell.split(' ').map(str::parse).collect::<Result<Vec<_>, String>>()?)
+                asked.push(cell.split(' ').map(str::parse).collect::<Result<Vec<_>, String>>()?);
             }
         }
     }

@@ -169,7 +169,8 @@ impl<'a> Inertial<'a> {
 
     fn swap(&mut self, rows: &[usize], pair: &str) {
         let place = |letter: u8| usize::from(letter.saturating_sub(b'x'));
-        let [Some(a), Some(b)] = [pair.bytes().next(), pair.as_bytes().get(1).copied()].map(|l| l.map(place))
+        let [Some(a), Some(b)] =
+            [pair.bytes().next(), pair.as_bytes().get(1).copied()].map(|l| l.map(place))
         else {
             return;
         };
