@@ -86,7 +86,7 @@ impl NavState {
 
     /// Carries the state over a gap in the inertial samples that ends at `time`: the velocity is kept,
     /// and the rotation goes on at `angular_rate_radps` (against the ground's axes) for as long as a
-    /// rate lasts, decaying with [`RATE_MEMORY_S`]. What the vehicle did meanwhile nobody knows, and
+    /// rate lasts, decaying within 0.3 s. What the vehicle did meanwhile nobody knows, and
     /// the ends of a gap tell less of its middle than rest does: a rate or a force that is held over
     /// seconds leads far off.
     ///

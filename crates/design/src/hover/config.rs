@@ -84,7 +84,7 @@ pub struct HeavePoles {
 }
 
 impl Default for HoverDesign {
-    /// For a 60-class helicopter at 33 Hz with the servos that [`sim`](hovernav_sim) gives it.
+    /// For a 60-class helicopter at 33 Hz with the servos that `hovernav-sim` gives it.
     fn default() -> Self {
         Self {
             period_s: 1.0 / 33.0,

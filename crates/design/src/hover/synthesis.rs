@@ -81,7 +81,7 @@ impl HoverDesign {
         closed_loop::cut_at_actuators(self, &normalised(model)?, gains)
     }
 
-    /// What becomes of `disturbance`, a state of [`DISTURBED`](super::DISTURBED) and by how much in its
+    /// What becomes of `disturbance`, a state of [`DISTURBED`](crate::DISTURBED) and by how much in its
     /// SI unit, in the loops that [`close`](Self::close) closes: at every sample, without the limits of
     /// the servos.
     ///

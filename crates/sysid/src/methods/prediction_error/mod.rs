@@ -1,4 +1,4 @@
-//! Grey-box identification by prediction error: the parameters of a [`Structure`] whose Kalman
+//! Grey-box identification by prediction error: the parameters of a [`Structure`](super::structure::Structure) whose Kalman
 //! predictor leaves the smallest innovations, and how well the data know them.
 //!
 //! # Method

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why a text is not a [`Structure`].
+/// Why a text is not a [`Structure`](super::Structure).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum StructureError {

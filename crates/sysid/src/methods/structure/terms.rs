@@ -1,6 +1,6 @@
 //! Parameters, and the products they stand in.
 
-/// A named parameter of a [`Structure`].
+/// A named parameter of a [`Structure`](super::Structure).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     /// The name it has in the equations.
