@@ -72,6 +72,7 @@ pub struct Integrity {
     accel: Triad,
     typical_interval_s: f64,
     last: Option<Motion>,
+    repeated: u8,
 }
 
 /// Readings below these are not taken for a learned full scale, rad/s and m/s².
@@ -94,6 +95,8 @@ const LEAST_ACCEL_BLOW: f64 = 20.0;
 /// Least usual shaking: below it any touch would be a shock, rad/s and m/s².
 const LEAST_GYRO_SHAKING: f64 = 0.03;
 const LEAST_ACCEL_SHAKING: f64 = 0.3;
+/// So many repetitions in a row are a unit that does not measure.
+const STUCK: u8 = 2;
 /// Vibration of less than this, (m/s²)², may leave readings as they were.
 const LEAST_VIBRATION: f64 = 0.0025;
 /// What may lie beyond full scale, as a share of it, one-sigma.
@@ -122,16 +125,23 @@ impl Triad {
 
 impl Integrity {
     /// Nothing seen yet.
-    pub const NONE: Self =
-        Self { gyro: Triad::NONE, accel: Triad::NONE, typical_interval_s: 0.0, last: None };
+    pub const NONE: Self = Self {
+        gyro: Triad::NONE,
+        accel: Triad::NONE,
+        typical_interval_s: 0.0,
+        last: None,
+        repeated: 0,
+    };
 
-    /// Whether a sample repeats the one before in all six readings although the unit vibrates: its
-    /// registers were not written, and it tells nothing.
+    /// Whether a sample repeats the two before in all six readings although the unit vibrates: its
+    /// registers were not written, and it tells nothing. One repetition is how a log that was sampled
+    /// faster than its unit looks.
     pub fn is_stuck(&mut self, motion: &Motion) -> bool {
         let vibrates = self.accel.usual.iter().any(|&variance| variance > LEAST_VIBRATION);
-        let stuck = vibrates && self.last == Some(*motion);
+        self.repeated =
+            if self.last == Some(*motion) { self.repeated.saturating_add(1) } else { 0 };
         self.last = Some(*motion);
-        stuck
+        vibrates && self.repeated >= STUCK
     }
 
     /// Takes in the rates of a sample, `interval_s` after the one before.
@@ -280,6 +290,31 @@ mod tests {
                 assert!(!found.accel_clipped[2] && found.gyro_clipped == [false; 3]);
                 assert!(!found.accel_clipped[0] || found.velocity_variance[0] > 0.0);
             }
+        }
+    }
+
+    #[test]
+    fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
+        for (strength, expected) in [(3.0, true), (0.0, false)] {
+            let (mut integrity, mut next) = (Integrity::NONE, noise());
+            let mut stuck = |force: f64| {
+                let rates = rates(strength * force, 0.0);
+                let motion = Motion::Rates {
+                    angular_rate_radps: rates.angular_rate_radps,
+                    specific_force_mps2: rates.specific_force_mps2,
+                };
+                let stuck = integrity.is_stuck(&motion);
+                integrity.push(&rates, 0.01, &FullScale::default());
+                stuck
+            };
+            for _ in 0..500 {
+                assert!(strength == 0.0 || !stuck(next()));
+            }
+            assert_eq!([1.0, 1.0, 1.0, 1.0, 0.5].map(&mut stuck)[..2], [false, false]);
+            assert_eq!(
+                [0.7, 0.7, 0.7, 0.7, 0.5].map(stuck),
+                [false, false, expected, expected, false]
+            );
         }
     }
 
