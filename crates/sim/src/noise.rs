@@ -45,6 +45,15 @@ impl Noise {
     pub(super) fn normal3(&mut self) -> DVec3 {
         DVec3::new(self.normal(), self.normal(), self.normal())
     }
+
+    /// A direction drawn evenly from the sphere.
+    pub fn direction(&mut self) -> [f64; 3] {
+        loop {
+            if let Some(unit) = self.normal3().try_normalize() {
+                return unit.to_array();
+            }
+        }
+    }
 }
 
 /// Three independent first-order Gauss-Markov processes, from the first sample on in their

@@ -76,8 +76,8 @@ impl<'a> Inertial<'a> {
                 }
             }
             Kind::Jitter => self.jitter(&rows, 1e-3 * number, noise),
-            Kind::GyroBias => self.add(&rows, GYRO, direction(noise), number.to_radians()),
-            Kind::AccelBias => self.add(&rows, ACCEL, direction(noise), number),
+            Kind::GyroBias => self.add(&rows, GYRO, noise.direction(), number.to_radians()),
+            Kind::AccelBias => self.add(&rows, ACCEL, noise.direction(), number),
             Kind::AccelScale => self.scale(&rows, ACCEL, [number; 3]),
             Kind::AccelSign => self.scale(&rows, ACCEL, signs(fault.word)),
             Kind::GyroSign => self.scale(&rows, GYRO, signs(fault.word)),
@@ -216,16 +216,6 @@ impl<'a> Inertial<'a> {
                     self.table.change(known[place], column, |value| value + added);
                 }
             }
-        }
-    }
-}
-
-/// A direction drawn evenly from the sphere.
-pub(super) fn direction(noise: &mut Noise) -> [f64; 3] {
-    loop {
-        let drawn = noise.normal3();
-        if let Some(unit) = drawn.try_normalize() {
-            return unit.to_array();
         }
     }
 }

@@ -5,7 +5,6 @@ use hovernav::glam::{DQuat, DVec3};
 
 use super::catalogue::Kind;
 use super::fault::Fault;
-use super::inertial::direction;
 use super::table::Table;
 use super::window::Window;
 use crate::noise::Noise;
@@ -18,7 +17,7 @@ pub(super) const FIELD: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"
 /// Level is by the roll and pitch in the same row; where there are none, the body is taken for level,
 /// which in a hover errs by a degree or two.
 pub(super) fn make(table: &mut Table, fault: &Fault, window: Window, noise: &mut Noise) -> bool {
-    let added = DVec3::from_array(direction(noise)) * fault.number;
+    let added = DVec3::from_array(noise.direction()) * fault.number;
     let turn_rad = fault.number.to_radians();
     let turns = match fault.kind {
         Kind::MagHeading | Kind::MagHeadingOnly => true,
