@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use super::second_difference::SecondDifference;
 use super::{MeanRates, Motion};
 use crate::frames::{Body, Vector};
 
@@ -104,7 +105,7 @@ const BEYOND_SCALE: f64 = 0.15;
 
 #[derive(Clone, Copy, Debug)]
 struct Triad {
-    before: [Option<Vector<Body>>; 2],
+    difference: SecondDifference,
     now: [f64; 3],
     usual: [f64; 3],
     largest: [f64; 3],
@@ -114,7 +115,7 @@ struct Triad {
 
 impl Triad {
     const NONE: Self = Self {
-        before: [None; 2],
+        difference: SecondDifference::NONE,
         now: [0.0; 3],
         usual: [0.0; 3],
         largest: [0.0; 3],
@@ -180,8 +181,8 @@ impl Integrity {
 
     /// Forgets the last two samples, after a gap.
     pub fn interrupt(&mut self) {
-        self.gyro.before = [None; 2];
-        self.accel.before = [None; 2];
+        self.gyro.difference.interrupt();
+        self.accel.difference.interrupt();
     }
 }
 
@@ -193,13 +194,8 @@ impl Triad {
         (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
         late_s: f64,
     ) -> ([bool; 3], bool, [f64; 3]) {
-        let [newer, older] = self.before;
-        self.before = [Some(sample), newer];
         let values = sample.to_array();
-        let bend = match (newer, older) {
-            (Some(newer), Some(older)) => (sample - newer * 2.0 + older).to_array(),
-            _ => [0.0; 3],
-        };
+        let bend = self.difference.push(sample).unwrap_or_default();
         // A plain mean until the memory is filled.
         self.seen_s = USUAL_S.min(self.seen_s + interval_s);
         let (known, usual_weight) = (self.seen_s > LEAST_SEEN_S, interval_s / self.seen_s);

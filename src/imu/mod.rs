@@ -3,6 +3,7 @@
 mod errors;
 mod integrity;
 mod motion;
+mod second_difference;
 mod vibration;
 
 pub use errors::ImuErrors;

@@ -1,15 +1,16 @@
 //! How strongly the unit shakes, measured from its own samples.
 
+use super::second_difference::SecondDifference;
 use crate::frames::{Body, Vector};
 
 /// Running strength of what changes from sample to sample, per axis.
 ///
-/// The second difference x_k − 2 x_{k−1} + x_{k−2} is blind to steady values and to steady change;
-/// for noise without memory its variance is six times that of the noise. Vibration sampled below
-/// twice its frequency looks just like that.
+/// Measured on the second difference of the samples, which is blind to steady values and to steady
+/// change; for noise without memory its variance is six times that of the noise. Vibration sampled
+/// below twice its frequency looks just like that.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Vibration {
-    before: [Option<Vector<Body>>; 2],
+    difference: SecondDifference,
     variance: [f64; 3],
     seen_s: f64,
 }
@@ -19,20 +20,18 @@ const MEMORY_S: f64 = 2.0;
 
 impl Vibration {
     /// Nothing measured yet.
-    pub const NONE: Self = Self { before: [None; 2], variance: [0.0; 3], seen_s: 0.0 };
+    pub const NONE: Self =
+        Self { difference: SecondDifference::NONE, variance: [0.0; 3], seen_s: 0.0 };
 
     /// Takes in the next sample, `interval_s` after the one before.
     ///
     /// # Source
     /// Equation (S12) of docs/equations.md.
     pub fn push(&mut self, sample: Vector<Body>, interval_s: f64) {
-        let [newer, older] = self.before;
-        self.before = [Some(sample), newer];
-        let (Some(newer), Some(older)) = (newer, older) else { return };
+        let Some(difference) = self.difference.push(sample) else { return };
         self.seen_s = MEMORY_S.min(self.seen_s + interval_s);
         // A plain mean until the memory is filled, then exponential forgetting.
         let weight = (interval_s / self.seen_s).min(1.0);
-        let difference = (sample - newer * 2.0 + older).to_array();
         for (variance, change) in self.variance.iter_mut().zip(difference) {
             *variance += weight * (change * change / 6.0 - *variance);
         }
@@ -40,7 +39,7 @@ impl Vibration {
 
     /// Forgets the last two samples, after a gap.
     pub fn interrupt(&mut self) {
-        self.before = [None; 2];
+        self.difference.interrupt();
     }
 
     /// Variance per axis, in the unit of the samples squared.

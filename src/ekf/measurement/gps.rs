@@ -153,6 +153,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// The axes of a position, at the antenna and at the time it was true.
+    ///
     /// # Source
     /// Equation (M3) of docs/equations.md.
     fn position_axes(
@@ -190,6 +192,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// The axes of a velocity, likewise; those that the fix does not tell stay empty.
+    ///
+    /// # Source
     /// Equation (M4) of docs/equations.md.
     fn velocity_axes(
         &self,
