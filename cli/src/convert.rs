@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, ensure};
+use hovernav_formats::Options;
 
 /// The reference, which is copied unread: only a scorer may look into it.
 const REFERENCE: &str = "reference.csv";
@@ -18,7 +19,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Arguments { log, out } = arguments;
-    let (dataset, _) = hovernav_log::open(log)?;
+    let dataset = hovernav_formats::open(log, &Options::default())?.dataset;
     crate::output::create(out)?;
     let same = matches!((log.canonicalize(), out.canonicalize()), (Ok(a), Ok(b)) if a == b);
     ensure!(!same, "{}: the log itself, expected another directory", out.display());

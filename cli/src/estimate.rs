@@ -7,6 +7,7 @@ use std::time::Instant;
 use anyhow::ensure;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
+use hovernav_formats::{Log, Options};
 use hovernav_log::{Outage, Reference, SmoothedRun, outage_drift, score, write_solution};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -58,7 +59,8 @@ const SAMPLES_WORTH_A_BAR: usize = 500_000;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
-    let (mut dataset, record) = hovernav_log::open(&arguments.log)?;
+    let Log { mut dataset, record, .. } =
+        hovernav_formats::open(&arguments.log, &Options::default())?;
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }

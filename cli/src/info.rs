@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use hovernav_formats::{Log, Options};
 use hovernav_log::Info;
 use hovernav_log::record::RecordInfo;
 
@@ -12,7 +13,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let (dataset, record) = hovernav_log::open(&arguments.log)?;
+    let Log { dataset, record, .. } = hovernav_formats::open(&arguments.log, &Options::default())?;
     print!("{}", Info(&dataset));
     if let Some(record) = record {
         print!("{}", RecordInfo(&record));

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use clap::error::ErrorKind;
+use hovernav_formats::Options;
 use hovernav_sim::faults::{
     self, Campaign, Fault, Flight, Log, Outcome, csv, goals_markdown, markdown, standard_cells,
     verdicts,
@@ -87,7 +88,7 @@ fn copy(log: &Path, asked: &[Fault], seed: u64, out: &Path) -> anyhow::Result<()
     let scratch = tempfile::tempdir().context("cannot make a directory to convert in")?;
     let dir = if log.is_dir() { log } else { scratch.path() };
     if !log.is_dir() {
-        hovernav_log::open(log)?.0.write(dir, &[])?;
+        hovernav_formats::open(log, &Options::default())?.dataset.write(dir, &[])?;
     }
     let faulty = Log::open(dir)?.with_faults(asked, seed)?;
     faulty.write(out)?;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
+use hovernav_formats::{Log, Options};
 use hovernav_log::{Dataset, SmoothedRun};
 use hovernav_sysid::helicopter::Kind;
 use hovernav_sysid::helicopter::flight_warnings;
@@ -40,7 +41,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let log = &arguments.log;
-    let (mut dataset, record) = hovernav_log::open(log)?;
+    let Log { mut dataset, record, .. } = hovernav_formats::open(log, &Options::default())?;
     let part = |name| if record.is_some() { log.clone() } else { log.join(name) };
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
