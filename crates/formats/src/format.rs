@@ -41,3 +41,165 @@ impl fmt::Display for Format {
         })
     }
 }
+
+/// Bytes from the start of a file that are enough to tell its format.
+pub(crate) const HEAD: usize = 4096;
+
+const MCAP: &[u8] = b"\x89MCAP0\r\n";
+const ULOG: &[u8] = b"ULog\x01\x12\x35";
+/// Two marks and the message that describes messages, with which every DataFlash log begins.
+const DATAFLASH: &[u8] = &[0xA3, 0x95, 0x80];
+
+impl Format {
+    /// The format of a file that begins with `head`, its first [`HEAD`] bytes or all of them.
+    pub(crate) fn of(head: &[u8]) -> Option<Self> {
+        if head.starts_with(ULOG) {
+            Some(Self::Ulog)
+        } else if head.starts_with(DATAFLASH) {
+            Some(Self::Dataflash)
+        } else if head.starts_with(b"FMT,") || head.starts_with(b"FMT ,") {
+            Some(Self::DataflashText)
+        } else if head.starts_with(MCAP) {
+            Some(if is_own(head) { Self::Record } else { Self::Ros2 })
+        } else if is_tlog(head) {
+            Some(Self::Tlog)
+        } else {
+            None
+        }
+    }
+
+    /// The feature of this crate that reads it; none where no feature is needed.
+    pub(crate) const fn feature(self) -> Option<&'static str> {
+        match self {
+            Self::Dataset | Self::Record => None,
+            Self::Ulog => Some("ulog"),
+            Self::Dataflash | Self::DataflashText => Some("dataflash"),
+            Self::Tlog => Some("tlog"),
+            Self::Ros2 => Some("ros2"),
+            Self::Raw => Some("raw"),
+            Self::Text => Some("text"),
+        }
+    }
+}
+
+/// Whether an MCAP file says in its header, a profile and a library, that hovernav wrote it. A header
+/// that is cut off may be: the reader of flight records says what is missing.
+fn is_own(head: &[u8]) -> bool {
+    // Past the magic: an opcode, a length, then two strings, each behind its length.
+    let strings = head.get(MCAP.len() + 9..).unwrap_or_default();
+    let library = string(strings).and_then(|(_, rest)| string(rest));
+    library.is_none_or(|(library, _)| library.starts_with(b"hovernav"))
+}
+
+/// The string that `bytes` begin with, behind its length, and what follows it.
+fn string(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    rest.split_at_checked(u32::from_le_bytes(*length) as usize)
+}
+
+/// Whether two frames of MAVLink follow each other, each behind a time of eight bytes.
+fn is_tlog(head: &[u8]) -> bool {
+    let Some(second) = frame_length(head).and_then(|length| head.get(length..)) else {
+        return false;
+    };
+    second.is_empty() || frame_length(second).is_some()
+}
+
+/// How long a time and the frame behind it are, by the frame's own length.
+fn frame_length(bytes: &[u8]) -> Option<usize> {
+    const TIME: usize = 8;
+    const SIGNATURE: usize = 13;
+    let payload = usize::from(*bytes.get(TIME + 1)?);
+    match bytes.get(TIME)? {
+        0xFE => Some(TIME + 8 + payload),
+        0xFD => {
+            let is_signed = bytes.get(TIME + 2)? & 1 == 1;
+            Some(TIME + 12 + payload + if is_signed { SIGNATURE } else { 0 })
+        }
+        _ => None,
+    }
+}
+
+/// What files that are no log begin with, and what they are.
+const OTHERS: [(&[u8], &str); 16] = [
+    (b"PK\x03\x04", "a zip archive: unpack it first"),
+    (b"\x1f\x8b", "a gzip file: unpack it first"),
+    (b"\xfd7zXZ", "an xz file: unpack it first"),
+    (b"\x28\xb5\x2f\xfd", "a zstd file: unpack it first"),
+    (b"7z\xbc\xaf", "a 7z archive: unpack it first"),
+    (b"BZh", "a bzip2 file: unpack it first"),
+    (b"#ROSBAG V", "a ROS 1 bag: convert it to MCAP first"),
+    (b"SQLite format 3", "a SQLite database, as older ROS 2 bags are: convert it to MCAP first"),
+    (b"\x89HDF", "an HDF5 file"),
+    (b"MATLAB 5.0", "a MATLAB file"),
+    (b"PAR1", "a Parquet file"),
+    (b"%PDF", "a PDF document"),
+    (b"\x7fELF", "a program"),
+    (b"\x89PNG", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"<", "an XML or HTML document"),
+];
+
+/// What a file of no known format looks like, in a few words.
+pub(crate) fn looks_like(head: &[u8]) -> &'static str {
+    if head.is_empty() {
+        return "an empty file";
+    }
+    if let Some((_, name)) = OTHERS.iter().find(|(magic, _)| head.starts_with(magic)) {
+        return name;
+    }
+    let is_text = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    if head.iter().all(|byte| *byte == 0) {
+        "nothing but zeros"
+    } else if head.iter().filter(|byte| is_text(byte)).count() * 100 >= head.len() * 95 {
+        "text of no known kind"
+    } else {
+        "binary data of no known kind"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_are_told_by_their_first_bytes() {
+        let mut tlog = vec![0, 5, 0x9F, 0, 0, 0, 0, 0, 0xFE, 0, 1, 1, 1, 0, 0, 0];
+        tlog.extend([0, 5, 0x9F, 0, 0, 0, 0, 1, 0xFD, 0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0]);
+        for (head, format) in [
+            (&b"ULog\x01\x12\x35\x01"[..], Some(Format::Ulog)),
+            (&[0xA3, 0x95, 0x80, 0x80], Some(Format::Dataflash)),
+            (b"FMT, 128, 89, FMT, BBnNZ, Type", Some(Format::DataflashText)),
+            (&tlog, Some(Format::Tlog)),
+            (b"\x89MCAP0\r\n", Some(Format::Record)),
+            (b"ULog but not", None),
+            (b"", None),
+        ] {
+            assert_eq!(Format::of(head), format, "{head:?}");
+        }
+    }
+
+    #[test]
+    fn mcap_of_another_library_is_no_record() {
+        let head = |library: &[u8]| {
+            let mut head = MCAP.to_vec();
+            head.extend([1, 0, 0, 0, 0, 0, 0, 0, 0]);
+            head.extend([4, 0, 0, 0]);
+            head.extend(b"ros2");
+            head.extend((library.len() as u32).to_le_bytes());
+            head.extend(library);
+            head
+        };
+        assert_eq!(Format::of(&head(b"libmcap 1.4")), Some(Format::Ros2));
+        assert_eq!(Format::of(&head(b"hovernav 0.1.0")), Some(Format::Record));
+    }
+
+    #[test]
+    fn what_is_no_log_is_named() {
+        assert_eq!(looks_like(b"\x1f\x8b\x08"), "a gzip file: unpack it first");
+        assert_eq!(looks_like(b""), "an empty file");
+        assert_eq!(looks_like(&[0; 20]), "nothing but zeros");
+        assert_eq!(looks_like(b"the quick brown fox"), "text of no known kind");
+        assert_eq!(looks_like(&[200; 20]), "binary data of no known kind");
+    }
+}

@@ -1,8 +1,10 @@
 //! Opening any log.
 
-use std::path::Path;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
-use crate::format::Format;
+use crate::format::{Format, HEAD, looks_like};
 use crate::onboard::Onboard;
 use hovernav_log::record::Record;
 use hovernav_log::{Dataset, LogError};
@@ -10,7 +12,17 @@ use hovernav_log::{Dataset, LogError};
 /// What to take where a log leaves a choice.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
-pub struct Options {}
+pub struct Options {
+    /// Which inertial unit, counted as the log counts them; unless given, the first or the one with
+    /// most samples.
+    pub imu: Option<usize>,
+    /// Which GPS receiver, likewise.
+    pub gps: Option<usize>,
+    /// Which magnetometer, likewise.
+    pub magnetometer: Option<usize>,
+    /// Which barometer, likewise.
+    pub baro: Option<usize>,
+}
 
 /// A log in memory.
 #[derive(Debug)]
@@ -29,9 +41,53 @@ pub struct Log {
 /// Opens `log`, whatever its format.
 ///
 /// # Errors
-/// [`LogError`] where the log is of no known format or cannot be read, with line or byte.
-pub fn open(log: &Path, _options: &Options) -> Result<Log, LogError> {
-    let (dataset, record) = hovernav_log::open(log)?;
-    let format = if record.is_some() { Format::Record } else { Format::Dataset };
-    Ok(Log { format, dataset, record, onboard: None })
+/// [`LogError::Io`] where the file system refuses; [`LogError::Bytes`] where the file is of no known
+/// format, with what it looks like, or damaged, with the byte; [`LogError::LeftOut`] where this crate
+/// was built without the feature that reads it; else as the format's own reader.
+pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
+    match recognise(log)? {
+        format @ (Format::Dataset | Format::Record) => {
+            let (dataset, record) = hovernav_log::open(log)?;
+            Ok(Log { format, dataset, record, onboard: None })
+        }
+        format => read(format, log, options),
+    }
+}
+
+/// The format of `log`: a directory is a dataset, a file what it holds.
+fn recognise(log: &Path) -> Result<Format, LogError> {
+    let metadata = std::fs::metadata(log).map_err(LogError::io(log))?;
+    if metadata.is_dir() {
+        return Ok(Format::Dataset);
+    }
+    // A pipe would keep the reader waiting, a device may never end.
+    if !metadata.is_file() {
+        let reason = "a pipe or a device, expected a file or a directory".to_owned();
+        return Err(LogError::Unusable { path: log.to_path_buf(), reason });
+    }
+    let mut head = Vec::with_capacity(HEAD);
+    let file = File::open(log).map_err(LogError::io(log))?;
+    file.take(HEAD as u64).read_to_end(&mut head).map_err(LogError::io(log))?;
+    Format::of(&head).ok_or_else(|| {
+        let found = looks_like(&head);
+        let reason = format!(
+            "found {found}, expected a log: a dataset directory, a flight record, a PX4 ULog, an \
+             ArduPilot DataFlash log, a MAVLink telemetry log, MCAP, raw bytes of sensors or text in \
+             columns"
+        );
+        LogError::bytes(log, 0, reason)
+    })
+}
+
+/// Reads `log` with the reader of its `format`.
+fn read(format: Format, log: &Path, options: &Options) -> Result<Log, LogError> {
+    let _ = options;
+    // One arm a reader, behind its feature: `Format::Ulog => ulog::read(log, options)`.
+    match format {
+        left_out => Err(LogError::LeftOut {
+            path: PathBuf::from(log),
+            format: left_out.to_string(),
+            feature: left_out.feature().unwrap_or_default(),
+        }),
+    }
 }

@@ -61,6 +61,16 @@ pub enum LogError {
         /// What was found and expected.
         reason: String,
     },
+    /// A log whose reader was left out of this build.
+    #[error("{}: a {format}: hovernav-formats was built without its feature {feature}", path.display())]
+    LeftOut {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        format: String,
+        /// The feature that reads it.
+        feature: &'static str,
+    },
     /// The clock of a table does not run forward, beyond the repair of stray rows.
     #[error(
         "{}:{line}: time goes back from {before} to {found}, and {left_out} of {rows} rows would be \
@@ -100,12 +110,13 @@ pub enum LogError {
 
 impl LogError {
     /// The system's error about `path`.
-    pub(crate) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
+    pub fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Io { path: path.to_path_buf(), source }
     }
 
-    /// What is wrong with `path` at a byte.
-    pub(crate) fn bytes(path: &Path, offset: usize, reason: String) -> Self {
+    /// What is wrong with `path` at byte `offset`, from 0.
+    #[must_use]
+    pub fn bytes(path: &Path, offset: usize, reason: String) -> Self {
         Self::Bytes { path: path.to_path_buf(), offset: offset as u64, reason }
     }
 }
