@@ -7,8 +7,9 @@ use crate::remarks::Remarks;
 use crate::statistics::quantile;
 use hovernav::time::Time;
 
-/// Rows of a file in the order found, each with its line.
-pub(crate) struct Rows<T> {
+/// Rows of a file in the order found, each with its line, or its byte where the file has no lines.
+#[derive(Debug)]
+pub struct Rows<T> {
     rows: Vec<T>,
     lines: Vec<u64>,
 }
@@ -19,11 +20,20 @@ const STRAY_ROWS: usize = 10;
 /// was set.
 const STRAY_GAP_S: f64 = 3600.0;
 
-impl<T> Rows<T> {
-    pub fn new() -> Self {
+impl<T> Default for Rows<T> {
+    fn default() -> Self {
         Self { rows: Vec::new(), lines: Vec::new() }
     }
+}
 
+impl<T> Rows<T> {
+    /// No rows yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds the row found at `line`.
     pub fn push(&mut self, line: u64, row: T) {
         self.rows.push(row);
         self.lines.push(line);

@@ -27,6 +27,7 @@ mod table;
 mod truth;
 mod write;
 
+pub use clock::Rows;
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
 pub use info::Info;
@@ -35,6 +36,7 @@ pub use manifest::{
 };
 pub use open::open;
 pub use reference::{Reference, ReferenceMoment};
+pub use remarks::Remarks;
 pub use replay::{Outage, Run, SmoothedRun, UnusedReadings};
 pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,

@@ -2,8 +2,8 @@
 
 /// Counts rows by what was wrong with them, for one sentence a kind and not one a row.
 #[derive(Debug)]
-pub(crate) struct Remarks {
-    file: &'static str,
+pub struct Remarks {
+    file: String,
     tallies: Vec<Tally>,
     others: Vec<String>,
 }
@@ -16,8 +16,10 @@ struct Tally {
 }
 
 impl Remarks {
-    pub fn new(file: &'static str) -> Self {
-        Self { file, tallies: Vec::new(), others: Vec::new() }
+    /// About `file`, the name that every warning begins with.
+    #[must_use]
+    pub fn new(file: impl Into<String>) -> Self {
+        Self { file: file.into(), tallies: Vec::new(), others: Vec::new() }
     }
 
     /// Counts the row at `line` under `what`, which completes "3 rows, the first at line 7, …".
@@ -47,6 +49,7 @@ impl Remarks {
     }
 
     /// Everything counted so far in one sentence, for an error.
+    #[must_use]
     pub fn summary(&self) -> String {
         let parts: Vec<String> = self
             .tallies
