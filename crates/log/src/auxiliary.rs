@@ -27,7 +27,8 @@ pub(crate) const CONTROLS: [&str; 4] = Sticks::NAMES;
 /// ICAO Doc 7488/3, *Manual of the ICAO Standard Atmosphere*, table A (p0 = 101 325 Pa, T0 = 288.15 K,
 /// β = −6.5 K/km, R = 287.052 87 J/(kg K), g0 = 9.806 65 m/s²) and the pressure equation of a layer of
 /// constant gradient, solved for the geopotential altitude.
-fn pressure_altitude_m(pressure_pa: f64) -> Option<f64> {
+#[must_use]
+pub fn pressure_altitude_m(pressure_pa: f64) -> Option<f64> {
     const SEA_LEVEL_PRESSURE_PA: f64 = 101_325.0;
     const SEA_LEVEL_TEMPERATURE_K: f64 = 288.15;
     const LAPSE_RATE_KPM: f64 = 0.0065;

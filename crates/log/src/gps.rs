@@ -93,8 +93,8 @@ impl Columns {
         let place @ [lat, lon, height] = row.numbers(self.position)?;
         let horizontal_mps = row.finite(self.horizontal_velocity)?;
         let down_mps = row.finite(self.down_velocity)?.map(|[down]| down);
-        let position_sigma = sigma(row, self.position_sigma, LARGEST_POSITION_SIGMA_M, remarks)?;
-        let velocity_sigma = sigma(row, self.velocity_sigma, LARGEST_VELOCITY_SIGMA_MPS, remarks)?;
+        let position_sigma_m = sigma(row, self.position_sigma)?;
+        let velocity_sigma_mps = sigma(row, self.velocity_sigma)?;
         let fix_type = row.finite(self.fix_type)?;
         let satellites = row.finite(self.satellites)?;
 
@@ -109,37 +109,46 @@ impl Columns {
         let Some(position) = Geodetic::from_degrees(lat, lon, height) else {
             return Ok(Err("left out: no place on Earth"));
         };
-        let is_motion = |v: f64| v.abs() <= FASTEST_MPS;
-        let is_velocity = horizontal_mps.is_none_or(|v| v.into_iter().all(is_motion))
-            && down_mps.is_none_or(is_motion);
-        if !is_velocity {
-            remarks.count("with a velocity beyond any vehicle's: taken as unknown", row.line);
-        }
         let satellites = satellites.filter(|[count]| (0.0..=255.0).contains(count));
-        Ok(Ok(Fix {
+        let fix = Fix {
             time: arrival,
             position,
-            position_sigma_m: position_sigma,
-            horizontal_velocity_mps: horizontal_mps.filter(|_| is_velocity),
-            down_velocity_mps: down_mps.filter(|_| is_velocity),
-            velocity_sigma_mps: velocity_sigma,
+            position_sigma_m,
+            horizontal_velocity_mps: horizontal_mps,
+            down_velocity_mps: down_mps,
+            velocity_sigma_mps,
             satellites: satellites.map(|[count]| count as u8),
-        }))
+        };
+        Ok(Ok(plausible_fix(fix, row.line, remarks)))
     }
 }
 
-/// The sigma in whichever of `columns` has one, if it is one.
-fn sigma(
-    row: &Row<'_>,
-    columns: [Option<[usize; 3]>; 2],
-    largest: f64,
-    remarks: &mut Remarks,
-) -> Result<Option<Vector<Ned>>, LogError> {
-    let [per_axis, grouped] = [row.finite(columns[0])?, row.finite(columns[1])?];
-    let Some(sigma) = per_axis.or(grouped) else { return Ok(None) };
-    if sigma.iter().all(|sigma| *sigma > 0.0 && *sigma <= largest) {
-        return Ok(Some(sigma.into()));
+/// `fix` without a velocity beyond any vehicle's and without a sigma that is none, each of which counts
+/// in `remarks` against `line`.
+#[must_use]
+pub fn plausible_fix(mut fix: Fix, line: u64, remarks: &mut Remarks) -> Fix {
+    let is_motion = |speed: f64| speed.abs() <= FASTEST_MPS;
+    let is_velocity = fix.horizontal_velocity_mps.is_none_or(|v| v.into_iter().all(is_motion))
+        && fix.down_velocity_mps.is_none_or(is_motion);
+    if !is_velocity {
+        remarks.count("with a velocity beyond any vehicle's: taken as unknown", line);
+        (fix.horizontal_velocity_mps, fix.down_velocity_mps) = (None, None);
     }
-    remarks.count("with a sigma that is none: taken as unknown", row.line);
-    Ok(None)
+    let mut known = |sigma: Option<Vector<Ned>>, largest: f64| {
+        let is_one =
+            |sigma: &Vector<Ned>| sigma.to_array().iter().all(|s| *s > 0.0 && *s <= largest);
+        if sigma.is_some_and(|sigma| !is_one(&sigma)) {
+            remarks.count("with a sigma that is none: taken as unknown", line);
+        }
+        sigma.filter(is_one)
+    };
+    fix.position_sigma_m = known(fix.position_sigma_m, LARGEST_POSITION_SIGMA_M);
+    fix.velocity_sigma_mps = known(fix.velocity_sigma_mps, LARGEST_VELOCITY_SIGMA_MPS);
+    fix
+}
+
+/// The sigma in whichever of `columns` has one.
+fn sigma(row: &Row<'_>, columns: [Option<[usize; 3]>; 2]) -> Result<Option<Vector<Ned>>, LogError> {
+    let [per_axis, grouped] = [row.finite(columns[0])?, row.finite(columns[1])?];
+    Ok(per_axis.or(grouped).map(Vector::from))
 }

@@ -101,27 +101,18 @@ impl Columns {
     /// The sample in `row`, or why it is left out.
     fn sample(&self, row: &Row<'_>) -> Result<Result<ImuSample, &'static str>, LogError> {
         let time = row.time(self.time)?;
-        let values @ [p, q, r, x, y, z] = row.numbers(self.motion)?;
+        let [p, q, r, x, y, z] = row.numbers(self.motion)?;
         let attitude = row.finite(self.attitude)?;
         let magnetic = row.finite(self.magnetic)?;
         let Some(time) = time else { return Ok(Err("left out: no time")) };
-        if values.iter().any(|value| value.is_nan()) {
-            return Ok(Err("left out: a value is missing"));
-        }
-        let scale = if self.are_rates { 1.0 } else { LONGEST_INTERVAL_S };
-        if !is_within([p, q, r], scale * FASTEST_TURN_RADPS)
-            || !is_within([x, y, z], scale * HARDEST_PUSH_MPS2)
-        {
-            return Ok(Err("left out: a value is beyond any vehicle's motion"));
-        }
-        if values == [0.0; 6] {
-            return Ok(Err("left out: all zeros, the unit was not measuring"));
-        }
         let (gyro, accel) = (Vector::new(p, q, r), Vector::new(x, y, z));
         let motion = match self.are_rates {
             true => Motion::Rates { angular_rate_radps: gyro, specific_force_mps2: accel },
             false => Motion::Increments { angle_rad: gyro, velocity_mps: accel },
         };
+        if let Some(why) = motion_fault(&motion) {
+            return Ok(Err(why));
+        }
         let attitude =
             attitude.filter(|angles| is_within(*angles, 360.0) && angles[1].abs() <= 90.0);
         let attitude = attitude.map(|[roll, pitch, yaw]| EulerAngles {
@@ -133,6 +124,28 @@ impl Columns {
         let magnetic_field_gauss = magnetic.map(Vector::from);
         Ok(Ok(ImuSample { time, motion, attitude, magnetic_field_gauss }))
     }
+}
+
+/// Why an inertial sample with this motion is left out of any log; `None` of one that can be.
+#[must_use]
+pub fn motion_fault(motion: &Motion) -> Option<&'static str> {
+    let (gyro, accel, scale) = match *motion {
+        Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
+            (angular_rate_radps.to_array(), specific_force_mps2.to_array(), 1.0)
+        }
+        Motion::Increments { angle_rad, velocity_mps } => {
+            (angle_rad.to_array(), velocity_mps.to_array(), LONGEST_INTERVAL_S)
+        }
+    };
+    if gyro.iter().chain(&accel).any(|value| value.is_nan()) {
+        return Some("left out: a value is missing");
+    }
+    if !is_within(gyro, scale * FASTEST_TURN_RADPS) || !is_within(accel, scale * HARDEST_PUSH_MPS2)
+    {
+        return Some("left out: a value is beyond any vehicle's motion");
+    }
+    (gyro == [0.0; 3] && accel == [0.0; 3])
+        .then_some("left out: all zeros, the unit was not measuring")
 }
 
 fn is_within(values: [f64; 3], largest: f64) -> bool {

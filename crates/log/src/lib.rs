@@ -27,9 +27,12 @@ mod table;
 mod truth;
 mod write;
 
+pub use auxiliary::pressure_altitude_m;
 pub use clock::Rows;
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
+pub use gps::plausible_fix;
+pub use imu::motion_fault;
 pub use info::Info;
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
