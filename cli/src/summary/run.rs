@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hovernav::ekf::{Aid, Channel, ImuFault, Notice, ResetCause, Unusable, Verdict};
-use hovernav::imu::Suspicion;
+use hovernav::ekf::{Channel, Notice, Verdict};
 use hovernav::ins::HeadingSource;
-use hovernav_log::{Dataset, Run, Score, Statistics, UnusedReadings};
+use hovernav_log::{Dataset, Finding, Run, Score, Statistics, UnusedReadings, sentences};
 use serde::Serialize;
 
 use super::reproduction::ReproductionSummary;
@@ -45,6 +44,8 @@ pub struct RunSummary {
     pub(super) outage_drift_m: Option<Statistics>,
     /// What deserves a second look, one plain sentence each.
     pub warnings: Vec<String>,
+    /// What happened when, each a span with a sentence; the warnings are among them.
+    pub findings: Vec<Finding>,
     /// Readings that could not be used for a fault of theirs.
     aids_unusable: UnusedReadings,
     /// Readings left out by design.
@@ -115,23 +116,16 @@ impl RunSummary {
             outages: Vec::new(),
             outage_drift_m: None,
             warnings: dataset.warnings.clone(),
+            findings: dataset.findings(run),
             aids_unusable: run.unusable,
             aids_left_out: run.left_out,
         };
-        let early = dataset.fixes_before_imu();
-        if early > 0 {
-            let warning = format!("{early} fixes before the first inertial sample have no effect");
-            summary.warnings.push(warning);
-        }
+        summary.warnings.extend(sentences(&summary.findings));
         summary.add_notices(run);
         summary
     }
 
     fn add_notices(&mut self, run: &Run) {
-        let mut faults: BTreeMap<&'static str, (usize, f64)> = BTreeMap::new();
-        let mut note = |kind: &'static str, time_s: f64| {
-            faults.entry(kind).or_insert((0, time_s)).0 += 1;
-        };
         for notice in &run.notices {
             match notice {
                 Notice::Aligned(alignment) => {
@@ -153,45 +147,11 @@ impl RunSummary {
                     }
                 }
                 Notice::Updated(report) => self.count(report),
-                Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
-                    note(unusable_name(*aid, *reason), time.seconds());
-                }
-                Notice::GapBridged { time, .. } => {
-                    note("a gap in the inertial samples, bridged", time.seconds());
-                }
-                Notice::CovarianceReset { time, cause } => note(reset_name(cause), time.seconds()),
-                Notice::SampleSuspect { time, suspicion } => {
-                    note(suspicion_name(suspicion), time.seconds());
-                }
-                Notice::SampleRefused { time, fault } => note(fault_name(fault), time.seconds()),
                 _ => {}
             }
         }
-        let not_found = |alignment: &AlignmentSummary| {
-            alignment.heading == "unknown" && alignment.heading_found_s.is_none()
-        };
-        if self.alignment.as_ref().is_some_and(not_found) {
-            let why = "too little horizontal acceleration, no attitude and no magnetometer";
-            self.warnings.push(format!("the heading was not found: {why}"));
-        }
-        for (kind, (count, first_s)) in faults {
-            self.warnings.push(format!("{count} × {kind}, first at {first_s:.3} s"));
-        }
         for channel in self.innovations.values_mut() {
             channel.mean_square /= channel.used.max(1) as f64;
-        }
-        if let [first, ..] = &self.reopened[..] {
-            self.warnings.push(format!(
-                "the filter had locked itself out and was reopened, {} axes in all, first at {:.3} s",
-                self.reopened.len(),
-                first.time_s
-            ));
-        }
-        if self.gps_fixes_rejected > 0 {
-            self.warnings.push(format!(
-                "{} fixes were refused by a gate, in whole or in part",
-                self.gps_fixes_rejected
-            ));
         }
     }
 
@@ -248,49 +208,5 @@ const fn heading_name(source: HeadingSource) -> &'static str {
         HeadingSource::Magnetometer => "magnetometer",
         HeadingSource::Course => "course",
         HeadingSource::Unknown => "unknown",
-    }
-}
-
-const fn unusable_name(aid: Aid, reason: Unusable) -> &'static str {
-    match (aid, reason) {
-        (Aid::Gps, Unusable::NotFinite) => "a fix that is no place or not finite",
-        (Aid::Gps, Unusable::TooOld) => "a fix older than the filter's memory",
-        (Aid::Gps, Unusable::Repeated) => "a frozen fix, the one before again though moving",
-        (Aid::Gps, Unusable::AheadOfImu) => "a fix ahead of the inertial samples",
-        (Aid::Attitude, _) => "an attitude of the unit that is not finite",
-        (Aid::Magnetometer, _) => "a magnetic field that is not finite or has no horizontal part",
-        (Aid::Baro, _) => "a barometric height that is not finite or beyond 100 km",
-        _ => "a measurement that could not be used",
-    }
-}
-
-const fn reset_name(cause: &ResetCause) -> &'static str {
-    match cause {
-        ResetCause::LongGap { .. } => {
-            "a gap in the inertial samples too long to bridge, the covariance reset"
-        }
-        ResetCause::Diverged => {
-            "an inertial sample that would lead off the Earth, the covariance reset"
-        }
-        _ => "a reset of the covariance",
-    }
-}
-
-fn suspicion_name(suspicion: &Suspicion) -> &'static str {
-    if suspicion.accel_clipped.contains(&true) {
-        "clipping of an accelerometer at its full scale, counted in the uncertainty"
-    } else if suspicion.gyro_clipped.contains(&true) {
-        "clipping of a gyro at its full scale, counted in the uncertainty"
-    } else {
-        "shaking of the inertial unit far beyond its usual vibration, counted in the uncertainty"
-    }
-}
-
-const fn fault_name(fault: &ImuFault) -> &'static str {
-    match fault {
-        ImuFault::NotFinite => "an inertial sample that is not finite, passed over",
-        ImuFault::Stuck => "an inertial sample stuck at the one before, passed over",
-        ImuFault::NotLater => "an inertial sample not later than the one before, passed over",
-        _ => "an inertial sample passed over",
     }
 }

@@ -161,22 +161,14 @@ fn write_fixes(f: &mut fmt::Formatter<'_>, dataset: &Dataset) -> fmt::Result {
     )
 }
 
-/// Angular rate, rad/s, and specific force, m/s², of each sample; increments over their interval.
+/// Angular rate, rad/s, and specific force, m/s², of each sample.
 fn rates(samples: &[ImuSample]) -> Vec<[f64; 6]> {
-    let mut before: Option<Time> = None;
-    let mut rates = Vec::with_capacity(samples.len());
-    for sample in samples {
-        let interval_s = before.map(|before| sample.time - before);
-        // The first increment's interval is not known.
-        if interval_s.is_some() || matches!(sample.motion, Motion::Rates { .. }) {
-            let mean = sample.motion.mean_rates(interval_s.unwrap_or_default());
-            let [p, q, r] = mean.angular_rate_radps.to_array();
-            let [x, y, z] = mean.specific_force_mps2.to_array();
-            rates.push([p, q, r, x, y, z]);
-        }
-        before = Some(sample.time);
-    }
-    rates
+    let rates = crate::rates::rates(samples);
+    let six = |at: &crate::rates::Rates| {
+        let ([p, q, r], [x, y, z]) = (at.turn_radps, at.force_mps2);
+        [p, q, r, x, y, z]
+    };
+    rates.iter().map(six).collect()
 }
 
 /// Root mean square of second differences over √6, per component: the standard deviation of white

@@ -3,8 +3,10 @@
 use serde::Serialize;
 
 use crate::dataset::{Dataset, Source};
-use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Aid, Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution};
+use hovernav::ekf::layout::{Full, Layout as _};
+use hovernav::ekf::{
+    Aid, Ekf, Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution,
+};
 use hovernav::event::Event;
 use hovernav::ins::{HeadingSource, Start};
 use hovernav::time::Time;
@@ -29,6 +31,8 @@ impl Outage {
 /// What a run over a log gave.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
+    /// The settings it was made with.
+    pub config: EstimatorConfig,
     /// One solution per inertial sample from the end of alignment on.
     pub solutions: Vec<Solution>,
     /// What the estimator reported, in order, but for readings left out by design.
@@ -37,6 +41,8 @@ pub struct Run {
     pub unusable: UnusedReadings,
     /// Readings left out by design: too soon after the last, or before the heading is known.
     pub left_out: UnusedReadings,
+    /// How much earlier than declared the fixes turned out to hold, s, with one-sigma.
+    pub gps_offset: Option<(f64, f64)>,
 }
 
 /// How many readings of each aid were not used.
@@ -164,8 +170,9 @@ impl Dataset {
     // Compiled here once, and not with the filter for every caller's closure; as what follows.
     fn estimated(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> Run {
         let mut estimator = Estimator::<Full, 28>::new(*config);
-        self.run(progress, |event, run| {
+        self.run(config, progress, |event, run| {
             estimator.push(event, |notice| run.keep(notice));
+            run.gps_offset = estimator.filter().map(gps_offset);
             estimator.solution()
         })
     }
@@ -216,7 +223,7 @@ impl Dataset {
     ) -> (Run, Smoother<Full, 28>) {
         let mut estimator = Estimator::<Full, 28>::new(*config);
         let mut smoother = Smoother::with_capacity(self.imu.len());
-        let run = self.run(progress, |event, run| {
+        let run = self.run(config, progress, |event, run| {
             let mut aligned = false;
             estimator.push_traced(event, &mut smoother, |notice| {
                 aligned |= matches!(notice, Notice::Aligned(_));
@@ -227,6 +234,7 @@ impl Dataset {
             }
             if let (Event::Imu(_), Some(filter)) = (event, estimator.filter()) {
                 smoother.sampled(filter);
+                run.gps_offset = Some(gps_offset(filter));
             }
             estimator.solution()
         });
@@ -236,10 +244,12 @@ impl Dataset {
     /// Gives every event to `push`, and keeps the solution it returns for an inertial sample.
     fn run(
         &self,
+        config: &EstimatorConfig,
         progress: &mut dyn FnMut(usize),
         mut push: impl FnMut(&Event, &mut Run) -> Option<Solution>,
     ) -> Run {
-        let mut run = Run { solutions: Vec::with_capacity(self.imu.len()), ..Run::default() };
+        let solutions = Vec::with_capacity(self.imu.len());
+        let mut run = Run { config: *config, solutions, ..Run::default() };
         let mut samples = 0;
         for event in self.events() {
             let solution = push(&event, &mut run);
@@ -251,4 +261,10 @@ impl Dataset {
         }
         run
     }
+}
+
+/// The delay of the fixes beyond the declared latency, s, and its one-sigma.
+fn gps_offset(filter: &Ekf<Full, 28>) -> (f64, f64) {
+    let state = Full::GPS_DELAY.unwrap_or_default();
+    (filter.parameter(state), filter.covariance().variance(state).max(0.0).sqrt())
 }

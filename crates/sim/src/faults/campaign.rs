@@ -12,7 +12,7 @@ use super::fault::Fault;
 use super::flights::{Clean, Flight};
 use super::injection::{InjectError, Made};
 use super::measure::{Measures, measure};
-use super::runner::{estimate, told};
+use super::runner::estimate;
 use super::window::Window;
 
 /// Faults × flights × seeds.
@@ -175,7 +175,7 @@ impl Clean {
             Ok(Ok((run, warnings))) => {
                 let reference = self.reference.as_ref();
                 let mut measures = measure(&run.solutions, reference, &windows, self.end_s);
-                measures.warnings = told(warnings, &run);
+                measures.warnings = warnings;
                 let named_by: Vec<&str> = faults
                     .iter()
                     .flat_map(|fault| fault.kind.entry().named_by.iter().copied())

@@ -8,7 +8,7 @@ use hovernav_log::{Dataset, LogError, Reference};
 
 use super::injection::Log;
 use super::measure::{Measures, measure};
-use super::runner::{estimate, told};
+use super::runner::estimate;
 use crate::{DmuConfig, FlightPlan, GpsConfig, fly, sensor_manifest};
 
 /// A flight to make faults in.
@@ -70,7 +70,7 @@ impl Flight {
         let end_s = log.end_s();
         let (run, warnings) = estimate(dataset)?;
         let mut measures = measure(&run.solutions, reference.as_ref(), &[], end_s);
-        measures.warnings = told(warnings, &run);
+        measures.warnings = warnings;
         let solutions = run.solutions;
         Ok(Clean { name: self.name(), log, reference, measures, solutions, end_s })
     }

@@ -1,0 +1,101 @@
+//! A finding: what happened to which sensor, when, how badly and why.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// How much a finding matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Good to know.
+    Info,
+    /// The solution is worse for it, or may be.
+    Warning,
+    /// It cannot be estimated like this.
+    Error,
+}
+
+/// Something found in a log or in a run over it, in one plain sentence.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// When it began, s on the log's clock.
+    pub start_s: f64,
+    /// When it ended, s; the start again where it took no time.
+    pub end_s: f64,
+    /// Whose it is: `inertial unit`, `gps`, `magnetometer`, `barometer` or `filter`.
+    pub sensor: &'static str,
+    /// What kind of thing it is, in a word or two that never change: `outage`, `clipping`.
+    pub kind: &'static str,
+    /// How much it matters.
+    pub severity: Severity,
+    /// How many samples or fixes it concerns.
+    pub count: usize,
+    /// Sensor, time, size and cause in one sentence.
+    pub words: String,
+}
+
+impl Finding {
+    /// Whether it deserves a second look.
+    #[must_use]
+    pub fn is_warning(&self) -> bool {
+        self.severity >= Severity::Warning
+    }
+}
+
+/// Sentences of one kind before the rest is only counted.
+const TOLD: usize = 3;
+
+/// The warnings among `findings` as sentences, in order of time; of what happened often the longest
+/// three and the number of the others.
+#[must_use]
+pub fn sentences(findings: &[Finding]) -> Vec<String> {
+    let mut kinds: BTreeMap<(&str, &str), Vec<&Finding>> = BTreeMap::new();
+    for finding in findings.iter().filter(|finding| finding.is_warning()) {
+        kinds.entry((finding.sensor, finding.kind)).or_default().push(finding);
+    }
+    let mut told: Vec<(f64, String)> = Vec::new();
+    for mut of_kind in kinds.into_values() {
+        let length = |finding: &Finding| finding.end_s - finding.start_s;
+        of_kind.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        let others = of_kind.split_off(of_kind.len().min(TOLD));
+        told.extend(of_kind.iter().map(|finding| (finding.start_s, finding.words.clone())));
+        if let [first, ..] = &others[..] {
+            let start_s = others.iter().map(|other| other.start_s).fold(f64::INFINITY, f64::min);
+            let end_s = others.iter().map(|other| other.end_s).fold(f64::NEG_INFINITY, f64::max);
+            let (sensor, kind, count) = (first.sensor, first.kind, others.len());
+            told.push((
+                start_s,
+                format!("{sensor}: {kind} {count} more times from {start_s:.1} to {end_s:.1} s"),
+            ));
+        }
+    }
+    told.sort_by(|a, b| a.0.total_cmp(&b.0));
+    told.into_iter().map(|(_, sentence)| sentence).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_happened_often_is_told_three_times_and_counted() {
+        let finding = |start_s: f64, length_s: f64, severity| Finding {
+            start_s,
+            end_s: start_s + length_s,
+            sensor: "gps",
+            kind: "outage",
+            severity,
+            count: 1,
+            words: format!("outage at {start_s}"),
+        };
+        let mut findings: Vec<Finding> =
+            (0..20).map(|k| finding(f64::from(k), 0.1, Severity::Warning)).collect();
+        findings[7].end_s = 9.0;
+        findings[9].severity = Severity::Info;
+        let told = sentences(&findings);
+        assert_eq!(told.len(), 4);
+        assert!(told.contains(&"outage at 7".to_owned()));
+        assert!(told.contains(&"gps: outage 16 more times from 2.0 to 19.1 s".to_owned()));
+    }
+}

@@ -1,0 +1,144 @@
+//! What the fixes themselves tell: absent, frozen, without velocity, height held.
+
+use hovernav::gps::Fix;
+
+use super::finding::{Finding, Severity};
+use super::spans::improbable_runs;
+use super::{Judged, when};
+use crate::clock::median_interval_s;
+
+/// A span without fixes longer than this, s, and than three intervals is an outage.
+const OUTAGE_S: f64 = 3.5;
+/// A receiver that repeats itself for less than this, s, is not called frozen.
+const FROZEN_S: f64 = 2.0;
+/// A height that repeats for less than this, s, may be true.
+const HELD_S: f64 = 10.0;
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let fixes = &log.dataset.fixes;
+    outages(log, findings);
+    early(log, findings);
+    without_velocity(log, findings);
+    let times: Vec<f64> = fixes.iter().map(|fix| fix.time.seconds()).collect();
+    let said = |fix: &Fix| (fix.position, fix.horizontal_velocity_mps, fix.down_velocity_mps);
+    let whole: Vec<_> = fixes.iter().map(said).collect();
+    let frozen: Vec<(usize, usize)> = improbable_runs(&whole)
+        .into_iter()
+        .filter(|&(first, last)| times[last] - times[first] >= FROZEN_S)
+        .collect();
+    for &(first, last) in &frozen {
+        findings.push(Finding {
+            start_s: times[first],
+            end_s: times[last],
+            sensor: "gps",
+            kind: "frozen fix",
+            severity: Severity::Warning,
+            count: last - first,
+            words: format!(
+                "gps frozen {}: {} fixes repeat the one before to the last digit, so that the \
+                 receiver was not measuring{}",
+                when(times[first], times[last]),
+                last - first,
+                log.cost(times[first], times[last])
+            ),
+        });
+    }
+    let heights: Vec<f64> = fixes.iter().map(|fix| fix.position.height_m).collect();
+    for (first, last) in improbable_runs(&heights) {
+        let (start_s, end_s) = (times[first], times[last]);
+        let is_frozen = frozen.iter().any(|&(a, b)| a <= first && last <= b);
+        if end_s - start_s < HELD_S || is_frozen {
+            continue;
+        }
+        findings.push(Finding {
+            start_s,
+            end_s,
+            sensor: "gps",
+            kind: "height held",
+            severity: Severity::Warning,
+            count: last - first,
+            words: format!(
+                "gps height held at {:.1} m {}, {} fixes, while the position moved: a 2-D fix, whose \
+                 height tells nothing",
+                heights[first],
+                when(start_s, end_s),
+                last - first
+            ),
+        });
+    }
+}
+
+fn outages(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let Some((first_s, last_s)) = log.span_s() else { return };
+    let times: Vec<_> = log.dataset.fixes.iter().map(|fix| fix.time).collect();
+    let longest_s = OUTAGE_S.max(3.0 * median_interval_s(&times).unwrap_or(0.0));
+    let mut times_s: Vec<f64> = times.iter().map(|time| time.seconds()).collect();
+    times_s.retain(|time_s| (first_s..=last_s).contains(time_s));
+    times_s.push(last_s);
+    let mut before_s = first_s;
+    for time_s in times_s {
+        let length_s = time_s - before_s;
+        if length_s > longest_s {
+            let end = if time_s == last_s { ", to the end of the log" } else { "" };
+            findings.push(Finding {
+                start_s: before_s,
+                end_s: time_s,
+                sensor: "gps",
+                kind: "outage",
+                severity: Severity::Warning,
+                count: 1,
+                words: format!(
+                    "gps outage from {before_s:.1} to {time_s:.1} s: no fix for {length_s:.1} s{end}, \
+                     bridged by dead reckoning{}",
+                    log.cost(before_s, time_s - 0.1)
+                ),
+            });
+        }
+        before_s = time_s;
+    }
+}
+
+fn early(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let early = log.dataset.fixes_before_imu();
+    let (Some(first), Some(sample)) = (log.dataset.fixes.first(), log.dataset.imu.first()) else {
+        return;
+    };
+    if early > 0 {
+        findings.push(Finding {
+            start_s: first.time.seconds(),
+            end_s: sample.time.seconds(),
+            sensor: "gps",
+            kind: "fixes too early",
+            severity: Severity::Info,
+            count: early,
+            words: format!("{early} fixes before the first inertial sample have no effect"),
+        });
+    }
+}
+
+fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let fixes = &log.dataset.fixes;
+    let without = fixes.iter().filter(|fix| fix.velocity_mps().is_none()).count();
+    let (Some(first), Some(last)) = (fixes.first(), fixes.last()) else { return };
+    if without == 0 {
+        return;
+    }
+    let mut heading = String::new();
+    let severity = if 10 * without > fixes.len() { Severity::Warning } else { Severity::Info };
+    if fixes.iter().all(|fix| fix.horizontal_velocity_mps.is_none()) {
+        heading = ", and so is a heading that has to be found in motion".into();
+    }
+    findings.push(Finding {
+        start_s: first.time.seconds(),
+        end_s: last.time.seconds(),
+        sensor: "gps",
+        kind: "velocity absent",
+        severity,
+        count: without,
+        words: format!(
+            "gps velocity absent in {without} of {} fixes: velocity is known from positions alone, \
+             half as well again{heading}",
+            fixes.len()
+        ),
+    });
+}

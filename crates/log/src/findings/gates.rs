@@ -1,0 +1,237 @@
+//! Measurements that the gates refused, and what became of the filter.
+
+use std::ops::Range;
+
+use hovernav::ekf::{Channel, Notice, Verdict};
+
+use super::finding::{Finding, Severity};
+use super::spans::{Span, spans};
+use super::{Judged, when};
+
+/// What is refused and taken together.
+struct Group {
+    channels: &'static [Channel],
+    sensor: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    scale: f64,
+    /// Refusals of more than this, in the unit, are worth a word even where they are short.
+    large: f64,
+}
+
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+
+const GROUPS: [Group; 7] = [
+    Group {
+        channels: &[Channel::PositionNorth, Channel::PositionEast],
+        sensor: "gps",
+        name: "position",
+        unit: "m",
+        scale: 1.0,
+        large: 10.0,
+    },
+    Group {
+        channels: &[Channel::PositionDown],
+        sensor: "gps",
+        name: "height",
+        unit: "m",
+        scale: 1.0,
+        large: 15.0,
+    },
+    Group {
+        channels: &[Channel::VelocityNorth, Channel::VelocityEast],
+        sensor: "gps",
+        name: "velocity",
+        unit: "m/s",
+        scale: 1.0,
+        large: 5.0,
+    },
+    Group {
+        channels: &[Channel::VelocityDown],
+        sensor: "gps",
+        name: "vertical velocity",
+        unit: "m/s",
+        scale: 1.0,
+        large: 5.0,
+    },
+    Group {
+        channels: &[Channel::Roll, Channel::Pitch],
+        sensor: "inertial unit",
+        name: "roll and pitch",
+        unit: "°",
+        scale: DEGREES,
+        large: 15.0,
+    },
+    Group {
+        channels: &[Channel::Yaw],
+        sensor: "magnetometer",
+        name: "heading",
+        unit: "°",
+        scale: DEGREES,
+        large: 25.0,
+    },
+    Group {
+        channels: &[Channel::BaroHeight],
+        sensor: "barometer",
+        name: "height",
+        unit: "m",
+        scale: 1.0,
+        large: 15.0,
+    },
+];
+
+/// One comparison of a group.
+struct Compared {
+    time_s: f64,
+    size: f64,
+    verdict: Verdict,
+}
+
+/// Refusals in so many measurements in a row and for so long, s, are a warning whatever their size.
+const LASTING: usize = 3;
+const LASTING_S: f64 = 2.0;
+/// A disagreement this soon after trouble, s, comes of it.
+const AFTERMATH_S: f64 = 10.0;
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let groups: Vec<Vec<Compared>> = GROUPS.iter().map(|group| compared(log, group)).collect();
+    // What one receiver says is refused together, whichever of its groups begins.
+    for sensor in [0..4, 4..5, 5..6, 6..7] {
+        let mut refused: Vec<(f64, f64)> = groups[sensor.clone()]
+            .iter()
+            .flatten()
+            .filter(|at| at.verdict != Verdict::Accepted)
+            .map(|at| (at.time_s, at.size))
+            .collect();
+        refused.sort_by(|a, b| a.0.total_cmp(&b.0));
+        findings.extend(
+            spans(refused, LASTING_S).iter().map(|span| refusal(log, &groups, &sensor, span)),
+        );
+    }
+}
+
+/// Refusals of one sensor, in a sentence.
+fn refusal(
+    log: &Judged<'_>,
+    groups: &[Vec<Compared>],
+    sensor: &Range<usize>,
+    span: &Span,
+) -> Finding {
+    let within = |at: &&Compared| (span.start_s..=span.end_s).contains(&at.time_s);
+    let (mut parts, mut reopened, mut large, mut is_refused) =
+        (Vec::new(), None, false, [false; 7]);
+    for index in sensor.clone() {
+        let (group, heard) = (&GROUPS[index], groups[index].iter().filter(within));
+        let refused: Vec<&Compared> =
+            heard.clone().filter(|at| at.verdict != Verdict::Accepted).collect();
+        let largest = refused.iter().map(|at| at.size).fold(0.0, f64::max) * group.scale;
+        if refused.is_empty() {
+            continue;
+        }
+        is_refused[index] = true;
+        large |= largest > group.large;
+        let opened = refused.iter().filter(|at| at.verdict == Verdict::Reopened);
+        reopened = opened.map(|at| at.time_s).next_back().or(reopened);
+        let (name, unit) = (group.name, group.unit);
+        let (count, heard) = (refused.len(), heard.count());
+        parts.push(format!("{name} by up to {largest:.1} {unit} ({count} of {heard} readings)"));
+    }
+    let lasting = span.count >= LASTING && span.end_s - span.start_s >= LASTING_S;
+    let first = &GROUPS[sensor.start];
+    // The velocity's gate tells whether the receiver contradicts itself.
+    let agrees = !is_refused[2] && !is_refused[3];
+    let why = cause(log, first, span.start_s, agrees);
+    let response = match reopened {
+        Some(time_s) => format!(
+            "; the filter had locked itself out, and was reopened and took it at {time_s:.1} s{}",
+            log.cost(span.start_s, time_s)
+        ),
+        None => "; the filter went on without it".into(),
+    };
+    Finding {
+        start_s: span.start_s,
+        end_s: span.end_s,
+        sensor: first.sensor,
+        kind: if reopened.is_some() { "filter reopened" } else { "refused" },
+        severity: if lasting || large || reopened.is_some() {
+            Severity::Warning
+        } else {
+            Severity::Info
+        },
+        count: span.count,
+        words: format!(
+            "{} refused {} as off what the filter expected, {}: {why}{response}",
+            first.sensor,
+            when(span.start_s, span.end_s),
+            parts.join(", "),
+        ),
+    }
+}
+
+/// What the run says of a group, measurement by measurement.
+fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
+    let reports = log.run.notices.iter().filter_map(|notice| match notice {
+        Notice::Updated(report) => Some(report),
+        _ => None,
+    });
+    let mut all = Vec::new();
+    for report in reports {
+        let mut axes =
+            report.innovations().filter(|axis| group.channels.contains(&axis.channel)).peekable();
+        let Some(first) = axes.peek() else { continue };
+        let (time_s, mut verdict) = (first.time.seconds(), Verdict::Accepted);
+        let mut square_sum = 0.0;
+        for axis in axes {
+            square_sum += axis.innovation * axis.innovation;
+            if axis.verdict != Verdict::Accepted {
+                verdict = axis.verdict;
+            }
+        }
+        all.push(Compared { time_s, size: square_sum.sqrt(), verdict });
+    }
+    all
+}
+
+/// Why a group was refused from `start_s` on, as far as can be told.
+fn cause(log: &Judged<'_>, group: &Group, start_s: f64, velocity_agrees: bool) -> String {
+    if group.name == "heading" {
+        return "a magnetic disturbance or a wrong heading".into();
+    }
+    if group.sensor != "gps" {
+        return "a disturbance of the sensor or an error of the filter".into();
+    }
+    let recent = |time_s: f64| (0.0..=AFTERMATH_S).contains(&(start_s - time_s));
+    let fixes = &log.dataset.fixes;
+    let before = fixes.partition_point(|fix| fix.time.seconds() < start_s);
+    let absence_s = match (before.checked_sub(1).and_then(|at| fixes.get(at)), fixes.get(before)) {
+        (Some(last), Some(_)) => start_s - last.time.seconds(),
+        _ => 0.0,
+    };
+    if absence_s > 2.5 {
+        return format!("drift of the filter in {absence_s:.1} s without fixes");
+    }
+    for notice in &log.run.notices {
+        match notice {
+            Notice::GapBridged { time, length_s } if recent(time.seconds()) => {
+                return format!(
+                    "drift of the filter in a gap of {length_s:.2} s in the inertial samples"
+                );
+            }
+            Notice::CovarianceReset { time, .. } if recent(time.seconds()) => {
+                return "the filter had been reset".into();
+            }
+            Notice::SampleSuspect { time, suspicion } if recent(time.seconds()) => {
+                return format!("the inertial samples are suspect ({suspicion})");
+            }
+            Notice::HeadingFound { time, .. } if recent(time.seconds()) => {
+                return "the heading had just been found".into();
+            }
+            _ => {}
+        }
+    }
+    if velocity_agrees {
+        return "a jump of the receiver (glitch), as its velocity agreed".into();
+    }
+    "of a cause that the log does not tell: a glitch of the receiver, or a filter gone astray"
+        .into()
+}

@@ -1,0 +1,90 @@
+//! What happened in a log and in a run over it, each in a sentence with its time.
+//!
+//! Everything here judges what the sensors said and what the estimator reported of it; the estimator
+//! itself is not asked again, and no reference is read.
+
+mod finding;
+mod fixes;
+mod gates;
+mod heading;
+mod inertial;
+mod slow;
+mod spans;
+mod unused;
+
+use hovernav::ekf::Solution;
+
+pub use finding::{Finding, Severity, sentences};
+
+use crate::dataset::Dataset;
+use crate::replay::Run;
+
+impl Dataset {
+    /// What happened in a `run` over this log, in order of time: outages, gaps, refusals, repetitions,
+    /// clipping, blows, disturbances, each a span with a sentence.
+    #[must_use]
+    pub fn findings(&self, run: &Run) -> Vec<Finding> {
+        let log = Judged { dataset: self, run };
+        let mut findings = Vec::new();
+        inertial::find(&log, &mut findings);
+        fixes::find(&log, &mut findings);
+        gates::find(&log, &mut findings);
+        heading::find(&log, &mut findings);
+        slow::find(&log, &mut findings);
+        unused::find(&log, &mut findings);
+        findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        findings
+    }
+}
+
+/// A log and a run over it.
+#[derive(Clone, Copy)]
+struct Judged<'a> {
+    dataset: &'a Dataset,
+    run: &'a Run,
+}
+
+impl Judged<'_> {
+    /// The solution at `time_s` or the first after it.
+    fn solution_at(&self, time_s: f64) -> Option<&Solution> {
+        let solutions = &self.run.solutions;
+        let index = solutions.partition_point(|solution| solution.time.seconds() < time_s);
+        solutions.get(index)
+    }
+
+    /// One-sigma of horizontal position, m, and velocity, m/s, at a moment.
+    fn sigmas_at(&self, time_s: f64) -> Option<(f64, f64)> {
+        let solution = self.solution_at(time_s).or(self.run.solutions.last())?;
+        let horizontal = |[north, east, _]: [f64; 3]| north.hypot(east);
+        Some((
+            horizontal(solution.position_sigma_m.to_array()),
+            horizontal(solution.velocity_sigma_mps.to_array()),
+        ))
+    }
+
+    /// What a span cost in certainty, as the end of a sentence.
+    fn cost(&self, start_s: f64, end_s: f64) -> String {
+        let Some((before, after)) = self.sigmas_at(start_s).zip(self.sigmas_at(end_s)) else {
+            return String::new();
+        };
+        format!(
+            "; one-sigma of position went from {:.1} to {:.1} m, of velocity from {:.2} to {:.2} m/s",
+            before.0, after.0, before.1, after.1
+        )
+    }
+
+    /// Where the solution begins and ends, s.
+    fn span_s(&self) -> Option<(f64, f64)> {
+        let solutions = &self.run.solutions;
+        Some((solutions.first()?.time.seconds(), solutions.last()?.time.seconds()))
+    }
+}
+
+/// "at 3.0 s" or "from 3.0 to 5.0 s".
+fn when(start_s: f64, end_s: f64) -> String {
+    if end_s - start_s < 0.05 {
+        format!("at {start_s:.1} s")
+    } else {
+        format!("from {start_s:.1} to {end_s:.1} s")
+    }
+}

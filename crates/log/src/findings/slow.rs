@@ -1,0 +1,108 @@
+//! What changes slowly: biases that step, and the time of the fixes.
+
+use super::finding::{Finding, Severity};
+use super::{Judged, when};
+
+/// Over how long a bias is compared with itself, s.
+const OVER_S: f64 = 20.0;
+/// A change of more than so many one-sigmas is none that the model of the bias expects.
+const STEP: f64 = 6.0;
+/// Smaller steps of a gyro's bias, rad/s, and of an accelerometer's, m/s², cost little.
+const LEAST_GYRO: f64 = 0.005;
+const LEAST_ACCEL: f64 = 0.2;
+/// A time offset of the fixes beyond this, s, is worth declaring.
+const OFFSET_S: f64 = 0.1;
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    biases(log, findings);
+    offset(log, findings);
+}
+
+fn biases(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let solutions = &log.run.solutions;
+    let Some(first) = solutions.first() else { return };
+    // Ten moments a second are enough.
+    let mut coarse = Vec::new();
+    let mut next_s = first.time.seconds() + OVER_S;
+    for solution in solutions {
+        if solution.time.seconds() >= next_s {
+            next_s += 0.5;
+            coarse.push(solution);
+        }
+    }
+    for (what, least, unit, scale) in [
+        ("gyro", LEAST_GYRO, "°/s", 180.0 / std::f64::consts::PI),
+        ("accelerometer", LEAST_ACCEL, "m/s²", 1.0),
+    ] {
+        for axis in 0..3 {
+            let at = |index: usize| {
+                let solution = coarse[index];
+                let (bias, sigma) = if what == "gyro" {
+                    (solution.gyro_bias_radps, solution.gyro_bias_sigma_radps)
+                } else {
+                    (solution.accel_bias_mps2, solution.accel_bias_sigma_mps2)
+                };
+                (solution.time.seconds(), bias.to_array()[axis], sigma.to_array()[axis])
+            };
+            let mut largest: Option<(f64, f64, f64, f64)> = None;
+            let mut before = 0;
+            for index in 0..coarse.len() {
+                let (end_s, after, _) = at(index);
+                while at(before).0 < end_s - OVER_S {
+                    before += 1;
+                }
+                let (start_s, earlier, sigma) = at(before);
+                let change = after - earlier;
+                let ratio = change.abs() / sigma.max(1e-12);
+                if change.abs() > least
+                    && ratio > STEP
+                    && largest.is_none_or(|most| change.abs() > most.2.abs())
+                {
+                    largest = Some((start_s, end_s, change, sigma));
+                }
+            }
+            let Some((start_s, end_s, change, sigma)) = largest else { continue };
+            findings.push(Finding {
+                start_s,
+                end_s,
+                sensor: "inertial unit",
+                kind: "bias step",
+                severity: Severity::Warning,
+                count: 1,
+                words: format!(
+                    "{what} bias of axis {} changed by {:.3} {unit} {}, where its one-sigma was {:.3}: a \
+                     step of the sensor, or an error that the filter puts down to it",
+                    ["x", "y", "z"][axis],
+                    change * scale,
+                    when(start_s, end_s),
+                    sigma * scale
+                ),
+            });
+        }
+    }
+}
+
+fn offset(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let (Some((offset_s, sigma_s)), Some((start_s, end_s))) = (log.run.gps_offset, log.span_s())
+    else {
+        return;
+    };
+    let is_off = offset_s.abs() > OFFSET_S && offset_s.abs() > 4.0 * sigma_s;
+    let declared_s = log.dataset.manifest.gps.latency_s;
+    let found_s = declared_s + offset_s;
+    findings.push(Finding {
+        start_s,
+        end_s,
+        sensor: "gps",
+        kind: "time offset",
+        severity: if is_off { Severity::Warning } else { Severity::Info },
+        count: 1,
+        words: format!(
+            "gps time offset: fixes hold {:.3} s {} than their time stamps say (one-sigma {sigma_s:.3} s), \
+             declared latency {declared_s:.3} s{}",
+            found_s.abs(),
+            if found_s >= 0.0 { "earlier" } else { "later" },
+            if is_off { format!("; set [gps] latency_s = {found_s:.2}") } else { String::new() }
+        ),
+    });
+}

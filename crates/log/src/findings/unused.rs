@@ -1,0 +1,68 @@
+//! Readings that could not be compared at all.
+
+use hovernav::ekf::{Aid, Notice, Unusable};
+
+use super::finding::{Finding, Severity};
+use super::spans::spans;
+use super::{Judged, when};
+
+/// Readings closer than this, s, are one event.
+const APART_S: f64 = 5.0;
+
+const AIDS: [(Aid, &str); 4] = [
+    (Aid::Gps, "gps"),
+    (Aid::Attitude, "inertial unit"),
+    (Aid::Magnetometer, "magnetometer"),
+    (Aid::Baro, "barometer"),
+];
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    for (aid, sensor) in AIDS {
+        for reason in
+            [Unusable::NotFinite, Unusable::TooOld, Unusable::AheadOfImu, Unusable::Repeated]
+        {
+            let moments = log.run.notices.iter().filter_map(|notice| match notice {
+                Notice::NotUsed { time, aid: of, reason: why } if (*of, *why) == (aid, reason) => {
+                    Some((time.seconds(), 0.0))
+                }
+                _ => None,
+            });
+            for span in spans(moments, APART_S) {
+                let known = findings.iter().any(|finding| {
+                    reason == Unusable::Repeated
+                        && finding.kind == "frozen fix"
+                        && finding.start_s <= span.start_s
+                        && span.end_s <= finding.end_s
+                });
+                if known {
+                    continue;
+                }
+                findings.push(Finding {
+                    start_s: span.start_s,
+                    end_s: span.end_s,
+                    sensor,
+                    kind: if reason == Unusable::Repeated { "frozen fix" } else { "unusable" },
+                    severity: Severity::Warning,
+                    count: span.count,
+                    words: format!(
+                        "{sensor}: {} {aid} readings not used {}: {}",
+                        span.count,
+                        when(span.start_s, span.end_s),
+                        in_words(reason)
+                    ),
+                });
+            }
+        }
+    }
+}
+
+const fn in_words(reason: Unusable) -> &'static str {
+    match reason {
+        Unusable::NotFinite => "not finite, or beyond what can be",
+        Unusable::TooOld => {
+            "older than the filter remembers, as a wrong clock or latency makes them"
+        }
+        Unusable::AheadOfImu => "ahead of the inertial samples, as a wrong clock makes them",
+        _ => "frozen, the fix before again though moving",
+    }
+}
