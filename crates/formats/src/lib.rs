@@ -1,9 +1,14 @@
 #![doc = include_str!("../README.md")]
 
+mod assembly;
 mod format;
 mod onboard;
 mod open;
+#[cfg(feature = "ulog")]
+mod ulog;
+mod utc;
+mod window;
 
 pub use format::Format;
 pub use onboard::{Onboard, OnboardMoment};
-pub use open::{Log, Options, open};
+pub use open::{Log, Options, open, open_bytes};

@@ -25,3 +25,11 @@ pub struct OnboardMoment {
     /// The place.
     pub position: Option<Geodetic>,
 }
+
+impl OnboardMoment {
+    /// A moment of which nothing is said.
+    #[must_use]
+    pub const fn at(time: Time) -> Self {
+        Self { time, body_to_ned: None, velocity_mps: None, position: None }
+    }
+}

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::format::{Format, HEAD, looks_like};
 use crate::onboard::Onboard;
+use crate::window::Input;
 use hovernav_log::record::Record;
 use hovernav_log::{Dataset, LogError};
 
@@ -50,8 +51,17 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
             let (dataset, record) = hovernav_log::open(log)?;
             Ok(Log { format, dataset, record, onboard: None })
         }
-        format => read(format, log, options),
+        format => read(format, Input { path: log, bytes: None }, options),
     }
+}
+
+/// Opens a log of another program that is in memory; `path` names it in messages.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_bytes(bytes: &[u8], path: &Path, options: &Options) -> Result<Log, LogError> {
+    let format = format_of(&bytes[..bytes.len().min(HEAD)], path)?;
+    read(format, Input { path, bytes: Some(bytes) }, options)
 }
 
 /// The format of `log`: a directory is a dataset, a file what it holds.
@@ -68,24 +78,29 @@ fn recognise(log: &Path) -> Result<Format, LogError> {
     let mut head = Vec::with_capacity(HEAD);
     let file = File::open(log).map_err(LogError::io(log))?;
     file.take(HEAD as u64).read_to_end(&mut head).map_err(LogError::io(log))?;
-    Format::of(&head).ok_or_else(|| {
-        let found = looks_like(&head);
+    format_of(&head, log)
+}
+
+/// The format of a file that begins with `head`.
+fn format_of(head: &[u8], path: &Path) -> Result<Format, LogError> {
+    Format::of(head).ok_or_else(|| {
+        let found = looks_like(head);
         let reason = format!(
             "found {found}, expected a log: a dataset directory, a flight record, a PX4 ULog, an \
              ArduPilot DataFlash log, a MAVLink telemetry log, MCAP, raw bytes of sensors or text in \
              columns"
         );
-        LogError::bytes(log, 0, reason)
+        LogError::bytes(path, 0, reason)
     })
 }
 
-/// Reads `log` with the reader of its `format`.
-fn read(format: Format, log: &Path, options: &Options) -> Result<Log, LogError> {
-    let _ = options;
-    // One arm a reader, behind its feature: `Format::Ulog => ulog::read(log, options)`.
+/// Reads a log with the reader of its `format`.
+fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogError> {
     match format {
+        #[cfg(feature = "ulog")]
+        Format::Ulog => crate::ulog::read(input, options),
         left_out => Err(LogError::LeftOut {
-            path: PathBuf::from(log),
+            path: PathBuf::from(input.path),
             format: left_out.to_string(),
             feature: left_out.feature().unwrap_or_default(),
         }),

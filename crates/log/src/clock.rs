@@ -163,7 +163,8 @@ pub(crate) fn gaps(times: &[Time]) -> Vec<Gap> {
 }
 
 /// The median interval between successive `times`, s; `None` of fewer than two.
-pub(crate) fn median_interval_s(times: &[Time]) -> Option<f64> {
+#[must_use]
+pub fn median_interval_s(times: &[Time]) -> Option<f64> {
     let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     quantile(&mut intervals, 0.5)
 }

@@ -62,8 +62,7 @@ pub(crate) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSamp
         };
         return Err(LogError::Unusable { path: table.path().to_path_buf(), reason });
     }
-    remark_gaps(&samples, &mut remarks);
-    remark_stuck(&samples, &lines, &mut remarks);
+    remark_faults(&samples, &lines, &mut remarks);
     warnings.extend(remarks.into_warnings());
     Ok(samples)
 }
@@ -152,6 +151,12 @@ fn is_within(values: [f64; 3], largest: f64) -> bool {
     values.iter().all(|value| value.abs() <= largest)
 }
 
+/// Says where `samples`, found at `lines`, have gaps, and where the unit was stuck.
+pub fn remark_faults(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks) {
+    remark_gaps(samples, remarks);
+    remark_stuck(samples, lines, remarks);
+}
+
 /// Says where samples are missing: the samples stay, and the filter coasts across.
 fn remark_gaps(samples: &[ImuSample], remarks: &mut Remarks) {
     let times: Vec<Time> = samples.iter().map(|sample| sample.time).collect();
@@ -173,8 +178,9 @@ fn remark_stuck(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks) {
             && last.time - first.time >= STUCK_S
         {
             remarks.say(format!(
-                "stuck: {} rows from line {} on repeat to the last bit, {:.2} s from {} on",
+                "stuck: {} rows from {} {} on repeat to the last bit, {:.2} s from {} on",
                 run.len(),
+                remarks.place(),
                 lines[start],
                 last.time - first.time,
                 first.time

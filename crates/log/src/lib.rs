@@ -30,12 +30,12 @@ mod truth;
 mod write;
 
 pub use auxiliary::pressure_altitude_m;
-pub use clock::Rows;
+pub use clock::{Rows, median_interval_s};
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
 pub use findings::{Finding, Severity, sentences};
 pub use gps::plausible_fix;
-pub use imu::motion_fault;
+pub use imu::{motion_fault, remark_faults};
 pub use info::Info;
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,

@@ -4,6 +4,7 @@
 #[derive(Debug)]
 pub struct Remarks {
     file: String,
+    place: &'static str,
     tallies: Vec<Tally>,
     others: Vec<String>,
 }
@@ -19,7 +20,18 @@ impl Remarks {
     /// About `file`, the name that every warning begins with.
     #[must_use]
     pub fn new(file: impl Into<String>) -> Self {
-        Self { file: file.into(), tallies: Vec::new(), others: Vec::new() }
+        Self { file: file.into(), place: "line", tallies: Vec::new(), others: Vec::new() }
+    }
+
+    /// About `file`, which has bytes and no lines.
+    #[must_use]
+    pub fn of_bytes(file: impl Into<String>) -> Self {
+        Self { place: "byte", ..Self::new(file) }
+    }
+
+    /// What rows are counted by: `line` or `byte`.
+    pub(crate) fn place(&self) -> &'static str {
+        self.place
     }
 
     /// Counts the row at `line` under `what`, which completes "3 rows, the first at line 7, …".
@@ -40,11 +52,12 @@ impl Remarks {
 
     /// Everything said, each line beginning with the file's name.
     pub fn into_warnings(self) -> impl Iterator<Item = String> {
-        let file = self.file;
-        let tallies = self.tallies.into_iter().map(|Tally { what, rows, first_line }| match rows {
-            1 => format!("line {first_line} {what}"),
-            _ => format!("{rows} rows, the first at line {first_line}, {what}"),
-        });
+        let Self { file, place, .. } = self;
+        let tallies =
+            self.tallies.into_iter().map(move |Tally { what, rows, first_line }| match rows {
+                1 => format!("{place} {first_line} {what}"),
+                _ => format!("{rows} rows, the first at {place} {first_line}, {what}"),
+            });
         tallies.chain(self.others).map(move |sentence| format!("{file}: {sentence}"))
     }
 

@@ -1,0 +1,192 @@
+//! From what a reader finds, row by row, to a log.
+
+use std::path::Path;
+
+use crate::format::Format;
+use crate::onboard::{Onboard, OnboardMoment};
+use crate::open::Log;
+use hovernav::earth::Geodetic;
+use hovernav::frames::{Body, Vector};
+use hovernav::gps::Fix;
+use hovernav::imu::ImuSample;
+use hovernav::time::Time;
+use hovernav_log::{
+    Dataset, LogError, Manifest, Remarks, Rows, motion_fault, plausible_fix, remark_faults,
+};
+
+/// Stronger fields are a garbled value, gauss: the Earth's is under 0.7.
+const STRONGEST_FIELD_GAUSS: f64 = 100.0;
+/// Rows of every sensor as found, each with its place in the file, a line or a byte.
+#[derive(Debug)]
+pub(crate) struct Assembly {
+    imu: Rows<ImuSample>,
+    fixes: Rows<Fix>,
+    baro: Rows<(Time, f64)>,
+    magnetometer: Rows<(Time, Vector<Body>)>,
+    controls: Rows<(Time, [f64; 4])>,
+    moments: Vec<OnboardMoment>,
+    imu_remarks: Remarks,
+    gps_remarks: Remarks,
+    other_remarks: Remarks,
+    remarks: Vec<String>,
+}
+
+impl Assembly {
+    /// Of a file in which places are bytes, or lines.
+    pub fn new(by_bytes: bool) -> Self {
+        let remarks = |about| match by_bytes {
+            true => Remarks::of_bytes(about),
+            false => Remarks::new(about),
+        };
+        Self {
+            imu: Rows::new(),
+            fixes: Rows::new(),
+            baro: Rows::new(),
+            magnetometer: Rows::new(),
+            controls: Rows::new(),
+            moments: Vec::new(),
+            imu_remarks: remarks("inertial unit"),
+            gps_remarks: remarks("GPS"),
+            other_remarks: remarks("other sensors"),
+            remarks: Vec::new(),
+        }
+    }
+
+    /// Adds a sentence about the log.
+    pub fn say(&mut self, sentence: impl Into<String>) {
+        self.remarks.push(sentence.into());
+    }
+
+    /// Adds an inertial sample, unless no unit measures such.
+    pub fn imu(&mut self, place: u64, sample: ImuSample) {
+        match motion_fault(&sample.motion) {
+            Some(why) => self.imu_remarks.count(why, place),
+            None => self.imu.push(place, sample),
+        }
+    }
+
+    /// Counts an inertial sample that was left out, and why.
+    pub fn imu_left_out(&mut self, place: u64, why: &'static str) {
+        self.imu_remarks.count(why, place);
+    }
+
+    /// Adds a fix, less what of it cannot be.
+    pub fn fix(&mut self, place: u64, fix: Fix) {
+        let fix = plausible_fix(fix, place, &mut self.gps_remarks);
+        if fix.is_finite() {
+            self.fixes.push(place, fix);
+        } else {
+            self.gps_remarks.count("left out: no place on Earth", place);
+        }
+    }
+
+    /// Counts a fix that was left out, and why.
+    pub fn fix_left_out(&mut self, place: u64, why: &'static str) {
+        self.gps_remarks.count(why, place);
+    }
+
+    /// Adds a barometric height, m.
+    pub fn baro(&mut self, place: u64, time: Time, height_m: f64) {
+        match height_m.abs() <= 1e5 {
+            true => self.baro.push(place, (time, height_m)),
+            false => self.other_remarks.count("left out: no barometric height", place),
+        }
+    }
+
+    /// Adds a magnetic field in body axes, gauss.
+    pub fn magnetometer(&mut self, place: u64, time: Time, field_gauss: [f64; 3]) {
+        if field_gauss.iter().all(|component| component.abs() <= STRONGEST_FIELD_GAUSS) {
+            self.magnetometer.push(place, (time, field_gauss.into()));
+        } else {
+            self.other_remarks.count("left out: no magnetic field of the Earth", place);
+        }
+    }
+
+    /// Adds stick positions: lateral, longitudinal, collective, pedal.
+    pub fn controls(&mut self, place: u64, time: Time, sticks: [f64; 4]) {
+        // A stick that is not there is left out in silence: it says nothing of the flight.
+        if sticks.iter().all(|stick| stick.abs() <= 2.0) {
+            self.controls.push(place, (time, sticks));
+        }
+    }
+
+    /// Adds what the estimator on board said, in any order.
+    pub fn moment(&mut self, moment: OnboardMoment) {
+        let is_sane = |place: &Geodetic| place.is_navigable();
+        let moment = OnboardMoment {
+            velocity_mps: moment.velocity_mps.filter(|velocity| velocity.is_finite()),
+            position: moment.position.filter(is_sane),
+            body_to_ned: moment
+                .body_to_ned
+                .filter(|attitude| (attitude.quaternion().length() - 1.0).abs() < 0.01),
+            ..moment
+        };
+        let OnboardMoment { body_to_ned, velocity_mps, position, .. } = moment;
+        if body_to_ned.is_some() || velocity_mps.is_some() || position.is_some() {
+            self.moments.push(moment);
+        }
+    }
+
+    /// The log, everything in time order. `onboard` names the estimator on board.
+    ///
+    /// # Errors
+    /// [`LogError::Unusable`] where there is neither an inertial sample nor a fix;
+    /// [`LogError::Clock`] where a clock does not run forward.
+    pub fn finish(
+        mut self,
+        path: &Path,
+        format: Format,
+        mut manifest: Manifest,
+        onboard: &str,
+    ) -> Result<Log, LogError> {
+        if manifest.name.is_empty() {
+            manifest.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        let (imu, places) =
+            self.imu.in_time_order(|sample| sample.time, path, &mut self.imu_remarks)?;
+        let (fixes, _) = self.fixes.in_time_order(|fix| fix.time, path, &mut self.gps_remarks)?;
+        let others = &mut self.other_remarks;
+        let (baro, _) = self.baro.in_time_order(|row| row.0, path, others)?;
+        let (magnetometer, _) = self.magnetometer.in_time_order(|row| row.0, path, others)?;
+        let (controls, _) = self.controls.in_time_order(|row| row.0, path, others)?;
+        if imu.is_empty() && fixes.is_empty() {
+            let mut reason = format!("a {format} without inertial samples and without fixes");
+            for remark in [&self.imu_remarks, &self.gps_remarks] {
+                let summary = remark.summary();
+                if !summary.is_empty() {
+                    reason = format!("{reason}; {summary}");
+                }
+            }
+            for remark in self.remarks {
+                reason = format!("{reason}; {remark}");
+            }
+            return Err(LogError::Unusable { path: path.to_path_buf(), reason });
+        }
+        remark_faults(&imu, &places, &mut self.imu_remarks);
+        let mut warnings = self.remarks;
+        for remarks in [self.imu_remarks, self.gps_remarks, self.other_remarks] {
+            warnings.extend(remarks.into_warnings());
+        }
+        let order = Vec::new();
+        let dataset =
+            Dataset { manifest, imu, fixes, baro, magnetometer, controls, order, warnings };
+        let onboard = (!self.moments.is_empty())
+            .then(|| Onboard { name: onboard.to_owned(), moments: merged(self.moments) });
+        Ok(Log { format, dataset, record: None, onboard })
+    }
+}
+
+/// Moments in time order, those of one time as one.
+fn merged(mut moments: Vec<OnboardMoment>) -> Vec<OnboardMoment> {
+    moments.sort_by_key(|moment| moment.time);
+    moments.dedup_by(|later, kept| {
+        if later.time != kept.time {
+            return false;
+        }
+        kept.body_to_ned = kept.body_to_ned.or(later.body_to_ned);
+        kept.velocity_mps = kept.velocity_mps.or(later.velocity_mps);
+        kept.position = kept.position.or(later.position);
+        true
+    });
+    moments
+}

@@ -1,0 +1,160 @@
+//! The messages of a ULog file one after another, and where it is damaged.
+//!
+//! # Source
+//! PX4 developer guide, *ULog file format*: header, flag bits, message header.
+
+use std::io;
+
+use crate::window::Window;
+
+/// A message: its kind, where it begins, and what it holds.
+pub(super) struct Message<'a> {
+    pub kind: u8,
+    pub offset: u64,
+    pub body: &'a [u8],
+}
+
+/// Reads the messages of a file, whole or not.
+pub(super) struct Messages<'w> {
+    window: Window<'w>,
+    /// Where data that were appended later begin, ascending.
+    appended: Vec<u64>,
+    /// Bytes of the message handed out last, still to be passed.
+    handed_out: usize,
+    /// The clock at the file's start, µs.
+    pub start_us: u64,
+    /// Where the file is damaged, and how.
+    pub damages: Vec<(u64, String)>,
+}
+
+/// Magic, version, and the clock.
+const HEADER: usize = 16;
+/// Size and kind.
+const HEAD: usize = 3;
+/// Kinds of messages.
+const KINDS: &[u8] = b"BFIMPQARDLCSO";
+/// After damage, so many messages in a row are believed.
+const CHAIN: usize = 4;
+/// Room for such a row, but for messages that are never so large.
+const LOOKAHEAD: usize = 1 << 16;
+/// Damages described one by one.
+const DAMAGES: usize = 5;
+
+impl<'w> Messages<'w> {
+    /// Those of `window`, which stands at the start of the file. `None` where its header is cut off.
+    pub fn new(mut window: Window<'w>) -> io::Result<Option<Self>> {
+        let header = window.peek(HEADER)?;
+        let Some(clock) = header.get(8..HEADER).and_then(|clock| clock.first_chunk()) else {
+            return Ok(None);
+        };
+        let start_us = u64::from_le_bytes(*clock);
+        window.consume(HEADER);
+        Ok(Some(Self {
+            window,
+            appended: Vec::new(),
+            handed_out: 0,
+            start_us,
+            damages: Vec::new(),
+        }))
+    }
+
+    /// The next message; `None` at the end of the file.
+    pub fn next(&mut self) -> io::Result<Option<Message<'_>>> {
+        self.window.consume(std::mem::take(&mut self.handed_out));
+        loop {
+            let offset = self.window.offset();
+            let next_part = self.appended.iter().copied().find(|&part| part > offset);
+            let bytes = self.window.peek(HEAD)?;
+            let Some(&[low, high, kind]) = bytes.first_chunk::<HEAD>() else {
+                if !bytes.is_empty() {
+                    self.damage(offset, "the file ends within the head of a message: cut off");
+                }
+                return Ok(None);
+            };
+            let length = HEAD + usize::from(u16::from_le_bytes([low, high]));
+            if let Some(part) = next_part.filter(|&part| offset + length as u64 > part) {
+                self.damage(offset, "a message cut off where data were appended");
+                self.window.seek(part)?;
+                continue;
+            }
+            if length == HEAD || !KINDS.contains(&kind) {
+                let reason = format!("found no message, of kind {kind:#04x}: passed over");
+                self.damage(offset, &reason);
+                if !self.resynchronise()? {
+                    return Ok(None);
+                }
+                continue;
+            }
+            if self.window.peek(length)?.len() < length {
+                self.damage(offset, "the file ends within a message: cut off");
+                return Ok(None);
+            }
+            self.handed_out = length;
+            if kind == b'B' {
+                self.flags(length)?;
+            }
+            let body = &self.window.peek(length)?[HEAD..length];
+            return Ok(Some(Message { kind, offset, body }));
+        }
+    }
+
+    /// Takes in where data were appended.
+    fn flags(&mut self, length: usize) -> io::Result<()> {
+        // Eight bytes of compatible flags, eight of incompatible ones, three offsets.
+        let offset = self.window.offset();
+        let body = &self.window.peek(length)?[HEAD..length];
+        let is_appended = body.get(8).is_some_and(|flags| flags & 1 == 1);
+        let places: Vec<u64> = body
+            .get(16..40)
+            .unwrap_or_default()
+            .chunks_exact(8)
+            .filter_map(|place| Some(u64::from_le_bytes(*place.first_chunk()?)))
+            .filter(|&place| is_appended && place > offset)
+            .collect();
+        self.appended = places;
+        self.appended.sort_unstable();
+        Ok(())
+    }
+
+    /// Moves on to where messages follow each other again; whether there is such a place.
+    fn resynchronise(&mut self) -> io::Result<bool> {
+        loop {
+            self.window.consume(1);
+            let bytes = self.window.peek(LOOKAHEAD)?;
+            if bytes.len() <= HEAD {
+                return Ok(false);
+            }
+            let is_whole = bytes.len() < LOOKAHEAD;
+            let searched = if is_whole { bytes.len() } else { bytes.len() - LOOKAHEAD / 2 };
+            let found = (0..searched).find(|&place| is_chain(&bytes[place..], is_whole));
+            self.window.consume(found.unwrap_or(searched));
+            if found.is_some() {
+                return Ok(true);
+            }
+        }
+    }
+
+    fn damage(&mut self, offset: u64, reason: &str) {
+        if self.damages.len() < DAMAGES {
+            self.damages.push((offset, reason.to_owned()));
+        } else if self.damages.len() == DAMAGES {
+            self.damages.push((offset, "and more damage from here on".to_owned()));
+        }
+    }
+}
+
+/// Whether `bytes` begin with messages in a row; `is_whole` where the file ends with them.
+fn is_chain(mut bytes: &[u8], is_whole: bool) -> bool {
+    for _ in 0..CHAIN {
+        let Some(&[low, high, kind]) = bytes.first_chunk::<HEAD>() else {
+            return is_whole && bytes.is_empty();
+        };
+        let length = usize::from(u16::from_le_bytes([low, high]));
+        if length == 0 || !KINDS.contains(&kind) || (kind == b'S' && length != 8) {
+            return false;
+        }
+        let Some(rest) = bytes.get(HEAD + length..) else { return false };
+        bytes = rest;
+    }
+    true
+}

@@ -1,0 +1,202 @@
+//! PX4's ULog.
+//!
+//! The file is gone through twice: a survey counts what it holds, and once it is chosen which of
+//! several sensors to read, their messages are taken apart. Memory holds the samples and a window of
+//! the file.
+
+mod choice;
+mod definitions;
+mod messages;
+mod rows;
+mod survey;
+mod topics;
+
+use crate::assembly::Assembly;
+use crate::format::Format;
+use crate::open::{Log, Options};
+use crate::window::Input;
+use choice::Choice;
+use hovernav::frames::Vector;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav_log::{LogError, Manifest};
+use messages::Messages;
+use rows::{Clipping, Rows};
+use survey::{Subscriptions, Survey};
+use topics::Topic;
+
+/// Integrals that cover this share of the time are whole.
+const WHOLE: f64 = 0.9;
+
+/// Reads a ULog file.
+///
+/// # Errors
+/// [`LogError::Bytes`] for a file that ends within its header; [`LogError::Unusable`] for one without
+/// inertial samples and fixes, or without the instance that `options` name.
+pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError> {
+    let path = input.path;
+    let messages = || {
+        Messages::new(input.window()?).map_err(LogError::io(path))?.ok_or_else(|| {
+            LogError::bytes(path, 0, "a PX4 ULog cut off within its header of 16 bytes".to_owned())
+        })
+    };
+    let mut surveyed = messages()?;
+    let survey = Survey::of(&mut surveyed).map_err(LogError::io(path))?;
+    let (choice, sentences) = Choice::of(&survey, options, path)?;
+
+    let parameter = |name: &str| survey.parameters.get(name).copied();
+    let latency_s = parameter("EKF2_GPS_DELAY").map_or(0.0, |delay_ms| delay_ms / 1e3);
+    let mut rows = Rows::default();
+    rows.start_us = surveyed.start_us as f64;
+    rows.latency_s = if (-1.0..=10.0).contains(&latency_s) { latency_s } else { 0.0 };
+    rows.has_magnetometer = choice.magnetometer.is_some();
+    rows.has_baro = choice.baro.is_some();
+    rows.has_global_position = survey.counts.contains_key(&(Topic::GlobalPosition, 0));
+    let mut assembly = Assembly::new(true);
+    remark_file(&surveyed, &survey, &mut assembly);
+    for sentence in sentences {
+        assembly.say(sentence);
+    }
+    let mut messages = messages()?;
+    let mut subscriptions = Subscriptions::default();
+    while let Some(message) = messages.next().map_err(LogError::io(path))? {
+        match message.kind {
+            b'F' | b'A' => {
+                subscriptions.define(message.kind, message.body);
+            }
+            b'D' => {
+                let Some(subscription) = subscriptions.of(message.body) else { continue };
+                let (topic, instance) = (subscription.topic, subscription.instance);
+                if is_read(&choice, topic, instance) {
+                    let row = subscription.row(message.body);
+                    rows.take(topic, &row, message.offset, &mut assembly);
+                }
+            }
+            _ => {}
+        }
+    }
+    remark_rows(&rows, &survey, &mut assembly);
+    let manifest = manifest(&survey, &rows);
+    let mut log = assembly.finish(path, Format::Ulog, manifest, "EKF2")?;
+    if rows.integrated_s >= WHOLE * rows.spanned_s {
+        integrate(&mut log.dataset.imu);
+    }
+    Ok(log)
+}
+
+/// Whether messages of this topic and instance are read: the sensors chosen, and what there is one of.
+fn is_read(choice: &Choice, topic: Topic, instance: u8) -> bool {
+    let found = Some((topic, instance));
+    match topic {
+        Topic::SensorCombined | Topic::VehicleImu => choice.imu == found,
+        Topic::VehicleGps | Topic::SensorGps => choice.gps == found,
+        Topic::Magnetometer => choice.magnetometer == found,
+        Topic::AirData | Topic::SensorBaro => choice.baro == found,
+        Topic::Sticks | Topic::Attitude | Topic::LocalPosition | Topic::GlobalPosition => {
+            instance == 0
+        }
+    }
+}
+
+/// Turns means over the interval before each sample into integrals over it: a sample that was lost
+/// is stood in for by its neighbour.
+fn integrate(samples: &mut [ImuSample]) {
+    let mut last = None;
+    let first_s = samples.get(1).map_or(0.0, |second| second.time - samples[0].time);
+    for sample in samples {
+        let interval_s = last.map_or(first_s, |last| sample.time - last);
+        last = Some(sample.time);
+        if let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion {
+            sample.motion = Motion::Increments {
+                angle_rad: angular_rate_radps * interval_s,
+                velocity_mps: specific_force_mps2 * interval_s,
+            };
+        }
+    }
+}
+
+/// Says what is wrong with the file.
+fn remark_file(messages: &Messages<'_>, survey: &Survey, to: &mut Assembly) {
+    for (offset, reason) in &messages.damages {
+        to.say(format!("at byte {offset}: {reason}"));
+    }
+    if let Some(offset) = survey.senseless {
+        to.say(format!("at byte {offset}: a message that makes no sense: passed over"));
+    }
+    if !survey.dropouts_ms.is_empty() {
+        let total_ms: f64 = survey.dropouts_ms.iter().map(|&length| f64::from(length)).sum();
+        let longest_ms = survey.dropouts_ms.iter().max().copied().unwrap_or_default();
+        let times = match survey.dropouts_ms.len() {
+            1 => "once".to_owned(),
+            count => format!("{count} times"),
+        };
+        to.say(format!(
+            "the logger could not keep up {times}, {:.3} s in all, {:.3} s the longest",
+            total_ms / 1e3,
+            f64::from(longest_ms) / 1e3
+        ));
+    }
+}
+
+/// Says what the rows were like.
+fn remark_rows(rows: &Rows, survey: &Survey, to: &mut Assembly) {
+    for (sensors, clipping) in
+        [("accelerometers", &rows.accel_clipping), ("gyros", &rows.gyro_clipping)]
+    {
+        if let Clipping { samples: [x, y, z], span: Some((first, last)) } = clipping {
+            to.say(format!(
+                "{sensors} at their full scale between {first} and {last}, by the log's own marks: \
+                 {x} samples in x, {y} in y, {z} in z; what lies beyond full scale is lost"
+            ));
+        }
+    }
+    if rows.integrated_s < WHOLE * rows.spanned_s {
+        let share = 100.0 * rows.integrated_s / rows.spanned_s;
+        to.say(format!(
+            "inertial samples integrate over {share:.0} % of the time between them: logged more \
+             rarely than measured, so that vibration aliases into them"
+        ));
+    }
+    if rows.without_ellipsoid > 0 {
+        to.say(format!(
+            "GPS: {} fixes give heights above mean sea level only; they are taken as heights above the \
+             ellipsoid, up to 100 m off by the geoid",
+            rows.without_ellipsoid
+        ));
+    }
+    let is_turned =
+        |(name, &value): (&String, &f64)| name.starts_with("SENS_BOARD_") && value != 0.0;
+    if survey.parameters.iter().any(is_turned) {
+        to.say(
+            "SENS_BOARD_ROT or an offset beside it is set: PX4 has turned the samples into body axes \
+             with it, nothing is left to do",
+        );
+    }
+}
+
+/// What the log tells of the vehicle.
+fn manifest(survey: &Survey, rows: &Rows) -> Manifest {
+    let information = |name: &str| survey.information.get(name).map_or("", String::as_str);
+    let arm = |prefix: &str| {
+        let axis = |axis: &str| {
+            let value = survey.parameters.get(&format!("{prefix}{axis}")).copied();
+            value.filter(|value| value.abs() <= 100.0).unwrap_or_default()
+        };
+        Vector::new(axis("X"), axis("Y"), axis("Z"))
+    };
+    let mut manifest = Manifest {
+        vehicle: format!("{} on {}", information("sys_name"), information("ver_hw")),
+        kind: "recorded".to_owned(),
+        origin: format!(
+            "PX4 ULog, software {} {}",
+            information("ver_sw_branch"),
+            information("ver_sw")
+        ),
+        time: "seconds since logging began".to_owned(),
+        ..Manifest::default()
+    };
+    manifest.imu.lever_arm_m = arm("EKF2_IMU_POS_");
+    manifest.gps.antenna_lever_arm_m = arm("EKF2_GPS_POS_");
+    manifest.gps.latency_s = rows.latency_s;
+    manifest.date = rows.utc_s.and_then(crate::utc::date).and_then(|date| date.parse().ok());
+    manifest
+}

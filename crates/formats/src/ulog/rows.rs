@@ -1,0 +1,300 @@
+//! From the rows of each topic to samples, fixes and moments.
+
+use super::topics::Topic;
+use crate::assembly::Assembly;
+use crate::onboard::OnboardMoment;
+use hovernav::earth::Geodetic;
+use hovernav::frames::{Rotation, Vector};
+use hovernav::glam::DQuat;
+use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+use hovernav_log::pressure_altitude_m;
+
+/// What is remembered from row to row.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    /// The clock at which the log begins, µs.
+    pub start_us: f64,
+    /// How much earlier than its arrival a fix is valid, s.
+    pub latency_s: f64,
+    /// Whether the log has its own topics of magnetometer and barometer.
+    pub has_magnetometer: bool,
+    pub has_baro: bool,
+    /// Whether onboard positions come as latitudes and longitudes.
+    pub has_global_position: bool,
+    /// How long the samples integrate, and how far they are apart, s.
+    pub integrated_s: f64,
+    pub spanned_s: f64,
+    /// Samples in which an accelerometer or a gyro clipped, with the first and the last.
+    pub accel_clipping: Clipping,
+    pub gyro_clipping: Clipping,
+    /// Fixes with heights above mean sea level only.
+    pub without_ellipsoid: usize,
+    /// UTC of the first fix that has it, s since 1970.
+    pub utc_s: Option<f64>,
+    /// Height of mean sea level above the ellipsoid, by the last fix, m.
+    undulation_m: f64,
+    last_imu: Option<Time>,
+    last_magnetometer: Option<Time>,
+    last_baro: Option<Time>,
+}
+
+/// When sensors were at their full scale.
+#[derive(Debug, Default)]
+pub(super) struct Clipping {
+    pub samples: [usize; 3],
+    pub span: Option<(Time, Time)>,
+}
+
+impl Clipping {
+    /// Counts a sample by its bits, one an axis; NaN where the log has none.
+    fn count(&mut self, bits: f64, time: Time) {
+        let bits = bits as u8;
+        for (axis, count) in self.samples.iter_mut().enumerate() {
+            *count += usize::from(bits >> axis & 1);
+        }
+        if bits & 7 != 0 {
+            self.span = Some((self.span.map_or(time, |(first, _)| first), time));
+        }
+    }
+}
+
+/// PX4's mark of a time that is not known, µs.
+const UNKNOWN_RELATIVE_US: f64 = i32::MIN as f64;
+/// Longer intervals between samples are gaps, s.
+const GAP_S: f64 = 1.0;
+/// Pressures below this are hPa, as PX4 wrote them before it wrote Pa.
+const LEAST_PA: f64 = 2_000.0;
+/// The satellites and accuracies of fixes of fewer dimensions are no place.
+const THREE_DIMENSIONS: f64 = 3.0;
+
+impl Rows {
+    /// Takes in a row of `topic`, found at byte `place`.
+    pub fn take(&mut self, topic: Topic, row: &[f64; Topic::WIDTH], place: u64, to: &mut Assembly) {
+        match topic {
+            Topic::SensorCombined => self.sensor_combined(row, place, to),
+            Topic::VehicleImu => self.vehicle_imu(row, place, to),
+            Topic::VehicleGps | Topic::SensorGps => self.gps(row, place, to),
+            Topic::Magnetometer => {
+                let [t, sample, x, y, z, ..] = *row;
+                if let Some(time) = self.sampled(t, sample) {
+                    to.magnetometer(place, time, [x, y, z]);
+                }
+            }
+            Topic::AirData | Topic::SensorBaro => {
+                let [t, sample, value, ..] = *row;
+                if let Some(time) = self.sampled(t, sample) {
+                    let height_m = if topic == Topic::AirData {
+                        value
+                    } else {
+                        let pressure_pa = if value < LEAST_PA { 100.0 * value } else { value };
+                        pressure_altitude_m(pressure_pa).unwrap_or(f64::NAN)
+                    };
+                    to.baro(place, time, height_m);
+                }
+            }
+            Topic::Sticks => self.sticks(row, place, to),
+            Topic::Attitude => {
+                let [t, sample, w, x, y, z, ..] = *row;
+                if let Some(time) = self.sampled(t, sample) {
+                    let attitude = Rotation::claim(DQuat::from_xyzw(x, y, z, w));
+                    let body_to_ned = Some(attitude);
+                    to.moment(OnboardMoment { body_to_ned, ..OnboardMoment::at(time) });
+                }
+            }
+            Topic::LocalPosition => self.local_position(row, to),
+            Topic::GlobalPosition => self.global_position(row, to),
+        }
+    }
+
+    /// The time of a clock that reads `clock_us`.
+    fn time(&self, clock_us: f64) -> Option<Time> {
+        // Whole microseconds: a nanosecond is beyond what they hold.
+        Time::from_seconds((clock_us - self.start_us) / 1e6)
+    }
+
+    /// The time of the sample where the log has it, else that of the message.
+    fn sampled(&self, message_us: f64, sample_us: f64) -> Option<Time> {
+        self.time(if sample_us > 0.0 { sample_us } else { message_us })
+    }
+
+    fn sensor_combined(&mut self, row: &[f64], place: u64, to: &mut Assembly) {
+        let &[t, p, q, r, gyro_dt, accel_relative, x, y, z, accel_bits, gyro_bits, ref rest @ ..] =
+            row
+        else {
+            return;
+        };
+        let Some(time) = self.time(t) else { return };
+        if let &[mag_relative, mx, my, mz, baro_relative, height_m, ..] = rest {
+            self.combined_others(
+                t,
+                [mag_relative, mx, my, mz],
+                [baro_relative, height_m],
+                place,
+                to,
+            );
+        }
+        if accel_relative == UNKNOWN_RELATIVE_US {
+            return to.imu_left_out(place, "left out: without an acceleration");
+        }
+        // Microseconds, or seconds in logs from before 2017.
+        self.interval(time, if gyro_dt > 1.0 { gyro_dt / 1e6 } else { gyro_dt });
+        self.accel_clipping.count(accel_bits, time);
+        self.gyro_clipping.count(gyro_bits, time);
+        let motion = Motion::Rates {
+            angular_rate_radps: Vector::new(p, q, r),
+            specific_force_mps2: Vector::new(x, y, z),
+        };
+        to.imu(place, ImuSample { time, motion, attitude: None, magnetic_field_gauss: None });
+    }
+
+    /// Magnetometer and barometer within `sensor_combined`, as older logs have them: repeated until
+    /// there is a new one.
+    fn combined_others(
+        &mut self,
+        t: f64,
+        [mag_relative, x, y, z]: [f64; 4],
+        [baro_relative, height_m]: [f64; 2],
+        place: u64,
+        to: &mut Assembly,
+    ) {
+        let known = |relative: f64| relative > UNKNOWN_RELATIVE_US;
+        let at = self.time(t + mag_relative).filter(|_| known(mag_relative));
+        if let Some(time) = at.filter(|&at| Some(at) > self.last_magnetometer)
+            && !self.has_magnetometer
+        {
+            self.last_magnetometer = Some(time);
+            to.magnetometer(place, time, [x, y, z]);
+        }
+        let at = self.time(t + baro_relative).filter(|_| known(baro_relative));
+        if let Some(time) = at.filter(|&at| Some(at) > self.last_baro)
+            && !self.has_baro
+        {
+            self.last_baro = Some(time);
+            to.baro(place, time, height_m);
+        }
+    }
+
+    fn vehicle_imu(&mut self, row: &[f64], place: u64, to: &mut Assembly) {
+        let &[t, sample, p, q, r, angle_dt, x, y, z, velocity_dt, accel_bits, gyro_bits, ..] = row
+        else {
+            return;
+        };
+        let Some(time) = self.sampled(t, sample) else { return };
+        if !(angle_dt > 0.0 && velocity_dt > 0.0) {
+            return to.imu_left_out(place, "left out: an increment over no time");
+        }
+        self.interval(time, angle_dt / 1e6);
+        self.accel_clipping.count(accel_bits, time);
+        self.gyro_clipping.count(gyro_bits, time);
+        // As means: gyro and accelerometer may integrate over times that differ.
+        let motion = Motion::Rates {
+            angular_rate_radps: Vector::new(p, q, r) * (1e6 / angle_dt),
+            specific_force_mps2: Vector::new(x, y, z) * (1e6 / velocity_dt),
+        };
+        to.imu(place, ImuSample { time, motion, attitude: None, magnetic_field_gauss: None });
+    }
+
+    /// Counts what a sample integrates against what lies between it and the one before.
+    fn interval(&mut self, time: Time, integral_s: f64) {
+        if let Some(last) = self.last_imu.replace(time) {
+            let interval_s = time - last;
+            if interval_s > 0.0 && interval_s < GAP_S && integral_s.is_finite() {
+                self.integrated_s += integral_s;
+                self.spanned_s += interval_s;
+            }
+        }
+    }
+
+    fn gps(&mut self, row: &[f64], place: u64, to: &mut Assembly) {
+        let &[t, lat, lon, alt, alt_ellipsoid, ref rest @ ..] = row else { return };
+        let &[latitude, longitude, msl, ellipsoid, vn, ve, vd, velocity_valid, ref rest @ ..] =
+            rest
+        else {
+            return;
+        };
+        let &[eph, epv, speed_sigma, fix_type, satellites, utc_us, ..] = rest else { return };
+        if fix_type < THREE_DIMENSIONS {
+            return to.fix_left_out(place, "left out: no fix in three dimensions");
+        }
+        // Degrees and metres, or before 2024 their integers: 1e-7° and mm.
+        let or = |new: f64, old: f64, unit: f64| if new.is_nan() { old * unit } else { new };
+        let (latitude, longitude) = (or(latitude, lat, 1e-7), or(longitude, lon, 1e-7));
+        let (msl_m, ellipsoid_m) = (or(msl, alt, 1e-3), or(ellipsoid, alt_ellipsoid, 1e-3));
+        let has_ellipsoid = ellipsoid_m.is_finite() && (ellipsoid_m != 0.0 || msl_m == 0.0);
+        let height_m = if has_ellipsoid { ellipsoid_m } else { msl_m };
+        let time = self.time(t).map(|time| time.offset_by(-self.latency_s));
+        let place_on_earth = Geodetic::from_degrees(latitude, longitude, height_m);
+        let Some((time, position)) = time.zip(place_on_earth) else {
+            return to.fix_left_out(place, "left out: no place on Earth");
+        };
+        if has_ellipsoid {
+            self.undulation_m = ellipsoid_m - msl_m;
+        } else {
+            self.without_ellipsoid += 1;
+        }
+        if self.utc_s.is_none() && utc_us > 0.0 {
+            self.utc_s = Some(utc_us / 1e6);
+        }
+        let has_velocity = velocity_valid != 0.0 && [vn, ve, vd].iter().all(|v| v.is_finite());
+        to.fix(
+            place,
+            Fix {
+                time,
+                position,
+                position_sigma_m: Some(Vector::new(eph, eph, epv)),
+                horizontal_velocity_mps: has_velocity.then_some([vn, ve]),
+                down_velocity_mps: has_velocity.then_some(vd),
+                velocity_sigma_mps: Some(Vector::new(speed_sigma, speed_sigma, speed_sigma)),
+                satellites: (satellites >= 0.0).then_some(satellites as u8),
+            },
+        );
+    }
+
+    fn sticks(&self, row: &[f64], place: u64, to: &mut Assembly) {
+        let &[t, sample, roll, pitch, throttle, yaw, y, x, z, r, ..] = row else { return };
+        let Some(time) = self.sampled(t, sample) else { return };
+        // Forward stick is positive `x` in old logs, and positive `pitch` in new ones; old throttle
+        // runs from 0 to 1.
+        let or = |new: f64, old: f64| if new.is_nan() { old } else { new };
+        let throttle = or(throttle, 2.0 * z - 1.0);
+        to.controls(place, time, [or(roll, y), or(pitch, x), throttle, or(yaw, r)]);
+    }
+
+    fn local_position(&self, row: &[f64], to: &mut Assembly) {
+        let &[t, sample, ref_lat, ref_lon, ref_alt, x, y, z, vx, vy, vz, ref valid @ ..] = row
+        else {
+            return;
+        };
+        let &[xy_valid, z_valid, v_xy_valid, v_z_valid, xy_global, z_global, ..] = valid else {
+            return;
+        };
+        let Some(time) = self.sampled(t, sample) else { return };
+        let is = |flags: &[f64]| flags.iter().all(|&flag| flag != 0.0);
+        let velocity = Vector::new(vx, vy, vz);
+        let is_place = !self.has_global_position && is(&[xy_valid, z_valid, xy_global, z_global]);
+        let origin = Geodetic::from_degrees(ref_lat, ref_lon, ref_alt + self.undulation_m);
+        let position =
+            origin.filter(|_| is_place).map(|origin| origin.displaced(Vector::new(x, y, z)));
+        to.moment(OnboardMoment {
+            velocity_mps: is(&[v_xy_valid, v_z_valid]).then_some(velocity),
+            position,
+            ..OnboardMoment::at(time)
+        });
+    }
+
+    fn global_position(&self, row: &[f64], to: &mut Assembly) {
+        let &[t, sample, lat, lon, alt, alt_ellipsoid, is_place, is_height, ..] = row else {
+            return;
+        };
+        let Some(time) = self.sampled(t, sample) else { return };
+        let height_m = if alt_ellipsoid.is_nan() { alt + self.undulation_m } else { alt_ellipsoid };
+        let position = Geodetic::from_degrees(lat, lon, height_m);
+        let is_known = is_place != 0.0 && is_height != 0.0;
+        to.moment(OnboardMoment {
+            position: position.filter(|_| is_known),
+            ..OnboardMoment::at(time)
+        });
+    }
+}

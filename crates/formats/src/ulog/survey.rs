@@ -1,0 +1,155 @@
+//! What a ULog file holds: a first pass, before it is chosen what to read.
+
+use std::collections::{BTreeMap, HashMap};
+use std::io;
+
+use super::definitions::{Cell, Definitions};
+use super::messages::Messages;
+use super::topics::Topic;
+
+/// What a ULog file holds.
+#[derive(Debug, Default)]
+pub(super) struct Survey {
+    /// Messages of each topic that is read, by instance.
+    pub counts: BTreeMap<(Topic, u8), usize>,
+    /// Numbers that parameters had when logging ended.
+    pub parameters: HashMap<String, f64>,
+    /// Text that the log tells of the vehicle, such as `ver_hw`.
+    pub information: HashMap<String, String>,
+    /// Spans in which the logger could not keep up, ms.
+    pub dropouts_ms: Vec<u16>,
+    /// Definitions and subscriptions that make no sense, the first one's place.
+    pub senseless: Option<u64>,
+}
+
+/// Parameters that are read: what else there is would only take memory.
+const PARAMETERS: [&str; 3] = ["EKF2_GPS_", "EKF2_IMU_POS_", "SENS_BOARD_"];
+/// The same for information.
+const INFORMATION: [&str; 4] = ["sys_name", "ver_hw", "ver_sw", "ver_sw_branch"];
+/// Dropouts remembered; there are a handful.
+const DROPOUTS: usize = 100_000;
+
+impl Survey {
+    /// Reads `messages` to the end.
+    pub fn of(messages: &mut Messages<'_>) -> io::Result<Self> {
+        let mut survey = Self::default();
+        let mut subscriptions = Subscriptions::default();
+        while let Some(message) = messages.next()? {
+            let body = message.body;
+            let makes_sense = match message.kind {
+                b'D' => {
+                    if let Some(subscription) = subscriptions.of(body) {
+                        let (topic, instance) = (subscription.topic, subscription.instance);
+                        *survey.counts.entry((topic, instance)).or_default() += 1;
+                    }
+                    true
+                }
+                b'F' | b'A' => subscriptions.define(message.kind, body),
+                b'P' => survey.parameter(body).is_some(),
+                b'I' => survey.information(body).is_some(),
+                b'O' => {
+                    let length = body.first_chunk().map(|bytes| u16::from_le_bytes(*bytes));
+                    if survey.dropouts_ms.len() < DROPOUTS {
+                        survey.dropouts_ms.extend(length);
+                    }
+                    length.is_some()
+                }
+                _ => true,
+            };
+            if !makes_sense && survey.senseless.is_none() {
+                survey.senseless = Some(message.offset);
+            }
+        }
+        Ok(survey)
+    }
+
+    fn parameter(&mut self, body: &[u8]) -> Option<()> {
+        let (key, value) = keyed(body)?;
+        if PARAMETERS.iter().any(|wanted| key.contains(wanted)) {
+            let (name, number) = Cell::keyed(key, value)?;
+            self.parameters.insert(name.to_owned(), number);
+        }
+        Some(())
+    }
+
+    fn information(&mut self, body: &[u8]) -> Option<()> {
+        let (key, value) = keyed(body)?;
+        let name = key.split_once(' ').map_or(key, |(_, name)| name);
+        if INFORMATION.contains(&name) {
+            let text = String::from_utf8_lossy(value).trim_end_matches('\0').to_owned();
+            self.information.insert(name.to_owned(), text);
+        }
+        Some(())
+    }
+}
+
+/// A key, a type and a name, behind its length; and what follows it.
+fn keyed(body: &[u8]) -> Option<(&str, &[u8])> {
+    let (&length, rest) = body.split_first()?;
+    let (key, value) = rest.split_at_checked(usize::from(length))?;
+    Some((std::str::from_utf8(key).ok()?, value))
+}
+
+/// What the data messages of one number are.
+#[derive(Debug)]
+pub(super) struct Subscription {
+    pub topic: Topic,
+    pub instance: u8,
+    /// Where each of the topic's columns stands.
+    cells: Vec<Option<Cell>>,
+}
+
+impl Subscription {
+    /// The topic's columns in `body`, NaN where it has none.
+    pub fn row(&self, body: &[u8]) -> [f64; Topic::WIDTH] {
+        let mut row = [f64::NAN; Topic::WIDTH];
+        let body = body.get(2..).unwrap_or_default();
+        for (number, cell) in row.iter_mut().zip(&self.cells) {
+            if let Some(cell) = cell {
+                *number = cell.number(body);
+            }
+        }
+        row
+    }
+}
+
+/// The topics that are read, by the number that the file gives each.
+#[derive(Debug, Default)]
+pub(super) struct Subscriptions {
+    definitions: Definitions,
+    by_number: Vec<Option<Subscription>>,
+}
+
+impl Subscriptions {
+    /// Takes in a definition (`F`) or a subscription (`A`); whether it makes sense.
+    pub fn define(&mut self, kind: u8, body: &[u8]) -> bool {
+        match kind {
+            b'F' => self.definitions.add(body),
+            _ => self.subscribe(body).is_some(),
+        }
+    }
+
+    fn subscribe(&mut self, body: &[u8]) -> Option<()> {
+        let (&[instance, low, high], name) = body.split_first_chunk()?;
+        let name = std::str::from_utf8(name).ok()?;
+        let number = usize::from(u16::from_le_bytes([low, high]));
+        let Some(topic) = Topic::named(name) else {
+            if let Some(place) = self.by_number.get_mut(number) {
+                *place = None;
+            }
+            return Some(());
+        };
+        let cells = self.definitions.cells(name, topic.columns())?;
+        if self.by_number.len() <= number {
+            self.by_number.resize_with(number + 1, || None);
+        }
+        self.by_number[number] = Some(Subscription { topic, instance, cells });
+        Some(())
+    }
+
+    /// What the data message `body` is, if it is read.
+    pub fn of(&self, body: &[u8]) -> Option<&Subscription> {
+        let number = u16::from_le_bytes(*body.first_chunk()?);
+        self.by_number.get(usize::from(number))?.as_ref()
+    }
+}

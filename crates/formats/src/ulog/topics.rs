@@ -1,0 +1,179 @@
+//! The topics that are read, and the fields of each.
+
+/// A topic of PX4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Topic {
+    SensorCombined,
+    VehicleImu,
+    VehicleGps,
+    SensorGps,
+    Magnetometer,
+    AirData,
+    SensorBaro,
+    Sticks,
+    Attitude,
+    LocalPosition,
+    GlobalPosition,
+}
+
+impl Topic {
+    /// Columns of the widest topic, at least.
+    pub const WIDTH: usize = 20;
+
+    const ALL: [Self; 11] = [
+        Self::SensorCombined,
+        Self::VehicleImu,
+        Self::VehicleGps,
+        Self::SensorGps,
+        Self::Magnetometer,
+        Self::AirData,
+        Self::SensorBaro,
+        Self::Sticks,
+        Self::Attitude,
+        Self::LocalPosition,
+        Self::GlobalPosition,
+    ];
+
+    /// The topic that PX4 calls `name`, if it is read.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|topic| topic.name() == name)
+    }
+
+    /// PX4's name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::SensorCombined => "sensor_combined",
+            Self::VehicleImu => "vehicle_imu",
+            Self::VehicleGps => "vehicle_gps_position",
+            Self::SensorGps => "sensor_gps",
+            Self::Magnetometer => "vehicle_magnetometer",
+            Self::AirData => "vehicle_air_data",
+            Self::SensorBaro => "sensor_baro",
+            Self::Sticks => "manual_control_setpoint",
+            Self::Attitude => "vehicle_attitude",
+            Self::LocalPosition => "vehicle_local_position",
+            Self::GlobalPosition => "vehicle_global_position",
+        }
+    }
+
+    /// The fields that are read, in the order in which [`super::rows`] takes them apart.
+    pub const fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::SensorCombined => &[
+                "timestamp",
+                "gyro_rad[0]",
+                "gyro_rad[1]",
+                "gyro_rad[2]",
+                "gyro_integral_dt",
+                "accelerometer_timestamp_relative",
+                "accelerometer_m_s2[0]",
+                "accelerometer_m_s2[1]",
+                "accelerometer_m_s2[2]",
+                "accelerometer_clipping",
+                "gyro_clipping",
+                "magnetometer_timestamp_relative",
+                "magnetometer_ga[0]",
+                "magnetometer_ga[1]",
+                "magnetometer_ga[2]",
+                "baro_timestamp_relative",
+                "baro_alt_meter",
+            ],
+            Self::VehicleImu => &[
+                "timestamp",
+                "timestamp_sample",
+                "delta_angle[0]",
+                "delta_angle[1]",
+                "delta_angle[2]",
+                "delta_angle_dt",
+                "delta_velocity[0]",
+                "delta_velocity[1]",
+                "delta_velocity[2]",
+                "delta_velocity_dt",
+                "delta_velocity_clipping",
+                "delta_angle_clipping",
+            ],
+            Self::VehicleGps | Self::SensorGps => &[
+                "timestamp",
+                "lat",
+                "lon",
+                "alt",
+                "alt_ellipsoid",
+                "latitude_deg",
+                "longitude_deg",
+                "altitude_msl_m",
+                "altitude_ellipsoid_m",
+                "vel_n_m_s",
+                "vel_e_m_s",
+                "vel_d_m_s",
+                "vel_ned_valid",
+                "eph",
+                "epv",
+                "s_variance_m_s",
+                "fix_type",
+                "satellites_used",
+                "time_utc_usec",
+            ],
+            Self::Magnetometer => &[
+                "timestamp",
+                "timestamp_sample",
+                "magnetometer_ga[0]",
+                "magnetometer_ga[1]",
+                "magnetometer_ga[2]",
+            ],
+            Self::AirData => &["timestamp", "timestamp_sample", "baro_alt_meter"],
+            Self::SensorBaro => &["timestamp", "timestamp_sample", "pressure"],
+            Self::Sticks => &[
+                "timestamp",
+                "timestamp_sample",
+                "roll",
+                "pitch",
+                "throttle",
+                "yaw",
+                "y",
+                "x",
+                "z",
+                "r",
+            ],
+            Self::Attitude => &["timestamp", "timestamp_sample", "q[0]", "q[1]", "q[2]", "q[3]"],
+            Self::LocalPosition => &[
+                "timestamp",
+                "timestamp_sample",
+                "ref_lat",
+                "ref_lon",
+                "ref_alt",
+                "x",
+                "y",
+                "z",
+                "vx",
+                "vy",
+                "vz",
+                "xy_valid",
+                "z_valid",
+                "v_xy_valid",
+                "v_z_valid",
+                "xy_global",
+                "z_global",
+            ],
+            Self::GlobalPosition => &[
+                "timestamp",
+                "timestamp_sample",
+                "lat",
+                "lon",
+                "alt",
+                "alt_ellipsoid",
+                "lat_lon_valid",
+                "alt_valid",
+            ],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Topic;
+
+    #[test]
+    fn no_topic_is_wider_than_a_row() {
+        assert!(Topic::ALL.iter().all(|topic| topic.columns().len() <= Topic::WIDTH));
+    }
+}

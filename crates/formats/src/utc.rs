@@ -1,0 +1,24 @@
+//! Calendar dates.
+
+use chrono::DateTime;
+
+/// The day of a moment, s since the start of 1970, as TOML writes it. `None` outside the years 1990
+/// to 2100, in which no log was made.
+pub(crate) fn date(utc_s: f64) -> Option<String> {
+    let day = DateTime::from_timestamp(utc_s as i64, 0)?.date_naive();
+    let text = day.to_string();
+    (text.as_str() >= "1990" && text.as_str() < "2100").then_some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::date;
+
+    #[test]
+    fn days_are_those_of_the_calendar() {
+        assert_eq!(date(1_739_195_790.2).as_deref(), Some("2025-02-10"));
+        assert_eq!(date(0.0), None);
+        assert_eq!(date(f64::NAN), None);
+        assert_eq!(date(1e300), None);
+    }
+}

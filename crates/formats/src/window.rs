@@ -1,0 +1,124 @@
+//! A file read forward, a bounded stretch of it in memory.
+
+use std::fs::File;
+use std::io::{self, Cursor, ErrorKind, Read as _, Seek as _, SeekFrom};
+use std::path::Path;
+
+use hovernav_log::LogError;
+
+/// Bytes asked of the file at a time.
+const CHUNK: usize = 1 << 18;
+
+/// A log to be read: a file, or the bytes of one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Input<'a> {
+    /// The file, and its name in messages.
+    pub path: &'a Path,
+    /// What it holds, where that is in memory.
+    pub bytes: Option<&'a [u8]>,
+}
+
+impl<'a> Input<'a> {
+    /// The start of it.
+    pub fn window(&self) -> Result<Window<'a>, LogError> {
+        let source = match self.bytes {
+            Some(bytes) => Source::Memory(Cursor::new(bytes)),
+            None => Source::File(File::open(self.path).map_err(LogError::io(self.path))?),
+        };
+        let (bytes, start, offset, is_at_end) = (Vec::new(), 0, 0, false);
+        Ok(Window { source, bytes, start, offset, is_at_end })
+    }
+}
+
+#[derive(Debug)]
+enum Source<'a> {
+    File(File),
+    Memory(Cursor<&'a [u8]>),
+}
+
+/// A stretch of a log from where its reader stands.
+#[derive(Debug)]
+pub(crate) struct Window<'a> {
+    source: Source<'a>,
+    bytes: Vec<u8>,
+    /// Where in `bytes` the reader stands.
+    start: usize,
+    /// Where in the log that is.
+    offset: u64,
+    is_at_end: bool,
+}
+
+impl Window<'_> {
+    /// Where in the file the reader stands.
+    pub fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// What follows: `wanted` bytes or more, fewer only where the file ends.
+    pub fn peek(&mut self, wanted: usize) -> io::Result<&[u8]> {
+        while self.bytes.len() - self.start < wanted && !self.is_at_end {
+            self.bytes.drain(..self.start);
+            self.start = 0;
+            let kept = self.bytes.len();
+            self.bytes.resize(kept + CHUNK.max(wanted), 0);
+            let read = match &mut self.source {
+                Source::File(file) => file.read(&mut self.bytes[kept..]),
+                Source::Memory(memory) => memory.read(&mut self.bytes[kept..]),
+            };
+            let count = *read.as_ref().unwrap_or(&0);
+            self.bytes.truncate(kept + count);
+            match read {
+                Ok(count) => self.is_at_end = count == 0,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(&self.bytes[self.start..])
+    }
+
+    /// Moves on by `count` bytes, of those last seen.
+    pub fn consume(&mut self, count: usize) {
+        let count = count.min(self.bytes.len() - self.start);
+        self.start += count;
+        self.offset += count as u64;
+    }
+
+    /// Moves to `offset` in the file.
+    pub fn seek(&mut self, offset: u64) -> io::Result<()> {
+        match &mut self.source {
+            Source::File(file) => file.seek(SeekFrom::Start(offset))?,
+            Source::Memory(memory) => memory.seek(SeekFrom::Start(offset))?,
+        };
+        self.bytes.clear();
+        (self.start, self.offset, self.is_at_end) = (0, offset, false);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_is_seen_once_and_in_its_place() {
+        let bytes: Vec<u8> = (0..3 * CHUNK as u32).map(|index| (index % 251) as u8).collect();
+        let input = Input { path: Path::new("memory"), bytes: Some(&bytes) };
+        let mut window = input.window().unwrap();
+        let mut seen = 0;
+        loop {
+            assert_eq!(window.offset(), seen as u64);
+            let found = window.peek(1000).unwrap();
+            assert_eq!(found, &bytes[seen..seen + found.len()]);
+            if found.is_empty() {
+                break;
+            }
+            let step = found.len().min(997);
+            window.consume(step);
+            seen += step;
+        }
+        assert_eq!(seen, bytes.len());
+        window.seek(7).unwrap();
+        assert_eq!(window.peek(1).unwrap()[0], 7);
+        assert_eq!(window.offset(), 7);
+    }
+}
