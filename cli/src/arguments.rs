@@ -3,7 +3,35 @@
 use std::str::FromStr;
 
 use hovernav::time::Time;
+use hovernav_formats::Options;
 use hovernav_log::Outage;
+
+/// Which of several sensors to read, where a log has more than one.
+#[derive(clap::Args)]
+pub struct Sensors {
+    /// Which inertial unit of the log to read, counted from 0
+    #[arg(long, value_name = "N")]
+    imu: Option<usize>,
+    /// Which GPS receiver of the log to read, counted from 0
+    #[arg(long, value_name = "N")]
+    gps: Option<usize>,
+    /// Which magnetometer of the log to read, counted from 0
+    #[arg(long, value_name = "N")]
+    mag: Option<usize>,
+    /// Which barometer of the log to read, counted from 0
+    #[arg(long, value_name = "N")]
+    baro: Option<usize>,
+}
+
+impl Sensors {
+    /// The same as options of the readers.
+    pub fn options(&self) -> Options {
+        let mut options = Options::default();
+        (options.imu, options.gps) = (self.imu, self.gps);
+        (options.magnetometer, options.baro) = (self.mag, self.baro);
+        options
+    }
+}
 
 /// `START:DURATION`, both in seconds.
 #[derive(Clone, Copy)]

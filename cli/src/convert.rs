@@ -3,23 +3,26 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, ensure};
-use hovernav_formats::Options;
+
+use crate::arguments::Sensors;
 
 /// The reference, which is copied unread: only a scorer may look into it.
 const REFERENCE: &str = "reference.csv";
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A dataset directory or a flight record
+    /// A dataset directory, a flight record or a log of any other format
     log: PathBuf,
+    #[command(flatten)]
+    sensors: Sensors,
     /// The directory to write
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let Arguments { log, out } = arguments;
-    let dataset = hovernav_formats::open(log, &Options::default())?.dataset;
+    let Arguments { log, sensors, out } = arguments;
+    let dataset = hovernav_formats::open(log, &sensors.options())?.dataset;
     crate::output::create(out)?;
     let same = matches!((log.canonicalize(), out.canonicalize()), (Ok(a), Ok(b)) if a == b);
     ensure!(!same, "{}: the log itself, expected another directory", out.display());

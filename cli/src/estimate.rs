@@ -7,19 +7,21 @@ use std::time::Instant;
 use anyhow::ensure;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
-use hovernav_formats::{Log, Options};
+use hovernav_formats::{Format, Log};
 use hovernav_log::{Outage, Reference, SmoothedRun, outage_drift, score, write_solution};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::arguments::OutageWindow;
+use crate::arguments::{OutageWindow, Sensors};
 use crate::flight_page::{self, FlightData};
 use crate::output;
 use crate::summary::{OutageDrift, RunSummary};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A dataset directory or a flight record
+    /// A dataset directory, a flight record or a log of any other format
     log: PathBuf,
+    #[command(flatten)]
+    sensors: Sensors,
     /// Where to write; out/NAME unless given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -59,17 +61,17 @@ const SAMPLES_WORTH_A_BAR: usize = 500_000;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
-    let Log { mut dataset, record, .. } =
-        hovernav_formats::open(&arguments.log, &Options::default())?;
+    let Log { format, mut dataset, record, onboard, .. } =
+        hovernav_formats::open(&arguments.log, &arguments.sensors.options())?;
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }
-    ensure!(
-        !dataset.fixes.is_empty(),
-        "{}: found no usable fix, expected at least one to start from",
-        if record.is_some() { arguments.log.clone() } else { arguments.log.join("gps.csv") }
-            .display()
-    );
+    // What a directory lacks is its gps.csv.
+    let source = match format {
+        Format::Dataset if dataset.fixes.is_empty() => arguments.log.join("gps.csv"),
+        _ => arguments.log.clone(),
+    };
+    dataset.check_fitness(&source)?;
     let config = dataset.settings()?;
     let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.outage()).collect();
     dataset.withhold(&outages, arguments.gps_rate);
@@ -94,9 +96,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         config.alignment.duration_s
     );
 
-    let reference = match &record {
-        Some(_) => None,
-        None => Reference::open(&arguments.log, &dataset.manifest)?,
+    let reference = match format {
+        Format::Dataset => Reference::open(&arguments.log, &dataset.manifest)?,
+        _ => None,
     };
     let first_imu = dataset.imu.first().map_or(Time::ZERO, |sample| sample.time);
     let solutions = if smoothed.is_empty() { &run.solutions } else { &smoothed };
@@ -119,6 +121,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())
         .map(|record| record.reproduced_by(&run.solutions).into());
     summary.set_scores(scored.as_ref(), drifts);
+    summary.onboard = onboard.and_then(|onboard| onboard.difference(solutions));
     if !arguments.no_report {
         let page = FlightData {
             title: &dataset.manifest.name,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use hovernav::ekf::{Channel, Notice, Verdict};
 use hovernav::ins::HeadingSource;
+use hovernav_formats::OnboardDifference;
 use hovernav_log::{Dataset, Finding, Run, Score, Statistics, UnusedReadings, sentences};
 use serde::Serialize;
 
@@ -33,6 +34,9 @@ pub struct RunSummary {
     /// How it compares with the solution that flew, of a flight record.
     #[serde(rename = "flown", skip_serializing_if = "Option::is_none")]
     pub reproduction: Option<ReproductionSummary>,
+    /// How far it is from the solution of the estimator on board, where the log has that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub onboard: Option<OnboardDifference>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) error: Option<BTreeMap<&'static str, Statistics>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -111,6 +115,7 @@ impl RunSummary {
             innovations: BTreeMap::new(),
             reopened: Vec::new(),
             reproduction: None,
+            onboard: None,
             error: None,
             within_3_sigma: None,
             outages: Vec::new(),

@@ -1,5 +1,6 @@
 //! The summary of a run in words, for the page and the terminal.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -67,20 +68,14 @@ impl RunSummary {
             let _ = writeln!(text, "{:<32} {}", fact.label, fact.value);
         }
         if let Some(error) = &self.error {
-            let _ = writeln!(
-                text,
-                "{:<32} {:>9} {:>9} {:>9} {:>9}",
-                "error", "rmse", "median", "p95", "max"
+            write_sizes(&mut text, "error", error);
+        }
+        if let Some(onboard) = &self.onboard {
+            write_sizes(
+                &mut text,
+                &format!("difference to {} on board", onboard.name),
+                &onboard.difference,
             );
-            for axis in Axis::ALL {
-                if let Some(Statistics { rmse, median, p95, max }) = error.get(axis.name()) {
-                    let name = axis.name();
-                    let _ = writeln!(
-                        text,
-                        "  {name:<30} {rmse:>9.3} {median:>9.3} {p95:>9.3} {max:>9.3}"
-                    );
-                }
-            }
         }
         if let Some(reproduction) = &self.reproduction {
             let _ = writeln!(text, "{}", reproduction.in_words());
@@ -90,6 +85,17 @@ impl RunSummary {
         }
         let _ = writeln!(text, "{:<32} {} ({:.3} s)", "written", out.display(), self.wall_s);
         text
+    }
+}
+
+/// A table of sizes, axis by axis.
+fn write_sizes(text: &mut String, title: &str, sizes: &BTreeMap<&'static str, Statistics>) {
+    let _ = writeln!(text, "{title:<32} {:>9} {:>9} {:>9} {:>9}", "rmse", "median", "p95", "max");
+    for axis in Axis::ALL {
+        if let Some(Statistics { rmse, median, p95, max }) = sizes.get(axis.name()) {
+            let name = axis.name();
+            let _ = writeln!(text, "  {name:<30} {rmse:>9.3} {median:>9.3} {p95:>9.3} {max:>9.3}");
+        }
     }
 }
 

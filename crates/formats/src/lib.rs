@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod assembly;
+mod difference;
 mod format;
 mod onboard;
 mod open;
@@ -9,6 +10,7 @@ mod ulog;
 mod utc;
 mod window;
 
+pub use difference::OnboardDifference;
 pub use format::Format;
 pub use onboard::{Onboard, OnboardMoment};
 pub use open::{Log, Options, open, open_bytes};

@@ -7,6 +7,7 @@ mod csv_writer;
 mod dataset;
 mod error;
 mod findings;
+mod fitness;
 mod gps;
 mod imu;
 mod info;

@@ -253,8 +253,8 @@ impl Rows {
     }
 
     fn sticks(&self, row: &[f64], place: u64, to: &mut Assembly) {
-        let &[t, sample, roll, pitch, throttle, yaw, y, x, z, r, ..] = row else { return };
-        let Some(time) = self.sampled(t, sample) else { return };
+        let &[t, roll, pitch, throttle, yaw, y, x, z, r, ..] = row else { return };
+        let Some(time) = self.time(t) else { return };
         // Forward stick is positive `x` in old logs, and positive `pitch` in new ones; old throttle
         // runs from 0 to 1.
         let or = |new: f64, old: f64| if new.is_nan() { old } else { new };

@@ -1,0 +1,102 @@
+//! How far a solution is from the estimator on board.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::onboard::{Onboard, OnboardMoment};
+use hovernav::ekf::Solution;
+use hovernav::frames::wrap_angle;
+use hovernav::time::Time;
+use hovernav_log::{Axis, Statistics};
+
+/// How far a solution is from what the estimator on board said: two opinions, neither the truth.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OnboardDifference {
+    /// The estimator's name.
+    pub name: String,
+    /// The first moment compared, s.
+    pub from_s: f64,
+    /// The last moment compared, s.
+    pub to_s: f64,
+    /// The size of the difference, axis by axis, named with its unit as in [`Axis::name`].
+    pub difference: BTreeMap<&'static str, Statistics>,
+}
+
+/// A moment is compared with a solution this close to it, s.
+const CLOSE_S: f64 = 0.05;
+
+/// The axes compared, in the order of [`differences`].
+const AXES: [Axis; 10] = [
+    Axis::North,
+    Axis::East,
+    Axis::Down,
+    Axis::Horizontal,
+    Axis::VelocityNorth,
+    Axis::VelocityEast,
+    Axis::VelocityDown,
+    Axis::Roll,
+    Axis::Pitch,
+    Axis::Yaw,
+];
+
+impl Onboard {
+    /// How far `solutions`, in time order, are from this one. `None` where no moment has a solution
+    /// within 0.05 s of it.
+    #[must_use]
+    pub fn difference(&self, solutions: &[Solution]) -> Option<OnboardDifference> {
+        let mut columns: [Vec<f64>; 10] = Default::default();
+        let mut span: Option<(Time, Time)> = None;
+        for moment in &self.moments {
+            let Some(solution) = nearest(solutions, moment.time) else { continue };
+            span = Some((span.map_or(moment.time, |(first, _)| first), moment.time));
+            for (column, difference) in columns.iter_mut().zip(differences(solution, moment)) {
+                column.extend(Some(difference).filter(|difference| difference.is_finite()));
+            }
+        }
+        let (first, last) = span?;
+        let sizes = AXES.into_iter().zip(&columns).filter(|(_, column)| !column.is_empty());
+        Some(OnboardDifference {
+            name: self.name.clone(),
+            from_s: first.seconds(),
+            to_s: last.seconds(),
+            difference: sizes
+                .filter_map(|(axis, column)| Some((axis.name(), Statistics::of(column)?)))
+                .collect(),
+        })
+    }
+}
+
+/// The solution next to `time`, if it is close.
+fn nearest(solutions: &[Solution], time: Time) -> Option<&Solution> {
+    let after = solutions.partition_point(|solution| solution.time < time);
+    let around = &solutions[after.saturating_sub(1)..solutions.len().min(after + 1)];
+    around
+        .iter()
+        .min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs()))
+        .filter(|solution| (solution.time - time).abs() <= CLOSE_S)
+}
+
+/// Solution less moment in each of [`AXES`]; NaN where the moment says nothing. Position and velocity
+/// are carried over the time between them by the solution's velocity.
+fn differences(solution: &Solution, moment: &OnboardMoment) -> [f64; 10] {
+    let later_s = moment.time - solution.time;
+    let [north, east, down] = moment.position.map_or([f64::NAN; 3], |position| {
+        let travelled_m = solution.velocity_mps * later_s;
+        (solution.position.displacement_from(&position) + travelled_m).to_array()
+    });
+    let [vn, ve, vd] = moment
+        .velocity_mps
+        .map_or([f64::NAN; 3], |velocity| (solution.velocity_mps - velocity).to_array());
+    let [roll, pitch, yaw] = moment.body_to_ned.map_or([f64::NAN; 3], |attitude| {
+        let turned = solution.body_to_ned.turned_in_from(solution.angular_rate_radps * later_s);
+        let (ours, theirs) = (turned.euler(), attitude.euler());
+        [
+            ours.roll_rad - theirs.roll_rad,
+            ours.pitch_rad - theirs.pitch_rad,
+            ours.yaw_rad - theirs.yaw_rad,
+        ]
+        .map(|turn_rad| wrap_angle(turn_rad).to_degrees())
+    });
+    [north, east, down, north.hypot(east), vn, ve, vd, roll, pitch, yaw]
+}

@@ -1,0 +1,78 @@
+//! Whether a log is fit for inertial navigation at all.
+
+use std::path::Path;
+
+use crate::clock::median_interval_s;
+use crate::dataset::Dataset;
+use crate::error::LogError;
+use hovernav::time::Time;
+
+/// Slower units miss what a vehicle does between two samples, Hz: a small helicopter turns at several
+/// radians a second and changes its mind within a tenth of one.
+const SLOWEST_HZ: f64 = 10.0;
+
+impl Dataset {
+    /// Whether the filter can be run over this dataset, read from `log`.
+    ///
+    /// # Errors
+    /// [`LogError::Unusable`] with the reason: no inertial samples or no fix, or inertial samples at
+    /// less than 10 Hz.
+    pub fn check_fitness(&self, log: &Path) -> Result<(), LogError> {
+        let refused = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
+        if self.imu.is_empty() {
+            return refused("found no inertial samples, and navigation needs them".to_owned());
+        }
+        if self.fixes.is_empty() {
+            return refused("found no usable fix, expected at least one to start from".to_owned());
+        }
+        let times: Vec<Time> = self.imu.iter().map(|sample| sample.time).collect();
+        let span_s = times[times.len() - 1] - times[0];
+        let rate_hz = if span_s > 0.0 { (times.len() - 1) as f64 / span_s } else { f64::INFINITY };
+        let usual_hz = median_interval_s(&times).map_or(f64::INFINITY, |interval| 1.0 / interval);
+        if rate_hz < SLOWEST_HZ && usual_hz < SLOWEST_HZ {
+            return refused(format!(
+                "found inertial samples at {rate_hz:.1} Hz, expected {SLOWEST_HZ:.0} Hz or more: what the \
+                 vehicle does between two samples is lost; log the inertial unit at its full rate"
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::earth::Geodetic;
+    use hovernav::frames::Vector;
+    use hovernav::gps::Fix;
+    use hovernav::imu::{ImuSample, Motion};
+
+    fn of_rate(rate_hz: f64) -> Dataset {
+        let sample = |index| ImuSample {
+            time: Time::ZERO.offset_by(f64::from(index) / rate_hz),
+            motion: Motion::Rates {
+                angular_rate_radps: Vector::ZERO,
+                specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
+            },
+            attitude: None,
+            magnetic_field_gauss: None,
+        };
+        let place = Geodetic::from_degrees(50.0, 10.0, 100.0).unwrap();
+        Dataset {
+            imu: (0..100).map(sample).collect(),
+            fixes: vec![Fix::at(Time::ZERO, place)],
+            ..Dataset::default()
+        }
+    }
+
+    #[test]
+    fn a_unit_that_is_too_slow_is_refused_with_its_rate() {
+        let log = Path::new("slow.ulg");
+        let error = of_rate(8.6).check_fitness(log).unwrap_err().to_string();
+        assert!(error.starts_with("slow.ulg: found inertial samples at 8.6 Hz"), "{error}");
+        assert!(of_rate(33.0).check_fitness(log).is_ok());
+        let without = Dataset { fixes: Vec::new(), ..of_rate(33.0) };
+        assert!(without.check_fitness(log).is_err());
+        assert!(Dataset::default().check_fitness(log).is_err());
+    }
+}
