@@ -1,8 +1,12 @@
 #![doc = include_str!("../README.md")]
 
 mod assembly;
+mod choice;
+#[cfg(feature = "dataflash")]
+mod dataflash;
 mod difference;
 mod format;
+mod integrals;
 mod onboard;
 mod open;
 #[cfg(feature = "ulog")]

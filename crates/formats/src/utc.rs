@@ -10,6 +10,13 @@ pub(crate) fn date(utc_s: f64) -> Option<String> {
     (text.as_str() >= "1990" && text.as_str() < "2100").then_some(text)
 }
 
+/// UTC, s since the start of 1970, of a week of GPS time and the seconds in it; to within the leap
+/// seconds, which no day needs.
+pub(crate) fn of_gps(week: f64, in_week_s: f64) -> f64 {
+    // GPS time began on 6 January 1980.
+    315_964_800.0 + 604_800.0 * week + in_week_s
+}
+
 #[cfg(test)]
 mod tests {
     use super::date;

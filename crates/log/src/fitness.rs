@@ -12,6 +12,16 @@ use hovernav::time::Time;
 const SLOWEST_HZ: f64 = 10.0;
 
 impl Dataset {
+    /// The rate of the inertial samples, Hz: their number over their span or, where gaps make that
+    /// less, one over their usual interval. `None` of fewer than two.
+    #[must_use]
+    pub fn imu_rate_hz(&self) -> Option<f64> {
+        let times: Vec<Time> = self.imu.iter().map(|sample| sample.time).collect();
+        let usual_hz = 1.0 / median_interval_s(&times)?;
+        let span_s = *times.last()? - *times.first()?;
+        Some(usual_hz.max((times.len() - 1) as f64 / span_s))
+    }
+
     /// Whether the filter can be run over this dataset, read from `log`.
     ///
     /// # Errors
@@ -25,11 +35,7 @@ impl Dataset {
         if self.fixes.is_empty() {
             return refused("found no usable fix, expected at least one to start from".to_owned());
         }
-        let times: Vec<Time> = self.imu.iter().map(|sample| sample.time).collect();
-        let span_s = times[times.len() - 1] - times[0];
-        let rate_hz = if span_s > 0.0 { (times.len() - 1) as f64 / span_s } else { f64::INFINITY };
-        let usual_hz = median_interval_s(&times).map_or(f64::INFINITY, |interval| 1.0 / interval);
-        if rate_hz < SLOWEST_HZ && usual_hz < SLOWEST_HZ {
+        if let Some(rate_hz) = self.imu_rate_hz().filter(|&rate_hz| rate_hz < SLOWEST_HZ) {
             return refused(format!(
                 "found inertial samples at {rate_hz:.1} Hz, expected {SLOWEST_HZ:.0} Hz or more: what the \
                  vehicle does between two samples is lost; log the inertial unit at its full rate"

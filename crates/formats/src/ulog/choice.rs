@@ -1,9 +1,10 @@
-//! Which of several sensors is read.
+//! Which of several sensors of a ULog file is read.
 
 use std::path::Path;
 
 use super::survey::Survey;
 use super::topics::Topic;
+use crate::choice::Counts;
 use crate::open::Options;
 use hovernav_log::LogError;
 
@@ -16,13 +17,10 @@ pub(super) struct Choice {
     pub baro: Option<(Topic, u8)>,
 }
 
-/// Another topic than the first is taken where it has so many times as many messages.
-const MUCH_MORE: f64 = 1.5;
-
 impl Choice {
-    /// What is read of the log surveyed, and a sentence about each sensor with a choice. Of topics in
-    /// order of preference the first, unless another has many more messages; an instance that
-    /// `options` name is taken from the topic that counts sensors.
+    /// What is read of the log surveyed, and a sentence about each sensor with a choice. What PX4 made
+    /// of several sensors comes first; an instance that `options` name is looked for first in the topic
+    /// of the sensors themselves.
     ///
     /// # Errors
     /// [`LogError::Unusable`] where the log has no such instance.
@@ -32,83 +30,34 @@ impl Choice {
         path: &Path,
     ) -> Result<(Self, Vec<String>), LogError> {
         let mut sentences = Vec::new();
-        let mut chosen = |sensor: &str, topics: &[Topic], counting: &[Topic], wanted| {
-            choose(survey, topics, counting, wanted)
-                .map(|(taken, sentence)| {
+        let mut chosen = |sensor: &str, topics: &[Topic], wanted: Option<usize>| {
+            let mut topics = topics.to_vec();
+            if wanted.is_some() {
+                topics.reverse();
+            }
+            let counts = Counts::new(topics.into_iter().flat_map(|topic| {
+                let all = survey.counts.iter();
+                all.filter(move |((found, _), _)| *found == topic)
+                    .map(|(&key, &count)| (key, count))
+            }));
+            let name = |(topic, instance): (Topic, u8)| format!("{} {instance}", topic.name());
+            match counts.choose(wanted, |(_, instance)| instance.into(), name) {
+                Ok((taken, sentence)) => {
                     sentences.extend(sentence.map(|sentence| format!("{sensor}: {sentence}")));
-                    taken
-                })
-                .map_err(|reason| LogError::Unusable {
-                    path: path.to_path_buf(),
-                    reason: format!("{sensor}: {reason}"),
-                })
-        };
-        let imu = [Topic::SensorCombined, Topic::VehicleImu];
-        let gps = [Topic::VehicleGps, Topic::SensorGps];
-        let baro = [Topic::AirData, Topic::SensorBaro];
-        let choice = Self {
-            imu: chosen("inertial unit", &imu, &[Topic::VehicleImu], options.imu)?,
-            gps: chosen("GPS", &gps, &[Topic::SensorGps, Topic::VehicleGps], options.gps)?,
-            magnetometer: chosen(
-                "magnetometer",
-                &[Topic::Magnetometer],
-                &[Topic::Magnetometer],
-                options.magnetometer,
-            )?,
-            baro: chosen("barometer", &baro, &[Topic::SensorBaro], options.baro)?,
-        };
-        Ok((choice, sentences))
-    }
-}
-
-type Taken = (Option<(Topic, u8)>, Option<String>);
-
-/// One of `topics`, or of the instances of `counting` the one `wanted`; and what there was to choose
-/// from.
-fn choose(
-    survey: &Survey,
-    topics: &[Topic],
-    counting: &[Topic],
-    wanted: Option<usize>,
-) -> Result<Taken, String> {
-    let messages = |topic: Topic, instance| survey.counts.get(&(topic, instance)).copied();
-    let present: Vec<(Topic, u8)> = topics
-        .iter()
-        .flat_map(|&topic| survey.counts.keys().copied().filter(move |found| found.0 == topic))
-        .collect();
-    let in_words = |found: (Topic, u8)| {
-        let count = messages(found.0, found.1).unwrap_or_default();
-        format!("{} {} ({count} messages)", found.0.name(), found.1)
-    };
-    let taken = match wanted {
-        // What PX4 itself uses is instance 0 of a log that does not count its sensors.
-        Some(wanted) => {
-            let instance = u8::try_from(wanted).ok();
-            let counted =
-                counting.iter().chain(topics.iter().filter(|_| wanted == 0)).find_map(|&topic| {
-                    instance.filter(|&i| messages(topic, i).is_some()).map(|i| (topic, i))
-                });
-            Some(counted.ok_or_else(|| {
-                let present: Vec<String> = present.iter().copied().map(in_words).collect();
-                let present = if present.is_empty() { "none".into() } else { present.join(", ") };
-                format!("found no instance {wanted}; the log has {present}")
-            })?)
-        }
-        None => {
-            let mut best: Option<((Topic, u8), usize)> = None;
-            for &found in &present {
-                let count = messages(found.0, found.1).unwrap_or_default();
-                if best.is_none_or(|(_, most)| count as f64 > MUCH_MORE * most as f64) {
-                    best = Some((found, count));
+                    Ok(taken)
+                }
+                Err(reason) => {
+                    let reason = format!("{sensor}: {reason}");
+                    Err(LogError::Unusable { path: path.to_path_buf(), reason })
                 }
             }
-            best.map(|(found, _)| found)
-        }
-    };
-    let others: Vec<String> =
-        present.iter().copied().filter(|&found| Some(found) != taken).map(in_words).collect();
-    let sentence = taken.filter(|_| !others.is_empty()).map(|taken| {
-        format!("{} is read; the log also has {}", in_words(taken), others.join(", "))
-    });
-    Ok((taken, sentence))
+        };
+        let imu =
+            chosen("inertial unit", &[Topic::SensorCombined, Topic::VehicleImu], options.imu)?;
+        let gps = chosen("GPS", &[Topic::VehicleGps, Topic::SensorGps], options.gps)?;
+        let baro = chosen("barometer", &[Topic::AirData, Topic::SensorBaro], options.baro)?;
+        // What single magnetometers measure is not in body axes.
+        let magnetometer = chosen("magnetometer", &[Topic::Magnetometer], options.magnetometer)?;
+        Ok((Self { imu, gps, magnetometer, baro }, sentences))
+    }
 }

@@ -13,19 +13,16 @@ mod topics;
 
 use crate::assembly::Assembly;
 use crate::format::Format;
+use crate::integrals::integrate;
 use crate::open::{Log, Options};
 use crate::window::Input;
 use choice::Choice;
 use hovernav::frames::Vector;
-use hovernav::imu::{ImuSample, Motion};
 use hovernav_log::{LogError, Manifest};
 use messages::Messages;
 use rows::{Clipping, Rows};
 use survey::{Subscriptions, Survey};
 use topics::Topic;
-
-/// Integrals that cover this share of the time are whole.
-const WHOLE: f64 = 0.9;
 
 /// Reads a ULog file.
 ///
@@ -77,7 +74,7 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
     remark_rows(&rows, &survey, &mut assembly);
     let manifest = manifest(&survey, &rows);
     let mut log = assembly.finish(path, Format::Ulog, manifest, "EKF2")?;
-    if rows.integrated_s >= WHOLE * rows.spanned_s {
+    if rows.integrals.are_whole() {
         integrate(&mut log.dataset.imu);
     }
     Ok(log)
@@ -93,23 +90,6 @@ fn is_read(choice: &Choice, topic: Topic, instance: u8) -> bool {
         Topic::AirData | Topic::SensorBaro => choice.baro == found,
         Topic::Sticks | Topic::Attitude | Topic::LocalPosition | Topic::GlobalPosition => {
             instance == 0
-        }
-    }
-}
-
-/// Turns means over the interval before each sample into integrals over it: a sample that was lost
-/// is stood in for by its neighbour.
-fn integrate(samples: &mut [ImuSample]) {
-    let mut last = None;
-    let first_s = samples.get(1).map_or(0.0, |second| second.time - samples[0].time);
-    for sample in samples {
-        let interval_s = last.map_or(first_s, |last| sample.time - last);
-        last = Some(sample.time);
-        if let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion {
-            sample.motion = Motion::Increments {
-                angle_rad: angular_rate_radps * interval_s,
-                velocity_mps: specific_force_mps2 * interval_s,
-            };
         }
     }
 }
@@ -149,10 +129,10 @@ fn remark_rows(rows: &Rows, survey: &Survey, to: &mut Assembly) {
             ));
         }
     }
-    if rows.integrated_s < WHOLE * rows.spanned_s {
-        let share = 100.0 * rows.integrated_s / rows.spanned_s;
+    if let Some(share) = rows.integrals.share().filter(|_| !rows.integrals.are_whole()) {
+        let percent = 100.0 * share;
         to.say(format!(
-            "inertial samples integrate over {share:.0} % of the time between them: logged more \
+            "inertial samples integrate over {percent:.0} % of the time between them: logged more \
              rarely than measured, so that vibration aliases into them"
         ));
     }

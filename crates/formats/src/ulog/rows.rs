@@ -2,6 +2,7 @@
 
 use super::topics::Topic;
 use crate::assembly::Assembly;
+use crate::integrals::Integrals;
 use crate::onboard::OnboardMoment;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Rotation, Vector};
@@ -23,9 +24,8 @@ pub(super) struct Rows {
     pub has_baro: bool,
     /// Whether onboard positions come as latitudes and longitudes.
     pub has_global_position: bool,
-    /// How long the samples integrate, and how far they are apart, s.
-    pub integrated_s: f64,
-    pub spanned_s: f64,
+    /// What the samples integrate over.
+    pub integrals: Integrals,
     /// Samples in which an accelerometer or a gyro clipped, with the first and the last.
     pub accel_clipping: Clipping,
     pub gyro_clipping: Clipping,
@@ -35,7 +35,6 @@ pub(super) struct Rows {
     pub utc_s: Option<f64>,
     /// Height of mean sea level above the ellipsoid, by the last fix, m.
     undulation_m: f64,
-    last_imu: Option<Time>,
     last_magnetometer: Option<Time>,
     last_baro: Option<Time>,
 }
@@ -62,8 +61,6 @@ impl Clipping {
 
 /// PX4's mark of a time that is not known, µs.
 const UNKNOWN_RELATIVE_US: f64 = i32::MIN as f64;
-/// Longer intervals between samples are gaps, s.
-const GAP_S: f64 = 1.0;
 /// Pressures below this are hPa, as PX4 wrote them before it wrote Pa.
 const LEAST_PA: f64 = 2_000.0;
 /// The satellites and accuracies of fixes of fewer dimensions are no place.
@@ -139,7 +136,7 @@ impl Rows {
             return to.imu_left_out(place, "left out: without an acceleration");
         }
         // Microseconds, or seconds in logs from before 2017.
-        self.interval(time, if gyro_dt > 1.0 { gyro_dt / 1e6 } else { gyro_dt });
+        self.integrals.sample(time, if gyro_dt > 1.0 { gyro_dt / 1e6 } else { gyro_dt });
         self.accel_clipping.count(accel_bits, time);
         self.gyro_clipping.count(gyro_bits, time);
         let motion = Motion::Rates {
@@ -185,7 +182,7 @@ impl Rows {
         if !(angle_dt > 0.0 && velocity_dt > 0.0) {
             return to.imu_left_out(place, "left out: an increment over no time");
         }
-        self.interval(time, angle_dt / 1e6);
+        self.integrals.sample(time, angle_dt / 1e6);
         self.accel_clipping.count(accel_bits, time);
         self.gyro_clipping.count(gyro_bits, time);
         // As means: gyro and accelerometer may integrate over times that differ.
@@ -194,17 +191,6 @@ impl Rows {
             specific_force_mps2: Vector::new(x, y, z) * (1e6 / velocity_dt),
         };
         to.imu(place, ImuSample { time, motion, attitude: None, magnetic_field_gauss: None });
-    }
-
-    /// Counts what a sample integrates against what lies between it and the one before.
-    fn interval(&mut self, time: Time, integral_s: f64) {
-        if let Some(last) = self.last_imu.replace(time) {
-            let interval_s = time - last;
-            if interval_s > 0.0 && interval_s < GAP_S && integral_s.is_finite() {
-                self.integrated_s += integral_s;
-                self.spanned_s += interval_s;
-            }
-        }
     }
 
     fn gps(&mut self, row: &[f64], place: u64, to: &mut Assembly) {

@@ -1,0 +1,92 @@
+//! DataFlash logs in text: a message a line, its name first, values separated by commas.
+
+use std::collections::HashMap;
+use std::io;
+
+use super::item::{Damages, Item, damage};
+use super::schema::Schema;
+use crate::window::Window;
+
+/// No line is longer, bytes.
+const LONGEST: usize = 1 << 14;
+/// Kinds of messages remembered: there are as many numbers as a byte has values.
+const KINDS: usize = 256;
+
+/// Gives each item of the log in `window` to `take`, and says what is damaged.
+pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io::Result<Damages> {
+    let mut schemas: HashMap<String, Schema> = HashMap::new();
+    let mut numbers: HashMap<String, String> = HashMap::new();
+    let mut multipliers: HashMap<u8, f64> = HashMap::new();
+    let mut damages = Damages::new();
+    let mut line = 0;
+    loop {
+        let bytes = window.peek(LONGEST)?;
+        if bytes.is_empty() {
+            return Ok(damages);
+        }
+        line += 1;
+        let end = bytes.iter().take(LONGEST).position(|&byte| byte == b'\n');
+        let (length, is_whole) = match end {
+            Some(end) => (end + 1, true),
+            None if bytes.len() >= LONGEST => {
+                let reason = "a line of more than 16384 bytes: the rest is not read";
+                damage(&mut damages, line, reason);
+                return Ok(damages);
+            }
+            None => (bytes.len(), false),
+        };
+        let Ok(text) = std::str::from_utf8(&bytes[..length]) else {
+            damage(&mut damages, line, "no text: passed over");
+            window.consume(length);
+            continue;
+        };
+        let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+        let (name, fields) = (fields[0], &fields[1..]);
+        if !is_whole && !name.is_empty() {
+            damage(&mut damages, line, "the file ends within this line: cut off");
+            return Ok(damages);
+        }
+        match (name, fields) {
+            ("", _) => {}
+            ("FMT", [number, _, name, formats, labels @ ..]) => {
+                if schemas.len() < KINDS {
+                    let schema = Schema::new(name, 0, formats, &labels.join(","));
+                    numbers.insert((*number).to_owned(), (*name).to_owned());
+                    schemas.insert((*name).to_owned(), schema);
+                }
+            }
+            ("MULT", [_, id, multiplier, ..]) => {
+                let id = id.parse().ok().or_else(|| id.bytes().next());
+                multipliers.extend(id.zip(multiplier.parse::<f64>().ok()));
+            }
+            ("FMTU", [_, number, units, ids, ..]) => {
+                let about = numbers.get(*number).and_then(|name| schemas.get_mut(name));
+                if let Some(schema) = about {
+                    schema.set_multipliers(units, ids, &multipliers);
+                }
+            }
+            (name, fields) => match schemas.get(name) {
+                None => damage(&mut damages, line, "a message that no FMT describes: passed over"),
+                Some(schema) => give(schema, fields, line, take),
+            },
+        }
+        window.consume(length);
+    }
+}
+
+/// Gives what is read of a message to `take`.
+fn give(schema: &Schema, fields: &[&str], place: u64, take: &mut dyn FnMut(Item<'_>)) {
+    if let Some((message, _)) = schema.message {
+        let instance = schema.instance_of_text(fields);
+        take(Item::Row { message, instance, place, row: schema.row_of_text(fields) });
+    } else if schema.name == "PARM" {
+        let value = schema.field(fields, "Value").and_then(|value| value.parse().ok());
+        if let Some((name, value)) = schema.field(fields, "Name").zip(value) {
+            take(Item::Parameter { name, value });
+        }
+    } else if schema.name == "MSG"
+        && let Some(text) = schema.field(fields, "Message")
+    {
+        take(Item::Text(text));
+    }
+}

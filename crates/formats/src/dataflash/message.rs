@@ -1,0 +1,215 @@
+//! The messages that are read, and the fields of each with their units.
+
+/// A message of ArduPilot, or of PX4's logs in the same form from before 2017.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Message {
+    /// Rates, mostly as points.
+    Imu,
+    /// Increments.
+    Imt,
+    Gps,
+    GpsAccuracy,
+    Baro,
+    Magnetometer,
+    RcIn,
+    Attitude,
+    Quaternion,
+    Velocity,
+    Position,
+    /// PX4: the time of what follows.
+    Time,
+}
+
+/// Thousandths, millionths, percent.
+const MILLI: f64 = 1e-3;
+const MICRO: f64 = 1e-6;
+const ONE: f64 = 1.0;
+
+impl Message {
+    /// Columns of the widest message, at least.
+    pub const WIDTH: usize = 20;
+
+    const ALL: [Self; 12] = [
+        Self::Imu,
+        Self::Imt,
+        Self::Gps,
+        Self::GpsAccuracy,
+        Self::Baro,
+        Self::Magnetometer,
+        Self::RcIn,
+        Self::Attitude,
+        Self::Quaternion,
+        Self::Velocity,
+        Self::Position,
+        Self::Time,
+    ];
+
+    /// The names it goes by; of those with a number for each instance the first one's.
+    const fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Imu => &["IMU"],
+            Self::Imt => &["IMT"],
+            Self::Gps => &["GPS"],
+            Self::GpsAccuracy => &["GPA"],
+            Self::Baro => &["BARO", "BAR"],
+            Self::Magnetometer => &["MAG"],
+            Self::RcIn => &["RCIN"],
+            Self::Attitude => &["ATT"],
+            Self::Quaternion => &["XKQ", "NKQ"],
+            Self::Velocity => &["XKF1", "NKF1", "EKF1"],
+            Self::Position => &["POS"],
+            Self::Time => &["TIME"],
+        }
+    }
+
+    /// The first of its names.
+    pub const fn name(self) -> &'static str {
+        self.names()[0]
+    }
+
+    /// The message that the log calls `name`, and the instance that the name counts: `IMU2` is 1.
+    pub fn named(name: &str) -> Option<(Self, usize)> {
+        Self::ALL.into_iter().find_map(|message| {
+            if message.names().contains(&name) {
+                return Some((message, 0));
+            }
+            let counts = matches!(
+                message,
+                Self::Imu
+                    | Self::Imt
+                    | Self::Gps
+                    | Self::GpsAccuracy
+                    | Self::Baro
+                    | Self::Magnetometer
+                    | Self::Quaternion
+            );
+            let number = message.names().iter().find_map(|known| name.strip_prefix(known));
+            let number: usize = number.filter(|_| counts)?.parse().ok()?;
+            (1..=9).contains(&number).then(|| (message, number - 1))
+        })
+    }
+
+    /// The fields that are read, in the order in which [`super::rows`] takes them apart, each with
+    /// what its numbers are multiplied by where the log does not say: to seconds, metres, gauss.
+    ///
+    /// First the time, which is one of three.
+    pub const fn columns(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Imu => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("GyrX", ONE),
+                ("GyrY", ONE),
+                ("GyrZ", ONE),
+                ("AccX", ONE),
+                ("AccY", ONE),
+                ("AccZ", ONE),
+                ("GyroX", ONE),
+                ("GyroY", ONE),
+                ("GyroZ", ONE),
+                ("MagX", ONE),
+                ("MagY", ONE),
+                ("MagZ", ONE),
+            ],
+            Self::Imt => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("DelAX", ONE),
+                ("DelAY", ONE),
+                ("DelAZ", ONE),
+                ("DelVX", ONE),
+                ("DelVY", ONE),
+                ("DelVZ", ONE),
+                ("DelaT", ONE),
+                ("DelvT", ONE),
+            ],
+            Self::Gps => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("T", MILLI),
+                ("Status", ONE),
+                ("FixType", ONE),
+                ("Lat", ONE),
+                ("Lng", ONE),
+                ("Lon", ONE),
+                ("Alt", ONE),
+                ("Spd", ONE),
+                ("GCrs", ONE),
+                ("VZ", ONE),
+                ("VelN", ONE),
+                ("VelE", ONE),
+                ("VelD", ONE),
+                ("NSats", ONE),
+                ("GWk", ONE),
+                ("GMS", MILLI),
+                ("EPH", ONE),
+                ("EPV", ONE),
+            ],
+            Self::GpsAccuracy => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("HAcc", ONE),
+                ("VAcc", ONE),
+                ("SAcc", ONE),
+                ("VV", ONE),
+            ],
+            Self::Baro => &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Alt", ONE)],
+            Self::Magnetometer => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("MagX", MILLI),
+                ("MagY", MILLI),
+                ("MagZ", MILLI),
+            ],
+            Self::RcIn => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("C1", ONE),
+                ("C2", ONE),
+                ("C3", ONE),
+                ("C4", ONE),
+            ],
+            Self::Attitude => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("Roll", ONE),
+                ("Pitch", ONE),
+                ("Yaw", ONE),
+                ("RollRate", ONE),
+            ],
+            Self::Quaternion => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("Q1", ONE),
+                ("Q2", ONE),
+                ("Q3", ONE),
+                ("Q4", ONE),
+            ],
+            Self::Velocity => {
+                &[("TimeUS", MICRO), ("TimeMS", MILLI), ("VN", ONE), ("VE", ONE), ("VD", ONE)]
+            }
+            Self::Position => {
+                &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Lat", ONE), ("Lng", ONE), ("Alt", ONE)]
+            }
+            Self::Time => &[("StartTime", MICRO)],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Message;
+
+    #[test]
+    fn instances_are_counted_by_name() {
+        assert_eq!(Message::named("IMU"), Some((Message::Imu, 0)));
+        assert_eq!(Message::named("IMU3"), Some((Message::Imu, 2)));
+        assert_eq!(Message::named("BAR2"), Some((Message::Baro, 1)));
+        assert_eq!(Message::named("NKQ1"), Some((Message::Quaternion, 0)));
+        assert_eq!(Message::named("NKF1"), Some((Message::Velocity, 0)));
+        for other in ["NKF2", "IMUX", "IMU0", "ATT2", "GPSB", ""] {
+            assert_eq!(Message::named(other), None, "{other}");
+        }
+        assert!(Message::ALL.iter().all(|message| message.columns().len() <= Message::WIDTH));
+    }
+}

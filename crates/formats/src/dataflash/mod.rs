@@ -1,0 +1,216 @@
+//! ArduPilot's DataFlash logs, in bytes and as text.
+//!
+//! The log is gone through twice: a survey counts what it holds, and once it is chosen which of several
+//! sensors to read, their messages are taken apart. Memory holds the samples and a window of the file.
+
+mod binary;
+mod item;
+mod lines;
+mod message;
+mod rows;
+mod schema;
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::assembly::Assembly;
+use crate::choice::Counts;
+use crate::format::Format;
+use crate::integrals::integrate;
+use crate::open::{Log, Options};
+use crate::window::Input;
+use hovernav::frames::Vector;
+use hovernav_log::{LogError, Manifest};
+use item::{Damages, Item};
+use message::Message;
+use rows::Rows;
+
+/// What a log holds.
+#[derive(Debug, Default)]
+struct Survey {
+    counts: BTreeMap<(Message, usize), usize>,
+    parameters: HashMap<String, f64>,
+    /// The first thing the autopilot said: its name and version.
+    text: String,
+    start_s: Option<f64>,
+}
+
+/// Parameters that are read.
+const PARAMETERS: [&str; 4] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT"];
+/// As many parameters as anyone has.
+const MOST_PARAMETERS: usize = 10_000;
+/// What a receiver of this kind takes to work out a fix, s, where the log does not say: the value that
+/// ArduPilot has for u-blox receivers since the seventh generation.
+const USUAL_LATENCY_S: f64 = 0.11;
+/// Fewer point samples a second than this hide what vibrates, Hz.
+const ALIASING_HZ: f64 = 100.0;
+
+/// Reads a DataFlash log, of bytes or text as `format` says.
+///
+/// # Errors
+/// [`LogError::Unusable`] for a log without inertial samples and fixes, or without the instance that
+/// `options` name.
+pub(crate) fn read(input: Input<'_>, format: Format, options: &Options) -> Result<Log, LogError> {
+    let path = input.path;
+    let is_text = format == Format::DataflashText;
+    let each = |take: &mut dyn FnMut(Item<'_>)| {
+        let window = input.window()?;
+        let each = if is_text { lines::each } else { binary::each };
+        each(window, take).map_err(LogError::io(path))
+    };
+    let mut survey = Survey::default();
+    let damages = each(&mut |item| survey.take(item))?;
+
+    let mut assembly = Assembly::new(!is_text);
+    remark_damages(&damages, is_text, &mut assembly);
+    let mut rows = survey
+        .choose(options, &mut assembly)
+        .map_err(|reason| LogError::Unusable { path: path.to_path_buf(), reason })?;
+    each(&mut |item| rows.take(&item, &mut assembly))?;
+    rows.flush(&mut assembly);
+    survey.remark(&rows, &mut assembly);
+    let manifest = survey.manifest(&rows);
+    let mut log = assembly.finish(path, format, manifest, survey.estimator())?;
+    if rows.integrals.are_whole() {
+        integrate(&mut log.dataset.imu);
+    } else if let Some(rate_hz) = log.dataset.imu_rate_hz().filter(|&rate| rate < ALIASING_HZ) {
+        log.dataset.warnings.push(format!(
+            "inertial samples are points at {rate_hz:.0} Hz, not integrals over the time between: \
+             vibration above {:.0} Hz aliases into them, and attitude and velocity drift; log the \
+             inertial unit fast, or its increments (IMT)",
+            rate_hz / 2.0
+        ));
+    }
+    Ok(log)
+}
+
+fn remark_damages(damages: &Damages, is_text: bool, to: &mut Assembly) {
+    let place = if is_text { "line" } else { "byte" };
+    for (at, reason) in damages {
+        to.say(format!("at {place} {at}: {reason}"));
+    }
+}
+
+impl Survey {
+    fn take(&mut self, item: Item<'_>) {
+        match item {
+            Item::Row { message, instance, ref row, .. } => {
+                *self.counts.entry((message, instance)).or_default() += 1;
+                let clock_s = Rows::default().clock_s(message, row);
+                if self.start_s.is_none() && clock_s > 0.0 {
+                    self.start_s = Some(clock_s);
+                }
+            }
+            Item::Parameter { name, value } => {
+                let is_read = PARAMETERS.iter().any(|wanted| name.starts_with(wanted));
+                if is_read && self.parameters.len() < MOST_PARAMETERS {
+                    self.parameters.insert(name.to_owned(), value);
+                }
+            }
+            Item::Text(text) if self.text.is_empty() => self.text = text.to_owned(),
+            Item::Text(_) => {}
+        }
+    }
+
+    /// The first parameter of these names that the log has.
+    fn parameter(&self, names: &[&str]) -> Option<f64> {
+        names.iter().find_map(|name| self.parameters.get(*name).copied())
+    }
+
+    /// What is read; a reason where there is no such instance.
+    fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
+        let mut chosen = |sensor: &str, messages: &[Message], wanted: Option<usize>| {
+            let counts = Counts::new(messages.iter().flat_map(|&message| {
+                let found = self.counts.iter().filter(move |((found, _), _)| *found == message);
+                found.map(move |(&(_, instance), &count)| ((message, instance), count))
+            }));
+            let name =
+                |(message, instance): (Message, usize)| format!("{} {instance}", message.name());
+            let taken = counts.choose(wanted, |(_, instance)| instance, name);
+            let (taken, sentence) = taken.map_err(|reason| format!("{sensor}: {reason}"))?;
+            if let Some(sentence) = sentence {
+                to.say(format!("{sensor}: {sentence}"));
+            }
+            Ok::<_, String>(taken)
+        };
+        let imu = chosen("inertial unit", &[Message::Imt, Message::Imu], options.imu)?;
+        let gps = chosen("GPS", &[Message::Gps], options.gps)?;
+        let baro = chosen("barometer", &[Message::Baro], options.baro)?;
+        let magnetometer = chosen("magnetometer", &[Message::Magnetometer], options.magnetometer)?;
+        let trim = |channel: usize| {
+            let name = format!("RC{channel}_TRIM");
+            self.parameter(&[&name])
+                .filter(|trim| (800.0..=2200.0).contains(trim))
+                .unwrap_or(1500.0)
+        };
+        let latency_s = self.parameter(&["GPS_DELAY_MS", "GPS1_DELAY_MS"]).unwrap_or(0.0) / 1e3;
+        let is_given = latency_s > 0.0 && latency_s <= 10.0;
+        if !is_given && gps.is_some() {
+            to.say(format!(
+                "GPS: the log does not say how late fixes are: {USUAL_LATENCY_S} s taken, as of u-blox \
+                 receivers; [gps] latency_s sets another"
+            ));
+        }
+        Ok(Rows {
+            imu,
+            gps: gps.map(|(_, instance)| instance),
+            baro: baro.map(|(_, instance)| instance),
+            magnetometer: magnetometer.map(|(_, instance)| instance),
+            has_quaternion: self.counts.contains_key(&(Message::Quaternion, 0)),
+            start_s: self.start_s.unwrap_or(0.0),
+            latency_s: if is_given { latency_s } else { USUAL_LATENCY_S },
+            // The throttle rests at its lower end, and its middle is what a fraction is counted from.
+            trims_us: [trim(1), trim(2), 1500.0, trim(4)],
+            ..Rows::default()
+        })
+    }
+
+    /// Says what the log's rows were like.
+    fn remark(&self, rows: &Rows, to: &mut Assembly) {
+        if rows.fixes > 0 {
+            to.say(
+                "GPS: heights are above mean sea level, and taken as heights above the ellipsoid, up to \
+                 100 m off by the geoid",
+            );
+        }
+        if self.parameter(&["AHRS_ORIENTATION"]).is_some_and(|turn| turn != 0.0) {
+            to.say(
+                "AHRS_ORIENTATION is set: ArduPilot has turned the samples into body axes with it, \
+                 nothing is left to do",
+            );
+        }
+    }
+
+    /// What estimator was on board.
+    fn estimator(&self) -> &'static str {
+        if self.counts.contains_key(&(Message::Velocity, 0)) { "EKF" } else { "AHRS" }
+    }
+
+    fn manifest(&self, rows: &Rows) -> Manifest {
+        let arm = |names: [&str; 2]| {
+            let axis = |axis: &str| {
+                let names = names.map(|name| format!("{name}{axis}"));
+                let value = self.parameter(&[&names[0], &names[1]]);
+                value.filter(|value| value.abs() <= 100.0).unwrap_or_default()
+            };
+            Vector::new(axis("X"), axis("Y"), axis("Z"))
+        };
+        let mut manifest = Manifest {
+            vehicle: self.text.clone(),
+            kind: "recorded".to_owned(),
+            origin: "ArduPilot DataFlash log".to_owned(),
+            time: "seconds since the first message".to_owned(),
+            ..Manifest::default()
+        };
+        let unit = rows.imu.map_or(0, |(_, instance)| instance) + 1;
+        let receiver = rows.gps.map_or(0, |instance| instance) + 1;
+        let (imu, old) = (format!("INS_POS{unit}_"), format!("GPS_POS{receiver}_"));
+        manifest.imu.lever_arm_m = arm([&imu, &imu]);
+        manifest.gps.antenna_lever_arm_m = arm([&old, &format!("GPS{receiver}_POS_")]);
+        manifest.gps.latency_s = rows.latency_s;
+        manifest.date = rows
+            .gps_time
+            .and_then(|(week, in_week_s)| crate::utc::date(crate::utc::of_gps(week, in_week_s)))
+            .and_then(|date| date.parse().ok());
+        manifest
+    }
+}

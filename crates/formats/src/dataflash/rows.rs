@@ -1,0 +1,202 @@
+//! From the messages to samples, fixes and moments.
+
+use super::item::Item;
+use super::message::Message;
+use crate::assembly::Assembly;
+use crate::integrals::Integrals;
+use crate::onboard::OnboardMoment;
+use hovernav::earth::Geodetic;
+use hovernav::frames::{EulerAngles, Rotation, Vector};
+use hovernav::glam::DQuat;
+use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+
+/// What is chosen, and what is remembered from row to row.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    /// The message and instance of each sensor that is read.
+    pub imu: Option<(Message, usize)>,
+    pub gps: Option<usize>,
+    pub baro: Option<usize>,
+    pub magnetometer: Option<usize>,
+    /// Whether onboard attitudes come as quaternions.
+    pub has_quaternion: bool,
+    /// The clock at the start of the log, s.
+    pub start_s: f64,
+    /// How much earlier than its arrival a fix is valid, s.
+    pub latency_s: f64,
+    /// Middle of each of the first four channels, µs.
+    pub trims_us: [f64; 4],
+    /// What the increments integrate over.
+    pub integrals: Integrals,
+    /// GPS week and seconds in it, of the first fix that has them.
+    pub gps_time: Option<(f64, f64)>,
+    /// Whether heights are those of PX4's logs in this form: all are above mean sea level.
+    pub fixes: usize,
+    /// The time of messages that have none themselves, s.
+    pub current_s: f64,
+    /// The fix before, which may wait for its accuracies.
+    pub pending: Option<(u64, f64, Fix)>,
+}
+
+/// The least status of a fix in three dimensions.
+const THREE_DIMENSIONS: f64 = 3.0;
+/// Half the travel of a channel, µs.
+const HALF_TRAVEL_US: f64 = 500.0;
+
+impl Rows {
+    /// Takes in an item of the log.
+    pub fn take(&mut self, item: &Item<'_>, to: &mut Assembly) {
+        let &Item::Row { message, instance, place, ref row } = item else { return };
+        let clock_s = self.clock_s(message, row);
+        let Some(time) = Time::from_seconds(clock_s - self.start_s) else { return };
+        let row = &row[..];
+        match message {
+            Message::Time => self.current_s = row[0],
+            Message::Imu if self.imu == Some((message, instance)) => imu(row, time, place, to),
+            Message::Imt if self.imu == Some((message, instance)) => {
+                self.increments(row, time, place, to);
+            }
+            Message::Gps if self.gps == Some(instance) => {
+                self.flush(to);
+                self.gps(row, clock_s, time, place, to);
+            }
+            Message::GpsAccuracy if self.gps == Some(instance) => self.accuracy(row, clock_s),
+            Message::Baro if self.baro == Some(instance) => to.baro(place, time, row[2]),
+            Message::Magnetometer if self.magnetometer == Some(instance) => {
+                to.magnetometer(place, time, [row[2], row[3], row[4]]);
+            }
+            Message::RcIn => {
+                let stick =
+                    |channel: usize| (row[2 + channel] - self.trims_us[channel]) / HALF_TRAVEL_US;
+                // Forward stick is the short pulse.
+                to.controls(place, time, [stick(0), -stick(1), stick(2), stick(3)]);
+            }
+            Message::Attitude if !self.has_quaternion => {
+                let [roll, pitch, yaw] = [row[2], row[3], row[4]];
+                // PX4's messages of this name have rates beside the angles, and angles in radians.
+                let angles = if row[5].is_nan() {
+                    EulerAngles::from_degrees(roll, pitch, yaw)
+                } else {
+                    EulerAngles { roll_rad: roll, pitch_rad: pitch, yaw_rad: yaw }
+                };
+                let body_to_ned = angles.is_finite().then(|| Rotation::from_euler(angles));
+                to.moment(OnboardMoment { body_to_ned, ..OnboardMoment::at(time) });
+            }
+            Message::Quaternion if instance == 0 => {
+                let attitude = DQuat::from_xyzw(row[3], row[4], row[5], row[2]);
+                let body_to_ned = Some(Rotation::claim(attitude));
+                to.moment(OnboardMoment { body_to_ned, ..OnboardMoment::at(time) });
+            }
+            Message::Velocity if instance == 0 => {
+                let velocity_mps = Some(Vector::new(row[2], row[3], row[4]));
+                to.moment(OnboardMoment { velocity_mps, ..OnboardMoment::at(time) });
+            }
+            Message::Position => {
+                let position = Geodetic::from_degrees(row[2], row[3], row[4]);
+                to.moment(OnboardMoment { position, ..OnboardMoment::at(time) });
+            }
+            _ => {}
+        }
+    }
+
+    /// The time of a message, s.
+    pub fn clock_s(&self, message: Message, row: &[f64]) -> f64 {
+        if message == Message::Time {
+            return row[0];
+        }
+        let mut times = row[..2].to_vec();
+        if message == Message::Gps {
+            // Where old logs have both, `TimeMS` is the receiver's and `T` the autopilot's.
+            times.insert(1, row[2]);
+        }
+        times.into_iter().find(|time| time.is_finite()).unwrap_or(self.current_s)
+    }
+
+    fn increments(&mut self, row: &[f64], time: Time, place: u64, to: &mut Assembly) {
+        let &[_, _, p, q, r, x, y, z, angle_s, velocity_s, ..] = row else { return };
+        if !(angle_s > 0.0 && velocity_s > 0.0) {
+            return to.imu_left_out(place, "left out: an increment over no time");
+        }
+        self.integrals.sample(time, angle_s);
+        let motion = Motion::Rates {
+            angular_rate_radps: Vector::new(p, q, r) * (1.0 / angle_s),
+            specific_force_mps2: Vector::new(x, y, z) * (1.0 / velocity_s),
+        };
+        to.imu(place, ImuSample { time, motion, attitude: None, magnetic_field_gauss: None });
+    }
+
+    fn gps(&mut self, row: &[f64], clock_s: f64, time: Time, place: u64, to: &mut Assembly) {
+        let &[_, _, _, status, fix_type, lat, lng, lon, height_m, ref rest @ ..] = row else {
+            return;
+        };
+        let &[speed, course, vz, vn, ve, vd, satellites, week, in_week_s, eph, epv] = rest else {
+            return;
+        };
+        let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
+        if or(status, fix_type) < THREE_DIMENSIONS {
+            return to.fix_left_out(place, "left out: no fix in three dimensions");
+        }
+        let time = time.offset_by(-self.latency_s);
+        let Some(position) = Geodetic::from_degrees(lat, or(lng, lon), height_m) else {
+            return to.fix_left_out(place, "left out: no place on Earth");
+        };
+        let course_rad = course.to_radians();
+        let north = or(vn, speed * course_rad.cos());
+        let east = or(ve, speed * course_rad.sin());
+        let down = or(vz, vd);
+        if self.gps_time.is_none() && week > 0.0 && in_week_s >= 0.0 {
+            self.gps_time = Some((week, in_week_s));
+        }
+        self.fixes += 1;
+        let sigma_m = [eph, eph, epv];
+        let fix = Fix {
+            position_sigma_m: sigma_m.iter().all(|sigma| sigma.is_finite()).then(|| sigma_m.into()),
+            horizontal_velocity_mps: (north.is_finite() && east.is_finite())
+                .then_some([north, east]),
+            down_velocity_mps: down.is_finite().then_some(down),
+            satellites: (satellites >= 0.0).then_some(satellites as u8),
+            ..Fix::at(time, position)
+        };
+        self.pending = Some((place, clock_s, fix));
+    }
+
+    /// The accuracies of the fix before, where they are of the same moment.
+    fn accuracy(&mut self, row: &[f64], clock_s: f64) {
+        let &[_, _, horizontal, vertical, speed, has_vertical, ..] = row else { return };
+        let Some((_, of_s, fix)) = &mut self.pending else { return };
+        if (clock_s - *of_s).abs() > 0.05 {
+            return;
+        }
+        if horizontal.is_finite() && vertical.is_finite() {
+            fix.position_sigma_m = Some(Vector::new(horizontal, horizontal, vertical));
+        }
+        if speed.is_finite() {
+            fix.velocity_sigma_mps = Some(Vector::new(speed, speed, speed));
+        }
+        if has_vertical == 0.0 {
+            fix.down_velocity_mps = None;
+        }
+    }
+
+    /// Hands on the fix that waited for its accuracies.
+    pub fn flush(&mut self, to: &mut Assembly) {
+        if let Some((place, _, fix)) = self.pending.take() {
+            to.fix(place, fix);
+        }
+    }
+}
+
+fn imu(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
+    let &[_, _, p, q, r, x, y, z, p_px4, q_px4, r_px4, mx, my, mz, ..] = row else { return };
+    let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
+    let motion = Motion::Rates {
+        angular_rate_radps: Vector::new(or(p, p_px4), or(q, q_px4), or(r, r_px4)),
+        specific_force_mps2: Vector::new(x, y, z),
+    };
+    let field = [mx, my, mz];
+    let is_field = field.iter().all(|component| component.abs() < 100.0);
+    let magnetic_field_gauss = is_field.then(|| field.into());
+    to.imu(place, ImuSample { time, motion, attitude: None, magnetic_field_gauss });
+}

@@ -1,0 +1,57 @@
+//! Whether inertial samples integrate over the time between them, or are points of it.
+
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+
+/// How much of the time the samples integrate over.
+#[derive(Debug, Default)]
+pub(crate) struct Integrals {
+    integrated_s: f64,
+    spanned_s: f64,
+    last: Option<Time>,
+}
+
+/// Longer intervals between samples are gaps, s.
+const GAP_S: f64 = 1.0;
+/// Integrals that cover this share of the time are whole.
+const WHOLE: f64 = 0.9;
+
+impl Integrals {
+    /// Counts a sample that integrates over `integral_s` and ends at `time`.
+    pub fn sample(&mut self, time: Time, integral_s: f64) {
+        if let Some(last) = self.last.replace(time) {
+            let interval_s = time - last;
+            if interval_s > 0.0 && interval_s < GAP_S && integral_s.is_finite() {
+                self.integrated_s += integral_s;
+                self.spanned_s += interval_s;
+            }
+        }
+    }
+
+    /// The share of the time that samples integrate over; `None` of fewer than two.
+    pub fn share(&self) -> Option<f64> {
+        (self.spanned_s > 0.0).then(|| self.integrated_s / self.spanned_s)
+    }
+
+    /// Whether nothing, or next to nothing, of the time is missing from the integrals.
+    pub fn are_whole(&self) -> bool {
+        self.share().is_some_and(|share| share >= WHOLE)
+    }
+}
+
+/// Turns means over the interval before each sample into integrals over it: for a sample that was lost
+/// the one after it stands in.
+pub(crate) fn integrate(samples: &mut [ImuSample]) {
+    let mut last = None;
+    let first_s = samples.get(1).map_or(0.0, |second| second.time - samples[0].time);
+    for sample in samples {
+        let interval_s = last.map_or(first_s, |last| sample.time - last);
+        last = Some(sample.time);
+        if let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion {
+            sample.motion = Motion::Increments {
+                angle_rad: angular_rate_radps * interval_s,
+                velocity_mps: specific_force_mps2 * interval_s,
+            };
+        }
+    }
+}
