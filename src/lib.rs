@@ -22,7 +22,8 @@
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
-//! | [`servo`], [`telemetry`] | pulses from the pilot and to the servos; what the ground is told |
+//! | [`servo`], [`flight_control`] | pulses from the pilot and to the servos; the pilot's switch, the autopilot and what happens when one of them is lost |
+//! | [`telemetry`] | what the ground is told |
 //!
 //! Nothing imports what stands below it in this table. Vectors and quaternions are those of [`glam`],
 //! re-exported so that its version need not be matched.
@@ -53,6 +54,7 @@ pub mod dmu;
 pub mod earth;
 pub mod ekf;
 pub mod event;
+pub mod flight_control;
 pub mod frames;
 pub mod gps;
 pub mod imu;

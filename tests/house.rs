@@ -67,7 +67,7 @@ fn packages_form_no_cycle_and_nothing_is_built_on_the_command() {
 
 /// The modules of the flight core in the order of the tour in `src/lib.rs`, first what is no part of
 /// it: none imports one that stands after it.
-const TOUR: [&str; 15] = [
+const TOUR: [&str; 16] = [
     "buffer",
     "time",
     "frames",
@@ -82,6 +82,7 @@ const TOUR: [&str; 15] = [
     "ekf",
     "autopilot",
     "servo",
+    "flight_control",
     "telemetry",
 ];
 

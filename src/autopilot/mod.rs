@@ -11,6 +11,7 @@
 
 mod check;
 mod config;
+mod engagement;
 mod guidance;
 mod health;
 mod hover;
@@ -18,19 +19,24 @@ mod limits;
 mod matrix;
 mod mode;
 mod pid;
+mod readiness;
 mod regulator;
+mod steering;
 mod supervisor;
 mod transfer;
 mod trim;
 
 pub use check::ConfigError;
 pub use config::{Gains, HoverConfig};
+pub use engagement::{Engagement, EngagementChange};
 pub use guidance::{GuidanceConfig, SetPoint, SetPointError};
 pub use health::{Distrust, Health, HealthLimits};
 pub use hover::{HoverAutopilot, Inputs, Outputs};
 pub use limits::StickLimits;
 pub use mode::{Mode, Reason, Transition};
 pub use pid::{Pid, PidGains};
+pub use readiness::{Check, Checked, Observed, Readiness, ReadinessLimits};
 pub use regulator::{Regulator, RegulatorGains};
+pub use steering::{Steering, SteeringConfig};
 pub use transfer::TransferConfig;
 pub use trim::Trim;

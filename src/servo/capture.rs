@@ -92,6 +92,9 @@ impl Captured {
 pub struct PilotPulses {
     /// Each channel.
     pub channels: Channels<Captured>,
+    /// The sixth channel, aux: the pilot's switch for the autopilot. It has no servo, and its loss is
+    /// no loss of the pilot.
+    pub aux: Captured,
     /// Whether the receiver itself says that it has lost the transmitter.
     pub receiver_failsafe: bool,
 }
@@ -155,7 +158,7 @@ mod tests {
 
     fn all_at(width_ms: f64, time: Time) -> PilotPulses {
         let captured = Captured { pulse: Some(Pulse { width_ms, at: time }), errors: 0 };
-        PilotPulses { channels: Channels::from_fn(|_| captured), receiver_failsafe: false }
+        PilotPulses { channels: Channels::from_fn(|_| captured), ..PilotPulses::default() }
     }
 
     #[test]

@@ -45,6 +45,10 @@ pub struct ChannelConfig {
     pub travel_ms: f64,
     /// Which way a positive stick goes.
     pub direction: Direction,
+    /// The width, ms, that the servo is sent when commands have stayed away: for the throttle the one
+    /// that closes it. `None` is trim.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub failsafe_ms: Option<f64>,
     /// Fastest change of what the servo is sent, ms/s, above 0. The default, 10 ms/s, is about what
     /// a fast cyclic servo can follow: 60° in 0.1 s at 1 ms for 60°.
     pub rate_limit_ms_per_s: f64,
@@ -58,6 +62,7 @@ impl Default for ChannelConfig {
             max_ms: 2.0,
             travel_ms: 0.5,
             direction: Direction::Normal,
+            failsafe_ms: None,
             rate_limit_ms_per_s: 10.0,
         }
     }
@@ -100,7 +105,14 @@ impl ChannelConfig {
         within("max_ms", self.max_ms, self.min_ms, LONGEST_MS)?;
         within("trim_ms", self.trim_ms, self.min_ms, self.max_ms)?;
         within("travel_ms", self.travel_ms, 0.05, 2.0)?;
+        within("failsafe_ms", self.failsafe_ms(), self.min_ms, self.max_ms)?;
         within("rate_limit_ms_per_s", self.rate_limit_ms_per_s, 0.01, 1e3)
+    }
+
+    /// The width, ms, that the servo is sent when commands have stayed away.
+    #[must_use]
+    pub fn failsafe_ms(&self) -> f64 {
+        self.failsafe_ms.unwrap_or(self.trim_ms)
     }
 
     fn signed_travel_ms(&self) -> f64 {
@@ -204,6 +216,7 @@ mod tests {
             (ChannelConfig { min_ms: 1.8, max_ms: 1.2, ..good }, "max_ms"),
             (ChannelConfig { trim_ms: 2.1, ..good }, "trim_ms"),
             (ChannelConfig { travel_ms: 0.0, ..good }, "travel_ms"),
+            (ChannelConfig { failsafe_ms: Some(0.9), ..good }, "failsafe_ms"),
             (ChannelConfig { rate_limit_ms_per_s: -1.0, ..good }, "rate_limit_ms_per_s"),
             (ChannelConfig { rate_limit_ms_per_s: f64::INFINITY, ..good }, "rate_limit_ms_per_s"),
         ] {

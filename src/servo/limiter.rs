@@ -18,8 +18,9 @@ pub enum Limit {
     Rate,
     /// It was no number: what was sent before is sent again.
     Held,
-    /// It has been no number for too long: the servo goes to trim, no faster than it may.
-    ToTrim,
+    /// It has been no number for too long: the servo goes to its failsafe width, trim where none is
+    /// set, no faster than it may.
+    ToFailsafe,
 }
 
 /// What is sent to one servo, and why.
@@ -40,7 +41,7 @@ struct Servo {
 
 /// Holds what the servos are sent within range and rate.
 ///
-/// A command that is NaN or infinite is answered by the last width for `hold_s`, then by trim. The
+/// A command that is NaN or infinite is answered by the last width for `hold_s`, then by the channel's failsafe width. The
 /// first call, and one that is not later than the one before, moves nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limiter {
@@ -106,7 +107,7 @@ impl Servo {
             if without_s <= hold_s {
                 (self.width_ms, without_s, Limit::Held)
             } else {
-                (config.trim_ms, without_s, Limit::ToTrim)
+                (config.failsafe_ms(), without_s, Limit::ToFailsafe)
             }
         };
         let furthest_ms = config.rate_limit_ms_per_s * elapsed_s.min(LONGEST_STEP_S);
@@ -182,10 +183,23 @@ mod tests {
         assert_eq!(sent(&mut limiter, 0.1), Limited { width_ms: 1.8, limit: Limit::Held });
         assert_eq!(sent(&mut limiter, 0.19), Limited { width_ms: 1.8, limit: Limit::Held });
         let leaving = sent(&mut limiter, 0.21);
-        assert_eq!(leaving.limit, Limit::ToTrim);
+        assert_eq!(leaving.limit, Limit::ToFailsafe);
         assert!((leaving.width_ms - 1.6).abs() < 1e-12);
         assert_eq!(sent(&mut limiter, 0.3).width_ms, 1.5);
         assert_eq!(limiter.apply(&all(1.6), at(0.32)).pedal.limit, Limit::None);
+    }
+
+    #[test]
+    fn a_throttle_with_a_failsafe_width_closes_when_commands_stay_away() {
+        let closed = ChannelConfig { trim_ms: 1.5, failsafe_ms: Some(1.05), ..Default::default() };
+        let config = Channels { throttle: closed, ..Channels::default() };
+        let mut limiter = Limiter::new(config, 0.2).unwrap();
+        limiter.start_from(&all(1.2));
+        let widths: Vec<f64> = (0..20)
+            .map(|step| limiter.apply(&all(f64::NAN), at(0.05 * f64::from(step))).throttle.width_ms)
+            .collect();
+        assert!(widths.windows(2).all(|pair| pair[1] <= pair[0]), "it never opens");
+        assert_eq!(widths[19], 1.05);
     }
 
     #[test]

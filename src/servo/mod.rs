@@ -5,7 +5,7 @@
 //! is the autopilot's output.
 //!
 //! [`Captured`] keeps what came in on one channel, [`ChannelConfig`] turns widths into stick fractions
-//! and back, [`Limiter`] holds what goes out within range and rate. Where pulses come from and go to
+//! and back, [`Swashplate`] mixes those of the servos under it, [`Switch`] is the pilot's aux channel, [`Limiter`] holds what goes out within range and rate. Where pulses come from and go to
 //! is behind [`PulseCapture`] and [`PulseOutput`], so a board can bring its own:
 //!
 //! ```
@@ -47,12 +47,16 @@ mod config;
 mod edges;
 mod limiter;
 pub mod packet;
+mod swashplate;
+mod switch;
 mod width;
 
 pub use capture::{Captured, PilotPulses, Pulse, PulseFault, Signal, SignalConfig};
 pub use config::{ChannelConfig, ConfigError, Direction};
 pub use edges::{EdgeTimer, Paired};
 pub use limiter::{Limit, Limited, Limiter};
+pub use swashplate::{Swashplate, SwashplateKind};
+pub use switch::{Switch, SwitchConfig};
 pub use width::{LONGEST_MS, SHORTEST_MS, is_plausible};
 
 use crate::controls::Channels;

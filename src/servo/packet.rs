@@ -1,14 +1,14 @@
-//! The stream of a microcontroller that times the pilot's pulses: 16 bytes a packet, laid out in
+//! The stream of a microcontroller that times the pilot's pulses: 18 bytes a packet, laid out in
 //! `docs/servo-packet.md`.
 
 use crc::{CRC_16_IBM_3740, Crc};
 
-use super::capture::PilotPulses;
+use super::capture::{Captured, PilotPulses};
 use crate::controls::Channels;
 use crate::time::Time;
 
 /// Bytes of a packet.
-pub const LENGTH: usize = 16;
+pub const LENGTH: usize = 18;
 
 const SYNC: [u8; 2] = [0xA5, 0x5A];
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
@@ -17,6 +17,7 @@ const TICKS_PER_MS: f64 = 2_000.0;
 
 const FAILSAFE: u8 = 1 << 5;
 const STARTED: u8 = 1 << 6;
+const AUX: u8 = 1 << 7;
 
 /// One packet: what the microcontroller has timed since the one before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,6 +26,8 @@ pub struct ServoPacket {
     pub sequence: u8,
     /// Width of each channel's last pulse in units of 0.5 µs, if one ended since the last packet.
     pub width_ticks: Channels<Option<u16>>,
+    /// The same of the sixth channel, aux, which is a switch and has no servo.
+    pub aux_ticks: Option<u16>,
     /// Whether the receiver says that it has lost the transmitter.
     pub receiver_failsafe: bool,
     /// Whether this is the first packet since the microcontroller started.
@@ -43,14 +46,20 @@ impl ServoPacket {
     /// Each width in ms, where the packet has one.
     #[must_use]
     pub fn widths_ms(&self) -> Channels<Option<f64>> {
-        self.width_ticks.map(|ticks| ticks.map(|ticks| f64::from(ticks) / TICKS_PER_MS))
+        self.width_ticks.map(|ticks| ticks.map(milliseconds))
+    }
+
+    /// Width of the aux channel in ms, where the packet has one.
+    #[must_use]
+    pub fn aux_ms(&self) -> Option<f64> {
+        self.aux_ticks.map(milliseconds)
     }
 
     /// The packet's bytes.
     #[must_use]
     pub fn encode(&self) -> [u8; LENGTH] {
         let mut bytes = [0; LENGTH];
-        let [s0, s1, sequence, status, widths @ .., _, _] = &mut bytes;
+        let [s0, s1, sequence, status, widths @ .., aux_low, aux_high, _, _] = &mut bytes;
         [*s0, *s1] = SYNC;
         *sequence = self.sequence;
         *status |= if self.receiver_failsafe { FAILSAFE } else { 0 };
@@ -60,19 +69,21 @@ impl ServoPacket {
             *pair = ticks.unwrap_or(0).to_le_bytes();
             *status |= u8::from(ticks.is_some()) << bit;
         }
+        [*aux_low, *aux_high] = self.aux_ticks.unwrap_or(0).to_le_bytes();
+        *status |= if self.aux_ticks.is_some() { AUX } else { 0 };
         let [_, _, body @ .., high, low] = &mut bytes;
         [*high, *low] = CRC.checksum(body).to_be_bytes();
         bytes
     }
 
-    /// The packet in 16 bytes; `None` unless the sync bytes and the checksum hold.
+    /// The packet in 18 bytes; `None` unless the sync bytes and the checksum hold.
     #[must_use]
     pub fn decode(bytes: &[u8; LENGTH]) -> Option<Self> {
         let [s0, s1, body @ .., high, low] = bytes;
         if [*s0, *s1] != SYNC || CRC.checksum(body) != u16::from_be_bytes([*high, *low]) {
             return None;
         }
-        let [sequence, status, a0, a1, b0, b1, c0, c1, d0, d1, e0, e1] = *body;
+        let [sequence, status, a0, a1, b0, b1, c0, c1, d0, d1, e0, e1, aux @ ..] = *body;
         let words = [[a0, a1], [b0, b1], [c0, c1], [d0, d1], [e0, e1]].map(u16::from_le_bytes);
         let fresh = [0, 1, 2, 3, 4].map(|bit| status & (1 << bit) != 0);
         Some(Self {
@@ -80,10 +91,15 @@ impl ServoPacket {
             width_ticks: Channels::from(fresh)
                 .zip(Channels::from(words))
                 .map(|(fresh, word)| fresh.then_some(word)),
+            aux_ticks: (status & AUX != 0).then_some(u16::from_le_bytes(aux)),
             receiver_failsafe: status & FAILSAFE != 0,
             started: status & STARTED != 0,
         })
     }
+}
+
+fn milliseconds(ticks: u16) -> f64 {
+    f64::from(ticks) / TICKS_PER_MS
 }
 
 /// What became of the stream so far.
@@ -116,14 +132,14 @@ pub struct Received {
 
 /// Finds the packets in a stream of bytes, whatever happened to it on its way.
 ///
-/// It looks at the last sixteen bytes, at every byte: whatever came before, a whole packet is found
+/// It looks at the last eighteen bytes, at every byte: whatever came before, a whole packet is found
 /// with its last byte, and the work is the same for each byte. Sync bytes and checksum are 32 bits of
 /// proof, so noise passes once in 4 × 10⁹ bytes; a packet that lost or gained a byte passes once in
 /// 65 536, and one with up to two wrong neighbouring bytes never.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Decoder {
-    /// The last sixteen bytes since the last packet, the latest lowest.
-    window: u128,
+    /// The last bytes since the last packet, the latest at the end.
+    window: [u8; LENGTH],
     /// Number of the packet before.
     before: Option<u8>,
     counts: PacketCounts,
@@ -133,9 +149,11 @@ impl Decoder {
     /// Takes one byte; the packet, if it ends one.
     pub fn push(&mut self, byte: u8) -> Option<Received> {
         self.counts.bytes += 1;
-        self.window = self.window << 8 | u128::from(byte);
-        let packet = ServoPacket::decode(&self.window.to_be_bytes())?;
-        self.window = 0;
+        let [_, kept @ ..] = self.window;
+        let [before @ .., latest] = &mut self.window;
+        (*before, *latest) = (kept, byte);
+        let packet = ServoPacket::decode(&self.window)?;
+        self.window = [0; LENGTH];
         let missing = self.before.map_or(0, |before| {
             if packet.started { 0 } else { packet.sequence.wrapping_sub(before).wrapping_sub(1) }
         });
@@ -188,15 +206,20 @@ impl PacketCapture {
     fn take(&mut self, received: &Received, arrival: Time) {
         let packet = &received.packet;
         self.pulses.receiver_failsafe = packet.receiver_failsafe;
-        self.pulses.channels =
-            self.pulses.channels.zip(packet.widths_ms()).map(|(mut captured, width_ms)| {
-                captured.errors = captured.errors.saturating_add(u32::from(received.missing));
-                if let Some(width_ms) = width_ms {
-                    // A fault has been counted where it belongs; the packet's other channels stand.
-                    let _ = captured.push(width_ms, arrival);
-                }
-                captured
-            });
+        let take = |mut captured: Captured, width_ms: Option<f64>| {
+            captured.errors = captured.errors.saturating_add(u32::from(received.missing));
+            if let Some(width_ms) = width_ms {
+                // A fault has been counted where it belongs; the packet's other channels stand.
+                let _ = captured.push(width_ms, arrival);
+            }
+            captured
+        };
+        self.pulses.aux = take(self.pulses.aux, packet.aux_ms());
+        self.pulses.channels = self
+            .pulses
+            .channels
+            .zip(packet.widths_ms())
+            .map(|(captured, width_ms)| take(captured, width_ms));
     }
 }
 
@@ -208,10 +231,11 @@ mod tests {
 
     fn any_packet() -> impl Strategy<Value = ServoPacket> {
         let channel = prop::option::of(any::<u16>());
-        (any::<u8>(), prop::array::uniform5(channel), any::<bool>(), any::<bool>()).prop_map(
-            |(sequence, widths, receiver_failsafe, started)| ServoPacket {
+        (any::<u8>(), prop::array::uniform6(channel), any::<bool>(), any::<bool>()).prop_map(
+            |(sequence, [widths @ .., aux_ticks], receiver_failsafe, started)| ServoPacket {
                 sequence,
                 width_ticks: Channels::from(widths),
+                aux_ticks,
                 receiver_failsafe,
                 started,
             },
@@ -248,12 +272,13 @@ mod tests {
                 lateral: Some(3_110),
                 pedal: Some(2_955),
             },
+            aux_ticks: Some(3_800),
             receiver_failsafe: true,
             started: false,
         };
         let bytes = packet.encode();
         let shown: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-        assert_eq!(shown.join(" "), "A5 5A 07 3B 60 09 B8 0B 00 00 26 0C 8B 0B DD 5D");
+        assert_eq!(shown.join(" "), "A5 5A 07 BB 60 09 B8 0B 00 00 26 0C 8B 0B D8 0E 20 C3");
         let page = include_str!("../../docs/servo-packet.md");
         assert!(page.contains(&shown.join(" ")));
     }

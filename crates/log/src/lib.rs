@@ -49,10 +49,10 @@ pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
 };
 pub use setup::{
-    AccelerationSign, AutopilotFileError, CaptureSection, DmuMode, DmuSection, FlyConfig,
-    FlyConfigError, LineSection, MavlinkConfig, MavlinkRates, MavlinkSection, PwmLine,
-    ReceiverProtocol, ReceiverSection, RecordSection, ServoSection, SiteSection, read_autopilot,
-    write_autopilot,
+    AccelerationSign, AutopilotFileError, AutopilotSection, CaptureSection, DmuMode, DmuSection,
+    FlyConfig, FlyConfigError, LineSection, MavlinkConfig, MavlinkRates, MavlinkSection, PilotRole,
+    PwmLine, ReceiverProtocol, ReceiverSection, RecordSection, ServoSection, SiteSection,
+    ThrottleSource, read_autopilot, write_autopilot,
 };
 pub use solution::write_solution;
 pub use truth::Truth;

@@ -103,8 +103,8 @@ impl Servos {
                 let reader = Reader::spawn(port, clock, QUEUE)?;
                 PilotInput::Stream { reader, capture: PacketCapture::default() }
             }
-            Some(CaptureSection::Gpio { chip, lines }) => {
-                PilotInput::Gpio(GpioCapture::open(chip, lines)?)
+            Some(CaptureSection::Gpio { chip, lines, aux }) => {
+                PilotInput::Gpio(GpioCapture::open(chip, lines, *aux)?)
             }
         };
         let wanted = section.output.iter().any(|(_, line)| line.is_some());

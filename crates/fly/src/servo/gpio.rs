@@ -9,7 +9,7 @@ use hovernav::controls::{Channel, Channels};
 use hovernav::servo::{EdgeTimer, Paired, PilotPulses, PulseCapture};
 use hovernav::time::Time;
 
-/// Edges taken at most in one call: five channels make 15 to 20 in a cycle of 30 ms.
+/// Edges taken at most in one call: six channels make 18 to 24 in a cycle of 30 ms.
 const MOST_EDGES: usize = 128;
 /// Edges that the kernel keeps for us.
 const KERNEL_EDGES: u32 = 512;
@@ -39,6 +39,14 @@ pub enum GpioError {
         /// The line's number.
         line: u32,
     },
+    /// A channel and aux are on one line.
+    #[error("{channel} and aux are both on line {line}")]
+    AuxLine {
+        /// The channel.
+        channel: Channel,
+        /// The line's number.
+        line: u32,
+    },
     /// The edges cannot be read.
     #[error("{}: cannot read edges: {source}", chip.display())]
     Read {
@@ -49,7 +57,7 @@ pub enum GpioError {
     },
 }
 
-/// The pilot's pulses on five lines of one GPIO chip.
+/// The pilot's pulses on five lines of one GPIO chip, and on a sixth where aux has one.
 ///
 /// A width is the difference of two times that the kernel took at the interrupts, so it does not
 /// depend on when the loop comes round. The kernel's clock, CLOCK_MONOTONIC, is brought onto ours by
@@ -64,13 +72,13 @@ pub struct GpioCapture {
 }
 
 impl GpioCapture {
-    /// Watches `lines` of the chip at `chip`, `/dev/gpiochip0` say.
+    /// Watches `lines`, and that of `aux`, of the chip at `chip`, `/dev/gpiochip0` say.
     ///
     /// # Errors
     /// [`GpioError::SameLine`]; [`GpioError::Open`] where the chip or a line cannot be had.
-    pub fn open(chip: &Path, lines: &Channels<u32>) -> Result<Self, GpioError> {
-        check(lines)?;
-        let numbers = lines.to_array();
+    pub fn open(chip: &Path, lines: &Channels<u32>, aux: Option<u32>) -> Result<Self, GpioError> {
+        check(lines, aux)?;
+        let numbers: Vec<u32> = lines.to_array().into_iter().chain(aux).collect();
         let request = Request::builder()
             .on_chip(chip)
             .with_consumer("hovernav")
@@ -82,11 +90,11 @@ impl GpioCapture {
             .request()
             .map_err(|source| GpioError::Open {
                 chip: chip.to_path_buf(),
-                lines: numbers.to_vec(),
+                lines: numbers.clone(),
                 source,
             })?;
         let raw = vec![0; MOST_EDGES * request.edge_event_u64_size()];
-        Ok(Self { chip: chip.to_path_buf(), request, raw, edges: Edges::new(*lines) })
+        Ok(Self { chip: chip.to_path_buf(), request, raw, edges: Edges::new(*lines, aux) })
     }
 
     /// Takes up to [`MOST_EDGES`] edges that wait.
@@ -114,7 +122,10 @@ impl PulseCapture for GpioCapture {
     }
 }
 
-fn check(lines: &Channels<u32>) -> Result<(), GpioError> {
+fn check(lines: &Channels<u32>, aux: Option<u32>) -> Result<(), GpioError> {
+    if let Some((channel, line)) = lines.iter().find(|(_, line)| Some(**line) == aux) {
+        return Err(GpioError::AuxLine { channel, line: *line });
+    }
     for (first, line) in lines.iter() {
         let other = lines.iter().find(|(second, other)| *second != first && *other == line);
         if let Some((second, _)) = other {
@@ -128,25 +139,30 @@ fn check(lines: &Channels<u32>) -> Result<(), GpioError> {
 #[derive(Debug)]
 struct Edges {
     lines: Channels<u32>,
+    aux: Option<u32>,
     timers: Channels<EdgeTimer>,
+    aux_timer: EdgeTimer,
     pulses: PilotPulses,
     /// Our time less the kernel's, ns.
     offset_ns: Option<i64>,
 }
 
 impl Edges {
-    fn new(lines: Channels<u32>) -> Self {
-        let (timers, pulses) = Default::default();
-        Self { lines, timers, pulses, offset_ns: None }
+    fn new(lines: Channels<u32>, aux: Option<u32>) -> Self {
+        let (timers, aux_timer, pulses) = Default::default();
+        Self { lines, aux, timers, aux_timer, pulses, offset_ns: None }
     }
 
     fn take(&mut self, edge: &EdgeEvent, now: Time) {
-        let found = self.lines.iter().find(|(_, line)| **line == edge.offset);
-        let Some((channel, _)) = found else { return };
         let at = self.on_our_clock(edge.timestamp_ns, now);
         let rising = edge.kind == EdgeKind::Rising;
-        let captured = &mut self.pulses.channels[channel];
-        match self.timers[channel].edge(rising, edge.line_seqno, edge.timestamp_ns) {
+        let found = self.lines.iter().find(|(_, line)| **line == edge.offset);
+        let (captured, timer) = match found {
+            Some((channel, _)) => (&mut self.pulses.channels[channel], &mut self.timers[channel]),
+            None if self.aux == Some(edge.offset) => (&mut self.pulses.aux, &mut self.aux_timer),
+            None => return,
+        };
+        match timer.edge(rising, edge.line_seqno, edge.timestamp_ns) {
             Paired::Waiting => {}
             // A fault has been counted.
             Paired::Width(width_ms) => drop(captured.push(width_ms, at)),

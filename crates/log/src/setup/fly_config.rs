@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use chrono::{DateTime, Datelike as _, Timelike as _};
 use serde::{Deserialize, Serialize};
 
+use super::autopilot_section::AutopilotSection;
 use super::sections::{
     AccelerationSign, DmuMode, DmuSection, LineSection, MavlinkSection, ReceiverSection,
     RecordSection, ServoSection, SiteSection,
@@ -53,6 +54,9 @@ pub struct FlyConfig {
     pub receiver: ReceiverSection,
     /// The pilot's pulses and the servos.
     pub servo: ServoSection,
+    /// The autopilot, if one may fly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub autopilot: Option<AutopilotSection>,
     /// Telemetry in packed frames, which flow while the ground wants them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub telemetry: Option<LineSection>,
@@ -120,6 +124,7 @@ impl FlyConfig {
             config.navigation.imu.heading_reference = HeadingReference::Magnetic;
         }
         config.sensors()?;
+        config.check_servos()?;
         Ok(config)
     }
 
@@ -184,6 +189,43 @@ impl FlyConfig {
             },
         );
         self.record.directory.join(name)
+    }
+
+    /// Reads the autopilot's file, a relative path taken from `directory`, and keeps what will fly, so
+    /// that the configuration is whole without it.
+    ///
+    /// # Errors
+    /// See [`AutopilotSection::load`].
+    pub fn load_autopilot(&mut self, directory: &Path) -> Result<(), FlyConfigError> {
+        if let Some(section) = &mut self.autopilot {
+            let flown = section.load(directory, &self.servo)?;
+            let (period_s, rate_hz) = (flown.period_s, self.dmu.rate_hz);
+            if let Some(rate_hz) = rate_hz
+                && (rate_hz * period_s - 1.0).abs() > 0.02
+            {
+                let designed_hz = 1.0 / period_s;
+                let why = format!(
+                    "found gains for {designed_hz:.2} Hz, expected the loop's {rate_hz} Hz, dmu.rate_hz"
+                );
+                return Err(value("autopilot", "file", &why));
+            }
+            section.flown = Some(flown);
+        }
+        Ok(())
+    }
+
+    /// Checks swashplate, channels and what of the autopilot does not need its file.
+    fn check_servos(&self) -> Result<(), FlyConfigError> {
+        let servo = &self.servo;
+        servo
+            .swashplate
+            .check(&servo.channels)
+            .map_err(|error| value("servo", "swashplate", &error))?;
+        if servo.stream.is_some() && servo.output.iter().any(|(_, line)| line.is_some()) {
+            let why = "found [servo.output] too, expected one way to the servos";
+            return Err(value("servo", "stream", &why));
+        }
+        self.autopilot.as_ref().map_or(Ok(()), |section| section.check(servo))
     }
 
     /// The configuration as it would stand in a file, every key spelt out.
@@ -259,7 +301,17 @@ fn value(
     key: &'static str,
     reason: &impl std::fmt::Display,
 ) -> FlyConfigError {
-    FlyConfigError::Value { section, key, reason: reason.to_string() }
+    FlyConfigError::value(section, key, reason)
+}
+
+impl FlyConfigError {
+    pub(super) fn value(
+        section: &'static str,
+        key: &'static str,
+        reason: &impl std::fmt::Display,
+    ) -> Self {
+        Self::Value { section, key, reason: reason.to_string() }
+    }
 }
 
 fn navigation_value(error: LogError) -> FlyConfigError {

@@ -1,11 +1,13 @@
 //! What a vehicle's set-up is: the sections of `fly.toml` and the file of its autopilot.
 
 mod autopilot;
+mod autopilot_section;
 mod fly_config;
 mod mavlink;
 mod sections;
 
 pub use autopilot::{AutopilotFileError, read_autopilot, write_autopilot};
+pub use autopilot_section::{AutopilotSection, PilotRole, ThrottleSource};
 pub use fly_config::{FlyConfig, FlyConfigError};
 pub use mavlink::{MavlinkConfig, MavlinkRates};
 pub use sections::{

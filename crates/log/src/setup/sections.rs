@@ -8,7 +8,7 @@ use super::mavlink::MavlinkConfig;
 use hovernav::controls::Channels;
 use hovernav::gps::Protocol;
 use hovernav::gps::quality::Limits;
-use hovernav::servo::{ChannelConfig, SignalConfig};
+use hovernav::servo::{ChannelConfig, SignalConfig, Swashplate};
 
 /// `[site]`: where the flight is, to a few kilometres.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -173,6 +173,11 @@ pub struct ServoSection {
     pub capture: Option<CaptureSection>,
     /// The PWM outputs of the servos; channels without one are not driven.
     pub output: Channels<Option<PwmLine>>,
+    /// A serial line to a microcontroller that drives the servos, by `docs/servo-packet.md`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stream: Option<LineSection>,
+    /// How the servos carry the swashplate.
+    pub swashplate: Swashplate,
     /// Trim, range, direction and speed of each.
     pub channels: Channels<ChannelConfig>,
 }
@@ -184,6 +189,8 @@ impl Default for ServoSection {
             signal: SignalConfig::default(),
             capture: None,
             output: Channels::default(),
+            stream: None,
+            swashplate: Swashplate::default(),
             channels: Channels::default(),
         }
     }
@@ -201,6 +208,9 @@ pub enum CaptureSection {
         chip: PathBuf,
         /// Number of each channel's line.
         lines: Channels<u32>,
+        /// Number of the line of the switch for the autopilot, where there is one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        aux: Option<u32>,
     },
 }
 

@@ -1,0 +1,138 @@
+//! `[autopilot]` of `fly.toml`: what flies when the pilot closes the switch, and when it may.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::autopilot::read_autopilot;
+use super::fly_config::FlyConfigError;
+use super::sections::ServoSection;
+use hovernav::autopilot::{HoverConfig, ReadinessLimits, SteeringConfig};
+use hovernav::servo::SwitchConfig;
+
+/// `[autopilot]`: the autopilot that flies when the pilot closes the switch.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct AutopilotSection {
+    /// What `hovernav design` wrote; a relative path is looked for beside `fly.toml`.
+    pub file: PathBuf,
+    /// The switch on the aux channel.
+    #[serde(default)]
+    pub switch: SwitchConfig,
+    /// When it may take over.
+    #[serde(default)]
+    pub ready: ReadinessLimits,
+    /// What the pilot's sticks do while it flies.
+    #[serde(default)]
+    pub pilot: PilotRole,
+    /// With `pilot = "steer"`: what the sticks ask for.
+    #[serde(default)]
+    pub steering: SteeringConfig,
+    /// With `pilot = "steer"`: a stick this far from where it was at engagement gives the sticks back at
+    /// once, above `steering.full_stick`, to 2. With `pilot = "override"` the file's
+    /// `transfer.override_travel` counts.
+    #[serde(default = "steered_override")]
+    pub override_travel: f64,
+    /// What the throttle does while it flies.
+    #[serde(default)]
+    pub throttle: ThrottleSource,
+    /// The autopilot as it flies: what the file says and this section changes. Filled in when a flight
+    /// begins, so that its record is whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flown: Option<HoverConfig>,
+}
+
+const fn steered_override() -> f64 {
+    0.8
+}
+
+/// What the pilot's sticks do while the autopilot flies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PilotRole {
+    /// A stick moved gives the sticks back.
+    #[default]
+    Override,
+    /// A stick moved asks for a velocity, its release for a hold.
+    Steer,
+}
+
+/// What the throttle does while the autopilot flies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ThrottleSource {
+    /// The pilot's pulses are passed through.
+    #[default]
+    Pass,
+    /// It stays where it was at engagement.
+    Hold,
+}
+
+impl AutopilotSection {
+    /// The autopilot that `file` holds, a relative path taken from `directory`, with what this
+    /// section changes.
+    ///
+    /// # Errors
+    /// A file that cannot be read or flown, and every value here that cannot be: see
+    /// [`FlyConfigError`].
+    pub fn load(
+        &self,
+        directory: &Path,
+        servo: &ServoSection,
+    ) -> Result<HoverConfig, FlyConfigError> {
+        if let Some(flown) = self.flown {
+            return Ok(flown);
+        }
+        self.check(servo)?;
+        let path = directory.join(&self.file);
+        let mut config = read_autopilot(&path)
+            .map_err(|error| FlyConfigError::value("autopilot", "file", &error))?;
+        if self.pilot == PilotRole::Steer {
+            config.transfer.override_travel = self.override_travel.min(1.0);
+            let guidance = config.guidance;
+            for (key, asked, most) in [
+                ("steering.speed_mps", self.steering.speed_mps, guidance.speed_mps),
+                ("steering.climb_mps", self.steering.climb_mps, guidance.climb_mps),
+                ("steering.yaw_rate_radps", self.steering.yaw_rate_radps, guidance.yaw_rate_radps),
+            ] {
+                if asked > most {
+                    let why =
+                        format!("found {asked}, expected at most {most}, by its file's [guidance]");
+                    return Err(FlyConfigError::value("autopilot", key, &why));
+                }
+            }
+        }
+        Ok(config)
+    }
+
+    /// Checks what does not need the file.
+    pub(super) fn check(&self, servo: &ServoSection) -> Result<(), FlyConfigError> {
+        let refuse = |key, error: &dyn std::fmt::Display| {
+            Err(FlyConfigError::value("autopilot", key, &error.to_string()))
+        };
+        if servo.capture.is_none() {
+            return refuse(
+                "switch",
+                &"found no [servo.capture], expected one: the switch is the pilot's",
+            );
+        }
+        if let Some(super::sections::CaptureSection::Gpio { aux: None, .. }) = servo.capture {
+            return refuse("switch", &"found no aux line in [servo.capture] gpio, expected one");
+        }
+        if let Err(error) = self.switch.check() {
+            return refuse("switch", &error);
+        }
+        if let Err(error) = self.ready.check() {
+            return refuse("ready", &error);
+        }
+        if let Err(error) = self.steering.check() {
+            return refuse("steering", &error);
+        }
+        let travel = self.override_travel;
+        if !(travel > self.steering.full_stick && travel <= 1.0) {
+            let why = format!("found {travel}, expected more than steering.full_stick, to 1");
+            return refuse("override_travel", &why);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,427 @@
+//! Whether the autopilot may take over: every check by name, with its number.
+
+use super::check::{ConfigError, within};
+use super::trim::Trim;
+use crate::controls::Sticks;
+use crate::ekf::Solution;
+use crate::frames::{Ned, Vector};
+use crate::time::Time;
+
+/// One condition for taking over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Check {
+    /// There is an estimate: age, s.
+    Estimate,
+    /// One-sigma of roll and pitch, the greater, rad.
+    Tilt,
+    /// One-sigma of heading, rad.
+    Heading,
+    /// One-sigma of horizontal velocity, the greater axis, m/s.
+    Velocity,
+    /// One-sigma of vertical velocity, m/s.
+    VerticalVelocity,
+    /// One-sigma of position, the greatest axis, m.
+    Position,
+    /// Age of the last good fix, s.
+    Fix,
+    /// Speed over ground and vertical, m/s: hover is where it takes over.
+    Speed,
+    /// Angular rate, rad/s.
+    Rate,
+    /// Roll or pitch from level, the greater, rad.
+    Level,
+    /// The pilot's stick that is furthest from hover trim.
+    Sticks,
+    /// Difference of the loop's period from the one that the gains are for, s.
+    Period,
+    /// Whether the pilot's pulses are fresh: 1 or 0.
+    Pilot,
+    /// Whether the servos take what they are sent: 1 or 0.
+    Servos,
+}
+
+impl Check {
+    /// All of them, in the order of [`Readiness::results`].
+    pub const ALL: [Self; 14] = [
+        Self::Estimate,
+        Self::Tilt,
+        Self::Heading,
+        Self::Velocity,
+        Self::VerticalVelocity,
+        Self::Position,
+        Self::Fix,
+        Self::Speed,
+        Self::Rate,
+        Self::Level,
+        Self::Sticks,
+        Self::Period,
+        Self::Pilot,
+        Self::Servos,
+    ];
+
+    /// What it is called, with its unit.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Estimate => "age of the estimate, s",
+            Self::Tilt => "one-sigma of roll and pitch, rad",
+            Self::Heading => "one-sigma of heading, rad",
+            Self::Velocity => "one-sigma of horizontal velocity, m/s",
+            Self::VerticalVelocity => "one-sigma of vertical velocity, m/s",
+            Self::Position => "one-sigma of position, m",
+            Self::Fix => "age of the last fix, s",
+            Self::Speed => "speed, m/s",
+            Self::Rate => "angular rate, rad/s",
+            Self::Level => "roll or pitch, rad",
+            Self::Sticks => "stick from hover trim",
+            Self::Period => "period of the loop, off by, s",
+            Self::Pilot => "pilot's signal",
+            Self::Servos => "servos",
+        }
+    }
+}
+
+/// Up to which number each check passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+#[non_exhaustive]
+pub struct ReadinessLimits {
+    /// Age of the estimate, s.
+    pub estimate_age_s: f64,
+    /// One-sigma of roll and pitch, rad.
+    pub tilt_sigma_rad: f64,
+    /// One-sigma of heading, rad.
+    pub heading_sigma_rad: f64,
+    /// One-sigma of horizontal velocity, m/s.
+    pub velocity_sigma_mps: f64,
+    /// One-sigma of vertical velocity, m/s.
+    pub vertical_velocity_sigma_mps: f64,
+    /// One-sigma of position, m.
+    pub position_sigma_m: f64,
+    /// Age of the last good fix, s.
+    pub fix_age_s: f64,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+    /// Angular rate, rad/s.
+    pub rate_radps: f64,
+    /// Roll and pitch, rad.
+    pub level_rad: f64,
+    /// Stick from the trim of the autopilot's file, or as learned in hover.
+    pub stick: f64,
+    /// Difference of the loop's period from that of the gains, as a part of it.
+    pub period: f64,
+}
+
+impl Default for ReadinessLimits {
+    /// Half of what flying on asks for, in a hover.
+    fn default() -> Self {
+        Self {
+            estimate_age_s: 0.1,
+            tilt_sigma_rad: 0.06,
+            heading_sigma_rad: 0.17,
+            velocity_sigma_mps: 0.4,
+            vertical_velocity_sigma_mps: 0.5,
+            position_sigma_m: 5.0,
+            fix_age_s: 2.5,
+            speed_mps: 3.0,
+            rate_radps: 0.5,
+            level_rad: 0.35,
+            stick: 0.5,
+            period: 0.05,
+        }
+    }
+}
+
+impl ReadinessLimits {
+    /// Whether every limit is above 0 and at most 1000.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let limit = |what, found| within(what, found, 1e-6, 1e3, "above 0, at most 1000");
+        limit("ready.estimate_age_s", self.estimate_age_s)?;
+        limit("ready.tilt_sigma_rad", self.tilt_sigma_rad)?;
+        limit("ready.heading_sigma_rad", self.heading_sigma_rad)?;
+        limit("ready.velocity_sigma_mps", self.velocity_sigma_mps)?;
+        limit("ready.vertical_velocity_sigma_mps", self.vertical_velocity_sigma_mps)?;
+        limit("ready.position_sigma_m", self.position_sigma_m)?;
+        limit("ready.fix_age_s", self.fix_age_s)?;
+        limit("ready.speed_mps", self.speed_mps)?;
+        limit("ready.rate_radps", self.rate_radps)?;
+        limit("ready.level_rad", self.level_rad)?;
+        limit("ready.stick", self.stick)?;
+        limit("ready.period", self.period)
+    }
+}
+
+/// What readiness is judged by; what is `None` is not known, and fails.
+#[derive(Clone, Copy, Debug)]
+pub struct Observed<'a> {
+    /// The moment, on the estimator's clock.
+    pub now: Time,
+    /// The estimator's latest solution.
+    pub solution: Option<&'a Solution>,
+    /// Age of the last good fix, s.
+    pub fix_age_s: Option<f64>,
+    /// The pilot's sticks.
+    pub pilot: Option<Sticks>,
+    /// Trim to compare them with.
+    pub trim: &'a Trim,
+    /// The loop's own period, s.
+    pub loop_period_s: Option<f64>,
+    /// The period that the gains are for, s.
+    pub design_period_s: f64,
+    /// Whether the pilot's pulses are fresh on every channel.
+    pub pilot_signal: bool,
+    /// Whether the servos take what they are sent.
+    pub servos: bool,
+}
+
+/// One check, its number and its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Checked {
+    /// Which.
+    pub check: Check,
+    /// The number; NaN where it is not known.
+    pub value: f64,
+    /// The greatest number that passes; of [`Check::Pilot`] and [`Check::Servos`] the least.
+    pub limit: f64,
+    /// Whether it passes.
+    pub passes: bool,
+}
+
+impl core::fmt::Display for Checked {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { check, value, limit, .. } = self;
+        match check {
+            Check::Pilot | Check::Servos => {
+                write!(f, "{}: {}", check.name(), if self.passes { "good" } else { "not good" })
+            }
+            _ if value.is_nan() => write!(f, "{}: not known, at most {limit}", check.name()),
+            _ => write!(f, "{}: {value:.3}, at most {limit}", check.name()),
+        }
+    }
+}
+
+/// Every check's outcome at one moment.
+///
+/// ```
+/// use hovernav::autopilot::{Check, Observed, Readiness, ReadinessLimits, Trim};
+/// use hovernav::time::Time;
+///
+/// let nothing = Observed {
+///     now: Time::ZERO,
+///     solution: None,
+///     fix_age_s: Some(0.4),
+///     pilot: None,
+///     trim: &Trim::default(),
+///     loop_period_s: Some(0.0303),
+///     design_period_s: 0.0303,
+///     pilot_signal: true,
+///     servos: true,
+/// };
+/// let readiness = Readiness::assess(&nothing, &ReadinessLimits::default());
+/// assert!(!readiness.is_ready());
+/// let first = readiness.failed().next().expect("no estimate");
+/// assert_eq!(first.check, Check::Estimate);
+/// assert_eq!(first.to_string(), "age of the estimate, s: not known, at most 0.1");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Readiness {
+    results: [Checked; Check::ALL.len()],
+}
+
+impl Readiness {
+    /// Judges `observed` by `limits`.
+    #[must_use]
+    pub fn assess(observed: &Observed<'_>, limits: &ReadinessLimits) -> Self {
+        let solution = observed.solution;
+        let of = |number: fn(&Solution) -> f64| solution.map_or(f64::NAN, number);
+        let results = Check::ALL.map(|check| {
+            let (value, limit) = match check {
+                Check::Estimate => {
+                    let age_s = solution.map_or(f64::NAN, |solution| observed.now - solution.time);
+                    (libm::fabs(age_s), limits.estimate_age_s)
+                }
+                Check::Tilt => {
+                    let tilt = of(|s| larger(s.attitude_sigma_rad[0], s.attitude_sigma_rad[1]));
+                    (tilt, limits.tilt_sigma_rad)
+                }
+                Check::Heading => (of(|s| s.attitude_sigma_rad[2]), limits.heading_sigma_rad),
+                Check::Velocity => {
+                    let sigma = of(|s| larger(s.velocity_sigma_mps.x(), s.velocity_sigma_mps.y()));
+                    (sigma, limits.velocity_sigma_mps)
+                }
+                Check::VerticalVelocity => {
+                    (of(|s| s.velocity_sigma_mps.z()), limits.vertical_velocity_sigma_mps)
+                }
+                Check::Position => (of(|s| largest(s.position_sigma_m)), limits.position_sigma_m),
+                Check::Fix => (observed.fix_age_s.unwrap_or(f64::NAN), limits.fix_age_s),
+                Check::Speed => (of(|s| s.velocity_mps.norm()), limits.speed_mps),
+                Check::Rate => (of(|s| s.angular_rate_radps.norm()), limits.rate_radps),
+                Check::Level => {
+                    let leans = of(|s| {
+                        let angles = s.body_to_ned.euler();
+                        larger(libm::fabs(angles.roll_rad), libm::fabs(angles.pitch_rad))
+                    });
+                    (leans, limits.level_rad)
+                }
+                Check::Sticks => {
+                    let apart = |sticks: Sticks| sticks.farthest_from(observed.trim.sticks);
+                    let pilot = observed.pilot.filter(|sticks| sticks.is_finite());
+                    (pilot.map_or(f64::NAN, apart), limits.stick)
+                }
+                Check::Period => {
+                    let off = |period_s: f64| libm::fabs(period_s - observed.design_period_s);
+                    let limit = limits.period * observed.design_period_s;
+                    (observed.loop_period_s.map_or(f64::NAN, off), limit)
+                }
+                Check::Pilot => (f64::from(u8::from(observed.pilot_signal)), 1.0),
+                Check::Servos => (f64::from(u8::from(observed.servos)), 1.0),
+            };
+            // Written so that a NaN fails.
+            let passes = match check {
+                Check::Pilot | Check::Servos => value >= limit,
+                _ => value <= limit,
+            };
+            Checked { check, value, limit, passes }
+        });
+        Self { results }
+    }
+
+    /// Whether every check passes.
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.results.iter().all(|result| result.passes)
+    }
+
+    /// Every check, in the order of [`Check::ALL`].
+    #[must_use]
+    pub const fn results(&self) -> &[Checked; Check::ALL.len()] {
+        &self.results
+    }
+
+    /// The checks that do not pass.
+    pub fn failed(&self) -> impl Iterator<Item = &Checked> {
+        self.results.iter().filter(|result| !result.passes)
+    }
+
+    /// One bit for each check that does not pass, in the order of [`Check::ALL`], the first lowest.
+    #[must_use]
+    pub fn failed_bits(&self) -> u16 {
+        self.results.iter().rev().fold(0, |bits, result| bits << 1 | u16::from(!result.passes))
+    }
+}
+
+/// The larger; NaN if one is.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+fn largest(sigma: Vector<Ned>) -> f64 {
+    larger(larger(sigma.x(), sigma.y()), sigma.z())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::earth::Geodetic;
+    use crate::frames::{EulerAngles, Rotation};
+
+    fn hovering() -> Solution {
+        Solution {
+            time: Time::ZERO,
+            position: Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap(),
+            velocity_mps: Vector::new(0.3, -0.2, 0.1),
+            body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(3.0, -1.0, 40.0)),
+            angular_rate_radps: Vector::new(0.05, 0.02, -0.1),
+            gyro_bias_radps: Vector::ZERO,
+            accel_bias_mps2: Vector::ZERO,
+            position_sigma_m: Vector::new(1.0, 1.0, 1.5),
+            velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
+            attitude_sigma_rad: [0.01, 0.01, 0.03],
+            gyro_bias_sigma_radps: Vector::ZERO,
+            accel_bias_sigma_mps2: Vector::ZERO,
+        }
+    }
+
+    fn observed<'a>(solution: &'a Solution, trim: &'a Trim) -> Observed<'a> {
+        Observed {
+            now: Time::ZERO + 0.02,
+            solution: Some(solution),
+            fix_age_s: Some(0.7),
+            pilot: Some(Sticks { collective: 0.1, ..Sticks::NEUTRAL }),
+            trim,
+            loop_period_s: Some(0.0304),
+            design_period_s: 0.0303,
+            pilot_signal: true,
+            servos: true,
+        }
+    }
+
+    #[test]
+    fn a_good_hover_is_ready_and_each_fault_fails_its_own_check_alone() {
+        let (good, trim) = (hovering(), Trim::default());
+        let limits = ReadinessLimits::default();
+        let ready = observed(&good, &trim);
+        let assessed = Readiness::assess(&ready, &limits);
+        assert!(assessed.is_ready() && assessed.failed_bits() == 0, "{assessed:?}");
+
+        let spoilt = |spoil: fn(&mut Solution)| {
+            let mut solution = hovering();
+            spoil(&mut solution);
+            solution
+        };
+        let solutions = [
+            (Check::Tilt, spoilt(|s| s.attitude_sigma_rad[1] = 0.1)),
+            (Check::Heading, spoilt(|s| s.attitude_sigma_rad[2] = f64::NAN)),
+            (Check::Velocity, spoilt(|s| s.velocity_sigma_mps = Vector::new(f64::NAN, 0.1, 0.1))),
+            (
+                Check::VerticalVelocity,
+                spoilt(|s| s.velocity_sigma_mps = Vector::new(0.1, 0.1, 2.0)),
+            ),
+            (Check::Position, spoilt(|s| s.position_sigma_m = Vector::new(1.0, 9.0, 1.0))),
+            (Check::Speed, spoilt(|s| s.velocity_mps = Vector::new(5.0, 0.0, 0.0))),
+            (Check::Rate, spoilt(|s| s.angular_rate_radps = Vector::new(0.0, 0.0, -2.0))),
+            (
+                Check::Level,
+                spoilt(|s| {
+                    s.body_to_ned = Rotation::from_euler(EulerAngles::from_degrees(30.0, 0.0, 0.0))
+                }),
+            ),
+        ];
+        let mut cases: Vec<(Check, Observed<'_>)> =
+            solutions.iter().map(|(check, solution)| (*check, observed(solution, &trim))).collect();
+        cases.extend([
+            (Check::Estimate, Observed { now: Time::ZERO + 0.5, ..ready }),
+            (Check::Fix, Observed { fix_age_s: None, ..ready }),
+            (
+                Check::Sticks,
+                Observed { pilot: Some(Sticks { pedal: -0.8, ..Sticks::NEUTRAL }), ..ready },
+            ),
+            (Check::Period, Observed { loop_period_s: Some(0.02), ..ready }),
+            (Check::Pilot, Observed { pilot_signal: false, ..ready }),
+            (Check::Servos, Observed { servos: false, ..ready }),
+        ]);
+        assert_eq!(cases.len(), Check::ALL.len());
+        for (check, observed) in cases {
+            let assessed = Readiness::assess(&observed, &limits);
+            let failed: Vec<Check> = assessed.failed().map(|failed| failed.check).collect();
+            assert_eq!(failed, [check]);
+            assert_eq!(assessed.failed_bits().count_ones(), 1);
+            let bit = assessed.failed_bits().trailing_zeros() as usize;
+            assert_eq!(Check::ALL[bit], check);
+        }
+    }
+
+    #[test]
+    fn limits_that_cannot_be_are_named() {
+        let limits = ReadinessLimits { fix_age_s: f64::NAN, ..ReadinessLimits::default() };
+        assert_eq!(limits.check().unwrap_err().what, "ready.fix_age_s");
+    }
+}

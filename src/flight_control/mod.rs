@@ -1,0 +1,369 @@
+//! From the pilot's pulses and the estimate to the servos: who flies, and what happens when something
+//! is lost.
+//!
+//! The pilot closes a switch on the aux channel; if every check of [`Readiness`] passes, the autopilot
+//! takes over, else it says which failed and the pilot flies on. Opening the switch, losing the aux
+//! channel alone or moving a stick far gives the sticks back in the same cycle.
+//!
+//! | lost | response | within |
+//! |---|---|---|
+//! | the pilot's signal, by silence or the receiver's word | holds its place; after [`FailsafeConfig::pilot_lost_hold_s`] descends at [`FailsafeConfig::descent_mps`] | 1 cycle after [`SignalConfig::stale_after_s`](crate::servo::SignalConfig) |
+//! | the aux channel alone | the pilot flies | the same |
+//! | position | holds velocity | 1 cycle |
+//! | velocity | holds attitude, after `transfer.patience_s` descends | 1 cycle |
+//! | attitude, or the inertial unit | the pilot flies; without one the sticks go to trim | 1 cycle after `health.age_s` |
+//! | the loop's time, [`FailsafeConfig::late_cycles`] in a row | the pilot flies | 1 cycle |
+//! | the way to the fence | goes back to the middle | 1 cycle |
+//!
+//! It is plain data and bounded work, as the autopilot is, and depends on nothing but what it is
+//! handed: the same inputs give the same widths, so a record replays to the bit.
+
+mod config;
+mod notice;
+
+pub use config::{FailsafeConfig, Fence, FlightControlConfig, FlightControlError};
+pub use notice::{ControlNotice, HandedBack};
+
+use crate::autopilot::{
+    Engagement, EngagementChange, HoverAutopilot, Inputs, Mode, Observed, Readiness, Reason,
+    SetPoint, Steering,
+};
+use crate::controls::{Channels, Sticks};
+use crate::earth::Geodetic;
+use crate::ekf::Solution;
+use crate::frames::Vector;
+use crate::servo::{PilotPulses, Signal, Switch};
+use crate::time::Time;
+
+/// Share of the fence's radius and height inside of which it is forgotten again.
+const WELL_INSIDE: f64 = 0.8;
+/// A stick this close to its end is at it.
+const AT_END: f64 = 0.995;
+/// Share of the newest period in the mean of the loop's.
+const PERIOD_SHARE: f64 = 0.05;
+
+/// What one cycle goes by.
+#[derive(Clone, Copy, Debug)]
+pub struct ControlInputs<'a> {
+    /// The moment, on the clock of the pulses and of the estimator.
+    pub now: Time,
+    /// The estimator's latest solution.
+    pub solution: Option<&'a Solution>,
+    /// Age of the last good fix, s.
+    pub fix_age_s: Option<f64>,
+    /// What is known of the pilot's pulses.
+    pub pulses: &'a PilotPulses,
+    /// Whether the servos take what they are sent.
+    pub servos_good: bool,
+    /// Cycles that were late, one after the other, up to this one.
+    pub late_cycles: u8,
+}
+
+/// What one cycle came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlOutputs {
+    /// Where the controls go.
+    pub sticks: Option<Sticks>,
+    /// The pilot's own sticks, where all four are fresh and the pilot's.
+    pub pilot: Option<Sticks>,
+    /// Widths for the servos, ms, not limited; NaN where nobody commands.
+    pub widths_ms: Channels<f64>,
+    /// State of the pilot's signal.
+    pub signal: Signal,
+    /// What the autopilot is doing.
+    pub mode: Mode,
+    /// Whether the pilot's switch is closed.
+    pub switch_on: bool,
+    /// Whether the autopilot could take over now, and what is missing.
+    pub readiness: Readiness,
+}
+
+/// The pilot, as far as there is one in this cycle.
+#[derive(Clone, Copy, Debug)]
+struct AtStick {
+    signal: Signal,
+    sticks: Option<Sticks>,
+    widths_ms: Channels<Option<f64>>,
+}
+
+/// Pilot, autopilot and the choice between them: one step a cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightControl {
+    config: FlightControlConfig,
+    autopilot: HoverAutopilot,
+    switch: Switch,
+    engagement: Engagement,
+    steering: Option<Steering>,
+    throttle_ms: f64,
+    before: Option<Time>,
+    period_s: Option<f64>,
+    pilot_lost_s: Option<f64>,
+    descends: bool,
+    outside: bool,
+    saturated_s: f64,
+}
+
+impl FlightControl {
+    /// Flight control with the pilot flying.
+    ///
+    /// # Errors
+    /// The first value of `config` that cannot be flown with.
+    pub fn new(config: FlightControlConfig) -> Result<Self, FlightControlError> {
+        config.check()?;
+        let neutral = config.hover.trim.sticks;
+        Ok(Self {
+            autopilot: HoverAutopilot::new(config.hover)?,
+            switch: Switch::new(config.switch)?,
+            engagement: Engagement::default(),
+            steering: match config.steering {
+                Some(steering) => Some(Steering::new(steering, neutral)?),
+                None => None,
+            },
+            throttle_ms: f64::NAN,
+            before: None,
+            period_s: None,
+            pilot_lost_s: None,
+            descends: false,
+            outside: false,
+            saturated_s: 0.0,
+            config,
+        })
+    }
+
+    /// The autopilot inside.
+    #[must_use]
+    pub const fn autopilot(&self) -> &HoverAutopilot {
+        &self.autopilot
+    }
+
+    /// One cycle; `notify` hears what came of it.
+    pub fn step(
+        &mut self,
+        inputs: &ControlInputs<'_>,
+        mut notify: impl FnMut(ControlNotice),
+    ) -> ControlOutputs {
+        let now = inputs.now;
+        let elapsed_s = self.before.replace(now).map_or(0.0, |before| (now - before).max(0.0));
+        if elapsed_s > 0.0 {
+            let mean = self.period_s.unwrap_or(elapsed_s);
+            self.period_s = Some(mean + PERIOD_SHARE * (elapsed_s - mean));
+        }
+        let config = &self.config;
+        let signal = inputs.pulses.signal(now, &config.signal);
+        let stale_s = config.signal.stale_after_s;
+        let fresh = inputs.pulses.channels.map(|channel| channel.fresh_ms(now, stale_s));
+        // In failsafe the pulses are the receiver's own, not the pilot's.
+        let pilot_ms = fresh.map(|width_ms| width_ms.filter(|_| signal != Signal::Failsafe));
+        let pilot = config.swashplate.pilot_sticks(&config.channels, &pilot_ms);
+        let at_stick = AtStick { signal, sticks: pilot, widths_ms: pilot_ms };
+
+        let trim = self.autopilot.learned_trim();
+        let readiness = Readiness::assess(
+            &Observed {
+                now,
+                solution: inputs.solution,
+                fix_age_s: inputs.fix_age_s,
+                pilot,
+                trim: &trim,
+                loop_period_s: self.period_s,
+                design_period_s: config.hover.period_s,
+                pilot_signal: signal == Signal::Good,
+                servos: inputs.servos_good,
+            },
+            &config.ready,
+        );
+        let switch_on = self.engage(inputs, &at_stick, elapsed_s, &readiness, &mut notify);
+        self.request(inputs, pilot, &mut notify);
+
+        let engaged = self.engagement.is_engaged();
+        let outputs =
+            self.autopilot.step(&Inputs { now, solution: inputs.solution, pilot, engage: engaged });
+        if let Some(transition) = outputs.transition {
+            notify(ControlNotice::Mode(transition));
+            if engaged && transition.to == Mode::Manual && transition.reason == Reason::Override {
+                self.hand_back(HandedBack::Override, &mut notify);
+            }
+        }
+        if engaged && outputs.mode == Mode::Neutral && pilot.is_some() {
+            self.hand_back(HandedBack::NoAttitude, &mut notify);
+        }
+        let flies = self.engagement.is_engaged() && outputs.mode != Mode::Manual;
+        self.watch_ends(flies.then_some(outputs.sticks), elapsed_s, &mut notify);
+        let (sticks, widths_ms) = self.command(flies, outputs.sticks, outputs.mode, &at_stick);
+        ControlOutputs {
+            sticks,
+            pilot,
+            widths_ms,
+            signal,
+            mode: outputs.mode,
+            switch_on,
+            readiness,
+        }
+    }
+
+    /// Takes in the switch and the loss of the pilot; whether the switch is closed.
+    fn engage(
+        &mut self,
+        inputs: &ControlInputs<'_>,
+        pilot: &AtStick,
+        elapsed_s: f64,
+        readiness: &Readiness,
+        notify: &mut impl FnMut(ControlNotice),
+    ) -> bool {
+        let stale_s = self.config.signal.stale_after_s;
+        if self.engagement.is_engaged() && pilot.signal != Signal::Good {
+            // Nobody is there to give the sticks back to; the switch counts again with the signal.
+            if self.pilot_lost_s.is_none() {
+                notify(ControlNotice::PilotLost);
+            }
+            self.pilot_lost_s = Some(self.pilot_lost_s.unwrap_or(0.0) + elapsed_s);
+            return true;
+        }
+        if self.pilot_lost_s.take().is_some() {
+            if core::mem::take(&mut self.descends) {
+                let _ = self.autopilot.set(SetPoint::Hold);
+            }
+            notify(ControlNotice::PilotBack);
+        }
+        let switch_on = self.switch.update(&inputs.pulses.aux, inputs.now, stale_s);
+        match self.engagement.update(switch_on, readiness.is_ready()) {
+            Some(EngagementChange::Engaged) => {
+                self.throttle_ms = pilot.widths_ms.throttle.unwrap_or(f64::NAN);
+                if let (Some(steering), Some(pilot)) = (&mut self.steering, pilot.sticks) {
+                    steering.engage(pilot);
+                }
+                (self.outside, self.descends) = (false, false);
+                notify(ControlNotice::Engaged);
+            }
+            Some(EngagementChange::Refused) => notify(ControlNotice::Refused(*readiness)),
+            Some(EngagementChange::Released) => notify(ControlNotice::Released),
+            None => {}
+        }
+        if self.engagement.is_engaged() && inputs.late_cycles >= self.config.failsafe.late_cycles {
+            self.hand_back(HandedBack::Late, notify);
+        }
+        switch_on
+    }
+
+    fn hand_back(&mut self, why: HandedBack, notify: &mut impl FnMut(ControlNotice)) {
+        // As if refused: the switch must be opened before it counts again.
+        self.engagement = Engagement::Refused;
+        notify(ControlNotice::HandedBack(why));
+    }
+
+    /// What the autopilot is asked to do: by the fence before the loss of the pilot before the sticks.
+    fn request(
+        &mut self,
+        inputs: &ControlInputs<'_>,
+        pilot: Option<Sticks>,
+        notify: &mut impl FnMut(ControlNotice),
+    ) {
+        if !self.engagement.is_engaged() {
+            return;
+        }
+        let steered = self.steering.as_mut().and_then(|steering| steering.set_point(pilot));
+        let home = self.fence_place(inputs.solution, notify);
+        let lost_s = self.pilot_lost_s.unwrap_or(0.0);
+        let set_point = if lost_s > self.config.failsafe.pilot_lost_hold_s {
+            if !core::mem::replace(&mut self.descends, true) {
+                notify(ControlNotice::Descends);
+            }
+            Some(SetPoint::Velocity {
+                forward_mps: 0.0,
+                right_mps: 0.0,
+                down_mps: self.config.failsafe.descent_mps,
+                yaw_rate_radps: 0.0,
+            })
+        } else {
+            home.or(steered)
+        };
+        if let Some(set_point) = set_point {
+            // One that the guidance refuses leaves the one before, which is a hold at the worst.
+            let _ = self.autopilot.set(set_point);
+        }
+    }
+
+    /// Where to go when the fence is reached; once.
+    fn fence_place(
+        &mut self,
+        solution: Option<&Solution>,
+        notify: &mut impl FnMut(ControlNotice),
+    ) -> Option<SetPoint> {
+        let fence = self.config.fence?;
+        let from_centre = solution?.position.displacement_from(&fence.centre);
+        let [north, east, down] = from_centre.to_array();
+        let farthest = (libm::hypot(north, east) / fence.radius_m).max(-down / fence.height_m);
+        if self.outside {
+            if farthest < WELL_INSIDE {
+                self.outside = false;
+                notify(ControlNotice::FenceLeft);
+            }
+            return None;
+        }
+        if farthest < 1.0 {
+            return None;
+        }
+        self.outside = true;
+        notify(ControlNotice::FenceReached);
+        let height_m = (-down).min(WELL_INSIDE * 0.9 * fence.height_m).max(0.0);
+        let position: Geodetic = fence.centre.displaced(Vector::new(0.0, 0.0, -height_m));
+        Some(SetPoint::Place { position, heading_rad: None })
+    }
+
+    fn watch_ends(
+        &mut self,
+        sticks: Option<Sticks>,
+        elapsed_s: f64,
+        notify: &mut impl FnMut(ControlNotice),
+    ) {
+        let limits = &self.config.hover.limits;
+        let at_end = sticks.is_some_and(|sticks| {
+            let high = sticks.zip(limits.highest, |stick, end| stick - AT_END * end).to_array();
+            let low = sticks.zip(limits.lowest, |stick, end| AT_END * end - stick).to_array();
+            high.iter().chain(&low).any(|beyond| *beyond >= 0.0)
+        });
+        let before_s = self.saturated_s;
+        self.saturated_s = if at_end { before_s + elapsed_s } else { 0.0 };
+        let long_s = self.config.failsafe.saturation_s;
+        if self.saturated_s >= long_s && before_s < long_s {
+            notify(ControlNotice::Saturated);
+        }
+    }
+
+    /// Sticks and widths of whoever flies.
+    fn command(
+        &self,
+        flies: bool,
+        sticks: Sticks,
+        mode: Mode,
+        pilot: &AtStick,
+    ) -> (Option<Sticks>, Channels<f64>) {
+        let config = &self.config;
+        let AtStick { sticks: pilot, widths_ms: pilot_ms, .. } = *pilot;
+        let throttle_ms = if flies && config.hold_throttle {
+            self.throttle_ms
+        } else {
+            pilot_ms.throttle.unwrap_or(f64::NAN)
+        };
+        let mixed = |sticks| config.swashplate.widths_ms(&config.channels, sticks, throttle_ms);
+        if flies {
+            return (Some(sticks), mixed(sticks));
+        }
+        // After an engagement the difference to the pilot's sticks fades out: see `hand_back_s`.
+        if mode == Mode::Manual
+            && let Some(own) = pilot
+            && sticks.farthest_from(own) > 1e-9
+        {
+            return (Some(sticks), mixed(sticks));
+        }
+        // The pilot's own pulses, to the last bit, where nothing has to be mixed.
+        let widths_ms = match pilot {
+            Some(pilot) if !config.swashplate.passes_through() => mixed(pilot),
+            _ => pilot_ms.map(|width_ms| width_ms.unwrap_or(f64::NAN)),
+        };
+        (pilot, widths_ms)
+    }
+}
+
+#[cfg(test)]
+mod tests;

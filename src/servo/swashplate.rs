@@ -1,0 +1,352 @@
+//! The swashplate: from sticks to the servos under it, and back.
+
+use super::config::{ChannelConfig, ConfigError};
+use crate::controls::{Channel, Channels, Sticks};
+
+/// How the servos carry the swashplate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum SwashplateKind {
+    /// Mechanical mixing: each control has a servo of its own.
+    #[default]
+    H1,
+    /// Three servos: one behind, two at 90° to it.
+    Ccpm90,
+    /// One behind, two at 120° to it.
+    Ccpm120,
+    /// One behind, two at 135° to it.
+    Ccpm135,
+    /// One behind, two at 140° to it.
+    Ccpm140,
+}
+
+impl SwashplateKind {
+    /// From the nose to the servos at the sides, rad; `None` of a swashplate without mixing.
+    fn side_rad(self) -> Option<f64> {
+        let from_behind_deg: f64 = match self {
+            Self::H1 => return None,
+            Self::Ccpm90 => 90.0,
+            Self::Ccpm120 => 120.0,
+            Self::Ccpm135 => 135.0,
+            Self::Ccpm140 => 140.0,
+        };
+        Some((180.0 - from_behind_deg).to_radians())
+    }
+}
+
+/// The swashplate and its mixing.
+///
+/// The plate is a plane over servos at one distance from the mast. Of a CCPM plate the channel
+/// `longitudinal` drives the servo behind, `lateral` that at the right, `collective` that at the
+/// left. A positive longitudinal stick raises the front, a positive lateral stick the right, a positive
+/// collective all three; `direction` of a channel turns its servo round, `longitudinal` and `lateral`
+/// here the control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct Swashplate {
+    /// How the servos carry it.
+    pub kind: SwashplateKind,
+    /// By how much the plate must tilt ahead of the control, from the nose to the right, °, within
+    /// ±45.
+    pub phase_deg: f64,
+    /// Travel of the side where the plate rises most, in stick fractions of a servo, for a full
+    /// lateral stick; from −1 to 1, not 0.
+    pub lateral: f64,
+    /// The same for a full longitudinal stick.
+    pub longitudinal: f64,
+    /// The same of all servos for a full collective stick.
+    pub collective: f64,
+    /// Least collective stick that is sent on, −1 to 0.
+    pub lowest_collective: f64,
+    /// Greatest collective stick that is sent on, 0 to 1.
+    pub highest_collective: f64,
+    /// Whether the pilot's pulses are taken behind the receiver's own mixer: then they say where the
+    /// servos shall stand, not where the sticks do.
+    pub pilot_is_mixed: bool,
+}
+
+impl Default for Swashplate {
+    fn default() -> Self {
+        Self {
+            kind: SwashplateKind::H1,
+            phase_deg: 0.0,
+            lateral: 0.5,
+            longitudinal: 0.5,
+            collective: 0.5,
+            lowest_collective: -1.0,
+            highest_collective: 1.0,
+            pilot_is_mixed: false,
+        }
+    }
+}
+
+impl Swashplate {
+    /// Whether the settings are finite and in their ranges, and each control alone can go to its end
+    /// within the range of the servos of `channels`.
+    ///
+    /// # Errors
+    /// The first setting that is not, or the channel whose servo ends before the control.
+    pub fn check(&self, channels: &Channels<ChannelConfig>) -> Result<(), ConfigError> {
+        let within = |key, value: f64, from: f64, to: f64| {
+            if value >= from && value <= to {
+                Ok(())
+            } else {
+                Err(ConfigError { channel: None, key, value, from, to })
+            }
+        };
+        within("swashplate.phase_deg", self.phase_deg, -45.0, 45.0)?;
+        within("swashplate.lowest_collective", self.lowest_collective, -1.0, 0.0)?;
+        within("swashplate.highest_collective", self.highest_collective, 0.0, 1.0)?;
+        if self.kind == SwashplateKind::H1 {
+            return Ok(());
+        }
+        for (key, travel) in [
+            ("swashplate.lateral", self.lateral),
+            ("swashplate.longitudinal", self.longitudinal),
+            ("swashplate.collective", self.collective),
+        ] {
+            within(key, libm::fabs(travel), 0.05, 1.0)?;
+        }
+        let ends = [
+            Sticks { lateral: 1.0, ..Sticks::NEUTRAL },
+            Sticks { lateral: -1.0, ..Sticks::NEUTRAL },
+            Sticks { longitudinal: 1.0, ..Sticks::NEUTRAL },
+            Sticks { longitudinal: -1.0, ..Sticks::NEUTRAL },
+            Sticks { collective: 1.0, ..Sticks::NEUTRAL },
+            Sticks { collective: -1.0, ..Sticks::NEUTRAL },
+        ];
+        for end in ends {
+            let servos = self.servos(end);
+            for (channel, stick) in [
+                (Channel::Lateral, servos.lateral),
+                (Channel::Longitudinal, servos.longitudinal),
+                (Channel::Collective, servos.collective),
+            ] {
+                let config = channels[channel];
+                let value = config.width_ms(stick);
+                let (from, to) = (config.min_ms, config.max_ms);
+                // A microsecond is below what a servo resolves.
+                if value < from - 1e-3 || value > to + 1e-3 {
+                    let key = "swashplate: width at full stick, ms,";
+                    return Err(ConfigError { channel: Some(channel), key, value, from, to });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the pilot's pulses can go to the servos as they come: there is nothing to mix, or the
+    /// receiver has.
+    #[must_use]
+    pub fn passes_through(&self) -> bool {
+        self.kind == SwashplateKind::H1 || self.pilot_is_mixed
+    }
+
+    /// Where the servos stand, each a stick fraction of its own channel, for `sticks`; collective is
+    /// brought into its limits.
+    ///
+    /// # Source
+    /// Equation (C10) of docs/equations.md.
+    #[must_use]
+    pub fn servos(&self, sticks: Sticks) -> Sticks {
+        let collective = sticks.collective.max(self.lowest_collective).min(self.highest_collective);
+        let Some(side_rad) = self.kind.side_rad() else { return Sticks { collective, ..sticks } };
+        let (sin_phase, cos_phase) = libm::sincos(self.phase_deg.to_radians());
+        let (right, front) =
+            (self.lateral * sticks.lateral, self.longitudinal * sticks.longitudinal);
+        let (right, front) =
+            (cos_phase * right + sin_phase * front, cos_phase * front - sin_phase * right);
+        let (sin, cos) = libm::sincos(side_rad);
+        let all = self.collective * collective;
+        Sticks {
+            longitudinal: all - front,
+            lateral: all + cos * front + sin * right,
+            collective: all + cos * front - sin * right,
+            pedal: sticks.pedal,
+        }
+    }
+
+    /// The sticks for which the servos stand at `servos`: the inverse of [`servos`](Self::servos)
+    /// within the limits of collective.
+    ///
+    /// # Source
+    /// Equation (C10) of docs/equations.md.
+    #[must_use]
+    pub fn sticks(&self, servos: Sticks) -> Sticks {
+        let Some(side_rad) = self.kind.side_rad() else { return servos };
+        let (sin, cos) = libm::sincos(side_rad);
+        let right = (servos.lateral - servos.collective) / (2.0 * sin);
+        let sides = 0.5 * (servos.lateral + servos.collective);
+        let front = (sides - servos.longitudinal) / (1.0 + cos);
+        let all = servos.longitudinal + front;
+        let (sin_phase, cos_phase) = libm::sincos(self.phase_deg.to_radians());
+        Sticks {
+            lateral: (cos_phase * right - sin_phase * front) / self.lateral,
+            longitudinal: (cos_phase * front + sin_phase * right) / self.longitudinal,
+            collective: all / self.collective,
+            pedal: servos.pedal,
+        }
+    }
+
+    /// The pilot's sticks from the widths of the pulses, ms; `None` unless all four are there.
+    #[must_use]
+    pub fn pilot_sticks(
+        &self,
+        channels: &Channels<ChannelConfig>,
+        pilot_ms: &Channels<Option<f64>>,
+    ) -> Option<Sticks> {
+        let fraction = pilot_ms
+            .zip(*channels)
+            .map(|(width_ms, config)| width_ms.map(|width_ms| config.stick(width_ms)));
+        let said = Sticks {
+            lateral: fraction.lateral?,
+            longitudinal: fraction.longitudinal?,
+            collective: fraction.collective?,
+            pedal: fraction.pedal?,
+        };
+        Some(if self.pilot_is_mixed { self.sticks(said) } else { said })
+    }
+
+    /// The widths, ms, that put the servos where `sticks` want them; not limited, and with the throttle
+    /// as it is given.
+    #[must_use]
+    pub fn widths_ms(
+        &self,
+        channels: &Channels<ChannelConfig>,
+        sticks: Sticks,
+        throttle_ms: f64,
+    ) -> Channels<f64> {
+        let servos = self.servos(sticks);
+        Channels {
+            throttle: throttle_ms,
+            collective: channels.collective.width_ms(servos.collective),
+            longitudinal: channels.longitudinal.width_ms(servos.longitudinal),
+            lateral: channels.lateral.width_ms(servos.lateral),
+            pedal: channels.pedal.width_ms(servos.pedal),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const MIXED: [SwashplateKind; 4] = [
+        SwashplateKind::Ccpm90,
+        SwashplateKind::Ccpm120,
+        SwashplateKind::Ccpm135,
+        SwashplateKind::Ccpm140,
+    ];
+
+    fn close(a: Sticks, b: Sticks) -> bool {
+        a.farthest_from(b) < 1e-12
+    }
+
+    proptest! {
+        #[test]
+        fn sticks_and_servos_are_inverse_for_every_plate(
+            sticks in prop::array::uniform4(-1.0f64..1.0).prop_map(Sticks::from_array),
+            kind in prop::sample::select(&[SwashplateKind::H1, MIXED[0], MIXED[1], MIXED[2], MIXED[3]]),
+            phase_deg in -45.0f64..45.0,
+            gains in prop::array::uniform3(0.05f64..1.0),
+            turned in any::<[bool; 2]>(),
+        ) {
+            let sign = |turned, gain: f64| if turned { -gain } else { gain };
+            let plate = Swashplate {
+                kind,
+                phase_deg,
+                lateral: sign(turned[0], gains[0]),
+                longitudinal: sign(turned[1], gains[1]),
+                collective: gains[2],
+                ..Swashplate::default()
+            };
+            prop_assert!(close(plate.sticks(plate.servos(sticks)), sticks));
+        }
+
+        #[test]
+        fn the_pilots_pulses_come_out_as_they_went_in_before_and_behind_the_receivers_mixer(
+            sticks in prop::array::uniform4(-0.9f64..0.9).prop_map(Sticks::from_array),
+            kind in prop::sample::select(&MIXED),
+        ) {
+            let channels = Channels::<ChannelConfig>::default();
+            let plate = Swashplate { kind, pilot_is_mixed: true, ..Swashplate::default() };
+            let mixed = plate.widths_ms(&channels, sticks, 1.2);
+            let read = plate.pilot_sticks(&channels, &mixed.map(Some)).unwrap();
+            prop_assert!(close(read, sticks));
+            let again = plate.widths_ms(&channels, read, 1.2);
+            let same = again.zip(mixed).to_array().iter().all(|(a, b)| (a - b).abs() < 1e-12);
+            prop_assert!(same);
+        }
+    }
+
+    /// A plate of radius 1 whose plane goes through the three servos stands level at collective, and
+    /// its normal leans by what cyclic asks for, in the direction asked for.
+    #[test]
+    fn the_plane_through_the_servos_rises_where_it_should() {
+        for kind in MIXED {
+            let plate = Swashplate { kind, ..Swashplate::default() };
+            let side = kind.side_rad().unwrap();
+            let height = |sticks: Sticks, azimuth: f64| {
+                // The plane through the servos, from their heights alone.
+                let at = plate.servos(sticks);
+                let right = (at.lateral - at.collective) / (2.0 * side.sin());
+                let front =
+                    (0.5 * (at.lateral + at.collective) - at.longitudinal) / (1.0 + side.cos());
+                let middle = at.longitudinal + front;
+                middle + front * azimuth.cos() + right * azimuth.sin()
+            };
+            let quarter = std::f64::consts::FRAC_PI_2;
+            let forward = Sticks { longitudinal: 1.0, ..Sticks::NEUTRAL };
+            let right = Sticks { lateral: 1.0, ..Sticks::NEUTRAL };
+            let up = Sticks { collective: 1.0, ..Sticks::NEUTRAL };
+            for azimuth in [0.0, 0.4, quarter, 2.0, 3.0, 4.5] {
+                assert!((height(forward, azimuth) - 0.5 * azimuth.cos()).abs() < 1e-12);
+                assert!((height(right, azimuth) - 0.5 * azimuth.sin()).abs() < 1e-12);
+                assert!((height(up, azimuth) - 0.5).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_phase_angle_turns_the_tilt_towards_the_right() {
+        let plate =
+            Swashplate { kind: SwashplateKind::Ccpm90, phase_deg: 30.0, ..Swashplate::default() };
+        let servos = plate.servos(Sticks { longitudinal: 1.0, ..Sticks::NEUTRAL });
+        assert!((servos.longitudinal + 0.5 * 30f64.to_radians().cos()).abs() < 1e-12);
+        assert!((servos.lateral - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn collective_keeps_to_its_limits() {
+        for kind in [SwashplateKind::H1, SwashplateKind::Ccpm120] {
+            let plate = Swashplate { kind, highest_collective: 0.4, ..Swashplate::default() };
+            let wide_open = plate.servos(Sticks { collective: 1.0, ..Sticks::NEUTRAL });
+            let limit = plate.servos(Sticks { collective: 0.4, ..Sticks::NEUTRAL });
+            assert_eq!(wide_open, limit);
+        }
+    }
+
+    #[test]
+    fn mixing_that_cannot_reach_its_ends_is_refused_with_the_servo() {
+        let plate = Swashplate { kind: SwashplateKind::Ccpm120, ..Swashplate::default() };
+        let channels = Channels::<ChannelConfig>::default();
+        assert_eq!(plate.check(&channels), Ok(()));
+        let mut narrow = channels;
+        narrow.lateral.max_ms = 1.6;
+        assert_eq!(plate.check(&narrow).unwrap_err().channel, Some(Channel::Lateral));
+        let error = Swashplate { longitudinal: 0.0, ..plate }.check(&channels).unwrap_err();
+        assert_eq!(error.key, "swashplate.longitudinal");
+        let error = Swashplate { phase_deg: f64::NAN, ..plate }.check(&channels).unwrap_err();
+        assert_eq!(error.key, "swashplate.phase_deg");
+    }
+}

@@ -1,0 +1,214 @@
+//! A switch of the transmitter: pulses to on and off.
+
+use super::capture::Captured;
+use super::config::{ConfigError, Direction};
+use super::width::{LONGEST_MS, SHORTEST_MS};
+use crate::time::Time;
+
+/// When the pulses of a switch mean on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct SwitchConfig {
+    /// The width between off and on, ms, from 0.5 to 2.5.
+    pub threshold_ms: f64,
+    /// How far beyond the threshold a width must be to change the switch, ms, from 0 to 0.5.
+    pub hysteresis_ms: f64,
+    /// How many pulses must say on, one after the other, before it is on; from 1 to 100. A single one
+    /// that says off is enough for off.
+    pub pulses: u8,
+    /// `normal`: longer pulses are on; `reversed`: shorter ones are.
+    pub direction: Direction,
+}
+
+impl Default for SwitchConfig {
+    fn default() -> Self {
+        Self { threshold_ms: 1.5, hysteresis_ms: 0.1, pulses: 5, direction: Direction::Normal }
+    }
+}
+
+impl SwitchConfig {
+    /// Whether every setting is finite and in its range.
+    ///
+    /// # Errors
+    /// The first setting that is not.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let within = |key, value: f64, from: f64, to: f64| {
+            // Written so that a NaN is refused.
+            if value >= from && value <= to {
+                Ok(())
+            } else {
+                Err(ConfigError { channel: None, key, value, from, to })
+            }
+        };
+        within("threshold_ms", self.threshold_ms, SHORTEST_MS, LONGEST_MS)?;
+        within("hysteresis_ms", self.hysteresis_ms, 0.0, 0.5)?;
+        within("pulses", f64::from(self.pulses), 1.0, 100.0)
+    }
+}
+
+/// A switch of the transmitter, off until it has been seen off and then on.
+///
+/// One that is on when the pulses begin, or when they come back after a loss, is off until the pilot
+/// has opened it: nobody has asked for anything at that moment.
+///
+/// ```
+/// use hovernav::servo::{Captured, Switch, SwitchConfig};
+/// use hovernav::time::Time;
+///
+/// let mut switch = Switch::new(SwitchConfig::default())?;
+/// let mut aux = Captured::default();
+/// let mut on = Vec::new();
+/// for pulse in 0..8 {
+///     let now = Time::ZERO + 0.02 * f64::from(pulse);
+///     aux.push(if pulse < 2 { 1.1 } else { 1.9 }, now)?;
+///     on.push(switch.update(&aux, now, 0.1));
+/// }
+/// assert_eq!(on, [false, false, false, false, false, false, true, true]);
+/// assert!(!switch.update(&aux, Time::ZERO + 0.5, 0.1)); // the pulses have stopped
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Switch {
+    config: SwitchConfig,
+    on: bool,
+    /// Whether it has been seen off since the pulses began.
+    seen_off: bool,
+    /// Pulses that said on, one after the other.
+    said_on: u8,
+    /// Number of errors and time of the pulse looked at last.
+    last: Option<(u32, Time)>,
+}
+
+impl Switch {
+    /// A switch that is off.
+    ///
+    /// # Errors
+    /// The first setting of `config` that cannot be.
+    pub fn new(config: SwitchConfig) -> Result<Self, ConfigError> {
+        config.check()?;
+        Ok(Self { config, on: false, seen_off: false, said_on: 0, last: None })
+    }
+
+    /// Whether it is on at `now`, by the channel's last pulse. Pulses older than `stale_after_s`, s, are
+    /// none: off. A pulse in error since the last call begins the count of pulses anew.
+    pub fn update(&mut self, aux: &Captured, now: Time, stale_after_s: f64) -> bool {
+        let Some(width_ms) = aux.fresh_ms(now, stale_after_s) else {
+            *self = Self { on: false, seen_off: false, said_on: 0, ..*self };
+            return false;
+        };
+        let at = aux.pulse.map_or(now, |pulse| pulse.at);
+        let before = self.last.replace((aux.errors, at));
+        if before.is_some_and(|(errors, _)| errors != aux.errors) {
+            self.said_on = 0;
+        }
+        if before.is_some_and(|(_, pulse)| pulse == at) {
+            return self.on;
+        }
+        let beyond_ms = match self.config.direction {
+            Direction::Normal => width_ms - self.config.threshold_ms,
+            Direction::Reversed => self.config.threshold_ms - width_ms,
+        };
+        if beyond_ms < -self.config.hysteresis_ms {
+            *self = Self { on: false, seen_off: true, said_on: 0, ..*self };
+        } else if beyond_ms > self.config.hysteresis_ms {
+            self.said_on = self.said_on.saturating_add(1);
+            self.on |= self.seen_off && self.said_on >= self.config.pulses;
+        } else if !self.on {
+            self.said_on = 0;
+        }
+        self.on
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(pulse: u32) -> Time {
+        Time::ZERO + 0.02 * f64::from(pulse)
+    }
+
+    /// What the switch says after each of the widths, 20 ms apart.
+    fn said(config: SwitchConfig, widths_ms: &[f64]) -> Vec<bool> {
+        let mut switch = Switch::new(config).unwrap();
+        let mut aux = Captured::default();
+        (0..)
+            .zip(widths_ms)
+            .map(|(pulse, width_ms)| {
+                let _ = aux.push(*width_ms, at(pulse));
+                switch.update(&aux, at(pulse), 0.1)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_switch_that_is_on_at_the_start_must_be_opened_first() {
+        assert!(said(SwitchConfig::default(), &[1.9; 50]).iter().all(|on| !on));
+        let again = [[1.9; 10], [1.1; 10], [1.9; 10]].concat();
+        assert!(said(SwitchConfig::default(), &again)[29]);
+    }
+
+    #[test]
+    fn spikes_do_not_close_it_and_one_pulse_opens_it() {
+        let mut widths = [1.1; 40];
+        for spike in [5, 10, 11, 20, 21, 22, 30, 31, 32, 33] {
+            widths[spike] = 1.9;
+        }
+        assert!(said(SwitchConfig::default(), &widths).iter().all(|on| !on));
+        let closed = [&[1.1; 3][..], &[1.9; 8], &[1.1], &[1.9; 4]].concat();
+        let on = said(SwitchConfig::default(), &closed);
+        assert_eq!((on[10], on[11], on[15]), (true, false, false));
+    }
+
+    #[test]
+    fn between_the_thresholds_it_stays_as_it_is() {
+        let on = said(SwitchConfig::default(), &[&[1.1; 2][..], &[1.9; 6], &[1.5; 9]].concat());
+        assert!(on[7..].iter().all(|on| *on));
+        let off =
+            said(SwitchConfig::default(), &[&[1.1; 2][..], &[1.9; 4], &[1.5], &[1.9; 4]].concat());
+        assert!(off.iter().all(|on| !on), "the count began anew");
+    }
+
+    #[test]
+    fn a_loss_of_pulses_or_an_impossible_one_opens_it_or_keeps_it_open() {
+        let config = SwitchConfig { pulses: 3, ..SwitchConfig::default() };
+        let impossible = [&[1.1; 2][..], &[1.9, 1.9, f64::NAN, 1.9, 1.9, 1.9]].concat();
+        let on = said(config, &impossible);
+        assert_eq!(on, [false, false, false, false, false, false, false, true]);
+
+        let mut switch = Switch::new(config).unwrap();
+        let mut aux = Captured::default();
+        for pulse in 0..6 {
+            aux.push(if pulse < 2 { 1.1 } else { 1.9 }, at(pulse)).unwrap();
+            switch.update(&aux, at(pulse), 0.1);
+        }
+        assert!(switch.update(&aux, at(6), 0.1));
+        assert!(!switch.update(&aux, at(20), 0.1));
+        for pulse in 21..40 {
+            aux.push(1.9, at(pulse)).unwrap();
+            assert!(!switch.update(&aux, at(pulse), 0.1), "it was never opened");
+        }
+    }
+
+    #[test]
+    fn reversed_means_short_pulses() {
+        let config = SwitchConfig { direction: Direction::Reversed, ..SwitchConfig::default() };
+        assert!(said(config, &[&[1.9; 2][..], &[1.1; 5]].concat())[6]);
+    }
+
+    #[test]
+    fn settings_that_cannot_be_are_named() {
+        let good = SwitchConfig::default();
+        for (bad, key) in [
+            (SwitchConfig { threshold_ms: f64::NAN, ..good }, "threshold_ms"),
+            (SwitchConfig { hysteresis_ms: -0.1, ..good }, "hysteresis_ms"),
+            (SwitchConfig { pulses: 0, ..good }, "pulses"),
+        ] {
+            assert_eq!(Switch::new(bad).unwrap_err().key, key);
+        }
+    }
+}
