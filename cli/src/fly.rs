@@ -1,6 +1,6 @@
 //! `hovernav fly`: the real-time loop, until it is told to end.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -37,6 +37,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(remark) = remark {
         eprintln!("{remark}");
     }
+    let beside = arguments.config.parent().unwrap_or(Path::new(""));
+    config.load_autopilot(beside).with_context(|| arguments.config.display().to_string())?;
     let record = arguments.record.clone().unwrap_or_else(|| config.record_path(unix_s));
     if let Some(directory) = record.parent() {
         std::fs::create_dir_all(directory)

@@ -48,11 +48,8 @@ impl fmt::Display for ControlNotice {
         match self {
             Self::Engaged => f.write_str("the autopilot flies"),
             Self::Refused(readiness) => {
-                f.write_str("the autopilot is not ready:")?;
-                for (number, failed) in readiness.failed().enumerate() {
-                    write!(f, "{} {failed}", if number == 0 { "" } else { ";" })?;
-                }
-                Ok(())
+                let failed = readiness.failed().count();
+                write!(f, "the autopilot does not take over: {failed} of its checks fail")
             }
             Self::Released => f.write_str("the pilot flies: the switch is open"),
             Self::HandedBack(HandedBack::Override) => {

@@ -50,9 +50,9 @@ pub use score::{
 };
 pub use setup::{
     AccelerationSign, AutopilotFileError, AutopilotSection, CaptureSection, DmuMode, DmuSection,
-    FlyConfig, FlyConfigError, LineSection, MavlinkConfig, MavlinkRates, MavlinkSection, PilotRole,
-    PwmLine, ReceiverProtocol, ReceiverSection, RecordSection, ServoSection, SiteSection,
-    ThrottleSource, read_autopilot, write_autopilot,
+    FenceSection, FlyConfig, FlyConfigError, LineSection, MavlinkConfig, MavlinkRates,
+    MavlinkSection, PilotRole, PwmLine, ReceiverProtocol, ReceiverSection, RecordSection,
+    ServoSection, SiteSection, ThrottleSource, read_autopilot, write_autopilot,
 };
 pub use solution::write_solution;
 pub use truth::Truth;

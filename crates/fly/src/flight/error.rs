@@ -3,6 +3,7 @@
 use std::io;
 
 use crate::servo::{GpioError, PwmError};
+use hovernav::flight_control::FlightControlError;
 use hovernav::servo;
 use hovernav_log::{FlyConfigError, LogError};
 
@@ -16,6 +17,9 @@ pub enum FlyError {
     /// A servo's setting cannot be.
     #[error("[servo] {0}")]
     Servo(#[from] servo::ConfigError),
+    /// A setting of the autopilot cannot be.
+    #[error("[autopilot] {0}")]
+    Control(#[from] FlightControlError),
     /// The pilot's lines cannot be had.
     #[error("[servo.capture] {0}")]
     Gpio(#[from] GpioError),

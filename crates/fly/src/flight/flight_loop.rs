@@ -9,14 +9,17 @@ use super::error::FlyError;
 use super::messages;
 use super::notification::{EventLog, Notification};
 use super::report::FlightReport;
-use super::servos::Servos;
+use super::servos::{PilotState, Servos};
 use crate::serial::{Clock, PortEvent, WriteError};
-use hovernav::autopilot::{Health, HealthLimits};
+use hovernav::autopilot::{Health, HealthLimits, Mode};
+use hovernav::controls::{Channels, Sticks};
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Notice, Solution};
 use hovernav::event::Event;
+use hovernav::flight_control::{ControlInputs, ControlNotice, FlightControl};
 use hovernav::imu::ImuSample;
 use hovernav::sensors::SensorOutput;
+use hovernav::servo::Signal;
 use hovernav::telemetry::{GpsSummary, Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
@@ -44,6 +47,12 @@ pub struct FlightLoop {
     solution: Option<Solution>,
     limits: HealthLimits,
     servos: Servos,
+    /// Pilot and autopilot; `None` where the pilot alone flies.
+    control: Option<FlightControl>,
+    mode: Mode,
+    servos_good: bool,
+    /// Cycles that were late, one after the other.
+    late_cycles: u8,
     downlinks: Downlinks,
     timer: CycleTimer,
     cycle_s: f64,
@@ -80,6 +89,7 @@ impl FlightLoop {
         let cycle_s = config.dmu.rate_hz.map_or(CYCLE_S, |rate_hz| 1.0 / rate_hz);
         let downlinks = Downlinks::open(config, clock, start, unix_ns)?;
         let servos = Servos::open(config, clock)?;
+        let control = config.flight_control()?.map(FlightControl::new).transpose()?;
         let header = Header::new(config.clone(), start, unix_ns);
         let estimator = Estimator::new(config.settings()?);
         let mut snapshot = Snapshot::at(start);
@@ -90,6 +100,10 @@ impl FlightLoop {
             solution: None,
             limits: HealthLimits::default(),
             servos,
+            control,
+            mode: Mode::Manual,
+            servos_good: true,
+            late_cycles: 0,
             downlinks,
             timer: CycleTimer::new(cycle_s, start),
             cycle_s,
@@ -110,6 +124,7 @@ impl FlightLoop {
     /// The loop is about to wait.
     pub fn begin_wait(&mut self, now: Time) {
         let Some(cycle) = self.timer.begin_wait(now) else { return };
+        self.late_cycles = if cycle.on_time { 0 } else { self.late_cycles.saturating_add(1) };
         if !cycle.on_time {
             let late = if cycle.woke_late { ", and began late" } else { "" };
             let text = format_args!("a cycle took {:.1} ms of work{late}", 1e3 * cycle.work_s);
@@ -201,34 +216,64 @@ impl FlightLoop {
         });
     }
 
-    /// Sends the pilot's commands to the servos, and a snapshot to the ground.
+    /// Sends the commands of whoever flies to the servos, and a snapshot to the ground.
     fn control(&mut self, now: Time) {
         self.last_cycle = now;
         let Self { servos, log, .. } = self;
-        let widths = servos.pass_through(now, |event| event.log(log, now));
-        if widths.commanded_ms != self.snapshot.commanded_ms
-            || widths.pilot_ms != self.snapshot.pilot_ms
-        {
+        let pilot = servos.poll(now, |event| event.log(log, now));
+        let (sticks, command_ms) = self.decide(&pilot, now);
+        let Self { servos, log, .. } = self;
+        let (commanded_ms, servos_good) =
+            servos.send(&command_ms, &pilot, now, |event| event.log(log, now));
+        self.servos_good = servos_good;
+        if commanded_ms != self.snapshot.commanded_ms || pilot.widths_ms != self.snapshot.pilot_ms {
             let ms = |width_ms: Option<f64>| width_ms.unwrap_or(f64::NAN) as f32;
             let entry = Entry::Servo {
-                captured_ms: widths.pilot_ms.map(ms).to_array(),
-                commanded_ms: widths.commanded_ms.map(ms).to_array(),
+                captured_ms: pilot.widths_ms.map(ms).to_array(),
+                commanded_ms: commanded_ms.map(ms).to_array(),
             };
             self.log.recorder.push(now, entry);
         }
-        if let Some(sticks) = self.servos.sticks(&widths.pilot_ms) {
+        if let Some(sticks) = sticks {
             self.log.recorder.push(now, Entry::Controls(sticks.to_array()));
         }
-        self.snapshot.pilot_ms = widths.pilot_ms;
-        self.snapshot.commanded_ms = widths.commanded_ms;
-        self.snapshot.drops.pilot_pulses = widths.pulses_lost;
+        self.snapshot.pilot_ms = pilot.widths_ms;
+        self.snapshot.commanded_ms = commanded_ms;
+        self.snapshot.drops.pilot_pulses = pilot.pulses_lost();
         let status = &mut self.snapshot.status;
-        status.pilot_signal = widths.signal_good;
-        status.receiver_failsafe = widths.receiver_failsafe;
-        status.servos = widths.servos_good;
+        status.pilot_signal = pilot.signal == Some(Signal::Good);
+        status.receiver_failsafe = pilot.signal == Some(Signal::Failsafe);
+        status.servos = servos_good;
         self.watch_receiver(now);
         self.watch_record(now);
         self.send_telemetry(now);
+    }
+
+    /// Who flies, and what is commanded: sticks, and widths in ms.
+    fn decide(&mut self, pilot: &PilotState, now: Time) -> (Option<Sticks>, Channels<f64>) {
+        let Some(control) = &mut self.control else {
+            return (self.servos.sticks(pilot), self.servos.passed_on_ms(pilot));
+        };
+        let inputs = ControlInputs {
+            now,
+            solution: self.solution.as_ref(),
+            fix_age_s: self.last_fix.map(|arrival| (now - arrival).max(0.0)),
+            pulses: &pilot.pulses,
+            servos_good: self.servos_good,
+            late_cycles: self.late_cycles,
+        };
+        let log = &mut self.log;
+        let outputs = control.step(&inputs, |notice| {
+            let level = messages::control_level(&notice);
+            log.event(now, level, "autopilot", notice);
+            if let ControlNotice::Refused(readiness) = &notice {
+                for failed in readiness.failed() {
+                    log.event(now, level, "not_ready", failed);
+                }
+            }
+        });
+        self.mode = outputs.mode;
+        (outputs.sticks, outputs.widths_ms)
     }
 
     /// Notices when fixes stay away, and when they are back.
@@ -265,6 +310,8 @@ impl FlightLoop {
             None if self.last_sample.is_none() => SystemMode::Starting,
             None => SystemMode::Aligning,
             Some(_) if self.estimator.filter().is_none() => SystemMode::SearchingHeading,
+            Some(_) if self.mode == Mode::Neutral => SystemMode::Failsafe,
+            Some(_) if self.mode != Mode::Manual => SystemMode::Autopilot,
             Some(_) => SystemMode::Pilot,
         };
         let health = Health::assess(self.solution.as_ref(), now, &self.limits);

@@ -4,6 +4,7 @@ use std::io;
 
 use crate::serial::PortEvent;
 use hovernav::ekf::Notice;
+use hovernav::flight_control::ControlNotice;
 use hovernav::sensors::SensorOutput;
 use hovernav_log::record::{Level, ShortText, Status};
 
@@ -72,6 +73,19 @@ pub fn of_record(good: bool, status: &Status) -> (Level, ShortText) {
             (Level::Error, ShortText::new(format_args!("the record is not written: {error}")))
         }
         (false, None) => (Level::Error, ShortText::new("the record loses entries")),
+    }
+}
+
+/// How much what flight control tells matters.
+pub fn control_level(notice: &ControlNotice) -> Level {
+    match notice {
+        ControlNotice::Engaged
+        | ControlNotice::Released
+        | ControlNotice::PilotBack
+        | ControlNotice::FenceLeft
+        | ControlNotice::Mode(_) => Level::Info,
+        ControlNotice::PilotLost | ControlNotice::Descends => Level::Error,
+        _ => Level::Warning,
     }
 }
 

@@ -4,11 +4,12 @@ use super::error::FlyError;
 use super::messages::port_level;
 use super::notification::EventLog;
 use crate::serial::{Clock, Item, Port, PortConfig, PortEvent, Reader};
-use crate::servo::{GpioCapture, PwmOutput};
+use crate::servo::{GpioCapture, PwmOutput, StreamOutput};
 use hovernav::controls::{Channels, Sticks};
 use hovernav::servo::packet::PacketCapture;
 use hovernav::servo::{
     ChannelConfig, Limiter, PilotPulses, PulseCapture as _, PulseOutput as _, Signal, SignalConfig,
+    Swashplate,
 };
 use hovernav::time::Time;
 use hovernav_log::record::{Level, Line};
@@ -30,6 +31,8 @@ pub enum ServoEvent<'a> {
     Raw(&'a [u8], Time),
     /// The pilot's line changed.
     Port(PortEvent),
+    /// The line to the servos changed.
+    OutputPort(PortEvent),
     /// The pilot's signal became this.
     Signal(Signal),
     /// The source or the servos failed, for the first time since they worked.
@@ -44,6 +47,9 @@ impl ServoEvent<'_> {
             Self::Raw(bytes, arrival) => log.recorder.raw(Line::Servo, bytes, *arrival),
             Self::Port(event) => {
                 log.event(now, port_level(event), "servo_port", format_args!("pilot: {event}"));
+            }
+            Self::OutputPort(event) => {
+                log.event(now, port_level(event), "servo_port", format_args!("servos: {event}"));
             }
             Self::Signal(Signal::Good) => {
                 log.event(now, Level::Info, pilot, "the pilot's signal is there");
@@ -60,21 +66,31 @@ impl ServoEvent<'_> {
     }
 }
 
-/// Widths in and out, ms.
+/// What the pilot sends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Widths {
-    /// What the pilot sends, where it is fresh.
-    pub pilot_ms: Channels<Option<f64>>,
-    /// What the servos are sent.
-    pub commanded_ms: Channels<Option<f64>>,
-    /// Whether the pilot is there.
-    pub signal_good: bool,
-    /// Whether the receiver says that it has lost the transmitter.
-    pub receiver_failsafe: bool,
-    /// Whether the servos took what they were sent.
-    pub servos_good: bool,
-    /// Pulses of the pilot that were lost, the most of any channel.
-    pub pulses_lost: u32,
+pub struct PilotState {
+    /// Everything known of the pulses.
+    pub pulses: PilotPulses,
+    /// Widths that are fresh, ms.
+    pub widths_ms: Channels<Option<f64>>,
+    /// The aux channel's, ms.
+    pub aux_ms: Option<f64>,
+    /// State of the signal; `None` where no pilot is configured.
+    pub signal: Option<Signal>,
+}
+
+impl PilotState {
+    /// Pulses that were lost, the most of any channel.
+    pub fn pulses_lost(&self) -> u32 {
+        self.pulses.channels.iter().map(|(_, channel)| channel.errors).max().unwrap_or(0)
+    }
+}
+
+/// Where the servos' pulses go.
+enum ServoOutput {
+    Absent,
+    Pwm(PwmOutput),
+    Stream(StreamOutput),
 }
 
 /// The pilot, the limits and the servos.
@@ -82,10 +98,13 @@ pub struct Servos {
     pilot: PilotInput,
     signal: SignalConfig,
     channels: Channels<ChannelConfig>,
+    swashplate: Swashplate,
     limiter: Limiter,
-    output: Option<PwmOutput>,
+    output: ServoOutput,
     started: bool,
     last_signal: Option<Signal>,
+    /// What the source failed by in this cycle.
+    source_failure: Option<String>,
     failed: bool,
 }
 
@@ -107,81 +126,103 @@ impl Servos {
                 PilotInput::Gpio(GpioCapture::open(chip, lines, *aux)?)
             }
         };
-        let wanted = section.output.iter().any(|(_, line)| line.is_some());
-        let output = wanted.then(|| PwmOutput::open(&section.output)).transpose()?;
+        let output = match &section.stream {
+            Some(line) => {
+                let port = Port::new(PortConfig::new(&line.port, line.baud), clock);
+                ServoOutput::Stream(StreamOutput::new(port, clock))
+            }
+            None if section.output.iter().any(|(_, line)| line.is_some()) => {
+                ServoOutput::Pwm(PwmOutput::open(&section.output)?)
+            }
+            None => ServoOutput::Absent,
+        };
         Ok(Self {
             pilot,
             signal: section.signal,
             channels: section.channels,
+            swashplate: section.swashplate,
             limiter: Limiter::new(section.channels, section.hold_s)?,
             output,
             started: false,
             last_signal: None,
+            source_failure: None,
             failed: false,
         })
     }
 
-    /// One cycle with the pilot in command: takes in the pilot's pulses and sends them on, within
-    /// range and rate.
-    pub fn pass_through(&mut self, now: Time, mut on_event: impl FnMut(ServoEvent<'_>)) -> Widths {
+    /// Takes in the pilot's pulses.
+    pub fn poll(&mut self, now: Time, mut on_event: impl FnMut(ServoEvent<'_>)) -> PilotState {
         let Some((pulses, failure)) = self.pilot.poll(now, &mut on_event) else {
-            return Widths { servos_good: true, ..Widths::default() };
+            return PilotState::default();
         };
-        let mut failure = failure;
+        self.source_failure = failure;
         let signal = pulses.signal(now, &self.signal);
         if self.last_signal.replace(signal) != Some(signal) {
             on_event(ServoEvent::Signal(signal));
         }
-        let fresh = pulses.channels.map(|channel| channel.fresh_ms(now, self.signal.stale_after_s));
-        let mut widths = Widths {
-            pilot_ms: fresh,
-            signal_good: signal == Signal::Good,
-            receiver_failsafe: signal == Signal::Failsafe,
-            servos_good: true,
-            pulses_lost: pulses
-                .channels
-                .iter()
-                .map(|(_, channel)| channel.errors)
-                .max()
-                .unwrap_or(0),
-            ..Widths::default()
-        };
+        let stale_s = self.signal.stale_after_s;
+        PilotState {
+            pulses,
+            widths_ms: pulses.channels.map(|channel| channel.fresh_ms(now, stale_s)),
+            aux_ms: pulses.aux.fresh_ms(now, stale_s),
+            signal: Some(signal),
+        }
+    }
+
+    /// The widths, ms, that pass the pilot on, mixed where the swashplate needs it; NaN where there is
+    /// nobody.
+    pub fn passed_on_ms(&self, pilot: &PilotState) -> Channels<f64> {
         // In failsafe the pulses are the receiver's own, not the pilot's.
-        let is_pilots = signal != Signal::Failsafe;
-        let command_ms = fresh.map(|width_ms| width_ms.filter(|_| is_pilots).unwrap_or(f64::NAN));
+        let is_pilots = pilot.signal != Some(Signal::Failsafe);
+        let own_ms = pilot.widths_ms.map(|width_ms| width_ms.filter(|_| is_pilots));
+        let sticks = self.swashplate.pilot_sticks(&self.channels, &own_ms);
+        let throttle_ms = own_ms.throttle.unwrap_or(f64::NAN);
+        match sticks {
+            Some(sticks) if !self.swashplate.passes_through() => {
+                self.swashplate.widths_ms(&self.channels, sticks, throttle_ms)
+            }
+            _ => own_ms.map(|width_ms| width_ms.unwrap_or(f64::NAN)),
+        }
+    }
+
+    /// Sends widths, ms, to the servos within range and rate, once the pilot has been there; what they
+    /// are sent, and whether they took it.
+    pub fn send(
+        &mut self,
+        command_ms: &Channels<f64>,
+        pilot: &PilotState,
+        now: Time,
+        mut on_event: impl FnMut(ServoEvent<'_>),
+    ) -> (Channels<Option<f64>>, bool) {
         if !self.started {
-            if !widths.signal_good {
-                return widths;
+            if pilot.signal != Some(Signal::Good) {
+                return (Channels::default(), true);
             }
             self.started = true;
-            self.limiter.start_from(&command_ms);
+            self.limiter.start_from(command_ms);
         }
-        let limited_ms = self.limiter.apply(&command_ms, now).map(|servo| servo.width_ms);
-        widths.commanded_ms = limited_ms.map(Some);
-        if let Some(output) = &mut self.output
-            && let Err(error) = output.write(&limited_ms, now)
-        {
-            widths.servos_good = false;
-            failure = Some(error.to_string());
-        }
+        let limited_ms = self.limiter.apply(command_ms, now).map(|servo| servo.width_ms);
+        let written = match &mut self.output {
+            ServoOutput::Absent => Ok(()),
+            ServoOutput::Pwm(output) => {
+                output.write(&limited_ms, now).map_err(|error| error.to_string())
+            }
+            ServoOutput::Stream(output) => output
+                .write(&limited_ms, now, |event| on_event(ServoEvent::OutputPort(event)))
+                .map_err(|error| error.to_string()),
+        };
+        let good = written.is_ok();
+        let failure = written.err().or_else(|| self.source_failure.take());
         let failed_before = std::mem::replace(&mut self.failed, failure.is_some());
         if let Some(failure) = failure.filter(|_| !failed_before) {
             on_event(ServoEvent::Failed(failure));
         }
-        widths
+        (limited_ms.map(Some), good)
     }
 
     /// The pilot's sticks; `None` unless all four are fresh.
-    pub fn sticks(&self, pilot_ms: &Channels<Option<f64>>) -> Option<Sticks> {
-        let stick = pilot_ms
-            .zip(self.channels)
-            .map(|(width_ms, config)| width_ms.map(|width_ms| config.stick(width_ms)));
-        Some(Sticks {
-            lateral: stick.lateral?,
-            longitudinal: stick.longitudinal?,
-            collective: stick.collective?,
-            pedal: stick.pedal?,
-        })
+    pub fn sticks(&self, pilot: &PilotState) -> Option<Sticks> {
+        self.swashplate.pilot_sticks(&self.channels, &pilot.widths_ms)
     }
 }
 

@@ -7,6 +7,7 @@ mod gpio;
 mod pwm;
 mod recording;
 mod stream;
+mod stream_output;
 
 #[cfg(target_os = "linux")]
 pub use gpio::{GpioCapture, GpioError};
@@ -14,3 +15,4 @@ pub use gpio::{GpioCapture, GpioError};
 pub use pwm::{PwmAction, PwmError, PwmOutput};
 pub use recording::RecordingOutput;
 pub use stream::StreamCapture;
+pub use stream_output::StreamOutput;

@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::autopilot::read_autopilot;
 use super::fly_config::FlyConfigError;
-use super::sections::ServoSection;
+use super::sections::{CaptureSection, ServoSection, SiteSection};
 use hovernav::autopilot::{HoverConfig, ReadinessLimits, SteeringConfig};
+use hovernav::earth::Geodetic;
+use hovernav::flight_control::{FailsafeConfig, Fence, FlightControlConfig};
 use hovernav::servo::SwitchConfig;
 
 /// `[autopilot]`: the autopilot that flies when the pilot closes the switch.
@@ -36,6 +38,12 @@ pub struct AutopilotSection {
     /// What the throttle does while it flies.
     #[serde(default)]
     pub throttle: ThrottleSource,
+    /// What it does when something is lost.
+    #[serde(default)]
+    pub failsafe: FailsafeConfig,
+    /// How far from `[site]` it may go; without, anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fence: Option<FenceSection>,
     /// The autopilot as it flies: what the file says and this section changes. Filled in when a flight
     /// begins, so that its record is whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -44,6 +52,16 @@ pub struct AutopilotSection {
 
 const fn steered_override() -> f64 {
     0.8
+}
+
+/// `[autopilot.fence]`: how far the autopilot may go from `[site]`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct FenceSection {
+    /// Horizontal distance, m, from 5 to 10 000.
+    pub radius_m: f64,
+    /// Height above the site, m, from 5 to 1000.
+    pub height_m: f64,
 }
 
 /// What the pilot's sticks do while the autopilot flies.
@@ -105,6 +123,32 @@ impl AutopilotSection {
         Ok(config)
     }
 
+    /// What flight control is set up with; `None` before the autopilot's file was loaded.
+    #[must_use]
+    pub fn flight_control(
+        &self,
+        servo: &ServoSection,
+        site: Option<&SiteSection>,
+    ) -> Option<FlightControlConfig> {
+        let steers = self.pilot == PilotRole::Steer;
+        let fence = self.fence.zip(site).and_then(|(fence, site)| {
+            let centre =
+                Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)?;
+            Some(Fence { centre, radius_m: fence.radius_m, height_m: fence.height_m })
+        });
+        let mut config = FlightControlConfig::new(self.flown?);
+        config.switch = self.switch;
+        config.signal = servo.signal;
+        config.ready = self.ready;
+        config.steering = steers.then_some(self.steering);
+        config.hold_throttle = self.throttle == ThrottleSource::Hold;
+        config.failsafe = self.failsafe;
+        config.fence = fence;
+        config.channels = servo.channels;
+        config.swashplate = servo.swashplate;
+        Some(config)
+    }
+
     /// Checks what does not need the file.
     pub(super) fn check(&self, servo: &ServoSection) -> Result<(), FlyConfigError> {
         let refuse = |key, error: &dyn std::fmt::Display| {
@@ -116,7 +160,7 @@ impl AutopilotSection {
                 &"found no [servo.capture], expected one: the switch is the pilot's",
             );
         }
-        if let Some(super::sections::CaptureSection::Gpio { aux: None, .. }) = servo.capture {
+        if let Some(CaptureSection::Gpio { aux: None, .. }) = servo.capture {
             return refuse("switch", &"found no aux line in [servo.capture] gpio, expected one");
         }
         if let Err(error) = self.switch.check() {

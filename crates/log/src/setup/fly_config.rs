@@ -15,6 +15,7 @@ use crate::manifest::{HeadingReference, Manifest};
 use hovernav::dmu::{Calibration, Flow, Mode, Sign};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
+use hovernav::flight_control::FlightControlConfig;
 use hovernav::sensors::{DmuConfig, GpsConfig};
 use hovernav_toml::TomlError;
 
@@ -211,7 +212,22 @@ impl FlyConfig {
             }
             section.flown = Some(flown);
         }
+        self.flight_control()?;
         Ok(())
+    }
+
+    /// What flight control is set up with; `None` without an autopilot, or before its file was loaded.
+    ///
+    /// # Errors
+    /// A value that cannot be flown with.
+    pub fn flight_control(&self) -> Result<Option<FlightControlConfig>, FlyConfigError> {
+        let section = self.autopilot.as_ref();
+        let config =
+            section.and_then(|section| section.flight_control(&self.servo, self.site.as_ref()));
+        if let Some(config) = &config {
+            config.check().map_err(|error| value("autopilot", "settings", &error))?;
+        }
+        Ok(config)
     }
 
     /// Checks swashplate, channels and what of the autopilot does not need its file.
@@ -225,7 +241,12 @@ impl FlyConfig {
             let why = "found [servo.output] too, expected one way to the servos";
             return Err(value("servo", "stream", &why));
         }
-        self.autopilot.as_ref().map_or(Ok(()), |section| section.check(servo))
+        let Some(section) = &self.autopilot else { return Ok(()) };
+        if section.fence.is_some() && self.site.is_none() {
+            let why = "found no [site], expected one: the fence is about it";
+            return Err(value("autopilot", "fence", &why));
+        }
+        section.check(servo)
     }
 
     /// The configuration as it would stand in a file, every key spelt out.

@@ -7,7 +7,7 @@ mod mavlink;
 mod sections;
 
 pub use autopilot::{AutopilotFileError, read_autopilot, write_autopilot};
-pub use autopilot_section::{AutopilotSection, PilotRole, ThrottleSource};
+pub use autopilot_section::{AutopilotSection, FenceSection, PilotRole, ThrottleSource};
 pub use fly_config::{FlyConfig, FlyConfigError};
 pub use mavlink::{MavlinkConfig, MavlinkRates};
 pub use sections::{
