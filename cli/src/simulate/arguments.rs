@@ -74,6 +74,22 @@ pub struct Arguments {
     /// Write no report.html
     #[arg(long)]
     pub no_report: bool,
+    /// Put the helicopter, its sensors and a pilot behind the serial lines that --config names, in real
+    /// time, for `hovernav fly --config` of the same file to fly
+    #[cfg(feature = "lines")]
+    #[arg(long, requires = "config", conflicts_with_all = [
+        "flight", "disturbance", "test_points", "outage", "truth"
+    ])]
+    pub lines: bool,
+    /// The flight computer's fly.toml
+    #[cfg(feature = "lines")]
+    #[arg(long, value_name = "FILE", requires = "lines")]
+    pub config: Option<PathBuf>,
+    /// With --lines: what the pilot does and what is lost, ACT@START[:DURATION] in seconds, `engage@30:60`
+    /// or `stick-pedal=0.3@50:2` say; may be repeated
+    #[cfg(feature = "lines")]
+    #[arg(long = "do", value_name = "ACT", requires = "lines")]
+    pub act: Vec<hovernav_hil::TimedAct>,
 }
 
 fn place(text: &str) -> Result<Geodetic, String> {

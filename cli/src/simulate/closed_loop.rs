@@ -77,6 +77,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let mut warnings = Vec::new();
     let config = config(arguments, &mut warnings)?;
+    #[cfg(feature = "lines")]
+    if let Some(fly_config) = arguments.config.as_deref().filter(|_| arguments.lines) {
+        return super::lines::run(arguments, config, fly_config);
+    }
     let flight = config.fly()?;
     let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
     let (mut dataset, truth) = flight.dataset();

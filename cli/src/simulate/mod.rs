@@ -2,6 +2,8 @@
 
 mod arguments;
 mod closed_loop;
+#[cfg(feature = "lines")]
+mod lines;
 mod page;
 mod path;
 mod summary;

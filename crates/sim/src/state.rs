@@ -1,6 +1,7 @@
 //! The motion of a point of a rigid vehicle, and of its other points.
 
 use hovernav::earth::{Geodetic, Local};
+use hovernav::ekf::Solution;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::time::Time;
 use hovernav_log::Truth;
@@ -39,6 +40,25 @@ impl State {
         }
     }
 
+    /// A solution that is the truth at `time`, without error or uncertainty.
+    #[must_use]
+    pub fn solution(&self, time: Time) -> Solution {
+        Solution {
+            time,
+            position: self.position,
+            velocity_mps: self.velocity_mps,
+            body_to_ned: self.body_to_ned,
+            angular_rate_radps: self.angular_rate_radps,
+            position_sigma_m: Vector::ZERO,
+            velocity_sigma_mps: Vector::ZERO,
+            attitude_sigma_rad: [0.0; 3],
+            gyro_bias_radps: Vector::ZERO,
+            accel_bias_mps2: Vector::ZERO,
+            gyro_bias_sigma_radps: Vector::ZERO,
+            accel_bias_sigma_mps2: Vector::ZERO,
+        }
+    }
+
     /// The motion of the point at `lever_arm_m` from this one.
     ///
     /// Exact for a rigid body, up to rounding and to the square of the lever arm over the Earth's
@@ -70,7 +90,8 @@ impl State {
     }
 
     /// What accelerometers at `lever_arm_m` from this point measure, m/s².
-    pub(super) fn specific_force_at(&self, lever_arm_m: Vector<Body>) -> Vector<Body> {
+    #[must_use]
+    pub fn specific_force_at(&self, lever_arm_m: Vector<Body>) -> Vector<Body> {
         self.steady_specific_force(lever_arm_m)
             + self.angular_acceleration_radps2.cross(lever_arm_m)
     }

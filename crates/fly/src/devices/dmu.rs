@@ -37,26 +37,47 @@ impl Default for Firmware {
     }
 }
 
-/// The inertial unit at the far end of its line, with given measurements.
+/// Where the unit's measurements come from.
+pub trait PacketSource: Send {
+    /// What it measures when it is asked at `now`; `None` while there is nothing to measure.
+    fn at(&mut self, now: Time) -> Option<AnglePacket>;
+
+    /// The next packet that it sends by itself in continuous mode, up to `now`, and its time.
+    fn due(&mut self, now: Time) -> Option<(Time, AnglePacket)>;
+
+    /// When it next sends by itself.
+    fn next(&self) -> Option<Time>;
+
+    /// The times of the first and the last measurement.
+    fn span(&self) -> Option<(Time, Time)>;
+}
+
+/// The inertial unit at the far end of its line.
 ///
 /// In continuous mode it sends each of its packets at that packet's time, leaving out those that come
-/// faster than 70 a second. Asked for a packet, it interpolates between the two around that moment,
-/// so that no poll ever reads the same twice. Before the first and after the last it is silent. The
-/// timer runs with the time that it is given.
+/// faster than 70 a second. The timer runs with the time that it is given.
 #[derive(Clone, Debug)]
-pub struct DmuDevice {
+pub struct DmuDevice<S = GivenPackets> {
     /// What it does with commands.
     pub firmware: Firmware,
     /// What it sends, from the next packet on.
     pub mode: Mode,
     /// Whether it sends unasked.
     pub continuous: bool,
-    packets: Vec<(Time, AnglePacket)>,
-    /// The first packet that is still to come.
-    next: usize,
+    source: S,
     sent: Option<Time>,
     started: bool,
     line: Line,
+}
+
+/// Measurements that are known beforehand. Asked for a packet, the unit interpolates between the two
+/// around that moment, so that no poll ever reads the same twice. Before the first and after the last
+/// it is silent.
+#[derive(Clone, Debug)]
+pub struct GivenPackets {
+    packets: Vec<(Time, AnglePacket)>,
+    /// The first packet that is still to come.
+    next: usize,
 }
 
 impl DmuDevice {
@@ -64,16 +85,7 @@ impl DmuDevice {
     /// at its time, in order of time. Their timers are replaced.
     #[must_use]
     pub fn new(packets: Vec<(Time, AnglePacket)>) -> Self {
-        Self {
-            firmware: Firmware::default(),
-            mode: Mode::Voltage,
-            continuous: false,
-            packets,
-            next: 0,
-            sent: None,
-            started: false,
-            line: Line::new(BAUD, BITS_PER_BYTE),
-        }
+        Self::measuring_by(GivenPackets { packets, next: 0 })
     }
 
     /// A unit that is going to measure `samples`, each at its time, in order of time, with the ranges
@@ -99,6 +111,22 @@ impl DmuDevice {
         let intervals = samples.windows(2).map(|pair| pair[1].time - pair[0].time);
         let intervals = std::iter::once(first_interval_s).chain(intervals);
         Self::new(samples.iter().zip(intervals).map(|(s, interval)| packet(s, interval)).collect())
+    }
+}
+
+impl<S: PacketSource> DmuDevice<S> {
+    /// A unit just switched on, in voltage mode and polled, whose measurements `source` makes.
+    #[must_use]
+    pub fn measuring_by(source: S) -> Self {
+        Self {
+            firmware: Firmware::default(),
+            mode: Mode::Voltage,
+            continuous: false,
+            source,
+            sent: None,
+            started: false,
+            line: Line::new(BAUD, BITS_PER_BYTE),
+        }
     }
 
     /// Puts `bytes` on the line though no command asked for them.
@@ -129,37 +157,13 @@ impl DmuDevice {
                 self.started = true;
                 // A request that comes while it sends is lost.
                 if self.line.is_idle()
-                    && let Some(packet) = self.measured(now)
+                    && let Some(packet) = self.source.at(now)
                 {
                     self.send(packet, now);
                 }
             }
             _ => {}
         }
-    }
-
-    /// What it measures `now`, between the packets before and after.
-    fn measured(&self, now: Time) -> Option<AnglePacket> {
-        let (after_time, after) = *self.packets.get(self.next)?;
-        let (before_time, before) = *self.packets.get(self.next.checked_sub(1)?)?;
-        let interval_s = after_time - before_time;
-        let share = (now - before_time) / interval_s;
-        let between =
-            |before: i16, step: i16| before.wrapping_add((share * f64::from(step)).round() as i16);
-        let words = |before: [i16; 3], after: [i16; 3]| {
-            std::array::from_fn(|k| between(before[k], after[k].saturating_sub(before[k])))
-        };
-        (interval_s <= LONGEST_HOLD_S).then(|| AnglePacket {
-            // Angles turn the short way round.
-            attitude: std::array::from_fn(|k| {
-                between(before.attitude[k], after.attitude[k].wrapping_sub(before.attitude[k]))
-            }),
-            angular_rate: words(before.angular_rate, after.angular_rate),
-            acceleration: words(before.acceleration, after.acceleration),
-            magnetic_field: words(before.magnetic_field, after.magnetic_field),
-            temperature: before.temperature,
-            timer: 0,
-        })
     }
 
     fn send(&mut self, packet: AnglePacket, now: Time) {
@@ -190,14 +194,50 @@ impl DmuDevice {
 
     /// Brings the device up to `now`.
     fn advance(&mut self, now: Time) {
-        while let Some(&(time, packet)) = self.packets.get(self.next)
-            && time <= now
-        {
-            self.next += 1;
+        while let Some((time, packet)) = self.source.due(now) {
             if self.continuous && self.sent.is_none_or(|sent| time - sent >= SHORTEST_PACE_S) {
                 self.send(packet, time);
             }
         }
+    }
+}
+
+impl PacketSource for GivenPackets {
+    fn at(&mut self, now: Time) -> Option<AnglePacket> {
+        let (after_time, after) = *self.packets.get(self.next)?;
+        let (before_time, before) = *self.packets.get(self.next.checked_sub(1)?)?;
+        let interval_s = after_time - before_time;
+        let share = (now - before_time) / interval_s;
+        let between =
+            |before: i16, step: i16| before.wrapping_add((share * f64::from(step)).round() as i16);
+        let words = |before: [i16; 3], after: [i16; 3]| {
+            std::array::from_fn(|k| between(before[k], after[k].saturating_sub(before[k])))
+        };
+        (interval_s <= LONGEST_HOLD_S).then(|| AnglePacket {
+            // Angles turn the short way round.
+            attitude: std::array::from_fn(|k| {
+                between(before.attitude[k], after.attitude[k].wrapping_sub(before.attitude[k]))
+            }),
+            angular_rate: words(before.angular_rate, after.angular_rate),
+            acceleration: words(before.acceleration, after.acceleration),
+            magnetic_field: words(before.magnetic_field, after.magnetic_field),
+            temperature: before.temperature,
+            timer: 0,
+        })
+    }
+
+    fn due(&mut self, now: Time) -> Option<(Time, AnglePacket)> {
+        let due = self.packets.get(self.next).filter(|(time, _)| *time <= now).copied();
+        self.next += usize::from(due.is_some());
+        due
+    }
+
+    fn next(&self) -> Option<Time> {
+        self.packets.get(self.next).map(|(time, _)| *time)
+    }
+
+    fn span(&self) -> Option<(Time, Time)> {
+        self.packets.first().zip(self.packets.last()).map(|(first, last)| (first.0, last.0))
     }
 }
 
@@ -206,7 +246,7 @@ fn converter_counts(word: i16) -> u16 {
     ((i32::from(word) >> 4) + 2048) as u16
 }
 
-impl Device for DmuDevice {
+impl<S: PacketSource> Device for DmuDevice<S> {
     fn receive(&mut self, bytes: &[u8], now: Time) {
         self.advance(now);
         for command in bytes {
@@ -215,8 +255,8 @@ impl Device for DmuDevice {
     }
 
     fn next_transmission(&self) -> Option<Time> {
-        let sample = self.packets.get(self.next).filter(|_| self.continuous);
-        self.line.next().into_iter().chain(sample.map(|(time, _)| *time)).min()
+        let sample = self.source.next().filter(|_| self.continuous);
+        self.line.next().into_iter().chain(sample).min()
     }
 
     fn transmit(&mut self, now: Time, wire: &mut Vec<u8>) {
@@ -225,7 +265,7 @@ impl Device for DmuDevice {
     }
 
     fn span(&self) -> Option<(Time, Time)> {
-        self.packets.first().zip(self.packets.last()).map(|(first, last)| (first.0, last.0))
+        self.source.span()
     }
 
     fn is_started(&self) -> bool {

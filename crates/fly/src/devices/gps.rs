@@ -33,6 +33,8 @@ pub struct GpsDevice {
     next: usize,
     dialogue: Dialogue,
     line: Line,
+    /// When its clock began.
+    start: Option<Time>,
 }
 
 /// The protocol, and how the receiver is configured.
@@ -69,10 +71,18 @@ impl GpsDevice {
                 (dialogue, Line::new(38_400, 10))
             }
         };
-        let start = fixes.first().map_or(Time::ZERO, |fix| fix.time);
-        let fixes =
-            fixes.iter().map(|fix| (fix.time + latency_s, epoch(fix, fix.time - start))).collect();
-        Self { fixes, next: 0, dialogue, line }
+        let mut receiver = Self { fixes: Vec::new(), next: 0, dialogue, line, start: None };
+        for fix in fixes {
+            receiver.will_have(fix, latency_s);
+        }
+        receiver
+    }
+
+    /// One more fix to come, later than those before; its first byte begins `latency_s` after it is
+    /// valid.
+    pub fn will_have(&mut self, fix: &Fix, latency_s: f64) {
+        let start = *self.start.get_or_insert(fix.time);
+        self.fixes.push((fix.time + latency_s, epoch(fix, fix.time - start)));
     }
 
     /// Sends the messages of one fix.
@@ -150,7 +160,7 @@ fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
 impl Device for GpsDevice {
     fn receive(&mut self, mut bytes: &[u8], now: Time) {
         self.advance(now);
-        let Self { fixes, next, dialogue, line } = self;
+        let Self { fixes, next, dialogue, line, .. } = self;
         // The latest fix that it can be asked for.
         let last = fixes.get(next.saturating_sub(1)).map(|(_, epoch)| epoch);
         match dialogue {

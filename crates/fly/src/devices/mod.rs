@@ -48,7 +48,7 @@ mod gps;
 mod line;
 mod recorded;
 
-pub use dmu::{DmuDevice, Firmware};
+pub use dmu::{DmuDevice, Firmware, GivenPackets, PacketSource};
 pub use gps::GpsDevice;
 pub use recorded::RecordedDevice;
 

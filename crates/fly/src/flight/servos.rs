@@ -194,6 +194,11 @@ impl Servos {
         now: Time,
         mut on_event: impl FnMut(ServoEvent<'_>),
     ) -> (Channels<Option<f64>>, bool) {
+        if let ServoOutput::Stream(output) = &mut self.output
+            && let Some(event) = output.poll(now)
+        {
+            on_event(ServoEvent::OutputPort(event));
+        }
         if !self.started {
             if pilot.signal != Some(Signal::Good) {
                 return (Channels::default(), true);
@@ -207,9 +212,9 @@ impl Servos {
             ServoOutput::Pwm(output) => {
                 output.write(&limited_ms, now).map_err(|error| error.to_string())
             }
-            ServoOutput::Stream(output) => output
-                .write(&limited_ms, now, |event| on_event(ServoEvent::OutputPort(event)))
-                .map_err(|error| error.to_string()),
+            ServoOutput::Stream(output) => {
+                output.write(&limited_ms).map_err(|error| error.to_string())
+            }
         };
         let good = written.is_ok();
         let failure = written.err().or_else(|| self.source_failure.take());

@@ -25,21 +25,21 @@ impl StreamOutput {
         Self { port, clock, sequence: 0, started: false }
     }
 
-    /// Sends `widths_ms`; `on_event` hears of changes of the port.
+    /// Opens the port where it is not open, without waiting; a change of its state.
+    pub fn poll(&mut self, now: Time) -> Option<PortEvent> {
+        // What a microcontroller says back is not looked at.
+        let mut said = [0; 64];
+        match self.port.read_until(&mut said, now) {
+            Read::Changed(event) => Some(event),
+            Read::Bytes { .. } | Read::Silent => None,
+        }
+    }
+
+    /// Sends `widths_ms`.
     ///
     /// # Errors
     /// The line did not take the packet.
-    pub fn write(
-        &mut self,
-        widths_ms: &Channels<f64>,
-        now: Time,
-        mut on_event: impl FnMut(PortEvent),
-    ) -> Result<(), WriteError> {
-        // What a microcontroller says back is not looked at; changes of the port come by reading.
-        let mut said = [0; 64];
-        if let Read::Changed(event) = self.port.read_until(&mut said, now) {
-            on_event(event);
-        }
+    pub fn write(&mut self, widths_ms: &Channels<f64>) -> Result<(), WriteError> {
         let packet = ServoPacket {
             sequence: self.sequence,
             width_ticks: widths_ms.map(|width_ms| Some(ServoPacket::ticks(width_ms))),

@@ -11,13 +11,11 @@ use crate::vehicle::Vehicle;
 use crate::wind::Wind;
 use hovernav::autopilot::{HoverAutopilot, Inputs};
 use hovernav::controls::Sticks;
+use hovernav::ekf::Estimator;
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Estimator, Solution};
 use hovernav::event::Event;
-use hovernav::frames::Vector;
 use hovernav::gps::Fix;
 use hovernav::time::Time;
-use hovernav_log::Truth;
 use hovernav_model::helicopter::Helicopter;
 
 impl FlightConfig {
@@ -142,11 +140,11 @@ impl<'a> RunningFlight<'a> {
         self.measure(time, &state);
         let solution = match self.config.feedback {
             Feedback::Estimator => self.estimator.solution(),
-            Feedback::Truth => Some(exact(&truth)),
+            Feedback::Truth => Some(state.solution(time)),
         };
         let pilot_flies = time_s < self.config.engage_s - 1e-9;
         if pilot_flies {
-            let seen = exact(&truth);
+            let seen = state.solution(time);
             let sees = Inputs { now: time, solution: Some(&seen), pilot: None, engage: true };
             self.pilot_sticks = self.pilot.step(&sees).sticks;
         }
@@ -234,23 +232,5 @@ impl<'a> RunningFlight<'a> {
                 self.estimator.push(&Event::Baro { time, height_m }, |_| {});
             }
         }
-    }
-}
-
-/// A solution that is the truth.
-fn exact(truth: &Truth) -> Solution {
-    Solution {
-        time: truth.time,
-        position: truth.position,
-        velocity_mps: truth.velocity_mps,
-        body_to_ned: truth.body_to_ned,
-        angular_rate_radps: truth.angular_rate_radps,
-        position_sigma_m: Vector::ZERO,
-        velocity_sigma_mps: Vector::ZERO,
-        attitude_sigma_rad: [0.0; 3],
-        gyro_bias_radps: Vector::ZERO,
-        accel_bias_mps2: Vector::ZERO,
-        gyro_bias_sigma_radps: Vector::ZERO,
-        accel_bias_sigma_mps2: Vector::ZERO,
     }
 }

@@ -1,0 +1,134 @@
+//! The helicopter behind the serial lines of a flight computer, in real time.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context as _, bail, ensure};
+use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene};
+use hovernav_log::{CaptureSection, FlyConfig};
+use hovernav_sim::FlightConfig;
+use serde::Serialize;
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use super::arguments::{Arguments, OUT};
+use crate::output;
+
+/// What the flight came to, in `summary.json`.
+#[derive(Serialize)]
+struct LinesSummary {
+    tool: &'static str,
+    version: &'static str,
+    input: PathBuf,
+    duration_s: f64,
+    crashed_s: Option<f64>,
+    engaged_s: f64,
+    engagements: usize,
+    velocity_rms_mps: f64,
+    heading_deg: f64,
+    place_m: f64,
+    stick_step: f64,
+}
+
+/// Flies `flight` behind the lines that `fly_config` names.
+pub fn run(
+    arguments: &Arguments,
+    mut flight: FlightConfig,
+    fly_config: &Path,
+) -> anyhow::Result<()> {
+    let config = FlyConfig::read(fly_config)?;
+    let place = |section: &str, key: &str| {
+        format!(
+            "{}: [{section}] {key}: found none, expected one: it is a line of the simulation",
+            fly_config.display()
+        )
+    };
+    let Some(CaptureSection::Serial(pilot)) = &config.servo.capture else {
+        bail!(place("servo.capture", "serial"));
+    };
+    let Some(servos) = &config.servo.stream else { bail!(place("servo", "stream")) };
+    let paths = LinePaths {
+        dmu: config.dmu.port.clone(),
+        gps: config.receiver.port.clone(),
+        pilot: pilot.port.clone(),
+        servos: servos.port.clone(),
+    };
+    flight.dmu.lever_arm_m = config.navigation.imu.lever_arm_m;
+    flight.gps.lever_arm_m = config.navigation.gps.antenna_lever_arm_m;
+    let (dmu, gps) = config.sensors()?;
+    let duration_s = arguments.duration.unwrap_or(300.0);
+    flight.duration_s = duration_s;
+    let calibration = dmu.calibration;
+    let scene = Scene { acts: arguments.act.clone() };
+    let (channels, swashplate) = (config.servo.channels, config.servo.swashplate);
+    let live = LiveConfig { flight, calibration, channels, swashplate, scene };
+
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))
+            .context("cannot listen for signals")?;
+    }
+    let flying = LiveFlight::start(live, gps.protocol, &paths)?;
+    println!(
+        "ready: dmu at {}, gps at {}, pilot at {}, servos at {}",
+        paths.dmu.display(),
+        paths.gps.display(),
+        paths.pilot.display(),
+        paths.servos.display()
+    );
+    let mut told = 0;
+    while !flying.is_finished() && !stop.load(Ordering::Relaxed) {
+        thread::sleep(Duration::from_millis(20));
+        let seconds = flying.elapsed_s().unwrap_or_default() as u64;
+        if seconds >= told + 10
+            && let Some(sample) = flying.latest()
+        {
+            told = seconds;
+            let speed = sample.truth.velocity_mps.norm();
+            let switch = if sample.switch_on { "closed" } else { "open" };
+            println!("{seconds:5} s  speed {speed:.2} m/s, switch {switch}");
+        }
+    }
+    let crashed_s = flying.crashed_s();
+    let elapsed_s = flying.elapsed_s().unwrap_or_default();
+    let (mut dataset, samples) = flying.end()?;
+    ensure!(!samples.is_empty(), "nothing was flown: no flight computer opened the lines");
+    dataset.manifest = config.navigation.clone();
+    let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
+    output::create(&out)?;
+    let truth: Vec<_> = samples.iter().map(|sample| sample.truth).collect();
+    dataset.write(&out, &truth)?;
+    let statistics = LiveStatistics::of(&samples);
+    let summary = LinesSummary {
+        tool: "hovernav",
+        version: env!("CARGO_PKG_VERSION"),
+        input: fly_config.to_path_buf(),
+        duration_s: elapsed_s,
+        crashed_s,
+        engaged_s: statistics.engaged_s,
+        engagements: statistics.engagements,
+        velocity_rms_mps: statistics.velocity_rms_mps,
+        heading_deg: statistics.heading_rad.to_degrees(),
+        place_m: statistics.place_m,
+        stick_step: statistics.stick_step,
+    };
+    output::write_json(&summary, &out.join("summary.json"))?;
+    match crashed_s {
+        Some(crashed_s) => println!("crashed at {crashed_s:.1} s"),
+        None => println!("flown {elapsed_s:.1} s"),
+    }
+    println!(
+        "autopilot {:.1} s in {} engagements: velocity {:.2} m/s RMS, heading within {:.1} deg, place \
+         within {:.1} m, largest step of a stick {:.1} %",
+        statistics.engaged_s,
+        statistics.engagements,
+        statistics.velocity_rms_mps,
+        statistics.heading_rad.to_degrees(),
+        statistics.place_m,
+        100.0 * statistics.stick_step
+    );
+    println!("written {}", out.display());
+    Ok(())
+}

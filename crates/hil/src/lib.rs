@@ -1,0 +1,13 @@
+#![doc = include_str!("../README.md")]
+#![cfg(unix)]
+
+mod lines;
+mod pilot;
+mod plant;
+mod scene;
+mod statistics;
+
+pub use lines::{LinePaths, LiveFlight, LiveFlightError};
+pub use plant::{LiveConfig, LiveSample};
+pub use scene::{Act, ActError, Scene, TimedAct};
+pub use statistics::LiveStatistics;

@@ -1,0 +1,312 @@
+//! The four lines, and the flight behind them.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use hovernav::dmu::AnglePacket;
+use hovernav::gps::Protocol;
+use hovernav::servo::packet::LENGTH;
+use hovernav::time::Time;
+use hovernav::{autopilot, servo};
+use hovernav_fly::devices::{Device, DmuDevice, GpsDevice, PacketSource};
+use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, PlayError, Player};
+use hovernav_log::Dataset;
+use hovernav_model::helicopter::HelicopterError;
+use hovernav_sim::ConfigError;
+
+use crate::plant::{LiveConfig, LiveSample, PILOT_PERIOD_S, Plant};
+use crate::scene::Act;
+
+/// Bytes of the pilot's packets come at 57 600 baud, 10 bits each.
+const PILOT_PACKET_S: f64 = LENGTH as f64 * 10.0 / 57_600.0;
+
+/// Where the lines are to be found.
+#[derive(Clone, Debug)]
+pub struct LinePaths {
+    /// The inertial unit's.
+    pub dmu: PathBuf,
+    /// The GPS receiver's.
+    pub gps: PathBuf,
+    /// The pilot's pulses.
+    pub pilot: PathBuf,
+    /// The servos'.
+    pub servos: PathBuf,
+}
+
+impl LinePaths {
+    /// `dmu`, `gps`, `pilot` and `servos` in `directory`.
+    #[must_use]
+    pub fn within(directory: impl Into<PathBuf>) -> Self {
+        let directory = directory.into();
+        Self {
+            dmu: directory.join("dmu"),
+            gps: directory.join("gps"),
+            pilot: directory.join("pilot"),
+            servos: directory.join("servos"),
+        }
+    }
+}
+
+/// Why a live flight cannot be flown.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LiveFlightError {
+    /// A sensor, servo or wind that cannot be.
+    #[error(transparent)]
+    Sensor(#[from] ConfigError),
+    /// An airframe that cannot be.
+    #[error(transparent)]
+    Helicopter(#[from] HelicopterError),
+    /// A pilot's skill that cannot fly.
+    #[error(transparent)]
+    Pilot(#[from] autopilot::ConfigError),
+    /// A servo's setting that cannot be.
+    #[error("[servo] {0}")]
+    Servo(#[from] servo::ConfigError),
+    /// A line that cannot be had.
+    #[error(transparent)]
+    Line(#[from] PlayError),
+}
+
+type SharedPlant = Arc<Mutex<Plant>>;
+
+fn lock(plant: &SharedPlant) -> MutexGuard<'_, Plant> {
+    plant.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A helicopter that flies behind four lines, in real time; it ends when this is dropped.
+pub struct LiveFlight {
+    plant: SharedPlant,
+    player: Player,
+    duration_s: f64,
+}
+
+impl LiveFlight {
+    /// Makes the lines at `paths`; the flight begins once the flight computer has opened all of them and
+    /// asks the inertial unit for packets. `protocol` is what the receiver speaks.
+    ///
+    /// # Errors
+    /// [`LiveFlightError`].
+    pub fn start(
+        config: LiveConfig,
+        protocol: Protocol,
+        paths: &LinePaths,
+    ) -> Result<Self, LiveFlightError> {
+        config.channels.check()?;
+        config.swashplate.check(&config.channels)?;
+        let duration_s = config.flight.duration_s;
+        let latency_s = config.flight.gps.latency_s;
+        let span = (Time::ZERO, Time::ZERO + duration_s);
+        let cuts = |wire, adapter| {
+            let cut = |(start_s, duration_s): (f64, f64), kind| Cut {
+                start: Time::ZERO + start_s,
+                duration_s,
+                kind,
+            };
+            let wires = config.scene.spans(wire).map(|span| cut(span, CutKind::Wire));
+            let adapters = config.scene.spans(adapter).map(|span| cut(span, CutKind::Adapter));
+            wires.chain(adapters).collect::<Vec<_>>()
+        };
+        let (dmu_cuts, gps_cuts) =
+            (cuts(Act::DmuCut, Act::DmuPulled), cuts(Act::GpsCut, Act::GpsPulled));
+        let plant: SharedPlant = Arc::new(Mutex::new(Plant::new(config)?));
+        let of = || Arc::clone(&plant);
+        let dmu = DmuDevice::measuring_by(LiveDmu { plant: of(), span });
+        let gps =
+            LiveGps { plant: of(), device: GpsDevice::new(protocol, &[], 0.0), latency_s, span };
+        let pilot = LivePilot { plant: of(), next: Time::ZERO, ready: None };
+        let servos = LiveServos { plant: of() };
+        let ports = vec![
+            EmulatedPort { cuts: dmu_cuts, ..EmulatedPort::new(&paths.dmu, dmu) },
+            EmulatedPort { cuts: gps_cuts, ..EmulatedPort::new(&paths.gps, gps) },
+            EmulatedPort::new(&paths.pilot, pilot),
+            EmulatedPort::new(&paths.servos, servos),
+        ];
+        let player = Player::start(ports, 1.0, Begin::WhenAsked)?;
+        Ok(Self { plant, player, duration_s })
+    }
+
+    /// Seconds since the flight began; `None` before.
+    #[must_use]
+    pub fn elapsed_s(&self) -> Option<f64> {
+        self.player.elapsed_s()
+    }
+
+    /// The vehicle now.
+    #[must_use]
+    pub fn latest(&self) -> Option<LiveSample> {
+        lock(&self.plant).samples.last().copied()
+    }
+
+    /// When it crashed, s, if it did.
+    #[must_use]
+    pub fn crashed_s(&self) -> Option<f64> {
+        let plant = lock(&self.plant);
+        let last = plant.samples.last().filter(|_| plant.has_crashed())?;
+        Some(last.truth.time.seconds())
+    }
+
+    /// Whether it has flown to its end, crashed, or lost a line for good.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.elapsed_s().is_some_and(|elapsed_s| elapsed_s > self.duration_s)
+            || self.player.is_finished()
+            || self.crashed_s().is_some()
+    }
+
+    /// Ends it: what the sensors measured, as a dataset with the truth about it, and the vehicle at every
+    /// period.
+    ///
+    /// # Errors
+    /// What made a line fail.
+    pub fn end(self) -> Result<(Dataset, Vec<LiveSample>), LiveFlightError> {
+        self.player.stop()?;
+        let mut plant = lock(&self.plant);
+        let samples = std::mem::take(&mut plant.samples);
+        let dataset = Dataset {
+            imu: std::mem::take(&mut plant.imu),
+            controls: samples
+                .iter()
+                .map(|sample| (sample.truth.time, sample.commanded.to_array()))
+                .collect(),
+            ..Dataset::default()
+        };
+        Ok((dataset, samples))
+    }
+}
+
+/// The inertial unit's measurements.
+struct LiveDmu {
+    plant: SharedPlant,
+    span: (Time, Time),
+}
+
+impl PacketSource for LiveDmu {
+    fn at(&mut self, now: Time) -> Option<AnglePacket> {
+        lock(&self.plant).packet(now)
+    }
+
+    fn due(&mut self, _now: Time) -> Option<(Time, AnglePacket)> {
+        None
+    }
+
+    fn next(&self) -> Option<Time> {
+        None
+    }
+
+    fn span(&self) -> Option<(Time, Time)> {
+        Some(self.span)
+    }
+}
+
+/// The GPS receiver.
+struct LiveGps {
+    plant: SharedPlant,
+    device: GpsDevice,
+    latency_s: f64,
+    span: (Time, Time),
+}
+
+impl Device for LiveGps {
+    fn receive(&mut self, bytes: &[u8], now: Time) {
+        self.device.receive(bytes, now);
+    }
+
+    fn next_transmission(&self) -> Option<Time> {
+        self.device.next_transmission()
+    }
+
+    fn transmit(&mut self, now: Time, wire: &mut Vec<u8>) {
+        let mut plant = lock(&self.plant);
+        plant.advance(now);
+        for fix in plant.fixes.drain(..) {
+            self.device.will_have(&fix, self.latency_s);
+        }
+        drop(plant);
+        self.device.transmit(now, wire);
+    }
+
+    fn span(&self) -> Option<(Time, Time)> {
+        Some(self.span)
+    }
+
+    fn is_started(&self) -> bool {
+        true
+    }
+}
+
+/// The pilot's receiver and the microcontroller that times its pulses.
+struct LivePilot {
+    plant: SharedPlant,
+    /// When the next frame ends.
+    next: Time,
+    /// A packet on its way, and when its last byte arrives.
+    ready: Option<(Time, [u8; LENGTH])>,
+}
+
+impl Device for LivePilot {
+    fn receive(&mut self, _bytes: &[u8], _now: Time) {}
+
+    fn next_transmission(&self) -> Option<Time> {
+        Some(self.ready.map_or(self.next, |(arrival, _)| arrival))
+    }
+
+    fn transmit(&mut self, now: Time, wire: &mut Vec<u8>) {
+        if now < Time::ZERO {
+            return;
+        }
+        loop {
+            if let Some((arrival, bytes)) = self.ready {
+                if arrival > now {
+                    return;
+                }
+                wire.extend(bytes);
+                self.ready = None;
+            }
+            if self.next > now {
+                return;
+            }
+            let frame = self.next;
+            // Frames that nobody looked for are not made up for.
+            self.next =
+                if now - frame > 0.5 { now + PILOT_PERIOD_S } else { frame + PILOT_PERIOD_S };
+            let packet = lock(&self.plant).pilot_packet(frame.max(Time::ZERO));
+            self.ready = packet.map(|packet| (frame + PILOT_PACKET_S, packet.encode()));
+        }
+    }
+
+    fn span(&self) -> Option<(Time, Time)> {
+        None
+    }
+
+    fn is_started(&self) -> bool {
+        true
+    }
+}
+
+/// The microcontroller that drives the servos.
+struct LiveServos {
+    plant: SharedPlant,
+}
+
+impl Device for LiveServos {
+    fn receive(&mut self, bytes: &[u8], now: Time) {
+        if now >= Time::ZERO {
+            lock(&self.plant).command(bytes, now);
+        }
+    }
+
+    fn next_transmission(&self) -> Option<Time> {
+        None
+    }
+
+    fn transmit(&mut self, _now: Time, _wire: &mut Vec<u8>) {}
+
+    fn span(&self) -> Option<(Time, Time)> {
+        None
+    }
+
+    fn is_started(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,284 @@
+//! The vehicle, its sensors and its pilot, at one moment after the other.
+
+use hovernav::autopilot::HoverConfig;
+use hovernav::controls::{Channels, Sticks};
+use hovernav::dmu::{AnglePacket, Calibration, Measurement};
+use hovernav::frames::{Ned, Vector};
+use hovernav::gps::Fix;
+use hovernav::imu::ImuSample;
+use hovernav::servo::packet::{PacketCapture, ServoPacket};
+use hovernav::servo::{ChannelConfig, Swashplate};
+use hovernav::time::Time;
+use hovernav_log::Truth;
+use hovernav_model::helicopter::Helicopter;
+use hovernav_sim::{FlightConfig, ImuTruth, SimulatedDmu, SimulatedGps, State, Vehicle, Wind};
+
+use crate::lines::LiveFlightError;
+use crate::pilot::Pilot;
+use crate::scene::{Act, STICK_CHANNELS, Scene};
+
+/// Steps of the vehicle in one period of the autopilot.
+const STEPS: u64 = 3;
+/// From one packet of the pilot's pulses to the next, s.
+pub(crate) const PILOT_PERIOD_S: f64 = 0.02;
+/// Packets to the servos that stay away for longer let the receiver's own pulses through, s.
+const PASS_THROUGH_S: f64 = 0.2;
+/// Width of the aux channel with the switch open and closed, ms.
+const AUX_MS: (f64, f64) = (1.1, 1.9);
+/// What a receiver in failsafe sends on every channel, ms.
+const FAILSAFE_MS: f64 = 1.5;
+
+/// A live flight's set-up.
+#[derive(Clone, Debug)]
+pub struct LiveConfig {
+    /// Vehicle, wind, sensors, place and seed. Its autopilot is the pilot's skill; its events are not
+    /// flown.
+    pub flight: FlightConfig,
+    /// The inertial unit's ranges and signs.
+    pub calibration: Calibration,
+    /// The servos, as the flight computer has them.
+    pub channels: Channels<ChannelConfig>,
+    /// The swashplate, as the flight computer has it.
+    pub swashplate: Swashplate,
+    /// What happens.
+    pub scene: Scene,
+}
+
+/// The vehicle at one period of a live flight.
+#[derive(Clone, Copy, Debug)]
+pub struct LiveSample {
+    /// The centre of gravity.
+    pub truth: Truth,
+    /// The pilot's sticks.
+    pub pilot: Sticks,
+    /// What the servos were commanded.
+    pub commanded: Sticks,
+    /// Whether the pilot's switch is closed.
+    pub switch_on: bool,
+    /// The wind, m/s.
+    pub wind_mps: Vector<Ned>,
+}
+
+/// Everything behind the lines.
+pub(crate) struct Plant {
+    config: LiveConfig,
+    skill: HoverConfig,
+    step_s: f64,
+    steps: u64,
+    vehicle: Vehicle,
+    wind: Wind,
+    wind_mps: Vector<Ned>,
+    dmu: SimulatedDmu,
+    gps: SimulatedGps,
+    next_fix: u64,
+    last_fix: Option<Fix>,
+    /// Fixes that the receiver has, and its line has not yet.
+    pub fixes: Vec<Fix>,
+    pub imu: Vec<ImuSample>,
+    last_packet: Option<AnglePacket>,
+    pilot: Pilot,
+    pilot_sticks: Sticks,
+    /// The flight computer's packets, and when the last came.
+    servo_stream: PacketCapture,
+    packets: u64,
+    last_packet_at: Option<Time>,
+    commanded: Sticks,
+    sequence: u8,
+    pub samples: Vec<LiveSample>,
+}
+
+impl Plant {
+    pub fn new(config: LiveConfig) -> Result<Self, LiveFlightError> {
+        let flight = &config.flight;
+        let helicopter = Helicopter::new(flight.helicopter)?;
+        let step_s = flight.autopilot.period_s / STEPS as f64;
+        let neutral = flight.autopilot.trim.sticks;
+        Ok(Self {
+            vehicle: Vehicle::hovering(
+                &flight.vehicle,
+                helicopter,
+                flight.start,
+                flight.heading_rad,
+            )?,
+            wind: Wind::new(&flight.wind, step_s, flight.seed)?,
+            wind_mps: Vector::ZERO,
+            dmu: SimulatedDmu::new(&flight.dmu, flight.seed)?,
+            gps: SimulatedGps::new(&flight.gps, flight.seed)?,
+            next_fix: 0,
+            last_fix: None,
+            fixes: Vec::new(),
+            imu: Vec::new(),
+            last_packet: None,
+            pilot: Pilot::new(flight.autopilot)?,
+            pilot_sticks: neutral,
+            servo_stream: PacketCapture::default(),
+            packets: 0,
+            last_packet_at: None,
+            commanded: neutral,
+            sequence: 0,
+            samples: Vec::new(),
+            skill: flight.autopilot,
+            step_s,
+            steps: 0,
+            config,
+        })
+    }
+
+    pub fn has_crashed(&self) -> bool {
+        self.vehicle.has_crashed()
+    }
+
+    /// Brings the flight up to `now`.
+    pub fn advance(&mut self, now: Time) {
+        while self.time() + self.step_s <= now && !self.vehicle.has_crashed() {
+            self.step();
+        }
+    }
+
+    fn time(&self) -> Time {
+        Time::ZERO + self.steps as f64 * self.step_s
+    }
+
+    fn step(&mut self) {
+        let time = self.time();
+        let time_s = time.seconds();
+        let state = self.vehicle.state();
+        self.wind_mps = self.wind.advance();
+        let passed = self.last_packet_at.is_none_or(|at| time - at > PASS_THROUGH_S);
+        if passed {
+            self.commanded = self.pilot_sticks;
+        }
+        if self.steps.is_multiple_of(STEPS) {
+            let switch_on = self.config.scene.has(Act::Engage, time_s);
+            let seen = state.solution(time);
+            self.pilot_sticks = self.pilot.sticks(&seen, self.commanded, switch_on);
+            self.samples.push(LiveSample {
+                truth: state.truth(time),
+                pilot: self.pilot_sticks,
+                commanded: self.commanded,
+                switch_on,
+                wind_mps: self.wind_mps,
+            });
+        }
+        self.measure_fixes(time, &state);
+        self.vehicle.step(self.commanded, self.wind_mps, self.step_s);
+        self.steps += 1;
+    }
+
+    fn measure_fixes(&mut self, time: Time, state: &State) {
+        let gps = &self.config.flight.gps;
+        while Time::ZERO + self.next_fix as f64 / gps.rate_hz <= time {
+            self.next_fix += 1;
+            let antenna = state.at_point(gps.lever_arm_m);
+            let fix = self.gps.measure(time, &antenna.position, antenna.velocity_mps);
+            let scene = &self.config.scene;
+            if scene.has(Act::NoFix, time.seconds()) {
+                continue;
+            }
+            let frozen = self.last_fix.filter(|_| scene.has(Act::FrozenFix, time.seconds()));
+            let said = match frozen {
+                Some(last) => Some(Fix { time, ..last }),
+                None => fix,
+            };
+            self.last_fix = said.or(self.last_fix);
+            self.fixes.extend(said);
+        }
+    }
+
+    /// What the inertial unit measures when it is asked at `now`.
+    pub fn packet(&mut self, now: Time) -> Option<AnglePacket> {
+        if now < Time::ZERO {
+            return None;
+        }
+        self.advance(now);
+        if let Some(last) =
+            self.last_packet.filter(|_| self.config.scene.has(Act::FrozenImu, now.seconds()))
+        {
+            return Some(last);
+        }
+        let state = self.vehicle.state();
+        let sample = self.dmu.measure(
+            now,
+            &ImuTruth {
+                angular_rate_radps: state.inertial_rate_radps,
+                specific_force_mps2: state.specific_force_at(self.config.flight.dmu.lever_arm_m),
+                body_to_ned: state.body_to_ned,
+            },
+        );
+        self.imu.push(sample);
+        let mean = sample.motion.mean_rates(self.skill.period_s);
+        let packet = self.config.calibration.counts(&Measurement {
+            angular_rate_radps: mean.angular_rate_radps,
+            specific_force_mps2: mean.specific_force_mps2,
+            magnetic_field_gauss: sample.magnetic_field_gauss.unwrap_or_default(),
+            attitude: sample.attitude,
+            temperature_degc: 25.0,
+        });
+        self.last_packet = Some(packet);
+        Some(packet)
+    }
+
+    /// The pilot's next packet; `None` while nothing comes from the receiver.
+    pub fn pilot_packet(&mut self, now: Time) -> Option<ServoPacket> {
+        self.advance(now);
+        let time_s = now.seconds();
+        let (scene, config) = (&self.config.scene, &self.config);
+        if scene.has(Act::PilotLost, time_s) {
+            return None;
+        }
+        let moved = scene.moved(time_s).to_array();
+        let held = self.pilot_sticks.to_array();
+        let sticks = Sticks::from_array(std::array::from_fn(|stick| {
+            (held[stick] + moved[stick]).clamp(-1.0, 1.0)
+        }));
+        let throttle_ms = config.channels.throttle.trim_ms;
+        let mut widths_ms = if config.swashplate.pilot_is_mixed {
+            config.swashplate.widths_ms(&config.channels, sticks, throttle_ms)
+        } else {
+            let mut plain = Channels { throttle: throttle_ms, ..Channels::default() };
+            for (channel, stick) in STICK_CHANNELS.into_iter().zip(sticks.to_array()) {
+                plain[channel] = config.channels[channel].width_ms(stick);
+            }
+            plain
+        };
+        let receiver_failsafe = scene.has(Act::ReceiverFailsafe, time_s);
+        if receiver_failsafe {
+            widths_ms = Channels::from_fn(|_| FAILSAFE_MS);
+        }
+        let aux_ms = if scene.has(Act::Engage, time_s) { AUX_MS.1 } else { AUX_MS.0 };
+        let has_aux = !scene.has(Act::AuxLost, time_s);
+        let packet = ServoPacket {
+            sequence: self.sequence,
+            width_ticks: widths_ms.map(|width_ms| Some(ServoPacket::ticks(width_ms))),
+            aux_ticks: has_aux.then(|| ServoPacket::ticks(aux_ms)),
+            receiver_failsafe,
+            started: self.sequence == 0 && time_s < 1.0,
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        Some(packet)
+    }
+
+    /// Takes what the flight computer sent towards the servos.
+    pub fn command(&mut self, bytes: &[u8], now: Time) {
+        self.advance(now);
+        if self.config.scene.has(Act::ServosCut, now.seconds()) {
+            return;
+        }
+        let pulses = *self.servo_stream.receive(bytes, now);
+        if self.servo_stream.counts().packets == self.packets {
+            return;
+        }
+        self.packets = self.servo_stream.counts().packets;
+        let (channels, plate) = (self.config.channels, self.config.swashplate);
+        let stick = pulses
+            .channels
+            .zip(channels)
+            .map(|(captured, config)| captured.pulse.map(|pulse| config.stick(pulse.width_ms)));
+        if let (Some(lateral), Some(longitudinal), Some(collective), Some(pedal)) =
+            (stick.lateral, stick.longitudinal, stick.collective, stick.pedal)
+        {
+            self.commanded = plate.sticks(Sticks { lateral, longitudinal, collective, pedal });
+            self.last_packet_at = Some(now);
+        }
+    }
+}
