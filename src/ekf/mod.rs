@@ -19,6 +19,7 @@ mod process;
 #[cfg(feature = "alloc")]
 mod smoother;
 mod solution;
+mod stepless;
 mod trace;
 
 pub use config::{
@@ -34,6 +35,7 @@ pub use prediction::{ImuFault, Prediction, ResetCause};
 #[cfg(feature = "alloc")]
 pub use smoother::Smoother;
 pub use solution::Solution;
+pub use stepless::SteplessSolution;
 pub use trace::Trace;
 
 /// The fifteen base states, covariance in `f64`.

@@ -54,7 +54,8 @@ impl Pilot {
         let inputs = Inputs {
             now: truth.time,
             solution: Some(truth),
-            pilot: Some(self.held),
+            // Its own hands are no override of its own hands.
+            pilot: Some(self.held).filter(|_| self.lets_go),
             engage: !self.lets_go,
         };
         let by_hand = self.hands.step(&inputs).sticks;

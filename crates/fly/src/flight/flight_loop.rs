@@ -14,7 +14,7 @@ use crate::serial::{Clock, PortEvent, WriteError};
 use hovernav::autopilot::{Health, HealthLimits, Mode};
 use hovernav::controls::{Channels, Sticks};
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Estimator, Notice, Solution};
+use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::flight_control::{ControlInputs, ControlNotice, FlightControl};
 use hovernav::imu::ImuSample;
@@ -45,6 +45,9 @@ pub struct FlightLoop {
     estimator: Estimator<Full, 28>,
     /// The estimate at the last sample.
     solution: Option<Solution>,
+    stepless: SteplessSolution,
+    /// The same without steps, for the autopilot.
+    flown: Option<Solution>,
     limits: HealthLimits,
     servos: Servos,
     /// Pilot and autopilot; `None` where the pilot alone flies.
@@ -98,6 +101,8 @@ impl FlightLoop {
             log: EventLog::new(Recorder::create(record, &header)?, notifications),
             estimator,
             solution: None,
+            stepless: SteplessSolution::default(),
+            flown: None,
             limits: HealthLimits::default(),
             servos,
             control,
@@ -188,6 +193,7 @@ impl FlightLoop {
         self.estimate(now, event);
         self.snapshot = self.snapshot.with_imu(sample, interval_s);
         self.solution = self.estimator.solution();
+        self.flown = self.solution.map(|solution| self.stepless.solution(&solution));
         if let Some(solution) = &self.solution {
             self.log.recorder.push(now, *solution);
             self.snapshot = self.snapshot.with_solution(solution);
@@ -204,8 +210,8 @@ impl FlightLoop {
     }
 
     fn estimate(&mut self, now: Time, event: &Event) {
-        let Self { estimator, log, snapshot, .. } = self;
-        estimator.push(event, |notice| {
+        let Self { estimator, stepless, log, snapshot, .. } = self;
+        estimator.push_traced(event, stepless, |notice| {
             log.recorder.push(now, notice);
             if let Notice::Updated(report) = &notice {
                 report.innovations().for_each(|one| snapshot.innovations.note(one));
@@ -256,7 +262,7 @@ impl FlightLoop {
         };
         let inputs = ControlInputs {
             now,
-            solution: self.solution.as_ref(),
+            solution: self.flown.as_ref(),
             fix_age_s: self.last_fix.map(|arrival| (now - arrival).max(0.0)),
             pulses: &pilot.pulses,
             servos_good: self.servos_good,

@@ -14,7 +14,7 @@ use hovernav_log::{Dataset, Manifest, Truth};
 pub struct FlightSample {
     /// The centre of gravity.
     pub truth: Truth,
-    /// What the autopilot flew on.
+    /// The estimate, which the autopilot flies on without its steps; the truth where it flies on that.
     pub solution: Option<Solution>,
     /// What it was doing.
     pub mode: Mode,

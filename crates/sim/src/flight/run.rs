@@ -11,8 +11,8 @@ use crate::vehicle::Vehicle;
 use crate::wind::Wind;
 use hovernav::autopilot::{HoverAutopilot, Inputs};
 use hovernav::controls::Sticks;
-use hovernav::ekf::Estimator;
 use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::gps::Fix;
 use hovernav::time::Time;
@@ -51,6 +51,7 @@ struct RunningFlight<'a> {
     /// Fixes on their way, with the time of their arrival.
     pending_fixes: Vec<(Time, Fix)>,
     estimator: Estimator<Full, 28>,
+    stepless: SteplessSolution,
     pilot: HoverAutopilot,
     pilot_sticks: Sticks,
     autopilot: HoverAutopilot,
@@ -101,6 +102,7 @@ impl<'a> RunningFlight<'a> {
             next_baro: 0,
             pending_fixes: Vec::new(),
             estimator: Estimator::new(settings),
+            stepless: SteplessSolution::default(),
             pilot: HoverAutopilot::new(config.autopilot)?,
             pilot_sticks: config.autopilot.trim.sticks,
             autopilot: HoverAutopilot::new(config.autopilot)?,
@@ -148,9 +150,13 @@ impl<'a> RunningFlight<'a> {
             let sees = Inputs { now: time, solution: Some(&seen), pilot: None, engage: true };
             self.pilot_sticks = self.pilot.step(&sees).sticks;
         }
+        let flown = solution.map(|solution| match self.config.feedback {
+            Feedback::Estimator => self.stepless.solution(&solution),
+            Feedback::Truth => solution,
+        });
         let outputs = self.autopilot.step(&Inputs {
             now: time,
-            solution: solution.as_ref(),
+            solution: flown.as_ref(),
             pilot: Some(self.pilot_sticks),
             engage: self.engaged && !pilot_flies,
         });
@@ -202,7 +208,7 @@ impl<'a> RunningFlight<'a> {
         self.flight.imu.push(sample);
         let listens = config.feedback == Feedback::Estimator;
         if listens {
-            self.estimator.push(&Event::Imu(sample), |_| {});
+            self.estimator.push_traced(&Event::Imu(sample), &mut self.stepless, |_| {});
         }
         let due = |count: u64, rate_hz: f64| Time::ZERO + count as f64 / rate_hz <= time;
         while due(self.next_fix, config.gps.rate_hz) {
@@ -217,7 +223,7 @@ impl<'a> RunningFlight<'a> {
         for (_, fix) in self.pending_fixes.drain(..arrived) {
             self.flight.fixes.push(fix);
             if listens {
-                self.estimator.push(&Event::Gps(fix), |_| {});
+                self.estimator.push_traced(&Event::Gps(fix), &mut self.stepless, |_| {});
             }
         }
         if let (Some(baro), Some(set)) = (&mut self.baro, &config.baro)
@@ -229,7 +235,8 @@ impl<'a> RunningFlight<'a> {
             let height_m = baro.measure(state.position.height_m);
             self.flight.baro.push((time, height_m));
             if listens {
-                self.estimator.push(&Event::Baro { time, height_m }, |_| {});
+                let event = Event::Baro { time, height_m };
+                self.estimator.push_traced(&event, &mut self.stepless, |_| {});
             }
         }
     }

@@ -1,0 +1,194 @@
+//! A solution without steps, for a controller: what a measurement corrects is fed in over about a
+//! second.
+
+use super::covariance::{Gain, Sensitivity};
+use super::layout::{ATTITUDE, POSITION, VELOCITY};
+use super::scalar::Scalar;
+use super::solution::Solution;
+use super::trace::Trace;
+use crate::frames::{Ned, Vector};
+use crate::time::Time;
+
+/// Corrections not yet fed in that are larger than this are no corrections but another solution, m/s
+/// and m: they are taken at once.
+const ANOTHER_MPS: f64 = 10.0;
+const ANOTHER_M: f64 = 100.0;
+
+/// Keeps back what the measurements have corrected, and lets it out with a time constant.
+///
+/// Give it to the estimator as its [`Trace`], and take the controller's solution from
+/// [`solution`](Self::solution). Between measurements that is the filter's own solution less what is
+/// still kept back: motion passes through undelayed, so the phase of the loop at the frequencies that
+/// matter is that of the filter; only the jumps of the corrections are drawn out. What is kept back is
+/// added to the uncertainty, so that nobody trusts the solution more than it deserves.
+///
+/// ```
+/// use hovernav::ekf::{Estimator, EstimatorConfig, SteplessSolution};
+/// # use hovernav::event::Event;
+/// # fn fly(events: &[Event]) {
+/// let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
+/// let mut stepless = SteplessSolution::default();
+/// for event in events {
+///     estimator.push_traced(event, &mut stepless, |_| {});
+///     let for_the_controller = estimator.solution().map(|solution| stepless.solution(&solution));
+/// }
+/// # }
+/// ```
+///
+/// # Source
+/// Equation (C11) of docs/equations.md.
+#[derive(Clone, Copy, Debug)]
+pub struct SteplessSolution {
+    time_constant_s: f64,
+    /// The solution's time before.
+    before: Option<Time>,
+    attitude_rad: Vector<Ned>,
+    velocity_mps: Vector<Ned>,
+    position_m: Vector<Ned>,
+}
+
+impl Default for SteplessSolution {
+    /// With a time constant of 0.7 s: the greater part of a correction is in before the next fix.
+    fn default() -> Self {
+        Self::new(0.7)
+    }
+}
+
+impl SteplessSolution {
+    /// Nothing kept back yet; corrections are let out with `time_constant_s`, brought into 0.05 to 10 s.
+    #[must_use]
+    pub fn new(time_constant_s: f64) -> Self {
+        Self {
+            // Written so that a NaN becomes the least.
+            time_constant_s: time_constant_s.max(0.05).min(10.0),
+            before: None,
+            attitude_rad: Vector::ZERO,
+            velocity_mps: Vector::ZERO,
+            position_m: Vector::ZERO,
+        }
+    }
+
+    /// What is kept back now: attitude, rad, velocity, m/s, and position, m, north, east, down.
+    #[must_use]
+    pub const fn kept_back(&self) -> [Vector<Ned>; 3] {
+        [self.attitude_rad, self.velocity_mps, self.position_m]
+    }
+
+    /// The solution without steps at the time of `filtered`, the filter's own.
+    pub fn solution(&mut self, filtered: &Solution) -> Solution {
+        let elapsed_s = self.before.map_or(0.0, |before| (filtered.time - before).max(0.0));
+        self.before = Some(filtered.time);
+        let share = libm::exp(-elapsed_s / self.time_constant_s);
+        for kept in [&mut self.attitude_rad, &mut self.velocity_mps, &mut self.position_m] {
+            *kept = *kept * share;
+        }
+        // Written so that a NaN is dropped too.
+        let small = self.velocity_mps.norm() <= ANOTHER_MPS
+            && self.position_m.norm() <= ANOTHER_M
+            && self.attitude_rad.norm() <= 1.0;
+        if !small {
+            *self = Self { before: self.before, ..Self::new(self.time_constant_s) };
+        }
+        let wider = |sigma: Vector<Ned>, kept: Vector<Ned>| {
+            let [x, y, z] = sigma.to_array();
+            let [a, b, c] = kept.to_array();
+            Vector::new(libm::hypot(x, a), libm::hypot(y, b), libm::hypot(z, c))
+        };
+        Solution {
+            body_to_ned: filtered.body_to_ned.turned_in_to(-self.attitude_rad),
+            velocity_mps: filtered.velocity_mps - self.velocity_mps,
+            position: filtered.position.displaced(-self.position_m),
+            velocity_sigma_mps: wider(filtered.velocity_sigma_mps, self.velocity_mps),
+            position_sigma_m: wider(filtered.position_sigma_m, self.position_m),
+            ..*filtered
+        }
+    }
+}
+
+impl<T: Scalar, const N: usize> Trace<T, N> for SteplessSolution {
+    fn propagated(&mut self, _: &super::covariance::Transition<T, N>) {}
+
+    fn updated(&mut self, _: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64) {
+        let at = |state: usize| gain.gain.get(state).map_or(0.0, |gain| gain.wide() * innovation);
+        let block = |first: usize| Vector::new(at(first), at(first + 1), at(first + 2));
+        self.attitude_rad = self.attitude_rad + block(ATTITUDE);
+        self.velocity_mps = self.velocity_mps + block(VELOCITY);
+        self.position_m = self.position_m + block(POSITION);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Estimator, EstimatorConfig};
+    use super::*;
+    use crate::earth::Geodetic;
+    use crate::event::Event;
+    use crate::frames::EulerAngles;
+    use crate::gps::Fix;
+    use crate::imu::{ImuSample, Motion};
+
+    /// A minute at rest with fixes that scatter by metres: the filter's solution steps at each, the
+    /// controller's does not, and both come to the same.
+    #[test]
+    fn fixes_move_it_without_a_step_and_to_the_same_place() {
+        let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
+        let mut stepless = SteplessSolution::default();
+        let place = Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap();
+        let mut before: Option<(Solution, Solution)> = None;
+        let (mut step, mut drawn_out) = (0.0f64, 0.0f64);
+        let scatter = [2.0, -3.0, 1.0, 4.0, -2.0];
+        for k in 0..3_000i64 {
+            let time = Time::from_nanoseconds(k * 20_000_000);
+            let sample = ImuSample {
+                time,
+                motion: Motion::Rates {
+                    angular_rate_radps: Vector::ZERO,
+                    specific_force_mps2: Vector::new(0.0, 0.0, -9.807),
+                },
+                attitude: Some(EulerAngles::from_degrees(0.0, 0.0, 45.0)),
+                magnetic_field_gauss: None,
+            };
+            estimator.push_traced(&Event::Imu(sample), &mut stepless, |_| {});
+            if k % 50 == 0 {
+                let north = scatter[usize::try_from(k / 50).unwrap() % scatter.len()];
+                let fix = Fix::at(time, place.displaced(Vector::new(north, 0.0, 0.0)));
+                estimator.push_traced(&Event::Gps(fix), &mut stepless, |_| {});
+            }
+            let Some(filtered) = estimator.solution() else { continue };
+            let calm = stepless.solution(&filtered);
+            if let Some((filtered_before, calm_before)) = before.filter(|_| k > 500) {
+                let moved = |a: &Solution, b: &Solution| a.position.displacement_from(&b.position);
+                step = step.max(moved(&filtered, &filtered_before).norm());
+                drawn_out = drawn_out.max(moved(&calm, &calm_before).norm());
+            }
+            before = Some((filtered, calm));
+        }
+        assert!(step > 0.05 && drawn_out < 0.1 * step, "{step} m becomes {drawn_out} m a sample");
+        let (filtered, calm) = before.unwrap();
+        let apart = filtered.position.displacement_from(&calm.position);
+        let [_, _, kept] = stepless.kept_back();
+        assert!((apart - kept).norm() < 1e-6);
+        assert!(calm.position_sigma_m.x() >= filtered.position_sigma_m.x());
+    }
+
+    #[test]
+    fn another_solution_is_taken_at_once() {
+        let mut stepless =
+            SteplessSolution { velocity_mps: Vector::new(50.0, 0.0, 0.0), ..Default::default() };
+        let filtered = Solution {
+            time: Time::ZERO,
+            position: Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap(),
+            velocity_mps: Vector::ZERO,
+            body_to_ned: crate::frames::Rotation::from_euler(EulerAngles::default()),
+            angular_rate_radps: Vector::ZERO,
+            gyro_bias_radps: Vector::ZERO,
+            accel_bias_mps2: Vector::ZERO,
+            position_sigma_m: Vector::ZERO,
+            velocity_sigma_mps: Vector::ZERO,
+            attitude_sigma_rad: [0.0; 3],
+            gyro_bias_sigma_radps: Vector::ZERO,
+            accel_bias_sigma_mps2: Vector::ZERO,
+        };
+        assert_eq!(stepless.solution(&filtered).velocity_mps, Vector::ZERO);
+    }
+}
