@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_width_does_not_depend_on_when_it_is_read_and_its_age_soon_does_not_either() {
-        let mut edges = Edges::new(lines());
+        let mut edges = Edges::new(lines(), Some(21));
         let delays_ns = [9_000_000, 200_000, 25_000_000, 100_000, 3_000_000];
         let ages = ages_ns(&mut edges, &delays_ns, 77_000_000_000);
         let least = |upto: usize| *delays_ns[..=upto].iter().min().unwrap();
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_step_of_our_clock_is_followed() {
-        let mut edges = Edges::new(lines());
+        let mut edges = Edges::new(lines(), Some(21));
         ages_ns(&mut edges, &[100_000], 0);
         for ahead_ns in [-5_000_000_000, 5_000_000_000] {
             assert!(ages_ns(&mut edges, &[100_000], ahead_ns).iter().all(|age| *age <= 100_000));
@@ -238,13 +238,16 @@ mod tests {
 
     #[test]
     fn a_lost_edge_and_a_spike_are_errors_of_their_channel() {
-        let mut edges = Edges::new(lines());
+        let mut edges = Edges::new(lines(), Some(21));
         ages_ns(&mut edges, &[0, 0], 0);
         let now = Time::from_nanoseconds(1_100_000_000);
         edges.take(&edge(19, false, 6, 1_060_000_000), now);
         edges.take(&edge(19, true, 7, 1_080_000_000), now);
         edges.take(&edge(19, false, 8, 1_080_003_000), now);
         edges.take(&edge(99, true, 1, 1_080_003_000), now);
+        edges.take(&edge(21, true, 1, 1_080_000_000), now);
+        edges.take(&edge(21, false, 2, 1_081_900_000), now);
+        assert_eq!(edges.pulses.aux.pulse.unwrap().width_ms, 1.9);
         assert_eq!(edges.pulses.channels.lateral.errors, 2);
         assert_eq!(edges.pulses.channels.lateral.pulse.unwrap().width_ms, 1.6);
         assert_eq!(edges.pulses.channels.pedal.errors, 0);
@@ -252,10 +255,13 @@ mod tests {
 
     #[test]
     fn a_chip_that_is_not_there_and_a_line_used_twice_are_named() {
-        let error = GpioCapture::open(Path::new("/dev/no-such-chip"), &lines()).unwrap_err();
+        let error = GpioCapture::open(Path::new("/dev/no-such-chip"), &lines(), None).unwrap_err();
         assert!(error.to_string().starts_with("/dev/no-such-chip: cannot watch lines [5, 6"));
         let twice = Channels { pedal: 13, ..lines() };
-        let error = GpioCapture::open(Path::new("/dev/no-such-chip"), &twice).unwrap_err();
+        let error = GpioCapture::open(Path::new("/dev/no-such-chip"), &twice, None).unwrap_err();
         assert_eq!(error.to_string(), "longitudinal and pedal are both on line 13");
+        let error =
+            GpioCapture::open(Path::new("/dev/no-such-chip"), &lines(), Some(26)).unwrap_err();
+        assert_eq!(error.to_string(), "pedal and aux are both on line 26");
     }
 }
