@@ -64,7 +64,7 @@ impl<R: Read> PulseCapture for StreamCapture<R> {
 mod tests {
     use super::*;
     use hovernav::controls::Channels;
-    use hovernav::servo::packet::ServoPacket;
+    use hovernav::servo::packet::{LENGTH, ServoPacket};
     use hovernav::servo::{Signal, SignalConfig};
 
     /// Gives out one piece or one error a call.
@@ -81,7 +81,7 @@ mod tests {
         }
     }
 
-    fn packet(sequence: u8) -> [u8; 16] {
+    fn packet(sequence: u8) -> [u8; LENGTH] {
         let width_ticks = Channels::from_fn(|_| Some(3_000));
         ServoPacket { sequence, width_ticks, ..ServoPacket::default() }.encode()
     }
