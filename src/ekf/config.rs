@@ -108,7 +108,7 @@ settings! {
         /// Velocity random walk, m/s/√s.
         velocity_random_walk_mps = 0.05,
         /// Share of the measured vibration of the gyros that counts as noise without memory.
-        gyro_vibration_share = 0.25,
+        gyro_vibration_share = 0.3,
         /// Share of the measured vibration of the accelerometers that counts as noise without
         /// memory.
         accel_vibration_share = 0.1,
@@ -127,6 +127,11 @@ settings! {
         gyro_scale_sigma = 0.005,
         /// One-sigma of each accelerometer's scale factor error, where the layout has them.
         accel_scale_sigma = 0.005,
+        /// Share of a turn by which gyros err, scale, misalignment and lag together, where the layout has
+        /// no states for it.
+        turn_error_share = 0.0015,
+        /// A turn errs to one side for about this long, s.
+        turn_error_time_s = 2.0,
         /// Full scale of the gyros, rad/s; 0 where it is not known and has to be learned.
         gyro_range_radps = 0.0,
         /// Full scale of the accelerometers, m/s²; 0 where it is not known.
@@ -158,7 +163,7 @@ settings! {
         /// Share of the position's one-sigma that wanders slowly; the rest, in squares, is white.
         position_wander_share = 0.97,
         /// Correlation time of the position's slow error, s.
-        position_wander_time_s = 500.0,
+        position_wander_time_s = 200.0,
         /// Share of the velocity's one-sigma that wanders slowly.
         velocity_wander_share = 0.45,
         /// Correlation time of the velocity's slow error, s.
@@ -181,7 +186,7 @@ settings! {
         /// One-sigma of its slow error in roll and pitch, rad.
         tilt_wander_rad = 0.025,
         /// One-sigma of its slow error in heading, rad.
-        heading_wander_rad = 0.0175,
+        heading_wander_rad = 0.021,
         /// Correlation time of its slow error, s.
         wander_time_s = 40.0,
         /// One-sigma of its white error, rad.

@@ -139,6 +139,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             imu.accel_vibration_time_s,
             self.samples.accel_vibration.variance(),
         );
+        // Rates of two samples, so that vibration does not count as turning.
+        let turning = match L::GYRO_SCALE {
+            Some(_) => 0.0,
+            None => {
+                square(imu.turn_error_share)
+                    * increment.rotation_rad.dot(self.angular_rate_radps).max(0.0)
+                    * imu.turn_error_time_s
+            }
+        };
+        let gyro = sum(gyro, [turning; 3]);
         Transition {
             interval_s: T::of(interval_s),
             turn: scaled([interval_s; 3]),
