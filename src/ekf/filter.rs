@@ -4,6 +4,7 @@ use core::marker::PhantomData;
 
 use super::config::EkfConfig;
 use super::covariance::{Covariance, Transition};
+use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
@@ -26,6 +27,7 @@ pub(super) struct Samples {
     pub integrity: Integrity,
     /// What is known against the last sample.
     pub suspicion: Suspicion,
+    pub force_sum: ForceSum,
 }
 
 impl Samples {
@@ -35,6 +37,7 @@ impl Samples {
         accel_vibration: Vibration::NONE,
         integrity: Integrity::NONE,
         suspicion: Suspicion::NONE,
+        force_sum: ForceSum::NONE,
     };
 }
 
@@ -294,6 +297,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let transition = self.transition(increment, &advance, before.body_to_ned);
         self.propagate(&transition, trace);
         self.history.push(time, increment, &advance);
+        let whole = !self.samples.suspicion.is_clipped();
+        self.samples.force_sum.add(advance.from_specific_force_mps, whole);
         true
     }
 
@@ -312,6 +317,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.propagate(&transition, trace);
         self.history.clear();
         self.history.coast(time, interval_s, rotation_rad);
+        self.samples.force_sum.add(Vector::ZERO, false);
         true
     }
 

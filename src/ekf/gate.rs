@@ -44,6 +44,8 @@ pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
     /// The last time the filter itself was in doubt.
     doubted: Option<Time>,
+    /// Whether the fixes' velocity has changed as the accelerometers deny.
+    astray: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -104,11 +106,16 @@ const HEADING_S: f64 = 120.0;
 
 impl Gates {
     /// Gates that have seen nothing.
-    pub const NONE: Self = Self { gates: [Gate::NONE; Group::COUNT], doubted: None };
+    pub const NONE: Self = Self { gates: [Gate::NONE; Group::COUNT], doubted: None, astray: false };
 
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
     pub fn doubt_filter(&mut self, time: Time) {
         self.doubted = Some(time);
+    }
+
+    /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
+    pub fn set_astray(&mut self, astray: bool) {
+        self.astray = astray;
     }
 
     /// The gates of the GPS.
@@ -168,8 +175,10 @@ impl Gates {
             _ if velocity_agrees => config.fault_s,
             _ => config.lockout_s,
         };
-        let reopens =
-            !witness && gate.refusals >= LEAST_REFUSALS && time - gate.since >= patience_s;
+        let denied = self.astray && (group as usize) < Group::GPS;
+        let reopens = !(witness || denied)
+            && gate.refusals >= LEAST_REFUSALS
+            && time - gate.since >= patience_s;
         if reopens {
             *gate = Gate { accepted: time, was_open: true, ..Gate::NONE };
             if matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {

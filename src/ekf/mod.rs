@@ -9,6 +9,7 @@ mod correction;
 mod estimator;
 mod estimator_config;
 mod filter;
+mod force_sum;
 mod gate;
 mod heading_search;
 mod history;

@@ -5,7 +5,7 @@ use super::Covariance;
 
 /// The upper triangle of the base states' covariance, row by row.
 #[derive(Clone, Debug)]
-pub(in super::super) struct PackedBase([f64; BASE * (BASE + 1) / 2]);
+pub(in super::super) struct PackedBase([f32; BASE * (BASE + 1) / 2]);
 
 impl PackedBase {
     pub const ZERO: Self = Self([0.0; BASE * (BASE + 1) / 2]);
@@ -19,7 +19,9 @@ impl PackedBase {
             else {
                 return;
             };
-            to.copy_from_slice(from);
+            for (to, &from) in to.iter_mut().zip(from) {
+                *to = from as f32;
+            }
             rest = after;
         }
     }
@@ -35,11 +37,13 @@ impl PackedBase {
                 return;
             };
             if let Some(to) = row.get_mut(state..BASE) {
-                to.copy_from_slice(from);
+                for (to, &from) in to.iter_mut().zip(from) {
+                    *to = from.into();
+                }
             }
             for (row, &entry) in below.iter_mut().zip(from.iter().skip(1)) {
                 if let Some(mirror) = row.get_mut(state) {
-                    *mirror = entry;
+                    *mirror = entry.into();
                 }
             }
             rest = after;
@@ -49,7 +53,7 @@ impl PackedBase {
     /// The variance of one state.
     pub fn variance(&self, state: usize) -> f64 {
         let before = state * (2 * BASE + 1 - state) / 2;
-        self.0.get(before).copied().unwrap_or(0.0)
+        self.0.get(before).copied().unwrap_or(0.0).into()
     }
 }
 

@@ -77,6 +77,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             None => velocity_then,
         };
         let noise = self.gps_noise(fix);
+        self.judge_change(fix);
         let mut axes = [const { None }; 6];
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         let (velocity, position) = axes.split_at_mut(3);
@@ -85,6 +86,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let report = self.update_sequentially(fix.time, &axes, trace);
         self.learn_gps(&report);
         Ok(report)
+    }
+
+    /// Tells the gates whether the accelerometers deny what the fixes' velocity has done.
+    fn judge_change(&mut self, fix: &Fix) {
+        let model = self.config.gps.velocity_sigma_mps();
+        let sigma_mps = fix.velocity_sigma_mps.map_or(model, Vector::to_array);
+        let gravity_mps2 = self.gravity_mps2();
+        let astray = self.samples.force_sum.is_astray(fix, sigma_mps, gravity_mps2);
+        self.gates.set_astray(astray);
     }
 
     /// Moves the learned size of the GPS errors, used where fixes state none, by what this fix's
