@@ -56,6 +56,8 @@ struct Gate {
     since: Time,
     /// Mean square of the normalised innovations of late; 1 where filter and sensor agree.
     spread: f32,
+    /// Mean of the normalised innovations of late: to which side they lean. Of one axis alone.
+    lean: f32,
     /// Refusals without a break; none while the gate is open.
     refusals: u8,
     /// Whether these refusals are the filter's own fault.
@@ -68,6 +70,7 @@ impl Gate {
         accepted: Time::ZERO,
         since: Time::ZERO,
         spread: 0.0,
+        lean: 0.0,
         refusals: 0,
         filter_is_lost: false,
         was_open: false,
@@ -101,6 +104,12 @@ const DOUBT_S: f64 = 10.0;
 const DIVERGING: f32 = 4.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
+/// Innovations that lean by more one-sigmas than this are no chance; one of them counts no more than so
+/// many.
+const LEANING: f32 = 1.5;
+/// Memory of the lean, s, of what comes often.
+const LEANING_S: f64 = 2.0;
+const MOST_LEAN: f32 = 5.0;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
 
@@ -135,6 +144,25 @@ impl Gates {
         }
     }
 
+    /// Notes to which side an innovation of one axis lies. Gives whether those of the GPS lean so far
+    /// that they cannot be chance, while a barometer that does not lean says whose height drifts.
+    pub fn leans(&mut self, group: Group, time: Time, normalised: f64) -> bool {
+        let Some(gate) = self.gates.get_mut(group as usize) else { return false };
+        let newest = NEWEST.min(((time - gate.accepted) / LEANING_S) as f32);
+        gate.lean += newest * ((normalised as f32).clamp(-MOST_LEAN, MOST_LEAN) - gate.lean);
+        let leans = gate.lean.abs() > LEANING;
+        leans
+            && matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
+            && self.baro_is_witness(time)
+    }
+
+    /// Whether a barometer agrees with the filter.
+    fn baro_is_witness(&self, time: Time) -> bool {
+        let leans =
+            self.gates.get(Group::Baro as usize).is_some_and(|baro| baro.lean.abs() > LEANING);
+        self.is_open(Group::Baro, time) && !leans
+    }
+
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
     pub fn accepted(&mut self, group: Group, time: Time, spread: f64) {
         if let Some(gate) = self.gates.get_mut(group as usize) {
@@ -155,7 +183,7 @@ impl Gates {
     pub fn refused(&mut self, group: Group, time: Time, config: &GateConfig) -> bool {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
-            && self.is_open(Group::Baro, time);
+            && self.baro_is_witness(time);
         let doubted = self.doubted.is_some_and(|doubted| time - doubted < DOUBT_S);
         let velocity_agrees = match group {
             Group::HorizontalPosition => self.is_open(Group::HorizontalVelocity, time),

@@ -48,18 +48,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
             done = Some(axis.group);
             let group = || axes.iter().flatten().filter(|other| other.group == axis.group);
-            let (mut largest, mut sum, mut count) = (0.0, 0.0, 0.0);
+            let (mut largest, mut sum, mut count, mut one) = (0.0, 0.0, 0.0, 0.0);
             for axis in group() {
                 let variance =
                     self.covariance.projected_variance(&axis.sensitivity).wide().max(0.0);
                 let innovation = axis.innovation - axis.sensitivity.dot(&correction).wide();
                 let normalised = square(innovation) / (variance + axis.noise);
                 largest = f64::max(largest, normalised);
+                one = innovation / libm::sqrt(variance + axis.noise);
                 sum += normalised;
                 count += 1.0;
             }
             // Written so that a NaN is refused.
-            let fits = largest <= square(self.config.gate.sigmas);
+            let leans = self.gates.leans(axis.group, time, one);
+            let fits = largest <= square(self.config.gate.sigmas) && !leans;
             let verdict = if fits {
                 self.gates.accepted(axis.group, time, sum / count);
                 Verdict::Accepted
