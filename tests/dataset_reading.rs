@@ -285,6 +285,29 @@ fn fixes_nowhere_on_earth_are_left_out_and_unknown_sigmas_stay_unknown() {
 }
 
 #[test]
+fn a_fix_without_height_or_of_two_dimensions_tells_the_horizontal_alone() {
+    let gps = "t_s,lat_deg,lon_deg,height_m,fix_type\n\
+               1,45,-93,250,3\n\
+               2,45,-93,,3\n\
+               3,45,-93,250,2\n";
+    let dataset = open(&[("imu.csv", &imu_at(&["1"])), ("gps.csv", gps)]).unwrap();
+    let flat: Vec<bool> = dataset.fixes.iter().map(|fix| fix.two_dimensional).collect();
+    assert_eq!(flat, [false, true, true]);
+    assert_eq!(dataset.fixes[1].position.height_m, 250.0);
+    assert_eq!(
+        dataset.warnings[1..],
+        [
+            "gps.csv: line 3 without a height: taken for the horizontal alone",
+            "gps.csv: fixes of type 2, 1 of them: two-dimensional, taken for the horizontal alone",
+        ]
+    );
+    // Where 1 is a type as well, 2 is a quality and no dimension.
+    let dataset =
+        open(&[("imu.csv", &imu_at(&["1"])), ("gps.csv", &gps.replace("250,3", "250,1"))]);
+    assert!(!dataset.unwrap().fixes[2].two_dimensional);
+}
+
+#[test]
 fn a_fix_is_valid_its_latency_before_it_arrives() {
     let dir = directory(&[
         ("dataset.toml", "[gps]\nlatency_s = 0.25\n"),

@@ -157,6 +157,89 @@ fn a_position_and_velocity_that_both_jump_are_followed_after_eight_seconds() {
 }
 
 #[test]
+fn a_fix_without_a_height_is_taken_for_the_horizontal_alone() {
+    let mut rest = RestBase::new();
+    for _ in 0..5 {
+        let time = rest.sit();
+        let flat = Fix { two_dimensional: true, ..fix(time, Vector::new(0.3, 0.0, -500.0)) };
+        let report = rest.filter.update_gps(&flat).unwrap();
+        assert!(report.innovations().all(|axis| axis.verdict == Verdict::Accepted));
+        assert_eq!(report.innovations().count(), 4);
+    }
+    assert!(rest.filter.state().position.displacement_from(&place()).x() > 0.05);
+    assert!((rest.filter.state().position.height_m - place().height_m).abs() < 0.5);
+}
+
+/// A filter at rest with every state, a barometer at 25 Hz beside the fixes at 5 Hz, for some seconds
+/// from its start.
+fn with_barometer(
+    seconds: u32,
+    fix_at: impl Fn(f64, Time) -> Fix,
+    baro_m: impl Fn(f64) -> f64,
+) -> FullEkf {
+    let mut filter = FullEkf::new(EkfConfig::default(), Mounting::default(), start());
+    for step in 1..=50 * seconds {
+        let seconds = f64::from(step) * PERIOD_S;
+        let time = Time::ZERO + seconds;
+        filter.predict(&still(time)).unwrap();
+        if step % 2 == 0 {
+            filter.update_baro(time, baro_m(seconds), &mut ()).unwrap();
+        }
+        if step % 10 == 0 {
+            filter.update_gps(&fix_at(seconds, time)).unwrap();
+        }
+    }
+    filter
+}
+
+#[test]
+fn a_height_that_drifts_away_with_its_own_velocity_is_refused_where_a_barometer_denies_it() {
+    // From 60 s on the receiver climbs, ever faster, up to 5 m/s; the vehicle rests.
+    let climbed_m = |seconds: f64| 0.5 * 0.2 * (seconds - 60.0).clamp(0.0, 25.0).powi(2);
+    let filter = with_barometer(
+        85,
+        |seconds, time| Fix {
+            down_velocity_mps: Some(-0.2 * (seconds - 60.0).clamp(0.0, 25.0)),
+            ..fix(time, Vector::new(0.0, 0.0, -climbed_m(seconds)))
+        },
+        |_| 17.0,
+    );
+    let off_m = filter.state().position.height_m - place().height_m;
+    assert!(off_m.abs() < 6.0, "{off_m} m of {} m", climbed_m(85.0));
+}
+
+#[test]
+fn a_barometer_that_drifts_alone_is_no_witness_against_the_fixes() {
+    let filter = with_barometer(
+        120,
+        |_, time| fix(time, Vector::ZERO),
+        |seconds| 17.0 + 2.0 * (seconds - 60.0).max(0.0),
+    );
+    let off_m = filter.state().position.height_m - place().height_m;
+    assert!(off_m.abs() < 6.0, "{off_m} m of 120 m");
+}
+
+#[test]
+fn a_velocity_that_no_acceleration_explains_is_not_followed_while_it_lasts() {
+    let mut filter = FullEkf::new(EkfConfig::default(), Mounting::default(), start());
+    let mut fastest_mps: f64 = 0.0;
+    for step in 1..=50 * 75 {
+        let seconds = f64::from(step) * PERIOD_S;
+        let time = Time::ZERO + seconds;
+        filter.predict(&still(time)).unwrap();
+        if step % 10 == 0 {
+            let away = (60.0..70.0).contains(&seconds);
+            let speed_mps = if away { 30.0 } else { 0.0 };
+            let there_m = if away { 30.0 * (seconds - 60.0) } else { 0.0 };
+            let fix = moving(time, Vector::new(there_m, 0.0, 0.0), [speed_mps, 0.0]);
+            filter.update_gps(&fix).unwrap();
+        }
+        fastest_mps = fastest_mps.max(filter.state().velocity_mps.norm());
+    }
+    assert!(fastest_mps < 1.0, "{fastest_mps} m/s");
+}
+
+#[test]
 fn a_filter_that_disagrees_after_an_outage_is_reopened_within_three_fixes() {
     let mut rest = RestBase::new();
     for _ in 0..20 {

@@ -16,7 +16,7 @@ pub(super) struct ForceSum {
     /// By how much the fixes' velocity has changed that was not felt, and the most of it.
     stray_mps: Vector<Ned>,
     farthest_mps: f64,
-    /// When a change was last denied.
+    /// When a change was denied first.
     denied: Time,
 }
 
@@ -68,9 +68,11 @@ impl ForceSum {
             let along = along / length.max(1e-3);
             let slack = SIGMAS * along + AGREEMENT_MPS + TIMING * change.norm().min(felt);
             if libm::fabs(length - felt) > slack {
+                if self.farthest_mps == 0.0 {
+                    self.denied = fix.time;
+                }
                 self.stray_mps += asked - force_mps;
                 self.farthest_mps = self.farthest_mps.max(self.stray_mps.norm());
-                self.denied = fix.time;
             }
         }
         let astray = self.farthest_mps > 0.0

@@ -11,6 +11,9 @@ pub struct Fix {
     pub time: Time,
     /// The antenna's position.
     pub position: Geodetic,
+    /// Whether the height was held, assumed or not given at all, so that neither it nor the velocity
+    /// downwards is measured.
+    pub two_dimensional: bool,
     /// One-sigma of the position, north, east and down, m, where the receiver gives it.
     pub position_sigma_m: Option<Vector<Ned>>,
     /// The antenna's horizontal velocity, m/s, north and east.
@@ -35,6 +38,7 @@ impl Fix {
         Self {
             time,
             position,
+            two_dimensional: false,
             position_sigma_m: None,
             horizontal_velocity_mps: None,
             down_velocity_mps: None,
@@ -65,6 +69,9 @@ impl Fix {
     /// The whole velocity, m/s, when all three components are known.
     #[must_use]
     pub fn velocity_mps(&self) -> Option<Vector<Ned>> {
+        if self.two_dimensional {
+            return None;
+        }
         let [north, east] = self.horizontal_velocity_mps?;
         Some(Vector::new(north, east, self.down_velocity_mps?))
     }

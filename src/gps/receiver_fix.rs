@@ -108,6 +108,7 @@ impl ReceiverFix {
     #[must_use]
     pub fn at(&self, time: Time) -> Option<Fix> {
         Some(Fix {
+            two_dimensional: self.dimension == Some(Dimension::TwoD),
             position_sigma_m: self.position_sigma_m,
             horizontal_velocity_mps: self.horizontal_velocity_mps,
             down_velocity_mps: self.down_velocity_mps,

@@ -261,8 +261,8 @@ impl Aligner {
         let config = &self.config;
         let time = self.window.last?;
         let age_s = time - fix.time;
-        if self.window.length_s() < config.duration_s || !fix.is_finite() || libm::fabs(age_s) > 2.0
-        {
+        let unusable = !fix.is_finite() || fix.two_dimensional || libm::fabs(age_s) > 2.0;
+        if self.window.length_s() < config.duration_s || unusable {
             return None;
         }
         let speed = fix.horizontal_velocity_mps.map(|[north, east]| libm::hypot(north, east));

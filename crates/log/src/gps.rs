@@ -36,18 +36,60 @@ pub(crate) fn read(
     let columns = Columns::of(&mut table)?;
     table.remark_unused(&["hdop"], &mut remarks);
     let mut rows = Rows::new();
+    let (mut last_height_m, mut types) = (None, TypesSeen::default());
     while let Some(row) = table.next(&mut remarks)? {
-        match columns.fix(&row, &mut remarks)? {
-            Ok(fix) => rows.push(row.line, Fix { time: fix.time.offset_by(-latency_s), ..fix }),
+        let fix_type = row.finite(columns.fix_type)?.map(|[fix_type]| fix_type);
+        match columns.fix(&row, fix_type, last_height_m, &mut remarks)? {
+            Ok(fix) => {
+                last_height_m = Some(fix.position.height_m);
+                types.see(fix_type);
+                let time = fix.time.offset_by(-latency_s);
+                rows.push(row.line, (Fix { time, ..fix }, fix_type == Some(TWO_DIMENSIONAL)));
+            }
             Err(why) => remarks.count(why, row.line),
         }
     }
-    let (fixes, _) = rows.in_time_order(|fix| fix.time, table.path(), &mut remarks)?;
+    let (rows, _) = rows.in_time_order(|(fix, _)| fix.time, table.path(), &mut remarks)?;
+    let held = rows.iter().filter(|(_, flat)| *flat && types.are_dimensions()).count();
+    if held > 0 {
+        remarks.say(format!(
+            "fixes of type 2, {held} of them: two-dimensional, taken for the horizontal alone"
+        ));
+    }
+    let fixes: Vec<Fix> = rows
+        .into_iter()
+        .map(|(fix, flat)| {
+            let two_dimensional = fix.two_dimensional || (flat && types.are_dimensions());
+            Fix { two_dimensional, ..fix }
+        })
+        .collect();
     if fixes.is_empty() {
         remarks.say("holds no usable fix".into());
     }
     warnings.extend(remarks.into_warnings());
     Ok(fixes)
+}
+
+/// The type of a fix without a height of its own, in a log that counts dimensions.
+const TWO_DIMENSIONAL: f64 = 2.0;
+
+/// Which types of fixes a log has, as what they mean differs from receiver to receiver.
+#[derive(Clone, Copy, Debug, Default)]
+struct TypesSeen {
+    three: bool,
+    one: bool,
+}
+
+impl TypesSeen {
+    fn see(&mut self, fix_type: Option<f64>) {
+        self.three |= fix_type == Some(3.0);
+        self.one |= fix_type == Some(1.0);
+    }
+
+    /// Whether 2 and 3 are dimensions: there are three-dimensional fixes, and none of one dimension.
+    const fn are_dimensions(self) -> bool {
+        self.three && !self.one
+    }
 }
 
 /// Where in the table each quantity stands.
@@ -87,32 +129,39 @@ impl Columns {
     fn fix(
         &self,
         row: &Row<'_>,
+        fix_type: Option<f64>,
+        last_height_m: Option<f64>,
         remarks: &mut Remarks,
     ) -> Result<Result<Fix, &'static str>, LogError> {
         let arrival = row.time(self.time)?;
-        let place @ [lat, lon, height] = row.numbers(self.position)?;
+        let [lat, lon, height] = row.numbers(self.position)?;
         let horizontal_mps = row.finite(self.horizontal_velocity)?;
         let down_mps = row.finite(self.down_velocity)?.map(|[down]| down);
         let position_sigma_m = sigma(row, self.position_sigma)?;
         let velocity_sigma_mps = sigma(row, self.velocity_sigma)?;
-        let fix_type = row.finite(self.fix_type)?;
         let satellites = row.finite(self.satellites)?;
 
         let Some(arrival) = arrival else { return Ok(Err("left out: no time")) };
         // What else the type says differs from receiver to receiver.
-        if fix_type == Some([0.0]) || [lat, lon] == [0.0; 2] {
+        if fix_type == Some(0.0) || [lat, lon] == [0.0; 2] {
             return Ok(Err("left out: no fix"));
         }
-        if place.iter().any(|value| value.is_nan()) {
+        let two_dimensional = height.is_nan();
+        let height_m = if two_dimensional { last_height_m.unwrap_or(f64::NAN) } else { height };
+        if [lat, lon, height_m].iter().any(|value| value.is_nan()) {
             return Ok(Err("left out: a coordinate is missing"));
         }
-        let Some(position) = Geodetic::from_degrees(lat, lon, height) else {
+        let Some(position) = Geodetic::from_degrees(lat, lon, height_m) else {
             return Ok(Err("left out: no place on Earth"));
         };
+        if two_dimensional {
+            remarks.count("without a height: taken for the horizontal alone", row.line);
+        }
         let satellites = satellites.filter(|[count]| (0.0..=255.0).contains(count));
         let fix = Fix {
             time: arrival,
             position,
+            two_dimensional,
             position_sigma_m,
             horizontal_velocity_mps: horizontal_mps,
             down_velocity_mps: down_mps,

@@ -86,7 +86,9 @@ impl Dataset {
         columns.push(gps::SATELLITES);
         write_table(dir, gps::FILE, &columns, &self.fixes, |csv, fix| {
             csv.time(fix.time.offset_by(self.manifest.gps.latency_s));
-            csv.shortest_or_empty(Some(position_fields(&fix.position)))?;
+            let [latitude, longitude, height] = position_fields(&fix.position);
+            csv.shortest_or_empty(Some([latitude, longitude]))?;
+            csv.shortest_or_empty((!fix.two_dimensional).then_some([height]))?;
             csv.shortest_or_empty(fix.horizontal_velocity_mps)?;
             csv.shortest_or_empty(fix.down_velocity_mps.map(|down| [down]))?;
             csv.shortest_or_empty(fix.position_sigma_m.map(Vector::to_array))?;

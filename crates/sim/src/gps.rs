@@ -169,6 +169,7 @@ impl SimulatedGps {
                 longitude_rad: to_step_of(angle_step_rad, measured.longitude_rad),
                 height_m: to_step_of(self.config.resolution_m, measured.height_m),
             },
+            two_dimensional: false,
             position_sigma_m: Some(Vector::claim(self.position.sigma)),
             horizontal_velocity_mps: Some([north, east]),
             down_velocity_mps: Some(down),

@@ -163,7 +163,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// The axes of a position, at the antenna and at the time it was true.
+    /// The axes of a position, at the antenna and at the time it was true; without the height where that
+    /// is not measured.
     ///
     /// # Source
     /// Equation (M3) of docs/equations.md.
@@ -184,7 +185,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let arm_turn = skew(-arm.components()) * back.turn_s;
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
         let velocity = (back.state.velocity_mps + swing).to_array();
-        for (axis, slot) in axes.iter_mut().enumerate().take(3) {
+        let told = if fix.two_dimensional { 2 } else { 3 };
+        for (axis, slot) in axes.iter_mut().enumerate().take(told) {
             let noise = noise.position_variance[axis] + self.lag_noise(back, back.age_s);
             let measurement = ScalarMeasurement::new(POSITION_AXES[axis], innovation[axis], noise);
             let sensitivity = &mut slot.insert(measurement).sensitivity;
@@ -222,7 +224,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let measured = [
             fix.horizontal_velocity_mps.map(|velocity| velocity[0]),
             fix.horizontal_velocity_mps.map(|velocity| velocity[1]),
-            fix.down_velocity_mps,
+            fix.down_velocity_mps.filter(|_| !fix.two_dimensional),
         ];
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let attitude = skew(back.force_mps - swing.components());

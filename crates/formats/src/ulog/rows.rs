@@ -229,6 +229,7 @@ impl Rows {
             Fix {
                 time,
                 position,
+                two_dimensional: false,
                 position_sigma_m: Some(Vector::new(eph, eph, epv)),
                 horizontal_velocity_mps: has_velocity.then_some([vn, ve]),
                 down_velocity_mps: has_velocity.then_some(vd),
