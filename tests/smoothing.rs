@@ -116,6 +116,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
             -2.0 * time_s + (2.0 * time_s).cos(),
             0.3 * time_s,
         )),
+        two_dimensional: false,
         horizontal_velocity_mps: Some([1.0 + 0.2 * (5.0 * time_s).sin(), -2.0]),
         down_velocity_mps: Some(0.3 + 0.1 * (7.0 * time_s).cos()),
         position_sigma_m: None,
