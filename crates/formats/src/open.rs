@@ -101,6 +101,8 @@ fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogE
         Format::Ulog => crate::ulog::read(input, options),
         #[cfg(feature = "dataflash")]
         Format::Dataflash | Format::DataflashText => crate::dataflash::read(input, format, options),
+        #[cfg(feature = "text")]
+        Format::Text => crate::text::read(input.path, options),
         left_out => Err(LogError::LeftOut {
             path: PathBuf::from(input.path),
             format: left_out.to_string(),

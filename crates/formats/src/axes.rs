@@ -1,0 +1,56 @@
+//! Between the axes of other programs and hovernav's own.
+
+use glam::DQuat;
+use hovernav::frames::{Body, Ned, Rotation, Vector};
+
+/// The attitude that a quaternion gives, scalar first, which leads from forward-right-down to
+/// north-east-down; `None` of one that is far from unit length.
+pub(crate) fn attitude_frd_ned([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, Ned>> {
+    unit(DQuat::from_xyzw(x, y, z, w)).map(Rotation::claim)
+}
+
+/// The attitude that a quaternion gives, scalar first, which leads from forward-left-up to
+/// east-north-up.
+///
+/// # Source
+/// REP 103, *Standard Units of Measure and Coordinate Conventions*, section Coordinate Frame
+/// Conventions; the two turns are half a turn each, about x and about the bisector of x and y.
+pub(crate) fn attitude_flu_enu([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, Ned>> {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let enu_to_ned = DQuat::from_xyzw(half, half, 0.0, 0.0);
+    let frd_to_flu = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+    let flu_to_enu = unit(DQuat::from_xyzw(x, y, z, w))?;
+    Some(Rotation::claim(enu_to_ned * flu_to_enu * frd_to_flu))
+}
+
+/// A vector in forward-left-up axes, in body axes.
+pub(crate) fn body_from_flu([forward, left, up]: [f64; 3]) -> Vector<Body> {
+    Vector::new(forward, -left, -up)
+}
+
+fn unit(quaternion: DQuat) -> Option<DQuat> {
+    let length = quaternion.length();
+    (length.is_finite() && (length - 1.0).abs() < 0.1).then(|| quaternion.normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn level_and_facing_east_is_no_turn_of_enu_and_ninety_degrees_of_ned() {
+        let attitude = attitude_flu_enu([1.0, 0.0, 0.0, 0.0]).unwrap().euler();
+        let [roll, pitch, yaw] = attitude.to_degrees();
+        assert!(roll.abs() < 1e-9 && pitch.abs() < 1e-9 && (yaw - 90.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn nose_up_is_positive_pitch_whatever_the_axes() {
+        // Nose up by 10° turns forward-left-up by −10° about left.
+        let half = 5.0f64.to_radians();
+        let attitude = attitude_flu_enu([half.cos(), 0.0, -half.sin(), 0.0]).unwrap().euler();
+        assert!((attitude.pitch_rad.to_degrees() - 10.0).abs() < 1e-9);
+        assert_eq!(attitude_frd_ned([0.0; 4]), None);
+        assert_eq!(attitude_frd_ned([f64::NAN; 4]), None);
+    }
+}

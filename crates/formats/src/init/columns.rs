@@ -1,0 +1,377 @@
+//! From the names and the first rows of one file to its mapping, axes still as they are.
+
+use std::path::Path;
+
+use super::look::Look;
+use super::names::{Meaning, Quantity, meaning};
+use super::unnamed;
+use crate::text::{
+    AngleUnit, AttitudeColumns, AttitudeRole, Axes, BaroColumn, BaroUnit, ForceUnit, GpsColumns,
+    HeightAbove, LengthUnit, MagneticUnit, PlaceUnit, RateUnit, SpeedUnit, StickColumns, StickUnit,
+    TableMapping, TimeColumn, TimeUnit, Triad,
+};
+use hovernav_log::LogError;
+
+/// One file as it was understood.
+pub(crate) struct Understood {
+    pub mapping: TableMapping,
+    /// Columns of which nothing is used.
+    pub unused: Vec<String>,
+    /// What was guessed and is worth a look, each a sentence.
+    pub doubts: Vec<String>,
+}
+
+/// The columns by what they hold, the first of each.
+pub(crate) struct Known {
+    pub meanings: Vec<Option<Meaning>>,
+}
+
+impl Known {
+    pub fn column(&self, quantity: Quantity) -> Option<usize> {
+        self.meanings.iter().position(|found| found.is_some_and(|m| m.quantity == quantity))
+    }
+
+    fn all<const N: usize>(&self, quantities: [Quantity; N]) -> Option<[usize; N]> {
+        let mut columns = [0; N];
+        for (column, quantity) in columns.iter_mut().zip(quantities) {
+            *column = self.column(quantity)?;
+        }
+        Some(columns)
+    }
+
+    fn height(&self) -> Option<(usize, Option<HeightAbove>)> {
+        let any = [Some(HeightAbove::Ellipsoid), None, Some(HeightAbove::Sea)];
+        any.into_iter().find_map(|above| Some((self.column(Quantity::Height(above))?, above)))
+    }
+
+    fn unit(&self, column: usize) -> Option<&'static str> {
+        self.meanings[column].and_then(|meaning| meaning.unit)
+    }
+
+    fn is_estimated(&self, column: usize) -> bool {
+        self.meanings[column].is_some_and(|meaning| meaning.estimated)
+    }
+}
+
+/// Understands `path`, which the mapping is to call `file`.
+pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogError> {
+    let look = Look::at(path)?;
+    let below = |index: usize| look.layout.below_names.get(index).map_or("", String::as_str);
+    let named = look.layout.header_line > 0;
+    let count = look.columns.len();
+    let meanings = match named {
+        true => (0..count).map(|i| meaning(&look.layout.names[i], below(i))).collect(),
+        false => unnamed::meanings(&look),
+    };
+    let known = Known { meanings };
+    let mut table = TableMapping {
+        file: file.to_path_buf(),
+        delimiter: look.layout.delimiter,
+        decimal_comma: look.layout.decimal_comma,
+        header_line: look.layout.header_line,
+        ..TableMapping::default()
+    };
+    let mut doubts = Vec::new();
+    let mut reader = Reader { look: &look, known: &known, used: vec![false; count] };
+    table.gyro = reader.gyro(&mut doubts);
+    table.accel = reader.accel(&mut doubts);
+    table.mag = reader.mag(&mut doubts);
+    table.attitude = reader.attitude();
+    table.gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut doubts);
+    table.baro = reader.baro();
+    table.controls = reader.controls();
+    let has_motion = table.gyro.is_some() || table.accel.is_some();
+    table.time = reader.time(has_motion, &mut doubts).ok_or_else(|| LogError::Unusable {
+        path: path.to_path_buf(),
+        reason: format!(
+            "found no column that rises like a time among {}",
+            look.layout.names.join(", ").chars().take(200).collect::<String>()
+        ),
+    })?;
+    let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
+    let unused = unused.map(|(_, name)| name.clone()).collect();
+    Ok(Understood { mapping: table, unused, doubts })
+}
+
+struct Reader<'a> {
+    look: &'a Look,
+    known: &'a Known,
+    used: Vec<bool>,
+}
+
+impl Reader<'_> {
+    fn name(&mut self, column: usize) -> String {
+        self.used[column] = true;
+        self.look.layout.names[column].clone()
+    }
+
+    fn optional(&mut self, quantity: Quantity) -> String {
+        self.known.column(quantity).map(|column| self.name(column)).unwrap_or_default()
+    }
+
+    fn time(&mut self, has_motion: bool, doubts: &mut Vec<String>) -> Option<TimeColumn> {
+        let is_time = |column: &usize| {
+            self.known.meanings[*column].is_some_and(|m| m.quantity == Quantity::Time)
+                && self.look.rises(*column)
+        };
+        let column = (0..self.look.columns.len()).find(is_time).or_else(|| {
+            // A first column without a telling name that rises is one all the same.
+            self.look.rises(0).then_some(0).filter(|_| self.known.meanings[0].is_none())
+        })?;
+        let step = self.look.median_step(column);
+        let unit = match self.known.unit(column) {
+            _ if self.look.are_clock[column] => TimeUnit::Clock,
+            Some("s") => TimeUnit::Seconds,
+            Some("ms") => TimeUnit::Milliseconds,
+            Some("us") => TimeUnit::Microseconds,
+            Some("ns") => TimeUnit::Nanoseconds,
+            _ => time_unit(step, has_motion),
+        };
+        let name = self.name(column);
+        let step_s = step * unit.seconds();
+        let longest_s = if has_motion { 0.2 } else { 30.0 };
+        if !(1e-5..=longest_s).contains(&step_s) {
+            doubts.push(format!(
+                "time {name} steps by {step_s} s as {}: is that its unit?",
+                unit.name()
+            ));
+        }
+        Some(TimeColumn { column: name, unit, ..TimeColumn::default() })
+    }
+
+    fn triad<U>(&mut self, columns: [usize; 3], unit: U, with_others: bool) -> Triad<U> {
+        let held = with_others && self.look.is_held(&columns);
+        let columns = columns.map(|column| self.name(column));
+        Triad { columns, unit, axes: Axes::FORWARD_RIGHT_DOWN, held }
+    }
+
+    fn gyro(&mut self, doubts: &mut Vec<String>) -> Option<Triad<RateUnit>> {
+        let rates = self.known.all([0, 1, 2].map(Quantity::Gyro));
+        if let Some(columns) = rates {
+            let high = self.look.high_norm(columns);
+            let unit = match self.known.unit(columns[0]) {
+                Some("rad/s") => RateUnit::RadiansPerSecond,
+                Some("deg/s") => RateUnit::DegreesPerSecond,
+                Some("mrad/s") => RateUnit::MilliradiansPerSecond,
+                // 7 rad/s are 400 °/s, a violent turn; 7 °/s a calm one.
+                _ if high > 7.0 => RateUnit::DegreesPerSecond,
+                _ => {
+                    doubts.push(format!(
+                        "gyro: rates reach {high:.2}, taken as rad/s; if they are deg/s, set \
+                         unit = \"deg/s\" under [table.gyro]"
+                    ));
+                    RateUnit::RadiansPerSecond
+                }
+            };
+            return Some(self.triad(columns, unit, false));
+        }
+        let columns = self.known.all([0, 1, 2].map(Quantity::AngleIncrement))?;
+        let unit = match self.known.unit(columns[0]) {
+            Some("deg") => RateUnit::Degrees,
+            _ => RateUnit::Radians,
+        };
+        Some(self.triad(columns, unit, false))
+    }
+
+    fn accel(&mut self, doubts: &mut Vec<String>) -> Option<Triad<ForceUnit>> {
+        if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::Accel)) {
+            let norm = self.look.median_norm(columns);
+            let unit = match self.known.unit(columns[0]) {
+                // A name may be wrong; gravity is not.
+                Some("m/s2") if !(0.8..1.2).contains(&norm) => ForceUnit::MetresPerSecondSquared,
+                Some("g") if !(8.0..12.0).contains(&norm) => ForceUnit::Gravity,
+                Some("mg") => ForceUnit::Milligravity,
+                _ if (0.5..2.0).contains(&norm) => ForceUnit::Gravity,
+                _ if (500.0..2000.0).contains(&norm) => ForceUnit::Milligravity,
+                _ => ForceUnit::MetresPerSecondSquared,
+            };
+            let norm_mps2 = norm * unit.factor();
+            if !(7.0..13.0).contains(&norm_mps2) {
+                doubts.push(format!(
+                    "accel: {norm_mps2:.2} m/s² in the middle of the log as {}, expected about 9.8: \
+                     is that its unit, and is gravity in it?",
+                    unit.name()
+                ));
+            }
+            return Some(self.triad(columns, unit, false));
+        }
+        let columns = self.known.all([0, 1, 2].map(Quantity::VelocityIncrement))?;
+        Some(self.triad(columns, ForceUnit::MetresPerSecond, false))
+    }
+
+    fn mag(&mut self, doubts: &mut Vec<String>) -> Option<Triad<MagneticUnit>> {
+        let columns = self.known.all([0, 1, 2].map(Quantity::Mag))?;
+        let norm = self.look.median_norm(columns);
+        let unit = match self.known.unit(columns[0]) {
+            Some("gauss") | Some("g") => MagneticUnit::Gauss,
+            Some("mg") => MagneticUnit::Milligauss,
+            Some("ut") => MagneticUnit::Microtesla,
+            Some("nt") => MagneticUnit::Nanotesla,
+            Some("t") if norm < 1e-2 => MagneticUnit::Tesla,
+            _ if norm < 1e-3 => MagneticUnit::Tesla,
+            _ if norm < 2.0 => MagneticUnit::Gauss,
+            _ if norm < 150.0 => MagneticUnit::Microtesla,
+            _ if norm < 5e3 => MagneticUnit::Milligauss,
+            _ => MagneticUnit::Nanotesla,
+        };
+        let gauss = norm * unit.factor();
+        if !(0.15..0.8).contains(&gauss) {
+            doubts.push(format!(
+                "mag: {gauss:.3} gauss as {}, where the Earth's field is 0.2 to 0.7: left out; \
+                 calibrate it first",
+                unit.name()
+            ));
+            return None;
+        }
+        Some(self.triad(columns, unit, true))
+    }
+
+    fn attitude(&mut self) -> Option<AttitudeColumns> {
+        let role = |column: usize| match self.known.is_estimated(column) {
+            true => AttitudeRole::Onboard,
+            false => AttitudeRole::Unit,
+        };
+        if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::Attitude)) {
+            let largest = columns.map(|column| self.look.largest(column)).into_iter();
+            let unit = match self.known.unit(columns[0]) {
+                Some("deg") => AngleUnit::Degrees,
+                Some("rad") => AngleUnit::Radians,
+                _ if largest.fold(0.0, f64::max) > 6.3 => AngleUnit::Degrees,
+                _ => AngleUnit::Radians,
+            };
+            let role = role(columns[0]);
+            let columns = columns.map(|column| self.name(column)).to_vec();
+            let signs = [1.0; 3];
+            return Some(AttitudeColumns { columns, unit, signs, role, ..Default::default() });
+        }
+        let columns = self.known.all([0, 1, 2, 3].map(Quantity::Quaternion))?;
+        let role = role(columns[0]);
+        let quaternion = columns.map(|column| self.name(column)).to_vec();
+        Some(AttitudeColumns { quaternion, signs: [1.0; 3], role, ..Default::default() })
+    }
+
+    fn gps(&mut self, with_others: bool, doubts: &mut Vec<String>) -> Option<GpsColumns> {
+        let [lat, lon] = self.known.all([Quantity::Latitude, Quantity::Longitude])?;
+        let (height, above) = self.known.height()?;
+        let (lat_most, lon_most) = (self.look.largest(lat), self.look.largest(lon));
+        let unit = match self.known.unit(lat) {
+            _ if lat_most > 90.0 || lon_most > 360.0 => PlaceUnit::ScaledDegrees,
+            Some("rad") => PlaceUnit::Radians,
+            Some("deg") => PlaceUnit::Degrees,
+            _ if lat_most < 1.571 && lon_most < 3.142 => {
+                doubts.push(
+                    "gps: latitude and longitude are taken as radians; as degrees they would lie in \
+                     the Gulf of Guinea"
+                        .into(),
+                );
+                PlaceUnit::Radians
+            }
+            _ => PlaceUnit::Degrees,
+        };
+        let height_unit = match self.known.unit(height) {
+            Some("ft") => LengthUnit::Feet,
+            Some("mm") => LengthUnit::Millimetres,
+            Some("cm") => LengthUnit::Centimetres,
+            Some("m") => LengthUnit::Metres,
+            _ if self.look.largest(height) > 2e4 => LengthUnit::Millimetres,
+            _ => LengthUnit::Metres,
+        };
+        if above.is_none() {
+            doubts.push(
+                "gps: the height is taken as above the ellipsoid; where it is above the sea, set \
+                 height_above = \"sea\" and geoid_separation_m under [table.gps]"
+                    .into(),
+            );
+        }
+        let held = with_others && self.look.is_held(&[lat, lon, height]);
+        let speeds = [Quantity::Velocity(0), Quantity::Velocity(2), Quantity::Up, Quantity::Speed];
+        let speed = speeds.into_iter().find_map(|quantity| self.known.column(quantity));
+        let sigma = self.known.column(Quantity::SigmaHorizontal);
+        let mut gps = GpsColumns {
+            latitude: self.name(lat),
+            longitude: self.name(lon),
+            unit,
+            height: self.name(height),
+            height_unit,
+            height_above: above.unwrap_or_default(),
+            speed_unit: speed.map_or(SpeedUnit::default(), |column| self.speed_unit(column)),
+            sigma_unit: match sigma.and_then(|column| self.known.unit(column)) {
+                Some("mm") => LengthUnit::Millimetres,
+                Some("cm") => LengthUnit::Centimetres,
+                _ => LengthUnit::Metres,
+            },
+            held,
+            ..GpsColumns::default()
+        };
+        if self.known.all([0, 1].map(Quantity::Velocity)).is_some() {
+            gps.north = self.optional(Quantity::Velocity(0));
+            gps.east = self.optional(Quantity::Velocity(1));
+        } else if self.known.all([Quantity::Speed, Quantity::Course]).is_some() {
+            gps.speed = self.optional(Quantity::Speed);
+            gps.course = self.optional(Quantity::Course);
+        }
+        gps.down = self.optional(Quantity::Velocity(2));
+        if gps.down.is_empty() {
+            gps.up = self.optional(Quantity::Up);
+        }
+        if self.known.all([Quantity::SigmaHorizontal, Quantity::SigmaVertical]).is_some() {
+            gps.sigma_horizontal = self.optional(Quantity::SigmaHorizontal);
+            gps.sigma_vertical = self.optional(Quantity::SigmaVertical);
+        }
+        gps.sigma_speed = self.optional(Quantity::SigmaSpeed);
+        gps.sigma_vertical_speed = self.optional(Quantity::SigmaVerticalSpeed);
+        gps.fix_type = self.optional(Quantity::FixType);
+        gps.satellites = self.optional(Quantity::Satellites);
+        Some(gps)
+    }
+
+    fn speed_unit(&self, column: usize) -> SpeedUnit {
+        match self.known.unit(column) {
+            Some("cm/s") => SpeedUnit::CentimetresPerSecond,
+            Some("mm/s") => SpeedUnit::MillimetresPerSecond,
+            Some("km/h") => SpeedUnit::KilometresPerHour,
+            Some("kn") => SpeedUnit::Knots,
+            Some("m/s") => SpeedUnit::MetresPerSecond,
+            _ if self.look.largest(column) > 300.0 => SpeedUnit::MillimetresPerSecond,
+            _ => SpeedUnit::MetresPerSecond,
+        }
+    }
+
+    fn baro(&mut self) -> Option<BaroColumn> {
+        let height = self.known.column(Quantity::BaroHeight);
+        let column = height.or_else(|| self.known.column(Quantity::Pressure))?;
+        let largest = self.look.largest(column);
+        let unit = match self.known.unit(column) {
+            Some("ft") => BaroUnit::Feet,
+            Some("hpa") => BaroUnit::Hectopascals,
+            Some("kpa") => BaroUnit::Kilopascals,
+            Some("pa") => BaroUnit::Pascals,
+            _ if height.is_some() => BaroUnit::Metres,
+            _ if largest > 5_000.0 => BaroUnit::Pascals,
+            _ if largest > 150.0 => BaroUnit::Hectopascals,
+            _ => BaroUnit::Kilopascals,
+        };
+        Some(BaroColumn { held: self.look.is_held(&[column]), column: self.name(column), unit })
+    }
+
+    fn controls(&mut self) -> Option<StickColumns> {
+        let columns = self.known.all([0, 1, 2, 3].map(Quantity::Stick))?;
+        let largest = columns.map(|column| self.look.largest(column)).into_iter();
+        let unit = match self.known.unit(columns[0]) {
+            Some("percent") => StickUnit::Percent,
+            _ if largest.fold(0.0, f64::max) > 2.0 => StickUnit::Percent,
+            _ => StickUnit::Fraction,
+        };
+        Some(StickColumns { columns: columns.map(|c| self.name(c)), unit, signs: [1.0; 4] })
+    }
+}
+
+/// The unit in which a `step` is one of a logger: of an inertial unit 0.2 to 100 ms, of a receiver
+/// alone 20 ms to 10 s.
+fn time_unit(step: f64, has_motion: bool) -> TimeUnit {
+    let [least, most] = if has_motion { [2e-4, 0.15] } else { [0.015, 15.0] };
+    let units =
+        [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
+    let fits = |unit: &TimeUnit| (least..most).contains(&(step * unit.seconds()));
+    units.into_iter().find(fits).unwrap_or_default()
+}

@@ -1,0 +1,117 @@
+//! The first rows of a file's columns, as numbers.
+
+use std::path::Path;
+
+use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
+use hovernav_log::LogError;
+
+/// Rows that units are judged by.
+const ROWS: usize = 20_000;
+/// Columns that are looked at; no logger of one flight has more.
+const COLUMNS: usize = 400;
+
+/// What the first rows of a file hold, column by column; NaN where a row says nothing.
+pub(crate) struct Look {
+    pub layout: Layout,
+    pub columns: Vec<Vec<f64>>,
+    /// Whether a column holds dates or times of day, in seconds here.
+    pub are_clock: Vec<bool>,
+}
+
+impl Look {
+    pub fn at(path: &Path) -> Result<Self, LogError> {
+        let layout = Layout::of(path)?;
+        let count = layout.names.len().min(COLUMNS);
+        let mut look =
+            Self { columns: vec![Vec::new(); count], are_clock: vec![false; count], layout };
+        let mut lines = Lines::open(path)?;
+        while look.columns.first().is_some_and(|column| column.len() < ROWS)
+            && let Some(line) = lines.next()?
+        {
+            let line = line.to_vec();
+            if lines.number() > look.layout.header_line && !is_comment(&line) {
+                look.take(&line, look.layout.delimiter);
+            }
+        }
+        Ok(look)
+    }
+
+    fn take(&mut self, line: &[u8], delimiter: Delimiter) {
+        let mut fields = Vec::new();
+        delimiter.split(line, &mut fields);
+        if fields.iter().all(|field| field.is_empty()) {
+            return;
+        }
+        for (index, column) in self.columns.iter_mut().enumerate() {
+            let field = fields.get(index).copied().unwrap_or_default();
+            let number = decimal::number(field, self.layout.decimal_comma);
+            let clock = || {
+                let time = decimal::time(field, TimeUnit::Clock, false).flatten()?;
+                self.are_clock[index] = true;
+                Some(time.seconds())
+            };
+            column.push(number.or_else(clock).unwrap_or(f64::NAN));
+        }
+    }
+
+    /// The values of a column that are known.
+    pub fn known(&self, column: usize) -> impl Iterator<Item = f64> + Clone + '_ {
+        self.columns[column].iter().copied().filter(|value| value.is_finite())
+    }
+
+    /// The largest magnitude in a column.
+    pub fn largest(&self, column: usize) -> f64 {
+        self.known(column).fold(0.0, |most, value| most.max(value.abs()))
+    }
+
+    /// The median of the norms of three columns.
+    pub fn median_norm(&self, columns: [usize; 3]) -> f64 {
+        let [x, y, z] = columns.map(|column| &self.columns[column]);
+        let norms = x.iter().zip(y).zip(z).map(|((x, y), z)| (x * x + y * y + z * z).sqrt());
+        median(norms.filter(|norm| norm.is_finite()).collect())
+    }
+
+    /// The norm of three columns that a hundredth of the rows exceeds.
+    pub fn high_norm(&self, columns: [usize; 3]) -> f64 {
+        let [x, y, z] = columns.map(|column| &self.columns[column]);
+        let norms = x.iter().zip(y).zip(z).map(|((x, y), z)| (x * x + y * y + z * z).sqrt());
+        let mut norms: Vec<f64> = norms.filter(|norm| norm.is_finite()).collect();
+        norms.sort_unstable_by(f64::total_cmp);
+        norms.get(norms.len().saturating_sub(1) * 99 / 100).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The median step from one known value of a column to the next.
+    pub fn median_step(&self, column: usize) -> f64 {
+        let values: Vec<f64> = self.known(column).collect();
+        let steps = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0);
+        median(steps.collect())
+    }
+
+    /// Whether a column nearly always rises, as time does.
+    pub fn rises(&self, column: usize) -> bool {
+        let values: Vec<f64> = self.known(column).collect();
+        let falls = values.windows(2).filter(|pair| pair[1] < pair[0]).count();
+        let rises = values.windows(2).filter(|pair| pair[1] > pair[0]).count();
+        values.len() > 1 && 20 * falls < values.len() && 2 * rises > values.len()
+    }
+
+    /// Whether columns say the same as the row before on most rows on which they say anything.
+    pub fn is_held(&self, columns: &[usize]) -> bool {
+        let (mut same, mut pairs) = (0usize, 0usize);
+        let rows = self.columns.first().map_or(0, Vec::len);
+        for row in 1..rows {
+            let at = |row: usize| columns.iter().map(move |&column| self.columns[column][row]);
+            if at(row).chain(at(row - 1)).all(f64::is_finite) {
+                pairs += 1;
+                same += usize::from(at(row).eq(at(row - 1)));
+            }
+        }
+        pairs > 0 && 2 * same > pairs
+    }
+}
+
+/// The median of `values`; NaN of none.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

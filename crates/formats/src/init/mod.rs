@@ -1,0 +1,167 @@
+//! A mapping for foreign text files, proposed from their names and numbers.
+
+mod columns;
+mod look;
+mod names;
+mod report;
+mod together;
+mod turn;
+mod unnamed;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use crate::text::{Mapping, RateUnit, World};
+use columns::Understood;
+use hovernav_log::{Dataset, LogError, Manifest};
+use turn::Turn;
+
+/// What `hovernav init` makes of foreign text files.
+#[derive(Debug)]
+pub struct Proposal {
+    /// Where the values stand, in what units and axes; files as given.
+    mapping: Mapping,
+    /// What was understood of each file, a paragraph each.
+    tables: Vec<String>,
+    /// What was found, a sentence each.
+    findings: Vec<String>,
+    /// What was guessed and is worth a look, a sentence each.
+    doubts: Vec<String>,
+}
+
+impl Proposal {
+    /// What stands in `files`: names, units, axes and signs, by the names of the columns, by
+    /// magnitudes, by gravity, by what turns together, and where that leaves a choice by how well the
+    /// filter's innovations fit.
+    ///
+    /// # Errors
+    /// [`LogError`] where a file cannot be read, or nothing in it is understood.
+    pub fn of(files: &[PathBuf]) -> Result<Self, LogError> {
+        let mut understood = Vec::new();
+        for path in files {
+            understood.push(columns::understand(path, path)?);
+        }
+        let mut doubts: Vec<String> = Vec::new();
+        keep_the_first(&mut understood, &mut doubts);
+        let has_any = understood.iter().any(|one| {
+            let table = &one.mapping;
+            table.gyro.is_some() || table.accel.is_some() || table.gps.is_some()
+        });
+        if !has_any {
+            let reason =
+                "found neither gyro, nor accelerometer, nor latitude, longitude and height \
+                          among the columns: name them, as in gyro_x, accel_x, lat, lon, height"
+                    .to_owned();
+            return Err(LogError::Unusable {
+                path: files.first().cloned().unwrap_or_default(),
+                reason,
+            });
+        }
+        doubts.extend(understood.iter().flat_map(|one| one.doubts.iter().cloned()));
+        let tables = understood.iter().map(|one| one.mapping.clone()).collect();
+        let mut mapping = Mapping { table: tables };
+        let mut findings = Vec::new();
+        let mut dataset = read(&mapping)?;
+        if settle_gyro_unit(&mut mapping, &dataset, &mut findings) {
+            doubts.retain(|doubt| !doubt.starts_with("gyro: rates reach"));
+            dataset = read(&mapping)?;
+        }
+        let found = turn::found(&dataset);
+        turn_axes(&mut mapping, &found.turn);
+        findings.extend(found.findings);
+        doubts.extend(found.doubts);
+        report::spans(&dataset, &mut findings, &mut doubts);
+        let tables = mapping.table.iter().zip(&understood);
+        let tables =
+            tables.map(|(table, one)| report::table(table, &one.unused, &dataset)).collect();
+        Ok(Self { mapping, tables, findings, doubts })
+    }
+
+    /// Writes `mapping.toml` and a commented `dataset.toml` into `directory`, which is made if need be;
+    /// a `dataset.toml` that is there stays.
+    ///
+    /// # Errors
+    /// [`LogError::Io`]; [`LogError::Unusable`] where there is a mapping already and `force` is not
+    /// set.
+    pub fn write(&self, directory: &Path, force: bool) -> Result<(), LogError> {
+        write::write(&self.mapping, &self.doubts, directory, force)
+    }
+}
+
+impl std::fmt::Display for Proposal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        report::write(f, &self.tables, &self.findings, &self.doubts)
+    }
+}
+
+fn read(mapping: &Mapping) -> Result<Dataset, LogError> {
+    let here = Path::new("");
+    Ok(crate::text::dataset(here, mapping, Manifest::default(), Vec::new())?.0)
+}
+
+/// Where several files have the same sensor, the first counts.
+fn keep_the_first(understood: &mut [Understood], doubts: &mut Vec<String>) {
+    let mut seen = [false; 6];
+    for one in understood {
+        let table = &mut one.mapping;
+        let file = table.file.display().to_string();
+        let mut once = |which: usize, name: &str, is_there: bool| {
+            let again = is_there && seen[which];
+            if again {
+                doubts.push(format!("{name} of {file} is left out: an earlier file has one too"));
+            }
+            seen[which] |= is_there;
+            !again
+        };
+        table.gyro = table.gyro.take().filter(|_| once(0, "gyro", true));
+        table.accel = table.accel.take().filter(|_| once(1, "accel", true));
+        table.mag = table.mag.take().filter(|_| once(2, "mag", true));
+        table.attitude = table.attitude.take().filter(|_| once(3, "attitude", true));
+        table.gps = table.gps.take().filter(|_| once(4, "gps", true));
+        table.baro = table.baro.take().filter(|_| once(5, "baro", true));
+    }
+}
+
+/// Whether the gyro's unit had to be changed for it to turn as far as the attitude does.
+fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec<String>) -> bool {
+    let steps = together::steps(&dataset.imu, crate::text::Axes::FORWARD_RIGHT_DOWN);
+    let Some(ratio) = together::attitude_ratio(&steps) else { return false };
+    let Some(gyro) = mapping.table.iter_mut().find_map(|table| table.gyro.as_mut()) else {
+        return false;
+    };
+    let degrees = std::f64::consts::PI / 180.0;
+    let near = |expected: f64| (0.5..2.0).contains(&(ratio / expected));
+    let unit = match gyro.unit {
+        RateUnit::RadiansPerSecond if near(degrees) => RateUnit::DegreesPerSecond,
+        RateUnit::DegreesPerSecond if near(1.0 / degrees) => RateUnit::RadiansPerSecond,
+        RateUnit::Radians if near(degrees) => RateUnit::Degrees,
+        RateUnit::Degrees if near(1.0 / degrees) => RateUnit::Radians,
+        _ => return false,
+    };
+    gyro.unit = unit;
+    findings
+        .push(format!("the gyro turns as far as the attitude does if it is in {}", unit.name()));
+    true
+}
+
+fn turn_axes(mapping: &mut Mapping, turn: &Turn) {
+    for table in &mut mapping.table {
+        if let Some(gyro) = &mut table.gyro {
+            gyro.axes = turn.gyro;
+        }
+        if let Some(accel) = &mut table.accel {
+            accel.axes = turn.accel;
+        }
+        if let Some(mag) = &mut table.mag {
+            mag.axes = turn.mag;
+        }
+        if let Some(attitude) = &mut table.attitude {
+            if attitude.quaternion.is_empty() {
+                attitude.signs = turn.attitude_signs;
+                attitude.yaw_offset_deg = turn.yaw_offset_deg;
+            } else if turn.attitude_signs[1] < 0.0 {
+                attitude.world = World::Enu;
+            }
+        }
+    }
+}

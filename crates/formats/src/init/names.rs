@@ -1,0 +1,334 @@
+//! What the name of a column says.
+
+use crate::text::HeightAbove;
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Time,
+    /// Angular rate about an axis.
+    Gyro(usize),
+    /// Specific force along an axis.
+    Accel(usize),
+    /// Increment of angle about an axis.
+    AngleIncrement(usize),
+    /// Increment of velocity along an axis.
+    VelocityIncrement(usize),
+    Mag(usize),
+    /// Roll, pitch, yaw.
+    Attitude(usize),
+    /// Scalar first.
+    Quaternion(usize),
+    Latitude,
+    Longitude,
+    Height(Option<HeightAbove>),
+    /// North, east, down.
+    Velocity(usize),
+    Up,
+    Speed,
+    Course,
+    SigmaHorizontal,
+    SigmaVertical,
+    SigmaSpeed,
+    SigmaVerticalSpeed,
+    FixType,
+    Satellites,
+    Pressure,
+    BaroHeight,
+    /// Lateral, longitudinal, collective, pedal.
+    Stick(usize),
+}
+
+/// What a name says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Meaning {
+    pub quantity: Quantity,
+    /// The unit, by the names of mappings, in lower case.
+    pub unit: Option<&'static str>,
+    /// Whether an estimator's, not a sensor's.
+    pub estimated: bool,
+}
+
+/// What `name` says, with the text `below` it, where units often stand; `None` where it says nothing
+/// of use.
+pub(crate) fn meaning(name: &str, below: &str) -> Option<Meaning> {
+    let (plain, bracket) = bracketed(name);
+    let mut words = words(plain);
+    let bracket_unit = unit(&bracket).or_else(|| unit(below.trim_matches(['[', ']', '(', ')'])));
+    let trailing_unit = bracket_unit.is_none().then(|| trailing_unit(&mut words)).flatten();
+    let is = |known: &[&str]| words.iter().any(|word| known.contains(&word.as_str()));
+    if is(&["ref", "reference", "truth", "true", "gt", "groundtruth"]) {
+        return None;
+    }
+    let estimated = is(&["est", "estimated", "ekf", "ekf2", "filter", "filtered", "fused", "kf"]);
+    const NOISE: [&str; 22] = [
+        "imu",
+        "imu0",
+        "imu1",
+        "gps",
+        "gnss",
+        "sensor",
+        "sensors",
+        "raw",
+        "ins",
+        "data",
+        "body",
+        "frd",
+        "flu",
+        "meas",
+        "measured",
+        "cal",
+        "calibrated",
+        "est",
+        "ekf",
+        "estimated",
+        "filtered",
+        "fused",
+    ];
+    let kept: Vec<&str> =
+        words.iter().map(String::as_str).filter(|word| !NOISE.contains(word)).collect();
+    let joined = if kept.is_empty() { words.concat() } else { kept.concat() };
+    let quantity = scalar(&joined).or_else(|| axis(&joined))?;
+    Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
+}
+
+/// The name without what stands in brackets, and that.
+fn bracketed(name: &str) -> (&str, String) {
+    let Some(open) = name.find(['[', '(', '{']) else { return (name, String::new()) };
+    let inside = name[open..].trim_matches(['[', ']', '(', ')', '{', '}', ' ']);
+    (&name[..open], inside.to_owned())
+}
+
+/// The words of a name, in lower case: parted by signs, and where small letters turn to capitals.
+fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut before = ' ';
+    for letter in name.chars() {
+        let starts = letter.is_uppercase() && before.is_lowercase();
+        if !letter.is_alphanumeric() || starts {
+            words.push(String::new());
+        }
+        if letter.is_alphanumeric()
+            && let Some(word) = words.last_mut()
+        {
+            word.extend(letter.to_lowercase());
+        }
+        before = letter;
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// Takes the unit off the end of a name's words.
+fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
+    for count in [3, 2, 1] {
+        if words.len() > count {
+            let from = words.len() - count;
+            if let Some(found) = unit(&words[from..].join("/")) {
+                words.truncate(from);
+                return Some(found);
+            }
+        }
+    }
+    None
+}
+
+/// The unit that `text` spells, by the names of mappings, in lower case.
+pub(crate) fn unit(text: &str) -> Option<&'static str> {
+    let text: String = text
+        .to_lowercase()
+        .chars()
+        .filter(|letter| !matches!(letter, ' ' | '^' | '*' | '·' | '_' | '.' | '-'))
+        .collect();
+    Some(match text.as_str() {
+        "rad/s" | "radps" | "rads" | "rad/sec" => "rad/s",
+        "deg/s" | "dps" | "degps" | "degs" | "°/s" | "deg/sec" | "degree/s" | "degrees/s" => {
+            "deg/s"
+        }
+        "mrad/s" | "mradps" => "mrad/s",
+        "rad" | "radian" | "radians" => "rad",
+        "deg" | "degree" | "degrees" | "°" => "deg",
+        "m/s2" | "m/s/s" | "m/s²" | "mps2" | "mpss" | "ms2" | "m/sec2" => "m/s2",
+        "g" | "gee" | "gs" => "g",
+        "mg" | "millig" => "mg",
+        "m/s" | "mps" | "m/sec" => "m/s",
+        "cm/s" | "cmps" => "cm/s",
+        "mm/s" | "mmps" => "mm/s",
+        "km/h" | "kmh" | "kph" => "km/h",
+        "kn" | "kt" | "kts" | "knots" | "knot" => "kn",
+        "gauss" | "ga" => "gauss",
+        "mgauss" | "milligauss" => "mg",
+        "ut" | "µt" | "μt" | "utesla" | "microtesla" => "ut",
+        "nt" | "nanotesla" => "nt",
+        "tesla" | "t" => "t",
+        "s" | "sec" | "secs" | "seconds" | "second" => "s",
+        "ms" | "msec" | "millis" | "milliseconds" => "ms",
+        "us" | "usec" | "µs" | "μs" | "micros" | "microseconds" => "us",
+        "ns" | "nsec" | "nanos" | "nanoseconds" => "ns",
+        "m" | "meter" | "meters" | "metre" | "metres" => "m",
+        "cm" => "cm",
+        "mm" => "mm",
+        "ft" | "feet" => "ft",
+        "pa" | "pascal" => "pa",
+        "hpa" | "mbar" | "millibar" => "hpa",
+        "kpa" => "kpa",
+        "e7" | "1e7" | "dege7" | "deg1e7" | "dege/7" => "deg1e7",
+        "%" | "percent" | "pct" => "percent",
+        _ => return None,
+    })
+}
+
+/// What a name without axes says.
+fn scalar(name: &str) -> Option<Quantity> {
+    use Quantity as Q;
+    let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
+    Some(match name {
+        "t" | "ts" | "sec" | "secs" | "seconds" | "millis" | "micros" | "ms" | "us" | "ns"
+        | "stamp" | "tow" | "itow" | "elapsed" | "elapsedtime" | "datetime" | "utc" | "clock" => {
+            Q::Time
+        }
+        "p" | "rollrate" => Q::Gyro(0),
+        "q" | "pitchrate" => Q::Gyro(1),
+        "r" | "yawrate" => Q::Gyro(2),
+        "roll" | "phi" | "rollangle" => Q::Attitude(0),
+        "pitch" | "theta" | "pitchangle" => Q::Attitude(1),
+        "yaw" | "psi" | "heading" | "hdg" | "yawangle" => Q::Attitude(2),
+        "q0" | "qw" | "quat0" | "quatw" | "quaternionw" | "orientationw" => Q::Quaternion(0),
+        "q1" | "qx" | "quat1" | "quatx" | "quaternionx" | "orientationx" => Q::Quaternion(1),
+        "q2" | "qy" | "quat2" | "quaty" | "quaterniony" | "orientationy" => Q::Quaternion(2),
+        "q3" | "qz" | "quat3" | "quatz" | "quaternionz" | "orientationz" => Q::Quaternion(3),
+        "lateral" => Q::Stick(0),
+        "longitudinal" => Q::Stick(1),
+        "collective" => Q::Stick(2),
+        "pedal" => Q::Stick(3),
+        "lat" | "latitude" => Q::Latitude,
+        "lon" | "lng" | "long" | "longitude" => Q::Longitude,
+        "vn" | "veln" | "vnorth" | "velnorth" | "northvelocity" | "velocitynorth" | "velocityn" => {
+            Q::Velocity(0)
+        }
+        "ve" | "vele" | "veast" | "veleast" | "eastvelocity" | "velocityeast" | "velocitye" => {
+            Q::Velocity(1)
+        }
+        "vd" | "veld" | "vdown" | "veldown" | "downvelocity" | "velocitydown" | "velocityd" => {
+            Q::Velocity(2)
+        }
+        "vu" | "velu" | "vup" | "velup" | "upvelocity" | "velocityup" | "climb" | "climbrate"
+        | "verticalspeed" => Q::Up,
+        "speed" | "gspeed" | "groundspeed" | "sog" | "spd" => Q::Speed,
+        "course" | "cog" | "track" | "crs" | "headmot" | "courseoverground" => Q::Course,
+        "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "sigmahorizontal" => Q::SigmaHorizontal,
+        "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
+        "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,
+        "sigmavv" => Q::SigmaVerticalSpeed,
+        "fix" | "fixtype" | "fixstatus" => Q::FixType,
+        "numsv" | "nsv" => Q::Satellites,
+        _ if name.starts_with("time") => Q::Time,
+        _ if has(&["nsat", "numsat", "satellites"]) || name == "sats" => Q::Satellites,
+        _ if has(&["baro", "press"]) && has(&["alt", "height", "hgt"]) => Q::BaroHeight,
+        _ if has(&["baro", "press"]) => Q::Pressure,
+        _ if has(&["agl", "relalt", "relative", "std", "dop", "temp"]) => return None,
+        _ if has(&["alt", "height", "hgt", "elev", "hmsl", "ellips"]) || name == "h" => {
+            Q::Height(if has(&["msl", "asl", "sea", "ortho"]) {
+                Some(HeightAbove::Sea)
+            } else if has(&["ell", "hae", "wgs"]) {
+                Some(HeightAbove::Ellipsoid)
+            } else {
+                None
+            })
+        }
+        _ => return None,
+    })
+}
+
+/// What a name with an axis, x, y or z at its end or its beginning, says.
+fn axis(name: &str) -> Option<Quantity> {
+    let ends: [fn(&str) -> Option<(char, &str)>; 2] = [
+        |name| name.chars().next_back().map(|last| (last, &name[..name.len() - last.len_utf8()])),
+        |name| name.chars().next().map(|first| (first, &name[first.len_utf8()..])),
+    ];
+    ends.into_iter().find_map(|end| {
+        let (letter, stem) = end(name)?;
+        let axis = ['x', 'y', 'z'].iter().position(|axis| *axis == letter)?;
+        let has = |parts: &[&str]| parts.iter().any(|part| stem.contains(part));
+        Some(if has(&["dtheta", "deltaangle", "delang", "dangle", "dang"]) {
+            Quantity::AngleIncrement(axis)
+        } else if has(&["dvel", "deltavel", "delvel", "deltav"]) || stem == "dv" {
+            Quantity::VelocityIncrement(axis)
+        } else if has(&[
+            "gyr",
+            "angvel",
+            "angularvel",
+            "angularrate",
+            "angrate",
+            "rotationrate",
+            "omega",
+        ]) || ["g", "w", "rate"].contains(&stem)
+        {
+            Quantity::Gyro(axis)
+        } else if has(&["mag", "compass"]) || ["m", "b"].contains(&stem) {
+            Quantity::Mag(axis)
+        } else if has(&["acc", "specificforce"]) || ["a", "f"].contains(&stem) {
+            Quantity::Accel(axis)
+        } else {
+            return None;
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_many_loggers_are_understood() {
+        use Quantity as Q;
+        for (name, quantity, unit) in [
+            ("t_s", Q::Time, Some("s")),
+            ("Time (ms)", Q::Time, Some("ms")),
+            ("timestamp", Q::Time, None),
+            ("TimeUS", Q::Time, None),
+            ("gyro_x_radps", Q::Gyro(0), Some("rad/s")),
+            ("GyroY [deg/s]", Q::Gyro(1), Some("deg/s")),
+            ("imu0_gz_dps", Q::Gyro(2), Some("deg/s")),
+            ("angular_velocity.x", Q::Gyro(0), None),
+            ("wx", Q::Gyro(0), None),
+            ("accX", Q::Accel(0), None),
+            ("acc_y_g", Q::Accel(1), Some("g")),
+            ("linear_acceleration.z", Q::Accel(2), None),
+            ("accel_x_mps2", Q::Accel(0), Some("m/s2")),
+            ("Accel Z (m/s^2)", Q::Accel(2), Some("m/s2")),
+            ("xacc", Q::Accel(0), None),
+            ("dvel_x_mps", Q::VelocityIncrement(0), Some("m/s")),
+            ("dtheta_z_rad", Q::AngleIncrement(2), Some("rad")),
+            ("mag_x_gauss", Q::Mag(0), Some("gauss")),
+            ("magY(uT)", Q::Mag(1), Some("ut")),
+            ("roll_deg", Q::Attitude(0), Some("deg")),
+            ("Heading", Q::Attitude(2), None),
+            ("q0", Q::Quaternion(0), None),
+            ("lat_deg", Q::Latitude, Some("deg")),
+            ("Longitude", Q::Longitude, None),
+            ("gps_alt_m", Q::Height(None), Some("m")),
+            ("alt_msl [ft]", Q::Height(Some(HeightAbove::Sea)), Some("ft")),
+            ("height_m", Q::Height(None), Some("m")),
+            ("velN", Q::Velocity(0), None),
+            ("vd_mps", Q::Velocity(2), Some("m/s")),
+            ("gSpeed", Q::Speed, None),
+            ("hAcc", Q::SigmaHorizontal, None),
+            ("sigma_h_m", Q::SigmaHorizontal, Some("m")),
+            ("sigma_vh_mps", Q::SigmaSpeed, Some("m/s")),
+            ("numSV", Q::Satellites, None),
+            ("baro_alt_m", Q::BaroHeight, Some("m")),
+            ("pressure_hPa", Q::Pressure, Some("hpa")),
+            ("pedal", Q::Stick(3), None),
+        ] {
+            let found = meaning(name, "");
+            let found = found.map(|meaning| (meaning.quantity, meaning.unit));
+            assert_eq!(found, Some((quantity, unit)), "{name}");
+        }
+        for name in ["", "temperature", "foo", "true_roll", "hdop", "lateral_error"] {
+            assert_eq!(meaning(name, ""), None, "{name}");
+        }
+        assert_eq!(meaning("gyro_x", "[deg/s]").unwrap().unit, Some("deg/s"));
+        assert!(meaning("ekf_roll", "").unwrap().estimated);
+    }
+}

@@ -1,0 +1,137 @@
+//! What was understood, for a reader at a terminal.
+
+use std::fmt;
+
+use super::turn::name;
+use crate::text::{AttitudeRole, HeightAbove, TableMapping};
+use hovernav::time::Time;
+use hovernav_log::Dataset;
+
+/// The paragraph about one file.
+pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) -> String {
+    let mut lines = Vec::new();
+    let mut line = |what: &str, columns: &str, rest: String| {
+        lines.push(format!("  {what:<9} {columns:<34} {rest}"));
+    };
+    let names = match table.header_line {
+        0 => "no names, columns by number".to_owned(),
+        line => format!("names on line {line}"),
+    };
+    line("time", &table.time.column, table.time.unit.name().to_owned());
+    let held = |held: bool| if held { ", the last value repeated" } else { "" };
+    if let Some(gyro) = &table.gyro {
+        let rest = format!("{}, {}{}", gyro.unit.name(), name(gyro.axes), held(gyro.held));
+        line("gyro", &gyro.columns.join(" "), rest);
+    }
+    if let Some(accel) = &table.accel {
+        let rest = format!("{}, {}{}", accel.unit.name(), name(accel.axes), held(accel.held));
+        line("accel", &accel.columns.join(" "), rest);
+    }
+    if let Some(mag) = &table.mag {
+        let rest = format!("{}, {}{}", mag.unit.name(), name(mag.axes), held(mag.held));
+        line("mag", &mag.columns.join(" "), rest);
+    }
+    if let Some(attitude) = &table.attitude {
+        let role = match attitude.role {
+            AttitudeRole::Unit => "the unit's own",
+            AttitudeRole::Onboard => "an estimator's, to compare with",
+        };
+        let columns = [&attitude.columns[..], &attitude.quaternion[..]].concat().join(" ");
+        let signs = attitude.signs.map(|sign| if sign < 0.0 { '-' } else { '+' });
+        let signs: String = signs.into_iter().collect();
+        line("attitude", &columns, format!("{}, {role}, signs {signs}", attitude.unit.name()));
+    }
+    if let Some(gps) = &table.gps {
+        let above = match gps.height_above {
+            HeightAbove::Ellipsoid => "above the ellipsoid",
+            HeightAbove::Sea => "above the sea",
+        };
+        let place = [&gps.latitude, &gps.longitude, &gps.height].map(String::as_str).join(" ");
+        let rest = format!(
+            "{}, {} {above}, {} fixes{}",
+            gps.unit.name(),
+            gps.height_unit.name(),
+            dataset.fixes.len(),
+            held(gps.held)
+        );
+        line("gps", &place, rest);
+        let velocity =
+            [&gps.north, &gps.east, &gps.speed, &gps.course, &gps.down, &gps.up].into_iter();
+        let velocity: Vec<&str> =
+            velocity.filter(|name| !name.is_empty()).map(String::as_str).collect();
+        if !velocity.is_empty() {
+            line("", &velocity.join(" "), gps.speed_unit.name().to_owned());
+        }
+    }
+    if let Some(baro) = &table.baro {
+        line("baro", &baro.column, format!("{}{}", baro.unit.name(), held(baro.held)));
+    }
+    if let Some(controls) = &table.controls {
+        line("controls", &controls.columns.join(" "), controls.unit.name().to_owned());
+    }
+    if !unused.is_empty() {
+        line("unused", &unused.join(" "), String::new());
+    }
+    let decimal = if table.decimal_comma { ", decimal commas" } else { "" };
+    let head = format!("{}: {}{decimal}, {names}", table.file.display(), table.delimiter.name());
+    format!("{head}\n{}", lines.iter().map(|l| l.trim_end()).collect::<Vec<_>>().join("\n"))
+}
+
+/// Says what the sensors' rates and spans are, and whether the spans meet.
+pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut Vec<String>) {
+    let imu: Vec<Time> = dataset.imu.iter().map(|sample| sample.time).collect();
+    let fixes: Vec<Time> = dataset.fixes.iter().map(|fix| fix.time).collect();
+    for (name, times) in [("inertial samples", &imu), ("fixes", &fixes)] {
+        if let [first, .., last] = times[..] {
+            findings.push(format!(
+                "{} {name} from {:.3} to {:.3} s, {:.2} a second",
+                times.len(),
+                first.seconds(),
+                last.seconds(),
+                (times.len() - 1) as f64 / (last - first)
+            ));
+        }
+    }
+    if imu.is_empty() {
+        doubts.push(
+            "no gyro with accelerometer: there is nothing to estimate from, only to see".into(),
+        );
+        return;
+    }
+    let (Some(first), Some(last)) = (fixes.first(), fixes.last()) else {
+        doubts.push("no fixes: the filter needs at least one to start from".into());
+        return;
+    };
+    if *last < imu[0] || *first > imu[imu.len() - 1] {
+        doubts.push(
+            "the fixes and the inertial samples are not of one time: check the unit under each \
+             [table.time], or bring them together by its offset_s"
+                .into(),
+        );
+    }
+    let rate_hz = (imu.len() - 1) as f64 / (imu[imu.len() - 1] - imu[0]);
+    if rate_hz < 20.0 {
+        doubts.push(format!(
+            "{rate_hz:.1} inertial samples a second are too few to navigate by; 25 is the least"
+        ));
+    }
+}
+
+/// Everything that was understood.
+pub(crate) fn write(
+    f: &mut fmt::Formatter<'_>,
+    tables: &[String],
+    findings: &[String],
+    doubts: &[String],
+) -> fmt::Result {
+    for table in tables {
+        writeln!(f, "{table}\n")?;
+    }
+    for finding in findings {
+        writeln!(f, "found: {finding}")?;
+    }
+    for doubt in doubts {
+        writeln!(f, "check: {doubt}")?;
+    }
+    Ok(())
+}

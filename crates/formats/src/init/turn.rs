@@ -1,0 +1,258 @@
+//! Which way the axes point: from gravity, from what turns together, and from the filter.
+
+use super::look::median;
+use crate::text::Axes;
+use hovernav::ekf::{Channel, Notice, Verdict};
+use hovernav::frames::{EulerAngles, Vector, wrap_angle};
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+use hovernav_log::Dataset;
+
+/// Samples that a trial of the filter is given.
+const TRIAL_SAMPLES: usize = 60_000;
+/// Fixes that a trial needs, to tell set-ups apart.
+const TRIAL_FIXES: usize = 15;
+
+/// How the axes of the sensors are to be turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Turn {
+    pub gyro: Axes,
+    pub accel: Axes,
+    pub mag: Axes,
+    pub attitude_signs: [f64; 3],
+    pub yaw_offset_deg: f64,
+}
+
+/// What was found about the axes.
+pub(crate) struct Found {
+    pub turn: Turn,
+    pub findings: Vec<String>,
+    pub doubts: Vec<String>,
+}
+
+/// How the axes of `dataset`, read as they are, are to be turned.
+pub(crate) fn found(dataset: &Dataset) -> Found {
+    let identity = Turn {
+        gyro: Axes::FORWARD_RIGHT_DOWN,
+        accel: Axes::FORWARD_RIGHT_DOWN,
+        mag: Axes::FORWARD_RIGHT_DOWN,
+        attitude_signs: [1.0; 3],
+        yaw_offset_deg: 0.0,
+    };
+    let mut found = Found { turn: identity, findings: Vec::new(), doubts: Vec::new() };
+    let Some(gravity) = median_force(&dataset.imu) else { return found };
+    let norm = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let [x, y, z] = gravity;
+    let mean = format!("specific force in the middle of the log: {x:+.2} {y:+.2} {z:+.2} m/s²");
+    let upward = (0..3).find(|&axis| gravity[axis].abs() > 0.85 * norm);
+    let Some(axis) = upward.filter(|_| (6.0..14.0).contains(&norm)) else {
+        found.doubts.push(format!(
+            "{mean}: no axis has gravity, which is 9.8, nearly alone; are the unit and the mounting \
+             right? Axes are taken as forward-right-down"
+        ));
+        return found;
+    };
+    let first = upright(axis, gravity[axis] > 0.0);
+    found.findings.push(format!("{mean}, so its axes are {}", name(first)));
+    if axis != 2 {
+        found.doubts.push(
+            "which way the unit faces cannot be told from gravity: check [table.gyro] and \
+             [table.accel] axes, forward first"
+                .into(),
+        );
+    }
+    // A unit with the other vertical axis whose accelerometers count against theirs says the same.
+    let other = upright(axis, gravity[axis] < 0.0);
+    let candidates = [(first, first), (other, other.reversed())];
+    let mut tried: Vec<(f64, Turn, Vec<String>)> = Vec::new();
+    for (gyro, accel) in candidates {
+        for (turn, notes) in turns(dataset, gyro, accel) {
+            tried.push((trial(dataset, &turn), turn, notes));
+        }
+    }
+    // The first is the usual one: another must be clearly better.
+    let Some((score, turn, notes)) = tried
+        .iter()
+        .enumerate()
+        .min_by(|(i, a), (j, b)| {
+            let handicap = |index: &usize| if *index == 0 { 0.7 } else { 1.0 };
+            (a.0 * handicap(i)).total_cmp(&(b.0 * handicap(j)))
+        })
+        .map(|(_, best)| best)
+    else {
+        return found;
+    };
+    found.turn = *turn;
+    found.findings.extend(notes.iter().cloned());
+    if turn.accel != turn.gyro {
+        found.findings.push(format!(
+            "the accelerometers count against their axes, {}: with that the fixes agree",
+            name(turn.gyro)
+        ));
+    }
+    if score.is_finite() {
+        found.findings.push(format!(
+            "tried {} ways to turn the axes on the log's first fixes; with this one innovations are \
+             {:.1} times what the filter expects",
+            tried.len(),
+            score.sqrt()
+        ));
+    }
+    found
+}
+
+/// The axes of a unit of which `axis` is vertical, upwards or downwards; the others right-handed,
+/// forward along x where it can be.
+fn upright(axis: usize, upwards: bool) -> Axes {
+    let sign = if upwards { -1.0 } else { 1.0 };
+    let forward = if axis == 0 { 2 } else { 0 };
+    let right = 3 - axis - forward;
+    // Right is down × forward.
+    let cyclic = (forward + 3 - axis) % 3 == 1;
+    let right_sign = if cyclic { sign } else { -sign };
+    Axes([(forward, 1.0), (right, right_sign), (axis, sign)])
+}
+
+/// Axes in words.
+pub(crate) fn name(axes: Axes) -> String {
+    if axes == Axes::FORWARD_RIGHT_DOWN {
+        return "forward-right-down".into();
+    }
+    if axes == Axes::FORWARD_LEFT_UP {
+        return "forward-left-up".into();
+    }
+    let names: [String; 3] = axes.into();
+    format!("such that forward, right, down are {}", names.join(", "))
+}
+
+fn median_force(imu: &[ImuSample]) -> Option<[f64; 3]> {
+    let forces: Vec<[f64; 3]> = imu
+        .windows(2)
+        .map(|pair| {
+            let rates = pair[1].motion.mean_rates(pair[1].time - pair[0].time);
+            rates.specific_force_mps2.to_array()
+        })
+        .collect();
+    (!forces.is_empty())
+        .then(|| std::array::from_fn(|axis| median(forces.iter().map(|f| f[axis]).collect())))
+}
+
+/// The turns to try with a gyro and accelerometers turned so, and what was found for each.
+fn turns(dataset: &Dataset, gyro: Axes, accel: Axes) -> Vec<(Turn, Vec<String>)> {
+    let mut notes = Vec::new();
+    let turned = Turn { gyro, accel, mag: gyro, attitude_signs: [1.0; 3], yaw_offset_deg: 0.0 };
+    let steps = super::together::steps(&dataset.imu, gyro);
+    let signs = super::together::attitude_signs(&steps);
+    if let Some(signs) = signs.filter(|signs| *signs != [1.0; 3]) {
+        let names = ["roll", "pitch", "yaw"].into_iter().zip(signs).filter(|(_, sign)| *sign < 0.0);
+        let names: Vec<&str> = names.map(|(name, _)| name).collect();
+        notes
+            .push(format!("{} of the attitude turns against the gyro: reversed", names.join(", ")));
+    }
+    let mag = super::together::mag_axes(dataset, gyro);
+    if let Some(mag) = mag.filter(|mag| *mag != gyro) {
+        notes.push(format!("the magnetometer's axes are {}", name(mag)));
+    }
+    let base =
+        Turn { attitude_signs: signs.unwrap_or([1.0; 3]), mag: mag.unwrap_or(gyro), ..turned };
+    let mut turns = vec![(base, notes.clone())];
+    // A yaw that counts anticlockwise may count from east.
+    if base.attitude_signs[2] < 0.0 {
+        notes.push("yaw counts from east: 90° less yaw is taken".into());
+        turns.push((Turn { yaw_offset_deg: 90.0, ..base }, notes));
+    }
+    turns
+}
+
+/// How far the innovations of the first fixes are beyond what a filter with `turn` expects: the mean
+/// of their squares over what is expected; infinite where the filter cannot be tried.
+fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
+    let Some(first) = dataset.fixes.first() else { return f64::INFINITY };
+    let begin = dataset.imu.partition_point(|sample| sample.time < first.time.offset_by(-5.0));
+    let samples = dataset.imu.iter().skip(begin).take(TRIAL_SAMPLES);
+    let mut trial = Dataset {
+        manifest: dataset.manifest.clone(),
+        imu: samples.map(|sample| turned(sample, turn)).collect(),
+        fixes: dataset.fixes.clone(),
+        ..Dataset::default()
+    };
+    let until = trial.imu.last().map_or(Time::ZERO, |sample| sample.time);
+    trial.fixes.retain(|fix| fix.time <= until);
+    let Ok(config) = trial.settings() else { return f64::INFINITY };
+    let run = trial.estimate(&config, |_| {});
+    let (mut squares, mut count, mut fixes) = (0.0, 0usize, 0usize);
+    for notice in &run.notices {
+        let Notice::Updated(report) = notice else { continue };
+        for innovation in report.innovations() {
+            let is_gps = matches!(
+                innovation.channel,
+                Channel::PositionNorth
+                    | Channel::PositionEast
+                    | Channel::PositionDown
+                    | Channel::VelocityNorth
+                    | Channel::VelocityEast
+                    | Channel::VelocityDown
+            );
+            if is_gps {
+                fixes += usize::from(innovation.channel == Channel::PositionNorth);
+                // One refused for ever must not hide the rest, nor count as little as it is large.
+                squares += innovation.normalised().powi(2).min(100.0);
+                count += 1;
+                squares += if innovation.verdict == Verdict::Accepted { 0.0 } else { 10.0 };
+            }
+        }
+    }
+    if fixes < TRIAL_FIXES { f64::INFINITY } else { squares / count as f64 }
+}
+
+fn turned(sample: &ImuSample, turn: &Turn) -> ImuSample {
+    let by = |axes: Axes, vector: [f64; 3]| Vector::from(axes.turned(vector));
+    let motion = match sample.motion {
+        Motion::Rates { angular_rate_radps, specific_force_mps2 } => Motion::Rates {
+            angular_rate_radps: by(turn.gyro, angular_rate_radps.to_array()),
+            specific_force_mps2: by(turn.accel, specific_force_mps2.to_array()),
+        },
+        Motion::Increments { angle_rad, velocity_mps } => Motion::Increments {
+            angle_rad: by(turn.gyro, angle_rad.to_array()),
+            velocity_mps: by(turn.accel, velocity_mps.to_array()),
+        },
+    };
+    let [roll, pitch, yaw] = turn.attitude_signs;
+    ImuSample {
+        time: sample.time,
+        motion,
+        attitude: sample.attitude.map(|angles| EulerAngles {
+            roll_rad: roll * angles.roll_rad,
+            pitch_rad: pitch * angles.pitch_rad,
+            yaw_rad: wrap_angle(yaw * angles.yaw_rad + turn.yaw_offset_deg.to_radians()),
+        }),
+        magnetic_field_gauss: sample
+            .magnetic_field_gauss
+            .map(|field| by(turn.mag, field.to_array())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_stay_right_handed_whichever_is_up() {
+        for axis in 0..3 {
+            for upwards in [true, false] {
+                let Axes(rows) = upright(axis, upwards);
+                let row = |(axis, sign): (usize, f64)| {
+                    let mut row = [0.0; 3];
+                    row[axis] = sign;
+                    Vector::<hovernav::frames::Body>::from(row)
+                };
+                let [forward, right, down] = rows.map(row);
+                assert!((forward.cross(right) - down).norm() < 1e-12, "{axis} {upwards}");
+                let mut force = [0.0; 3];
+                force[axis] = if upwards { 9.8 } else { -9.8 };
+                assert_eq!(Axes(rows).turned(force)[2], -9.8, "{axis} {upwards}");
+            }
+        }
+        assert_eq!(upright(2, true), Axes::FORWARD_LEFT_UP);
+    }
+}

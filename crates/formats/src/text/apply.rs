@@ -1,0 +1,148 @@
+//! A mapping applied: from foreign text files to a dataset.
+
+use std::path::Path;
+
+use super::columns::{Fields, Source};
+use super::mapping::{Mapping, TableMapping};
+use super::table::TableColumns;
+use super::together;
+use crate::onboard::{Onboard, OnboardMoment};
+use hovernav::frames::{Body, EulerAngles, Vector};
+use hovernav::gps::Fix;
+use hovernav::imu::ImuSample;
+use hovernav::time::Time;
+use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows};
+
+/// More rows than this are no one flight: 2.8 h of 1 kHz.
+const MOST_ROWS: u64 = 10_000_000;
+
+/// What has been read so far, each sensor in the order found.
+#[derive(Default)]
+pub(crate) struct Gathered {
+    pub imu: Rows<ImuSample>,
+    /// Angular rate, rad/s, from a file without specific force.
+    pub rates: Rows<(Time, [f64; 3])>,
+    /// Specific force, m/s², from a file without angular rates.
+    pub forces: Rows<(Time, [f64; 3])>,
+    /// The unit's attitude from a file without angular rates.
+    pub attitudes: Rows<(Time, EulerAngles)>,
+    pub fixes: Rows<Fix>,
+    pub baro: Rows<(Time, f64)>,
+    pub magnetometer: Rows<(Time, Vector<Body>)>,
+    pub controls: Rows<(Time, [f64; 4])>,
+    pub onboard: Rows<OnboardMoment>,
+}
+
+/// Reads the files of `mapping`, which stands in `directory`, into a dataset of `manifest`.
+///
+/// # Errors
+/// [`LogError`] where a file cannot be read, lacks a column, or holds other than its columns are for.
+pub(crate) fn dataset(
+    directory: &Path,
+    mapping: &Mapping,
+    manifest: Manifest,
+    mut warnings: Vec<String>,
+) -> Result<(Dataset, Option<Onboard>), LogError> {
+    let mut gathered = Gathered::default();
+    for table in &mapping.table {
+        read_table(directory, table, &manifest, &mut gathered, &mut warnings)?;
+    }
+    together::dataset(directory, gathered, manifest, warnings)
+}
+
+fn read_table(
+    directory: &Path,
+    table: &TableMapping,
+    manifest: &Manifest,
+    gathered: &mut Gathered,
+    warnings: &mut Vec<String>,
+) -> Result<(), LogError> {
+    let mut source = Source::open(directory, table)?;
+    let path = source.path().to_path_buf();
+    let mut columns = TableColumns::of(&source, table, manifest.gps.latency_s)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut remarks = Remarks::new(name);
+    let (mut rows, mut unreadable) = (0u64, 0u64);
+    let mut first_fault = None;
+    while let Some(fields) = source.next()? {
+        rows += 1;
+        if rows > MOST_ROWS {
+            let reason =
+                format!("more than {MOST_ROWS} rows, expected one flight: cut it in parts");
+            return Err(LogError::Unusable { path, reason });
+        }
+        if let Err(fault) = read_row(&fields, &mut columns, gathered, &mut remarks) {
+            remarks.count("left out: a field is not what its column is for", fields.line);
+            unreadable += 1;
+            first_fault.get_or_insert(fault);
+        }
+    }
+    // A few damaged rows, or one of units below the names, is what logs have; more is another format.
+    if let Some(fault) = first_fault.filter(|_| unreadable > 10 && 100 * unreadable > rows) {
+        return Err(fault);
+    }
+    if rows == 0 {
+        let reason = "found no rows below the names".into();
+        return Err(LogError::Unusable { path, reason });
+    }
+    warnings.extend(remarks.into_warnings());
+    Ok(())
+}
+
+fn read_row(
+    fields: &Fields<'_>,
+    columns: &mut TableColumns,
+    gathered: &mut Gathered,
+    remarks: &mut Remarks,
+) -> Result<(), LogError> {
+    let line = fields.line;
+    let Some(time) = columns.time(fields)? else {
+        remarks.count("left out: no time", line);
+        return Ok(());
+    };
+    let attitude = columns.attitude(fields)?;
+    let magnetic = columns.magnetic(fields)?;
+    match columns.motion(fields)? {
+        super::table::Motions::Both(motion) => match hovernav_log::motion_fault(&motion) {
+            Some(why) => remarks.count(why, line),
+            None => gathered.imu.push(
+                line,
+                ImuSample {
+                    time,
+                    motion,
+                    attitude: attitude.unit.map(|rotation| rotation.euler()),
+                    magnetic_field_gauss: magnetic.of_unit,
+                },
+            ),
+        },
+        super::table::Motions::Rates(rates) => gathered.rates.push(line, (time, rates)),
+        super::table::Motions::Forces(forces) => gathered.forces.push(line, (time, forces)),
+        super::table::Motions::Neither => {
+            if let Some(attitude) = attitude.unit.filter(|_| !columns.has_motion()) {
+                gathered.attitudes.push(line, (time, attitude.euler()));
+            }
+        }
+    }
+    if let Some(field) = magnetic.apart {
+        gathered.magnetometer.push(line, (time, field));
+    }
+    if let Some(body_to_ned) = attitude.onboard {
+        let moment = OnboardMoment {
+            time,
+            body_to_ned: Some(body_to_ned),
+            velocity_mps: None,
+            position: None,
+        };
+        gathered.onboard.push(line, moment);
+    }
+    if let Some(fix) = columns.fix(time, fields, remarks)? {
+        gathered.fixes.push(line, fix);
+    }
+    if let Some(height_m) = columns.height(fields, remarks)? {
+        gathered.baro.push(line, (time, height_m));
+    }
+    if let Some(sticks) = columns.sticks(fields, remarks)? {
+        gathered.controls.push(line, (time, sticks));
+    }
+    Ok(())
+}

@@ -1,0 +1,180 @@
+//! A mapping's columns in one file: where they stand, and what a row says in hovernav's units.
+
+use std::path::{Path, PathBuf};
+
+use super::decimal;
+use super::lines::Lines;
+use super::mapping::{Axes, TableMapping, TimeColumn, Triad};
+use hovernav::time::Time;
+use hovernav_log::LogError;
+
+/// A file of rows, read forward once, by its mapping.
+pub(crate) struct Source {
+    lines: Lines,
+    table: TableMapping,
+    /// The names, or the columns' numbers from 1.
+    names: Vec<String>,
+    /// How many rows came before, for files without a time.
+    rows: u64,
+}
+
+/// Where the fields of one row stand in its line.
+pub(crate) struct Fields<'a> {
+    pub line: u64,
+    path: &'a Path,
+    names: &'a [String],
+    fields: Vec<&'a [u8]>,
+    decimal_comma: bool,
+    row: u64,
+}
+
+impl Source {
+    /// Opens the file of `table`, which `directory` leads to.
+    ///
+    /// # Errors
+    /// [`LogError`] where it cannot be read or has no line of names where one should be.
+    pub fn open(directory: &Path, table: &TableMapping) -> Result<Self, LogError> {
+        let path: PathBuf = directory.join(&table.file);
+        let mut lines = Lines::open(&path)?;
+        let mut names = Vec::new();
+        while lines.number() < table.header_line {
+            let is_header = lines.number() + 1 == table.header_line;
+            let Some(line) = lines.next()? else {
+                let reason = format!("ends before line {}, its names", table.header_line);
+                return Err(LogError::Unusable { path, reason });
+            };
+            if is_header {
+                let mut fields = Vec::new();
+                table.delimiter.split(super::layout::without_comment(line), &mut fields);
+                names = fields.iter().map(|f| String::from_utf8_lossy(f).into_owned()).collect();
+            }
+        }
+        Ok(Self { lines, table: table.clone(), names, rows: 0 })
+    }
+
+    pub fn path(&self) -> &Path {
+        self.lines.path()
+    }
+
+    /// The place of the column `name`, which is its number where the file has no names.
+    ///
+    /// # Errors
+    /// [`LogError::Columns`] where there is none.
+    pub fn find(&self, name: &str) -> Result<usize, LogError> {
+        let found = if self.table.header_line == 0 {
+            name.parse().ok().and_then(|number: usize| number.checked_sub(1))
+        } else {
+            self.names.iter().position(|found| found == name)
+        };
+        found.ok_or_else(|| LogError::Columns {
+            path: self.path().to_path_buf(),
+            line: self.table.header_line.max(1),
+            expected: format!("column {name}"),
+            found: self.names.join(" ").chars().take(200).collect(),
+        })
+    }
+
+    /// The place of the column `name`; none where the mapping names none.
+    pub fn find_optional(&self, name: &str) -> Result<Option<usize>, LogError> {
+        if name.is_empty() { Ok(None) } else { self.find(name).map(Some) }
+    }
+
+    /// The places of a triad's columns.
+    pub fn find_triad<U>(&self, triad: &Triad<U>) -> Result<[usize; 3], LogError> {
+        let [x, y, z] = &triad.columns;
+        Ok([self.find(x)?, self.find(y)?, self.find(z)?])
+    }
+
+    /// The next row that is no remark; `None` at the end.
+    pub fn next(&mut self) -> Result<Option<Fields<'_>>, LogError> {
+        // Found first by number and then split: the borrow of a line cannot cross the loop.
+        loop {
+            let Some(line) = self.lines.next()? else { return Ok(None) };
+            if !super::layout::is_comment(line) && !line.trim_ascii().is_empty() {
+                break;
+            }
+        }
+        self.rows += 1;
+        let mut fields = Vec::with_capacity(self.names.len().max(8));
+        self.table.delimiter.split(self.lines.current(), &mut fields);
+        Ok(Some(Fields {
+            line: self.lines.number(),
+            path: self.lines.path(),
+            names: &self.names,
+            fields,
+            decimal_comma: self.table.decimal_comma,
+            row: self.rows - 1,
+        }))
+    }
+}
+
+impl Fields<'_> {
+    /// The number in `column`; NaN where it is empty or not there.
+    ///
+    /// # Errors
+    /// [`LogError::Field`] for what is no number.
+    pub fn number(&self, column: usize) -> Result<f64, LogError> {
+        let Some(field) = self.fields.get(column) else { return Ok(f64::NAN) };
+        decimal::number(field, self.decimal_comma)
+            .ok_or_else(|| self.unexpected(column, "a number"))
+    }
+
+    /// The number in `column` if there is one.
+    pub fn known(&self, column: Option<usize>) -> Result<Option<f64>, LogError> {
+        let Some(column) = column else { return Ok(None) };
+        Ok(Some(self.number(column)?).filter(|number| number.is_finite()))
+    }
+
+    /// The numbers in `columns` if all are known.
+    pub fn known_all<const N: usize>(
+        &self,
+        columns: [usize; N],
+    ) -> Result<Option<[f64; N]>, LogError> {
+        let mut numbers = [0.0; N];
+        for (number, column) in numbers.iter_mut().zip(columns) {
+            *number = self.number(column)?;
+        }
+        Ok(numbers.iter().all(|number| number.is_finite()).then_some(numbers))
+    }
+
+    /// The vector in body axes that `columns` hold, each multiplied by `factor`.
+    pub fn triad(
+        &self,
+        columns: [usize; 3],
+        factor: f64,
+        axes: Axes,
+    ) -> Result<Option<[f64; 3]>, LogError> {
+        let values = self.known_all(columns)?;
+        Ok(values.map(|values| axes.turned(values).map(|value| value * factor)))
+    }
+
+    /// When the row was, by `column` or by its number.
+    pub fn time(&self, column: Option<usize>, time: &TimeColumn) -> Result<Option<Time>, LogError> {
+        let at = match (column, time.rate_hz) {
+            (Some(column), _) => {
+                let Some(field) = self.fields.get(column) else { return Ok(None) };
+                decimal::time(field, time.unit, self.decimal_comma)
+                    .ok_or_else(|| self.unexpected(column, "a time"))?
+            }
+            (None, Some(rate_hz)) => Time::from_seconds(self.row as f64 / rate_hz),
+            (None, None) => None,
+        };
+        Ok(at.map(|at| at.offset_by(time.offset_s)))
+    }
+
+    fn unexpected(&self, column: usize, expected: &'static str) -> LogError {
+        let found = self.fields.get(column).copied().unwrap_or_default();
+        let found: String = String::from_utf8_lossy(&found[..found.len().min(160)])
+            .escape_debug()
+            .take(40)
+            .collect();
+        let name = self.names.get(column).cloned();
+        LogError::Field {
+            path: self.path.to_path_buf(),
+            line: self.line,
+            column: name.unwrap_or_else(|| (column + 1).to_string()),
+            found,
+            expected,
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Numbers and times as text files spell them.
+
+use chrono::{DateTime, NaiveDateTime, NaiveTime, Timelike as _};
+use hovernav::time::Time;
+
+/// The number that `field` spells, with a decimal comma if `comma`; NaN for an empty field or an
+/// unknown value, `None` for what is not a number.
+pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
+    let field = field.trim_ascii();
+    if field.is_empty() || matches!(field, b"-" | b"null" | b"NULL" | b"None" | b"NA" | b"N/A") {
+        return Some(f64::NAN);
+    }
+    let text = std::str::from_utf8(field).ok()?;
+    if !comma {
+        return text.parse().ok();
+    }
+    if text.contains('.') || text.ends_with(',') {
+        return None;
+    }
+    text.replacen(',', ".", 1).parse().ok()
+}
+
+/// The unit of a column of times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+pub enum TimeUnit {
+    /// Seconds.
+    #[default]
+    #[serde(rename = "s")]
+    Seconds,
+    /// Milliseconds.
+    #[serde(rename = "ms")]
+    Milliseconds,
+    /// Microseconds.
+    #[serde(rename = "us")]
+    Microseconds,
+    /// Nanoseconds.
+    #[serde(rename = "ns")]
+    Nanoseconds,
+    /// Dates and times of day, `2025-07-08T12:34:56.789Z` or `12:34:56.789`.
+    #[serde(rename = "clock")]
+    Clock,
+}
+
+impl TimeUnit {
+    /// Nanoseconds in one; 1 s of what is no number.
+    const fn nanoseconds(self) -> i64 {
+        match self {
+            Self::Nanoseconds => 1,
+            Self::Microseconds => 1_000,
+            Self::Milliseconds => 1_000_000,
+            Self::Seconds | Self::Clock => 1_000_000_000,
+        }
+    }
+
+    /// Seconds in one.
+    pub(crate) fn seconds(self) -> f64 {
+        self.nanoseconds() as f64 * 1e-9
+    }
+
+    /// The name in a mapping.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Nanoseconds => "ns",
+            Self::Microseconds => "us",
+            Self::Milliseconds => "ms",
+            Self::Seconds => "s",
+            Self::Clock => "clock",
+        }
+    }
+}
+
+/// The time that `field` spells in `unit`: `Some(None)` for an empty field or a moment that no clock
+/// shows, `None` for what is no time.
+pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<Time>> {
+    let field = field.trim_ascii();
+    if unit == TimeUnit::Clock {
+        return if field.is_empty() { Some(None) } else { clock_time(field).map(Some) };
+    }
+    if let Some(nanoseconds) = scaled_nanoseconds(field, unit.nanoseconds(), comma) {
+        return Some(Some(Time::from_nanoseconds(nanoseconds)));
+    }
+    number(field, comma).map(|value| Time::from_seconds(value * unit.seconds()))
+}
+
+/// A plain decimal times `per_unit`, to the nearest nanosecond, without the loss of floating point.
+fn scaled_nanoseconds(field: &[u8], per_unit: i64, comma: bool) -> Option<i64> {
+    let (negative, digits) = match field {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, field),
+    };
+    // 25 digits times 1e9 stay below the 1.7e38 of the sum.
+    if digits.is_empty() || digits.len() > 26 {
+        return None;
+    }
+    let point = if comma { b',' } else { b'.' };
+    let (mut sum, mut decimals, mut divisor) = (0i128, false, 1i128);
+    for &byte in digits {
+        if byte == point && !decimals {
+            decimals = true;
+            continue;
+        }
+        if !byte.is_ascii_digit() {
+            return None;
+        }
+        sum = sum * 10 + i128::from(byte - b'0');
+        divisor *= if decimals { 10 } else { 1 };
+    }
+    if digits.len() == usize::from(decimals) {
+        return None;
+    }
+    let scaled = (sum * i128::from(per_unit) + divisor / 2) / divisor;
+    i64::try_from(if negative { -scaled } else { scaled }).ok()
+}
+
+/// A date and time, UTC where it names no zone, or a time of day alone.
+fn clock_time(field: &[u8]) -> Option<Time> {
+    let text = std::str::from_utf8(field).ok()?.replace(',', ".");
+    if let Ok(at) = DateTime::parse_from_rfc3339(&text) {
+        return at.timestamp_nanos_opt().map(Time::from_nanoseconds);
+    }
+    let text = text.trim_end_matches('Z');
+    let formats = ["%Y-%m-%dT%H:%M:%S%.f", "%Y-%m-%d %H:%M:%S%.f", "%Y/%m/%d %H:%M:%S%.f"];
+    if let Some(at) =
+        formats.iter().find_map(|format| NaiveDateTime::parse_from_str(text, format).ok())
+    {
+        return at.and_utc().timestamp_nanos_opt().map(Time::from_nanoseconds);
+    }
+    let at = NaiveTime::parse_from_str(text, "%H:%M:%S%.f").ok()?;
+    let seconds = i64::from(at.num_seconds_from_midnight());
+    Some(Time::from_nanoseconds(seconds * 1_000_000_000 + i64::from(at.nanosecond())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn nanoseconds(text: &str, unit: TimeUnit, comma: bool) -> Option<i64> {
+        time(text.as_bytes(), unit, comma).flatten().map(Time::nanoseconds)
+    }
+
+    #[test]
+    fn times_are_exact_in_every_unit() {
+        use TimeUnit::{Clock, Microseconds, Milliseconds, Nanoseconds, Seconds};
+        for (text, unit, comma, expected) in [
+            ("1752000000.123456789", Seconds, false, 1_752_000_000_123_456_789),
+            ("80.3", Milliseconds, false, 80_300_000),
+            ("80,3", Milliseconds, true, 80_300_000),
+            ("-5", Microseconds, false, -5_000),
+            ("1752000000123456789", Nanoseconds, false, 1_752_000_000_123_456_789),
+            ("1e-3", Seconds, false, 1_000_000),
+            ("1970-01-01T00:00:01.5Z", Clock, false, 1_500_000_000),
+            ("1970-01-01T01:00:01+01:00", Clock, false, 1_000_000_000),
+            ("1970-01-01 00:00:02", Clock, false, 2_000_000_000),
+            ("00:01:00.25", Clock, false, 60_250_000_000),
+        ] {
+            assert_eq!(nanoseconds(text, unit, comma), Some(expected), "{text}");
+        }
+        for (text, unit) in [("abc", Seconds), (".", Seconds), ("-", Clock), ("25:00:00", Clock)] {
+            assert_eq!(time(text.as_bytes(), unit, false).flatten(), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_decimal_comma_is_read_where_it_is_one() {
+        assert_eq!(number(b"-1,25", true), Some(-1.25));
+        assert_eq!(number(b"-1,25", false), None);
+        assert_eq!(number(b"1.25", true), None);
+        assert!(number(b" ", true).unwrap().is_nan());
+    }
+}

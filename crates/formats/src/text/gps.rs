@@ -1,0 +1,127 @@
+//! The columns of a receiver.
+
+use super::columns::{Fields, Source};
+use super::mapping::GpsColumns;
+use super::units::HeightAbove;
+use hovernav::earth::Geodetic;
+use hovernav::frames::Vector;
+use hovernav::gps::Fix;
+use hovernav::time::Time;
+use hovernav_log::{LogError, Remarks, plausible_fix};
+
+/// Where a receiver's columns stand.
+pub(crate) struct GpsPlaces {
+    mapping: GpsColumns,
+    latency_s: f64,
+    place: [usize; 3],
+    /// North and east, or speed and course.
+    horizontal: Option<[usize; 2]>,
+    vertical: Option<usize>,
+    sigma_position: Option<[usize; 2]>,
+    sigma_speed: Option<usize>,
+    sigma_vertical_speed: Option<usize>,
+    fix_type: Option<usize>,
+    satellites: Option<usize>,
+    /// What the fix before said.
+    last: Option<[f64; 6]>,
+}
+
+impl GpsPlaces {
+    pub fn of(source: &Source, mapping: &GpsColumns, latency_s: f64) -> Result<Self, LogError> {
+        let pair = |a: &str, b: &str| -> Result<Option<[usize; 2]>, LogError> {
+            Ok(source.find_optional(a)?.zip(source.find_optional(b)?).map(|(a, b)| [a, b]))
+        };
+        let place = [&mapping.latitude, &mapping.longitude, &mapping.height];
+        let [latitude, longitude, height] = place.map(|name| source.find(name));
+        let vertical = if mapping.down.is_empty() { &mapping.up } else { &mapping.down };
+        Ok(Self {
+            place: [latitude?, longitude?, height?],
+            horizontal: match pair(&mapping.north, &mapping.east)? {
+                None => pair(&mapping.speed, &mapping.course)?,
+                both => both,
+            },
+            vertical: source.find_optional(vertical)?,
+            sigma_position: pair(&mapping.sigma_horizontal, &mapping.sigma_vertical)?,
+            sigma_speed: source.find_optional(&mapping.sigma_speed)?,
+            sigma_vertical_speed: source.find_optional(&mapping.sigma_vertical_speed)?,
+            fix_type: source.find_optional(&mapping.fix_type)?,
+            satellites: source.find_optional(&mapping.satellites)?,
+            mapping: mapping.clone(),
+            latency_s,
+            last: None,
+        })
+    }
+
+    /// The fix in a row that arrived at `time`; none where there is none, or the same again.
+    pub fn fix(
+        &mut self,
+        time: Time,
+        fields: &Fields<'_>,
+        remarks: &mut Remarks,
+    ) -> Result<Option<Fix>, LogError> {
+        let mapping = &self.mapping;
+        let Some([latitude, longitude, height]) = fields.known_all(self.place)? else {
+            return Ok(None);
+        };
+        let horizontal = match self.horizontal {
+            Some(columns) => fields.known_all(columns)?,
+            None => None,
+        };
+        let vertical = fields.known(self.vertical)?;
+        let fix_type = fields.known(self.fix_type)?;
+        if fix_type == Some(0.0) || [latitude, longitude] == [0.0; 2] {
+            remarks.count("left out: no fix", fields.line);
+            return Ok(None);
+        }
+        let [first, second] = horizontal.unwrap_or([f64::MAX; 2]);
+        let values = [latitude, longitude, height, first, second, vertical.unwrap_or(f64::MAX)];
+        if mapping.held && self.last == Some(values) {
+            return Ok(None);
+        }
+        self.last = Some(values);
+        let to_degrees = mapping.unit.factor();
+        let above = match mapping.height_above {
+            HeightAbove::Ellipsoid => 0.0,
+            HeightAbove::Sea => mapping.geoid_separation_m,
+        };
+        let height_m = height * mapping.height_unit.factor() + above;
+        let (latitude_deg, longitude_deg) = (latitude * to_degrees, longitude * to_degrees);
+        let Some(position) = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m) else {
+            remarks.count("left out: no place on Earth", fields.line);
+            return Ok(None);
+        };
+        let to_mps = mapping.speed_unit.factor();
+        let horizontal_velocity_mps = horizontal.map(|[first, second]| {
+            if mapping.north.is_empty() {
+                let (sine, cosine) = second.to_radians().sin_cos();
+                [first * cosine * to_mps, first * sine * to_mps]
+            } else {
+                [first * to_mps, second * to_mps]
+            }
+        });
+        let down = if mapping.down.is_empty() { -to_mps } else { to_mps };
+        let sigma_position = match self.sigma_position {
+            Some(columns) => fields.known_all(columns)?,
+            None => None,
+        };
+        let sigma_m = sigma_position.map(|[horizontal, vertical]| {
+            Vector::new(horizontal, horizontal, vertical) * mapping.sigma_unit.factor()
+        });
+        let sigma_speed = fields.known(self.sigma_speed)?;
+        let sigma_vertical = fields.known(self.sigma_vertical_speed)?;
+        let sigma_mps =
+            sigma_speed.map(|s| Vector::new(s, s, sigma_vertical.unwrap_or(s)) * to_mps);
+        let satellites = fields.known(self.satellites)?;
+        let satellites = satellites.filter(|count| (0.0..=255.0).contains(count));
+        let fix = Fix {
+            time: time.offset_by(-self.latency_s),
+            position,
+            position_sigma_m: sigma_m,
+            horizontal_velocity_mps,
+            down_velocity_mps: vertical.map(|vertical| vertical * down),
+            velocity_sigma_mps: sigma_mps,
+            satellites: satellites.map(|count| count as u8),
+        };
+        Ok(Some(plausible_fix(fix, fields.line, remarks)))
+    }
+}

@@ -1,0 +1,243 @@
+//! How a text file is laid out: what parts the fields, where names and rows begin.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::decimal::{TimeUnit, number, time};
+use super::lines::Lines;
+use hovernav_log::LogError;
+
+/// What parts the fields of a row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Delimiter {
+    /// `,`
+    #[default]
+    Comma,
+    /// `;`
+    Semicolon,
+    /// A tab.
+    Tab,
+    /// One or more blanks or tabs.
+    Spaces,
+}
+
+impl Delimiter {
+    /// The name in a mapping.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Comma => "comma",
+            Self::Semicolon => "semicolon",
+            Self::Tab => "tab",
+            Self::Spaces => "spaces",
+        }
+    }
+
+    /// The fields of `line`, blanks and quotes around each taken off; fields in quotes may hold the
+    /// delimiter.
+    pub(crate) fn split<'a>(self, line: &'a [u8], fields: &mut Vec<&'a [u8]>) {
+        fields.clear();
+        let byte = match self {
+            Self::Comma => b',',
+            Self::Semicolon => b';',
+            Self::Tab => b'\t',
+            Self::Spaces => {
+                let parts = line.split(u8::is_ascii_whitespace).filter(|part| !part.is_empty());
+                return fields.extend(parts.map(unquoted));
+            }
+        };
+        let (mut start, mut quoted) = (0, false);
+        for (at, &found) in line.iter().enumerate() {
+            quoted ^= found == b'"';
+            if found == byte && !quoted {
+                fields.push(unquoted(&line[start..at]));
+                start = at + 1;
+            }
+        }
+        fields.push(unquoted(&line[start..]));
+    }
+}
+
+fn unquoted(field: &[u8]) -> &[u8] {
+    let field = field.trim_ascii();
+    let inside = field.strip_prefix(b"\"").and_then(|rest| rest.strip_suffix(b"\""));
+    inside.map_or(field, <[u8]>::trim_ascii)
+}
+
+/// How a text file is laid out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Layout {
+    pub delimiter: Delimiter,
+    pub decimal_comma: bool,
+    /// Line of the names, from 1; 0 where there are none.
+    pub header_line: u64,
+    /// The names, or the columns' numbers from 1.
+    pub names: Vec<String>,
+    /// What stands in each column between the names and the first row, such as units.
+    pub below_names: Vec<String>,
+}
+
+/// Lines that a file's layout is judged by.
+const LINES_LOOKED_AT: usize = 400;
+
+/// Whether `line` is a remark and no row.
+pub(crate) fn is_comment(line: &[u8]) -> bool {
+    let line = line.trim_ascii_start();
+    matches!(line.first(), Some(b'#' | b'%' | b'!')) || line.starts_with(b"//")
+}
+
+/// `line` without the signs that make it a remark.
+pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
+    let text = line.trim_ascii_start();
+    let marks = text.iter().take_while(|byte| matches!(byte, b'#' | b'%' | b'!' | b'/'));
+    let marks = marks.count();
+    text[marks..].trim_ascii_start()
+}
+
+/// Whether `field` is one of a row: a number, a time or empty.
+fn is_value(field: &[u8], comma: bool) -> bool {
+    number(field, comma).is_some()
+        || field.first().is_some_and(u8::is_ascii_digit)
+            && time(field, TimeUnit::Clock, false).is_some()
+}
+
+impl Layout {
+    /// The layout of `path` by its first lines.
+    ///
+    /// # Errors
+    /// [`LogError`] where the file cannot be read or holds no columns of numbers.
+    pub fn of(path: &Path) -> Result<Self, LogError> {
+        let mut lines = Lines::open(path)?;
+        let mut head: Vec<Vec<u8>> = Vec::new();
+        while head.len() < LINES_LOOKED_AT
+            && let Some(line) = lines.next()?
+        {
+            head.push(line.to_vec());
+        }
+        let candidates = [
+            (Delimiter::Semicolon, true),
+            (Delimiter::Semicolon, false),
+            (Delimiter::Tab, true),
+            (Delimiter::Tab, false),
+            (Delimiter::Comma, false),
+            (Delimiter::Spaces, true),
+            (Delimiter::Spaces, false),
+        ];
+        let mut best: Option<(usize, Self)> = None;
+        for (delimiter, comma) in candidates {
+            if let Some((score, layout)) = Self::tried(&head, delimiter, comma)
+                && best.as_ref().is_none_or(|(highest, _)| score > *highest)
+            {
+                best = Some((score, layout));
+            }
+        }
+        best.map(|(_, layout)| layout).ok_or_else(|| LogError::Unusable {
+            path: path.to_path_buf(),
+            reason: "found no two columns of numbers in its first lines, expected rows parted by \
+                     commas, semicolons, tabs or blanks"
+                .into(),
+        })
+    }
+
+    /// The layout if `delimiter` parts the fields, and how many fields that explains.
+    fn tried(head: &[Vec<u8>], delimiter: Delimiter, comma: bool) -> Option<(usize, Self)> {
+        let mut fields = Vec::new();
+        // Fields of each row of values alone, with its index.
+        let mut rows: Vec<(usize, usize)> = Vec::new();
+        for (index, line) in head.iter().enumerate() {
+            delimiter.split(line, &mut fields);
+            let filled = fields.iter().filter(|field| !field.is_empty()).count();
+            let is_row = !is_comment(line)
+                && filled >= 2
+                && 10 * fields.iter().filter(|field| is_value(field, comma)).count()
+                    >= 7 * fields.len();
+            if is_row {
+                rows.push((index, fields.len()));
+            }
+        }
+        let width = most_common(rows.iter().map(|(_, width)| *width))?;
+        rows.retain(|(_, found)| *found == width);
+        let first = rows.first()?.0;
+        let mut layout = Self {
+            delimiter,
+            decimal_comma: comma,
+            header_line: 0,
+            names: (1..=width).map(|number| number.to_string()).collect(),
+            below_names: Vec::new(),
+        };
+        layout.find_names(&head[..first], width);
+        let commas = head.iter().flatten().filter(|byte| **byte == b',').count();
+        let score = rows.len() * width;
+        // A decimal comma without a comma in the file explains nothing.
+        (!comma || commas > 0).then_some((score, layout))
+    }
+
+    /// Looks for names above the rows: the first line of as many fields that is no row, remark or not.
+    fn find_names(&mut self, above: &[Vec<u8>], width: usize) {
+        let mut fields = Vec::new();
+        for (index, line) in above.iter().enumerate() {
+            let text = if is_comment(line) { without_comment(line) } else { line };
+            self.delimiter.split(text, &mut fields);
+            // A trailing delimiter leaves an empty name more.
+            if fields.len() == width + 1 && fields.last().is_some_and(|last| last.is_empty()) {
+                fields.pop();
+            }
+            if fields.len() != width || fields.iter().all(|field| is_value(field, false)) {
+                continue;
+            }
+            let texts =
+                fields.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect();
+            if self.header_line == 0 {
+                self.header_line = index as u64 + 1;
+                self.names = texts;
+            } else {
+                self.below_names = texts;
+            }
+        }
+    }
+}
+
+/// The value that comes up most often, the larger of two that come up as often.
+fn most_common(values: impl Iterator<Item = usize>) -> Option<usize> {
+    let mut counts = std::collections::BTreeMap::new();
+    values.for_each(|value| *counts.entry(value).or_insert(0usize) += 1);
+    counts.into_iter().max_by_key(|(_, count)| *count).map(|(value, _)| value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layout(text: &str) -> Layout {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        Layout::of(file.path()).unwrap()
+    }
+
+    #[test]
+    fn every_usual_layout_is_told_from_the_others() {
+        for (text, delimiter, comma, header_line, names) in [
+            ("t,x\n0.1,2\n0.2,3\n", Delimiter::Comma, false, 1, ["t", "x"]),
+            ("t;x\n0,1;2,5\n0,2;3,5\n", Delimiter::Semicolon, true, 1, ["t", "x"]),
+            ("t;x\n0.1;2\n0.2;3\n", Delimiter::Semicolon, false, 1, ["t", "x"]),
+            ("t\tx\n0.1\t2\n0.2\t3\n", Delimiter::Tab, false, 1, ["t", "x"]),
+            ("0.1  2\n0.2  3\n", Delimiter::Spaces, false, 0, ["1", "2"]),
+            ("# made by a logger\n# t x\n0.1 2\n0.2 3\n", Delimiter::Spaces, false, 2, ["t", "x"]),
+            (
+                "made by, a logger, of ours\nt,x\n0.1,2\n0.2,3\n",
+                Delimiter::Comma,
+                false,
+                2,
+                ["t", "x"],
+            ),
+            ("t,x\n[s],[g]\n0.1,2\n0.2,3\n", Delimiter::Comma, false, 1, ["t", "x"]),
+        ] {
+            let found = layout(text);
+            assert_eq!((found.delimiter, found.decimal_comma), (delimiter, comma), "{text}");
+            assert_eq!(found.header_line, header_line, "{text}");
+            assert_eq!(found.names, names, "{text}");
+        }
+        assert_eq!(layout("t,x\n[s],[g]\n0.1,2\n").below_names, ["[s]", "[g]"]);
+    }
+}

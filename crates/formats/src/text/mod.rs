@@ -1,0 +1,62 @@
+//! Text in columns: CSV by a mapping, KF-GINS, NaveGo.
+
+mod apply;
+mod columns;
+pub(crate) mod decimal;
+mod gps;
+mod layout;
+mod lines;
+mod mapping;
+mod table;
+mod together;
+mod units;
+
+use std::path::Path;
+
+use crate::format::Format;
+use crate::open::{Log, Options};
+use hovernav_log::{LogError, Manifest};
+
+pub(crate) use apply::dataset;
+pub(crate) use decimal::TimeUnit;
+pub(crate) use layout::{Delimiter, Layout, is_comment};
+pub(crate) use lines::Lines;
+pub(crate) use mapping::{
+    AttitudeColumns, Axes, BaroColumn, GpsColumns, MAPPING_FILE, Mapping, StickColumns,
+    TableMapping, TimeColumn, Triad,
+};
+pub(crate) use units::{
+    AngleUnit, AttitudeRole, BaroUnit, ForceUnit, HeightAbove, LengthUnit, MagneticUnit, PlaceUnit,
+    RateUnit, SpeedUnit, StickUnit, World,
+};
+
+/// Reads the files that the mapping `path` names, or that the one in the directory `path` does.
+///
+/// # Errors
+/// [`LogError`]; of text that no mapping tells apart, one that names `hovernav init`.
+pub(crate) fn read(path: &Path, _options: &Options) -> Result<Log, LogError> {
+    let file = if path.is_dir() { path.join(MAPPING_FILE) } else { path.to_path_buf() };
+    let directory = file.parent().unwrap_or(Path::new("."));
+    let (mapping, mut warnings) = mapping::Mapping::read(&file)?;
+    let manifest = manifest(directory, &mut warnings)?;
+    let (dataset, onboard) = dataset(directory, &mapping, manifest, warnings)?;
+    Ok(Log { format: Format::Text, dataset, record: None, onboard })
+}
+
+/// The `dataset.toml` beside a mapping.
+fn manifest(directory: &Path, warnings: &mut Vec<String>) -> Result<Manifest, LogError> {
+    let path = directory.join("dataset.toml");
+    let mut manifest = Manifest::default();
+    if path.exists() {
+        let (read, unknown) = Manifest::read(&path)?;
+        warnings.extend(unknown);
+        manifest = read;
+    } else {
+        warnings.push("dataset.toml: no such file, so defaults for every key".into());
+    }
+    if manifest.name.is_empty() {
+        let name = directory.canonicalize().unwrap_or_else(|_| directory.to_path_buf());
+        manifest.name = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    }
+    Ok(manifest)
+}

@@ -1,0 +1,280 @@
+//! What one file's columns say of each sensor, row by row.
+
+use super::columns::{Fields, Source};
+use super::gps::GpsPlaces;
+use super::mapping::{AttitudeColumns, TableMapping, Triad};
+use super::units::{AttitudeRole, BaroUnit, ForceUnit, MagneticUnit, RateUnit, StickUnit, World};
+use crate::axes;
+use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
+use hovernav::gps::Fix;
+use hovernav::imu::Motion;
+use hovernav::time::Time;
+use hovernav_log::{LogError, Remarks, pressure_altitude_m};
+
+/// Stronger fields are a garbled value, gauss (the Earth's is under 0.7).
+const STRONGEST_FIELD_GAUSS: f64 = 100.0;
+/// Heights beyond this are a garbled value, m.
+const GREATEST_HEIGHT_M: f64 = 1e5;
+
+/// The columns of one file.
+pub(crate) struct TableColumns {
+    mapping: TableMapping,
+    time: Option<usize>,
+    gyro: Option<[usize; 3]>,
+    accel: Option<[usize; 3]>,
+    mag: Option<[usize; 3]>,
+    attitude: Option<Vec<usize>>,
+    gps: Option<GpsPlaces>,
+    baro: Option<usize>,
+    controls: Option<[usize; 4]>,
+    /// What a sensor that is held said last.
+    last_field: Option<[f64; 3]>,
+    last_height: Option<f64>,
+    last_motion: Option<[f64; 3]>,
+}
+
+/// What a row says of motion.
+pub(crate) enum Motions {
+    Both(Motion),
+    Rates([f64; 3]),
+    Forces([f64; 3]),
+    Neither,
+}
+
+/// What a row says of the magnetic field.
+#[derive(Default)]
+pub(crate) struct Magnetic {
+    /// As part of the inertial sample.
+    pub of_unit: Option<Vector<Body>>,
+    /// As a sample of its own.
+    pub apart: Option<Vector<Body>>,
+}
+
+/// What a row says of attitude.
+#[derive(Default)]
+pub(crate) struct Attitudes {
+    pub unit: Option<Rotation<Body, Ned>>,
+    pub onboard: Option<Rotation<Body, Ned>>,
+}
+
+impl TableColumns {
+    pub fn of(source: &Source, table: &TableMapping, latency_s: f64) -> Result<Self, LogError> {
+        let attitude = table.attitude.as_ref().map(|columns| attitude_places(source, columns));
+        let controls = table.controls.as_ref().map(|controls| -> Result<_, LogError> {
+            let [a, b, c, d] = &controls.columns;
+            Ok([source.find(a)?, source.find(b)?, source.find(c)?, source.find(d)?])
+        });
+        let columns = Self {
+            time: source.find_optional(&table.time.column)?,
+            gyro: table.gyro.as_ref().map(|t| source.find_triad(t)).transpose()?,
+            accel: table.accel.as_ref().map(|t| source.find_triad(t)).transpose()?,
+            mag: table.mag.as_ref().map(|t| source.find_triad(t)).transpose()?,
+            attitude: attitude.transpose()?,
+            gps: table.gps.as_ref().map(|g| GpsPlaces::of(source, g, latency_s)).transpose()?,
+            baro: table.baro.as_ref().map(|b| source.find(&b.column)).transpose()?,
+            controls: controls.transpose()?,
+            mapping: table.clone(),
+            last_field: None,
+            last_height: None,
+            last_motion: None,
+        };
+        match columns.contradiction() {
+            Some(reason) => Err(LogError::Unusable { path: source.path().to_path_buf(), reason }),
+            None => Ok(columns),
+        }
+    }
+
+    /// What the mapping says of this file that cannot be.
+    fn contradiction(&self) -> Option<String> {
+        let rates = self.mapping.gyro.as_ref().map(|gyro| gyro.unit.is_increment());
+        let forces = self.mapping.accel.as_ref().map(|accel| accel.unit.is_increment());
+        let rate_hz = self.mapping.time.rate_hz;
+        if self.time.is_none() && !rate_hz.is_some_and(|rate| rate > 0.0 && rate.is_finite()) {
+            return Some("found neither [table.time] column nor a rate_hz above 0".into());
+        }
+        match (rates, forces) {
+            (Some(rates), Some(forces)) if rates != forces => {
+                Some("found increments of one and rates of the other of gyro and accel".into())
+            }
+            (Some(true), None) | (None, Some(true)) => {
+                Some("found increments, expected gyro and accel in one file".into())
+            }
+            _ => None,
+        }
+    }
+
+    pub const fn has_motion(&self) -> bool {
+        self.gyro.is_some() || self.accel.is_some()
+    }
+
+    pub fn time(&self, fields: &Fields<'_>) -> Result<Option<Time>, LogError> {
+        fields.time(self.time, &self.mapping.time)
+    }
+
+    pub fn motion(&mut self, fields: &Fields<'_>) -> Result<Motions, LogError> {
+        let gyro = triad(fields, self.gyro, self.mapping.gyro.as_ref(), RateUnit::factor)?;
+        let accel = triad(fields, self.accel, self.mapping.accel.as_ref(), ForceUnit::factor)?;
+        let held = self.mapping.gyro.as_ref().is_some_and(|gyro| gyro.held)
+            || self.mapping.accel.as_ref().is_some_and(|accel| accel.held);
+        let now = gyro.or(accel);
+        if held && now.is_some() && now == self.last_motion {
+            return Ok(Motions::Neither);
+        }
+        self.last_motion = now;
+        let increments = self.mapping.gyro.as_ref().is_some_and(|gyro| gyro.unit.is_increment());
+        Ok(match (gyro, accel) {
+            (Some(gyro), Some(accel)) => {
+                let (gyro, accel) = (Vector::from(gyro), Vector::from(accel));
+                Motions::Both(match increments {
+                    false => Motion::Rates { angular_rate_radps: gyro, specific_force_mps2: accel },
+                    true => Motion::Increments { angle_rad: gyro, velocity_mps: accel },
+                })
+            }
+            (Some(rates), None) if self.accel.is_none() => Motions::Rates(rates),
+            (None, Some(forces)) if self.gyro.is_none() => Motions::Forces(forces),
+            _ => Motions::Neither,
+        })
+    }
+
+    pub fn magnetic(&mut self, fields: &Fields<'_>) -> Result<Magnetic, LogError> {
+        let mapping = self.mapping.mag.as_ref();
+        let Some(field) = triad(fields, self.mag, mapping, MagneticUnit::factor)? else {
+            return Ok(Magnetic::default());
+        };
+        if field.iter().any(|component| component.abs() > STRONGEST_FIELD_GAUSS) {
+            return Ok(Magnetic::default());
+        }
+        let held = mapping.is_some_and(|mag| mag.held);
+        if held && self.last_field == Some(field) {
+            return Ok(Magnetic::default());
+        }
+        self.last_field = Some(field);
+        let is_of_unit = self.gyro.is_some() && self.accel.is_some() && !held;
+        let field = Some(Vector::from(field));
+        Ok(match is_of_unit {
+            true => Magnetic { of_unit: field, apart: None },
+            false => Magnetic { of_unit: None, apart: field },
+        })
+    }
+
+    pub fn attitude(&self, fields: &Fields<'_>) -> Result<Attitudes, LogError> {
+        let Some((columns, places)) = self.mapping.attitude.as_ref().zip(self.attitude.as_ref())
+        else {
+            return Ok(Attitudes::default());
+        };
+        let attitude = match places[..] {
+            [roll, pitch, yaw] => {
+                let angles = fields.known_all([roll, pitch, yaw])?;
+                angles.and_then(|angles| euler(columns, angles)).map(Rotation::from_euler)
+            }
+            [w, x, y, z] => {
+                let quaternion = fields.known_all([w, x, y, z])?;
+                quaternion.and_then(|quaternion| match columns.world {
+                    World::Ned => axes::attitude_frd_ned(quaternion),
+                    World::Enu => axes::attitude_flu_enu(quaternion),
+                })
+            }
+            _ => None,
+        };
+        Ok(match columns.role {
+            AttitudeRole::Unit => Attitudes { unit: attitude, onboard: None },
+            AttitudeRole::Onboard => Attitudes { unit: None, onboard: attitude },
+        })
+    }
+
+    pub fn fix(
+        &mut self,
+        time: Time,
+        fields: &Fields<'_>,
+        remarks: &mut Remarks,
+    ) -> Result<Option<Fix>, LogError> {
+        match self.gps.as_mut() {
+            Some(gps) => gps.fix(time, fields, remarks),
+            None => Ok(None),
+        }
+    }
+
+    pub fn height(
+        &mut self,
+        fields: &Fields<'_>,
+        remarks: &mut Remarks,
+    ) -> Result<Option<f64>, LogError> {
+        let (Some(baro), Some(value)) = (self.mapping.baro.as_ref(), fields.known(self.baro)?)
+        else {
+            return Ok(None);
+        };
+        if baro.held && self.last_height == Some(value) {
+            return Ok(None);
+        }
+        self.last_height = Some(value);
+        let value = value * BaroUnit::factor(baro.unit);
+        let height_m = match baro.unit.is_pressure() {
+            true => pressure_altitude_m(value),
+            false => Some(value).filter(|height_m| height_m.abs() <= GREATEST_HEIGHT_M),
+        };
+        if height_m.is_none() {
+            remarks.count("with a barometric value out of range: left out", fields.line);
+        }
+        Ok(height_m)
+    }
+
+    pub fn sticks(
+        &self,
+        fields: &Fields<'_>,
+        remarks: &mut Remarks,
+    ) -> Result<Option<[f64; 4]>, LogError> {
+        let Some((mapping, columns)) = self.mapping.controls.as_ref().zip(self.controls) else {
+            return Ok(None);
+        };
+        let Some(values) = fields.known_all(columns)? else { return Ok(None) };
+        let factor = StickUnit::factor(mapping.unit);
+        let sticks = std::array::from_fn(|stick| {
+            let sign = if mapping.signs[stick] < 0.0 { -1.0 } else { 1.0 };
+            values[stick] * factor * sign
+        });
+        if sticks.iter().any(|stick: &f64| stick.abs() > 2.0) {
+            remarks.count("with a stick beyond ±2 of its stroke: left out", fields.line);
+            return Ok(None);
+        }
+        Ok(Some(sticks))
+    }
+}
+
+fn triad<U: Copy>(
+    fields: &Fields<'_>,
+    columns: Option<[usize; 3]>,
+    mapping: Option<&Triad<U>>,
+    factor: impl Fn(U) -> f64,
+) -> Result<Option<[f64; 3]>, LogError> {
+    match columns.zip(mapping) {
+        Some((columns, mapping)) => fields.triad(columns, factor(mapping.unit), mapping.axes),
+        None => Ok(None),
+    }
+}
+
+fn attitude_places(source: &Source, columns: &AttitudeColumns) -> Result<Vec<usize>, LogError> {
+    let names = match (columns.columns.len(), columns.quaternion.len()) {
+        (3, 0) => &columns.columns,
+        (0, 4) => &columns.quaternion,
+        _ => {
+            let reason =
+                "[table.attitude]: expected three columns of angles or four of a quaternion";
+            return Err(LogError::Unusable {
+                path: source.path().to_path_buf(),
+                reason: reason.into(),
+            });
+        }
+    };
+    names.iter().map(|name| source.find(name)).collect()
+}
+
+/// Roll, pitch and yaw in hovernav's sense; `None` of angles that cannot be.
+fn euler(columns: &AttitudeColumns, angles: [f64; 3]) -> Option<EulerAngles> {
+    let [roll_rad, pitch_rad, yaw_rad] = std::array::from_fn(|axis| {
+        let sign = if columns.signs[axis] < 0.0 { -1.0 } else { 1.0 };
+        angles[axis] * sign * columns.unit.factor()
+    });
+    let within = roll_rad.abs() <= 6.3 && pitch_rad.abs() <= 1.571 && yaw_rad.abs() <= 6.3;
+    let yaw_rad = wrap_angle(yaw_rad + columns.yaw_offset_deg.to_radians());
+    within.then_some(EulerAngles { roll_rad: wrap_angle(roll_rad), pitch_rad, yaw_rad })
+}

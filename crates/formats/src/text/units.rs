@@ -1,0 +1,258 @@
+//! Units that foreign files are in, each with the factor to hovernav's own.
+
+use std::f64::consts::PI;
+
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
+use serde::{Deserialize, Serialize};
+
+/// An enumeration of units, each with its name in a mapping and its factor.
+macro_rules! units {
+    ($(#[$doc:meta])* $unit:ident { $($(#[$about:meta])* $name:ident = $text:literal, $factor:expr;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+        pub enum $unit {
+            $($(#[$about])* #[serde(rename = $text)] $name,)*
+        }
+
+        impl $unit {
+            /// What a number in this unit is multiplied by.
+            #[must_use]
+            pub fn factor(self) -> f64 {
+                match self {
+                    $(Self::$name => $factor,)*
+                }
+            }
+
+            /// The name in a mapping.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$name => $text,)*
+                }
+            }
+        }
+    };
+}
+
+units! {
+    /// Of gyros, to rad/s; the increments of angle to rad.
+    RateUnit {
+        /// Radians a second.
+        #[default]
+        RadiansPerSecond = "rad/s", 1.0;
+        /// Degrees a second.
+        DegreesPerSecond = "deg/s", PI / 180.0;
+        /// Milliradians a second.
+        MilliradiansPerSecond = "mrad/s", 1e-3;
+        /// Radians turned since the row before.
+        Radians = "rad", 1.0;
+        /// Degrees turned since the row before.
+        Degrees = "deg", PI / 180.0;
+    }
+}
+
+units! {
+    /// Of accelerometers, to m/s²; the increments of velocity to m/s.
+    ForceUnit {
+        /// Metres a second squared.
+        #[default]
+        MetresPerSecondSquared = "m/s2", 1.0;
+        /// Standard gravity.
+        Gravity = "g", STANDARD_GRAVITY_MPS2;
+        /// Thousandths of standard gravity.
+        Milligravity = "mg", STANDARD_GRAVITY_MPS2 * 1e-3;
+        /// Metres a second gained since the row before.
+        MetresPerSecond = "m/s", 1.0;
+    }
+}
+
+units! {
+    /// Of magnetometers, to gauss.
+    MagneticUnit {
+        /// Gauss.
+        #[default]
+        Gauss = "gauss", 1.0;
+        /// Milligauss.
+        Milligauss = "mG", 1e-3;
+        /// Microtesla.
+        Microtesla = "uT", 1e-2;
+        /// Nanotesla.
+        Nanotesla = "nT", 1e-5;
+        /// Tesla.
+        Tesla = "T", 1e4;
+    }
+}
+
+units! {
+    /// Of attitude, to radians.
+    AngleUnit {
+        /// Degrees.
+        #[default]
+        Degrees = "deg", PI / 180.0;
+        /// Radians.
+        Radians = "rad", 1.0;
+    }
+}
+
+units! {
+    /// Of latitude and longitude, to degrees.
+    PlaceUnit {
+        /// Degrees.
+        #[default]
+        Degrees = "deg", 1.0;
+        /// Radians.
+        Radians = "rad", 180.0 / PI;
+        /// Degrees times ten million.
+        ScaledDegrees = "deg1e7", 1e-7;
+    }
+}
+
+units! {
+    /// Of lengths, to metres.
+    LengthUnit {
+        /// Metres.
+        #[default]
+        Metres = "m", 1.0;
+        /// Centimetres.
+        Centimetres = "cm", 1e-2;
+        /// Millimetres.
+        Millimetres = "mm", 1e-3;
+        /// Feet.
+        Feet = "ft", 0.3048;
+    }
+}
+
+units! {
+    /// Of speeds, to m/s.
+    SpeedUnit {
+        /// Metres a second.
+        #[default]
+        MetresPerSecond = "m/s", 1.0;
+        /// Centimetres a second.
+        CentimetresPerSecond = "cm/s", 1e-2;
+        /// Millimetres a second.
+        MillimetresPerSecond = "mm/s", 1e-3;
+        /// Kilometres an hour.
+        KilometresPerHour = "km/h", 1.0 / 3.6;
+        /// Knots.
+        Knots = "kn", 1852.0 / 3600.0;
+    }
+}
+
+units! {
+    /// Of barometers: heights to metres, pressures to pascals.
+    BaroUnit {
+        /// Metres.
+        #[default]
+        Metres = "m", 1.0;
+        /// Feet.
+        Feet = "ft", 0.3048;
+        /// Pascals.
+        Pascals = "Pa", 1.0;
+        /// Hectopascals, the same as millibars.
+        Hectopascals = "hPa", 1e2;
+        /// Kilopascals.
+        Kilopascals = "kPa", 1e3;
+    }
+}
+
+units! {
+    /// Of sticks, to fractions of a full stroke about trim.
+    StickUnit {
+        /// −1 to 1.
+        #[default]
+        Fraction = "fraction", 1.0;
+        /// −100 to 100.
+        Percent = "percent", 1e-2;
+    }
+}
+
+impl RateUnit {
+    /// Whether rows hold what was turned since the row before.
+    #[must_use]
+    pub const fn is_increment(self) -> bool {
+        matches!(self, Self::Radians | Self::Degrees)
+    }
+}
+
+impl ForceUnit {
+    /// Whether rows hold what was gained since the row before.
+    #[must_use]
+    pub const fn is_increment(self) -> bool {
+        matches!(self, Self::MetresPerSecond)
+    }
+}
+
+impl BaroUnit {
+    /// Whether it is one of pressure.
+    #[must_use]
+    pub const fn is_pressure(self) -> bool {
+        matches!(self, Self::Pascals | Self::Hectopascals | Self::Kilopascals)
+    }
+}
+
+/// What a height is measured from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HeightAbove {
+    /// The WGS-84 ellipsoid.
+    #[default]
+    Ellipsoid,
+    /// Mean sea level.
+    Sea,
+}
+
+/// The axes of the world that an attitude leads to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum World {
+    /// North, east, down; the vehicle's axes are forward, right, down.
+    #[default]
+    Ned,
+    /// East, north, up; the vehicle's axes are forward, left, up.
+    Enu,
+}
+
+/// Whose attitude it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AttitudeRole {
+    /// The inertial unit's own, which the filter may use.
+    #[default]
+    Unit,
+    /// An estimator's that flew along, to compare with.
+    Onboard,
+}
+
+impl HeightAbove {
+    /// The name in a mapping.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ellipsoid => "ellipsoid",
+            Self::Sea => "sea",
+        }
+    }
+}
+
+impl World {
+    /// The name in a mapping.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ned => "ned",
+            Self::Enu => "enu",
+        }
+    }
+}
+
+impl AttitudeRole {
+    /// The name in a mapping.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unit => "unit",
+            Self::Onboard => "onboard",
+        }
+    }
+}
