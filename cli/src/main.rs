@@ -15,6 +15,7 @@ mod summary;
 mod convert;
 mod estimate;
 mod info;
+mod init;
 
 #[cfg(feature = "lab")]
 mod campaign;
@@ -64,6 +65,9 @@ enum Verb {
     Play(play::Arguments),
     /// Write any log as a dataset directory
     Convert(convert::Arguments),
+    /// Say what the columns of foreign text files are, names, units and axes; writes a mapping and a
+    /// commented dataset.toml for estimate, info and convert to take
+    Init(init::Arguments),
     /// Make a copy of a log with faults in it: vibration, gaps, GPS glitches and many more
     #[cfg(feature = "lab")]
     Inject(inject::Arguments),
@@ -93,6 +97,7 @@ impl Verb {
             #[cfg(feature = "fly")]
             Self::Play(arguments) => play::run(arguments),
             Self::Convert(arguments) => convert::run(arguments),
+            Self::Init(arguments) => init::run(arguments),
             #[cfg(feature = "lab")]
             Self::Inject(arguments) => inject::run(arguments),
             #[cfg(feature = "lab")]

@@ -63,6 +63,8 @@ impl Format {
             Some(if is_own(head) { Self::Record } else { Self::Ros2 })
         } else if is_tlog(head) {
             Some(Self::Tlog)
+        } else if is_text_in_columns(head) {
+            Some(Self::Text)
         } else {
             None
         }
@@ -120,6 +122,23 @@ fn frame_length(bytes: &[u8]) -> Option<usize> {
     }
 }
 
+/// Whether these are lines of text with rows of numbers among them, or a mapping of such files.
+fn is_text_in_columns(head: &[u8]) -> bool {
+    let is_row = |line: &[u8]| {
+        let fields = line.split(|byte| matches!(byte, b',' | b';' | b'\t' | b' '));
+        let fields: Vec<&[u8]> = fields.filter(|field| !field.is_empty()).collect();
+        let begins_number = |field: &&&[u8]| {
+            let unsigned = field.iter().find(|byte| !matches!(byte, b'-' | b'+' | b'.' | b'"'));
+            unsigned.is_some_and(u8::is_ascii_digit)
+        };
+        let numbers = fields.iter().filter(begins_number).count();
+        numbers >= 2 && 10 * numbers >= 7 * fields.len()
+    };
+    let is_text = |byte: &u8| *byte >= b' ' || byte.is_ascii_whitespace();
+    let lines = || head.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    head.iter().all(is_text) && lines().any(|line| is_row(line) || line == b"[[table]]")
+}
+
 /// What files that are no log begin with, and what they are.
 const OTHERS: [(&[u8], &str); 16] = [
     (b"PK\x03\x04", "a zip archive: unpack it first"),
@@ -172,6 +191,8 @@ mod tests {
             (b"FMT, 128, 89, FMT, BBnNZ, Type", Some(Format::DataflashText)),
             (&tlog, Some(Format::Tlog)),
             (b"\x89MCAP0\r\n", Some(Format::Record)),
+            (b"t,x,y\n0.1,2,3\n", Some(Format::Text)),
+            (b"# a mapping\n[[table]]\nfile = \"a\"\n", Some(Format::Text)),
             (b"ULog but not", None),
             (b"", None),
         ] {

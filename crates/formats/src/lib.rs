@@ -1,30 +1,24 @@
 #![doc = include_str!("../README.md")]
 
-<<<<<<< HEAD
 mod assembly;
+#[cfg(feature = "text")]
+mod axes;
 mod choice;
 #[cfg(feature = "dataflash")]
 mod dataflash;
 mod difference;
 mod format;
-mod integrals;
-mod onboard;
-mod open;
-#[cfg(feature = "ulog")]
-mod ulog;
-mod utc;
-mod window;
-=======
-#[cfg(feature = "text")]
-mod axes;
-mod format;
 #[cfg(feature = "text")]
 mod init;
+mod integrals;
 mod onboard;
 mod open;
 #[cfg(feature = "text")]
 mod text;
->>>>>>> 37229da (Read any text in columns by a mapping, and propose one)
+#[cfg(feature = "ulog")]
+mod ulog;
+mod utc;
+mod window;
 
 pub use difference::OnboardDifference;
 pub use format::Format;

@@ -64,11 +64,14 @@ pub fn open_bytes(bytes: &[u8], path: &Path, options: &Options) -> Result<Log, L
     read(format, Input { path, bytes: Some(bytes) }, options)
 }
 
-/// The format of `log`: a directory is a dataset, a file what it holds.
+/// The format of `log`: a directory is a dataset, or a mapping of foreign files where it has no data
+/// of its own; a file what it holds.
 fn recognise(log: &Path) -> Result<Format, LogError> {
     let metadata = std::fs::metadata(log).map_err(LogError::io(log))?;
     if metadata.is_dir() {
-        return Ok(Format::Dataset);
+        // What an own file would say outright is only mapped where there is none.
+        let is_mapped = log.join("mapping.toml").exists() && !log.join("imu.csv").exists();
+        return Ok(if is_mapped { Format::Text } else { Format::Dataset });
     }
     // A pipe would keep the reader waiting, a device may never end.
     if !metadata.is_file() {

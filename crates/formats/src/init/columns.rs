@@ -202,20 +202,29 @@ impl Reader<'_> {
     fn mag(&mut self, doubts: &mut Vec<String>) -> Option<Triad<MagneticUnit>> {
         let columns = self.known.all([0, 1, 2].map(Quantity::Mag))?;
         let norm = self.look.median_norm(columns);
-        let unit = match self.known.unit(columns[0]) {
-            Some("gauss") | Some("g") => MagneticUnit::Gauss,
-            Some("mg") => MagneticUnit::Milligauss,
-            Some("ut") => MagneticUnit::Microtesla,
-            Some("nt") => MagneticUnit::Nanotesla,
-            Some("t") if norm < 1e-2 => MagneticUnit::Tesla,
-            _ if norm < 1e-3 => MagneticUnit::Tesla,
-            _ if norm < 2.0 => MagneticUnit::Gauss,
-            _ if norm < 150.0 => MagneticUnit::Microtesla,
-            _ if norm < 5e3 => MagneticUnit::Milligauss,
+        let named = match self.known.unit(columns[0]) {
+            Some("gauss") | Some("g") => Some(MagneticUnit::Gauss),
+            Some("mg") => Some(MagneticUnit::Milligauss),
+            Some("ut") => Some(MagneticUnit::Microtesla),
+            Some("nt") => Some(MagneticUnit::Nanotesla),
+            Some("t") => Some(MagneticUnit::Tesla),
+            _ => None,
+        };
+        let by_size = match norm {
+            norm if norm < 1e-3 => MagneticUnit::Tesla,
+            norm if norm < 2.0 => MagneticUnit::Gauss,
+            norm if norm < 150.0 => MagneticUnit::Microtesla,
+            norm if norm < 5e3 => MagneticUnit::Milligauss,
             _ => MagneticUnit::Nanotesla,
         };
+        // A name may be wrong; the Earth's field is not.
+        let is_earths = |unit: &MagneticUnit| (0.15..0.8).contains(&(norm * unit.factor()));
+        let unit = named.filter(is_earths).unwrap_or(by_size);
+        if named.is_some_and(|named| named != unit) {
+            doubts.push(format!("mag: named otherwise, but its size is that of {}", unit.name()));
+        }
         let gauss = norm * unit.factor();
-        if !(0.15..0.8).contains(&gauss) {
+        if !is_earths(&unit) {
             doubts.push(format!(
                 "mag: {gauss:.3} gauss as {}, where the Earth's field is 0.2 to 0.7: left out; \
                  calibrate it first",

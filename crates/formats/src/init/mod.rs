@@ -62,8 +62,11 @@ impl Proposal {
         let mut mapping = Mapping { table: tables };
         let mut findings = Vec::new();
         let mut dataset = read(&mapping)?;
+        let before = mapping.clone();
         if settle_gyro_unit(&mut mapping, &dataset, &mut findings) {
             doubts.retain(|doubt| !doubt.starts_with("gyro: rates reach"));
+        }
+        if mapping != before {
             dataset = read(&mapping)?;
         }
         let found = turn::found(&dataset);
@@ -122,7 +125,8 @@ fn keep_the_first(understood: &mut [Understood], doubts: &mut Vec<String>) {
     }
 }
 
-/// Whether the gyro's unit had to be changed for it to turn as far as the attitude does.
+/// Changes the gyro's unit if only then it turns as far as the attitude does; whether the attitude
+/// tells the unit.
 fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec<String>) -> bool {
     let steps = together::steps(&dataset.imu, crate::text::Axes::FORWARD_RIGHT_DOWN);
     let Some(ratio) = together::attitude_ratio(&steps) else { return false };
@@ -131,6 +135,9 @@ fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec
     };
     let degrees = std::f64::consts::PI / 180.0;
     let near = |expected: f64| (0.5..2.0).contains(&(ratio / expected));
+    if near(1.0) {
+        return true;
+    }
     let unit = match gyro.unit {
         RateUnit::RadiansPerSecond if near(degrees) => RateUnit::DegreesPerSecond,
         RateUnit::DegreesPerSecond if near(1.0 / degrees) => RateUnit::RadiansPerSecond,

@@ -286,7 +286,7 @@ mod tests {
             ("t_s", Q::Time, Some("s")),
             ("Time (ms)", Q::Time, Some("ms")),
             ("timestamp", Q::Time, None),
-            ("TimeUS", Q::Time, None),
+            ("TimeUS", Q::Time, Some("us")),
             ("gyro_x_radps", Q::Gyro(0), Some("rad/s")),
             ("GyroY [deg/s]", Q::Gyro(1), Some("deg/s")),
             ("imu0_gz_dps", Q::Gyro(2), Some("deg/s")),

@@ -53,7 +53,9 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
         return found;
     };
     let first = upright(axis, gravity[axis] > 0.0);
-    found.findings.push(format!("{mean}, so its axes are {}", name(first)));
+    let letter = ["x", "y", "z"][axis];
+    let way = if gravity[axis] > 0.0 { "up" } else { "down" };
+    found.findings.push(format!("{mean}: gravity says that {letter} points {way}"));
     if axis != 2 {
         found.doubts.push(
             "which way the unit faces cannot be told from gravity: check [table.gyro] and \
@@ -86,7 +88,7 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     found.findings.extend(notes.iter().cloned());
     if turn.accel != turn.gyro {
         found.findings.push(format!(
-            "the accelerometers count against their axes, {}: with that the fixes agree",
+            "the accelerometers count against their axes, which are {}: with that the fixes agree",
             name(turn.gyro)
         ));
     }

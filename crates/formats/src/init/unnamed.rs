@@ -17,11 +17,16 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     let Some(time) = (0..count).find(|&column| look.rises(column)) else { return meanings };
     give(time, Quantity::Time);
     let first = time + 1;
-    let is_gravity = |at: usize| {
-        let norm = look.median_norm([at, at + 1, at + 2]);
-        [1.0, 9.81, 1000.0].iter().any(|gravity| (0.85..1.15).contains(&(norm / gravity)))
+    // Of those with gravity's norm, the three whose norm varies least.
+    let variation = |at: usize| {
+        let (norm, high) =
+            (look.median_norm([at, at + 1, at + 2]), look.high_norm([at, at + 1, at + 2]));
+        let is_gravity =
+            [1.0, 9.81, 1000.0].iter().any(|gravity| (0.85..1.15).contains(&(norm / gravity)));
+        is_gravity.then_some((at, high / norm))
     };
-    if let Some(accel) = (first..count.saturating_sub(2)).find(|&at| is_gravity(at)) {
+    let accel = (first..count.saturating_sub(2)).filter_map(variation);
+    if let Some((accel, _)) = accel.min_by(|a, b| a.1.total_cmp(&b.1)) {
         (0..3).for_each(|axis| give(accel + axis, Quantity::Accel(axis)));
         let before = accel.checked_sub(3).filter(|gyro| *gyro >= first);
         let gyro = before.or_else(|| (accel + 6 <= count).then_some(accel + 3));

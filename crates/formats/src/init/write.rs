@@ -47,7 +47,7 @@ fn relative(file: &Path, directory: &Path) -> Result<PathBuf, LogError> {
 pub(crate) fn text(mapping: &Mapping, doubts: &[String]) -> String {
     let mut out = String::from(
         "# What the columns of these files are, as `hovernav init` understood them. Change what is\n\
-         # wrong; every key is explained by `hovernav help-config mapping.toml`.\n",
+         # wrong; every key is explained by `hovernav config mapping.toml`.\n",
     );
     for doubt in doubts {
         let _ = writeln!(out, "# Check: {doubt}");
@@ -192,7 +192,7 @@ fn put_triad<U>(put: &mut impl FnMut(String), triad: &Triad<U>, unit: &str, unit
 
 /// The manifest that a new log begins with.
 const MANIFEST: &str = r#"# What the vehicle and its sensors are. Every key has a default; what is worth setting stands here
-# with it, commented out. All of them: `hovernav help-config dataset.toml`.
+# with it, commented out. All of them: `hovernav config dataset.toml`.
 
 # name = "first flight"
 # vehicle = "which vehicle, and what it did"

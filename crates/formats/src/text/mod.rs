@@ -35,6 +35,13 @@ pub(crate) use units::{
 /// # Errors
 /// [`LogError`]; of text that no mapping tells apart, one that names `hovernav init`.
 pub(crate) fn read(path: &Path, _options: &Options) -> Result<Log, LogError> {
+    if path.is_file() && !is_mapping(path)? {
+        let reason = format!(
+            "text in columns that nothing says the meaning of: `hovernav init {}` proposes it",
+            path.display()
+        );
+        return Err(LogError::Unusable { path: path.to_path_buf(), reason });
+    }
     let file = if path.is_dir() { path.join(MAPPING_FILE) } else { path.to_path_buf() };
     let directory = file.parent().unwrap_or(Path::new("."));
     let (mapping, mut warnings) = mapping::Mapping::read(&file)?;
@@ -59,4 +66,19 @@ fn manifest(directory: &Path, warnings: &mut Vec<String>) -> Result<Manifest, Lo
         manifest.name = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
     }
     Ok(manifest)
+}
+
+/// Whether a text file is a mapping: tables stand in it, and no rows before them.
+fn is_mapping(path: &Path) -> Result<bool, LogError> {
+    /// A mapping begins with some lines of remarks at most.
+    const LINES: u64 = 200;
+    let mut lines = Lines::open(path)?;
+    while lines.number() < LINES
+        && let Some(line) = lines.next()?
+    {
+        if line.trim_ascii() == b"[[table]]" {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }

@@ -1,0 +1,44 @@
+//! `hovernav init`: a mapping for foreign text files.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::ensure;
+use hovernav_formats::Proposal;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Text files in columns, of one flight: one with everything, or one for each sensor
+    #[arg(required = true)]
+    file: Vec<PathBuf>,
+    /// The directory to write mapping.toml and dataset.toml to; named after the first file unless given
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace a mapping.toml that is there
+    #[arg(long)]
+    force: bool,
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let Arguments { file, out, force } = arguments;
+    let proposal = Proposal::of(file)?;
+    let out = out.clone().unwrap_or_else(|| default_directory(&file[0]));
+    ensure!(!out.is_file(), "{}: is a file, expected a directory for --out", out.display());
+    print!("{proposal}");
+    proposal.write(&out, *force)?;
+    let shown = out.display();
+    println!("\nwrote {shown}/mapping.toml and {shown}/dataset.toml");
+    println!("next: hovernav estimate {shown}");
+    Ok(())
+}
+
+/// `flight` of `logs/flight.csv`, in the directory where the command runs; of a file without an ending
+/// its name with one.
+fn default_directory(file: &Path) -> PathBuf {
+    let stem = file.file_stem().unwrap_or_default();
+    let is_bare = file.extension().is_none();
+    let mut name = stem.to_os_string();
+    if is_bare {
+        name.push("-mapped");
+    }
+    PathBuf::from(name)
+}

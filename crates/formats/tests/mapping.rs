@@ -1,0 +1,241 @@
+//! Foreign text files, from a first look to the solution that the original gives.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hovernav::ekf::Solution;
+use hovernav_formats::{Options, Proposal, open};
+use hovernav_log::Dataset;
+
+const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
+
+/// How a foreign logger might have written the same flight.
+#[derive(Clone, Copy)]
+struct Foreign {
+    delimiter: &'static str,
+    decimal_comma: bool,
+    /// Degrees, g, milliseconds and microtesla.
+    other_units: bool,
+    forward_left_up: bool,
+    /// Attitude forward-left-up to east-north-up.
+    attitude_enu: bool,
+    header: bool,
+    remarks: bool,
+    /// A file a sensor instead of one.
+    apart: bool,
+}
+
+const PLAIN: Foreign = Foreign {
+    delimiter: ",",
+    decimal_comma: false,
+    other_units: true,
+    forward_left_up: true,
+    attitude_enu: false,
+    header: true,
+    remarks: false,
+    apart: false,
+};
+
+fn rows(file: &str) -> Vec<Vec<f64>> {
+    let text = fs::read_to_string(Path::new(ORIGINAL).join(file)).unwrap();
+    text.lines().skip(1).map(|l| l.split(',').map(|f| f.parse().unwrap()).collect()).collect()
+}
+
+impl Foreign {
+    /// Writes the flight to `directory`; its files.
+    fn write(&self, directory: &Path) -> Vec<PathBuf> {
+        let flip = if self.forward_left_up { -1.0 } else { 1.0 };
+        let (rate, force, field) = if self.other_units {
+            (1f64.to_degrees(), 1.0 / 9.80665, 100.0)
+        } else {
+            (1.0, 1.0, 1.0)
+        };
+        let imu_names = "gx gy gz ax ay az roll pitch yaw mx my mz";
+        let gps_names = "lat lon height vn ve vd sigma_h sigma_v sigma_vh sigma_vv";
+        let imu = rows("imu.csv").into_iter().map(|row| {
+            let mut values = vec![row[1] * rate, row[2] * flip * rate, row[3] * flip * rate];
+            values.extend([row[4] * force, row[5] * flip * force, row[6] * flip * force]);
+            match self.attitude_enu {
+                true => values.extend([row[7], -row[8], 90.0 - row[9]]),
+                false => values.extend(&row[7..10]),
+            }
+            values.extend([row[10] * field, row[11] * flip * field, row[12] * flip * field]);
+            (row[0], values)
+        });
+        let gps = rows("gps.csv").into_iter().map(|row| (row[0], row[1..].to_vec()));
+        if self.apart {
+            let (imu, gps): (Vec<_>, Vec<_>) = (imu.collect(), gps.collect());
+            return vec![
+                self.table(directory, "imu.csv", imu_names, &imu),
+                self.table(directory, "gps.csv", gps_names, &gps),
+            ];
+        }
+        let wide = |before: usize, values: Vec<f64>, after: usize| -> Vec<f64> {
+            [vec![f64::NAN; before], values, vec![f64::NAN; after]].concat()
+        };
+        let mut all: Vec<(f64, Vec<f64>)> = imu.map(|(t, v)| (t, wide(0, v, 10))).collect();
+        all.extend(gps.map(|(t, v)| (t, wide(12, v, 0))));
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        vec![self.table(directory, "flight.csv", &format!("{imu_names} {gps_names}"), &all)]
+    }
+
+    fn table(
+        &self,
+        directory: &Path,
+        name: &str,
+        names: &str,
+        rows: &[(f64, Vec<f64>)],
+    ) -> PathBuf {
+        let mut text = String::new();
+        if self.remarks {
+            text.push_str("# a logger's remark\n# and another; with signs, in it\n");
+        }
+        if self.header {
+            let time = if self.other_units { "time_ms" } else { "t" };
+            let names: Vec<&str> = [time].into_iter().chain(names.split(' ')).collect();
+            let _ = writeln!(text, "{}", names.join(self.delimiter));
+        }
+        for (time, values) in rows {
+            let time = if self.other_units { 1000.0 * time } else { *time };
+            let mut row = vec![format!("{time:.2}")];
+            let shown =
+                |value: &f64| if value.is_nan() { String::new() } else { value.to_string() };
+            row.extend(values.iter().map(shown));
+            let mut line = row.join(self.delimiter);
+            if self.decimal_comma {
+                line = line.replace('.', ",");
+            }
+            let _ = writeln!(text, "{line}");
+        }
+        let path = directory.join(name);
+        fs::write(&path, text).unwrap();
+        path
+    }
+}
+
+fn solutions(mut dataset: Dataset) -> Vec<Solution> {
+    let config = dataset.settings().unwrap();
+    dataset.estimate(&config, |_| {}).solutions
+}
+
+/// The dataset that a first look at `foreign` leads to, with the original's manifest.
+fn mapped(foreign: Foreign) -> (Dataset, String) {
+    let place = tempfile::tempdir().unwrap();
+    let files = foreign.write(place.path());
+    let proposal = Proposal::of(&files).unwrap();
+    let out = place.path().join("mapped");
+    fs::create_dir(&out).unwrap();
+    fs::copy(Path::new(ORIGINAL).join("dataset.toml"), out.join("dataset.toml")).unwrap();
+    proposal.write(&out, false).unwrap();
+    (open(&out, &Options::default()).unwrap().dataset, proposal.to_string())
+}
+
+#[test]
+fn whatever_the_logger_the_solution_is_that_of_the_original() {
+    let original = solutions(Dataset::open(ORIGINAL.as_ref()).unwrap());
+    for (what, foreign) in [
+        ("degrees, g, milliseconds, forward-left-up", PLAIN),
+        ("semicolons, decimal commas", Foreign { delimiter: ";", decimal_comma: true, ..PLAIN }),
+        ("tabs, remarks", Foreign { delimiter: "\t", remarks: true, ..PLAIN }),
+        ("ENU attitude", Foreign { attitude_enu: true, ..PLAIN }),
+        ("own units", Foreign { other_units: false, ..PLAIN }),
+        ("forward-right-down", Foreign { forward_left_up: false, ..PLAIN }),
+        ("two files", Foreign { apart: true, ..PLAIN }),
+        (
+            "two files, decimal commas",
+            Foreign { apart: true, delimiter: "\t", decimal_comma: true, ..PLAIN },
+        ),
+    ] {
+        let (dataset, report) = mapped(foreign);
+        let found = solutions(dataset);
+        assert_eq!(found.len(), original.len(), "{what}\n{report}");
+        for (a, b) in found.iter().zip(&original) {
+            assert_eq!(a.time, b.time, "{what}");
+            let apart_m = a.position.displacement_from(&b.position).norm();
+            let apart_mps = (a.velocity_mps - b.velocity_mps).norm();
+            let turn = (a.body_to_ned.inverse() * b.body_to_ned).rotation_vector().norm();
+            assert!(
+                apart_m < 1e-4 && apart_mps < 1e-5 && turn < 1e-5,
+                "{what}: {apart_m} {report}"
+            );
+        }
+    }
+}
+
+#[test]
+fn accelerometers_that_count_against_their_axes_are_found_by_the_fixes() {
+    // Forward-right-down, with gravity positive: at rest the same as forward-left-up.
+    let place = tempfile::tempdir().unwrap();
+    let files = Foreign { apart: true, forward_left_up: false, ..PLAIN }.write(place.path());
+    let text = fs::read_to_string(&files[0]).unwrap();
+    let mut lines = text.lines();
+    let mut reversed = format!("{}\n", lines.next().unwrap());
+    for line in lines {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for field in &mut fields[4..7] {
+            *field = (-field.parse::<f64>().unwrap()).to_string();
+        }
+        reversed.push_str(&fields.join(","));
+        reversed.push('\n');
+    }
+    fs::write(&files[0], reversed).unwrap();
+    let out = place.path().join("mapped");
+    let proposal = Proposal::of(&files).unwrap();
+    proposal.write(&out, false).unwrap();
+    let mapping = fs::read_to_string(out.join("mapping.toml")).unwrap();
+    assert!(mapping.contains("axes = [\"-x\", \"-y\", \"-z\"]"), "{mapping}\n{proposal}");
+}
+
+#[test]
+fn a_mapping_that_is_there_is_not_overwritten_unasked() {
+    let place = tempfile::tempdir().unwrap();
+    let files = Foreign { apart: true, ..PLAIN }.write(place.path());
+    let proposal = Proposal::of(&files).unwrap();
+    let out = place.path().join("mapped");
+    proposal.write(&out, false).unwrap();
+    fs::write(out.join("dataset.toml"), "name = \"mine\"\n").unwrap();
+    let refusal = proposal.write(&out, false).unwrap_err().to_string();
+    assert!(refusal.contains("mapping.toml") && refusal.contains("--force"), "{refusal}");
+    proposal.write(&out, true).unwrap();
+    assert_eq!(fs::read_to_string(out.join("dataset.toml")).unwrap(), "name = \"mine\"\n");
+}
+
+#[test]
+fn what_cannot_be_mapped_says_why_and_where() {
+    let place = tempfile::tempdir().unwrap();
+    let file = place.path().join("log.csv");
+    let refused = |text: &str| {
+        fs::write(&file, text).unwrap();
+        Proposal::of(std::slice::from_ref(&file)).unwrap_err().to_string()
+    };
+    assert!(refused("").contains("no two columns"));
+    assert!(refused("hello\nworld\n").contains("no two columns"));
+    assert!(
+        refused("t,foo\n1,2\n2,3\n").contains("neither gyro"),
+        "{}",
+        refused("t,foo\n1,2\n2,3\n")
+    );
+    let still = refused("ax,ay,az,gx,gy,gz\n1,1,9,0,0,0\n1,1,9,0,0,0\n");
+    assert!(still.contains("rises like a time"), "{still}");
+    assert!(refused(&"1".repeat(100_000)).contains("longer than"));
+
+    fs::write(&file, "t,x\n1,2\n").unwrap();
+    let bare = open(&file, &Options::default()).unwrap_err().to_string();
+    assert!(bare.contains("hovernav init"), "{bare}");
+
+    let mapping = place.path().join("mapping.toml");
+    let opened = |text: &str| {
+        fs::write(&mapping, text).unwrap();
+        open(place.path(), &Options::default()).map(|log| log.dataset).unwrap_err().to_string()
+    };
+    let table = "[[table]]\nfile = 'log.csv'\nheader_line = 1\n[table.time]\ncolumn = 't'\n";
+    let baro = |column: &str| format!("{table}[table.baro]\ncolumn = '{column}'\n");
+    assert!(opened(&baro("y")).contains("log.csv:1: expected column y"));
+    let axes = format!(
+        "{table}[table.gyro]\ncolumns = ['x', 'x', 'x']\nunit = 'rad/s'\naxes = ['x', 'x', 'z']\n"
+    );
+    assert!(opened(&axes).contains("each of x, y and z once"), "{}", opened(&axes));
+    let no_file = "[[table]]\nfile = 'none.csv'\n[table.time]\ncolumn = 't'\n";
+    assert!(opened(no_file).contains("none.csv"));
+}
