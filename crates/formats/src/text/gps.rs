@@ -121,6 +121,7 @@ impl GpsPlaces {
             down_velocity_mps: vertical.map(|vertical| vertical * down),
             velocity_sigma_mps: sigma_mps,
             satellites: satellites.map(|count| count as u8),
+            two_dimensional: false,
         };
         Ok(Some(plausible_fix(fix, fields.line, remarks)))
     }
