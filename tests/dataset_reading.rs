@@ -275,7 +275,8 @@ fn fixes_nowhere_on_earth_are_left_out_and_unknown_sigmas_stay_unknown() {
     assert_eq!(
         dataset.warnings[1..],
         [
-            "gps.csv: line 3 left out: no place on Earth",
+            "gps.csv: line 3 left out: no place on Earth, the latitude is beyond 90° (expected degrees, \
+             not 1e-7 degrees)",
             "gps.csv: line 4 left out: a coordinate is missing",
             "gps.csv: 2 rows, the first at line 5, left out: no fix",
             "gps.csv: line 7 with a sigma that is none: taken as unknown",

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::plausibility::SetupFinding;
 use hovernav::time::Time;
 use hovernav_toml::TomlError;
 
@@ -91,6 +92,14 @@ pub enum LogError {
         /// How many rows there are.
         rows: usize,
     },
+    /// What the sensors say cannot be.
+    #[error("{}: {}", path.display(), in_words(findings))]
+    Setup {
+        /// The log.
+        path: PathBuf,
+        /// What cannot be, and how to mend it.
+        findings: Vec<SetupFinding>,
+    },
     /// A manifest or configuration cannot be read or is not valid.
     #[error(transparent)]
     Toml(#[from] TomlError),
@@ -106,6 +115,10 @@ pub enum LogError {
         /// The value.
         value: f64,
     },
+}
+
+fn in_words(findings: &[SetupFinding]) -> String {
+    findings.iter().map(SetupFinding::to_string).collect::<Vec<_>>().join("; and ")
 }
 
 impl LogError {

@@ -26,22 +26,31 @@ impl Dataset {
     ///
     /// # Errors
     /// [`LogError::Unusable`] with the reason: no inertial samples or no fix, or inertial samples at
-    /// less than 10 Hz.
+    /// less than 10 Hz. [`LogError::Setup`] where units, signs, axes or clocks cannot be: see
+    /// [`check_setup`](Self::check_setup).
     pub fn check_fitness(&self, log: &Path) -> Result<(), LogError> {
         let refused = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
         if self.imu.is_empty() {
             return refused("found no inertial samples, and navigation needs them".to_owned());
         }
         if self.fixes.is_empty() {
-            return refused("found no usable fix, expected at least one to start from".to_owned());
+            let told = self.warnings.iter().filter(|told| told.contains("left out"));
+            let reasons: Vec<&str> = told.map(String::as_str).collect();
+            let reasons = reasons.join("; ");
+            let why = if reasons.is_empty() { String::new() } else { format!(": {reasons}") };
+            return refused(format!(
+                "found no usable fix, expected at least one to start from{why}"
+            ));
         }
-        if let Some(rate_hz) = self.imu_rate_hz().filter(|&rate_hz| rate_hz < SLOWEST_HZ) {
+        // What seems even slower has its times in another unit.
+        let too_slow = |rate_hz: &f64| (1.0..SLOWEST_HZ).contains(rate_hz);
+        if let Some(rate_hz) = self.imu_rate_hz().filter(too_slow) {
             return refused(format!(
                 "found inertial samples at {rate_hz:.1} Hz, expected {SLOWEST_HZ:.0} Hz or more: what the \
                  vehicle does between two samples is lost; log the inertial unit at its full rate"
             ));
         }
-        Ok(())
+        self.ensure_possible(log)
     }
 }
 

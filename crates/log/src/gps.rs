@@ -152,7 +152,7 @@ impl Columns {
             return Ok(Err("left out: a coordinate is missing"));
         }
         let Some(position) = Geodetic::from_degrees(lat, lon, height_m) else {
-            return Ok(Err("left out: no place on Earth"));
+            return Ok(Err(no_place([lat, lon])));
         };
         if two_dimensional {
             remarks.count("without a height: taken for the horizontal alone", row.line);
@@ -169,6 +169,23 @@ impl Columns {
             satellites: satellites.map(|[count]| count as u8),
         };
         Ok(Ok(plausible_fix(fix, row.line, remarks)))
+    }
+}
+
+/// Why three numbers are no place on Earth.
+fn no_place([lat, lon]: [f64; 2]) -> &'static str {
+    let latitude = |degrees: f64| degrees.abs() <= 90.0;
+    match (latitude(lat), latitude(lon)) {
+        (false, true) => {
+            "left out: no place on Earth, the latitude is beyond 90° (latitude and longitude swapped?)"
+        }
+        (false, false) => {
+            "left out: no place on Earth, the latitude is beyond 90° (expected degrees, not 1e-7 degrees)"
+        }
+        _ if lon.abs() > 360.0 => {
+            "left out: no place on Earth, the longitude is beyond 360° (expected degrees)"
+        }
+        _ => "left out: no place on Earth, the height is too large (expected metres)",
     }
 }
 

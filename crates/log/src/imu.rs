@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::axes::Reading;
 use crate::clock::{Rows, gaps};
 use crate::error::LogError;
 use crate::remarks::Remarks;
@@ -40,13 +41,17 @@ const STUCK_S: f64 = 0.2;
 /// Gaps named one by one before the rest is only counted.
 const GAPS_NAMED: usize = 8;
 
-pub(crate) fn read(dir: &Path, warnings: &mut Vec<String>) -> Result<Vec<ImuSample>, LogError> {
+pub(crate) fn read(
+    dir: &Path,
+    reading: Reading,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<ImuSample>, LogError> {
     let mut table = Table::open(dir, FILE)?.ok_or_else(|| LogError::Unusable {
         path: dir.join(FILE),
         reason: "no such file, and a dataset needs it".into(),
     })?;
     let mut remarks = Remarks::new(FILE);
-    let columns = Columns::of(&mut table, &mut remarks)?;
+    let columns = Columns::of(&mut table, reading, &mut remarks)?;
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {
         match columns.sample(&row)? {
@@ -74,10 +79,11 @@ struct Columns {
     are_rates: bool,
     attitude: Option<[usize; 3]>,
     magnetic: Option<[usize; 3]>,
+    reading: Reading,
 }
 
 impl Columns {
-    fn of(table: &mut Table, remarks: &mut Remarks) -> Result<Self, LogError> {
+    fn of(table: &mut Table, reading: Reading, remarks: &mut Remarks) -> Result<Self, LogError> {
         let [time] = table.require(["t_s"])?;
         let (motion, are_rates) = match (table.find(RATES), table.find(INCREMENTS)) {
             (Some(rates), increments) => {
@@ -94,7 +100,7 @@ impl Columns {
         };
         let (attitude, magnetic) = (table.find(ATTITUDE), table.find(MAGNETIC));
         table.remark_unused(&["temp_degc"], remarks);
-        Ok(Self { time, motion, are_rates, attitude, magnetic })
+        Ok(Self { time, motion, are_rates, attitude, magnetic, reading })
     }
 
     /// The sample in `row`, or why it is left out.
@@ -109,6 +115,7 @@ impl Columns {
             true => Motion::Rates { angular_rate_radps: gyro, specific_force_mps2: accel },
             false => Motion::Increments { angle_rad: gyro, velocity_mps: accel },
         };
+        let motion = self.reading.motion(motion);
         if let Some(why) = motion_fault(&motion) {
             return Ok(Err(why));
         }
@@ -120,7 +127,7 @@ impl Columns {
             yaw_rad: wrap_angle(yaw.to_radians()),
         });
         let magnetic = magnetic.filter(|field| is_within(*field, STRONGEST_FIELD_GAUSS));
-        let magnetic_field_gauss = magnetic.map(Vector::from);
+        let magnetic_field_gauss = magnetic.map(|field| self.reading.field(field.into()));
         Ok(Ok(ImuSample { time, motion, attitude, magnetic_field_gauss }))
     }
 }

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod auxiliary;
+mod axes;
 mod clock;
 pub mod consistency;
 mod csv_writer;
@@ -15,6 +16,7 @@ pub mod magnetic_field;
 mod manifest;
 mod number;
 mod open;
+mod plausibility;
 mod rates;
 pub mod record;
 mod records;
@@ -31,6 +33,7 @@ mod truth;
 mod write;
 
 pub use auxiliary::pressure_altitude_m;
+pub use axes::{AccelUnit, Axes, GyroUnit};
 pub use clock::{Rows, median_interval_s};
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
@@ -42,6 +45,7 @@ pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
 };
 pub use open::open;
+pub use plausibility::{SetupFinding, alternative};
 pub use reference::{Reference, ReferenceMoment};
 pub use remarks::Remarks;
 pub use replay::{Outage, Run, SmoothedRun, UnusedReadings};

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use toml::value::Datetime;
 
+use crate::axes::{AccelUnit, Axes, GyroUnit, Reading};
 use crate::error::LogError;
 use hovernav::frames::{Body, Vector};
 use hovernav_toml::TomlError;
@@ -100,6 +101,36 @@ pub struct ImuSection {
     /// Full scale of the accelerometers, g.
     #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
     pub accel_range_g: Option<f64>,
+    /// Where the axes x, y, z of `imu.csv` point; forward, right, down (`frd`) in memory. The unit's own
+    /// roll, pitch and yaw are not turned.
+    #[serde(skip_serializing_if = "Axes::are_body")]
+    pub axes: Axes,
+    /// The unit of the accelerations in `imu.csv`, whatever its columns are called.
+    #[serde(skip_serializing_if = "is_default")]
+    pub accel_unit: AccelUnit,
+    /// The unit of the angular rates in `imu.csv`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub gyro_unit: GyroUnit,
+    /// Whether the accelerations in `imu.csv` have the sign of gravity, down at rest, and not that of
+    /// specific force.
+    #[serde(skip_serializing_if = "is_default")]
+    pub accel_is_gravity: bool,
+}
+
+impl ImuSection {
+    /// How samples have to be read, which from now on are as they should be.
+    pub(crate) fn take_reading(&mut self) -> Reading {
+        Reading {
+            axes: std::mem::take(&mut self.axes),
+            accel_unit: std::mem::take(&mut self.accel_unit),
+            gyro_unit: std::mem::take(&mut self.gyro_unit),
+            accel_is_gravity: std::mem::take(&mut self.accel_is_gravity),
+        }
+    }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// `[gps]`: the receiver.

@@ -54,7 +54,7 @@ impl Dataset {
         if manifest.name.is_empty() {
             manifest.name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
         }
-        let imu = imu::read(dir, &mut warnings)?;
+        let imu = imu::read(dir, manifest.imu.take_reading(), &mut warnings)?;
         let fixes = gps::read(dir, manifest.gps.latency_s, &mut warnings)?;
         let baro = auxiliary::read_baro(dir, &mut warnings)?;
         let magnetometer = auxiliary::read_magnetometer(dir, &mut warnings)?;

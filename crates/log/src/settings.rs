@@ -49,6 +49,10 @@ impl Dataset {
             other => other,
         })?;
         self.manifest = probe.manifest;
+        let reading = self.manifest.imu.take_reading();
+        for sample in &mut self.imu {
+            *sample = reading.applied(*sample);
+        }
         Ok(())
     }
 }

@@ -160,7 +160,7 @@ fn refusal(
         },
         count: span.count,
         words: format!(
-            "{} refused {} as off what the filter expected, {}: {why}{response}",
+            "{} refused {}, off what the filter expected in {}: {why}{response}",
             first.sensor,
             when(span.start_s, span.end_s),
             parts.join(", "),
@@ -232,6 +232,5 @@ fn cause(log: &Judged<'_>, group: &Group, start_s: f64, velocity_agrees: bool) -
     if velocity_agrees {
         return "a jump of the receiver (glitch), as its velocity agreed".into();
     }
-    "of a cause that the log does not tell: a glitch of the receiver, or a filter gone astray"
-        .into()
+    "a glitch of the receiver or an error of the filter".into()
 }

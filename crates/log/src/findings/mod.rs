@@ -17,11 +17,16 @@ use hovernav::ekf::Solution;
 pub use finding::{Finding, Severity, sentences};
 
 use crate::dataset::Dataset;
+use crate::plausibility::alternative;
 use crate::replay::Run;
 
 impl Dataset {
     /// What happened in a `run` over this log, in order of time: outages, gaps, refusals, repetitions,
-    /// clipping, blows, disturbances, each a span with a sentence.
+    /// clipping, blows, disturbances, each a span with a sentence; and what of the set-up is likely
+    /// wrong.
+    ///
+    /// Where the fixes deny the run, a part of it is run again under other set-ups: see
+    /// [`alternative`].
     #[must_use]
     pub fn findings(&self, run: &Run) -> Vec<Finding> {
         let log = Judged { dataset: self, run };
@@ -32,6 +37,9 @@ impl Dataset {
         heading::find(&log, &mut findings);
         slow::find(&log, &mut findings);
         unused::find(&log, &mut findings);
+        let setup = self.check_setup().into_iter().chain(alternative(self, &run.config, run));
+        let (start_s, end_s) = log.span_s().unwrap_or_default();
+        findings.extend(setup.map(|found| found.finding(start_s, end_s)));
         findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         findings
     }

@@ -11,7 +11,7 @@ use super::catalogue::Kind;
 use super::fault::Fault;
 use super::flights::{Clean, Flight};
 use super::injection::{InjectError, Made};
-use super::measure::{Measures, measure};
+use super::measure::{Measures, measure, names};
 use super::runner::estimate;
 use super::window::Window;
 
@@ -171,21 +171,21 @@ impl Clean {
         let windows: Vec<Window> = faulty.made.iter().map(|made| made.window).collect();
         let run =
             catch_unwind(AssertUnwindSafe(|| Dataset::open(scratch.path()).and_then(estimate)));
+        let named_by: Vec<&str> =
+            faults.iter().flat_map(|fault| fault.kind.entry().named_by.iter().copied()).collect();
         let measures = match run {
             Ok(Ok((run, warnings))) => {
                 let reference = self.reference.as_ref();
                 let mut measures = measure(&run.solutions, reference, &windows, self.end_s);
                 measures.warnings = warnings;
-                let named_by: Vec<&str> = faults
-                    .iter()
-                    .flat_map(|fault| fault.kind.entry().named_by.iter().copied())
-                    .collect();
                 measures.against(&run.solutions, &self.measures, &self.solutions, &named_by);
                 measures
             }
             // A log refused with a reason is no failure of the filter.
             Ok(Err(error)) => {
-                Measures { warnings: vec![error.to_string()], named: true, ..Measures::default() }
+                let refusal = error.to_string();
+                let named = names(&refusal, &named_by);
+                Measures { warnings: vec![refusal], named, ..Measures::default() }
             }
             Err(_) => Measures { panicked: true, ..Measures::default() },
         };

@@ -217,10 +217,7 @@ impl Measures {
         ];
         let known: BTreeSet<&String> = clean.warnings.iter().collect();
         self.warnings.retain(|warning| !known.contains(warning));
-        self.named = self.warnings.iter().any(|warning| {
-            let warning = warning.to_lowercase();
-            named_by.iter().any(|name| warning.contains(name))
-        });
+        self.named = self.warnings.iter().any(|warning| names(warning, named_by));
     }
 
     /// The largest of [`cost`](Self::cost) that is known.
@@ -228,6 +225,12 @@ impl Measures {
     pub fn largest_cost(&self) -> f64 {
         self.cost.iter().copied().filter(|cost| cost.is_finite()).fold(f64::NAN, f64::max)
     }
+}
+
+/// Whether a sentence holds one of the words that name a fault.
+pub(super) fn names(sentence: &str, named_by: &[&str]) -> bool {
+    let sentence = sentence.to_lowercase();
+    named_by.iter().any(|name| sentence.contains(name))
 }
 
 /// From `end_s` until the velocity is inside 3 sigma and stays there for a second.

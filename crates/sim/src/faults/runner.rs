@@ -1,10 +1,17 @@
 //! One flight through the estimator, as `hovernav estimate` runs it.
 
+use std::path::PathBuf;
+
 use hovernav_log::{Dataset, LogError, Run, sentences};
 
 /// Runs the estimator over `dataset` with the settings of its own manifest; the warnings are those of
 /// reading it and of running.
+///
+/// # Errors
+/// A log that `hovernav estimate` refuses, for the same reason in the same words.
 pub(super) fn estimate(mut dataset: Dataset) -> Result<(Run, Vec<String>), LogError> {
+    let path = PathBuf::from(&dataset.manifest.name);
+    dataset.check_fitness(&path)?;
     let config = dataset.settings()?;
     let run = dataset.estimate(&config, |_| {});
     let mut warnings = std::mem::take(&mut dataset.warnings);

@@ -1,0 +1,164 @@
+//! Axes and units of a unit whose samples are not forward, right, down in rad/s and m/s².
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
+use hovernav::frames::{Body, Vector};
+use hovernav::imu::{ImuSample, Motion};
+
+/// Where the axes x, y and z of a sensor point, as three letters: **f**orward, **b**ack, **r**ight,
+/// **l**eft, **u**p, **d**own. Right-handed.
+///
+/// ```
+/// use hovernav_log::Axes;
+/// use hovernav::frames::Vector;
+/// let axes: Axes = "flu".parse()?;
+/// assert_eq!(axes.to_body(Vector::new(1.0, 2.0, 3.0)).to_array(), [1.0, -2.0, -3.0]);
+/// assert!("fru".parse::<Axes>().is_err());
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Axes([u8; 3]);
+
+impl Default for Axes {
+    fn default() -> Self {
+        Self(*b"frd")
+    }
+}
+
+/// Forward, right, down components of a direction.
+fn direction(letter: u8) -> Option<[f64; 3]> {
+    Some(match letter {
+        b'f' => [1.0, 0.0, 0.0],
+        b'b' => [-1.0, 0.0, 0.0],
+        b'r' => [0.0, 1.0, 0.0],
+        b'l' => [0.0, -1.0, 0.0],
+        b'd' => [0.0, 0.0, 1.0],
+        b'u' => [0.0, 0.0, -1.0],
+        _ => return None,
+    })
+}
+
+impl std::str::FromStr for Axes {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let refused = |expected: &str| format!("found \"{text}\", expected {expected}");
+        let &[x, y, z] = text.as_bytes() else {
+            return Err(refused("three letters of f, b, r, l, u, d, such as \"flu\""));
+        };
+        let axes = [x, y, z].map(direction);
+        let [Some(x_axis), Some(y_axis), Some(z_axis)] = axes else {
+            return Err(refused("three letters of f, b, r, l, u, d, such as \"flu\""));
+        };
+        let [x_axis, y_axis, z_axis] = [x_axis, y_axis, z_axis].map(Vector::<Body>::from);
+        if x_axis.cross(y_axis) != z_axis {
+            return Err(refused("three directions that make right-handed axes, such as \"flu\""));
+        }
+        Ok(Self([x, y, z]))
+    }
+}
+
+impl Axes {
+    /// A vector in these axes, resolved forward, right, down.
+    #[must_use]
+    pub fn to_body(self, vector: Vector<Body>) -> Vector<Body> {
+        let components = vector.to_array().into_iter().zip(self.0);
+        components.fold(Vector::ZERO, |sum, (component, letter)| {
+            let along = direction(letter).unwrap_or_default();
+            sum + Vector::from(along.map(|part| part * component))
+        })
+    }
+
+    /// Whether these are forward, right, down.
+    #[must_use]
+    pub fn are_body(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl Serialize for Axes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&String::from_utf8_lossy(&self.0))
+    }
+}
+
+impl<'de> Deserialize<'de> for Axes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
+    }
+}
+
+/// The unit of accelerations, or of increments of velocity by a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AccelUnit {
+    /// m/s².
+    #[default]
+    Mps2,
+    /// Standard gravity.
+    G,
+    /// Thousandths of it.
+    Mg,
+}
+
+/// The unit of angular rates, or of increments of angle by a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GyroUnit {
+    /// rad/s.
+    #[default]
+    Radps,
+    /// °/s.
+    Degps,
+}
+
+/// How the samples of a file have to be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Reading {
+    pub axes: Axes,
+    pub accel_unit: AccelUnit,
+    pub gyro_unit: GyroUnit,
+    pub accel_is_gravity: bool,
+}
+
+impl Reading {
+    /// `motion` in forward, right, down, rad/s and m/s².
+    pub fn motion(&self, motion: Motion) -> Motion {
+        // Other samples keep their bits.
+        if *self == Self::default() {
+            return motion;
+        }
+        let gyro = match self.gyro_unit {
+            GyroUnit::Radps => 1.0,
+            GyroUnit::Degps => 1f64.to_radians(),
+        };
+        let accel = match self.accel_unit {
+            AccelUnit::Mps2 => 1.0,
+            AccelUnit::G => STANDARD_GRAVITY_MPS2,
+            AccelUnit::Mg => 1e-3 * STANDARD_GRAVITY_MPS2,
+        } * if self.accel_is_gravity { -1.0 } else { 1.0 };
+        let turn = |vector: Vector<Body>| self.axes.to_body(vector) * gyro;
+        let push = |vector: Vector<Body>| self.axes.to_body(vector) * accel;
+        match motion {
+            Motion::Rates { angular_rate_radps, specific_force_mps2 } => Motion::Rates {
+                angular_rate_radps: turn(angular_rate_radps),
+                specific_force_mps2: push(specific_force_mps2),
+            },
+            Motion::Increments { angle_rad, velocity_mps } => {
+                Motion::Increments { angle_rad: turn(angle_rad), velocity_mps: push(velocity_mps) }
+            }
+        }
+    }
+
+    /// `sample` in forward, right, down, its magnetic field too.
+    pub fn applied(&self, sample: ImuSample) -> ImuSample {
+        let field = sample.magnetic_field_gauss.map(|field| self.field(field));
+        ImuSample { motion: self.motion(sample.motion), magnetic_field_gauss: field, ..sample }
+    }
+
+    /// A magnetic field of the same axes.
+    pub fn field(&self, field: Vector<Body>) -> Vector<Body> {
+        if self.axes.are_body() { field } else { self.axes.to_body(field) }
+    }
+}

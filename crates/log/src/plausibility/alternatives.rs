@@ -1,0 +1,159 @@
+//! Where the fixes deny a run, other set-ups are tried: the one that they agree with is the likely one.
+
+use hovernav::ekf::{Channel, EstimatorConfig, Notice, Verdict};
+use hovernav::frames::{Body, Vector};
+use hovernav::imu::Motion;
+
+use super::SetupFinding;
+use crate::dataset::Dataset;
+use crate::replay::Run;
+
+/// Samples that are tried at most.
+const SAMPLES: usize = 20_000;
+/// A larger mean square of the normalised innovations, each counted up to [`MOST`], or a larger share
+/// of refused axes, is suspect.
+const SUSPECT: f64 = 2.5;
+const MOST: f64 = 25.0;
+/// An alternative is the right one where it is so many times better.
+const BETTER: f64 = 3.0;
+/// No right one is worse than this.
+const GOOD: f64 = 2.0;
+
+/// Signs and axes of the unit that are tried: which axis goes where, with which sign.
+struct Alternative {
+    gyro: [(usize, f64); 3],
+    accel: [(usize, f64); 3],
+    cause: &'static str,
+    mend: &'static str,
+}
+
+const RIGHT: [(usize, f64); 3] = [(0, 1.0), (1, 1.0), (2, 1.0)];
+
+const fn signs(x: f64, y: f64, z: f64) -> [(usize, f64); 3] {
+    [(0, x), (1, y), (2, z)]
+}
+
+const fn gyro(gyro: [(usize, f64); 3], cause: &'static str) -> Alternative {
+    Alternative { gyro, accel: RIGHT, cause, mend: "turn the sign of these columns" }
+}
+
+const fn accel(accel: [(usize, f64); 3], cause: &'static str) -> Alternative {
+    Alternative { gyro: RIGHT, accel, cause, mend: "turn the sign of these columns" }
+}
+
+const fn axes(axes: [(usize, f64); 3], cause: &'static str, mend: &'static str) -> Alternative {
+    Alternative { gyro: axes, accel: axes, cause, mend }
+}
+
+const ALTERNATIVES: [Alternative; 14] = [
+    gyro(signs(-1.0, -1.0, -1.0), "all gyros of the wrong sign"),
+    gyro(signs(-1.0, 1.0, 1.0), "gyro x of the wrong sign"),
+    gyro(signs(1.0, -1.0, 1.0), "gyro y of the wrong sign"),
+    gyro(signs(1.0, 1.0, -1.0), "gyro z of the wrong sign"),
+    gyro(signs(-1.0, -1.0, 1.0), "gyros x and y of the wrong sign"),
+    gyro(signs(1.0, -1.0, -1.0), "gyros y and z of the wrong sign"),
+    gyro(signs(-1.0, 1.0, -1.0), "gyros x and z of the wrong sign"),
+    accel(signs(-1.0, 1.0, 1.0), "accelerometer x of the wrong sign"),
+    accel(signs(1.0, -1.0, 1.0), "accelerometer y of the wrong sign"),
+    accel(signs(-1.0, -1.0, 1.0), "accelerometers x and y of the wrong sign"),
+    axes(
+        [(1, 1.0), (0, 1.0), (2, 1.0)],
+        "axes x and y swapped",
+        "swap the columns of x and y, gyros and accelerometers",
+    ),
+    axes(
+        [(1, 1.0), (0, 1.0), (2, -1.0)],
+        "axes right, forward, up",
+        "write axes = \"rfu\" under [imu] in dataset.toml",
+    ),
+    Alternative {
+        gyro: [(1, 1.0), (0, 1.0), (2, 1.0)],
+        accel: RIGHT,
+        cause: "gyros x and y swapped",
+        mend: "swap the columns of gyros x and y",
+    },
+    Alternative {
+        gyro: RIGHT,
+        accel: [(1, 1.0), (0, 1.0), (2, 1.0)],
+        cause: "accelerometers x and y swapped",
+        mend: "swap the columns of accelerometers x and y",
+    },
+];
+
+fn permuted(vector: Vector<Body>, axes: &[(usize, f64); 3]) -> Vector<Body> {
+    let values = vector.to_array();
+    axes.map(|(axis, sign)| sign * values[axis]).into()
+}
+
+impl Alternative {
+    fn applied(&self, dataset: &Dataset) -> Dataset {
+        let mut other = dataset.clone();
+        for sample in &mut other.imu {
+            match &mut sample.motion {
+                Motion::Rates { angular_rate_radps: turn, specific_force_mps2: force }
+                | Motion::Increments { angle_rad: turn, velocity_mps: force } => {
+                    *turn = permuted(*turn, &self.gyro);
+                    *force = permuted(*force, &self.accel);
+                }
+            }
+        }
+        other
+    }
+}
+
+/// Mean square of the normalised innovations of the fixes, each up to [`MOST`], what was refused
+/// counting full; `None` of too few.
+fn disagreement(run: &Run) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for notice in &run.notices {
+        let Notice::Updated(report) = notice else { continue };
+        for axis in report.innovations() {
+            if matches!(
+                axis.channel,
+                Channel::VelocityNorth
+                    | Channel::VelocityEast
+                    | Channel::PositionNorth
+                    | Channel::PositionEast
+            ) {
+                let refused = axis.verdict != Verdict::Accepted;
+                sum += if refused { MOST } else { axis.normalised().powi(2).min(MOST) };
+                count += 1.0;
+            }
+        }
+    }
+    (count >= 80.0).then(|| sum / count)
+}
+
+/// The other signs or axes of the inertial unit under which the fixes agree with a run that they now
+/// deny; `None` where they do not deny it, or no other set-up is right.
+///
+/// Runs the estimator over a part of the log a dozen times, and only where a run is denied.
+#[must_use]
+pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
+    if disagreement(run).is_some_and(|found| found < SUSPECT) {
+        return None;
+    }
+    let mut part = dataset.clone();
+    let first_fix = part.fixes.first()?.time.offset_by(-5.0);
+    part.imu.retain(|sample| sample.time >= first_fix);
+    part.imu.truncate(SAMPLES);
+    part.order.clear();
+    let as_it_is = disagreement(&part.estimate(config, |_| {})).unwrap_or(MOST);
+    let tried = ALTERNATIVES.iter().filter_map(|other| {
+        let run = other.applied(&part).estimate(config, |_| {});
+        // A heading that was never found fits anything.
+        let is_whole = run.solutions.last().is_some_and(|last| last.attitude_sigma_rad[2] < 0.5);
+        Some((disagreement(&run).filter(|_| is_whole)?, other))
+    });
+    let (with, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (with < GOOD && BETTER * with < as_it_is).then(|| SetupFinding {
+        sensor: "inertial unit",
+        is_certain: false,
+        found: format!(
+            "the fixes disagree with the inertial samples ({as_it_is:.1} times the expected squares), and \
+             agree ({with:.1}) once these are read otherwise"
+        ),
+        cause: best.cause.into(),
+        mend: best.mend.into(),
+    })
+}

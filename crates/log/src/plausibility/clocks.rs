@@ -1,0 +1,140 @@
+//! Whether the sensors' times can be of one clock, and the samples fast enough.
+
+use super::{Judged, SetupFinding};
+use crate::clock::median_interval_s;
+use hovernav::time::Time;
+
+/// Slower than the first, Hz, nothing inertial can be done; slower than the second, it is poor.
+const LEAST_HZ: f64 = 18.0;
+const POOR_HZ: f64 = 24.0;
+
+pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
+    let imu: Vec<Time> = log.dataset.imu.iter().map(|sample| sample.time).collect();
+    let fixes: Vec<Time> = log.dataset.fixes.iter().map(|fix| fix.time).collect();
+    rate(&imu, found);
+    overlap(&imu, &fixes, found);
+}
+
+fn rate(imu: &[Time], found: &mut Vec<SetupFinding>) {
+    let Some(interval_s) = median_interval_s(imu).filter(|interval_s| *interval_s > 0.0) else {
+        return;
+    };
+    let rate_hz = 1.0 / interval_s;
+    if rate_hz > POOR_HZ {
+        return;
+    }
+    let (cause, mend) = if (1.0..=100.0).contains(&interval_s) {
+        ("t_s in milliseconds", format!("divide t_s by 1000: {:.0} Hz then", 1000.0 / interval_s))
+    } else if interval_s > 100.0 {
+        ("t_s in microseconds or nanoseconds", "t_s has to be in seconds".into())
+    } else {
+        (
+            "a log thinned to save space, in which rotation and vibration between the samples are lost",
+            "log the inertial unit at 50 Hz or more".into(),
+        )
+    };
+    found.push(SetupFinding {
+        sensor: "inertial unit",
+        is_certain: rate_hz < LEAST_HZ,
+        found: format!(
+            "found {rate_hz:.3} samples a second, expected at least {LEAST_HZ:.0} for inertial work"
+        ),
+        cause: cause.into(),
+        mend,
+    });
+}
+
+fn overlap(imu: &[Time], fixes: &[Time], found: &mut Vec<SetupFinding>) {
+    let span = |times: &[Time]| Some((times.first()?.seconds(), times.last()?.seconds()));
+    let (Some((imu_start, imu_end)), Some((gps_start, gps_end))) = (span(imu), span(fixes)) else {
+        return;
+    };
+    let shared_s = imu_end.min(gps_end) - imu_start.max(gps_start);
+    if shared_s >= 0.0 {
+        return;
+    }
+    found.push(SetupFinding {
+        sensor: "clocks",
+        is_certain: true,
+        found: format!(
+            "inertial samples from {imu_start:.3} to {imu_end:.3} s and fixes from {gps_start:.3} to \
+             {gps_end:.3} s, expected spans that overlap"
+        ),
+        cause: clock_error((imu_start, imu_end), (gps_start, gps_end)),
+        mend: "t_s has to be in seconds on one clock in all files".into(),
+    });
+}
+
+/// What makes two spans miss each other like this.
+fn clock_error(imu: (f64, f64), gps: (f64, f64)) -> String {
+    let ratio = (gps.1 - gps.0) / (imu.1 - imu.0).max(1e-9);
+    for (factor, unit) in [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")] {
+        for (ratio, whose) in [(ratio, "the fixes'"), (1.0 / ratio, "the inertial unit's")] {
+            if (0.3..3.0).contains(&(ratio / factor)) {
+                return format!("{whose} times are in {unit}, not in seconds");
+            }
+        }
+    }
+    /// 6 January 1980 in seconds since 1970.
+    const GPS_EPOCH_S: f64 = 315_964_800.0;
+    const WEEK_S: f64 = 604_800.0;
+    let length_s = (imu.1 - imu.0).max(gps.1 - gps.0).max(60.0);
+    let apart_s = (gps.0 - imu.0).abs();
+    let near = |value_s: f64, what_s: f64| (value_s - what_s).abs() < length_s + 60.0;
+    if near(apart_s, GPS_EPOCH_S) {
+        return "one counts from 1970 (UTC), the other from 1980 (GPS time)".into();
+    }
+    let weeks = (apart_s / WEEK_S).round();
+    if weeks >= 1.0 && near(apart_s, weeks * WEEK_S) && apart_s < 20.0 * 365.25 * 86_400.0 {
+        return format!("they are {weeks:.0} whole weeks apart: one has seconds of the GPS week");
+    }
+    let hours = (apart_s / 3600.0).round();
+    if (1.0..=14.0).contains(&hours) && near(apart_s, hours * 3600.0) && length_s < 1500.0 {
+        return format!(
+            "they are {hours:.0} whole hours apart: one is in local time, the other in UTC"
+        );
+    }
+    let (low, high) = (imu.0.min(gps.0), imu.0.max(gps.0));
+    if high > 1e8 && low < 1e7 {
+        return "one is the time of day or of GPS, the other counts from the start of the computer"
+            .into();
+    }
+    if high < WEEK_S && low < 1e5 {
+        return "one counts from the start of the computer or of its own file".into();
+    }
+    "two clocks, or files of two flights".into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_likely_clock_error_is_named() {
+        for (imu, gps, expected) in [
+            ((1.0, 300.0), (1000.0, 300_000.0), "milliseconds"),
+            ((1e6, 300e6), (1.0, 300.0), "microseconds"),
+            ((1e9, 1e9 + 300.0), (1e9 - 315_964_800.0, 1e9 - 315_964_500.0), "1980"),
+            ((1.4e9, 1.4e9 + 300.0), (5.0, 305.0), "start of the computer"),
+            ((7200.0, 7500.0), (0.0, 300.0), "2 whole hours"),
+        ] {
+            let cause = clock_error(imu, gps);
+            assert!(cause.contains(expected), "{cause}");
+        }
+    }
+
+    #[test]
+    fn samples_too_slow_or_in_milliseconds_are_said() {
+        for (interval_ms, certain, expected) in
+            [(116, true, "thinned"), (50, false, "thinned"), (10_000, true, "milliseconds")]
+        {
+            let times: Vec<Time> =
+                (0..50).map(|k| Time::from_nanoseconds(k * interval_ms * 1_000_000)).collect();
+            let mut found = Vec::new();
+            rate(&times, &mut found);
+            assert_eq!(found.len(), 1);
+            assert_eq!(found[0].is_certain, certain);
+            assert!(found[0].cause.contains(expected), "{}", found[0]);
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! The fixes' positions against their own velocity: units, signs, order.
+
+use hovernav::gps::Fix;
+
+use super::regression::{Fit, Regression};
+use super::{Judged, SetupFinding};
+
+/// Over how long a displacement is taken, s.
+const HORIZONTAL_S: f64 = 4.0;
+const VERTICAL_S: f64 = 8.0;
+/// Velocities that change less than this, m/s rms, tell nothing.
+const LEAST_MPS: f64 = 0.4;
+/// So much of the displacements has to be explained before anything is concluded.
+const EXPLAINED: f64 = 0.6;
+/// Heights, m, between which helicopters and drones fly.
+const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
+
+/// Velocity units by their size in m/s.
+const UNITS: [(f64, &str); 5] = [
+    (0.5144, "knots"),
+    (0.2778, "km/h"),
+    (0.3048, "feet per second"),
+    (0.01, "cm/s"),
+    (0.001, "mm/s"),
+];
+/// One degree in radians, which the displacements are too small by where degrees are radians.
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
+    let fixes = &log.dataset.fixes;
+    horizontal(fixes, found);
+    vertical(fixes, found);
+    if let Some(fix) = fixes.iter().find(|fix| !HEIGHTS_M.contains(&fix.position.height_m)) {
+        found.push(gps(
+            false,
+            format!(
+                "height {:.1} m at {:.3} s, expected {:.0} to {:.0} m",
+                fix.position.height_m,
+                fix.time.seconds(),
+                HEIGHTS_M.start(),
+                HEIGHTS_M.end()
+            ),
+            "a height in millimetres or feet, or of another quantity",
+            "height_m has to be metres above the ellipsoid",
+        ));
+    }
+}
+
+fn gps(is_certain: bool, found: String, cause: &str, mend: &str) -> SetupFinding {
+    SetupFinding { sensor: "gps", is_certain, found, cause: cause.into(), mend: mend.into() }
+}
+
+/// Displacement rate and mean velocity, NED, over parts of about `length_s`.
+fn pairs(fixes: &[Fix], length_s: f64) -> Vec<([f64; 3], [f64; 3])> {
+    let mut pairs = Vec::new();
+    let mut first = 0;
+    while first < fixes.len() {
+        let start = &fixes[first];
+        let count =
+            fixes[first..].iter().take_while(|fix| fix.time - start.time < length_s).count();
+        let last = first + count;
+        if let Some(end) = fixes.get(last).filter(|end| end.time - start.time < 2.0 * length_s) {
+            let over_s = end.time - start.time;
+            let mut mean = [0.0; 3];
+            let mut is_known = true;
+            for pair in fixes[first..=last].windows(2) {
+                let (Some(a), Some(b)) = (pair[0].velocity_mps(), pair[1].velocity_mps()) else {
+                    is_known = false;
+                    break;
+                };
+                let share = 0.5 * (pair[1].time - pair[0].time) / over_s;
+                for ((mean, a), b) in mean.iter_mut().zip(a.to_array()).zip(b.to_array()) {
+                    *mean += share * (a + b);
+                }
+            }
+            if is_known {
+                let moved = end.position.displacement_from(&start.position).to_array();
+                pairs.push((moved.map(|moved| moved / over_s), mean));
+            }
+        }
+        first = last.max(first + 1);
+    }
+    pairs
+}
+
+fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
+    let mut regression = Regression::<2>::NONE;
+    for (moved, velocity) in pairs(fixes, HORIZONTAL_S) {
+        regression.push([velocity[0], velocity[1]], [moved[0], moved[1]]);
+    }
+    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = regression.fit(LEAST_MPS) else {
+        return;
+    };
+    if explained.iter().any(|&explained| explained < EXPLAINED) {
+        return;
+    }
+    let sizes = format!(
+        "positions move north and east {nn:.4} and {ee:.4} times as fast as the velocity says, expected 1"
+    );
+    let near = |value: f64, expected: f64| (0.75..1.33).contains(&(value / expected));
+    // A latitude in radians lies near the equator, where a degree of longitude is longer.
+    if near(nn, DEGREE) && (0.75..6.0).contains(&(ee / DEGREE)) {
+        found.push(gps(
+            true,
+            sizes,
+            "latitude and longitude in radians, expected degrees",
+            "multiply both by 57.29578",
+        ));
+    } else if nn.abs() < 0.4 * ne.abs() && ee.abs() < 0.4 * en.abs() {
+        found.push(gps(
+            true,
+            format!(
+                "positions move north as the velocity says east ({ne:.2}), and east as it says north \
+                 ({en:.2})"
+            ),
+            "latitude and longitude swapped, or north and east velocity",
+            "swap the names of these two columns in the header of gps.csv",
+        ));
+    } else if nn < -0.5 || ee < -0.5 {
+        found.push(gps(
+            true,
+            sizes,
+            "a velocity or a coordinate of the wrong sign (west for east, south for north)",
+            "turn the sign of that column",
+        ));
+    } else if let Some((_, unit)) =
+        UNITS.iter().find(|(scale, _)| near(nn, *scale) && near(ee, *scale))
+    {
+        let cause = format!("velocity in {unit}, expected m/s");
+        found.push(gps(true, sizes, &cause, "convert vn_mps, ve_mps and vd_mps"));
+    } else if ![nn, ee].iter().all(|scale| (0.6..1.6).contains(scale)) {
+        let cause = "coordinates or velocity of a wrong unit";
+        found.push(gps(false, sizes, cause, "expected degrees and m/s"));
+    }
+}
+
+fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
+    let mut regression = Regression::<1>::NONE;
+    for (moved, velocity) in pairs(fixes, VERTICAL_S) {
+        regression.push([velocity[2]], [moved[2]]);
+    }
+    let Some(Fit { matrix: [[scale]], explained: [explained] }) = regression.fit(0.5 * LEAST_MPS)
+    else {
+        return;
+    };
+    if explained > EXPLAINED && scale < -0.5 {
+        found.push(gps(
+            true,
+            format!("heights fall {:.2} times as fast as vd_mps says they rise", -scale),
+            "vertical velocity positive up, expected positive down",
+            "turn the sign of vd_mps",
+        ));
+    }
+}

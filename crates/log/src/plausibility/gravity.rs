@@ -1,0 +1,128 @@
+//! Gravity: how large the mean specific force is, and where it points.
+
+use super::{G, Judged, SetupFinding, norm};
+use crate::statistics::quantile;
+
+/// Over so long, s, vibration is gone from a mean.
+const MEAN_S: f64 = 1.0;
+/// What the median of the means may be in m/s² in any flight: the first is sure, the second likely.
+const POSSIBLE: (f64, f64) = (0.75, 1.6);
+const USUAL: (f64, f64) = (0.85, 1.35);
+/// Cosine of the angle from the vertical within which a vehicle spends its flight, 60°.
+const UPRIGHT: f64 = 0.5;
+
+pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
+    let means: Vec<[f64; 3]> = log.means(MEAN_S).iter().map(|mean| mean.force_mps2).collect();
+    let mut sizes: Vec<f64> = means.iter().map(|&mean| norm(mean)).collect();
+    let Some(size) = quantile(&mut sizes, 0.5) else { return };
+    let in_g = size / G;
+    if !(USUAL.0..=USUAL.1).contains(&in_g) {
+        let (cause, mend) = size_error(in_g);
+        found.push(SetupFinding {
+            sensor: "inertial unit",
+            is_certain: !(POSSIBLE.0..=POSSIBLE.1).contains(&in_g),
+            found: format!(
+                "mean specific force is {size:.3} m/s², expected gravity, about 9.81 m/s²"
+            ),
+            cause,
+            mend,
+        });
+    }
+    direction(&means, found);
+}
+
+/// What makes gravity so many times too large.
+fn size_error(in_g: f64) -> (String, String) {
+    let near = |expected: f64| (0.85..1.2).contains(&(in_g / expected));
+    let key = |text: &str| format!("write {text} under [imu] in dataset.toml");
+    if near(1.0 / G) {
+        return ("accelerations in g".into(), key("accel_unit = \"g\""));
+    }
+    if near(1000.0 / G) {
+        return ("accelerations in thousandths of g".into(), key("accel_unit = \"mg\""));
+    }
+    if near(G) {
+        return ("accelerations multiplied by g once too often".into(), key("accel_unit = \"g\""));
+    }
+    for factor in [0.25, 0.5, 2.0, 4.0] {
+        if near(factor) {
+            return (
+                format!(
+                    "the scale of the accelerometers is {factor} times the right one, as with a range of \
+                     another setting (2 g for 4 g)"
+                ),
+                "correct the range with which the counts were converted".into(),
+            );
+        }
+    }
+    if in_g < 0.2 {
+        return (
+            "accelerations less gravity, which is no specific force, or a unit that is none of m/s²"
+                .into(),
+            "give the accelerometers' own readings in m/s²".into(),
+        );
+    }
+    (
+        "accelerometers of a wrong unit, scale or range, or increments taken for rates".into(),
+        "give specific force in m/s²".into(),
+    )
+}
+
+/// Whether gravity stands where the axes say: up is minus z.
+fn direction(means: &[[f64; 3]], found: &mut Vec<SetupFinding>) {
+    let mut sum = [0.0; 3];
+    for mean in means {
+        let size = norm(*mean).max(1e-9);
+        for (sum, value) in sum.iter_mut().zip(mean) {
+            *sum += value / size;
+        }
+    }
+    // How steady the direction is, and what it is.
+    let steady = norm(sum) / means.len().max(1) as f64;
+    let up = sum.map(|component| component / norm(sum).max(1e-9));
+    if steady < 0.7 || -up[2] > UPRIGHT {
+        return;
+    }
+    let axis = (0..3).max_by(|&a, &b| up[a].abs().total_cmp(&up[b].abs())).unwrap_or(2);
+    let names = ["x", "y", "z"];
+    let sign = if up[axis] > 0.0 { "+" } else { "−" };
+    let (cause, mend) = match (axis, up[axis] > 0.0) {
+        (2, _) => (
+            "axes forward, left, up, or accelerometers of the wrong sign (gravity taken for specific \
+             force)"
+                .to_owned(),
+            "write axes = \"flu\" under [imu] in dataset.toml, or accel_is_gravity = true where the gyros \
+             are right already"
+                .to_owned(),
+        ),
+        _ => {
+            let letters: [&str; 3] = match (axis, up[axis] > 0.0) {
+                (0, true) => ["u", "r", "f"],
+                (0, false) => ["d", "l", "f"],
+                (1, true) => ["f", "u", "r"],
+                _ => ["f", "d", "l"],
+            };
+            (
+                format!("the unit's {} axis stands vertical: axes swapped, or a unit mounted on its side", names[axis]),
+                format!(
+                    "write axes = \"{}\" under [imu] in dataset.toml, the letters being where the unit's \
+                     x, y and z point: f, b, l, r, u or d",
+                    letters.concat()
+                ),
+            )
+        }
+    };
+    // Half way between two axes a unit may well be mounted.
+    let is_certain = up[axis].abs() > 0.85;
+    found.push(SetupFinding {
+        sensor: "inertial unit",
+        is_certain,
+        found: format!(
+            "mean specific force points along {sign}{} ({:.2}, {:.2}, {:.2} of its size), expected −z, \
+             axes being forward, right, down",
+            names[axis], up[0], up[1], up[2]
+        ),
+        cause,
+        mend,
+    });
+}

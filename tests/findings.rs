@@ -1,0 +1,74 @@
+//! Every response of the estimator ends in a sentence that names sensor, time, size and cause.
+
+use std::path::Path;
+
+use hovernav_log::{Dataset, Finding, Severity, sentences};
+use hovernav_sim::faults::{Fault, Log};
+
+fn log_dir() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"))
+}
+
+/// What is found in `heli-hover` with faults in it.
+fn findings(faults: &[&str]) -> Vec<Finding> {
+    let faults: Vec<Fault> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
+    let dir = tempfile::tempdir().unwrap();
+    Log::open(log_dir()).unwrap().with_faults(&faults, 2).unwrap().write(dir.path()).unwrap();
+    let mut dataset = Dataset::open(dir.path()).unwrap();
+    let config = dataset.settings().unwrap();
+    let run = dataset.estimate(&config, |_| {});
+    dataset.findings(&run)
+}
+
+#[test]
+fn a_flight_without_fault_gives_no_warning() {
+    assert_eq!(sentences(&findings(&[])), [""; 0]);
+}
+
+#[test]
+fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
+    for (fault, kind, expected) in [
+        ("outage=20@100", "outage", "no fix for"),
+        ("gap=2@100", "gap", "gap of 2."),
+        ("packet-loss=25", "samples lost", "% of the samples are missing"),
+        ("stuck=all@100:2", "stuck", "repeated all its readings"),
+        ("stuck=gz@100:5", "stuck axis", "gyro z"),
+        ("clip-accel=1.5", "clipping", "full scale of 14.7 m/s² (1.50 g)"),
+        ("glitch-step=60@100:15", "refused", "glitch"),
+        ("frozen-fix@100", "frozen fix", "repeat the one before"),
+        ("no-velocity", "velocity absent", "velocity absent in 299 of 299 fixes"),
+        ("height-held@100", "height held", "height held at"),
+        ("gps-time=0.15", "time offset", "latency_s = 0.1"),
+    ] {
+        let found = findings(&[fault]);
+        let named = found.iter().find(|finding| finding.is_warning() && finding.kind == kind);
+        let Some(finding) = named else { panic!("{fault}: {:?}", sentences(&found)) };
+        assert!(finding.words.contains(expected), "{fault}: {}", finding.words);
+        if fault.contains("@100") {
+            let near = (98.0..102.5).contains(&finding.start_s) && finding.end_s < 165.0;
+            assert!(near, "{fault}: {finding:?}");
+        }
+    }
+}
+
+#[test]
+fn what_happens_often_takes_no_hundred_lines() {
+    let mut faults: Vec<String> = (0..40).map(|k| format!("gap=0.5@{}", 70 + 5 * k)).collect();
+    faults.push("packet-loss=5".into());
+    let faults: Vec<&str> = faults.iter().map(String::as_str).collect();
+    let found = findings(&faults);
+    assert!(found.iter().filter(|finding| finding.kind == "gap").count() >= 40);
+    let told = sentences(&found);
+    assert!(told.len() < 12, "{told:#?}");
+    assert!(told.iter().any(|sentence| sentence.contains("more times")), "{told:#?}");
+}
+
+#[test]
+fn findings_are_in_order_and_within_the_log() {
+    let found = findings(&["outage=10", "gap=1", "mag-vector=0.3"]);
+    assert!(found.windows(2).all(|pair| pair[0].start_s <= pair[1].start_s));
+    for finding in &found {
+        assert!(finding.start_s <= finding.end_s && finding.end_s <= 300.0, "{finding:?}");
+        assert!(finding.severity < Severity::Error && !finding.words.is_empty());
+    }
+}

@@ -1,0 +1,163 @@
+//! What cannot be is said before anything is estimated, by its likely cause; what can be is not.
+
+use std::path::{Path, PathBuf};
+
+use hovernav_log::{Dataset, LogError, alternative};
+use hovernav_sim::faults::{Fault, Log};
+
+fn heli_hover() -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover")).into()
+}
+
+fn shared(name: &str) -> Option<PathBuf> {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets").join(name);
+    if !dir.exists() {
+        println!("{} is missing: skipped", dir.display());
+    }
+    dir.exists().then_some(dir)
+}
+
+/// The datasets that there are, real ones where they are at hand.
+fn datasets() -> Vec<PathBuf> {
+    let names = [
+        "car-rtk",
+        "quad-ardupilot-5hz",
+        "quad-gps-glitch",
+        "quad-gps-glitch-aided",
+        "quad-hover-aided",
+        "quad-p4rtk-vibration",
+        "uav-thor75-1hz",
+    ];
+    names.into_iter().filter_map(shared).chain([heli_hover()]).collect()
+}
+
+/// A copy of `log` with a fault in it.
+fn copy(log: &Path, fault: &str) -> tempfile::TempDir {
+    let faults: [Fault; 1] = [fault.parse().unwrap()];
+    let dir = tempfile::tempdir().unwrap();
+    Log::open(log).unwrap().with_faults(&faults, 1).unwrap().write(dir.path()).unwrap();
+    dir
+}
+
+/// What `hovernav estimate` refuses a log for.
+fn refusal(dir: &Path) -> String {
+    let dataset = Dataset::open(dir).unwrap();
+    dataset.check_fitness(dir).err().map_or_else(String::new, |error| error.to_string())
+}
+
+#[test]
+fn flights_as_they_were_flown_are_not_suspected() {
+    for dir in datasets() {
+        let mut dataset = Dataset::open(&dir).unwrap();
+        assert_eq!(dataset.check_setup(), [], "{}", dir.display());
+        let config = dataset.settings().unwrap();
+        let run = dataset.estimate(&config, |_| {});
+        assert_eq!(alternative(&dataset, &config, &run), None, "{}", dir.display());
+    }
+}
+
+#[test]
+fn vibration_clipping_and_bad_fixes_are_no_wrong_set_up() {
+    for fault in ["vibration=4", "clip-accel=2", "packet-loss=25", "glitch-step=60", "no-velocity"]
+    {
+        let dir = copy(&heli_hover(), fault);
+        assert_eq!(Dataset::open(dir.path()).unwrap().check_setup(), [], "{fault}");
+    }
+}
+
+#[test]
+fn a_wrong_set_up_of_a_unit_with_its_own_attitude_is_refused_by_name() {
+    for (fault, expected) in [
+        ("accel-sign=xyz", "axes = \"flu\""),
+        ("accel-scale=0.5", "2 g for 4 g"),
+        ("gyro-sign=x", "gyro x turns against"),
+        ("gyro-sign=z", "gyro z turns against"),
+        ("swap-axes=xy", "two axes of the unit swapped"),
+        ("swap-axes=xz", "axis stands vertical"),
+        ("unit=g", "accel_unit = \"g\""),
+        ("unit=degps", "gyro_unit = \"degps\""),
+        ("swap-latlon", "latitude and longitude swapped"),
+        ("radians", "latitude and longitude in radians"),
+    ] {
+        let dir = copy(&heli_hover(), fault);
+        let refusal = refusal(dir.path());
+        assert!(refusal.contains(expected), "{fault}: {refusal}");
+    }
+}
+
+#[test]
+fn a_wrong_set_up_of_a_unit_without_attitude_is_refused_or_named_after_trying_others() {
+    for (name, fault, expected) in [
+        ("car-rtk", "accel-sign=xyz", "axes = \"flu\""),
+        ("car-rtk", "unit=degps", "gyro_unit"),
+        ("car-rtk", "gyro-sign=z", "gyro z of the wrong sign"),
+        ("car-rtk", "swap-axes=xy", "axes x and y swapped"),
+        ("quad-p4rtk-vibration", "unit=g", "accel_unit"),
+        ("quad-p4rtk-vibration", "gyro-sign=x", "gyro x of the wrong sign"),
+        ("quad-p4rtk-vibration", "swap-latlon", "swapped"),
+        ("quad-ardupilot-5hz", "gyro-sign=xyz", "all gyros of the wrong sign"),
+        ("uav-thor75-1hz", "accel-sign=x", "accelerometer x of the wrong sign"),
+        ("uav-thor75-1hz", "radians", "radians"),
+    ] {
+        let Some(log) = shared(name) else { continue };
+        let dir = copy(&log, fault);
+        let mut told = refusal(dir.path());
+        if told.is_empty() {
+            let mut dataset = Dataset::open(dir.path()).unwrap();
+            let config = dataset.settings().unwrap();
+            let run = dataset.estimate(&config, |_| {});
+            told = alternative(&dataset, &config, &run).map_or(told, |found| found.to_string());
+        }
+        assert!(told.contains(expected), "{name} {fault}: {told}");
+    }
+}
+
+#[test]
+fn the_line_that_mends_a_set_up_mends_it() {
+    let truth = Dataset::open(&heli_hover()).unwrap();
+    for (fault, key) in [
+        ("accel-sign=xyz", "accel_is_gravity = true"),
+        ("unit=g", "accel_unit = \"g\""),
+        ("unit=degps", "gyro_unit = \"degps\""),
+    ] {
+        let dir = copy(&heli_hover(), fault);
+        let path = dir.path().join("dataset.toml");
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text.replacen("[imu]", &format!("[imu]\n{key}"), 1)).unwrap();
+        let mended = Dataset::open(dir.path()).unwrap();
+        assert!(mended.ensure_possible(dir.path()).is_ok(), "{fault}");
+        assert_eq!(mended.manifest.imu.axes, truth.manifest.imu.axes);
+        let size = |dataset: &Dataset| {
+            let means = dataset.imu.iter().map(|sample| sample.motion.mean_rates(0.03));
+            means.map(|mean| mean.specific_force_mps2.z()).sum::<f64>()
+        };
+        assert!((size(&mended) / size(&truth) - 1.0).abs() < 0.01, "{fault}");
+    }
+}
+
+#[test]
+fn spans_that_do_not_overlap_are_printed_with_the_likely_cause() {
+    let mut dataset = Dataset::open(&heli_hover()).unwrap();
+    for fix in &mut dataset.fixes {
+        fix.time = fix.time.offset_by(604_800.0);
+    }
+    let error = dataset.ensure_possible("log".as_ref()).unwrap_err();
+    assert!(matches!(error, LogError::Setup { .. }));
+    let text = error.to_string();
+    assert!(
+        text.contains("from 0.050 to 299.989 s") && text.contains("1 whole weeks apart"),
+        "{text}"
+    );
+}
+
+#[test]
+fn samples_too_slow_for_inertial_work_are_refused_with_the_rate() {
+    let mut dataset = Dataset::open(&heli_hover()).unwrap();
+    let mut index = 0;
+    dataset.imu.retain(|_| {
+        index += 1;
+        index % 4 == 0
+    });
+    let text = dataset.ensure_possible("log".as_ref()).unwrap_err().to_string();
+    assert!(text.contains("found 8.250 samples a second"), "{text}");
+}
