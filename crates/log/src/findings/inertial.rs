@@ -27,7 +27,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     reported(log, findings);
     lost(&rates, findings);
     stuck(log, &rates, findings);
-    suspect(log, &rates, findings);
+    shaken(log, &rates, findings);
+    clipped(log, &rates, findings);
     vibration(&rates, findings);
 }
 
@@ -176,13 +177,12 @@ fn stuck(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
     }
 }
 
-/// Full scale and blows, by the judgement that the filter uses.
-fn suspect(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
+/// Blows, by the judgement that the filter uses.
+fn shaken(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
     let model = &log.run.config.ekf.imu;
     let scale =
         FullScale { gyro_radps: model.gyro_range_radps, accel_mps2: model.accel_range_mps2 };
     let mut integrity = Integrity::NONE;
-    let mut clipped: [Vec<(f64, f64)>; 6] = Default::default();
     let mut shaken = Vec::new();
     for at in rates {
         if at.interval_s > 0.5 {
@@ -192,22 +192,41 @@ fn suspect(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
             angular_rate_radps: at.turn_radps.into(),
             specific_force_mps2: at.force_mps2.into(),
         };
-        let suspicion = integrity.push(&mean, at.interval_s, &scale);
-        let time_s = at.time.seconds();
-        for (axis, &is_clipped) in
-            suspicion.gyro_clipped.iter().chain(&suspicion.accel_clipped).enumerate()
-        {
-            if is_clipped {
-                clipped[axis].push((time_s, component(at, axis).abs()));
-            }
-        }
-        if suspicion.shaken {
+        if integrity.push(&mean, at.interval_s, &scale).shaken {
             let [x, y, z] = at.force_mps2;
-            shaken.push((time_s, x.hypot(y).hypot(z)));
+            shaken.push((at.time.seconds(), x.hypot(y).hypot(z)));
         }
     }
-    for (axis, moments) in clipped.into_iter().enumerate() {
-        for Span { start_s, end_s, count, largest } in spans(moments, 5.0) {
+    for Span { start_s, end_s, count, largest } in spans(shaken, APART_S) {
+        findings.push(Finding {
+            start_s,
+            end_s,
+            sensor: UNIT,
+            kind: "shock",
+            severity: Severity::Warning,
+            count,
+            words: format!(
+                "inertial unit shaken far beyond its usual vibration {}, up to {largest:.0} m/s²: a \
+                 blow or something loose; the uncertainty was opened",
+                when(start_s, end_s)
+            ),
+        });
+    }
+}
+
+/// Spans in which axes stand at their full scale, for each axis.
+fn clipped(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
+    let model = &log.run.config.ekf.imu;
+    for axis in 0..6 {
+        let known = if axis < 3 { model.gyro_range_radps } else { model.accel_range_mps2 };
+        let values: Vec<f64> = rates.iter().map(|at| component(at, axis)).collect();
+        let scale = full_scale(&values);
+        let is_clipped = |value: f64| {
+            scale.contains(&Some(value)) || (known > 0.0 && value.abs() >= 0.998 * known)
+        };
+        let moments = rates.iter().filter(|at| is_clipped(component(at, axis)));
+        let moments = moments.map(|at| (at.time.seconds(), component(at, axis).abs()));
+        for Span { start_s, end_s, count, largest } in spans(moments, 10.0) {
             let within = rates.iter().filter(|at| {
                 let time_s = at.time.seconds();
                 (start_s..=end_s).contains(&time_s)
@@ -234,21 +253,30 @@ fn suspect(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
             });
         }
     }
-    for Span { start_s, end_s, count, largest } in spans(shaken, APART_S) {
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: UNIT,
-            kind: "shock",
-            severity: Severity::Warning,
-            count,
-            words: format!(
-                "inertial unit shaken far beyond its usual vibration {}, up to {largest:.0} m/s²: a \
-                 blow or something loose; the uncertainty was opened",
-                when(start_s, end_s)
-            ),
-        });
-    }
+}
+
+/// The lowest and the highest of `values` where readings pile up there, again and again, as they do at
+/// the end of a range and nowhere else.
+fn full_scale(values: &[f64]) -> [Option<f64>; 2] {
+    /// Readings, and times that the range was left and reached again, that make an end.
+    const PILED: usize = 6;
+    const VISITS: usize = 3;
+    [-1.0, 1.0].map(|side| {
+        let (mut end, mut next) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        for &value in values {
+            let value = side * value;
+            if value > end {
+                (next, end) = (end, value);
+            } else if value > next && value < end {
+                next = value;
+            }
+        }
+        let at = |level: f64| values.iter().filter(|&&value| side * value == level).count();
+        let visits =
+            values.windows(2).filter(|pair| side * pair[0] != end && side * pair[1] == end).count();
+        let is_end = at(end) >= PILED && visits >= VISITS && at(end) >= 4 * at(next);
+        is_end.then_some(side * end)
+    })
 }
 
 /// What of the vibration the samples cannot follow, where that is much.
