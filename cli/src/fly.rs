@@ -1,5 +1,6 @@
 //! `hovernav fly`: the real-time loop, until it is told to end.
 
+use std::io::{Write as _, stderr, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +12,7 @@ use anyhow::Context as _;
 use hovernav_fly::{Notification, fly};
 use hovernav_log::FlyConfig;
 use hovernav_log::record::Level;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGUSR1, SIGUSR2, SIGXFSZ};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -46,7 +47,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 
     let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    // A terminal that is gone, a stray signal or a file at its limit do not end a flight.
+    for signal in [SIGHUP, SIGUSR1, SIGUSR2, SIGXFSZ] {
+        signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))?;
+    }
+    for signal in [SIGINT, SIGTERM, SIGQUIT] {
         // Asked twice, it ends at once, whatever hangs.
         signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop))?;
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -70,7 +75,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
         thread::sleep(Duration::from_millis(10));
     }
-    println!("{report}\n  in                {}", record.display());
+    // Nobody may be there to read it.
+    let _ = writeln!(stdout(), "{report}\n  in                {}", record.display());
     Ok(())
 }
 
@@ -81,6 +87,7 @@ fn print(notifications: &Receiver<Notification>) {
             Level::Warning => "warning: ",
             Level::Error => "error: ",
         };
-        eprintln!("{:9.3}  {level}{}", time.seconds(), text.as_str());
+        // Nobody may be there to read it.
+        let _ = writeln!(stderr(), "{:9.3}  {level}{}", time.seconds(), text.as_str());
     }
 }

@@ -10,6 +10,10 @@ use hovernav::frames::Vector;
 use hovernav::telemetry::{Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::MavlinkConfig;
+use hovernav_log::record::Level;
+
+/// Bytes of text in one STATUSTEXT.
+const TEXT: usize = 50;
 
 /// When messages of one kind go out: on a grid of their own period, so that a loop whose rate is no
 /// multiple still sends the right number of them.
@@ -68,6 +72,7 @@ pub struct Mavlink {
     attitude: Schedule,
     highres_imu: Schedule,
     local_position: Schedule,
+    global_position: Schedule,
     gps_raw: Schedule,
     servo_output: Schedule,
     estimator_status: Schedule,
@@ -89,6 +94,7 @@ impl Mavlink {
             attitude: schedule(rates.attitude_hz),
             highres_imu: schedule(rates.highres_imu_hz),
             local_position: schedule(rates.local_position_hz),
+            global_position: schedule(rates.global_position_hz),
             gps_raw: schedule(rates.gps_raw_hz),
             servo_output: schedule(rates.servo_output_hz),
             estimator_status: schedule(rates.estimator_status_hz),
@@ -100,7 +106,7 @@ impl Mavlink {
         self.utc_offset_us = Some(unix_ns.saturating_sub(at.nanoseconds()) / 1_000);
     }
 
-    /// Appends the messages that are due; call once for each snapshot. At most 304 bytes.
+    /// Appends the messages that are due; call once for each snapshot. At most 344 bytes.
     ///
     /// What is not known is not sent where a message has nothing else to say, and is marked as the
     /// message set asks where it has: see `docs/telemetry.md`.
@@ -124,6 +130,11 @@ impl Mavlink {
         {
             self.send(&message, out);
         }
+        if self.global_position.is_due(now)
+            && let Some(message) = self.global_position_message(snapshot)
+        {
+            self.send(&message, out);
+        }
         if self.gps_raw.is_due(now) {
             self.send(&self.gps_raw_message(snapshot), out);
         }
@@ -132,6 +143,23 @@ impl Mavlink {
         }
         if self.estimator_status.is_due(now) {
             self.send(&self.estimator_status_message(snapshot), out);
+        }
+    }
+
+    /// Appends `text` as STATUSTEXT, in as many messages as it takes.
+    pub fn encode_text(&mut self, level: Level, text: &str, out: &mut Vec<u8>) {
+        let severity = match level {
+            Level::Info => common::MavSeverity::MAV_SEVERITY_INFO,
+            Level::Warning => common::MavSeverity::MAV_SEVERITY_WARNING,
+            Level::Error => common::MavSeverity::MAV_SEVERITY_ERROR,
+        };
+        let mut rest = text.trim();
+        while !rest.is_empty() {
+            let (piece, left) = split(rest);
+            let mut text = [0; TEXT];
+            text[..piece.len()].copy_from_slice(piece.as_bytes());
+            self.send(&common::STATUSTEXT_DATA { severity, text: text.into() }, out);
+            rest = left;
         }
     }
 
@@ -234,6 +262,39 @@ impl Mavlink {
         Some(common::LOCAL_POSITION_NED_DATA { time_boot_ms, x, y, z, vx, vy, vz })
     }
 
+    fn global_position_message(
+        &self,
+        snapshot: &Snapshot,
+    ) -> Option<common::GLOBAL_POSITION_INT_DATA> {
+        let place = snapshot.position.filter(Geodetic::is_navigable)?;
+        let up_m = -place.local_ned_m(&self.origin?).z();
+        // Velocities are known with the position.
+        let [vx, vy, vz] = snapshot
+            .velocity_mps?
+            .to_array()
+            .map(|component| libm::round(component * 100.0) as i16);
+        // Above mean sea level as far as the receiver has told how high that is.
+        let geoid_m = snapshot
+            .gps
+            .height_m
+            .zip(snapshot.gps.altitude_msl_m)
+            .map_or(0.0, |(height_m, altitude_m)| height_m - altitude_m);
+        let heading_deg = snapshot.attitude.map(|angles| angles.yaw_rad.to_degrees());
+        let heading_deg =
+            heading_deg.map(|heading| if heading < 0.0 { heading + 360.0 } else { heading });
+        Some(common::GLOBAL_POSITION_INT_DATA {
+            time_boot_ms: self.boot_ms(snapshot.time),
+            lat: libm::round(place.latitude_deg() * 1e7) as i32,
+            lon: libm::round(place.longitude_deg() * 1e7) as i32,
+            alt: libm::round((place.height_m - geoid_m) * 1e3) as i32,
+            relative_alt: libm::round(up_m * 1e3) as i32,
+            vx,
+            vy,
+            vz,
+            hdg: hundredths(heading_deg.map(|heading| heading.min(359.99))),
+        })
+    }
+
     fn gps_raw_message(&self, snapshot: &Snapshot) -> common::GPS_RAW_INT_DATA {
         use common::GpsFixType as Kind;
         use hovernav::telemetry::FixKind;
@@ -324,6 +385,16 @@ impl Mavlink {
     }
 }
 
+/// The beginning of `text` that fits one message, whole words where they fit, and the rest.
+fn split(text: &str) -> (&str, &str) {
+    if text.len() <= TEXT {
+        return (text, "");
+    }
+    let fits = (0..=TEXT).rev().find(|&end| text.is_char_boundary(end)).unwrap_or(TEXT);
+    let end = text[..fits].rfind(' ').filter(|end| *end > 0).unwrap_or(fits);
+    (&text[..end], text[end..].trim_start())
+}
+
 fn heartbeat(snapshot: &Snapshot) -> common::HEARTBEAT_DATA {
     use common::{MavModeFlag as Flag, MavState as State};
     let system_status = match snapshot.mode {
@@ -334,7 +405,9 @@ fn heartbeat(snapshot: &Snapshot) -> common::HEARTBEAT_DATA {
     };
     let mut base_mode = Flag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
     base_mode.set(Flag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, snapshot.status.pilot_signal);
-    base_mode.set(Flag::MAV_MODE_FLAG_SAFETY_ARMED, snapshot.status.servos);
+    // Armed is a vehicle whose servos are being driven.
+    let driven = snapshot.commanded_ms.iter().any(|(_, width_ms)| width_ms.is_some());
+    base_mode.set(Flag::MAV_MODE_FLAG_SAFETY_ARMED, driven && snapshot.status.servos);
     base_mode.set(
         Flag::MAV_MODE_FLAG_STABILIZE_ENABLED | Flag::MAV_MODE_FLAG_AUTO_ENABLED,
         snapshot.mode == SystemMode::Autopilot,

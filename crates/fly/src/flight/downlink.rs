@@ -1,5 +1,6 @@
 //! Telemetry: the newest snapshot to the ground, from a thread of its own.
 
+use std::collections::VecDeque;
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
@@ -10,6 +11,7 @@ use crate::serial::{Clock, Port, PortConfig, Read};
 use hovernav::telemetry::{Flow, Snapshot, frame};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
+use hovernav_log::record::{Level, ShortText};
 
 /// How long the thread listens to the ground before it looks for a snapshot, s.
 const LISTEN_S: f64 = 0.005;
@@ -34,9 +36,13 @@ pub struct DownlinkCounts {
     pub dropped: u64,
 }
 
+/// Texts that may wait for the line.
+const TEXTS: usize = 32;
+
 #[derive(Default)]
 struct Shared {
     newest: Mutex<Option<Snapshot>>,
+    texts: Mutex<VecDeque<(Level, ShortText)>>,
     sent: AtomicU64,
     dropped: AtomicU64,
     stop: AtomicBool,
@@ -78,6 +84,17 @@ impl Downlinks {
     pub fn offer(&self, snapshot: &Snapshot) {
         for downlink in self.packed.iter().chain(&self.mavlink) {
             downlink.offer(snapshot);
+        }
+    }
+
+    /// Offers a text to the line that carries texts; never waits. Where too many wait, the oldest goes.
+    pub fn say(&self, level: Level, text: ShortText) {
+        let Some(downlink) = &self.mavlink else { return };
+        if let Ok(mut texts) = downlink.shared.texts.try_lock() {
+            if texts.len() == TEXTS {
+                texts.pop_front();
+            }
+            texts.push_back((level, text));
         }
     }
 
@@ -157,7 +174,14 @@ fn transmit(mut port: Port, clock: Clock, mut encoder: Encoder, shared: &Shared)
                     sequence = sequence.wrapping_add(1);
                 }
             }
-            Encoder::Mavlink(mavlink) => mavlink.encode(&snapshot, &mut bytes),
+            Encoder::Mavlink(mavlink) => {
+                mavlink.encode(&snapshot, &mut bytes);
+                // One text a snapshot leaves the line to the others.
+                let text = shared.texts.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+                if let Some((level, text)) = text {
+                    mavlink.encode_text(level, text.as_str(), &mut bytes);
+                }
+            }
         }
         if bytes.is_empty() {
             continue;

@@ -56,7 +56,6 @@ pub struct FlightLoop {
     servos_good: bool,
     /// Cycles that were late, one after the other.
     late_cycles: u8,
-    downlinks: Downlinks,
     timer: CycleTimer,
     cycle_s: f64,
     /// When the last cycle was.
@@ -98,7 +97,7 @@ impl FlightLoop {
         let mut snapshot = Snapshot::at(start);
         snapshot.status.recorder = true;
         Ok(Self {
-            log: EventLog::new(Recorder::create(record, &header)?, notifications),
+            log: EventLog::new(Recorder::create(record, &header)?, notifications, downlinks),
             estimator,
             solution: None,
             stepless: SteplessSolution::default(),
@@ -109,7 +108,6 @@ impl FlightLoop {
             mode: Mode::Manual,
             servos_good: true,
             late_cycles: 0,
-            downlinks,
             timer: CycleTimer::new(cycle_s, start),
             cycle_s,
             last_cycle: start,
@@ -325,7 +323,7 @@ impl FlightLoop {
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
         snapshot.gps.age_s = self.last_fix.map(|arrival| (now - arrival).max(0.0));
-        self.downlinks.offer(snapshot);
+        self.log.downlinks.offer(snapshot);
         snapshot.innovations.clear();
     }
 
@@ -354,7 +352,7 @@ impl FlightLoop {
         report.work = self.timer.work;
         report.wake_latency = self.timer.wake_latency;
         report.missed_deadlines = self.timer.missed_deadlines;
-        (report.telemetry, report.mavlink) = self.downlinks.counts();
+        (report.telemetry, report.mavlink) = self.log.downlinks.counts();
         report.record = self.log.recorder.finish();
         report
     }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::mpsc::SyncSender;
 
+use super::downlink::Downlinks;
 use hovernav::time::Time;
 use hovernav_log::record::{Entry, Level, Recorder, ShortText};
 
@@ -18,15 +19,20 @@ pub struct Notification {
     pub text: ShortText,
 }
 
-/// The record of a flight and the queue to whoever watches it. Neither is ever waited for.
+/// The record of a flight, the queue to whoever watches it and the lines to the ground. Neither is ever waited for.
 pub struct EventLog {
     pub recorder: Recorder,
     notifications: SyncSender<Notification>,
+    pub downlinks: Downlinks,
 }
 
 impl EventLog {
-    pub fn new(recorder: Recorder, notifications: SyncSender<Notification>) -> Self {
-        Self { recorder, notifications }
+    pub fn new(
+        recorder: Recorder,
+        notifications: SyncSender<Notification>,
+        downlinks: Downlinks,
+    ) -> Self {
+        Self { recorder, notifications, downlinks }
     }
 
     /// Records an event under the name `kind`, and notifies of it.
@@ -39,7 +45,8 @@ impl EventLog {
     /// Notifies of what the record holds in another form.
     pub fn notify(&self, time: Time, level: Level, text: impl fmt::Display) {
         // Where the queue is full, the watcher misses it and the record has it.
-        let _ =
-            self.notifications.try_send(Notification { time, level, text: ShortText::new(text) });
+        let text = ShortText::new(text);
+        let _ = self.notifications.try_send(Notification { time, level, text });
+        self.downlinks.say(level, text);
     }
 }

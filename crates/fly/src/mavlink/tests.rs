@@ -60,7 +60,7 @@ fn read(bytes: &[u8]) -> Vec<(MavHeader, MavMessage)> {
 fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
     let mut bytes = Vec::new();
     mavlink.encode(snapshot, &mut bytes);
-    assert!(bytes.len() <= 304);
+    assert!(bytes.len() <= 344);
     read(&bytes).into_iter().map(|(_, message)| message).collect()
 }
 
@@ -68,7 +68,7 @@ fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
 fn a_flight_is_told_in_the_units_of_the_message_set() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(10.0));
     let messages = told(&mut mavlink, &flying(at(12.5)));
-    let [heartbeat, attitude, imu, local, gps, servos, status] = &messages[..] else {
+    let [heartbeat, attitude, imu, local, global, gps, servos, status] = &messages[..] else {
         panic!("{messages:?}")
     };
 
@@ -90,6 +90,12 @@ fn a_flight_is_told_in_the_units_of_the_message_set() {
     let MavMessage::LOCAL_POSITION_NED(local) = local else { panic!() };
     assert!(local.x.abs() < 1e-6 && local.z.abs() < 1e-6);
     assert_eq!((local.vx, local.vy), (1.25, -0.5));
+
+    let MavMessage::GLOBAL_POSITION_INT(global) = global else { panic!() };
+    assert_eq!((global.lat, global.lon), (13_456_789, 1_036_801_234));
+    // Of 38 m above the ellipsoid the geoid takes 6.75.
+    assert_eq!((global.alt, global.relative_alt, global.hdg), (31_250, 0, 17_000));
+    assert_eq!((global.vx, global.vy, global.vz), (125, -50, 3));
 
     let MavMessage::GPS_RAW_INT(gps) = gps else { panic!() };
     assert_eq!((gps.lat, gps.lon, gps.alt), (-13_456_789, 1_036_801_234, 31_250));
@@ -208,4 +214,42 @@ fn local_positions_count_from_the_first_that_is_a_place() {
     for (found, expected) in local.unwrap().into_iter().zip([30.0, -20.0, -5.0]) {
         assert!((found - expected).abs() < 0.01, "{found} for {expected}");
     }
+}
+
+#[test]
+fn a_long_text_goes_out_in_whole_words_and_none_of_it_is_lost() {
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(0.0));
+    let text =
+        "one-sigma of horizontal velocity, m/s: 0.812, at most 0.4; age of the last fix, s: über";
+    let mut bytes = Vec::new();
+    mavlink.encode_text(Level::Warning, text, &mut bytes);
+    mavlink.encode_text(Level::Info, &"x".repeat(120), &mut bytes);
+    let pieces: Vec<String> = read(&bytes)
+        .into_iter()
+        .map(|(_, message)| match message {
+            MavMessage::STATUSTEXT(said) => {
+                String::from_utf8(said.text.to_vec()).unwrap().trim_end_matches('\0').to_owned()
+            }
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(pieces[..2].join(" "), text);
+    assert_eq!(pieces[2..].concat(), "x".repeat(120));
+}
+
+#[test]
+fn only_a_vehicle_whose_servos_are_driven_is_armed() {
+    let armed = |snapshot: &Snapshot| {
+        let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(0.0));
+        let messages = told(&mut mavlink, snapshot);
+        messages.iter().any(|message| match message {
+            MavMessage::HEARTBEAT(beat) => {
+                beat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED)
+            }
+            _ => false,
+        })
+    };
+    let flying = flying(at(1.0));
+    assert!(armed(&flying));
+    assert!(!armed(&Snapshot { commanded_ms: Channels::default(), ..flying }));
 }

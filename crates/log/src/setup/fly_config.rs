@@ -126,6 +126,9 @@ impl FlyConfig {
         }
         config.sensors()?;
         config.check_servos()?;
+        if let Some(section) = &config.mavlink {
+            section.speaker.check().map_err(|(key, why)| value("mavlink", key, &why))?;
+        }
         Ok(config)
     }
 

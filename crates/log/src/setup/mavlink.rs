@@ -13,6 +13,8 @@ pub struct MavlinkRates {
     pub highres_imu_hz: f64,
     /// LOCAL_POSITION_NED.
     pub local_position_hz: f64,
+    /// GLOBAL_POSITION_INT.
+    pub global_position_hz: f64,
     /// GPS_RAW_INT.
     pub gps_raw_hz: f64,
     /// SERVO_OUTPUT_RAW.
@@ -29,9 +31,45 @@ impl Default for MavlinkRates {
             attitude_hz: 33.0,
             highres_imu_hz: 20.0,
             local_position_hz: 10.0,
+            global_position_hz: 2.0,
             gps_raw_hz: 2.0,
             servo_output_hz: 10.0,
             estimator_status_hz: 2.0,
+        }
+    }
+}
+
+impl MavlinkRates {
+    /// The rates with their keys.
+    fn named(&self) -> [(&'static str, f64); 8] {
+        [
+            ("heartbeat_hz", self.heartbeat_hz),
+            ("attitude_hz", self.attitude_hz),
+            ("highres_imu_hz", self.highres_imu_hz),
+            ("local_position_hz", self.local_position_hz),
+            ("global_position_hz", self.global_position_hz),
+            ("gps_raw_hz", self.gps_raw_hz),
+            ("servo_output_hz", self.servo_output_hz),
+            ("estimator_status_hz", self.estimator_status_hz),
+        ]
+    }
+}
+
+impl MavlinkConfig {
+    /// Whether every value can be: the key of the first that cannot, and what was found and expected.
+    pub(super) fn check(&self) -> Result<(), (&'static str, String)> {
+        if self.system_id == 0 {
+            return Err(("speaker.system_id", "found 0, expected 1 to 255".into()));
+        }
+        let gate = self.gate_sigmas;
+        if !(0.1..=1e3).contains(&gate) {
+            let why = format!("found {gate}, expected 0.1 to 1000 one-sigmas");
+            return Err(("speaker.gate_sigmas", why));
+        }
+        let bad = self.rates.named().into_iter().find(|(_, hz)| !(0.0..=1e3).contains(hz));
+        match bad {
+            Some((key, found)) => Err((key, format!("found {found}, expected 0 to 1000 a second"))),
+            None => Ok(()),
         }
     }
 }
