@@ -2,6 +2,7 @@
 
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
+use hovernav_log::Dataset;
 
 /// How much of the time the samples integrate over.
 #[derive(Debug, Default)]
@@ -15,6 +16,19 @@ pub(crate) struct Integrals {
 const GAP_S: f64 = 1.0;
 /// Integrals that cover this share of the time are whole.
 const WHOLE: f64 = 0.9;
+/// Point samples faster than this leave little of what vibrates below half their rate, Hz.
+const FAST_HZ: f64 = 100.0;
+
+/// Says of samples that are points in time what that costs.
+pub(crate) fn remark_points(dataset: &mut Dataset) {
+    if let Some(rate_hz) = dataset.imu_rate_hz().filter(|&rate| rate < FAST_HZ) {
+        dataset.warnings.push(format!(
+            "inertial samples are points at {rate_hz:.0} Hz, not integrals over the time between: \
+             vibration above {:.0} Hz aliases into them, and attitude and velocity drift",
+            rate_hz / 2.0
+        ));
+    }
+}
 
 impl Integrals {
     /// Counts a sample that integrates over `integral_s` and ends at `time`.

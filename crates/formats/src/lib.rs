@@ -11,10 +11,13 @@ mod format;
 #[cfg(feature = "text")]
 mod init;
 mod integrals;
+mod latency;
 mod onboard;
 mod open;
 #[cfg(feature = "text")]
 mod text;
+#[cfg(feature = "tlog")]
+mod tlog;
 #[cfg(feature = "ulog")]
 mod ulog;
 mod utc;

@@ -102,6 +102,8 @@ fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogE
     match format {
         #[cfg(feature = "ulog")]
         Format::Ulog => crate::ulog::read(input, options),
+        #[cfg(feature = "tlog")]
+        Format::Tlog => crate::tlog::read(input, options),
         #[cfg(feature = "dataflash")]
         Format::Dataflash | Format::DataflashText => crate::dataflash::read(input, format, options),
         #[cfg(feature = "text")]

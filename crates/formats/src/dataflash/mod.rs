@@ -15,7 +15,8 @@ use std::collections::{BTreeMap, HashMap};
 use crate::assembly::Assembly;
 use crate::choice::Counts;
 use crate::format::Format;
-use crate::integrals::integrate;
+use crate::integrals::{integrate, remark_points};
+use crate::latency::USUAL_LATENCY_S;
 use crate::open::{Log, Options};
 use crate::window::Input;
 use hovernav::frames::Vector;
@@ -38,12 +39,6 @@ struct Survey {
 const PARAMETERS: [&str; 4] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT"];
 /// As many parameters as anyone has.
 const MOST_PARAMETERS: usize = 10_000;
-/// What a receiver of this kind takes to work out a fix, s, where the log does not say: the value that
-/// ArduPilot has for u-blox receivers since the seventh generation.
-const USUAL_LATENCY_S: f64 = 0.11;
-/// Fewer point samples a second than this hide what vibrates, Hz.
-const ALIASING_HZ: f64 = 100.0;
-
 /// Reads a DataFlash log, of bytes or text as `format` says.
 ///
 /// # Errors
@@ -72,13 +67,8 @@ pub(crate) fn read(input: Input<'_>, format: Format, options: &Options) -> Resul
     let mut log = assembly.finish(path, format, manifest, survey.estimator())?;
     if rows.integrals.are_whole() {
         integrate(&mut log.dataset.imu);
-    } else if let Some(rate_hz) = log.dataset.imu_rate_hz().filter(|&rate| rate < ALIASING_HZ) {
-        log.dataset.warnings.push(format!(
-            "inertial samples are points at {rate_hz:.0} Hz, not integrals over the time between: \
-             vibration above {:.0} Hz aliases into them, and attitude and velocity drift; log the \
-             inertial unit fast, or its increments (IMT)",
-            rate_hz / 2.0
-        ));
+    } else {
+        remark_points(&mut log.dataset);
     }
     Ok(log)
 }

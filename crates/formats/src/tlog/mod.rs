@@ -1,0 +1,157 @@
+//! MAVLink telemetry logs, as ground stations write them.
+//!
+//! The log is gone through twice: a survey counts who sent what, and once it is chosen which of several
+//! sensors to read, their messages are taken apart. Memory holds the samples and a window of the file.
+
+mod frames;
+mod message;
+mod rows;
+
+use std::collections::BTreeMap;
+
+use crate::assembly::Assembly;
+use crate::choice::Counts;
+use crate::format::Format;
+use crate::integrals::remark_points;
+use crate::latency::USUAL_LATENCY_S;
+use crate::open::{Log, Options};
+use crate::window::Input;
+use frames::{Damages, Frame};
+use hovernav_log::{LogError, Manifest};
+use message::Message;
+use rows::Rows;
+
+/// What a log holds: messages by sender, and the autopilot's clock against the calendar.
+#[derive(Debug, Default)]
+struct Survey {
+    counts: BTreeMap<((u8, u8), Message), usize>,
+    /// By the autopilot's own word, or by the stamps: the time since 1970 of its clock's zero, s.
+    boot_s: Option<f64>,
+    first_stamp_s: Option<f64>,
+}
+
+/// Senders that are told apart; a vehicle has a dozen.
+const MOST_SENDERS: usize = 4096;
+
+/// Reads a telemetry log.
+///
+/// # Errors
+/// [`LogError::Unusable`] for a log without inertial samples and fixes, or without the instance that
+/// `options` name.
+pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError> {
+    let path = input.path;
+    let each = |take: &mut dyn FnMut(&Frame)| {
+        frames::each(input.window()?, take).map_err(LogError::io(path))
+    };
+    let mut survey = Survey::default();
+    let damages = each(&mut |frame| survey.take(frame))?;
+    let mut assembly = Assembly::new(true);
+    remark_damages(&damages, &mut assembly);
+    let mut rows = survey
+        .choose(options, &mut assembly)
+        .map_err(|reason| LogError::Unusable { path: path.to_path_buf(), reason })?;
+    each(&mut |frame| rows.take(frame, &mut assembly))?;
+    if rows.without_ellipsoid > 0 {
+        assembly.say(
+            "GPS: heights are above mean sea level, and taken as heights above the ellipsoid, up to \
+             100 m off by the geoid",
+        );
+    }
+    if rows.imu == Some(Message::RawImu) {
+        assembly.say(
+            "inertial unit: RAW_IMU states no units: thousandths of g, rad/s and gauss are taken, as \
+             ArduPilot sends them",
+        );
+    }
+    let mut manifest = Manifest {
+        kind: "recorded".to_owned(),
+        origin: "MAVLink telemetry log".to_owned(),
+        time: "seconds since the first message".to_owned(),
+        ..Manifest::default()
+    };
+    manifest.gps.latency_s = rows.latency_s;
+    manifest.date =
+        survey.first_stamp_s.and_then(crate::utc::date).and_then(|date| date.parse().ok());
+    let mut log = assembly.finish(path, Format::Tlog, manifest, "estimator")?;
+    remark_points(&mut log.dataset);
+    Ok(log)
+}
+
+fn remark_damages(damages: &Damages, to: &mut Assembly) {
+    if let Some(first) = damages.first_wrong {
+        to.say(format!(
+            "at byte {first}: a frame with a wrong checksum: left out, {} in all",
+            damages.wrong_checksums
+        ));
+    }
+    if let Some(first) = damages.first_passed {
+        to.say(format!(
+            "at byte {first}: found no MAVLink frame: {} bytes passed over in all",
+            damages.passed_over
+        ));
+    }
+    if let Some(place) = damages.cut_off {
+        to.say(format!("at byte {place}: the file ends within a frame: cut off"));
+    }
+}
+
+impl Survey {
+    fn take(&mut self, frame: &Frame) {
+        let key = (frame.sender, frame.message);
+        if self.counts.len() < MOST_SENDERS || self.counts.contains_key(&key) {
+            *self.counts.entry(key).or_default() += 1;
+        }
+        self.first_stamp_s.get_or_insert(frame.stamp_s);
+        if frame.message == Message::SystemTime && frame.row[1] > 0.0 {
+            self.boot_s.get_or_insert(frame.row[1] - frame.row[0]);
+        }
+    }
+
+    /// What is read; a reason where there is no such instance.
+    fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
+        let mut by_sender: BTreeMap<(u8, u8), usize> = BTreeMap::new();
+        for (&(sender, _), count) in &self.counts {
+            *by_sender.entry(sender).or_default() += count;
+        }
+        let most = by_sender.iter().max_by_key(|&(sender, count)| (*count, !sender.1));
+        let sender = most.map_or((1, 1), |(&sender, _)| sender);
+        if by_sender.len() > 1 {
+            to.say(format!(
+                "system {} component {} is read, which sent most; {} others sent as well",
+                sender.0,
+                sender.1,
+                by_sender.len() - 1
+            ));
+        }
+        let mut chosen = |sensor: &str, messages: &[(Message, usize)], wanted: Option<usize>| {
+            let counts = Counts::new(messages.iter().map(|&(message, instance)| {
+                let count = self.counts.get(&(sender, message)).copied().unwrap_or_default();
+                ((message, instance), count)
+            }));
+            let name = |(message, _): (Message, usize)| message.name().to_owned();
+            let taken = counts.choose(wanted, |(_, instance)| instance, name);
+            let (taken, sentence) = taken.map_err(|reason| format!("{sensor}: {reason}"))?;
+            if let Some(sentence) = sentence {
+                to.say(format!("{sensor}: {sentence}"));
+            }
+            Ok::<_, String>(taken.map(|(message, _)| message))
+        };
+        let imu = [
+            (Message::HighresImu, 0),
+            (Message::ScaledImu, 0),
+            (Message::RawImu, 0),
+            (Message::ScaledImu2, 1),
+            (Message::ScaledImu3, 2),
+        ];
+        let imu = chosen("inertial unit", &imu, options.imu)?;
+        let gps = chosen("GPS", &[(Message::GpsRaw, 0), (Message::Gps2Raw, 1)], options.gps)?;
+        if gps.is_some() {
+            to.say(format!(
+                "GPS: the log does not say how late fixes are: {USUAL_LATENCY_S} s taken, as of u-blox \
+                 receivers; [gps] latency_s sets another"
+            ));
+        }
+        let latency_s = USUAL_LATENCY_S;
+        Ok(Rows { sender, imu, gps, latency_s, boot_s: self.boot_s, ..Rows::default() })
+    }
+}

@@ -1,0 +1,175 @@
+//! From the messages to samples, fixes and moments.
+
+use super::frames::Frame;
+use super::message::Message;
+use crate::assembly::Assembly;
+use crate::onboard::OnboardMoment;
+use hovernav::earth::Geodetic;
+use hovernav::frames::{EulerAngles, Rotation, Vector};
+use hovernav::glam::DQuat;
+use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+use hovernav_log::pressure_altitude_m;
+
+/// What is chosen, and what is remembered from message to message.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    /// Whose messages are read: system and component.
+    pub sender: (u8, u8),
+    pub imu: Option<Message>,
+    pub gps: Option<Message>,
+    /// How much earlier than its message a fix is valid, s.
+    pub latency_s: f64,
+    /// Fixes with heights above mean sea level only.
+    pub without_ellipsoid: usize,
+    /// The time since 1970 at which the autopilot's clock was at zero, s.
+    pub boot_s: Option<f64>,
+    /// The clock at the first message, s.
+    pub start_s: Option<f64>,
+    /// Height of mean sea level above the ellipsoid, by the last fix, m.
+    pub undulation_m: f64,
+    pub last_fix: Option<Time>,
+}
+
+/// Clocks beyond this count from 1970, s; no autopilot was on for 30 years.
+const SINCE_1970_S: f64 = 1e9;
+const THREE_DIMENSIONS: f64 = 3.0;
+/// MAVLink's mark of a number that is not known.
+const UNKNOWN_SPEED_MPS: f64 = 655.35;
+
+impl Rows {
+    /// Takes in a frame.
+    pub fn take(&mut self, frame: &Frame, to: &mut Assembly) {
+        let Frame { message, sender, place, stamp_s, ref row } = *frame;
+        if sender != self.sender {
+            return;
+        }
+        let Some(time) = self.time(message, row[0], stamp_s) else { return };
+        match message {
+            Message::SystemTime => {}
+            Message::HighresImu
+            | Message::RawImu
+            | Message::ScaledImu
+            | Message::ScaledImu2
+            | Message::ScaledImu3 => {
+                if self.imu == Some(message) {
+                    imu(message, row, time, place, to);
+                }
+            }
+            Message::GpsRaw | Message::Gps2Raw => {
+                // The same fix may be sent again and again.
+                if self.gps == Some(message) && self.last_fix != Some(time) {
+                    self.last_fix = Some(time);
+                    self.gps(row, time, place, to);
+                }
+            }
+            Message::GlobalPosition => {
+                let [_, lat, lon, alt_m, vn, ve, vd, ..] = *row;
+                to.moment(OnboardMoment {
+                    position: Geodetic::from_degrees(lat, lon, alt_m + self.undulation_m),
+                    velocity_mps: Some(Vector::new(vn, ve, vd)),
+                    ..OnboardMoment::at(time)
+                });
+            }
+            Message::LocalPosition => {
+                let velocity_mps = Some(Vector::new(row[1], row[2], row[3]));
+                to.moment(OnboardMoment { velocity_mps, ..OnboardMoment::at(time) });
+            }
+            Message::Attitude => {
+                let [_, roll_rad, pitch_rad, yaw_rad, ..] = *row;
+                let angles = EulerAngles { roll_rad, pitch_rad, yaw_rad };
+                let body_to_ned = angles.is_finite().then(|| Rotation::from_euler(angles));
+                to.moment(OnboardMoment { body_to_ned, ..OnboardMoment::at(time) });
+            }
+            Message::AttitudeQuaternion => {
+                let [_, w, x, y, z, ..] = *row;
+                let body_to_ned = Some(Rotation::claim(DQuat::from_xyzw(x, y, z, w)));
+                to.moment(OnboardMoment { body_to_ned, ..OnboardMoment::at(time) });
+            }
+            Message::ScaledPressure => {
+                to.baro(place, time, pressure_altitude_m(row[1]).unwrap_or(f64::NAN));
+            }
+            Message::RcChannels => {
+                let stick = |pulse_us: f64| (pulse_us - 1500.0) / 500.0;
+                let [_, roll, pitch, throttle, yaw, ..] = *row;
+                // Forward stick is the short pulse.
+                to.controls(place, time, [stick(roll), -stick(pitch), stick(throttle), stick(yaw)]);
+            }
+        }
+    }
+
+    /// The time of a message by the autopilot's clock; of one that counts from 1970, by how that clock
+    /// stood to it.
+    fn time(&mut self, message: Message, clock_s: f64, stamp_s: f64) -> Option<Time> {
+        let boot_s = *self.boot_s.get_or_insert(match message {
+            Message::GpsRaw | Message::Gps2Raw | Message::HighresImu | Message::RawImu
+                if clock_s > SINCE_1970_S =>
+            {
+                clock_s
+            }
+            _ => stamp_s - clock_s,
+        });
+        let clock_s = if clock_s > SINCE_1970_S { clock_s - boot_s } else { clock_s };
+        let start_s = *self.start_s.get_or_insert(clock_s);
+        Time::from_seconds(clock_s - start_s)
+    }
+
+    fn gps(&mut self, row: &[f64], time: Time, place: u64, to: &mut Assembly) {
+        let &[_, lat, lon, msl_m, speed_mps, course_deg, fix_type, satellites, ref more @ ..] = row
+        else {
+            return;
+        };
+        let &[ellipsoid_m, horizontal_m, vertical_m, speed_sigma, ..] = more else { return };
+        if fix_type < THREE_DIMENSIONS {
+            return to.fix_left_out(place, "left out: no fix in three dimensions");
+        }
+        // What MAVLink 1 does not send is zero.
+        let has_ellipsoid = ellipsoid_m != 0.0;
+        let height_m = if has_ellipsoid { ellipsoid_m } else { msl_m };
+        let Some(position) = Geodetic::from_degrees(lat, lon, height_m) else {
+            return to.fix_left_out(place, "left out: no place on Earth");
+        };
+        if has_ellipsoid {
+            self.undulation_m = ellipsoid_m - msl_m;
+        } else {
+            self.without_ellipsoid += 1;
+        }
+        let course_rad = course_deg.to_radians();
+        let has_velocity = speed_mps < UNKNOWN_SPEED_MPS && course_deg <= 360.0;
+        let sigma = |sigma: [f64; 3]| sigma.iter().all(|&s| s > 0.0).then(|| sigma.into());
+        to.fix(
+            place,
+            Fix {
+                position_sigma_m: sigma([horizontal_m, horizontal_m, vertical_m]),
+                horizontal_velocity_mps: has_velocity
+                    .then(|| [speed_mps * course_rad.cos(), speed_mps * course_rad.sin()]),
+                velocity_sigma_mps: sigma([speed_sigma; 3]),
+                satellites: (satellites < 255.0).then_some(satellites as u8),
+                ..Fix::at(time.offset_by(-self.latency_s), position)
+            },
+        );
+    }
+}
+
+fn imu(message: Message, row: &[f64], time: Time, place: u64, to: &mut Assembly) {
+    let &[_, p, q, r, x, y, z, mx, my, mz, pressure_pa, updated, ..] = row else { return };
+    let motion = Motion::Rates {
+        angular_rate_radps: Vector::new(p, q, r),
+        specific_force_mps2: Vector::new(x, y, z),
+    };
+    // Of the one message that says which of its fields are new: the magnetometer's and the barometer's.
+    let updated = if message == Message::HighresImu { updated as u16 } else { u16::MAX };
+    let field = [mx, my, mz];
+    let is_field = updated & 0x1C0 != 0
+        && field.iter().any(|&component| component != 0.0)
+        && field.iter().all(|component| component.abs() < 100.0);
+    if message == Message::HighresImu
+        && updated & 0x200 != 0
+        && let Some(height_m) = pressure_altitude_m(pressure_pa)
+    {
+        to.baro(place, time, height_m);
+    }
+    let magnetic_field_gauss = is_field.then(|| field.into());
+    to.imu(place, ImuSample { time, motion, attitude: None, magnetic_field_gauss });
+}
