@@ -1,4 +1,8 @@
 #![doc = include_str!("../README.md")]
+#![cfg_attr(
+    not(all(feature = "ulog", feature = "dataflash", feature = "tlog")),
+    allow(dead_code, unused_variables, reason = "what readers share has parts for each of them")
+)]
 
 mod assembly;
 #[cfg(feature = "text")]
