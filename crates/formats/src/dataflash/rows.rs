@@ -40,7 +40,8 @@ pub(super) struct Rows {
     pub pending: Option<(u64, f64, Fix)>,
 }
 
-/// The least status of a fix in three dimensions.
+/// What receivers call fixes, from this on: a height is measured from three.
+const TWO_DIMENSIONS: f64 = 2.0;
 const THREE_DIMENSIONS: f64 = 3.0;
 /// Half the travel of a channel, µs.
 const HALF_TRAVEL_US: f64 = 500.0;
@@ -135,8 +136,8 @@ impl Rows {
             return;
         };
         let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
-        if or(status, fix_type) < THREE_DIMENSIONS {
-            return to.fix_left_out(place, "left out: no fix in three dimensions");
+        if or(status, fix_type) < TWO_DIMENSIONS {
+            return to.fix_left_out(place, "left out: no fix");
         }
         let time = time.offset_by(-self.latency_s);
         let Some(position) = Geodetic::from_degrees(lat, or(lng, lon), height_m) else {
@@ -152,6 +153,7 @@ impl Rows {
         self.fixes += 1;
         let sigma_m = [eph, eph, epv];
         let fix = Fix {
+            two_dimensional: or(status, fix_type) < THREE_DIMENSIONS,
             position_sigma_m: sigma_m.iter().all(|sigma| sigma.is_finite()).then(|| sigma_m.into()),
             horizontal_velocity_mps: (north.is_finite() && east.is_finite())
                 .then_some([north, east]),

@@ -34,6 +34,8 @@ pub(super) struct Rows {
 
 /// Clocks beyond this count from 1970, s; no autopilot was on for 30 years.
 const SINCE_1970_S: f64 = 1e9;
+/// What receivers call fixes, from this on: a height is measured from three.
+const TWO_DIMENSIONS: f64 = 2.0;
 const THREE_DIMENSIONS: f64 = 3.0;
 /// MAVLink's mark of a number that is not known.
 const UNKNOWN_SPEED_MPS: f64 = 655.35;
@@ -121,8 +123,8 @@ impl Rows {
             return;
         };
         let &[ellipsoid_m, horizontal_m, vertical_m, speed_sigma, ..] = more else { return };
-        if fix_type < THREE_DIMENSIONS {
-            return to.fix_left_out(place, "left out: no fix in three dimensions");
+        if fix_type < TWO_DIMENSIONS {
+            return to.fix_left_out(place, "left out: no fix");
         }
         // What MAVLink 1 does not send is zero.
         let has_ellipsoid = ellipsoid_m != 0.0;
@@ -141,6 +143,7 @@ impl Rows {
         to.fix(
             place,
             Fix {
+                two_dimensional: fix_type < THREE_DIMENSIONS,
                 position_sigma_m: sigma([horizontal_m, horizontal_m, vertical_m]),
                 horizontal_velocity_mps: has_velocity
                     .then(|| [speed_mps * course_rad.cos(), speed_mps * course_rad.sin()]),

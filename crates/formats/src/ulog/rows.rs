@@ -63,7 +63,8 @@ impl Clipping {
 const UNKNOWN_RELATIVE_US: f64 = i32::MIN as f64;
 /// Pressures below this are hPa, as PX4 wrote them before it wrote Pa.
 const LEAST_PA: f64 = 2_000.0;
-/// The satellites and accuracies of fixes of fewer dimensions are no place.
+/// What receivers call fixes, from this on: a height is measured from three.
+const TWO_DIMENSIONS: f64 = 2.0;
 const THREE_DIMENSIONS: f64 = 3.0;
 
 impl Rows {
@@ -201,8 +202,8 @@ impl Rows {
             return;
         };
         let &[eph, epv, speed_sigma, fix_type, satellites, utc_us, ..] = rest else { return };
-        if fix_type < THREE_DIMENSIONS {
-            return to.fix_left_out(place, "left out: no fix in three dimensions");
+        if fix_type < TWO_DIMENSIONS {
+            return to.fix_left_out(place, "left out: no fix");
         }
         // Degrees and metres, or before 2024 their integers: 1e-7° and mm.
         let or = |new: f64, old: f64, unit: f64| if new.is_nan() { old * unit } else { new };
@@ -229,7 +230,7 @@ impl Rows {
             Fix {
                 time,
                 position,
-                two_dimensional: false,
+                two_dimensional: fix_type < THREE_DIMENSIONS,
                 position_sigma_m: Some(Vector::new(eph, eph, epv)),
                 horizontal_velocity_mps: has_velocity.then_some([vn, ve]),
                 down_velocity_mps: has_velocity.then_some(vd),

@@ -59,7 +59,7 @@ for kind, time, message, fields in rows:
     elif kind == "RCIN":
         put("controls", time, [(message.C1 - trims[1]) / 500, -(message.C2 - trims[2]) / 500,
                                (message.C3 - 1500) / 500, (message.C4 - trims[4]) / 500])
-    elif kind == "GPS" and "Status" in fields and message.Status >= 3:
+    elif kind == "GPS" and "Status" in fields and message.Status >= 2:
         accuracy = accuracies[time + start]
         course = math.radians(message.GCrs)
         put("gps", time - 0.11, [message.Lat, message.Lng, message.Alt,

@@ -67,7 +67,7 @@ else:
             last = time
             put("baro", time, [data["baro_alt_meter"][i]])
 for data, i in each("vehicle_gps_position"):
-    if data["fix_type"][i] < 3:
+    if data["fix_type"][i] < 2:
         continue
     if "latitude_deg" in data:
         place = [data["latitude_deg"][i], data["longitude_deg"][i], data["altitude_ellipsoid_m"][i]]
