@@ -184,6 +184,11 @@ impl Guidance {
         self.reference = Reference { velocity_mps, heading_rad: yaw_rad, ..Reference::default() };
     }
 
+    /// The velocity, m/s, and heading, rad, that were last asked of the loops.
+    pub fn asked(&self) -> (Vector<Ned>, f64) {
+        (self.reference.velocity_mps, self.reference.heading_rad)
+    }
+
     /// The references of this sample.
     ///
     /// # Source

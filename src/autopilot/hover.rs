@@ -160,6 +160,13 @@ impl HoverAutopilot {
         self.supervisor.last_transition()
     }
 
+    /// The velocity, m/s, and heading, rad, that guidance last asked of the loops; only while
+    /// [`Mode::holds_velocity`] is the velocity followed.
+    #[must_use]
+    pub fn asked(&self) -> (Vector<Ned>, f64) {
+        self.guidance.asked()
+    }
+
     /// Trim as learned in steady hover, by the pilot's hand or its own.
     #[must_use]
     pub const fn learned_trim(&self) -> Trim {

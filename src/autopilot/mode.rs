@@ -22,6 +22,29 @@ pub enum Mode {
 }
 
 impl Mode {
+    /// All of them, best first after the pilot's own flying.
+    pub const ALL: [Self; 6] = [
+        Self::Manual,
+        Self::Position,
+        Self::Velocity,
+        Self::Attitude,
+        Self::Descent,
+        Self::Neutral,
+    ];
+
+    /// Its name in records.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Manual => "manual",
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+            Self::Attitude => "attitude",
+            Self::Descent => "descent",
+            Self::Neutral => "neutral",
+        }
+    }
+
     /// Whether horizontal velocity is controlled.
     #[must_use]
     pub const fn holds_velocity(self) -> bool {

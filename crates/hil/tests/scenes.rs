@@ -13,6 +13,7 @@ use hovernav_design::hover::HoverDesign;
 use hovernav_fly::fly;
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene};
 use hovernav_log::FlyConfig;
+use hovernav_log::record::Record;
 use hovernav_model::shipped;
 use hovernav_sim::FlightConfig;
 
@@ -97,6 +98,9 @@ fn flown(acts: &[&str], pilot: &str) -> Flown {
         flying.crashed_s()
     });
     let (_, samples) = flying.end().unwrap();
+    let recorded = Record::open(&record).unwrap();
+    let sticks = recorded.sticks_reproduced().unwrap().unwrap();
+    assert!(sticks.compared > 300 && sticks.first_difference.is_none(), "{acts:?}: {sticks:?}");
     let told = notifications
         .iter()
         .map(|told| (told.time.seconds(), told.text.as_str().to_owned()))

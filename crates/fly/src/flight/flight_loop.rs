@@ -23,7 +23,7 @@ use hovernav::servo::Signal;
 use hovernav::telemetry::{GpsSummary, Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
-use hovernav_log::record::{Entry, Header, Level, Recorder};
+use hovernav_log::record::{Cycle, Entry, Header, Level, Recorder};
 
 /// A cycle where the inertial unit does not set its length, s: 33 Hz.
 const CYCLE_S: f64 = 1.0 / 33.0;
@@ -197,13 +197,13 @@ impl FlightLoop {
             self.snapshot = self.snapshot.with_solution(solution);
         }
         self.timer.complete_cycle();
-        self.control(now);
+        self.control(now, true);
     }
 
     /// A cycle by the clock, if samples stay away.
     pub fn cycle_without_sample(&mut self, now: Time) {
         if now >= self.cycle_due() {
-            self.control(now);
+            self.control(now, false);
         }
     }
 
@@ -221,11 +221,11 @@ impl FlightLoop {
     }
 
     /// Sends the commands of whoever flies to the servos, and a snapshot to the ground.
-    fn control(&mut self, now: Time) {
+    fn control(&mut self, now: Time, has_sample: bool) {
         self.last_cycle = now;
         let Self { servos, log, .. } = self;
         let pilot = servos.poll(now, |event| event.log(log, now));
-        let (sticks, command_ms) = self.decide(&pilot, now);
+        let (sticks, command_ms) = self.decide(&pilot, now, has_sample);
         let Self { servos, log, .. } = self;
         let (commanded_ms, servos_good) =
             servos.send(&command_ms, &pilot, now, |event| event.log(log, now));
@@ -254,7 +254,12 @@ impl FlightLoop {
     }
 
     /// Who flies, and what is commanded: sticks, and widths in ms.
-    fn decide(&mut self, pilot: &PilotState, now: Time) -> (Option<Sticks>, Channels<f64>) {
+    fn decide(
+        &mut self,
+        pilot: &PilotState,
+        now: Time,
+        has_sample: bool,
+    ) -> (Option<Sticks>, Channels<f64>) {
         let Some(control) = &mut self.control else {
             return (self.servos.sticks(pilot), self.servos.passed_on_ms(pilot));
         };
@@ -277,6 +282,21 @@ impl FlightLoop {
             }
         });
         self.mode = outputs.mode;
+        let (asked_velocity_mps, asked_heading_rad) = control.autopilot().asked();
+        let cycle = Cycle {
+            has_sample,
+            servos_good: inputs.servos_good,
+            late_cycles: inputs.late_cycles,
+            work_s: self.snapshot.timing.work_s,
+            mode: outputs.mode,
+            switch_on: outputs.switch_on,
+            failed_checks: outputs.readiness.failed_bits(),
+            pilot: outputs.pilot,
+            sticks: outputs.sticks,
+            asked_velocity_mps,
+            asked_heading_rad,
+        };
+        self.log.recorder.push(now, Entry::Cycle(cycle));
         (outputs.sticks, outputs.widths_ms)
     }
 

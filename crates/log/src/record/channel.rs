@@ -18,12 +18,13 @@ pub enum Channel {
     Innovations,
     Servo,
     Controls,
+    Autopilot,
     Events,
     Lost,
 }
 
 impl Channel {
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Configuration,
         Self::DmuRaw,
         Self::GpsRaw,
@@ -37,6 +38,7 @@ impl Channel {
         Self::Innovations,
         Self::Servo,
         Self::Controls,
+        Self::Autopilot,
         Self::Events,
         Self::Lost,
     ];
@@ -56,6 +58,7 @@ impl Channel {
             Self::Innovations => "innovations",
             Self::Servo => "servo",
             Self::Controls => "controls",
+            Self::Autopilot => "autopilot",
             Self::Events => "events",
             Self::Lost => "lost",
         }
@@ -78,6 +81,7 @@ impl Channel {
             Self::Innovations => "hovernav.Innovations",
             Self::Servo => "hovernav.Servo",
             Self::Controls => "hovernav.Controls",
+            Self::Autopilot => "hovernav.Autopilot",
             Self::Events => "foxglove.Log",
             Self::Lost => "hovernav.Lost",
         }
@@ -173,6 +177,20 @@ impl Channel {
                 ("longitudinal", Number),
                 ("collective", Number),
                 ("pedal", Number),
+            ],
+            Self::Autopilot => &[
+                ("time_ns", Integer),
+                ("has_sample", Flag),
+                ("servos_good", Flag),
+                ("late_cycles", Integer),
+                ("work_s", Number),
+                ("mode", Text),
+                ("switch_on", Flag),
+                ("failed_checks", Integer),
+                ("pilot", Numbers(4)),
+                ("sticks", Numbers(4)),
+                ("asked_velocity_ned_mps", VECTOR),
+                ("asked_heading_rad", Number),
             ],
             Self::Events => &[
                 ("timestamp", Timestamp),

@@ -7,8 +7,8 @@ use mcap::McapResult;
 use super::channel::Channel;
 use super::entry::{Entry, Level, Line, Queued};
 use super::message::{
-    ControlsMessage, FixMessage, ImuMessage, InnovationsMessage, LocationMessage, LogMessage,
-    LostMessage, RawMessage, RestartMessage, ServoMessage, SolutionMessage, Timestamp,
+    ControlsMessage, CycleMessage, FixMessage, ImuMessage, InnovationsMessage, LocationMessage,
+    LogMessage, LostMessage, RawMessage, RestartMessage, ServoMessage, SolutionMessage, Timestamp,
 };
 use super::writer::MessageWriter;
 use hovernav::dmu::Measurement;
@@ -56,6 +56,9 @@ impl<W: Write> MessageWriter<W> {
                 let (collective, pedal) = (*collective, *pedal);
                 let message = ControlsMessage { lateral, longitudinal, collective, pedal };
                 self.message(Channel::Controls, now, &message)
+            }
+            Entry::Cycle(cycle) => {
+                self.message(Channel::Autopilot, now, &CycleMessage::new(now, cycle))
             }
             Entry::Event { level, kind, text } => self.event(now, *level, kind, text.as_str()),
             Entry::Lost { raw, decoded } => {

@@ -2,7 +2,10 @@
 
 use core::fmt::{self, Write as _};
 
+use hovernav::autopilot::Mode;
+use hovernav::controls::Sticks;
 use hovernav::ekf::{Notice, Solution};
+use hovernav::frames::{Ned, Vector};
 use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
 
@@ -105,6 +108,34 @@ impl fmt::Debug for ShortText {
     }
 }
 
+/// What flight control went by in a cycle beside the pulses and the estimate, and what it came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cycle {
+    /// Whether an inertial sample began it, and not the clock.
+    pub has_sample: bool,
+    /// Whether the servos took what they were sent before.
+    pub servos_good: bool,
+    /// Cycles that were late, one after the other.
+    pub late_cycles: u8,
+    /// What the work of the cycle before took, s.
+    pub work_s: Option<f64>,
+    /// What the autopilot is doing.
+    pub mode: Mode,
+    /// Whether the pilot's switch is closed.
+    pub switch_on: bool,
+    /// The checks that keep it from taking over: see
+    /// [`Readiness::failed_bits`](hovernav::autopilot::Readiness::failed_bits).
+    pub failed_checks: u16,
+    /// The pilot's sticks.
+    pub pilot: Option<Sticks>,
+    /// The sticks of whoever flies.
+    pub sticks: Option<Sticks>,
+    /// Velocity that the loops were asked for, m/s.
+    pub asked_velocity_mps: Vector<Ned>,
+    /// Heading that the loops were asked for, rad.
+    pub asked_heading_rad: f64,
+}
+
 /// Something to record. It holds the time at which it was true; the time at which the loop came to it
 /// is recorded beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,6 +162,8 @@ pub enum Entry {
     },
     /// Lateral, longitudinal, collective, pedal, each −1…1 about trim.
     Controls([f64; 4]),
+    /// What flight control went by and came to in a cycle.
+    Cycle(Cycle),
     /// Anything else that happened: a port lost, an overrun, a change of mode.
     Event {
         /// How much it matters.

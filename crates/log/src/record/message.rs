@@ -5,6 +5,9 @@ use std::collections::BTreeMap;
 use hovernav::glam::DQuat;
 use serde::{Deserialize, Serialize};
 
+use super::entry::Cycle;
+use hovernav::autopilot::Mode;
+use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Innovation, Solution, Verdict};
 use hovernav::frames::{Rotation, Vector};
@@ -272,6 +275,60 @@ pub struct ControlsMessage {
     pub longitudinal: f64,
     pub collective: f64,
     pub pedal: f64,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub struct CycleMessage {
+    pub time_ns: i64,
+    pub has_sample: bool,
+    pub servos_good: bool,
+    pub late_cycles: u8,
+    pub work_s: Option<f64>,
+    pub mode: String,
+    pub switch_on: bool,
+    pub failed_checks: u16,
+    pub pilot: Option<[f64; 4]>,
+    pub sticks: Option<[f64; 4]>,
+    pub asked_velocity_ned_mps: [f64; 3],
+    pub asked_heading_rad: f64,
+}
+
+impl CycleMessage {
+    pub fn new(time: Time, cycle: &Cycle) -> Self {
+        Self {
+            time_ns: time.nanoseconds(),
+            has_sample: cycle.has_sample,
+            servos_good: cycle.servos_good,
+            late_cycles: cycle.late_cycles,
+            work_s: cycle.work_s,
+            mode: cycle.mode.name().into(),
+            switch_on: cycle.switch_on,
+            failed_checks: cycle.failed_checks,
+            pilot: cycle.pilot.map(Sticks::to_array),
+            sticks: cycle.sticks.map(Sticks::to_array),
+            asked_velocity_ned_mps: cycle.asked_velocity_mps.to_array(),
+            asked_heading_rad: cycle.asked_heading_rad,
+        }
+    }
+
+    /// The cycle and its time; `None` of a mode that is not known.
+    pub fn cycle(self) -> Option<(Time, Cycle)> {
+        let [north, east, down] = self.asked_velocity_ned_mps;
+        let cycle = Cycle {
+            has_sample: self.has_sample,
+            servos_good: self.servos_good,
+            late_cycles: self.late_cycles,
+            work_s: self.work_s,
+            mode: Mode::ALL.into_iter().find(|mode| mode.name() == self.mode)?,
+            switch_on: self.switch_on,
+            failed_checks: self.failed_checks,
+            pilot: self.pilot.map(Sticks::from_array),
+            sticks: self.sticks.map(Sticks::from_array),
+            asked_velocity_mps: Vector::new(north, east, down),
+            asked_heading_rad: self.asked_heading_rad,
+        };
+        Some((Time::from_nanoseconds(self.time_ns), cycle))
+    }
 }
 
 #[derive(Debug, Serialize, Deserialize)]

@@ -18,6 +18,7 @@
 //! | `solution`, `solution/location` | after every inertial sample; `solution` holds every bit |
 //! | `innovations` | of every measurement the filter compared |
 //! | `servo`, `controls` | pulse widths, stick positions |
+//! | `autopilot` | each cycle of flight control: mode, switch, checks, sticks of pilot and autopilot, what was asked for |
 //! | `events` | in words, with a `name` for programs |
 //! | `lost` | how many entries found no room before this point |
 
@@ -31,14 +32,16 @@ mod message;
 mod read;
 mod recorder;
 mod replay;
+mod replay_control;
 mod spool;
 mod status;
 mod writer;
 
-pub use entry::{Entry, Level, Line, RawBytes, ShortText};
+pub use entry::{Cycle, Entry, Level, Line, RawBytes, ShortText};
 pub use header::Header;
 pub use info::RecordInfo;
-pub use read::{Call, Record, RecordedEvent};
+pub use read::{Call, Record, RecordedCycle, RecordedEvent};
 pub use recorder::Recorder;
 pub use replay::{Difference, Reproduction};
+pub use replay_control::StickReproduction;
 pub use status::Status;

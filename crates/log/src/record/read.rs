@@ -6,10 +6,11 @@ use mcap::records::{MessageHeader, Record as McapRecord, op};
 use serde::de::DeserializeOwned;
 
 use super::channel::Channel;
-use super::entry::Level;
+use super::entry::{Cycle, Level};
 use super::header::Header;
 use super::message::{
-    ConfigurationMessage, ControlsMessage, LostMessage, RawMessage, ReadLogMessage, SolutionMessage,
+    ConfigurationMessage, ControlsMessage, CycleMessage, LostMessage, RawMessage, ReadLogMessage,
+    SolutionMessage,
 };
 use crate::error::{LogError, excerpt};
 use crate::setup::FlyConfig;
@@ -42,6 +43,17 @@ pub struct RecordedEvent {
     pub text: String,
 }
 
+/// A cycle of flight control, as the record has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedCycle {
+    /// When, on the flight's clock.
+    pub time: Time,
+    /// How many of [`Record::calls`] came before it.
+    pub calls_before: usize,
+    /// What it went by and came to.
+    pub cycle: Cycle,
+}
+
 /// What a flight record holds, in the order of the loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -53,6 +65,8 @@ pub struct Record {
     pub solutions: Vec<Solution>,
     /// Stick positions: lateral, longitudinal, collective, pedal, each −1…1 about trim.
     pub controls: Vec<(Time, [f64; 4])>,
+    /// The cycles of flight control, where an autopilot was configured.
+    pub cycles: Vec<RecordedCycle>,
     /// What happened.
     pub events: Vec<RecordedEvent>,
     /// Entries without room that a replay needs; it cannot reproduce the flight after them.
@@ -242,6 +256,10 @@ impl Reader {
                 let ControlsMessage { lateral, longitudinal, collective, pedal } = message;
                 record.controls.push((now, [lateral, longitudinal, collective, pedal]));
             }),
+            Channel::Autopilot => parse(data).and_then(CycleMessage::cycle).map(|(time, cycle)| {
+                let calls_before = record.calls.len();
+                record.cycles.push(RecordedCycle { time, calls_before, cycle });
+            }),
             Channel::Events => parse::<ReadLogMessage>(data).map(|message| {
                 let time = record.header.time(header.publish_time);
                 let ReadLogMessage { level, message: text, name: kind } = message;
@@ -329,6 +347,7 @@ fn begin(message: ConfigurationMessage, path: &Path) -> Result<Record, LogError>
         calls: Vec::new(),
         solutions: Vec::new(),
         controls: Vec::new(),
+        cycles: Vec::new(),
         events: Vec::new(),
         lost_raw: 0,
         lost_decoded: 0,
