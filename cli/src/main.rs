@@ -16,6 +16,7 @@ mod convert;
 mod estimate;
 mod info;
 mod init;
+mod report;
 
 #[cfg(feature = "lab")]
 mod campaign;
@@ -57,6 +58,9 @@ enum Verb {
     Identify(identify::Arguments),
     /// Say what is in a log: sensors, rates, spans, gaps
     Info(info::Arguments),
+    /// A flight on a page, from its record: modes, set-points, sticks, health, timing; writes report.html
+    /// and summary.json
+    Report(report::Arguments),
     /// Fly: the real-time loop on the flight computer, recorded
     #[cfg(all(feature = "fly", target_os = "linux"))]
     Fly(fly::Arguments),
@@ -92,6 +96,7 @@ impl Verb {
             #[cfg(feature = "lab")]
             Self::Identify(arguments) => identify::run(arguments),
             Self::Info(arguments) => info::run(arguments),
+            Self::Report(arguments) => report::run(arguments),
             #[cfg(all(feature = "fly", target_os = "linux"))]
             Self::Fly(arguments) => fly::run(arguments),
             #[cfg(feature = "fly")]

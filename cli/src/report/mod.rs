@@ -1,0 +1,57 @@
+//! `hovernav report`: a flight on a page, from its record.
+
+mod page;
+mod summary;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::ensure;
+use hovernav_log::LogError;
+use hovernav_log::record::Record;
+
+use self::page::RecordPage;
+use self::summary::RecordSummary;
+use crate::output;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A flight record
+    record: PathBuf,
+    /// Where to write; out/NAME-report unless given
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let path = &arguments.record;
+    if path.is_dir() {
+        let reason = "found a directory, expected a flight record, as hovernav fly writes it";
+        let reason = reason.to_owned();
+        return Err(LogError::Unusable { path: path.clone(), reason }.into());
+    }
+    let record = Record::open(path)?;
+    let dataset = record.dataset()?;
+    let replayed = dataset.estimate(&record.header.settings()?, |_| {});
+    let reproduction = record.reproduced_by(&replayed.solutions);
+    let sticks = record.sticks_reproduced()?;
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("out").join(format!("{}-report", output::name_of(path))));
+    output::create(&out)?;
+    let mut summary = RecordSummary::new(path, &record, &dataset, reproduction, sticks);
+    RecordPage { record: &record, summary: &summary }.write(&out.join("report.html"))?;
+    summary.wall_s = started.elapsed().as_secs_f64();
+    output::write_json(&summary, &out.join("summary.json"))?;
+    print!("{}", summary.in_words(&out));
+    ensure!(
+        reproduction.first_difference.is_none()
+            && sticks.is_none_or(|sticks| sticks.first_difference.is_none()),
+        "{}: the replay differs from what flew: {}",
+        path.display(),
+        summary.replay
+    );
+    Ok(())
+}

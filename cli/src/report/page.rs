@@ -1,0 +1,248 @@
+//! The page of a flight: who flew and why, what was asked for and what was flown.
+
+use std::path::Path;
+
+use hovernav::autopilot::{Check, Mode};
+use hovernav::controls::Sticks;
+use hovernav::ekf::Solution;
+use hovernav_log::record::{Cycle, Level, Record, RecordedCycle};
+
+use super::summary::{RecordSummary, level_name};
+use crate::page::{Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis};
+
+/// What the page of a flight shows.
+pub struct RecordPage<'a> {
+    pub record: &'a Record,
+    pub summary: &'a RecordSummary,
+}
+
+impl RecordPage<'_> {
+    /// Writes the page to `path`.
+    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
+        let record = self.record;
+        let facts = self.summary.facts();
+        let told: Vec<String> = record
+            .events
+            .iter()
+            .filter(|event| event.level == Level::Error)
+            .map(|event| format!("{:.2} s: {}", event.time.seconds(), event.text))
+            .collect();
+        let warnings: Vec<String> = told.into_iter().chain(self.summary.warnings.clone()).collect();
+        let headlines = [Fact::new("replay", &self.summary.replay)];
+        let start_s = record.header.start.seconds();
+        let page = Page {
+            title: &format!("Flight of {}", record.header.config.navigation.name),
+            headlines: &headlines,
+            warnings: &warnings,
+            facts: &facts,
+            table: None,
+            sections: vec![
+                self.modes(),
+                self.sticks(),
+                self.velocity(),
+                self.attitude(),
+                self.uncertainty(),
+                self.readiness(),
+                self.timing(),
+                self.events(),
+            ],
+            time: Some(TimeAxis {
+                label: "time since the start of the loop, s".into(),
+                span: [start_s, record.end.seconds()],
+                outages: Vec::new(),
+            }),
+        };
+        page.write(path)
+    }
+
+    fn cycles(&self, role: Role, value: impl Fn(&Cycle) -> f64) -> Series {
+        let cycles = &self.record.cycles;
+        let time: Vec<f64> = cycles.iter().map(|recorded| recorded.time.seconds()).collect();
+        let values: Vec<f64> = cycles.iter().map(|recorded| value(&recorded.cycle)).collect();
+        Series::line(role, &time, &values, None)
+    }
+
+    fn solutions(
+        &self,
+        role: Role,
+        value: impl Fn(&Solution) -> f64,
+        sigma: Option<&dyn Fn(&Solution) -> f64>,
+    ) -> Series {
+        let solutions = &self.record.solutions;
+        let time: Vec<f64> = solutions.iter().map(|solution| solution.time.seconds()).collect();
+        let values: Vec<f64> = solutions.iter().map(&value).collect();
+        let bound: Option<Vec<f64>> =
+            sigma.map(|sigma| solutions.iter().map(|solution| 3.0 * sigma(solution)).collect());
+        Series::line(role, &time, &values, bound.as_deref())
+    }
+
+    fn modes(&self) -> Section {
+        let rank = |mode: Mode| {
+            Mode::ALL.iter().position(|own| *own == mode).map_or(f64::NAN, |rank| rank as f64)
+        };
+        let names: Vec<String> = Mode::ALL
+            .iter()
+            .enumerate()
+            .map(|(rank, mode)| format!("{rank} {}", mode.name()))
+            .collect();
+        let figure = Figure::against_time([
+            Row::new("Mode", "")
+                .with(self.cycles(Role::Input, |cycle| rank(cycle.mode)).named("mode")),
+            Row::new("Switch", "").with(
+                self.cycles(Role::Input, |cycle| f64::from(u8::from(cycle.switch_on)))
+                    .named("closed"),
+            ),
+        ]);
+        let rows = self.summary.modes.iter().map(|span| TableRow {
+            name: span.mode.into(),
+            numbers: vec![
+                format!("{:.2}", span.start_s),
+                format!("{:.2}", span.end_s - span.start_s),
+            ],
+        });
+        let explanation =
+            format!("Who flew: {}. Why a mode changed stands among the events.", names.join(", "));
+        Section::new("modes", "Modes", explanation).with(figure).with(Table {
+            caption: "One after the other".into(),
+            heads: ["", "from, s", "for, s"].map(Into::into).into(),
+            rows: rows.collect(),
+        })
+    }
+
+    fn sticks(&self) -> Section {
+        let names = ["Lateral", "Longitudinal", "Collective", "Pedal"];
+        let of = |sticks: Option<Sticks>, stick: usize| {
+            sticks.map_or(f64::NAN, |sticks| 100.0 * sticks.to_array()[stick])
+        };
+        let rows = names.into_iter().enumerate().map(|(stick, name)| {
+            Row::new(name, "%")
+                .with(self.cycles(Role::First, |cycle| of(cycle.sticks, stick)).named("commanded"))
+                .with(self.cycles(Role::Second, |cycle| of(cycle.pilot, stick)).named("pilot"))
+        });
+        let explanation = "What the servos were commanded, and where the pilot's own sticks were, percent \
+                           of full travel about trim.";
+        Section::new("sticks", "Sticks", explanation).with(Figure::against_time(rows))
+    }
+
+    fn velocity(&self) -> Section {
+        let names = ["North", "East", "Down"];
+        let rows = names.into_iter().enumerate().map(|(axis, name)| {
+            let asked = |cycle: &Cycle| {
+                if cycle.mode.holds_velocity() {
+                    cycle.asked_velocity_mps.to_array()[axis]
+                } else {
+                    f64::NAN
+                }
+            };
+            let sigma = |solution: &Solution| solution.velocity_sigma_mps.to_array()[axis];
+            let flown = |solution: &Solution| solution.velocity_mps.to_array()[axis];
+            Row::new(name, "m/s")
+                .with(self.solutions(Role::Estimate, flown, Some(&sigma)).named("flown"))
+                .with(self.cycles(Role::Second, asked).named("asked for"))
+        });
+        let explanation =
+            "Velocity as estimated with its ±3σ, and what guidance asked of the loops.";
+        Section::new("velocity", "Velocity", explanation).with(Figure::against_time(rows))
+    }
+
+    fn attitude(&self) -> Section {
+        let angle = |axis: usize| {
+            move |solution: &Solution| {
+                let angles = solution.body_to_ned.euler();
+                [angles.roll_rad, angles.pitch_rad, angles.yaw_rad][axis].to_degrees()
+            }
+        };
+        let sigma =
+            |axis: usize| move |solution: &Solution| solution.attitude_sigma_rad[axis].to_degrees();
+        let (roll, pitch, yaw) = (sigma(0), sigma(1), sigma(2));
+        let asked = |cycle: &Cycle| {
+            if cycle.mode == Mode::Manual { f64::NAN } else { cycle.asked_heading_rad.to_degrees() }
+        };
+        let rows = [
+            Row::new("Roll", "°").with(self.solutions(Role::Estimate, angle(0), Some(&roll))),
+            Row::new("Pitch", "°").with(self.solutions(Role::Estimate, angle(1), Some(&pitch))),
+            Row::new("Heading", "°")
+                .with(self.solutions(Role::Estimate, angle(2), Some(&yaw)).named("flown"))
+                .with(self.cycles(Role::Second, asked).named("asked for")),
+        ];
+        let explanation = "Attitude as estimated with its ±3σ, and the heading that was asked for.";
+        Section::new("attitude", "Attitude", explanation).with(Figure::against_time(rows))
+    }
+
+    fn uncertainty(&self) -> Section {
+        let largest = |sigma: [f64; 3]| sigma.into_iter().fold(0.0, f64::max);
+        let rows = [
+            Row::new("Position", "m").with(self.solutions(
+                Role::Estimate,
+                |solution| largest(solution.position_sigma_m.to_array()),
+                None,
+            )),
+            Row::new("Velocity", "m/s").with(self.solutions(
+                Role::Estimate,
+                |solution| largest(solution.velocity_sigma_mps.to_array()),
+                None,
+            )),
+            Row::new("Roll and pitch", "°").with(self.solutions(
+                Role::Estimate,
+                |solution| {
+                    let [roll, pitch, _] = solution.attitude_sigma_rad;
+                    roll.max(pitch).to_degrees()
+                },
+                None,
+            )),
+            Row::new("Heading", "°").with(self.solutions(
+                Role::Estimate,
+                |solution| solution.attitude_sigma_rad[2].to_degrees(),
+                None,
+            )),
+        ];
+        let explanation = "One-sigma of the estimate, the greatest of the axes: what the autopilot chooses its \
+                           mode by.";
+        Section::new("uncertainty", "Uncertainty", explanation).with(Figure::against_time(rows))
+    }
+
+    fn readiness(&self) -> Section {
+        let failed = |cycle: &Cycle| f64::from(cycle.failed_checks.count_ones());
+        let figure = Figure::against_time([Row::new("Checks that fail", "")
+            .with(self.cycles(Role::Input, failed).named("failing"))]);
+        let cycles = &self.record.cycles;
+        let share = |bit: usize| {
+            let fails = |recorded: &&RecordedCycle| recorded.cycle.failed_checks & 1 << bit != 0;
+            100.0 * cycles.iter().filter(fails).count() as f64 / cycles.len().max(1) as f64
+        };
+        let rows = Check::ALL.iter().enumerate().map(|(bit, check)| TableRow {
+            name: check.name().into(),
+            numbers: vec![format!("{:.1} %", share(bit))],
+        });
+        let explanation = "What would have kept the autopilot from taking over, moment by moment.";
+        Section::new("readiness", "Readiness", explanation).with(figure).with(Table {
+            caption: "Share of the flight in which each check fails".into(),
+            heads: ["", "fails"].map(Into::into).into(),
+            rows: rows.collect(),
+        })
+    }
+
+    fn timing(&self) -> Section {
+        let work = |cycle: &Cycle| cycle.work_s.map_or(f64::NAN, |work_s| 1e3 * work_s);
+        let rows = [
+            Row::new("Work", "ms").with(self.cycles(Role::Estimate, work).named("work")),
+            Row::new("Late in a row", "")
+                .with(self.cycles(Role::Input, |cycle| f64::from(cycle.late_cycles))),
+        ];
+        let explanation =
+            "What the work of each cycle took, and how many cycles in a row were late.";
+        Section::new("timing", "Timing of the loop", explanation).with(Figure::against_time(rows))
+    }
+
+    fn events(&self) -> Section {
+        let rows = self.record.events.iter().map(|event| TableRow {
+            name: format!("{:.3} s", event.time.seconds()),
+            numbers: vec![level_name(event.level).into(), event.text.clone()],
+        });
+        Section::new("events", "Events", "What happened, in words.").with(Table {
+            caption: format!("{} events", self.record.events.len()),
+            heads: ["", "", "What"].map(Into::into).into(),
+            rows: rows.collect(),
+        })
+    }
+}

@@ -1,0 +1,174 @@
+//! What a flight came to, for `summary.json` and the terminal.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use hovernav_log::Dataset;
+use hovernav_log::record::{Level, Record, Reproduction, StickReproduction};
+use serde::Serialize;
+
+use crate::page::Fact;
+
+/// A stretch in one mode.
+#[derive(Clone, Debug, Serialize)]
+pub struct ModeSpan {
+    pub mode: &'static str,
+    pub start_s: f64,
+    pub end_s: f64,
+}
+
+/// What happened, for programs.
+#[derive(Clone, Debug, Serialize)]
+pub struct EventSummary {
+    pub time_s: f64,
+    pub level: &'static str,
+    pub kind: String,
+    pub text: String,
+}
+
+/// What a flight came to.
+#[derive(Serialize)]
+pub struct RecordSummary {
+    tool: &'static str,
+    version: &'static str,
+    input: PathBuf,
+    duration_s: f64,
+    pub wall_s: f64,
+    imu_samples: usize,
+    gps_fixes: usize,
+    pub is_ended: bool,
+    pub replay: String,
+    pub cycles: usize,
+    autopilot_s: f64,
+    engagements: usize,
+    /// Of the work of a cycle, s.
+    work_p50_s: Option<f64>,
+    work_p99_s: Option<f64>,
+    work_max_s: Option<f64>,
+    pub modes: Vec<ModeSpan>,
+    pub events: Vec<EventSummary>,
+    pub warnings: Vec<String>,
+}
+
+impl RecordSummary {
+    pub fn new(
+        input: &Path,
+        record: &Record,
+        dataset: &Dataset,
+        reproduction: Reproduction,
+        sticks: Option<StickReproduction>,
+    ) -> Self {
+        let modes = spans(record);
+        let flown = || modes.iter().filter(|span| span.mode != "manual");
+        let mut work: Vec<f64> =
+            record.cycles.iter().filter_map(|recorded| recorded.cycle.work_s).collect();
+        work.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            work.get(((work.len().max(1) - 1) as f64 * share).round() as usize).copied()
+        };
+        let events = record.events.iter().map(|event| EventSummary {
+            time_s: event.time.seconds(),
+            level: level_name(event.level),
+            kind: event.kind.clone(),
+            text: event.text.clone(),
+        });
+        Self {
+            tool: "hovernav",
+            version: env!("CARGO_PKG_VERSION"),
+            input: input.to_path_buf(),
+            duration_s: record.end - record.header.start,
+            wall_s: 0.0,
+            imu_samples: dataset.imu.len(),
+            gps_fixes: dataset.fixes.len(),
+            is_ended: record.is_ended,
+            replay: in_words(reproduction, sticks),
+            cycles: record.cycles.len(),
+            autopilot_s: flown().map(|span| span.end_s - span.start_s).sum(),
+            engagements: modes
+                .windows(2)
+                .filter(|pair| pair[0].mode == "manual" && pair[1].mode != "manual")
+                .count(),
+            work_p50_s: at(0.5),
+            work_p99_s: at(0.99),
+            work_max_s: at(1.0),
+            events: events.collect(),
+            warnings: record.warnings.clone(),
+            modes,
+        }
+    }
+
+    pub fn facts(&self) -> Vec<Fact> {
+        let ms = |seconds: Option<f64>| {
+            seconds.map_or("–".into(), |seconds| format!("{:.2}", 1e3 * seconds))
+        };
+        let work = [self.work_p50_s, self.work_p99_s, self.work_max_s].map(ms);
+        vec![
+            Fact::new("input", self.input.display()),
+            Fact::new("duration", format!("{:.1} s", self.duration_s)),
+            Fact::new("inertial samples", self.imu_samples),
+            Fact::new("fixes", self.gps_fixes),
+            Fact::new(
+                "the autopilot flew",
+                format!("{:.1} s in {} engagements", self.autopilot_s, self.engagements),
+            ),
+            Fact::new("work of a cycle, median / p99 / most", format!("{} ms", work.join(" / "))),
+            Fact::new("replay", &self.replay),
+        ]
+    }
+
+    pub fn in_words(&self, out: &Path) -> String {
+        let mut text = String::new();
+        for fact in self.facts() {
+            let _ = writeln!(text, "{:<38} {}", fact.label, fact.value);
+        }
+        for event in self.events.iter().filter(|event| event.level != "info") {
+            let _ = writeln!(text, "{:10.3}  {}: {}", event.time_s, event.level, event.text);
+        }
+        for warning in &self.warnings {
+            let _ = writeln!(text, "warning: {warning}");
+        }
+        let _ = writeln!(text, "{:<38} {} ({:.3} s)", "written", out.display(), self.wall_s);
+        text
+    }
+}
+
+pub fn level_name(level: Level) -> &'static str {
+    match level {
+        Level::Info => "info",
+        Level::Warning => "warning",
+        Level::Error => "error",
+    }
+}
+
+/// The modes one after the other.
+fn spans(record: &Record) -> Vec<ModeSpan> {
+    let mut spans: Vec<ModeSpan> = Vec::new();
+    for recorded in &record.cycles {
+        let (mode, time_s) = (recorded.cycle.mode.name(), recorded.time.seconds());
+        match spans.last_mut() {
+            Some(span) if span.mode == mode => span.end_s = time_s,
+            Some(span) => {
+                span.end_s = time_s;
+                spans.push(ModeSpan { mode, start_s: time_s, end_s: time_s });
+            }
+            None => spans.push(ModeSpan { mode, start_s: time_s, end_s: time_s }),
+        }
+    }
+    spans
+}
+
+fn in_words(reproduction: Reproduction, sticks: Option<StickReproduction>) -> String {
+    let solutions = match reproduction.first_difference {
+        None => format!("{} solutions the same to the bit", reproduction.compared),
+        Some(first) => format!("the solution first differs at {:.6} s", first.time.seconds()),
+    };
+    match sticks {
+        None => solutions,
+        Some(StickReproduction { compared, first_difference: None }) => {
+            format!("{solutions}, sticks of {compared} cycles too")
+        }
+        Some(StickReproduction { first_difference: Some(time), .. }) => {
+            format!("{solutions}, a stick first differs at {:.6} s", time.seconds())
+        }
+    }
+}
