@@ -1,0 +1,105 @@
+//! The flight computer and the simulated helicopter as two programs on one configuration, and what is
+//! made of the record.
+#![cfg(all(feature = "lines", unix))]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use common::{hovernav, place, refusal, succeeds, summary};
+
+/// What a program wrote.
+fn said(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// What the command refuses with, at exit status 1, after what it may have said of the magnetic model.
+fn last_line(arguments: &[&str]) -> String {
+    let run = hovernav(arguments);
+    let told = said(&run.stderr);
+    assert_eq!(run.status.code(), Some(1), "{told}");
+    told.lines().last().unwrap_or_default().to_owned()
+}
+
+/// `examples/loop.toml` with every path in `directory`, where an autopilot is designed.
+fn example(directory: &Path) -> String {
+    let at = |name: &str| directory.join(name).display().to_string();
+    succeeds(&["design", "raptor60", "--out", &at("design")]);
+    include_str!("../../examples/loop.toml")
+        .replace("/tmp/hovernav-", &at("line-"))
+        .replace("../out/raptor60/autopilot.toml", "design/autopilot.toml")
+        .replace("\"out/records\"", &format!("\"{}\"", at("records")))
+}
+
+#[test]
+fn two_commands_hover_and_the_record_tells_how() {
+    let directory = place("two-commands");
+    let at = |name: &str| directory.join(name).display().to_string();
+    let config = at("loop.toml");
+    fs::write(&config, example(&directory)).unwrap();
+
+    let simulated = Command::new(env!("CARGO_BIN_EXE_hovernav"))
+        .args(["simulate", "--lines", "--config", &config, "--duration", "20"])
+        .args(["--do", "engage@8:9", "--out", &at("truth")])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let record = at("flight.mcap");
+    let flown = hovernav(&["fly", "--config", &config, "--record", &record, "--duration", "20"]);
+    let simulated = simulated.wait_with_output().unwrap();
+    assert!(flown.status.success(), "{}", said(&flown.stderr));
+    assert!(simulated.status.success(), "{}", said(&simulated.stderr));
+    let told = said(&flown.stderr);
+    assert!(told.contains("the autopilot flies") && told.contains("the switch is open"), "{told}");
+    let truth = summary(&directory.join("truth"));
+    assert!(truth["crashed_s"].is_null() && truth["engagements"] == 1, "{truth}");
+
+    let reported = succeeds(&["report", &record, "--out", &at("report")]);
+    assert!(reported.contains("the same to the bit, sticks of"), "{reported}");
+    let page = fs::read_to_string(at("report/report.html")).unwrap();
+    for section in ["Modes", "Sticks", "Readiness", "Events"] {
+        assert!(page.contains(section), "{section}");
+    }
+    assert!(refusal(&["report", &at("truth")]).contains("expected a flight record"));
+}
+
+#[test]
+fn what_cannot_be_flown_is_refused_with_the_key() {
+    let directory = place("refused-flights");
+    let good = example(&directory);
+    let site = "[site]\nlatitude_deg = 1.3521\nlongitude_deg = 103.8198\nheight_m = 0.0\n";
+    for (from, to, expected) in [
+        (
+            "[receiver]\n",
+            "rate_hz = 50.0\n[receiver]\n",
+            "[autopilot] file: found gains for 33.00 Hz",
+        ),
+        ("pilot = \"override\"", "override_travel = 0.1", "[autopilot] override_travel"),
+        ("radius_m = 60", "radius_m = nan", "fence.radius_m"),
+        (site, "", "[autopilot] fence: found no [site]"),
+        (
+            "[autopilot]\n",
+            "[servo.swashplate]\nkind = 'ccpm120'\ncollective = 0.9\nlateral = 1.0\n\
+          [servo.channels.lateral]\nmax_ms = 1.6\n[autopilot]\n",
+            "[servo] swashplate",
+        ),
+        ("design/autopilot.toml", "nowhere.toml", "nowhere.toml"),
+        (
+            "[autopilot]\n",
+            "[autopilot]\nswitch = { pulses = 0 }\n",
+            "[autopilot] switch: pulses is 0",
+        ),
+        ("[autopilot]\n", "[autopilot]\nready = { speed_mps = nan }\n", "ready.speed_mps"),
+        ("[autopilot]\n", "[autopilot]\nswich = 3\n", "swich"),
+    ] {
+        assert!(good.contains(from), "{from}");
+        let config = directory.join("bad.toml");
+        fs::write(&config, good.replacen(from, to, 1)).unwrap();
+        let message =
+            last_line(&["fly", "--config", &config.display().to_string(), "--duration", "1"]);
+        assert!(message.contains(expected), "{to}: {message}");
+    }
+}
