@@ -1,27 +1,35 @@
-//! Rows of numbers to a CSV file, formatted in memory and written in one go.
+//! Rows of numbers to a CSV file, which appears under its name when it is whole.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
 
 use crate::error::LogError;
 use hovernav::time::Time;
+
+/// Bytes gathered before they are written.
+const CHUNK: usize = 1 << 20;
 
 /// A CSV file in the making. A number that is not finite never reaches it.
 pub(crate) struct CsvWriter<'a> {
     path: PathBuf,
     columns: &'a [&'static str],
+    /// What is not written yet.
     bytes: Vec<u8>,
+    /// The part written, of a file that is longer than a chunk.
+    part: Option<Part>,
+    /// Why a part could not be written.
+    failure: Option<io::Error>,
     row: usize,
     column: usize,
 }
 
 impl<'a> CsvWriter<'a> {
-    /// Starts a file with a header of `columns`, and room for `rows`.
-    pub fn new(path: PathBuf, columns: &'a [&'static str], rows: usize) -> Self {
-        const BYTES_PER_FIELD: usize = 14;
-        let mut bytes = Vec::with_capacity((rows + 2) * columns.len() * BYTES_PER_FIELD);
-        bytes.extend_from_slice(columns.join(",").as_bytes());
+    /// Starts a file with a header of `columns`.
+    pub fn new(path: PathBuf, columns: &'a [&'static str]) -> Self {
+        let mut bytes = columns.join(",").into_bytes();
         bytes.push(b'\n');
-        Self { path, columns, bytes, row: 1, column: 0 }
+        Self { path, columns, bytes, part: None, failure: None, row: 1, column: 0 }
     }
 
     /// A time in seconds, with as many decimals as it needs and no more.
@@ -96,11 +104,33 @@ impl<'a> CsvWriter<'a> {
         }
         self.row += 1;
         self.column = 0;
+        if self.bytes.len() >= CHUNK && self.failure.is_none() {
+            self.failure = self.write_part().err();
+        }
     }
 
-    /// Writes the file.
-    pub fn finish(self) -> Result<(), LogError> {
-        std::fs::write(&self.path, &self.bytes).map_err(LogError::io(&self.path))
+    /// Writes what is left, and gives the file its name.
+    pub fn finish(mut self) -> Result<(), LogError> {
+        let written = match self.failure.take() {
+            Some(failure) => Err(failure),
+            None if self.part.is_none() => std::fs::write(&self.path, &self.bytes),
+            None => self.write_part().and_then(|()| match self.part.take() {
+                Some(part) => part.rename(&self.path),
+                None => Ok(()),
+            }),
+        };
+        written.map_err(LogError::io(&self.path))
+    }
+
+    fn write_part(&mut self) -> io::Result<()> {
+        if self.part.is_none() {
+            self.part = Some(Part::beside(&self.path)?);
+        }
+        if let Some(part) = &mut self.part {
+            part.file.write_all(&self.bytes)?;
+        }
+        self.bytes.clear();
+        Ok(())
     }
 
     /// `value` in units of its last decimal.
@@ -130,6 +160,37 @@ impl<'a> CsvWriter<'a> {
     fn unwritable(&self, value: f64) -> LogError {
         let column = self.columns.get(self.column).copied().unwrap_or_default();
         LogError::Unwritable { path: self.path.clone(), row: self.row, column, value }
+    }
+}
+
+/// A file under another name until it is whole; removed unless it becomes so.
+struct Part {
+    file: File,
+    path: PathBuf,
+    is_whole: bool,
+}
+
+impl Part {
+    fn beside(path: &Path) -> io::Result<Self> {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(".part");
+        let path = path.with_file_name(name);
+        Ok(Self { file: File::create(&path)?, path, is_whole: false })
+    }
+
+    fn rename(mut self, path: &Path) -> io::Result<()> {
+        std::fs::rename(&self.path, path)?;
+        self.is_whole = true;
+        Ok(())
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        if !self.is_whole {
+            // Nothing can be done where even that fails.
+            let _ = std::fs::remove_file(&self.path);
+        }
     }
 }
 
@@ -166,4 +227,39 @@ fn push_decimal(out: &mut Vec<u8>, mut units: u64, decimals: usize) {
         }
     }
     out.extend_from_slice(&digits[start..]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_file_appears_whole_or_not_at_all() {
+        let place = std::env::temp_dir().join(format!("hovernav-csv-{}", std::process::id()));
+        std::fs::create_dir_all(&place).unwrap();
+        let path = place.join("long.csv");
+        let files = || std::fs::read_dir(&place).unwrap().count();
+        for last in [1.0, f64::NAN] {
+            let mut csv = CsvWriter::new(path.clone(), &["a", "b"]);
+            for row in 0..200_000 {
+                csv.shortest(f64::from(row)).unwrap();
+                csv.fixed(0.25, 3).unwrap();
+                csv.end_row();
+            }
+            assert_eq!(files(), 1, "one part, and nothing under the file's own name");
+            if csv.shortest(last).is_ok() {
+                csv.fixed(0.25, 3).unwrap();
+                csv.end_row();
+                csv.finish().unwrap();
+                let text = std::fs::read_to_string(&path).unwrap();
+                assert_eq!(text.lines().count(), 200_002);
+                assert!(text.starts_with("a,b\n0.0,0.250\n") && text.ends_with("\n1.0,0.250\n"));
+                std::fs::remove_file(&path).unwrap();
+            } else {
+                drop(csv);
+            }
+            assert_eq!(files(), 0);
+        }
+        std::fs::remove_dir(&place).unwrap();
+    }
 }

@@ -48,7 +48,7 @@ const COLUMNS: [&str; 31] = [
 /// [`LogError::Unwritable`] for a value that is NaN, infinite or beyond 9e8; nothing is written then.
 /// [`LogError::Io`] where the file system refuses.
 pub fn write_solution(path: &Path, solutions: &[Solution]) -> Result<(), LogError> {
-    let mut csv = CsvWriter::new(path.to_path_buf(), &COLUMNS, solutions.len());
+    let mut csv = CsvWriter::new(path.to_path_buf(), &COLUMNS);
     for solution in solutions {
         csv.time(solution.time);
         csv.fixed(solution.position.latitude_deg(), 10)?;

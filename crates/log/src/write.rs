@@ -49,7 +49,7 @@ impl Dataset {
         columns.extend(imu::ATTITUDE.iter().filter(|_| has_attitude));
         columns.extend(imu::MAGNETIC.iter().filter(|_| has_magnetic));
         let path = dir.join(imu::FILE);
-        let mut csv = CsvWriter::new(path.clone(), &columns, self.imu.len());
+        let mut csv = CsvWriter::new(path.clone(), &columns);
         for sample in &self.imu {
             csv.time(sample.time);
             let (gyro, accel) = match sample.motion {
@@ -161,7 +161,7 @@ fn write_table<T>(
     if rows.is_empty() && !path.exists() {
         return Ok(());
     }
-    let mut csv = CsvWriter::new(path, columns, rows.len());
+    let mut csv = CsvWriter::new(path, columns);
     for row in rows {
         write_row(&mut csv, row)?;
         csv.end_row();
