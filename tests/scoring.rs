@@ -41,7 +41,7 @@ fn attitude(roll_deg: f64, pitch_deg: f64, yaw_deg: f64) -> Rotation<Body, Ned> 
 fn written(solutions: &[Solution]) -> Result<String, LogError> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("solution.csv");
-    write_solution(&path, solutions)?;
+    write_solution(&path, solutions, &[])?;
     Ok(std::fs::read_to_string(path).unwrap())
 }
 

@@ -32,15 +32,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         std::fs::copy(&reference, out.join(REFERENCE))
             .with_context(|| format!("cannot copy {}", reference.display()))?;
     }
-    println!(
+    crate::output::say(format_args!(
         "{}: {} inertial samples, {} fixes, {} stick positions",
         out.display(),
         dataset.imu.len(),
         dataset.fixes.len(),
         dataset.controls.len()
-    );
+    ));
     for warning in &dataset.warnings {
-        println!("warning: {warning}");
+        crate::output::say(format_args!("warning: {warning}"));
     }
     Ok(())
 }

@@ -75,8 +75,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
         thread::sleep(Duration::from_millis(10));
     }
-    // Nobody may be there to read it.
-    let _ = writeln!(stdout(), "{report}\n  in                {}", record.display());
+    crate::output::say(format_args!("{report}\n  in                {}", record.display()));
     Ok(())
 }
 

@@ -7,6 +7,7 @@ use hovernav_log::Info;
 use hovernav_log::record::RecordInfo;
 
 use crate::arguments::Sensors;
+use crate::output;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -14,14 +15,25 @@ pub struct Arguments {
     log: PathBuf,
     #[command(flatten)]
     sensors: Sensors,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let Log { dataset, record, .. } =
+    let reading = output::Working::on("reading");
+    let Log { format, dataset, record, .. } =
         hovernav_formats::open(&arguments.log, &arguments.sensors.options())?;
-    print!("{}", Info(&dataset));
+    drop(reading);
+    if arguments.json {
+        let mut info = Info(&dataset).to_json();
+        info["format"] = format.to_string().into();
+        info["input"] = arguments.log.display().to_string().into();
+        return output::print_json(&info);
+    }
+    output::print(Info(&dataset));
     if let Some(record) = record {
-        print!("{}", RecordInfo(&record));
+        output::print(RecordInfo(&record));
     }
     Ok(())
 }

@@ -23,11 +23,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let proposal = Proposal::of(file)?;
     let out = out.clone().unwrap_or_else(|| default_directory(&file[0]));
     ensure!(!out.is_file(), "{}: is a file, expected a directory for --out", out.display());
-    print!("{proposal}");
+    crate::output::print(&proposal);
     proposal.write(&out, *force)?;
     let shown = out.display();
-    println!("\nwrote {shown}/mapping.toml and {shown}/dataset.toml");
-    println!("next: hovernav estimate {shown}");
+    crate::output::say(format_args!("\nwrote {shown}/mapping.toml and {shown}/dataset.toml"));
+    crate::output::say(format_args!("next: hovernav estimate {shown}"));
     Ok(())
 }
 

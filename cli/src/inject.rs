@@ -11,7 +11,6 @@ use hovernav_sim::faults::{
     self, Campaign, Fault, Flight, Log, Outcome, csv, goals_markdown, markdown, standard_cells,
     verdicts,
 };
-use indicatif::ProgressBar;
 
 #[derive(clap::Args)]
 #[command(after_help = "`--fault list` prints every fault with its range, default and duration.")]
@@ -62,7 +61,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         match fault {
             Asked::Fault(fault) => asked.push(*fault),
             Asked::List => {
-                print!("{}", faults::list());
+                crate::output::print(faults::list());
                 return Ok(());
             }
         }
@@ -93,9 +92,9 @@ fn copy(log: &Path, asked: &[Fault], seed: u64, out: &Path) -> anyhow::Result<()
     let faulty = Log::open(dir)?.with_faults(asked, seed)?;
     faulty.write(out)?;
     for made in &faulty.made {
-        println!("{made}");
+        crate::output::say(format_args!("{made}"));
     }
-    println!("{}: written", out.display());
+    crate::output::say(format_args!("{}: written", out.display()));
     Ok(())
 }
 
@@ -112,7 +111,7 @@ fn campaign(arguments: &Arguments, asked: &[Fault]) -> anyhow::Result<()> {
         asked => asked.iter().map(|fault| vec![*fault]).collect(),
     };
     let campaign = Campaign { flights, cells, seeds: arguments.seeds };
-    let bar = ProgressBar::new(campaign.runs());
+    let bar = crate::output::bar(campaign.runs() as usize);
     let outcomes = campaign.run(|| bar.inc(1))?;
     bar.finish_and_clear();
 
@@ -126,8 +125,8 @@ fn campaign(arguments: &Arguments, asked: &[Fault]) -> anyhow::Result<()> {
     let wall_s = started.elapsed().as_secs_f64();
     let summary = summary(arguments, &outcomes, wall_s);
     crate::output::write_json(&summary, &out.join("summary.json"))?;
-    print!("{goals}");
-    println!("{}: {} runs in {wall_s:.1} s", out.display(), outcomes.len());
+    crate::output::say_text(&goals);
+    crate::output::say(format_args!("{}: {} runs in {wall_s:.1} s", out.display(), outcomes.len()));
     Ok(())
 }
 

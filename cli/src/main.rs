@@ -16,7 +16,10 @@ mod convert;
 mod estimate;
 mod info;
 mod init;
+#[cfg(feature = "manual")]
+mod manual;
 mod report;
+mod score;
 
 #[cfg(feature = "lab")]
 mod campaign;
@@ -46,6 +49,9 @@ use clap::{Parser, Subcommand};
 struct Arguments {
     #[command(subcommand)]
     verb: Verb,
+    /// Write nothing but what was asked for, and errors
+    #[arg(long, short, global = true)]
+    quiet: bool,
 }
 
 #[derive(Subcommand)]
@@ -87,6 +93,14 @@ enum Verb {
     /// results.csv, percentiles.csv, summary.json and report.html
     #[cfg(feature = "lab")]
     Campaign(campaign::Arguments),
+    /// Score a trajectory of anybody's against a reference: solution.csv, TUM or EuRoC
+    Score(score::Arguments),
+    /// Print a script that completes this command's arguments in a shell
+    #[cfg(feature = "manual")]
+    Completions(manual::Completions),
+    /// Write a manual page for each verb
+    #[cfg(feature = "manual")]
+    Man(manual::Man),
 }
 
 impl Verb {
@@ -111,6 +125,15 @@ impl Verb {
             Self::Simulate(arguments) => simulate::run(arguments),
             #[cfg(feature = "lab")]
             Self::Campaign(arguments) => campaign::run(arguments),
+            Self::Score(arguments) => score::run(arguments),
+            #[cfg(feature = "manual")]
+            Self::Completions(arguments) => {
+                manual::completions(arguments, <Arguments as clap::CommandFactory>::command())
+            }
+            #[cfg(feature = "manual")]
+            Self::Man(arguments) => {
+                manual::man(arguments, <Arguments as clap::CommandFactory>::command())
+            }
         }
     }
 }
@@ -121,6 +144,10 @@ const LEFT_OUT: &[(&str, &str)] = &[
     ("fly", "feature `fly` on Linux"),
     #[cfg(not(feature = "fly"))]
     ("play", "feature `fly`"),
+    #[cfg(not(feature = "manual"))]
+    ("completions", "feature `manual`"),
+    #[cfg(not(feature = "manual"))]
+    ("man", "feature `manual`"),
     #[cfg(not(feature = "lab"))]
     ("campaign", "feature `lab`"),
     #[cfg(not(feature = "lab"))]
@@ -142,6 +169,9 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
+    if arguments.quiet {
+        output::be_quiet();
+    }
     match arguments.verb.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

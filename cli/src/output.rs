@@ -1,9 +1,51 @@
 //! Where results go, and how they are written.
 
+use std::fmt::Display;
+use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use anyhow::Context as _;
+use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+
+/// Whether `--quiet` was given.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on only what was asked for and errors are written.
+pub fn be_quiet() {
+    QUIET.store(true, Ordering::Relaxed);
+}
+
+fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Writes what was asked for to standard output. A reader that has gone, as `head` does, misses it.
+pub fn print(text: impl Display) {
+    let mut out = io::stdout().lock();
+    // Nobody is left to be told of it.
+    let _ = write!(out, "{text}").and_then(|()| out.flush());
+}
+
+/// Writes what was done to standard output, unless `--quiet`.
+pub fn say_text(text: impl Display) {
+    if !is_quiet() {
+        print(text);
+    }
+}
+
+/// A line of what was done, unless `--quiet`.
+pub fn say(line: impl Display) {
+    say_text(format_args!("{line}\n"));
+}
+
+/// Prints `value` as one JSON object.
+pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    print(serde_json::to_string_pretty(value)? + "\n");
+    Ok(())
+}
 
 /// What a log's results are called after.
 pub fn name_of(log: &Path) -> String {
@@ -21,4 +63,42 @@ pub fn create(directory: &Path) -> anyhow::Result<()> {
 pub fn write_json(summary: &impl Serialize, path: &Path) -> anyhow::Result<()> {
     let text = serde_json::to_string_pretty(summary)? + "\n";
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Whether somebody is there to see progress.
+fn is_watched() -> bool {
+    io::stderr().is_terminal() && !is_quiet()
+}
+
+/// A bar of `count` steps on the terminal; hidden where none is watching.
+pub fn bar(count: usize) -> ProgressBar {
+    if !is_watched() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{wide_bar} {percent}% {eta} left")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(count as u64).with_style(style)
+}
+
+/// What is being done, and for how long, on the terminal until it is dropped.
+pub struct Working(ProgressBar);
+
+impl Working {
+    /// Says `what`; nothing where none is watching.
+    pub fn on(what: &'static str) -> Self {
+        if !is_watched() {
+            return Self(ProgressBar::hidden());
+        }
+        let style = ProgressStyle::with_template("{spinner} {msg} {elapsed}")
+            .unwrap_or_else(|_| ProgressStyle::default_spinner());
+        let bar = ProgressBar::new_spinner().with_style(style).with_message(what);
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self(bar)
+    }
+}
+
+impl Drop for Working {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
 }

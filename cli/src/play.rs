@@ -149,19 +149,19 @@ mod unix {
         let player = Player::start(ports, arguments.speed, begin)?;
         let ports: Vec<String> =
             names.iter().map(|(name, path)| format!("{name} at {}", path.display())).collect();
-        println!("ready: {}", ports.join(", "));
+        crate::output::say(format_args!("ready: {}", ports.join(", ")));
 
         while !player.is_finished() && !interrupted.load(Ordering::Relaxed) {
             thread::sleep(Duration::from_millis(20));
         }
         let elapsed_s = player.elapsed_s().unwrap_or_default();
         let counts = player.stop()?;
-        println!("played {elapsed_s:.1} s");
+        crate::output::say(format_args!("played {elapsed_s:.1} s"));
         for ((name, _), counts) in names.iter().zip(counts) {
-            println!(
+            crate::output::say(format_args!(
                 "{name}: {} bytes sent, {} lost, {} heard",
                 counts.sent, counts.lost, counts.received
-            );
+            ));
         }
         Ok(())
     }
@@ -170,11 +170,11 @@ mod unix {
     fn print_ranges(dataset: &Dataset) {
         let imu = &dataset.manifest.imu;
         let (rate_degps, acceleration_g) = play::DEFAULT_RANGES;
-        println!(
+        crate::output::say(format_args!(
             "dmu: ranges {} deg/s and {} g",
             imu.gyro_range_degps.unwrap_or(rate_degps),
             imu.accel_range_g.unwrap_or(acceleration_g)
-        );
+        ));
         if dataset.imu.iter().all(|sample| sample.attitude.is_none()) {
             eprintln!("warning: the log has no attitude: packets of angle mode carry zeros for it");
         }

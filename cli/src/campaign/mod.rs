@@ -12,7 +12,6 @@ use hovernav::autopilot::HoverConfig;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;
 use hovernav_sim::campaign::{AirframeUncertainty, Campaign, CampaignResult, Outcome};
-use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -79,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let seeds: Vec<u64> = Campaign::seeds(arguments.flights, own, of).collect();
     ensure!(!seeds.is_empty(), "shard {own}/{of}: found no flight of {} in it", arguments.flights);
-    let bar = ProgressBar::new(seeds.len() as u64);
+    let bar = output::bar(seeds.len());
     let flown = seeds
         .par_iter()
         .map(|&seed| {
@@ -100,15 +99,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let summary = summary(arguments, &campaign, &results, (flying_s, started));
     output::write_json(&summary, &arguments.out.join("summary.json"))?;
 
-    print!("{}", in_words(&results));
+    output::say_text(in_words(&results));
     let cores = rayon::current_num_threads();
-    println!(
+    output::say(format_args!(
         "{}: {} flights of {:.0} s in {flying_s:.1} s on {cores} threads, {:.0} times real time",
         arguments.out.display(),
         results.len(),
         campaign.duration_s,
         results.len() as f64 * campaign.duration_s / flying_s
-    );
+    ));
     Ok(())
 }
 

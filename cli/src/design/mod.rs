@@ -57,6 +57,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut summary = summary::summary(&checked, &arguments.model);
     summary["wall_s"] = started.elapsed().as_secs_f64().into();
     output::write_json(&summary, &out.join("summary.json"))?;
-    print!("{}", words::in_words(&checked, &out));
+    output::say_text(words::in_words(&checked, &out));
     Ok(())
 }

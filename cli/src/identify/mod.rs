@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     summary.set_wall(started.elapsed().as_secs_f64());
     output::write_json(&summary, &out.join("summary.json"))?;
-    print!("{}", words::in_words(&summary, &found, held.as_ref().ok(), &out));
+    output::say_text(words::in_words(&summary, &found, held.as_ref().ok(), &out));
     Ok(())
 }
 

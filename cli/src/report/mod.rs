@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     RecordPage { record: &record, summary: &summary }.write(&out.join("report.html"))?;
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
-    print!("{}", summary.in_words(&out));
+    crate::output::say_text(summary.in_words(&out));
     ensure!(
         reproduction.first_difference.is_none()
             && sticks.is_none_or(|sticks| sticks.first_difference.is_none()),

@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let reference = Reference::open(&out, &dataset.manifest)?;
     let scored = reference.as_ref().map(|reference| score(&run.solutions, reference, Time::ZERO));
     summary.run.set_scores(scored.as_ref(), Vec::new());
-    println!("{}", summary.flight.in_words());
+    crate::output::say(format_args!("{}", summary.flight.in_words()));
     if !arguments.no_report {
         let page = SimulationPage {
             config: &config,
@@ -114,6 +114,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     summary.run.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
-    print!("{}", summary.run.in_words(&out));
+    crate::output::say_text(summary.run.in_words(&out));
     Ok(())
 }

@@ -71,13 +71,13 @@ pub fn run(
             .context("cannot listen for signals")?;
     }
     let flying = LiveFlight::start(live, gps.protocol, &paths)?;
-    println!(
+    crate::output::say(format_args!(
         "ready: dmu at {}, gps at {}, pilot at {}, servos at {}",
         paths.dmu.display(),
         paths.gps.display(),
         paths.pilot.display(),
         paths.servos.display()
-    );
+    ));
     let mut told = 0;
     while !flying.is_finished() && !stop.load(Ordering::Relaxed) {
         thread::sleep(Duration::from_millis(20));
@@ -88,7 +88,7 @@ pub fn run(
             told = seconds;
             let speed = sample.truth.velocity_mps.norm();
             let switch = if sample.switch_on { "closed" } else { "open" };
-            println!("{seconds:5} s  speed {speed:.2} m/s, switch {switch}");
+            crate::output::say(format_args!("{seconds:5} s  speed {speed:.2} m/s, switch {switch}"));
         }
     }
     let crashed_s = flying.crashed_s();
@@ -116,10 +116,10 @@ pub fn run(
     };
     output::write_json(&summary, &out.join("summary.json"))?;
     match crashed_s {
-        Some(crashed_s) => println!("crashed at {crashed_s:.1} s"),
-        None => println!("flown {elapsed_s:.1} s"),
+        Some(crashed_s) => crate::output::say(format_args!("crashed at {crashed_s:.1} s")),
+        None => crate::output::say(format_args!("flown {elapsed_s:.1} s")),
     }
-    println!(
+    crate::output::say(format_args!(
         "autopilot {:.1} s in {} engagements: velocity {:.2} m/s RMS, heading within {:.1} deg, place \
          within {:.1} m, largest step of a stick {:.1} %",
         statistics.engaged_s,
@@ -128,7 +128,7 @@ pub fn run(
         statistics.heading_rad.to_degrees(),
         statistics.place_m,
         100.0 * statistics.stick_step
-    );
-    println!("written {}", out.display());
+    ));
+    crate::output::say(format_args!("written {}", out.display()));
     Ok(())
 }

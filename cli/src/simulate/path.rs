@@ -33,14 +33,14 @@ pub fn run(arguments: &Arguments, flight: FlightPath) -> anyhow::Result<()> {
     };
     dataset.write(&out, &recording.truth)?;
     write_summary(&out.join("summary.json"), &dataset, started)?;
-    println!(
+    crate::output::say(format_args!(
         "{}: {:.0} s, {} inertial samples, {} fixes, seed {}",
         out.display(),
         plan.duration_s(),
         dataset.imu.len(),
         dataset.fixes.len(),
         arguments.seed
-    );
+    ));
     Ok(())
 }
 

@@ -17,14 +17,14 @@ pub struct RunSummary {
     tool: &'static str,
     version: &'static str,
     pub(super) input: String,
-    pub(super) duration_s: f64,
+    pub duration_s: f64,
     /// Filled in last.
     pub wall_s: f64,
-    pub(super) imu_samples: usize,
+    pub imu_samples: usize,
     /// Fixes of which anything corrected the state.
-    pub(super) gps_fixes_used: usize,
+    pub gps_fixes_used: usize,
     /// Fixes of which anything was refused by a gate.
-    pub(super) gps_fixes_rejected: usize,
+    pub gps_fixes_rejected: usize,
     /// Fixes that could not be compared at all.
     pub(super) gps_fixes_unusable: usize,
     smoothed: bool,

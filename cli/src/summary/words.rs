@@ -61,6 +61,15 @@ impl RunSummary {
         headlines
     }
 
+    /// Root mean square of the horizontal error, m, and of the velocity error, m/s, where there is a
+    /// reference.
+    pub fn row_errors(&self) -> [Option<f64>; 2] {
+        let rmse = |axis: &str| Some(self.error.as_ref()?.get(axis)?.rmse);
+        let velocity = ["vn_mps", "ve_mps", "vd_mps"].map(rmse);
+        let squares = velocity.into_iter().map(|rmse| Some(rmse? * rmse?)).sum::<Option<f64>>();
+        [rmse("horizontal_m"), squares.map(f64::sqrt)]
+    }
+
     /// What the terminal shows.
     pub fn in_words(&self, out: &Path) -> String {
         let mut text = String::new();

@@ -59,7 +59,7 @@ impl fmt::Display for Info<'_> {
 }
 
 /// The sensors present, by name, with the times of their samples.
-fn sensors(dataset: &Dataset) -> Vec<(&'static str, Vec<Time>)> {
+pub(crate) fn sensors(dataset: &Dataset) -> Vec<(&'static str, Vec<Time>)> {
     let mut sensors = vec![
         ("imu", dataset.imu.iter().map(|sample| sample.time).collect::<Vec<_>>()),
         ("gps", dataset.fixes.iter().map(|fix| fix.time).collect()),
@@ -162,7 +162,7 @@ fn write_fixes(f: &mut fmt::Formatter<'_>, dataset: &Dataset) -> fmt::Result {
 }
 
 /// Angular rate, rad/s, and specific force, m/s², of each sample.
-fn rates(samples: &[ImuSample]) -> Vec<[f64; 6]> {
+pub(crate) fn rates(samples: &[ImuSample]) -> Vec<[f64; 6]> {
     let rates = crate::rates::rates(samples);
     let six = |at: &crate::rates::Rates| {
         let ([p, q, r], [x, y, z]) = (at.turn_radps, at.force_mps2);
@@ -173,7 +173,7 @@ fn rates(samples: &[ImuSample]) -> Vec<[f64; 6]> {
 
 /// Root mean square of second differences over √6, per component: the standard deviation of white
 /// noise; slow motion cancels. `None` of fewer than three samples.
-fn vibration(rates: &[[f64; 6]]) -> Option<[f64; 6]> {
+pub(crate) fn vibration(rates: &[[f64; 6]]) -> Option<[f64; 6]> {
     let count = rates.len().checked_sub(2).filter(|count| *count > 0)?;
     Some(std::array::from_fn(|component| {
         let square_sum: f64 = rates

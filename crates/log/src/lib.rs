@@ -12,6 +12,7 @@ mod fitness;
 mod gps;
 mod imu;
 mod info;
+mod info_json;
 pub mod magnetic_field;
 mod manifest;
 mod number;
@@ -29,6 +30,7 @@ mod setup;
 mod solution;
 pub mod statistics;
 mod table;
+mod trajectory;
 mod truth;
 mod write;
 
@@ -58,5 +60,6 @@ pub use setup::{
     MavlinkSection, PilotRole, PwmLine, ReceiverProtocol, ReceiverSection, RecordSection,
     ServoSection, SiteSection, ThrottleSource, read_autopilot, write_autopilot,
 };
-pub use solution::write_solution;
+pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, solution_row, write_solution};
+pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use truth::Truth;

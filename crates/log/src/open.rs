@@ -40,9 +40,14 @@ impl Dataset {
         Record::open(path)?.dataset()
     }
 
-    fn open_directory(dir: &Path) -> Result<Self, LogError> {
+    /// The manifest of the dataset in the directory `dir`, every key at its default where there is none,
+    /// and what is to be said of it, one plain sentence each.
+    ///
+    /// # Errors
+    /// [`LogError::Toml`] where it cannot be read or is not valid.
+    pub fn manifest_of(dir: &Path) -> Result<(Manifest, Vec<String>), LogError> {
         let manifest = dir.join(MANIFEST_FILE);
-        let (mut manifest, mut warnings) = match Manifest::read(&manifest) {
+        let (mut manifest, warnings) = match Manifest::read(&manifest) {
             Err(LogError::Toml(TomlError::Io { source, .. }))
                 if source.kind() == std::io::ErrorKind::NotFound =>
             {
@@ -54,6 +59,11 @@ impl Dataset {
         if manifest.name.is_empty() {
             manifest.name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
         }
+        Ok((manifest, warnings))
+    }
+
+    fn open_directory(dir: &Path) -> Result<Self, LogError> {
+        let (mut manifest, mut warnings) = Self::manifest_of(dir)?;
         let imu = imu::read(dir, manifest.imu.take_reading(), &mut warnings)?;
         let fixes = gps::read(dir, manifest.gps.latency_s, &mut warnings)?;
         let baro = auxiliary::read_baro(dir, &mut warnings)?;

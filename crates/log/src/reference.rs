@@ -9,6 +9,9 @@ use crate::imu::ATTITUDE;
 use crate::manifest::Manifest;
 use crate::remarks::Remarks;
 use crate::table::Table;
+use crate::trajectory::Trajectory;
+use hovernav::earth::Geodetic;
+use hovernav::ekf::Solution;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::time::Time;
 
@@ -111,6 +114,30 @@ impl Reference {
         }))
     }
 
+    /// A trajectory on Earth as reference, scored from its first moment on, its point the solution's.
+    #[must_use]
+    pub fn of_trajectory(trajectory: &Trajectory) -> Self {
+        let of = |pick: &dyn Fn(&Solution) -> [f64; 3]| {
+            let rows = trajectory.solutions.iter();
+            Series::new(rows.map(|solution| (solution.time, pick(solution))))
+        };
+        Self {
+            position: of(&|solution| {
+                let Geodetic { latitude_rad, longitude_rad, height_m } = solution.position;
+                [latitude_rad, longitude_rad, height_m]
+            }),
+            velocity: of(&|solution| solution.velocity_mps.to_array()),
+            attitude: of(&|solution| {
+                let angles = solution.body_to_ned.euler();
+                [angles.roll_rad, angles.pitch_rad, angles.yaw_rad]
+            }),
+            body_velocity: of(&|_| [f64::NAN; 3]),
+            from_solution_point_m: Vector::ZERO,
+            skip_s: 0.0,
+            warnings: trajectory.warnings.clone(),
+        }
+    }
+
     /// The reference at `time`: position and velocities interpolated linearly, attitude along the
     /// shortest turn; NaN before its start, beyond its end, and across gaps longer than half a second
     /// and than three median intervals.
@@ -141,11 +168,12 @@ struct Series {
 
 impl Series {
     fn of(rows: &[(Time, [f64; 12])], pick: impl Fn([f64; 12]) -> [f64; 3]) -> Self {
-        let (times, values): (Vec<Time>, Vec<[f64; 3]>) = rows
-            .iter()
-            .map(|(time, row)| (*time, pick(*row)))
-            .filter(|(_, values)| values.iter().any(|value| value.is_finite()))
-            .unzip();
+        Self::new(rows.iter().map(|(time, row)| (*time, pick(*row))))
+    }
+
+    fn new(rows: impl Iterator<Item = (Time, [f64; 3])>) -> Self {
+        let (times, values): (Vec<Time>, Vec<[f64; 3]>) =
+            rows.filter(|(_, values)| values.iter().any(|value| value.is_finite())).unzip();
         let longest_gap_s = LONGEST_GAP_S.max(3.0 * median_interval_s(&times).unwrap_or(0.0));
         Self { times, values, longest_gap_s }
     }

@@ -6,7 +6,7 @@ use crate::reference::{Reference, ReferenceMoment};
 use crate::statistics::{quantile, thin_to_extremes};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
-use hovernav::frames::wrap_angle;
+use hovernav::frames::{Vector, wrap_angle};
 use hovernav::ins::LeverArm;
 use hovernav::time::Time;
 
@@ -85,6 +85,9 @@ impl Axis {
 pub struct Score {
     /// Where scoring begins; what is before it shows in the series alone.
     pub from: Time,
+    /// When the heading was first known, to 15° by the solution's own word, where that came after
+    /// [`from`](Self::from): attitude is scored from here on.
+    pub heading_known: Option<Time>,
     /// The axes the reference speaks of, in the order of [`Axis::ALL`].
     pub axes: Vec<AxisScore>,
 }
@@ -181,11 +184,26 @@ pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> 
             }
         }
     }
-    let axes = Axis::ALL.into_iter().zip(columns);
-    Score {
-        from,
-        axes: axes.filter_map(|(axis, points)| score_axis(axis, &points, from)).collect(),
-    }
+    let heading_known = heading_known(solutions).filter(|known| *known > from);
+    let axes = Axis::ALL.into_iter().zip(columns).filter_map(|(axis, points)| {
+        let is_attitude = matches!(axis, Axis::Roll | Axis::Pitch | Axis::Yaw);
+        let from = if is_attitude { heading_known.unwrap_or(from) } else { from };
+        score_axis(axis, &points, from)
+    });
+    Score { from, heading_known, axes: axes.collect() }
+}
+
+/// A heading less sure than this is not known, rad.
+const HEADING_KNOWN_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
+
+/// When the heading is first known; `None` where it never is, or always was for all that is said.
+fn heading_known(solutions: &[Solution]) -> Option<Time> {
+    let known = |solution: &Solution| {
+        let [.., sigma_rad] = solution.attitude_sigma_rad;
+        // Whoever gives no sigma claims to know.
+        !(sigma_rad > HEADING_KNOWN_RAD)
+    };
+    solutions.iter().find(|solution| known(solution)).map(|solution| solution.time)
 }
 
 /// The largest horizontal distance from `reference` that `solutions`, in time order, reach from
@@ -241,6 +259,9 @@ pub fn axis_errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
         reference.at(solution.time);
     let arm_m = reference.from_solution_point_m;
     let body_to_ned = solution.body_to_ned;
+    // Without a lever arm the attitude need not be known.
+    let has_arm = arm_m != Vector::ZERO;
+    let in_ned = |of_arm| if has_arm { body_to_ned * of_arm } else { Vector::ZERO };
 
     let [latitude_rad, longitude_rad, height_m] = position;
     let there = Geodetic { latitude_rad, longitude_rad, height_m };
@@ -249,13 +270,16 @@ pub fn axis_errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
         height_m: if height_m.is_finite() { height_m } else { solution.position.height_m },
         ..there
     };
-    let [arm_north, arm_east, arm_down] = (body_to_ned * arm_m).to_array();
+    let [arm_north, arm_east, arm_down] = in_ned(arm_m).to_array();
     let [north, east, _] = solution.position.displacement_from(&base).to_array();
     let (north, east) = (north + arm_north, east + arm_east);
     let down = height_m - solution.position.height_m + arm_down;
 
-    let of_arm_mps = LeverArm(arm_m).relative_velocity(solution.angular_rate_radps);
-    let [vn, ve, vd] = (solution.velocity_mps + body_to_ned * of_arm_mps).to_array();
+    let of_arm_mps = match has_arm {
+        true => LeverArm(arm_m).relative_velocity(solution.angular_rate_radps),
+        false => Vector::ZERO,
+    };
+    let [vn, ve, vd] = (solution.velocity_mps + in_ned(of_arm_mps)).to_array();
     let [u, v, w] = (solution.velocity_body_mps() + of_arm_mps).to_array();
     let angles = body_to_ned.euler();
     let turn_deg =
@@ -283,7 +307,8 @@ pub fn axis_sigmas(solution: &Solution) -> [Option<f64>; 13] {
     let [n, e, d] = solution.position_sigma_m.to_array().map(Some);
     let [vn, ve, vd] = solution.velocity_sigma_mps.to_array().map(Some);
     let [roll, pitch, yaw] = solution.attitude_sigma_rad.map(|sigma| Some(sigma.to_degrees()));
-    [n, e, d, None, vn, ve, vd, None, None, None, roll, pitch, yaw]
+    let sigmas = [n, e, d, None, vn, ve, vd, None, None, None, roll, pitch, yaw];
+    sigmas.map(|sigma| sigma.filter(|sigma| !sigma.is_nan()))
 }
 
 /// At most [`SERIES_POINTS`] of `points`, the peaks among them.

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use crate::csv_writer::CsvWriter;
 use crate::error::LogError;
+use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 
 /// The columns of `solution.csv`: a public interface, only ever added to at the end.
-const COLUMNS: [&str; 31] = [
+pub const COLUMNS: [&str; 31] = [
     "t_s",
     "lat_deg",
     "lon_deg",
@@ -41,14 +42,115 @@ const COLUMNS: [&str; 31] = [
     "accel_bias_z_mps2",
 ];
 
-/// Writes `solutions` to the file `path`, one row each: degrees of latitude and longitude to 0.01 mm,
+/// The numbers of one row, in the order and units of [`COLUMNS`], unrounded.
+#[must_use]
+pub fn solution_row(solution: &Solution) -> [f64; 31] {
+    let Solution { position, velocity_mps, body_to_ned, .. } = solution;
+    let groups = [
+        [position.latitude_deg(), position.longitude_deg(), position.height_m],
+        velocity_mps.to_array(),
+        body_to_ned.euler().to_degrees(),
+        solution.velocity_body_mps().to_array(),
+        solution.angular_rate_radps.to_array(),
+        solution.position_sigma_m.to_array(),
+        solution.velocity_sigma_mps.to_array(),
+        solution.attitude_sigma_rad.map(f64::to_degrees),
+        solution.gyro_bias_radps.to_array(),
+        solution.accel_bias_mps2.to_array(),
+    ];
+    let mut row = [solution.time.seconds(); 31];
+    for (place, value) in row[1..].iter_mut().zip(groups.into_iter().flatten()) {
+        *place = value;
+    }
+    row
+}
+
+/// Columns that `solution.csv` may have after its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExtraColumns {
+    /// The attitude from body to NED as a unit quaternion, scalar first and not negative:
+    /// `q_w, q_x, q_y, q_z`.
+    Quaternion,
+    /// Straight metres north, east and down of the first solution: `north_m, east_m, down_m`.
+    Local,
+    /// Variances of position, m², velocity, m²/s², and Euler angles, rad²: the diagonal of the
+    /// covariance, `var_n_m2` to `var_yaw_rad2`.
+    Covariance,
+}
+
+impl ExtraColumns {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Quaternion, Self::Local, Self::Covariance];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Quaternion => "quaternion",
+            Self::Local => "local",
+            Self::Covariance => "covariance",
+        }
+    }
+
+    const fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::Quaternion => &["q_w", "q_x", "q_y", "q_z"],
+            Self::Local => &["north_m", "east_m", "down_m"],
+            Self::Covariance => &[
+                "var_n_m2",
+                "var_e_m2",
+                "var_d_m2",
+                "var_vn_m2ps2",
+                "var_ve_m2ps2",
+                "var_vd_m2ps2",
+                "var_roll_rad2",
+                "var_pitch_rad2",
+                "var_yaw_rad2",
+            ],
+        }
+    }
+
+    fn write(
+        self,
+        csv: &mut CsvWriter<'_>,
+        solution: &Solution,
+        origin: &Geodetic,
+    ) -> Result<(), LogError> {
+        match self {
+            Self::Quaternion => {
+                let [x, y, z, w] = solution.body_to_ned.quaternion().to_array();
+                let sign = if w < 0.0 { -1.0 } else { 1.0 };
+                [w, x, y, z].into_iter().try_for_each(|part| csv.fixed(sign * part, 9))
+            }
+            Self::Local => csv.fixed_each(solution.position.local_ned_m(origin).to_array(), 4),
+            Self::Covariance => {
+                let squares = |sigmas: [f64; 3]| sigmas.map(|sigma| sigma * sigma);
+                let groups = [
+                    solution.position_sigma_m.to_array(),
+                    solution.velocity_sigma_mps.to_array(),
+                    solution.attitude_sigma_rad,
+                ];
+                groups.map(squares).into_iter().flatten().try_for_each(|one| csv.shortest(one))
+            }
+        }
+    }
+}
+
+/// Writes `solutions` to the file `path`, one row each, with `extra` columns at the end: degrees of latitude and longitude to 0.01 mm,
 /// metres to 0.1 mm, velocities and angles to 1e-5, rates to 1e-7, biases to 1e-8.
 ///
 /// # Errors
 /// [`LogError::Unwritable`] for a value that is NaN, infinite or beyond 9e8; nothing is written then.
 /// [`LogError::Io`] where the file system refuses.
-pub fn write_solution(path: &Path, solutions: &[Solution]) -> Result<(), LogError> {
-    let mut csv = CsvWriter::new(path.to_path_buf(), &COLUMNS);
+pub fn write_solution(
+    path: &Path,
+    solutions: &[Solution],
+    extra: &[ExtraColumns],
+) -> Result<(), LogError> {
+    let extra_columns = extra.iter().flat_map(|extra| extra.columns());
+    let columns: Vec<&'static str> = COLUMNS.iter().chain(extra_columns).copied().collect();
+    let mut csv = CsvWriter::new(path.to_path_buf(), &columns);
+    let origin = solutions.first().map(|solution| solution.position);
     for solution in solutions {
         csv.time(solution.time);
         csv.fixed(solution.position.latitude_deg(), 10)?;
@@ -66,6 +168,9 @@ pub fn write_solution(path: &Path, solutions: &[Solution]) -> Result<(), LogErro
         csv.fixed_each(solution.attitude_sigma_rad.map(f64::to_degrees), 5)?;
         csv.fixed_each(solution.gyro_bias_radps.to_array(), 8)?;
         csv.fixed_each(solution.accel_bias_mps2.to_array(), 8)?;
+        for (extra, origin) in extra.iter().zip(origin.iter().cycle()) {
+            extra.write(&mut csv, solution, origin)?;
+        }
         csv.end_row();
     }
     csv.finish()

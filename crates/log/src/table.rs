@@ -11,6 +11,11 @@ use crate::number::{parse_number, parse_time};
 use crate::records::Records;
 use crate::remarks::Remarks;
 use hovernav::time::Time;
+use hovernav_toml::read_bytes;
+
+/// A table of more bytes than this is refused rather than read into memory: ten hours at 400 Hz and
+/// twice that.
+pub(crate) const LARGEST_BYTES: u64 = 4 << 30;
 
 /// A CSV file with a header row, read forward once.
 ///
@@ -37,14 +42,15 @@ impl Table {
     /// Opens a file of `dir`; `None` where there is no such file.
     pub fn open(dir: &Path, file: &str) -> Result<Option<Self>, LogError> {
         let path = dir.join(file);
-        match std::fs::read(&path) {
+        match read_bytes(&path, LARGEST_BYTES) {
             Ok(bytes) => Self::parse(path, bytes).map(Some),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(LogError::io(&path)(error)),
         }
     }
 
-    fn parse(path: PathBuf, bytes: Vec<u8>) -> Result<Self, LogError> {
+    /// The table in `bytes`, the contents of the file `path`.
+    pub fn parse(path: PathBuf, bytes: Vec<u8>) -> Result<Self, LogError> {
         let mut records = Records::new(bytes);
         if !records.advance().map_err(LogError::io(&path))? {
             let reason = "the file is empty, expected a header row".into();

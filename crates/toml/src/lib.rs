@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod deserializer;
+mod file;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,11 @@ use toml::Table;
 use toml::de::{DeTable, DeValue};
 
 use deserializer::{Place, ValueDeserializer};
+
+pub use file::read_bytes;
+
+/// Set-up files are short: no larger file is one, bytes.
+const LONGEST_TEXT: u64 = 16 << 20;
 
 /// Why a TOML file is refused: one line that names the file and the place in it.
 #[derive(Debug, thiserror::Error)]
@@ -55,8 +61,8 @@ impl TomlError {
 /// # Errors
 /// [`TomlError::Io`], and [`TomlError::Text`] where it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, TomlError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| TomlError::Io { path: path.to_path_buf(), source })?;
+    let bytes = read_bytes(path, LONGEST_TEXT)
+        .map_err(|source| TomlError::Io { path: path.to_path_buf(), source })?;
     let mut text = String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(&error.as_bytes()[..valid]);

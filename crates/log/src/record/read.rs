@@ -14,8 +14,10 @@ use super::message::{
 };
 use crate::error::{LogError, excerpt};
 use crate::setup::FlyConfig;
+use crate::table::LARGEST_BYTES;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
+use hovernav_toml::read_bytes;
 
 /// A call of the sensors, as the loop made it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -93,9 +95,11 @@ impl Record {
     #[must_use]
     pub fn is_mcap(path: &Path) -> bool {
         let mut magic = [0; mcap::MAGIC.len()];
-        std::fs::File::open(path)
-            .and_then(|mut file| std::io::Read::read_exact(&mut file, &mut magic))
-            .is_ok_and(|()| magic == mcap::MAGIC)
+        // A pipe would keep its reader waiting.
+        path.is_file()
+            && std::fs::File::open(path)
+                .and_then(|mut file| std::io::Read::read_exact(&mut file, &mut magic))
+                .is_ok_and(|()| magic == mcap::MAGIC)
     }
 
     /// Reads the record `path`. One that was cut off or damaged gives what is whole, and
@@ -106,7 +110,7 @@ impl Record {
     /// or cut off or damaged before the end of its configuration; [`LogError::Unusable`] for a
     /// configuration that this version refuses.
     pub fn open(path: &Path) -> Result<Self, LogError> {
-        Self::read(&std::fs::read(path).map_err(LogError::io(path))?, path)
+        Self::read(&read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?, path)
     }
 
     /// Reads a record from memory; `path` names it in messages.

@@ -1,6 +1,9 @@
 //! `hovernav estimate`: the filter over a log, scored and drawn.
 
-use std::io::IsTerminal as _;
+mod columns;
+mod export;
+mod table;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -9,20 +12,22 @@ use hovernav::ekf::Solution;
 use hovernav::time::Time;
 use hovernav_formats::{Format, Log};
 use hovernav_log::{Outage, Reference, SmoothedRun, outage_drift, score, write_solution};
-use indicatif::{ProgressBar, ProgressStyle};
 
+use self::columns::ColumnsArgument;
+use self::export::ExportArgument;
 use crate::arguments::{OutageWindow, Sensors};
 use crate::flight_page::{self, FlightData};
-use crate::output;
+use crate::output::{self, Working};
 use crate::summary::{OutageDrift, RunSummary};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A dataset directory, a flight record or a log of any other format
-    log: PathBuf,
+    /// Dataset directories, flight records, logs of any other format; of several, a table over all
+    #[arg(required = true)]
+    log: Vec<PathBuf>,
     #[command(flatten)]
     sensors: Sensors,
-    /// Where to write; out/NAME unless given
+    /// Where to write; out/NAME unless given. Of several logs, the directory of their directories
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Settings that override those of the log's dataset.toml, in the same form
@@ -37,6 +42,13 @@ pub struct Arguments {
     /// Thin the GPS to at most this rate
     #[arg(long, value_name = "HZ", value_parser = positive)]
     gps_rate: Option<f64>,
+    /// Write the solution in this format too: parquet, kml, gpx, pos, tum, euroc, mcap; may be
+    /// repeated. `-` writes the one FORMAT asked for to standard output as well
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',')]
+    export: Vec<ExportArgument>,
+    /// Add columns at the end of solution.csv: quaternion, local, covariance
+    #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
+    columns: Vec<ColumnsArgument>,
     /// Write no report.html
     #[arg(long)]
     no_report: bool,
@@ -56,29 +68,47 @@ fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("found \"{text}\", expected a number of hertz above 0"))
 }
 
-/// Logs shorter than this are done before a bar could be read.
-const SAMPLES_WORTH_A_BAR: usize = 500_000;
+/// Samples between two steps of the bar.
+const SAMPLES_A_STEP: usize = 4096;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    export::check(&arguments.export, arguments.log.len())?;
+    if let [log] = &arguments.log[..] {
+        let out = arguments.out.clone();
+        let out = out.unwrap_or_else(|| Path::new("out").join(output::name_of(log)));
+        let summary = estimate(arguments, log, &out)?;
+        // Standard output belongs to the solution then.
+        if !export::is_piped(&arguments.export) {
+            output::say_text(summary.in_words(&out));
+        }
+        return Ok(());
+    }
+    table::run(arguments)
+}
+
+/// Estimates `log` and writes what comes of it to `out`.
+fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<RunSummary> {
     let started = Instant::now();
+    let reading = Working::on("reading");
     let Log { format, mut dataset, record, onboard, .. } =
-        hovernav_formats::open(&arguments.log, &arguments.sensors.options())?;
+        hovernav_formats::open(log, &arguments.sensors.options())?;
+    drop(reading);
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }
     // What a directory lacks is its gps.csv.
     let source = match format {
-        Format::Dataset if dataset.fixes.is_empty() => arguments.log.join("gps.csv"),
-        _ => arguments.log.clone(),
+        Format::Dataset if dataset.fixes.is_empty() => log.join("gps.csv"),
+        _ => log.to_path_buf(),
     };
     dataset.check_fitness(&source)?;
     let config = dataset.settings()?;
     let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.outage()).collect();
     dataset.withhold(&outages, arguments.gps_rate);
 
-    let bar = progress_bar(dataset.imu.len());
+    let bar = output::bar(dataset.imu.len());
     let progress = |done: usize| {
-        if done.is_multiple_of(4096) {
+        if done.is_multiple_of(SAMPLES_A_STEP) {
             bar.set_position(done as u64);
         }
     };
@@ -92,12 +122,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ensure!(
         !run.solutions.is_empty(),
         "{}: no solution: alignment found no fix with {} s of inertial samples before it",
-        arguments.log.display(),
+        log.display(),
         config.alignment.duration_s
     );
 
     let reference = match format {
-        Format::Dataset => Reference::open(&arguments.log, &dataset.manifest)?,
+        Format::Dataset => Reference::open(log, &dataset.manifest)?,
         _ => None,
     };
     let first_imu = dataset.imu.first().map_or(Time::ZERO, |sample| sample.time);
@@ -105,13 +135,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
     let drifts = drifts(solutions, &outages, reference.as_ref());
 
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("out").join(output::name_of(&arguments.log)));
-    output::create(&out)?;
-    write_solution(&out.join("solution.csv"), solutions)?;
-    let mut summary = RunSummary::new(&arguments.log, &dataset, &run, !smoothed.is_empty());
+    output::create(out)?;
+    write_solution(&out.join("solution.csv"), solutions, &columns::of(&arguments.columns))?;
+    export::write(&arguments.export, &dataset.manifest.name, solutions, out)?;
+    let mut summary = RunSummary::new(log, &dataset, &run, !smoothed.is_empty());
     if arguments.smooth && smoothed.is_empty() {
         let warning = "nothing was smoothed, as the heading was not found: the solution is causal";
         summary.warnings.push(warning.into());
@@ -140,17 +167,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
-    print!("{}", summary.in_words(&out));
-    Ok(())
-}
-
-fn progress_bar(samples: usize) -> ProgressBar {
-    if samples < SAMPLES_WORTH_A_BAR || !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{wide_bar} {percent}% {eta} left")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(samples as u64).with_style(style)
+    Ok(summary)
 }
 
 fn drifts(

@@ -1,0 +1,244 @@
+//! `hovernav score`: anybody's trajectory against a reference.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::{Context as _, bail, ensure};
+use hovernav::earth::Geodetic;
+use hovernav_log::{
+    Alignment, Axis, Dataset, LocalAxes, Reference, Score, Statistics, Trajectory, score,
+};
+use serde_json::{Value, json};
+
+use crate::arguments::finite;
+use crate::output::{self, Working};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A solution.csv, an output directory of estimate, a TUM or a EuRoC trajectory
+    solution: PathBuf,
+    /// A reference.csv, a dataset directory that has one, or a trajectory as above
+    reference: PathBuf,
+    /// Lay the solution over the reference, turned about the vertical and moved by least squares
+    #[arg(long)]
+    align: bool,
+    /// Where a trajectory in local metres has its zero: degrees, degrees, metres above the ellipsoid
+    #[arg(
+        long,
+        value_name = "LAT,LON,HEIGHT",
+        allow_hyphen_values = true,
+        conflicts_with = "align"
+    )]
+    origin: Option<Place>,
+    /// The axes of a trajectory in local metres: enu with a body of forward, left, up; ned with one of
+    /// forward, right, down
+    #[arg(long, value_enum, default_value_t = AxesArgument::Enu)]
+    axes: AxesArgument,
+    /// Leave out this many seconds after the solution's first moment
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    skip: Option<f64>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum AxesArgument {
+    Enu,
+    Ned,
+}
+
+impl From<AxesArgument> for LocalAxes {
+    fn from(axes: AxesArgument) -> Self {
+        match axes {
+            AxesArgument::Enu => Self::EnuFlu,
+            AxesArgument::Ned => Self::NedFrd,
+        }
+    }
+}
+
+/// A place on Earth.
+#[derive(Clone, Copy)]
+pub struct Place(Geodetic);
+
+impl FromStr for Place {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Option<Vec<f64>> = text.split(',').map(finite).collect();
+        let place = match numbers.as_deref() {
+            Some(&[latitude_deg, longitude_deg, height_m]) => {
+                Geodetic::from_degrees(latitude_deg, longitude_deg, height_m)
+            }
+            _ => None,
+        };
+        place.map(Self).ok_or_else(|| {
+            format!("found \"{text}\", expected LAT,LON,HEIGHT in degrees, degrees and metres")
+        })
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let found = finite(text).filter(|&seconds| seconds >= 0.0);
+    found.ok_or_else(|| format!("found \"{text}\", expected a number of seconds from 0 on"))
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let working = Working::on("scoring");
+    let axes = arguments.axes.into();
+    let mut solution = open(&arguments.solution, axes)?;
+    let mut reference = Comparison::open(&arguments.reference, axes)?;
+    let mut aligned = None;
+    if arguments.align {
+        if let Comparison::Trajectory(trajectory) = &mut reference {
+            trajectory.place(&NOWHERE);
+        }
+    } else if let Some(Place(origin)) = arguments.origin {
+        solution.place(&origin);
+        if let Comparison::Trajectory(trajectory) = &mut reference {
+            trajectory.place(&origin);
+        }
+    } else {
+        let is_local = match &reference {
+            Comparison::Trajectory(trajectory) => trajectory.is_local(),
+            Comparison::Dataset(_) => false,
+        };
+        ensure!(
+            solution.is_local() == is_local,
+            "{}: found {}, where the other is not: expected --align, or --origin LAT,LON,HEIGHT",
+            arguments.solution.display(),
+            if is_local { "places on Earth" } else { "metres from a point that it does not name" }
+        );
+        solution.place(&NOWHERE);
+        if let Comparison::Trajectory(trajectory) = &mut reference {
+            trajectory.place(&NOWHERE);
+        }
+    }
+    let mut reference = match reference {
+        Comparison::Dataset(reference) => reference,
+        Comparison::Trajectory(trajectory) => Reference::of_trajectory(&trajectory),
+    };
+    if arguments.align {
+        let alignment = solution.align(&reference);
+        aligned = Some(alignment.with_context(|| no_overlap(arguments))?);
+    }
+    if let Some(skip_s) = arguments.skip {
+        reference.skip_s = skip_s;
+    }
+    let Some(first) = solution.solutions.first() else { bail!(no_overlap(arguments)) };
+    let found = score(&solution.solutions, &reference, first.time);
+    ensure!(!found.axes.is_empty(), no_overlap(arguments));
+    let warnings = [solution.warnings, reference.warnings].concat();
+    drop(working);
+    if arguments.json {
+        return output::print_json(&in_json(arguments, &found, aligned, &warnings));
+    }
+    output::print(in_words(&found, aligned));
+    for warning in &warnings {
+        output::say(format_args!("warning: {warning}"));
+    }
+    Ok(())
+}
+
+fn no_overlap(arguments: &Arguments) -> String {
+    format!(
+        "{}: found no moment that {} covers too, expected two of one clock",
+        arguments.solution.display(),
+        arguments.reference.display()
+    )
+}
+
+/// Where local metres of both sides have their zero, if nobody says: any place does.
+const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
+
+/// The trajectory in a file, or in the `solution.csv` of a directory.
+pub fn open(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajectory> {
+    let file = if path.is_dir() { path.join("solution.csv") } else { path.to_path_buf() };
+    Ok(Trajectory::open(&file, axes)?)
+}
+
+/// What a solution is compared with.
+enum Comparison {
+    Dataset(Reference),
+    Trajectory(Trajectory),
+}
+
+impl Comparison {
+    fn open(path: &Path, axes: LocalAxes) -> anyhow::Result<Self> {
+        let file = path.join("reference.csv");
+        if !path.is_dir() || !file.exists() {
+            return open(path, axes).map(Self::Trajectory);
+        }
+        // The lever arms of its dataset.toml say whose motion the reference is.
+        let (manifest, _) = Dataset::manifest_of(path)?;
+        let reference = Reference::open(path, &manifest)?;
+        Ok(Self::Dataset(reference.with_context(|| format!("{}: not there", file.display()))?))
+    }
+}
+
+fn in_json(
+    arguments: &Arguments,
+    found: &Score,
+    aligned: Option<Alignment>,
+    warnings: &[String],
+) -> Value {
+    let error: serde_json::Map<String, Value> =
+        found.axes.iter().map(|axis| (axis.axis.name().into(), json!(axis.statistics))).collect();
+    let within = found.axes.iter().filter_map(|axis| Some((axis, axis.within_3_sigma?)));
+    let within: serde_json::Map<String, Value> =
+        within.map(|(axis, share)| (axis.axis.name().into(), json!(share))).collect();
+    let samples = found.axes.iter().map(|axis| axis.samples).max();
+    json!({
+        "tool": "hovernav",
+        "version": env!("CARGO_PKG_VERSION"),
+        "input": arguments.solution.display().to_string(),
+        "reference": arguments.reference.display().to_string(),
+        "samples": samples,
+        "from_s": found.from.seconds(),
+        "heading_known_s": found.heading_known.map(|time| time.seconds()),
+        "aligned": aligned.map(|aligned| json!({
+            "yaw_deg": aligned.yaw_rad.to_degrees(),
+            "moments": aligned.moments,
+            "rms_m": aligned.rms_m,
+        })),
+        "error": error,
+        "within_3_sigma": within,
+        "warnings": warnings,
+    })
+}
+
+fn in_words(found: &Score, aligned: Option<Alignment>) -> String {
+    let mut text = String::new();
+    if let Some(Alignment { yaw_rad, moments, rms_m }) = aligned {
+        let _ = writeln!(
+            text,
+            "laid over the reference: turned by {:.3}°, {rms_m:.3} m rms left over {moments} moments",
+            yaw_rad.to_degrees()
+        );
+    }
+    if let Some(known) = found.heading_known {
+        let _ = writeln!(
+            text,
+            "the heading is known from {:.1} s on, {:.1} s later than the rest: attitude is scored from there",
+            known.seconds(),
+            known - found.from
+        );
+    }
+    let _ = writeln!(
+        text,
+        "{:<18} {:>9} {:>9} {:>9} {:>9} {:>9} {:>10}",
+        "error", "rmse", "median", "p95", "max", "samples", "inside 3σ"
+    );
+    for axis in Axis::ALL.iter().filter_map(|axis| found.axis(*axis)) {
+        let Statistics { rmse, median, p95, max } = axis.statistics;
+        let inside =
+            axis.within_3_sigma.map_or("–".into(), |share| format!("{:.1} %", 100.0 * share));
+        let (name, samples) = (axis.axis.name(), axis.samples);
+        let _ = writeln!(
+            text,
+            "{name:<18} {rmse:>9.3} {median:>9.3} {p95:>9.3} {max:>9.3} {samples:>9} {inside:>10}"
+        );
+    }
+    text
+}

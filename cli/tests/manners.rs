@@ -1,0 +1,77 @@
+//! What a command does in a pipe, in a script and in wrong hands.
+
+mod common;
+
+use std::process::{Command, Stdio};
+
+use common::{HELI, hovernav, place, refusal, succeeds, text};
+use serde_json::Value;
+
+#[test]
+fn a_reader_that_has_gone_causes_no_panic() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_hovernav"))
+        .args(["info", HELI])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command runs");
+    drop(child.stdout.take());
+    let run = child.wait_with_output().expect("it ends");
+    assert!(run.status.success() && run.stderr.is_empty(), "{run:?}");
+}
+
+#[test]
+fn info_is_one_json_object_for_programs() {
+    let info: Value = serde_json::from_str(&succeeds(&["info", HELI, "--json"])).expect("JSON");
+    assert_eq!(info["sensors"]["imu"]["samples"], 9899);
+    assert_eq!(info["format"], "dataset directory");
+    assert!((info["sensors"]["gps"]["rate_hz"].as_f64().expect("a rate") - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn quiet_writes_files_and_no_words() {
+    let out = place("quiet");
+    let said = succeeds(&["-q", "estimate", HELI, "--no-report", "--out", text(&out)]);
+    assert!(said.is_empty() && out.join("solution.csv").exists(), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused_instead_of_waited_for() {
+    let dir = place("devices");
+    std::os::unix::fs::symlink("/dev/zero", dir.join("imu.csv")).expect("a link");
+    assert!(refusal(&["info", text(&dir)]).contains("imu.csv: found a pipe or a device"));
+    let pipe = dir.join("pipe");
+    let made = Command::new("mkfifo").arg(&pipe).status().expect("mkfifo runs");
+    assert!(made.success());
+    assert!(refusal(&["info", text(&pipe)]).contains("expected a file"));
+    assert!(refusal(&["score", text(&pipe), HELI]).contains("expected a file"));
+}
+
+#[test]
+fn several_logs_make_a_table_and_a_directory_each() {
+    let out = place("several");
+    let nowhere = out.join("nowhere");
+    let arguments = ["estimate", "--no-report", "--out", text(&out), HELI, HELI];
+    let said = succeeds(&arguments);
+    assert_eq!(said.lines().count(), 3, "{said}");
+    assert!(out.join("heli-hover/solution.csv").exists());
+    assert!(out.join("heli-hover-2/summary.json").exists());
+    // One that fails does not take the others with it, but the exit status tells.
+    let run = hovernav(&[&arguments[..5], &[text(&nowhere)]].concat());
+    assert_eq!(run.status.code(), Some(1));
+    assert_eq!(String::from_utf8(run.stdout).expect("text").lines().count(), 2);
+}
+
+#[cfg(feature = "manual")]
+#[test]
+fn shells_and_man_know_every_verb() {
+    let dir = place("man");
+    succeeds(&["man", text(&dir)]);
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        assert!(succeeds(&["completions", shell]).contains("estimate"), "{shell}");
+    }
+    let page = std::fs::read_to_string(dir.join("hovernav-score.1")).expect("a page");
+    assert!(page.contains("TUM"), "{page}");
+    assert_eq!(hovernav(&["completions", "cmd"]).status.code(), Some(2));
+}

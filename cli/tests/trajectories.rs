@@ -1,0 +1,191 @@
+//! Solutions in others' formats, and others' trajectories scored.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use common::{HELI, hovernav, place, refusal, succeeds, text};
+use serde_json::Value;
+
+/// The helicopter's solution in every format, in a directory of this name.
+fn exported(name: &str) -> std::path::PathBuf {
+    let out = place(name);
+    let mut formats = String::from("kml,gpx,pos,tum,euroc,mcap");
+    if cfg!(feature = "parquet") {
+        formats += ",parquet";
+    }
+    let columns = "covariance,quaternion,local";
+    let arguments = ["estimate", HELI, "--no-report", "--out", text(&out), "--export", &formats];
+    succeeds(&[&arguments[..], &["--columns", columns]].concat());
+    out
+}
+
+fn score(arguments: &[&str]) -> Value {
+    serde_json::from_str(&succeeds(&[&["score", "--json"], arguments].concat())).expect("JSON")
+}
+
+fn rmse(score: &Value, axis: &str) -> f64 {
+    score["error"][axis]["rmse"].as_f64().unwrap_or_else(|| panic!("{axis} in {score}"))
+}
+
+#[test]
+fn what_is_exported_scores_as_the_solution_does() {
+    let out = exported("scored");
+    let file = |name: &str| out.join(name);
+    let own = score(&[text(&out), HELI, "--align"]);
+    for name in ["solution.tum", "solution.euroc.csv"] {
+        let other = score(&[text(&file(name)), HELI, "--align"]);
+        for axis in ["north_m", "east_m", "down_m", "roll_deg", "pitch_deg", "yaw_deg"] {
+            let difference = rmse(&own, axis) - rmse(&other, axis);
+            assert!(difference.abs() < 2e-4, "{name} {axis} differs by {difference}");
+        }
+    }
+    // Both know their axes: one read as the other says is off by half a turn.
+    let between = score(&[text(&file("solution.tum")), text(&file("solution.euroc.csv"))]);
+    assert!(rmse(&between, "north_m") < 1e-4 && rmse(&between, "yaw_deg") < 1e-4, "{between}");
+    let origin = fs::read_to_string(file("solution.csv")).expect("a solution");
+    let origin: Vec<&str> = origin.lines().nth(1).expect("a row").split(',').collect();
+    let placed = score(&[text(&file("solution.tum")), HELI, "--origin", &origin[1..4].join(",")]);
+    let difference = rmse(&placed, "down_m") - rmse(&score(&[text(&out), HELI]), "down_m");
+    assert!(difference.abs() < 1e-3, "{difference}");
+}
+
+#[test]
+fn what_cannot_be_scored_is_refused_with_what_would_help() {
+    let out = exported("not_scored");
+    let tum = out.join("solution.tum");
+    assert!(refusal(&["score", text(&tum), HELI]).contains("expected --align, or --origin"));
+    let short = out.join("short.tum");
+    fs::write(&short, "# t x y z\n1.0 2.0 3.0\n").expect("writable");
+    assert!(refusal(&["score", text(&short), HELI]).contains("short.tum:2"));
+    fs::write(&short, "1 0 0 0 0 0 0 1\n2 x 0 0 0 0 0 1\n").expect("writable");
+    assert!(refusal(&["score", text(&short), HELI]).contains("short.tum:2: column 2: found \"x\""));
+    let other_clock = out.join("later.tum");
+    fs::write(&other_clock, "1e6 0 0 0 0 0 0 1\n1000001 0 0 0 0 0 0 1\n").expect("writable");
+    assert!(refusal(&["score", text(&other_clock), HELI, "--align"]).contains("of one clock"));
+    for arguments in [
+        &["score", "a", "b", "--origin", "1,2"][..],
+        &["estimate", HELI, "--export", "dwg"],
+        &["estimate", HELI, "--export", "-"],
+        &["estimate", HELI, "--columns", "colour"],
+    ] {
+        assert_eq!(hovernav(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_solution_can_go_down_a_pipe() {
+    let out = place("piped");
+    let tum =
+        succeeds(&["estimate", HELI, "--no-report", "--out", text(&out), "--export", "tum,-"]);
+    assert!(tum.lines().all(|line| line.starts_with('#') || line.split(' ').count() == 8));
+    assert!(tum.lines().count() > 9_800);
+}
+
+/// A Python with `packages` from the package index; `None`, and said, where it cannot be had.
+fn python(packages: &[&str]) -> Option<std::path::PathBuf> {
+    let name = packages.join("-").replace(['[', ']', '='], "_");
+    let venv = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("venv-{name}"));
+    let python = venv.join("bin/python");
+    let ready = venv.join("ready");
+    if !ready.exists() {
+        let made = Command::new("python3").args(["-m", "venv", text(&venv)]).output().ok()?;
+        let mut install = Command::new(&python);
+        install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+        let installed = made.status.success()
+            && install.args(packages).output().is_ok_and(|run| run.status.success());
+        if !installed {
+            println!("skipped: {packages:?} cannot be installed in a virtual environment");
+            return None;
+        }
+        fs::write(&ready, "").ok()?;
+    }
+    Some(python)
+}
+
+#[track_caller]
+fn runs(python: &Path, script: &str, out: &Path) -> String {
+    let run = Command::new(python).args(["-c", script]).current_dir(out).output().expect("python");
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    String::from_utf8(run.stdout).expect("text")
+}
+
+#[test]
+fn evo_reads_the_trajectories() {
+    let Some(python) = python(&["evo"]) else { return };
+    let said = runs(
+        &python,
+        "from evo.tools import file_interface as f\n\
+         from evo.core import metrics, sync\n\
+         a = f.read_tum_trajectory_file('solution.tum')\n\
+         b = f.read_euroc_csv_trajectory('solution.euroc.csv')\n\
+         assert a.check()[0], a.check()\n\
+         a, b = sync.associate_trajectories(a, b)\n\
+         m = metrics.APE(metrics.PoseRelation.full_transformation)\n\
+         m.process_data((a, b))\n\
+         print(a.num_poses, m.get_statistic(metrics.StatisticsType.max))",
+        &exported("evo"),
+    );
+    let numbers: Vec<f64> = said.split_whitespace().map(|n| n.parse().expect("a number")).collect();
+    assert!(numbers[0] > 9_800.0 && numbers[1] < 1e-4, "{said}");
+}
+
+#[test]
+fn the_mcap_reader_checks_every_message() {
+    let Some(python) = python(&["mcap"]) else { return };
+    let said = runs(
+        &python,
+        "import json\n\
+         from mcap.reader import make_reader\n\
+         r = make_reader(open('solution.mcap', 'rb'), validate_crcs=True)\n\
+         s = r.get_summary()\n\
+         names = {c.topic: s.schemas[c.schema_id].name for c in s.channels.values()}\n\
+         last, n = 0, 0\n\
+         for schema, channel, message in r.iter_messages():\n\
+         \x20   assert message.log_time >= last; last = message.log_time; n += 1\n\
+         \x20   d, w = json.loads(message.data), json.loads(schema.data)\n\
+         \x20   assert set(d) == set(w['properties']), channel.topic\n\
+         assert n == s.statistics.message_count\n\
+         print(n, names['/fix'], names['/pose'], names['/tf'], names['/solution'])",
+        &exported("mcap"),
+    );
+    assert!(said.contains("foxglove.LocationFix foxglove.PoseInFrame"), "{said}");
+    assert!(said.contains("foxglove.FrameTransform hovernav.Solution"), "{said}");
+}
+
+#[test]
+fn maps_and_tables_are_what_their_formats_ask_for() {
+    let Some(python) = python(&["pyarrow"]) else { return };
+    let out = exported("formats");
+    runs(
+        &python,
+        "import xml.etree.ElementTree as E, csv\n\
+         k = '{http://www.opengis.net/kml/2.2}'; g = '{http://www.google.com/kml/ext/2.2}'\n\
+         t = E.parse('solution.kml').getroot().find(f'{k}Document/{k}Placemark/{g}Track')\n\
+         n = [len(t.findall(x)) for x in (f'{k}when', f'{g}coord', f'{g}angles')]\n\
+         assert n[0] == n[1] == n[2] > 1000, n\n\
+         lon, lat, up = map(float, t.find(f'{g}coord').text.split())\n\
+         x = '{http://www.topografix.com/GPX/1/1}'\n\
+         p = E.parse('solution.gpx').getroot().findall(f'{x}trk/{x}trkseg/{x}trkpt')\n\
+         assert abs(float(p[0].get('lat')) - lat) < 1e-7 and p[0].find(f'{x}time').text[-1] == 'Z'\n\
+         rows = [l.split() for l in open('solution.pos') if l[0] != '%']\n\
+         assert all(len(r) == 15 for r in rows) and abs(float(rows[0][2]) - lat) < 1e-7\n\
+         c = list(csv.DictReader(open('solution.csv')))\n\
+         assert list(c[0])[31] == 'q_w' and list(c[0])[-1] == 'var_yaw_rad2', list(c[0])",
+        &out,
+    );
+    if cfg!(feature = "parquet") {
+        runs(
+            &python,
+            "import pyarrow.parquet as q, csv\n\
+             t = q.read_table('solution.parquet').to_pydict()\n\
+             c = list(csv.DictReader(open('solution.csv')))\n\
+             for k in list(c[0])[:31]:\n\
+             \x20   assert len(t[k]) == len(c)\n\
+             \x20   assert all(abs(a - float(r[k])) < 6e-5 for a, r in zip(t[k], c)), k",
+            &out,
+        );
+    }
+}

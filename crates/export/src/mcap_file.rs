@@ -1,0 +1,109 @@
+//! MCAP for Foxglove and PlotJuggler: map, pose, and every column of the solution.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use hovernav::time::Time;
+use hovernav_log::{SOLUTION_COLUMNS, solution_row};
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{McapError, WriteOptions};
+use serde_json::{Map, Value, json};
+
+use crate::local::{enu, flu_to_enu, position_m};
+use crate::text::thinned;
+use crate::{Export, ExportError, schemas};
+
+/// A layout for Foxglove that shows the file: map, attitude in three dimensions, plots.
+pub const LAYOUT: &str = include_str!("foxglove-layout.json");
+
+/// Messages are text: this many a second draw every motion of a vehicle, s.
+const INTERVAL_S: f64 = 0.02;
+
+impl From<McapError> for ExportError {
+    fn from(error: McapError) -> Self {
+        match error {
+            McapError::Io(error) => Self::Io(error),
+            other => Self::Library(other.to_string()),
+        }
+    }
+}
+
+pub fn write(export: &Export<'_>, out: &mut impl Write) -> Result<(), ExportError> {
+    let Some(first) = export.solutions.first() else {
+        return Err(ExportError::Library("found no solution, expected at least one".into()));
+    };
+    if first.time < Time::ZERO {
+        return Err(ExportError::BeforeZero(first.time.seconds()));
+    }
+    let origin = first.position;
+    let options = WriteOptions::new().compression(None).disable_seeking(true).library("hovernav");
+    let mut file = mcap::Writer::with_options(NoSeek::new(out), options)?;
+    let mut channel = |topic: &str, name: &str, schema: Value| -> Result<u16, ExportError> {
+        let schema = file.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+        Ok(file.add_channel(schema, topic, "json", &BTreeMap::new())?)
+    };
+    let fix = channel("/fix", "foxglove.LocationFix", schemas::location_fix())?;
+    let pose = channel("/pose", "foxglove.PoseInFrame", schemas::pose_in_frame())?;
+    let transform = channel("/tf", "foxglove.FrameTransform", schemas::frame_transform())?;
+    let columns = schemas::solution(&SOLUTION_COLUMNS);
+    let solution = channel("/solution", "hovernav.Solution", columns)?;
+
+    let times: Vec<Time> = export.solutions.iter().map(|solution| solution.time).collect();
+    for (sequence, index) in thinned(&times, INTERVAL_S).enumerate() {
+        let one = &export.solutions[index];
+        let log_time = one.time.nanoseconds().cast_unsigned();
+        let stamp = json!({"sec": log_time / 1_000_000_000, "nsec": log_time % 1_000_000_000});
+        let [x, y, z] = position_m(one, &origin);
+        let [qx, qy, qz, qw] = flu_to_enu(one.body_to_ned);
+        let place = json!({"x": x, "y": y, "z": z});
+        let turn = json!({"x": qx, "y": qy, "z": qz, "w": qw});
+        let [east, north, up] = enu(one.position_sigma_m).map(|sigma| sigma * sigma);
+        let row = SOLUTION_COLUMNS.iter().zip(solution_row(one));
+        let row: Map<String, Value> =
+            row.map(|(name, value)| ((*name).to_owned(), value.into())).collect();
+        for (channel_id, message) in [
+            (
+                fix,
+                json!({
+                    "timestamp": stamp,
+                    "frame_id": "map",
+                    "latitude": one.position.latitude_deg(),
+                    "longitude": one.position.longitude_deg(),
+                    "altitude": one.position.height_m,
+                    "position_covariance": [east, 0.0, 0.0, 0.0, north, 0.0, 0.0, 0.0, up],
+                    "position_covariance_type": 2,
+                }),
+            ),
+            (
+                pose,
+                json!({
+                    "timestamp": stamp,
+                    "frame_id": "map",
+                    "pose": {"position": place, "orientation": turn},
+                }),
+            ),
+            (
+                transform,
+                json!({
+                    "timestamp": stamp,
+                    "parent_frame_id": "map",
+                    "child_frame_id": "body",
+                    "translation": place,
+                    "rotation": turn,
+                }),
+            ),
+            (solution, Value::Object(row)),
+        ] {
+            let header = MessageHeader {
+                channel_id,
+                sequence: sequence as u32,
+                log_time,
+                publish_time: log_time,
+            };
+            file.write_to_known_channel(&header, message.to_string().as_bytes())?;
+        }
+    }
+    file.finish()?;
+    Ok(())
+}

@@ -1,0 +1,45 @@
+//! RTKLIB's solution file.
+//!
+//! # Source
+//! RTKLIB 2.4.2 manual, appendix B.1: latitude, longitude, height; quality 5 is a solution from a
+//! single receiver, the nearest that there is to one of an inertial filter; standard deviations north,
+//! east, up and their covariances in the form of signed roots, which are written as zero.
+
+use std::io::{self, Write};
+
+use crate::Export;
+use crate::text::date;
+
+pub fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "% program   : hovernav")?;
+    writeln!(
+        out,
+        "% (lat/lon/height=WGS84/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,ns=# of satellites)"
+    )?;
+    writeln!(
+        out,
+        "%  UTC                   latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   \
+         sdu(m)  sdne(m)  sdeu(m)  sdun(m) age(s)  ratio"
+    )?;
+    for solution in export.solutions {
+        let place = &solution.position;
+        let [north, east, down] = solution.position_sigma_m.to_array();
+        writeln!(
+            out,
+            "{} {:14.9} {:14.9} {:10.4} {:3} {:3} {north:8.4} {east:8.4} {down:8.4} {:8.4} {:8.4} {:8.4} \
+             {:6.2} {:6.1}",
+            date(solution.time).format("%Y/%m/%d %H:%M:%S%.3f"),
+            place.latitude_deg(),
+            place.longitude_deg(),
+            place.height_m,
+            5,
+            0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0
+        )?;
+    }
+    Ok(())
+}

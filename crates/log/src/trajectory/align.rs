@@ -1,0 +1,76 @@
+//! A trajectory laid over a reference: turned about the vertical and moved.
+
+use super::Trajectory;
+use crate::reference::Reference;
+use hovernav::earth::Geodetic;
+use hovernav::frames::{Body, Ned, Rotation, Vector};
+use hovernav::glam::{DQuat, DVec3};
+
+/// What laid a trajectory over a reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alignment {
+    /// The turn about the vertical, clockwise from above, rad.
+    pub yaw_rad: f64,
+    /// How many moments both have.
+    pub moments: usize,
+    /// Root mean square of the distances that are left, m.
+    pub rms_m: f64,
+}
+
+impl Trajectory {
+    /// Lays a trajectory over `reference` with the least squares of distance: positions, velocities
+    /// and attitudes are turned about the vertical and moved, never tilted or scaled, as gravity gives
+    /// both their vertical and metres are metres. `None` where they have fewer than two moments in
+    /// common; the trajectory is left as it was then.
+    ///
+    /// # Source
+    /// Zhang, Scaramuzza (2018), A tutorial on quantitative trajectory evaluation for visual(-inertial)
+    /// odometry, section III: four degrees of freedom for what knows gravity.
+    pub fn align(&mut self, reference: &Reference) -> Option<Alignment> {
+        let known = self.solutions.iter().enumerate().filter_map(|(index, solution)| {
+            let [latitude_rad, longitude_rad, height_m] = reference.at(solution.time).position;
+            let place = Geodetic { latitude_rad, longitude_rad, height_m };
+            let is_known = [latitude_rad, longitude_rad, height_m].iter().all(|x| x.is_finite());
+            is_known.then_some((index, place))
+        });
+        let known: Vec<(usize, Geodetic)> = known.collect();
+        let (_, origin) = *known.first()?;
+        if !self.is_local() {
+            self.local_m =
+                self.solutions.iter().map(|one| one.position.local_ned_m(&origin)).collect();
+        }
+        let pairs: Vec<(DVec3, DVec3)> = known
+            .iter()
+            .map(|&(index, place)| {
+                (self.local_m[index].components(), place.local_ned_m(&origin).components())
+            })
+            .filter(|(own, _)| own.is_finite())
+            .collect();
+        if pairs.len() < 2 {
+            return None;
+        }
+        let count = pairs.len() as f64;
+        let own_mean = pairs.iter().map(|(own, _)| *own).sum::<DVec3>() / count;
+        let mean = pairs.iter().map(|(_, there)| *there).sum::<DVec3>() / count;
+        let (mut along, mut across) = (0.0, 0.0);
+        for (own, there) in &pairs {
+            let (a, b) = (*own - own_mean, *there - mean);
+            along += a.x * b.x + a.y * b.y;
+            across += a.x * b.y - a.y * b.x;
+        }
+        let yaw_rad = across.atan2(along);
+        let turn = DQuat::from_rotation_z(yaw_rad);
+        let moved = |own: DVec3| turn * (own - own_mean) + mean;
+        let left = pairs.iter().map(|(own, there)| (moved(*own) - *there).length_squared());
+        let rms_m = (left.sum::<f64>() / count).sqrt();
+        for (offset_m, solution) in self.local_m.iter_mut().zip(&mut self.solutions) {
+            *offset_m = Vector::<Ned>::claim(moved(offset_m.components()));
+            let velocity_mps = turn * solution.velocity_mps.components();
+            solution.velocity_mps = Vector::claim(velocity_mps);
+            let attitude = turn * solution.body_to_ned.quaternion();
+            solution.body_to_ned = Rotation::<Body, Ned>::claim(attitude);
+        }
+        self.place(&origin);
+        Some(Alignment { yaw_rad, moments: pairs.len(), rms_m })
+    }
+}

@@ -1,0 +1,111 @@
+//! Trajectories that anybody wrote: `solution.csv`, TUM and EuRoC files, placed where they can be
+//! compared.
+
+mod align;
+mod read;
+
+use std::path::Path;
+
+use crate::error::LogError;
+use hovernav::earth::Geodetic;
+use hovernav::ekf::Solution;
+use hovernav::frames::{Body, Ned, Rotation, Vector};
+use hovernav::glam::DQuat;
+use hovernav::time::Time;
+
+pub use align::Alignment;
+
+/// A trajectory of any origin, in time order; what it does not tell is NaN.
+#[derive(Clone, Debug)]
+pub struct Trajectory {
+    /// Its moments.
+    pub solutions: Vec<Solution>,
+    /// Metres north, east and down of a point that the file does not name, one a moment; empty where
+    /// positions are places on Earth.
+    pub local_m: Vec<Vector<Ned>>,
+    /// What was repaired or left out while reading, one plain sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// The axes that a file of local metres and quaternions means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LocalAxes {
+    /// East, north, up, with a body of forward, left, up: what ROS and most visual odometry write.
+    #[default]
+    EnuFlu,
+    /// North, east, down, with a body of forward, right, down.
+    NedFrd,
+}
+
+impl LocalAxes {
+    /// A vector of the file's reference axes.
+    pub(crate) fn vector(self, [x, y, z]: [f64; 3]) -> Vector<Ned> {
+        match self {
+            Self::EnuFlu => Vector::new(y, x, -z),
+            Self::NedFrd => Vector::new(x, y, z),
+        }
+    }
+
+    /// A body-to-reference quaternion x, y, z, w of the file, of any length but zero.
+    pub(crate) fn attitude(self, quaternion: [f64; 4]) -> Rotation<Body, Ned> {
+        let quaternion = DQuat::from_array(quaternion).normalize();
+        Rotation::claim(match self {
+            Self::EnuFlu => NED_FROM_ENU * quaternion * FLU_FROM_FRD,
+            Self::NedFrd => quaternion,
+        })
+    }
+}
+
+/// Half a turn about the line between north and east.
+const NED_FROM_ENU: DQuat =
+    DQuat::from_xyzw(std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0);
+/// Half a turn about the nose.
+const FLU_FROM_FRD: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+
+impl Trajectory {
+    /// Reads `path`: a `solution.csv` or `reference.csv`, recognised by its header; a TUM file
+    /// (`t x y z qx qy qz qw`, parted by blanks); a EuRoC file (nanoseconds, position, quaternion
+    /// w x y z, and velocity where it has it, parted by commas), the latter two in `axes`.
+    ///
+    /// # Errors
+    /// [`LogError`] where the file cannot be read or is none of these, with line and column.
+    pub fn open(path: &Path, axes: LocalAxes) -> Result<Self, LogError> {
+        read::open(path, axes)
+    }
+
+    /// Whether its positions are metres from a point that it does not name.
+    #[must_use]
+    pub fn is_local(&self) -> bool {
+        !self.local_m.is_empty()
+    }
+
+    /// Places a local trajectory with its zero at `origin`; one of places on Earth stays.
+    pub fn place(&mut self, origin: &Geodetic) {
+        for (solution, offset_m) in self.solutions.iter_mut().zip(std::mem::take(&mut self.local_m))
+        {
+            solution.position = Geodetic::from_local_ned(origin, offset_m).unwrap_or(UNKNOWN);
+        }
+    }
+}
+
+const UNKNOWN: Geodetic =
+    Geodetic { latitude_rad: f64::NAN, longitude_rad: f64::NAN, height_m: f64::NAN };
+
+/// A moment of which nothing is known.
+fn unknown(time: Time) -> Solution {
+    let nothing = [f64::NAN; 3];
+    Solution {
+        time,
+        position: UNKNOWN,
+        velocity_mps: nothing.into(),
+        body_to_ned: Rotation::claim(DQuat::from_array([f64::NAN; 4])),
+        angular_rate_radps: nothing.into(),
+        position_sigma_m: nothing.into(),
+        velocity_sigma_mps: nothing.into(),
+        attitude_sigma_rad: nothing,
+        gyro_bias_radps: nothing.into(),
+        accel_bias_mps2: nothing.into(),
+        gyro_bias_sigma_radps: nothing.into(),
+        accel_bias_sigma_mps2: nothing.into(),
+    }
+}

@@ -1,0 +1,149 @@
+//! The files of trajectories.
+
+use std::path::Path;
+
+use super::{LocalAxes, Trajectory, unknown};
+use crate::clock::Rows;
+use crate::error::{LogError, excerpt};
+use crate::number::{parse_number, parse_time};
+use crate::remarks::Remarks;
+use crate::solution::COLUMNS;
+use crate::table::{LARGEST_BYTES, Table};
+use hovernav::earth::Geodetic;
+use hovernav::ekf::Solution;
+use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
+use hovernav::time::Time;
+use hovernav_toml::read_bytes;
+
+pub(super) fn open(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogError> {
+    let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
+    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut remarks = Remarks::new(file);
+    let head = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty());
+    let is_table = head.is_some_and(|head| {
+        let mut names = head.split(|&byte| byte == b',').map(<[u8]>::trim_ascii);
+        names.any(|name| name.trim_ascii_start().ends_with(b"t_s"))
+    });
+    let (solutions, local_m) = if is_table {
+        let table = Table::parse(path.to_path_buf(), bytes)?;
+        (of_table(table, &mut remarks)?, Vec::new())
+    } else {
+        of_lines(path, &bytes, axes, &mut remarks)?.into_iter().unzip()
+    };
+    if solutions.is_empty() {
+        let reason =
+            "found no usable row, expected a trajectory: solution.csv, TUM or EuRoC".into();
+        return Err(LogError::Unusable { path: path.to_path_buf(), reason });
+    }
+    Ok(Trajectory { solutions, local_m, warnings: remarks.into_warnings().collect() })
+}
+
+fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, LogError> {
+    let [time] = table.require(["t_s"])?;
+    let columns: Vec<Option<usize>> =
+        COLUMNS[1..].iter().map(|name| table.find([name]).map(|[column]| column)).collect();
+    if columns[..9].iter().all(Option::is_none) {
+        return Err(table.columns_missing(&COLUMNS[1..10].join(" or ")));
+    }
+    let mut rows = Rows::new();
+    while let Some(row) = table.next(remarks)? {
+        let Some(time) = row.time(time)? else {
+            remarks.count("left out: no time", row.line);
+            continue;
+        };
+        let mut values = [f64::NAN; 30];
+        for (value, column) in values.iter_mut().zip(&columns) {
+            if let Some(column) = *column {
+                *value = row.number(column)?;
+            }
+        }
+        rows.push(row.line, of_values(time, &values));
+    }
+    Ok(rows.in_time_order(|solution| solution.time, table.path(), remarks)?.0)
+}
+
+/// A row of `solution.csv` after its time.
+fn of_values(time: Time, values: &[f64; 30]) -> Solution {
+    let three = |first: usize| [values[first], values[first + 1], values[first + 2]];
+    let [latitude_deg, longitude_deg, height_m] = three(0);
+    let [roll_deg, pitch_deg, yaw_deg] = three(6);
+    Solution {
+        position: Geodetic {
+            latitude_rad: latitude_deg.to_radians(),
+            longitude_rad: longitude_deg.to_radians(),
+            height_m,
+        },
+        velocity_mps: three(3).into(),
+        body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(roll_deg, pitch_deg, yaw_deg)),
+        angular_rate_radps: three(12).into(),
+        position_sigma_m: three(15).into(),
+        velocity_sigma_mps: three(18).into(),
+        attitude_sigma_rad: three(21).map(f64::to_radians),
+        gyro_bias_radps: three(24).into(),
+        accel_bias_mps2: three(27).into(),
+        ..unknown(time)
+    }
+}
+
+/// Lines of TUM, parted by blanks, or of EuRoC, parted by commas.
+fn of_lines(
+    path: &Path,
+    bytes: &[u8],
+    axes: LocalAxes,
+    remarks: &mut Remarks,
+) -> Result<Vec<(Solution, Vector<Ned>)>, LogError> {
+    let mut rows = Rows::new();
+    for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
+        let line_number = index as u64 + 1;
+        let line = line.trim_ascii();
+        if line.is_empty() || line.starts_with(b"#") || line.starts_with(b"%") {
+            continue;
+        }
+        let is_euroc = line.contains(&b',');
+        let fields: Vec<&[u8]> = if is_euroc {
+            line.split(|&byte| byte == b',').map(<[u8]>::trim_ascii).collect()
+        } else {
+            line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect()
+        };
+        let unexpected = |column: String, field: &[u8], expected: &'static str| LogError::Field {
+            path: path.to_path_buf(),
+            line: line_number,
+            column,
+            found: excerpt(field, 40),
+            expected,
+        };
+        if fields.len() < 8 {
+            const EXPECTED: &str = "eight numbers: t x y z qx qy qz qw (TUM), or with commas t x y z qw qx qy qz (EuRoC)";
+            return Err(unexpected(format!("1 to {}", fields.len()), line, EXPECTED));
+        }
+        let mut numbers = [f64::NAN; 10];
+        for (place, number) in numbers.iter_mut().enumerate() {
+            let Some(field) = fields.get(place + 1) else { break };
+            let found = parse_number(field);
+            *number =
+                found.ok_or_else(|| unexpected((place + 2).to_string(), field, "a number"))?;
+        }
+        // EuRoC counts nanoseconds, always whole; a number with a point is one of seconds.
+        let whole_ns = std::str::from_utf8(fields[0]).ok().and_then(|text| text.parse().ok());
+        let time = match whole_ns.filter(|_: &i64| is_euroc) {
+            Some(ns) => Some(Time::from_nanoseconds(ns)),
+            None => {
+                parse_time(fields[0]).ok_or_else(|| unexpected("1".into(), fields[0], "a time"))?
+            }
+        };
+        let [x, y, z, a, b, c, d, velocity @ ..] = numbers;
+        let quaternion = if is_euroc { [b, c, d, a] } else { [a, b, c, d] };
+        let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let Some(time) = time.filter(|_| (0.5..2.0).contains(&length)) else {
+            remarks.count("left out: no time or no quaternion of length one", line_number);
+            continue;
+        };
+        let mut solution = unknown(time);
+        solution.body_to_ned = axes.attitude(quaternion);
+        if is_euroc {
+            solution.velocity_mps = axes.vector(velocity);
+        }
+        rows.push(line_number, (solution, axes.vector([x, y, z])));
+    }
+    Ok(rows.in_time_order(|(solution, _)| solution.time, path, remarks)?.0)
+}

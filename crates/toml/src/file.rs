@@ -1,0 +1,48 @@
+//! Whole files in memory, if they are files and not too large.
+
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::path::Path;
+
+/// The bytes of the regular file `path`, at most `most` of them.
+///
+/// # Errors
+/// Those of the file system; a pipe or a device, for which one could wait without end; a file of more
+/// than `most` bytes, also where it grows while it is read.
+pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let metadata = std::fs::metadata(path)?;
+    if !metadata.is_file() {
+        let found = if metadata.is_dir() { "a directory" } else { "a pipe or a device" };
+        let reason = format!("found {found}, expected a file");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    }
+    let too_large = |found: u64| {
+        let reason = format!("found {found} bytes, expected at most {most}");
+        io::Error::new(io::ErrorKind::InvalidData, reason)
+    };
+    if metadata.len() > most {
+        return Err(too_large(metadata.len()));
+    }
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_file_or_too_large_is_refused() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("file");
+        std::fs::write(&path, [7; 10]).unwrap();
+        assert_eq!(read_bytes(&path, 10).unwrap(), [7; 10]);
+        let said = |path: &Path| read_bytes(path, 9).unwrap_err().to_string();
+        assert_eq!(said(&path), "found 10 bytes, expected at most 9");
+        assert_eq!(said(place.path()), "found a directory, expected a file");
+        if Path::new("/dev/zero").exists() {
+            assert_eq!(said(Path::new("/dev/zero")), "found a pipe or a device, expected a file");
+        }
+    }
+}
