@@ -1,6 +1,6 @@
 //! `hovernav fly`: the real-time loop, until it is told to end.
 
-use std::io::{Write as _, stderr, stdout};
+use std::io::{Write as _, stderr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -88,7 +88,9 @@ pub fn run(
             told = seconds;
             let speed = sample.truth.velocity_mps.norm();
             let switch = if sample.switch_on { "closed" } else { "open" };
-            crate::output::say(format_args!("{seconds:5} s  speed {speed:.2} m/s, switch {switch}"));
+            crate::output::say(format_args!(
+                "{seconds:5} s  speed {speed:.2} m/s, switch {switch}"
+            ));
         }
     }
     let crashed_s = flying.crashed_s();

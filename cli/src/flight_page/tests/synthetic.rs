@@ -163,7 +163,7 @@ fn scored(errors: &[[[f64; 3]; 3]], solutions: &[Solution]) -> Score {
             }
         })
     });
-    Score { from: Time::ZERO, axes: axes.collect() }
+    Score { from: Time::ZERO, heading_known: None, axes: axes.collect() }
 }
 
 /// Pushes a noisy fix and its six innovations; now and then one far off, which is refused.
