@@ -120,3 +120,20 @@ fn a_record_of_nothing_but_its_configuration_opens() {
     assert!(record.is_ended && record.calls.is_empty() && record.warnings.is_empty());
     assert!(record.dataset().unwrap().imu.is_empty());
 }
+
+#[test]
+fn damage_to_the_first_chunks_costs_them_and_not_the_record() {
+    let (path, _dir) = recorded(12.0);
+    let mut bytes = std::fs::read(path).unwrap();
+    let whole = read(&bytes).unwrap();
+    // In the configuration, and in what names the topics.
+    for at in [200, 1_000, 3_000] {
+        bytes[at] ^= 0x10;
+    }
+    let record = read(&bytes).unwrap();
+    assert_eq!(record.header, whole.header);
+    assert!(!record.warnings.is_empty());
+    assert!(record.solutions.len() > whole.solutions.len() / 4, "{}", record.solutions.len());
+    let mut originals = whole.calls.iter();
+    assert!(record.calls.iter().all(|call| originals.any(|original| original == call)));
+}

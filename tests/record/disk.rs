@@ -189,3 +189,23 @@ fn a_disk_full_from_the_start_is_an_error_at_once() {
     let error = Recorder::start(full, &header()).unwrap_err();
     assert_eq!(error.raw_os_error(), Some(ENOSPC));
 }
+
+#[test]
+fn a_record_that_memory_cannot_hold_ends_on_a_disk_that_is_full_for_good() {
+    let disk = Disk::of(40_000);
+    let mut recorder = Recorder::start(disk, &header()).unwrap();
+    let mut now = START;
+    // Past what may wait in memory, into what waits in the queue.
+    while recorder.status().bytes_waiting < 8 << 20 || recorder.status().lost_raw < 10 {
+        let lost = recorder.status().lost_raw;
+        now = now + 1e-3;
+        recorder.raw(Line::Dmu, &[0x55; 256], now);
+        if recorder.status().lost_raw > lost {
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+    let begun = Instant::now();
+    let status = recorder.finish();
+    assert!(status.bytes_waiting >= 8 << 20 && status.queued > 0, "{status:?}");
+    assert!(begun.elapsed() < Duration::from_secs(60), "it ends");
+}

@@ -21,6 +21,9 @@ const INTERVAL: Duration = Duration::from_millis(50);
 /// As much may wait in memory for a disk that is full or slow; beyond, entries stay in the queue.
 const MOST_WAITING: u64 = 8 << 20;
 
+/// Entries that make one chunk at most.
+const MOST_IN_CHUNK: usize = 8192;
+
 /// Empties the queue into the file.
 pub struct Drain<W: Write> {
     writer: MessageWriter<Spool<W>>,
@@ -49,7 +52,7 @@ impl<W: Write> Drain<W> {
     pub fn run(mut self, entries: &Receiver<Queued>) {
         loop {
             let ended = self.empty(entries);
-            let is_done = ended || self.writer.flush().is_err();
+            let is_done = ended || self.writer.flush().is_err() || self.is_hopeless();
             self.report_refusals();
             if is_done {
                 break;
@@ -62,9 +65,20 @@ impl<W: Write> Drain<W> {
         self.progress.finished.store(true, Ordering::Release);
     }
 
+    /// Whether the record is to end and the disk has taken so little that there is no memory for the rest:
+    /// what is left in the queue is lost, and counted as queued.
+    fn is_hopeless(&self) -> bool {
+        self.progress.ending.load(Ordering::Acquire)
+            && self.progress.waiting.load(Ordering::Relaxed) >= MOST_WAITING
+    }
+
     /// Takes what is in the queue, but no more than there is memory for. Whether the queue has ended.
     fn empty(&mut self, entries: &Receiver<Queued>) -> bool {
-        while self.progress.waiting.load(Ordering::Relaxed) < MOST_WAITING {
+        // What a chunk holds does not wait for the disk yet, so that its length is bounded too.
+        for _ in 0..MOST_IN_CHUNK {
+            if self.progress.waiting.load(Ordering::Relaxed) >= MOST_WAITING {
+                break;
+            }
             match entries.try_recv() {
                 Ok(queued) => {
                     self.progress.taken.fetch_add(1, Ordering::Relaxed);

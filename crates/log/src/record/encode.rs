@@ -26,6 +26,7 @@ impl<W: Write> MessageWriter<W> {
     pub(super) fn entry(&mut self, queued: &Queued) -> McapResult<()> {
         let now = queued.now;
         (self.sequence, self.now) = (queued.sequence, now);
+        self.configure_again()?;
         match &queued.entry {
             Entry::Raw(raw) => {
                 let channel = match raw.line {

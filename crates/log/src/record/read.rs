@@ -83,6 +83,9 @@ pub struct Record {
     pub warnings: Vec<String>,
 }
 
+/// The number that the writer gives to the first topic.
+const FIRST_CHANNEL: usize = 1;
+
 /// An opcode and the length of what follows.
 const FRAME: usize = 9;
 
@@ -124,7 +127,7 @@ impl Record {
             let found = if bytes.is_empty() { "nothing".into() } else { format!("\"{shown}\"") };
             return Err(LogError::bytes(path, 0, format!("found {found}, expected an MCAP file")));
         }
-        let mut reader = Reader::default();
+        let mut reader = Reader { record: configured(bytes, path)?, ..Reader::default() };
         let mut offset = magic;
         while offset < bytes.len() {
             let Some((opcode, body)) = frame(&bytes[offset..]) else {
@@ -158,6 +161,36 @@ impl Record {
         }
         reader.finish(path, bytes.len())
     }
+}
+
+/// An empty record with the first configuration that is whole: where the first chunk is damaged, a later
+/// one holds it too.
+fn configured(bytes: &[u8], path: &Path) -> Result<Option<Record>, LogError> {
+    let mut finder = Reader::default();
+    let mut offset = mcap::MAGIC.len();
+    while let Some((opcode, body)) = bytes.get(offset..).and_then(frame) {
+        if opcode == op::CHUNK {
+            // What is damaged is told of when all is read.
+            let _ = finder.chunk(body, path)?;
+        }
+        if finder.record.is_some() || opcode == 0 {
+            break;
+        }
+        offset += FRAME + body.len();
+    }
+    let empty = |record: Record| Record {
+        calls: Vec::new(),
+        solutions: Vec::new(),
+        controls: Vec::new(),
+        cycles: Vec::new(),
+        events: Vec::new(),
+        lost_raw: 0,
+        lost_decoded: 0,
+        end: record.header.start,
+        warnings: Vec::new(),
+        ..record
+    };
+    Ok(finder.record.map(empty))
 }
 
 /// The first record of `bytes`; `None` if it does not end within them.
@@ -229,8 +262,14 @@ impl Reader {
 
     fn message(&mut self, header: MessageHeader, data: &[u8], path: &Path) -> Result<(), LogError> {
         self.messages += 1;
-        let channel = self.channels.iter().find(|(id, _)| *id == header.channel_id);
-        let Some(&(_, channel)) = channel else { return Ok(()) };
+        let known = self.channels.iter().find(|(id, _)| *id == header.channel_id);
+        // Where the chunk that names the topics is damaged, their numbers are those of the writer.
+        let by_order = || {
+            let place = usize::from(header.channel_id).checked_sub(FIRST_CHANNEL)?;
+            Channel::ALL.get(place).copied().filter(|_| self.channels.is_empty())
+        };
+        let channel = known.map(|(_, channel)| *channel).or_else(by_order);
+        let Some(channel) = channel else { return Ok(()) };
         if header.sequence > self.sequence {
             self.sequence = header.sequence;
             self.entries += 1;

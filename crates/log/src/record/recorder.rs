@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::drain::Drain;
 use super::entry::{Entry, Line, Queued, RawBytes};
@@ -22,6 +22,9 @@ const QUEUE: usize = 4096;
 const QUEUE_FOR_ALL: u64 = QUEUE as u64 * 3 / 4;
 /// How often what is written is brought safely to the disk, against a loss of power.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Longest that the end of a record waits for a disk that hangs.
+const LONGEST_END: Duration = Duration::from_secs(10);
 
 /// Records a flight. The loop [`push`](Self::push)es, a thread of its own writes.
 ///
@@ -179,10 +182,18 @@ impl Recorder {
 
     fn end(&mut self) {
         self.queue = None;
+        self.progress.ending.store(true, Ordering::Release);
+        let asked = Instant::now();
         for thread in self.threads.drain(..) {
             thread.thread().unpark();
-            // A thread that panicked has printed why; what it left unwritten is counted.
-            let _ = thread.join();
+            while !thread.is_finished() && asked.elapsed() < LONGEST_END {
+                thread::sleep(Duration::from_millis(2));
+            }
+            // A disk that hangs does not keep the process: its thread is left to itself.
+            if thread.is_finished() {
+                // A thread that panicked has printed why; what it left unwritten is counted.
+                let _ = thread.join();
+            }
         }
     }
 }

@@ -38,6 +38,8 @@ pub(super) struct Progress {
     pub failed_syncs: AtomicU64,
     /// The system's number of the last error; 0 before any.
     pub os_error: AtomicI32,
+    /// Nothing more comes: the writer need not wait for a disk that refuses for good.
+    pub ending: AtomicBool,
     /// The writer is done; only a last sync is missing.
     pub finished: AtomicBool,
 }

@@ -23,7 +23,13 @@ pub struct MessageWriter<W: Write> {
     pub sequence: u32,
     /// When the loop came to that entry.
     pub now: Time,
+    /// When the configuration was written last.
+    configured: Time,
 }
+
+/// The configuration is written again after so long, s: a record whose first bytes are damaged can still
+/// be read.
+const CONFIGURATION_S: f64 = 5.0;
 
 impl<W: Write> MessageWriter<W> {
     /// Writes all that stands before the flight.
@@ -57,6 +63,7 @@ impl<W: Write> MessageWriter<W> {
             json: Vec::new(),
             sequence: 0,
             now: header.start,
+            configured: header.start,
         })
     }
 
@@ -69,6 +76,15 @@ impl<W: Write> MessageWriter<W> {
             fly_toml,
         };
         self.message(Channel::Configuration, self.header.start, &message)
+    }
+
+    /// Writes the configuration again when it is time to.
+    pub fn configure_again(&mut self) -> McapResult<()> {
+        if self.now - self.configured < CONFIGURATION_S {
+            return Ok(());
+        }
+        self.configured = self.now;
+        self.configuration()
     }
 
     /// Writes a message that was true at `time`.

@@ -125,6 +125,7 @@ impl FlyConfig {
             config.navigation.imu.heading_reference = HeadingReference::Magnetic;
         }
         config.sensors()?;
+        config.check_ranges()?;
         config.check_servos()?;
         if let Some(section) = &config.mavlink {
             section.speaker.check().map_err(|(key, why)| value("mavlink", key, &why))?;

@@ -4,6 +4,7 @@ mod autopilot;
 mod autopilot_section;
 mod fly_config;
 mod mavlink;
+mod ranges;
 mod sections;
 
 pub use autopilot::{AutopilotFileError, read_autopilot, write_autopilot};
