@@ -10,8 +10,9 @@ use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
 use hovernav::dmu::{
     Calibration, Link, LinkAction, Measurement, Packet, Plausibility, Received, SampleClock,
 };
-use hovernav::ekf::{Estimator, Notice};
+use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
 use hovernav::event::Event;
+use hovernav::flight_control::{ControlInputs, ControlNotice, ControlOutputs, FlightControl};
 use hovernav::gps::quality::{Failures, QualityCheck};
 use hovernav::gps::{ReceiverFix, nmea, tsip, ubx};
 use hovernav::sensors::{SensorOutput, Sensors};
@@ -43,6 +44,20 @@ pub fn estimator_push(estimator: &mut Estimator, event: &Event, notify: &mut dyn
 #[unsafe(no_mangle)]
 pub fn autopilot_step(autopilot: &mut HoverAutopilot, inputs: &Inputs<'_>) -> Outputs {
     autopilot.step(inputs)
+}
+
+#[unsafe(no_mangle)]
+pub fn flight_control_step(
+    control: &mut FlightControl,
+    inputs: &ControlInputs<'_>,
+    notify: &mut dyn FnMut(ControlNotice),
+) -> ControlOutputs {
+    control.step(inputs, notify)
+}
+
+#[unsafe(no_mangle)]
+pub fn stepless_solution(stepless: &mut SteplessSolution, filtered: &Solution) -> Solution {
+    stepless.solution(filtered)
 }
 
 #[unsafe(no_mangle)]
