@@ -1,0 +1,23 @@
+//! DataFlash logs: any bytes, and any bytes behind a description of inertial samples, in bytes and text.
+#![no_main]
+
+use std::path::Path;
+
+use hovernav_formats::{Options, open_bytes};
+use libfuzzer_sys::fuzz_target;
+
+const TEXT: &[u8] = b"FMT, 129, 40, IMU, Qffffff, TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n";
+
+fuzz_target!(|data: &[u8]| {
+    let mut described = vec![0xA3, 0x95, 0x80, 129, 35];
+    for (text, length) in
+        [("IMU", 4), ("Qffffff", 16), ("TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", 64)]
+    {
+        let end = described.len() + length;
+        described.extend(text.bytes());
+        described.resize(end, 0);
+    }
+    for bytes in [data, &[&described, data].concat(), &[TEXT, data].concat()] {
+        let _ = open_bytes(bytes, Path::new("fuzzed.bin"), &Options::default());
+    }
+});

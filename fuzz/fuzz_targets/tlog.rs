@@ -1,0 +1,16 @@
+//! MAVLink telemetry logs: any bytes, and any bytes behind two frames.
+#![no_main]
+
+use std::path::Path;
+
+use hovernav_formats::{Options, open_bytes};
+use libfuzzer_sys::fuzz_target;
+
+/// A time and an empty frame of MAVLink 1, of a message that is not read.
+const FRAME: [u8; 16] = [0, 5, 0x9F, 0, 0, 0, 0, 0, 0xFE, 0, 0, 1, 1, 250, 0, 0];
+
+fuzz_target!(|data: &[u8]| {
+    for bytes in [data, &[&FRAME, &FRAME[..], data].concat()] {
+        let _ = open_bytes(bytes, Path::new("fuzzed.tlog"), &Options::default());
+    }
+});

@@ -1,0 +1,15 @@
+//! PX4's ULog: any bytes, and any bytes behind the header.
+#![no_main]
+
+use std::path::Path;
+
+use hovernav_formats::{Options, open_bytes};
+use libfuzzer_sys::fuzz_target;
+
+const HEADER: &[u8] = b"ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0";
+
+fuzz_target!(|data: &[u8]| {
+    for bytes in [data, &[HEADER, data].concat()] {
+        let _ = open_bytes(bytes, Path::new("fuzzed.ulg"), &Options::default());
+    }
+});
