@@ -36,7 +36,7 @@ impl fmt::Display for Format {
             Self::DataflashText => "ArduPilot DataFlash log, text",
             Self::Tlog => "MAVLink telemetry log",
             Self::Ros2 => "MCAP with ROS 2 messages",
-            Self::Raw => "raw bytes of sensors",
+            Self::Raw => "capture of raw bytes",
             Self::Text => "text in columns",
         })
     }
@@ -63,6 +63,8 @@ impl Format {
             Some(if is_own(head) { Self::Record } else { Self::Ros2 })
         } else if is_tlog(head) {
             Some(Self::Tlog)
+        } else if is_raw(head) {
+            Some(Self::Raw)
         } else if is_text_in_columns(head) {
             Some(Self::Text)
         } else {
@@ -120,6 +122,15 @@ fn frame_length(bytes: &[u8]) -> Option<usize> {
         }
         _ => None,
     }
+}
+
+#[cfg(feature = "raw")]
+use crate::raw::is_raw;
+
+/// Without the feature nobody can tell.
+#[cfg(not(feature = "raw"))]
+fn is_raw(_head: &[u8]) -> bool {
+    false
 }
 
 /// Whether these are lines of text with rows of numbers among them, or a mapping of such files.

@@ -18,6 +18,8 @@ mod integrals;
 mod latency;
 mod onboard;
 mod open;
+#[cfg(feature = "raw")]
+mod raw;
 #[cfg(feature = "text")]
 mod text;
 #[cfg(feature = "tlog")]

@@ -124,7 +124,8 @@ fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
     for count in [3, 2, 1] {
         if words.len() > count {
             let from = words.len() - count;
-            if let Some(found) = unit(&words[from..].join("/")) {
+            let parts = &words[from..];
+            if let Some(found) = unit(&parts.join("/")).or_else(|| unit(&parts.concat())) {
                 words.truncate(from);
                 return Some(found);
             }

@@ -1,0 +1,112 @@
+//! Bytes as a DMU or a receiver sent them: the decoders that fly, on a file.
+
+mod dmu;
+mod receiver;
+
+use crate::format::Format;
+use crate::open::{Log, Options};
+use crate::window::{Input, Window};
+use hovernav::dmu::{Decoder, Mode};
+use hovernav::gps::{Protocol, Receiver};
+use hovernav::time::Time;
+use hovernav_log::LogError;
+
+/// Bytes handed to a decoder at a time.
+const CHUNK: usize = 4096;
+
+/// What speaks in a capture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Speaker {
+    Dmu(Mode),
+    Receiver,
+}
+
+/// Whether a file that begins with `head` is a capture: whole messages with right checksums in it,
+/// past lines of remarks. TSIP has no checksums, so it needs reports that make sense.
+pub(crate) fn is_raw(head: &[u8]) -> bool {
+    speaker(without_remarks(head)).is_some()
+}
+
+fn speaker(bytes: &[u8]) -> Option<Speaker> {
+    let counts = |protocol: Protocol| {
+        let mut receiver = Receiver::new(protocol);
+        let mut rest = bytes;
+        while receiver.read(&mut rest, Time::ZERO).is_some() {}
+        receiver.counts()
+    };
+    let (ubx, nmea, tsip) = (counts(Protocol::Ubx), counts(Protocol::Nmea), counts(Protocol::Tsip));
+    if ubx.read + ubx.unknown > 0 || nmea.read + nmea.unknown > 0 {
+        return Some(Speaker::Receiver);
+    }
+    let packets = |mode: Mode| {
+        let mut decoder = Decoder::new(mode);
+        let mut rest = bytes;
+        while decoder.next_packet(&mut rest).is_some() {}
+        decoder.counts().packets * mode.packet_length() as u64
+    };
+    let modes = [Mode::Angle, Mode::Scaled].map(|mode| (packets(mode), mode));
+    let [(angle, _), (scaled, _)] = modes;
+    if 2 * angle.max(scaled) > bytes.len() as u64 && !bytes.is_empty() {
+        return Some(Speaker::Dmu(if angle >= scaled { Mode::Angle } else { Mode::Scaled }));
+    }
+    let is_tsip = bytes.contains(&0x10)
+        && (tsip.read >= 2 && tsip.read > 4 * (tsip.damaged + tsip.impossible)
+            || tsip.unknown >= 4 && tsip.damaged + tsip.impossible == 0);
+    is_tsip.then_some(Speaker::Receiver)
+}
+
+/// `bytes` past the lines that begin with `#`.
+fn without_remarks(mut bytes: &[u8]) -> &[u8] {
+    while bytes.first() == Some(&b'#') {
+        let line = bytes.iter().position(|byte| *byte == b'\n');
+        bytes = line.map_or(&[], |end| &bytes[end + 1..]);
+    }
+    bytes
+}
+
+/// Reads a capture of one line.
+///
+/// # Errors
+/// [`LogError`] where the file cannot be read, or nobody's packets are in it.
+pub(crate) fn read(input: Input<'_>, _options: &Options) -> Result<Log, LogError> {
+    let mut window = begin(input)?;
+    let io = LogError::io(input.path);
+    let found = speaker(window.peek(CHUNK).map_err(io)?);
+    match found {
+        Some(Speaker::Dmu(mode)) => dmu::read(input, mode),
+        Some(Speaker::Receiver) => receiver::read(input),
+        None => {
+            let reason = format!("found no whole packet, expected {}", Format::Raw);
+            Err(LogError::bytes(input.path, window.offset() as usize, reason))
+        }
+    }
+}
+
+/// The file past the lines of remarks at its head.
+fn begin(input: Input<'_>) -> Result<Window<'_>, LogError> {
+    let mut window = input.window()?;
+    loop {
+        let bytes = window.peek(CHUNK).map_err(LogError::io(input.path))?;
+        if bytes.first() != Some(&b'#') {
+            return Ok(window);
+        }
+        let line = bytes.iter().position(|byte| *byte == b'\n');
+        let count = line.map_or(bytes.len(), |end| end + 1);
+        window.consume(count);
+    }
+}
+
+/// Gives all bytes of a capture to `take`, piece by piece, each with its place.
+fn for_each_piece(input: Input<'_>, mut take: impl FnMut(&[u8], u64)) -> Result<(), LogError> {
+    let mut window = begin(input)?;
+    loop {
+        let offset = window.offset();
+        let bytes = window.peek(CHUNK).map_err(LogError::io(input.path))?;
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let count = bytes.len().min(CHUNK);
+        take(&bytes[..count], offset);
+        window.consume(count);
+    }
+}

@@ -1,0 +1,119 @@
+//! Captures of sensors' lines, opened like any log.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hovernav_formats::{Format, Options, open};
+use serde_json::Value;
+
+const CAPTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/captures");
+
+fn captures(folder: &str) -> Option<PathBuf> {
+    let folder = Path::new(CAPTURES).join(folder);
+    if !folder.is_dir() {
+        println!("skipped: no captures in {}", folder.display());
+        return None;
+    }
+    Some(folder)
+}
+
+/// The fixes that every capture of a receiver has, and its day; `None` where the receiver had no fix,
+/// or speaks of other things.
+const FIXES: &[(&str, Option<(usize, &str)>)] = &[
+    ("gpsd/GPSmap-76S.log", None),
+    ("gpsd/april6_2019.log", Some((2, "2019-04-06"))),
+    ("gpsd/foretrex-201.log", Some((7, "2010-08-26"))),
+    ("gpsd/garmin48.log", Some((7, "2001-06-06"))),
+    ("gpsd/gp-320fw-2019-04-07-coldboot.log", Some((2, "2019-04-07"))),
+    ("gpsd/hab-gpspi.log", Some((3, "2015-06-21"))),
+    ("gpsd/magellan315.log", Some((3, "2005-03-13"))),
+    ("gpsd/motorola-t805.log", Some((16, "2007-12-18"))),
+    ("gpsd/neo-m8n.log", Some((23, "2015-03-18"))),
+    ("gpsd/nmea-fuzzy-cases.log", Some((14, "2020-03-18"))),
+    ("gpsd/nmea-rtk.log", Some((122, "2020-03-18"))),
+    ("gpsd/tcp-test.log", Some((1, "2007-12-23"))),
+    ("gpsd/tcp-torture.log", Some((1, "2007-12-23"))),
+    ("gpsd/tn200.log", None),
+    ("gpsd/trimble-lassen_iq-playacar.log", Some((40, "2006-12-22"))),
+    ("gpsd/trimble-lassen_iq.log", Some((30, "2006-11-26"))),
+    ("gpsd/trimble-res720-dr.log", None),
+    ("gpsd/trimble-res720.log", None),
+    ("gpsd/trimble-ressmt360-dr.log", None),
+    ("gpsd/trimble-smtx-dr.log", None),
+    ("gpsd/trimble-smtx.log", None),
+    ("gpsd/ublox-8.log", Some((72, "2017-01-10"))),
+    ("gpsd/ublox-aek-4t.log", Some((4, "2007-12-23"))),
+    ("gpsd/ublox-lea-4h.log", Some((9, "2006-08-10"))),
+    ("gpsd/ublox-lea-4t.log", Some((2, "2009-01-28"))),
+    ("gpsd/ublox-lea-5h.log", Some((20, "2010-08-21"))),
+    ("gpsd/ublox-neo-m8n.log", Some((24, "2017-07-19"))),
+    ("gpsd/ublox-neo-m8t.log", Some((39, "2018-10-25"))),
+    ("gpsd/udp-test.log", Some((1, "2007-12-23"))),
+    ("nmea/nmea1.log", Some((991, "2017-03-31"))),
+    ("nmea/nmea2.log", None),
+    ("nmea/nmea_with_sat_info.log", Some((35, "2022-04-13"))),
+    ("trimble/thunderbolt.tsip", None),
+];
+
+#[test]
+fn every_capture_of_a_receiver_gives_its_fixes_and_its_day() {
+    let Some(_) = captures("gpsd") else { return };
+    for (name, expected) in FIXES {
+        let opened = open(&Path::new(CAPTURES).join(name), &Options::default());
+        let Some((fixes, day)) = expected else {
+            let refusal = opened.unwrap_err().to_string();
+            assert!(
+                refusal.contains("without fixes; raw bytes of a receiver"),
+                "{name}: {refusal}"
+            );
+            continue;
+        };
+        let log = opened.unwrap();
+        assert_eq!(log.format, Format::Raw, "{name}");
+        assert!(log.dataset.imu.is_empty());
+        assert_eq!(log.dataset.fixes.len(), *fixes, "{name}: {:?}", log.dataset.warnings);
+        let date = log.dataset.manifest.date.map(|date| date.to_string());
+        // The week must not roll over into another decade.
+        assert_eq!(date.as_deref().unwrap_or_default(), *day, "{name}");
+    }
+}
+
+#[test]
+fn a_stream_in_a_language_that_is_not_read_is_refused() {
+    let Some(folder) = captures("gpsd") else { return };
+    for name in ["bu303-moving", "bu303-nofix", "ublox-sirf1", "skytraq-err", "passthrough"] {
+        let path = folder.join(format!("{name}.log"));
+        let refusal = open(&path, &Options::default()).unwrap_err().to_string();
+        assert!(refusal.contains("at byte 0: found"), "{refusal}");
+    }
+}
+
+#[test]
+fn a_dmus_stream_gives_every_whole_packet_its_time() {
+    let Some(folder) = captures("dmu_synthetic") else { return };
+    let log = open(&folder.join("clean_330.bin"), &Options::default()).unwrap();
+    assert_eq!(log.format, Format::Raw);
+    let expected: Vec<Value> =
+        serde_json::from_str(&fs::read_to_string(folder.join("clean_330.json")).unwrap()).unwrap();
+    let imu = &log.dataset.imu;
+    assert_eq!(imu.len(), expected.len());
+    let span_s = imu[imu.len() - 1].time - imu[0].time;
+    assert!((span_s - 329.0 * 0.0303).abs() < 0.02, "{span_s} s");
+    for (sample, packet) in imu.iter().zip(&expected) {
+        let [roll, pitch, yaw] = sample.attitude.unwrap().to_degrees();
+        for (ours, key) in [(roll, "roll"), (pitch, "pitch"), (yaw, "yaw")] {
+            assert!((ours - packet[key].as_f64().unwrap()).abs() < 1e-9, "{key}");
+        }
+        let force = sample.motion.mean_rates(0.03).specific_force_mps2.z();
+        assert!((force + 9.80665 * packet["az"].as_f64().unwrap()).abs() < 1e-9);
+    }
+
+    let damaged = open(&folder.join("damaged.bin"), &Options::default()).unwrap().dataset;
+    let intact: Value =
+        serde_json::from_str(&fs::read_to_string(folder.join("damaged.json")).unwrap()).unwrap();
+    let intact = intact["intact"].as_array().unwrap().len();
+    println!("{} of {intact} intact packets, {:?}", damaged.imu.len(), damaged.warnings);
+    assert!(damaged.imu.len() <= intact && damaged.imu.len() + 5 > intact);
+    let span_s = damaged.imu[damaged.imu.len() - 1].time - damaged.imu[0].time;
+    assert!((span_s - 9.97).abs() < 0.2, "{span_s}");
+}
