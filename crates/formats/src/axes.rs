@@ -1,6 +1,8 @@
 //! Between the axes of other programs and hovernav's own.
 
 use glam::DQuat;
+#[cfg(feature = "ros2")]
+use hovernav::frames::Vector;
 use hovernav::frames::{Body, Ned, Rotation};
 
 /// The attitude that a quaternion gives, scalar first, which leads from forward-right-down to
@@ -21,6 +23,12 @@ pub(crate) fn attitude_flu_enu([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, 
     let frd_to_flu = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
     let flu_to_enu = unit(DQuat::from_xyzw(x, y, z, w))?;
     Some(Rotation::claim(enu_to_ned * flu_to_enu * frd_to_flu))
+}
+
+/// A vector in forward-left-up axes, in body axes.
+#[cfg(feature = "ros2")]
+pub(crate) fn body_from_flu([forward, left, up]: [f64; 3]) -> Vector<Body> {
+    Vector::new(forward, -left, -up)
 }
 
 fn unit(quaternion: DQuat) -> Option<DQuat> {

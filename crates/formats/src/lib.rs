@@ -5,7 +5,7 @@
 )]
 
 mod assembly;
-#[cfg(feature = "text")]
+#[cfg(any(feature = "ros2", feature = "text"))]
 mod axes;
 mod choice;
 #[cfg(feature = "dataflash")]
@@ -20,6 +20,8 @@ mod onboard;
 mod open;
 #[cfg(feature = "raw")]
 mod raw;
+#[cfg(feature = "ros2")]
+mod ros2;
 #[cfg(feature = "text")]
 mod text;
 #[cfg(feature = "tlog")]

@@ -106,6 +106,8 @@ fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogE
         Format::Tlog => crate::tlog::read(input, options),
         #[cfg(feature = "dataflash")]
         Format::Dataflash | Format::DataflashText => crate::dataflash::read(input, format, options),
+        #[cfg(feature = "ros2")]
+        Format::Ros2 => crate::ros2::read(input, options),
         #[cfg(feature = "raw")]
         Format::Raw => crate::raw::read(input, options),
         #[cfg(feature = "text")]

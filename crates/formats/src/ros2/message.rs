@@ -1,0 +1,136 @@
+//! The messages that are read, field by field.
+//!
+//! # Source
+//! The definitions in `sensor_msgs`, `geometry_msgs`, `nav_msgs` and `std_msgs` of ROS 2; axes by REP
+//! 103 and REP 145.
+
+use super::cdr::Cdr;
+
+/// What a topic's messages are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Imu,
+    Fix,
+    Velocity,
+    /// Velocity with its covariance.
+    VelocityCovariance,
+    Field,
+    Pressure,
+    Odometry,
+}
+
+impl Kind {
+    /// By the name of the schema.
+    pub fn of(schema: &str) -> Option<Self> {
+        Some(match schema {
+            "sensor_msgs/msg/Imu" | "sensor_msgs/Imu" => Self::Imu,
+            "sensor_msgs/msg/NavSatFix" | "sensor_msgs/NavSatFix" => Self::Fix,
+            "geometry_msgs/msg/TwistStamped" | "geometry_msgs/TwistStamped" => Self::Velocity,
+            "geometry_msgs/msg/TwistWithCovarianceStamped"
+            | "geometry_msgs/TwistWithCovarianceStamped" => Self::VelocityCovariance,
+            "sensor_msgs/msg/MagneticField" | "sensor_msgs/MagneticField" => Self::Field,
+            "sensor_msgs/msg/FluidPressure" | "sensor_msgs/FluidPressure" => Self::Pressure,
+            "nav_msgs/msg/Odometry" | "nav_msgs/Odometry" => Self::Odometry,
+            _ => return None,
+        })
+    }
+}
+
+/// `std_msgs/Header`: when a message was true, ns, and in which frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Header<'a> {
+    pub stamp_ns: i64,
+    pub frame: &'a [u8],
+}
+
+impl Header<'_> {
+    /// Whether the frame's name says that its axes are forward-right-down or north-east-down.
+    pub fn is_down(&self) -> bool {
+        let frame = self.frame.to_ascii_lowercase();
+        frame.ends_with(b"ned") || frame.ends_with(b"frd")
+    }
+}
+
+pub(super) fn header<'a>(cdr: &mut Cdr<'a>) -> Option<Header<'a>> {
+    let (seconds, nanoseconds) = (cdr.i32()?, cdr.u32()?);
+    let stamp_ns = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
+    Some(Header { stamp_ns, frame: cdr.text()? })
+}
+
+/// `sensor_msgs/Imu`.
+pub(super) struct Imu {
+    /// Scalar first; `None` where the unit gives none.
+    pub orientation: Option<[f64; 4]>,
+    pub rate_radps: [f64; 3],
+    pub force_mps2: [f64; 3],
+}
+
+pub(super) fn imu(cdr: &mut Cdr<'_>) -> Option<Imu> {
+    let [x, y, z, w] = cdr.f64s()?;
+    let covariance: [f64; 9] = cdr.f64s()?;
+    let rate_radps = cdr.f64s()?;
+    let _: [f64; 9] = cdr.f64s()?;
+    let force_mps2 = cdr.f64s()?;
+    // A first element of −1 says that there is none.
+    let is_given = covariance[0] != -1.0 && [x, y, z, w] != [0.0; 4];
+    Some(Imu { orientation: is_given.then_some([w, x, y, z]), rate_radps, force_mps2 })
+}
+
+/// `sensor_msgs/NavSatFix`.
+pub(super) struct NavSatFix {
+    pub has_fix: bool,
+    pub latitude_deg: f64,
+    pub longitude_deg: f64,
+    /// Above the ellipsoid.
+    pub height_m: f64,
+    /// One-sigma north, east, down, m.
+    pub sigma_m: Option<[f64; 3]>,
+}
+
+pub(super) fn fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
+    let status = cdr.i8()?;
+    cdr.u16()?;
+    let [latitude_deg, longitude_deg, height_m] = cdr.f64s()?;
+    // East, north, up.
+    let covariance: [f64; 9] = cdr.f64s()?;
+    let is_known = cdr.u8()? != 0;
+    let sigma_m = [covariance[4], covariance[0], covariance[8]].map(f64::sqrt);
+    let is_positive = sigma_m.iter().all(|sigma| *sigma > 0.0);
+    Some(NavSatFix {
+        has_fix: status >= 0,
+        latitude_deg,
+        longitude_deg,
+        height_m,
+        sigma_m: (is_known && is_positive).then_some(sigma_m),
+    })
+}
+
+/// `geometry_msgs/TwistStamped` of a receiver: velocity and its one-sigma, north, east, down, m/s.
+pub(super) fn velocity(
+    cdr: &mut Cdr<'_>,
+    with_covariance: bool,
+) -> Option<([f64; 3], Option<[f64; 3]>)> {
+    let [east, north, up] = cdr.f64s()?;
+    let _angular: [f64; 3] = cdr.f64s()?;
+    let mut sigma_mps = None;
+    if with_covariance {
+        let covariance: [f64; 36] = cdr.f64s()?;
+        let sigma = [covariance[7], covariance[0], covariance[14]].map(f64::sqrt);
+        sigma_mps = Some(sigma).filter(|sigma| sigma.iter().all(|sigma| *sigma > 0.0));
+    }
+    Some(([north, east, -up], sigma_mps))
+}
+
+/// `nav_msgs/Odometry`: attitude, scalar first, and velocity in the vehicle's axes, m/s.
+pub(super) struct Odometry {
+    pub orientation: [f64; 4],
+    pub velocity_mps: [f64; 3],
+}
+
+pub(super) fn odometry(cdr: &mut Cdr<'_>) -> Option<Odometry> {
+    cdr.text()?;
+    let _position: [f64; 3] = cdr.f64s()?;
+    let [x, y, z, w] = cdr.f64s()?;
+    let _covariance: [f64; 36] = cdr.f64s()?;
+    Some(Odometry { orientation: [w, x, y, z], velocity_mps: cdr.f64s()? })
+}

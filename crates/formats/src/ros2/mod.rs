@@ -1,0 +1,198 @@
+//! MCAP with ROS 2 messages.
+
+mod cdr;
+mod container;
+mod message;
+mod topics;
+
+use mcap::records::Record;
+
+use crate::assembly::Assembly;
+use crate::axes;
+use crate::format::Format;
+use crate::onboard::OnboardMoment;
+use crate::open::{Log, Options};
+use crate::utc;
+use crate::window::Input;
+use cdr::Cdr;
+use container::for_each_record;
+use hovernav::earth::Geodetic;
+use hovernav::frames::{Body, Ned, Vector};
+use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+use hovernav_log::{LogError, Manifest, pressure_altitude_m};
+use message::{Header, Kind};
+use topics::Topics;
+
+const GAUSS_PER_TESLA: f64 = 1e4;
+/// A velocity is that of a fix if their times are no further apart, s.
+const SAME_EPOCH_S: f64 = 0.1;
+
+/// Reads an MCAP file of ROS 2.
+///
+/// # Errors
+/// [`LogError`] where the file cannot be read, or no topic that is of use is in it.
+pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError> {
+    let mut assembly = Assembly::new(true);
+    let topics = Topics::of(input, options, &mut assembly)?;
+    let mut gathered = Gathered { assembly, ..Gathered::new() };
+    for_each_record(input, |record, offset| {
+        if let Record::Message { header, data } = record
+            && let Some(kind) = topics.kind(header.channel_id)
+        {
+            let logged_ns = i64::try_from(header.log_time).unwrap_or(i64::MAX);
+            let is_read = Cdr::new(&data)
+                .and_then(|cdr| gathered.take(kind, cdr, logged_ns, topics.by_stamp, offset));
+            gathered.unreadable += usize::from(is_read.is_none());
+        }
+        Ok(())
+    })?;
+    gathered.finish(input)
+}
+
+/// What has been read so far.
+struct Gathered {
+    assembly: Assembly,
+    origin_ns: Option<i64>,
+    fixes: Vec<(u64, Fix)>,
+    velocities: Vec<(Time, [f64; 3], Option<[f64; 3]>)>,
+    unreadable: usize,
+    are_down: bool,
+    has_imu: bool,
+}
+
+impl Gathered {
+    fn new() -> Self {
+        Self {
+            assembly: Assembly::new(true),
+            origin_ns: None,
+            fixes: Vec::new(),
+            velocities: Vec::new(),
+            unreadable: 0,
+            are_down: false,
+            has_imu: false,
+        }
+    }
+
+    /// Takes in a message; `None` of one that is too short.
+    fn take(
+        &mut self,
+        kind: Kind,
+        mut cdr: Cdr<'_>,
+        logged_ns: i64,
+        by_stamp: bool,
+        place: u64,
+    ) -> Option<()> {
+        let cdr = &mut cdr;
+        let header = message::header(cdr)?;
+        let at_ns = if by_stamp { header.stamp_ns } else { logged_ns };
+        let origin_ns = *self.origin_ns.get_or_insert(at_ns);
+        let time = Time::from_nanoseconds(at_ns.saturating_sub(origin_ns));
+        match kind {
+            Kind::Imu => self.imu(&header, message::imu(cdr)?, time, place),
+            Kind::Fix => self.fix(&message::fix(cdr)?, time, place),
+            Kind::Velocity | Kind::VelocityCovariance => {
+                let (velocity, sigma) = message::velocity(cdr, kind == Kind::VelocityCovariance)?;
+                self.velocities.push((time, velocity, sigma));
+            }
+            Kind::Field => {
+                let field: [f64; 3] = cdr.f64s()?;
+                let field = body(&header, field) * GAUSS_PER_TESLA;
+                self.assembly.magnetometer(place, time, field.to_array());
+            }
+            Kind::Pressure => {
+                let height_m = pressure_altitude_m(cdr.f64()?);
+                self.assembly.baro(place, time, height_m.unwrap_or(f64::NAN));
+            }
+            Kind::Odometry => {
+                let odometry = message::odometry(cdr)?;
+                let body_to_ned = axes::attitude_flu_enu(odometry.orientation);
+                let velocity = axes::body_from_flu(odometry.velocity_mps);
+                let velocity_mps = body_to_ned.map(|attitude| attitude * velocity);
+                self.assembly.moment(OnboardMoment {
+                    time,
+                    body_to_ned,
+                    velocity_mps,
+                    position: None,
+                });
+            }
+        }
+        Some(())
+    }
+
+    fn imu(&mut self, header: &Header<'_>, imu: message::Imu, time: Time, place: u64) {
+        self.has_imu = true;
+        self.are_down |= header.is_down();
+        let attitude = imu.orientation.and_then(|quaternion| match header.is_down() {
+            true => axes::attitude_frd_ned(quaternion),
+            false => axes::attitude_flu_enu(quaternion),
+        });
+        let sample = ImuSample {
+            time,
+            motion: Motion::Rates {
+                angular_rate_radps: body(header, imu.rate_radps),
+                specific_force_mps2: body(header, imu.force_mps2),
+            },
+            attitude: attitude.map(|attitude| attitude.euler()),
+            magnetic_field_gauss: None,
+        };
+        self.assembly.imu(place, sample);
+    }
+
+    fn fix(&mut self, fix: &message::NavSatFix, time: Time, place: u64) {
+        if !fix.has_fix {
+            return self.assembly.fix_left_out(place, "left out: no fix");
+        }
+        let degrees = (fix.latitude_deg, fix.longitude_deg);
+        match Geodetic::from_degrees(degrees.0, degrees.1, fix.height_m) {
+            Some(position) => {
+                let position_sigma_m = fix.sigma_m.map(Vector::<Ned>::from);
+                self.fixes.push((place, Fix { position_sigma_m, ..Fix::at(time, position) }));
+            }
+            None => self.assembly.fix_left_out(place, "left out: no place on Earth"),
+        }
+    }
+
+    /// The log, velocities given to their fixes.
+    fn finish(mut self, input: Input<'_>) -> Result<Log, LogError> {
+        self.velocities.sort_by_key(|velocity| velocity.0);
+        for (place, mut fix) in std::mem::take(&mut self.fixes) {
+            let after = self.velocities.partition_point(|velocity| velocity.0 < fix.time);
+            let near = [after.checked_sub(1), Some(after)].into_iter().flatten();
+            let near = near.filter_map(|index| self.velocities.get(index));
+            let near = near.map(|velocity| ((velocity.0 - fix.time).abs(), velocity));
+            if let Some((away_s, (_, [north, east, down], sigma))) =
+                near.min_by(|a, b| a.0.total_cmp(&b.0))
+                && away_s <= SAME_EPOCH_S
+            {
+                fix.horizontal_velocity_mps = Some([*north, *east]);
+                fix.down_velocity_mps = Some(*down);
+                fix.velocity_sigma_mps = sigma.map(Vector::from);
+            }
+            self.assembly.fix(place, fix);
+        }
+        if self.unreadable > 0 {
+            let count = self.unreadable;
+            self.assembly.say(format!("{count} messages left out: not as long as their type is"));
+        }
+        if self.has_imu {
+            self.assembly.say(match self.are_down {
+                true => {
+                    "axes taken as forward-right-down and north-east-down, as the frame is named"
+                }
+                false => "axes turned from forward-left-up and east-north-up (REP 103)",
+            });
+        }
+        let utc_s = self.origin_ns.unwrap_or_default() as f64 * 1e-9;
+        let date = utc::date(utc_s).and_then(|day| day.parse().ok());
+        let time = format!("s from {utc_s:.6} s of the log's own clock on");
+        let manifest = Manifest { date, time, ..Manifest::default() };
+        self.assembly.finish(input.path, Format::Ros2, manifest, "odometry")
+    }
+}
+
+/// A vector in the axes of the vehicle.
+fn body(header: &Header<'_>, vector: [f64; 3]) -> Vector<Body> {
+    if header.is_down() { Vector::from(vector) } else { axes::body_from_flu(vector) }
+}
