@@ -12,6 +12,7 @@ mod output;
 mod page;
 mod summary;
 
+mod config;
 mod convert;
 mod estimate;
 mod info;
@@ -75,6 +76,8 @@ enum Verb {
     Play(play::Arguments),
     /// Write any log as a dataset directory
     Convert(convert::Arguments),
+    /// Every file, column and key of the settings, with defaults and units: also `help config`
+    Config(config::Arguments),
     /// Say what the columns of foreign text files are, names, units and axes; writes a mapping and a
     /// commented dataset.toml for estimate, info and convert to take
     Init(init::Arguments),
@@ -116,6 +119,7 @@ impl Verb {
             #[cfg(feature = "fly")]
             Self::Play(arguments) => play::run(arguments),
             Self::Convert(arguments) => convert::run(arguments),
+            Self::Config(arguments) => config::run(arguments),
             Self::Init(arguments) => init::run(arguments),
             #[cfg(feature = "lab")]
             Self::Inject(arguments) => inject::run(arguments),

@@ -111,6 +111,11 @@ fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogE
         #[cfg(feature = "raw")]
         Format::Raw => crate::raw::read(input, options),
         #[cfg(feature = "text")]
+        Format::Text if input.bytes.is_some() => Err(LogError::Unusable {
+            path: input.path.to_path_buf(),
+            reason: "text in columns is read from its files, and these are bytes".into(),
+        }),
+        #[cfg(feature = "text")]
         Format::Text => crate::text::read(input.path, options),
         left_out => Err(LogError::LeftOut {
             path: PathBuf::from(input.path),

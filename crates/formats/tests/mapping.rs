@@ -98,7 +98,7 @@ impl Foreign {
         }
         for (time, values) in rows {
             let time = if self.other_units { 1000.0 * time } else { *time };
-            let mut row = vec![format!("{time:.2}")];
+            let mut row = vec![format!("{time:.5}")];
             let shown =
                 |value: &f64| if value.is_nan() { String::new() } else { value.to_string() };
             row.extend(values.iter().map(shown));
@@ -238,4 +238,59 @@ fn what_cannot_be_mapped_says_why_and_where() {
     assert!(opened(&axes).contains("each of x, y and z once"), "{}", opened(&axes));
     let no_file = "[[table]]\nfile = 'none.csv'\n[table.time]\ncolumn = 't'\n";
     assert!(opened(no_file).contains("none.csv"));
+}
+
+/// Columns without names, as KF-GINS and NaveGo take them.
+#[test]
+fn files_without_names_are_told_by_their_numbers() {
+    let original = solutions(Dataset::open(ORIGINAL.as_ref()).unwrap());
+    let (imu, gps) = (rows("imu.csv"), rows("gps.csv"));
+    let text = |rows: Vec<Vec<f64>>| -> String {
+        let line =
+            |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join("  ") + "\n";
+        rows.iter().map(line).collect()
+    };
+    let mut before = imu[0][0] - 0.0303;
+    let increments = imu.iter().map(|row| {
+        let interval = row[0] - before;
+        before = row[0];
+        let mut values = vec![604_700.0 + row[0]];
+        values.extend(row[1..7].iter().map(|value| value * interval));
+        values
+    });
+    let kf_imu = text(increments.collect());
+    let kf_gnss = gps.iter().map(|r| vec![604_700.0 + r[0], r[1], r[2], r[3], r[7], r[7], r[8]]);
+    let navego_imu = imu.iter().map(|r| vec![r[0], r[4], r[5], r[6], r[1], r[2], r[3]]);
+    let navego_gnss = gps
+        .iter()
+        .map(|r| vec![r[0], r[1].to_radians(), r[2].to_radians(), r[3], r[4], r[5], r[6]]);
+    for (what, imu, gnss) in [
+        ("KF-GINS", kf_imu, text(kf_gnss.collect())),
+        ("NaveGo", text(navego_imu.collect()), text(navego_gnss.collect())),
+    ] {
+        let place = tempfile::tempdir().unwrap();
+        let files = ["imu.txt", "gnss.txt"].map(|name| place.path().join(name));
+        fs::write(&files[0], imu).unwrap();
+        fs::write(&files[1], gnss).unwrap();
+        let proposal = Proposal::of(&files).unwrap();
+        let out = place.path().join("mapped");
+        proposal.write(&out, false).unwrap();
+        fs::copy(Path::new(ORIGINAL).join("dataset.toml"), out.join("dataset.toml")).unwrap();
+        let dataset = open(&out, &Options::default()).unwrap().dataset;
+        assert_eq!(
+            (dataset.imu.len(), dataset.fixes.len()),
+            (imu_rows(), 299),
+            "{what}\n{proposal}"
+        );
+        let found = solutions(dataset);
+        // Without the unit's attitude the heading is found in flight; from then on they are alike.
+        let (Some(a), Some(b)) = (found.last(), original.last()) else { panic!("{what}") };
+        let apart_m = a.position.displacement_from(&b.position).norm();
+        let turn = (a.body_to_ned.inverse() * b.body_to_ned).rotation_vector().norm();
+        assert!(apart_m < 3.0 && turn < 0.2, "{what}: {apart_m} m, {turn} rad\n{proposal}");
+    }
+}
+
+fn imu_rows() -> usize {
+    rows("imu.csv").len()
 }

@@ -21,7 +21,8 @@ fn captures(folder: &str) -> Option<PathBuf> {
 /// or speaks of other things.
 const FIXES: &[(&str, Option<(usize, &str)>)] = &[
     ("gpsd/GPSmap-76S.log", None),
-    ("gpsd/april6_2019.log", Some((2, "2019-04-06"))),
+    // The receiver's own calendar ends with the 1024 weeks that day, and says 1999.
+    ("gpsd/april6_2019.log", Some((2, "1999-08-22"))),
     ("gpsd/foretrex-201.log", Some((7, "2010-08-26"))),
     ("gpsd/garmin48.log", Some((7, "2001-06-06"))),
     ("gpsd/gp-320fw-2019-04-07-coldboot.log", Some((2, "2019-04-07"))),

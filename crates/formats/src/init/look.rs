@@ -92,7 +92,7 @@ impl Look {
         let values: Vec<f64> = self.known(column).collect();
         let falls = values.windows(2).filter(|pair| pair[1] < pair[0]).count();
         let rises = values.windows(2).filter(|pair| pair[1] > pair[0]).count();
-        values.len() > 1 && 20 * falls < values.len() && 2 * rises > values.len()
+        values.len() > 1 && 20 * falls < values.len() && 2 * rises >= values.len()
     }
 
     /// Whether columns say the same as the row before on most rows on which they say anything.

@@ -5,9 +5,11 @@ use super::names::{Meaning, Quantity};
 
 /// What the columns of `look` hold, as far as their values tell.
 ///
-/// Time is the first column that rises. Three columns side by side whose norm is gravity's are an
-/// accelerometer, the three beside them that are left a gyro; latitude, longitude and height follow
-/// each other where there is no accelerometer.
+/// Time is the first column that rises. Three columns side by side whose norm is gravity's, or what
+/// gravity adds from row to row, are an accelerometer, the three beside them that are left a gyro:
+/// so KF-GINS's inertial files are read, increments of angle before those of velocity, and NaveGo's,
+/// specific force before rates. Latitude, longitude and height follow each other where there is no
+/// accelerometer, one-sigmas behind them if all are positive, else velocities.
 pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     let count = look.columns.len();
     let mut meanings = vec![None; count];
@@ -17,28 +19,46 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     let Some(time) = (0..count).find(|&column| look.rises(column)) else { return meanings };
     give(time, Quantity::Time);
     let first = time + 1;
-    // Of those with gravity's norm, the three whose norm varies least.
+    let step = look.median_step(time);
+    // Of those with gravity's norm, three before or behind which there are whole threes, and of these
+    // the three whose norm varies least.
     let variation = |at: usize| {
-        let (norm, high) =
-            (look.median_norm([at, at + 1, at + 2]), look.high_norm([at, at + 1, at + 2]));
-        let is_gravity =
-            [1.0, 9.81, 1000.0].iter().any(|gravity| (0.85..1.15).contains(&(norm / gravity)));
-        is_gravity.then_some((at, high / norm))
+        let columns = [at, at + 1, at + 2];
+        let (norm, high) = (look.median_norm(columns), look.high_norm(columns));
+        let near = |gravity: &f64| (0.85..1.15).contains(&(norm / gravity));
+        let is_increment = norm < 0.5 && near(&(9.81 * step));
+        let is_gravity = is_increment || [1.0, 9.81, 1000.0].iter().any(near);
+        is_gravity.then_some((at, is_increment, high / norm))
     };
     let accel = (first..count.saturating_sub(2)).filter_map(variation);
-    if let Some((accel, _)) = accel.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        (0..3).for_each(|axis| give(accel + axis, Quantity::Accel(axis)));
+    let split = |at: usize| !(at - first).is_multiple_of(3);
+    let accel = accel.min_by(|a, b| split(a.0).cmp(&split(b.0)).then(a.2.total_cmp(&b.2)));
+    if let Some((accel, is_increment, _)) = accel {
         let before = accel.checked_sub(3).filter(|gyro| *gyro >= first);
         let gyro = before.or_else(|| (accel + 6 <= count).then_some(accel + 3));
-        if let Some(gyro) = gyro {
-            (0..3).for_each(|axis| give(gyro + axis, Quantity::Gyro(axis)));
+        for axis in 0..3 {
+            let (force, rate) = match is_increment {
+                true => (Quantity::VelocityIncrement(axis), Quantity::AngleIncrement(axis)),
+                false => (Quantity::Accel(axis), Quantity::Gyro(axis)),
+            };
+            give(accel + axis, force);
+            if let Some(gyro) = gyro {
+                give(gyro + axis, rate);
+            }
         }
     } else if first + 3 <= count && is_place(look, first) {
         give(first, Quantity::Latitude);
         give(first + 1, Quantity::Longitude);
         give(first + 2, Quantity::Height(None));
-        if first + 6 <= count {
-            (0..3).for_each(|axis| give(first + 3 + axis, Quantity::Velocity(axis)));
+        let mut next = first + 3;
+        let is_positive = |column: usize| look.known(column).all(|value| value > 0.0);
+        if next + 3 <= count && (next..next + 3).all(is_positive) {
+            give(next, Quantity::SigmaHorizontal);
+            give(next + 2, Quantity::SigmaVertical);
+            next += 3;
+        }
+        if next + 3 <= count {
+            (0..3).for_each(|axis| give(next + axis, Quantity::Velocity(axis)));
         }
     }
     meanings

@@ -1,0 +1,59 @@
+//! `hovernav config`: every file, column and key, with defaults and units.
+
+use std::io::Write as _;
+
+use anyhow::{Context as _, bail};
+
+/// The page that the types make: docs/configuration.md.
+pub const PAGE: &str = include_str!("../assets/configuration.md");
+
+#[derive(clap::Args)]
+#[command(after_long_help = PAGE)]
+pub struct Arguments {
+    /// A file, such as fly.toml or imu.csv, or a word that keys or their descriptions hold; everything
+    /// unless given
+    about: Option<String>,
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let text = match &arguments.about {
+        None => PAGE.to_owned(),
+        Some(about) => section(about).or_else(|| lines(about)).unwrap_or_default(),
+    };
+    if text.is_empty() {
+        let about = arguments.about.as_deref().unwrap_or_default();
+        bail!(
+            "config: nothing is called \"{about}\" and no key says it, expected a file or a word"
+        );
+    }
+    std::io::stdout().write_all(text.as_bytes()).context("cannot write to standard output")
+}
+
+/// The part of the page under the heading `name`, of a file; `columns` is one too.
+fn section(name: &str) -> Option<String> {
+    let parts = PAGE.split("\n## ").skip(1);
+    let mut parts = parts
+        .filter(|part| part.lines().next().is_some_and(|title| title.eq_ignore_ascii_case(name)));
+    parts.next().map(|part| format!("## {}\n", part.trim_end()))
+}
+
+/// The rows that hold `word`, under the section that each stands in.
+fn lines(word: &str) -> Option<String> {
+    let word = word.to_lowercase();
+    let mut found = String::new();
+    let (mut section, mut shown) = ("", "");
+    for line in PAGE.lines() {
+        if line.starts_with("## ") || line.starts_with("`[") || line.starts_with("Outside") {
+            section = line;
+        }
+        if line.starts_with("| `") && line.to_lowercase().contains(&word) {
+            if section != shown {
+                found.push_str(&format!("\n{section}\n"));
+                shown = section;
+            }
+            found.push_str(line);
+            found.push('\n');
+        }
+    }
+    (!found.is_empty()).then_some(found)
+}

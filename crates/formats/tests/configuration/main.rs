@@ -1,0 +1,245 @@
+//! The page and the schemas of every key of `dataset.toml`, `fly.toml` and `mapping.toml` are those of the
+//! types that read them.
+//!
+//! With `HOVERNAV_WRITE_CONFIGURATION` set the files are written anew instead of compared.
+
+mod source;
+mod walk;
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use hovernav_log::{FlyConfig, Manifest};
+use serde::Serialize;
+use serde_json::{Value as Json, json};
+use walk::{Defaults, Key, Walk};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// A file, its type, and what it is.
+const FILES: [(&str, &str, &str); 3] = [
+    (
+        "dataset.toml",
+        "Manifest",
+        "What a vehicle is, how its sensors are mounted and how good they are, and the settings of the \
+         filter: beside the data, or given to `hovernav estimate --config`. Every key has a default; \
+         where none is shown, the key is not set. A key that is not known is named and has no effect.",
+    ),
+    (
+        "fly.toml",
+        "FlyConfig",
+        "Which devices are on which lines, and how the vehicle is built: for `hovernav fly --config`, \
+         whatever the file is called (`play.toml` is one for played sensors). A key that is not known \
+         is an error. Its section `[navigation]` has the keys of `dataset.toml`, which are not \
+         repeated.",
+    ),
+    (
+        "mapping.toml",
+        "Mapping",
+        "What the columns of foreign text files are: written by `hovernav init`, read by every command \
+         that takes a log. `[[table]]` begins one for each file; the sensors that it has follow, as in \
+         `[table.gyro]`.",
+    ),
+];
+
+fn toml_of(value: &impl Serialize) -> toml::Value {
+    toml::to_string(value).unwrap().parse::<toml::Table>().map(toml::Value::Table).unwrap()
+}
+
+/// What the types are worth by default.
+fn defaults() -> Defaults {
+    use hovernav::ekf::{
+        Aiding, AttitudeModel, BaroModel, GateConfig, GpsModel, ImuModel, MagnetometerModel,
+    };
+    let manifest = toml_of(&Manifest::default());
+    let fly = toml_of(&FlyConfig::default());
+    let mut defaults = Defaults::from([
+        ("AlignmentConfig", toml_of(&hovernav::ins::AlignmentConfig::default())),
+        ("Aiding", toml_of(&Aiding::default())),
+        ("ImuModel", toml_of(&ImuModel::default())),
+        ("GpsModel", toml_of(&GpsModel::default())),
+        ("AttitudeModel", toml_of(&AttitudeModel::default())),
+        ("MagnetometerModel", toml_of(&MagnetometerModel::default())),
+        ("BaroModel", toml_of(&BaroModel::default())),
+        ("GateConfig", toml_of(&GateConfig::default())),
+        ("Limits", toml_of(&hovernav::gps::quality::Limits::default())),
+        ("SwitchConfig", toml_of(&hovernav::servo::SwitchConfig::default())),
+        ("SignalConfig", toml_of(&hovernav::servo::SignalConfig::default())),
+        ("Swashplate", toml_of(&hovernav::servo::Swashplate::default())),
+        ("ReadinessLimits", toml_of(&hovernav::autopilot::ReadinessLimits::default())),
+        ("SteeringConfig", toml_of(&hovernav::autopilot::SteeringConfig::default())),
+        ("FailsafeConfig", toml_of(&hovernav::flight_control::FailsafeConfig::default())),
+        ("MavlinkConfig", toml_of(&hovernav_log::MavlinkConfig::default())),
+        ("MavlinkRates", toml_of(&hovernav_log::MavlinkRates::default())),
+    ]);
+    let section = |table: &toml::Value, path: &[&str]| {
+        path.iter().try_fold(table, |table, key| table.get(key)).cloned()
+    };
+    for (name, table, path) in [
+        ("ImuSection", &manifest, &["imu"][..]),
+        ("GpsSection", &manifest, &["gps"]),
+        ("ReferenceSection", &manifest, &["reference"]),
+        ("SolutionSection", &manifest, &["solution"]),
+        ("DmuSection", &fly, &["dmu"]),
+        ("ReceiverSection", &fly, &["receiver"]),
+        ("RecordSection", &fly, &["record"]),
+        ("ServoSection", &fly, &["servo"]),
+        ("ChannelConfig", &fly, &["servo", "channels", "lateral"]),
+    ] {
+        defaults.insert(name, section(table, path).unwrap_or_else(|| panic!("no {name}")));
+    }
+    defaults
+}
+
+/// The keys of a file, and its schema.
+fn keys_of(name: &str) -> (Vec<Key>, Json) {
+    let (types, defaults) = (source::types(), defaults());
+    let mut walk = Walk { types: &types, defaults: &defaults, keys: Vec::new() };
+    let schema = walk.structure(name, "", "");
+    (walk.keys, schema)
+}
+
+fn page() -> String {
+    let mut page = String::from(
+        "# Configuration\n\nEvery file, column and key that hovernav reads, from the types that read them; \
+         `hovernav config` prints this page. Editors that know JSON schemas find theirs in \
+         [`schemas`](schemas).\n\n",
+    );
+    page.push_str(include_str!("columns.md"));
+    for (file, name, about) in FILES {
+        let _ = write!(page, "\n## {file}\n\n{about}\n");
+        let mut keys = keys_of(name).0;
+        keys.retain(|key| file != "fly.toml" || !key.path.starts_with("navigation."));
+        let section_of = |key: &Key| key.path.rsplit_once('.').map_or("", |(of, _)| of).to_owned();
+        let mut sections: Vec<String> = Vec::new();
+        for key in &keys {
+            let section = section_of(key);
+            if !sections.contains(&section) {
+                sections.push(section);
+            }
+        }
+        keys.sort_by_key(|key| sections.iter().position(|section| *section == section_of(key)));
+        let mut section = None;
+        for key in &keys {
+            let (of, last) = key.path.rsplit_once('.').unwrap_or(("", &key.path));
+            if section.as_deref() != Some(of) {
+                section = Some(of.to_owned());
+                let title = match (file, of) {
+                    (_, "") => "Outside all sections".to_owned(),
+                    ("mapping.toml", "table") => "`[[table]]`".to_owned(),
+                    _ => format!("`[{of}]`"),
+                };
+                let _ = write!(
+                    page,
+                    "\n{title}\n\n| key | value | default | what it is |\n|---|---|---|---|\n"
+                );
+            }
+            let default = match key.default.as_str() {
+                "" => String::new(),
+                default => format!("`{default}`"),
+            };
+            let doc = key.doc.replace('|', "\\|");
+            let _ = writeln!(page, "| `{last}` | {} | {default} | {doc} |", key.kind);
+        }
+    }
+    page
+}
+
+fn schema(file: &str, name: &str, about: &str) -> String {
+    let mut schema = keys_of(name).1;
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!(file);
+    schema["description"] = json!(about);
+    serde_json::to_string_pretty(&schema).unwrap() + "\n"
+}
+
+#[test]
+fn the_page_and_the_schemas_are_those_of_the_types() {
+    let page = page();
+    let mut files = vec![
+        ("docs/configuration.md".to_owned(), page.clone()),
+        ("cli/assets/configuration.md".to_owned(), page),
+    ];
+    for (file, name, about) in FILES {
+        let stem = file.trim_end_matches(".toml");
+        files.push((format!("docs/schemas/{stem}.json"), schema(file, name, about)));
+    }
+    for (file, text) in files {
+        let path = Path::new(ROOT).join(&file);
+        if std::env::var_os("HOVERNAV_WRITE_CONFIGURATION").is_some() {
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(&path, text).unwrap();
+            continue;
+        }
+        let found = fs::read_to_string(&path).unwrap_or_default();
+        let differs = found.lines().zip(text.lines()).position(|(a, b)| a != b);
+        assert!(
+            found == text,
+            "{file} is not what the types say, from line {:?} on: set HOVERNAV_WRITE_CONFIGURATION=1 and \
+             run this test to write it anew",
+            differs.map(|line| line + 1)
+        );
+    }
+}
+
+/// The keys that serde writes of `value`, with their sections.
+fn written(value: &toml::Value, prefix: &str, keys: &mut BTreeSet<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (key, value) in table {
+                written(value, &format!("{prefix}.{key}"), keys);
+            }
+        }
+        _ => drop(keys.insert(prefix.trim_start_matches('.').to_owned())),
+    }
+}
+
+#[test]
+fn no_key_that_is_read_is_missing_from_the_page() {
+    for (name, value) in
+        [("Manifest", toml_of(&Manifest::default())), ("FlyConfig", toml_of(&FlyConfig::default()))]
+    {
+        let channels = ["throttle", "collective", "longitudinal", "lateral", "pedal"];
+        let listed: BTreeSet<String> = keys_of(name).0.into_iter().map(|key| key.path).collect();
+        let mut keys = BTreeSet::new();
+        written(&value, "", &mut keys);
+        for key in keys {
+            let parts = key.split('.').map(|p| if channels.contains(&p) { "‹channel›" } else { p });
+            let general = parts.collect::<Vec<_>>().join(".");
+            // A channel's name is also that of a control.
+            let is_listed = listed.contains(&key)
+                || listed.contains(&general)
+                || listed.iter().any(|known| general.starts_with(&format!("{known}.")))
+                || key.starts_with("servo.swashplate.");
+            assert!(is_listed, "{name}: {key} is not on the page");
+        }
+    }
+    for (_, table) in defaults() {
+        assert!(table.is_table());
+    }
+}
+
+#[test]
+fn every_key_says_what_it_is() {
+    for (_, name, _) in FILES {
+        let (keys, _) = keys_of(name);
+        assert!(keys.len() > 30, "{name}: {}", keys.len());
+        for key in keys {
+            assert!(key.doc.len() > 3, "{name}: {} has no doc", key.path);
+        }
+    }
+}
+
+#[test]
+fn every_column_of_the_example_is_on_the_page() {
+    let page = page();
+    for file in ["imu.csv", "gps.csv", "controls.csv", "reference.csv"] {
+        let path = Path::new(ROOT).join("datasets/heli-hover").join(file);
+        let text = fs::read_to_string(path).unwrap();
+        for column in text.lines().next().unwrap().split(',') {
+            assert!(page.contains(&format!("`{column}`")), "{file}: {column}");
+        }
+    }
+}

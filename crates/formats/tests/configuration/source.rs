@@ -1,0 +1,194 @@
+//! The types that settings are read into, as their source spells them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// A field of a structure, a key of a file.
+#[derive(Clone, Debug)]
+pub struct Field {
+    pub key: String,
+    pub kind: String,
+    pub doc: String,
+}
+
+/// A value of an enumeration.
+#[derive(Clone, Debug)]
+pub struct Value {
+    pub name: String,
+    pub is_default: bool,
+}
+
+/// What a name stands for.
+#[derive(Clone, Debug)]
+pub enum Type {
+    Structure(Vec<Field>),
+    Enumeration(Vec<Value>),
+}
+
+/// Types by name.
+pub type Types = BTreeMap<String, Type>;
+
+/// Where they stand; of two types of one name the first counts.
+const PLACES: &[&str] = &[
+    "crates/log/src/manifest.rs",
+    "crates/log/src/setup",
+    "crates/log/src",
+    "crates/formats/src/text",
+    "src/ekf",
+    "src/ins",
+    "src/gps/quality.rs",
+    "src/controls",
+    "src/servo",
+    "src/autopilot",
+    "src/flight_control",
+];
+
+/// Every structure and enumeration of those files.
+pub fn types() -> Types {
+    let mut types = Types::new();
+    for place in PLACES {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(place);
+        let mut files = vec![path.clone()];
+        if path.is_dir() {
+            let entries = fs::read_dir(&path).unwrap_or_else(|error| panic!("{place}: {error}"));
+            files = entries.map(|entry| entry.unwrap().path()).collect();
+            files.retain(|file| file.extension().is_some_and(|ending| ending == "rs"));
+            files.sort();
+        }
+        for file in files {
+            let text = fs::read_to_string(&file).unwrap_or_else(|error| panic!("{place}: {error}"));
+            read(&text, &mut types);
+        }
+    }
+    types
+}
+
+/// What stands above an item: its documentation and its attributes.
+#[derive(Default)]
+struct Above {
+    doc: String,
+    attributes: String,
+}
+
+impl Above {
+    /// Takes in a line that belongs above an item.
+    fn takes(&mut self, line: &str) -> bool {
+        if let Some(doc) = line.strip_prefix("///") {
+            // Examples and sources are for programmers.
+            if !doc.trim().is_empty() {
+                self.doc = format!("{} {}", self.doc, doc.trim()).trim().to_owned();
+            }
+            return true;
+        }
+        if line.starts_with("#[") || !self.attributes.is_empty() && !self.attributes.ends_with(']')
+        {
+            self.attributes.push_str(line);
+            return true;
+        }
+        false
+    }
+}
+
+fn read(text: &str, types: &mut Types) {
+    let mut lines = text.split("#[cfg(test)]").next().unwrap_or_default().lines().map(str::trim);
+    let (mut above, mut in_macro) = (Above::default(), "");
+    while let Some(line) = lines.next() {
+        if above.takes(line) {
+            continue;
+        }
+        let kind = line.strip_prefix("pub struct ").map(|rest| (rest, "struct"));
+        let kind = kind.or_else(|| line.strip_prefix("pub enum ").map(|rest| (rest, "enum")));
+        if line == "settings! {" || line == "units! {" {
+            in_macro = if line.starts_with('s') { "settings" } else { "units" };
+        } else if let Some((rest, kind)) = kind.filter(|(rest, _)| rest.ends_with('{')) {
+            let name = rest.split(['<', ' ']).next().unwrap_or_default().to_owned();
+            let body: Vec<&str> = lines.by_ref().take_while(|line| *line != "}").collect();
+            let found = match kind {
+                "struct" => Type::Structure(fields(&body)),
+                _ => Type::Enumeration(values(&body, &above.attributes)),
+            };
+            // Types written by a macro have its own marks for names.
+            if !name.starts_with('$') {
+                types.entry(name).or_insert(found);
+            }
+        } else if !in_macro.is_empty() && line.ends_with('{') {
+            let name = line.trim_end_matches([' ', '{']).to_owned();
+            let body: Vec<&str> = lines.by_ref().take_while(|line| *line != "}").collect();
+            let found = match in_macro {
+                "settings" => Type::Structure(settings(&body)),
+                _ => Type::Enumeration(units(&body)),
+            };
+            types.entry(name).or_insert(found);
+            in_macro = "";
+        }
+        above = Above::default();
+    }
+}
+
+fn fields(body: &[&str]) -> Vec<Field> {
+    let (mut fields, mut above) = (Vec::new(), Above::default());
+    for line in body {
+        if above.takes(line) {
+            continue;
+        }
+        if let Some((key, kind)) = line.strip_prefix("pub ").and_then(|rest| rest.split_once(": "))
+            && !above.attributes.contains("serde(skip)")
+        {
+            let kind = kind.trim_end_matches(',').to_owned();
+            fields.push(Field { key: key.to_owned(), kind, doc: above.doc });
+        }
+        above = Above::default();
+    }
+    fields
+}
+
+fn settings(body: &[&str]) -> Vec<Field> {
+    let (mut fields, mut above) = (Vec::new(), Above::default());
+    for line in body {
+        if above.takes(line) {
+            continue;
+        }
+        if let Some((key, _)) = line.split_once(" = ") {
+            fields.push(Field { key: key.to_owned(), kind: "f64".into(), doc: above.doc });
+        }
+        above = Above::default();
+    }
+    fields
+}
+
+fn values(body: &[&str], attributes: &str) -> Vec<Value> {
+    let (mut values, mut above) = (Vec::new(), Above::default());
+    for line in body {
+        if above.takes(line) {
+            continue;
+        }
+        let name: String = line.chars().take_while(|letter| letter.is_alphanumeric()).collect();
+        if !name.is_empty() && name.starts_with(char::is_uppercase) {
+            let renamed = above.attributes.split("rename = \"").nth(1);
+            let renamed = renamed.and_then(|rest| rest.split('"').next()).map(str::to_owned);
+            let lower = attributes.contains("rename_all = \"lowercase\"");
+            let name = renamed.unwrap_or(if lower { name.to_lowercase() } else { name });
+            let is_default = above.attributes.contains("#[default]");
+            values.push(Value { name, is_default });
+        }
+        above = Above::default();
+    }
+    values
+}
+
+fn units(body: &[&str]) -> Vec<Value> {
+    let (mut values, mut above) = (Vec::new(), Above::default());
+    for line in body {
+        if above.takes(line) {
+            continue;
+        }
+        if let Some((_, rest)) = line.split_once(" = \"") {
+            let name = rest.split('"').next().unwrap_or_default().to_owned();
+            let is_default = above.attributes.contains("#[default]");
+            values.push(Value { name, is_default });
+        }
+        above = Above::default();
+    }
+    values
+}

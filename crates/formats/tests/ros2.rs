@@ -1,0 +1,296 @@
+//! MCAP with ROS 2 messages: written here byte by byte, and by the reference library.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use hovernav::frames::Vector;
+use hovernav::imu::Motion;
+use hovernav_formats::{Format, Log, Options, open, open_bytes};
+use hovernav_log::{Dataset, pressure_altitude_m};
+
+const HERE: &str = env!("CARGO_MANIFEST_DIR");
+const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
+const START_NS: u64 = 1_752_000_000_000_000_000;
+
+/// A message written field by field.
+struct Cdr {
+    bytes: Vec<u8>,
+    little: bool,
+}
+
+impl Cdr {
+    fn new(little: bool) -> Self {
+        Self { bytes: vec![0, u8::from(little), 0, 0], little }
+    }
+
+    fn put<const N: usize>(&mut self, mut value: [u8; N]) {
+        while !(self.bytes.len() - 4).is_multiple_of(N) {
+            self.bytes.push(0);
+        }
+        if !self.little {
+            value.reverse();
+        }
+        self.bytes.extend(value);
+    }
+
+    fn doubles(&mut self, values: &[f64]) {
+        values.iter().for_each(|value| self.put(value.to_le_bytes()));
+    }
+
+    fn header(&mut self, at_ns: u64, frame: &str) {
+        self.put(((at_ns / 1_000_000_000) as i32).to_le_bytes());
+        self.put(((at_ns % 1_000_000_000) as u32).to_le_bytes());
+        self.put((frame.len() as u32 + 1).to_le_bytes());
+        self.bytes.extend(frame.as_bytes());
+        self.bytes.push(0);
+    }
+}
+
+/// The hovering helicopter as ROS 2 would have recorded it: forward-left-up, east-north-up.
+fn recorded(little: bool, stamped: bool) -> Vec<u8> {
+    let original = Dataset::open(ORIGINAL.as_ref()).unwrap();
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let mut writer = mcap::WriteOptions::new()
+        .compression(None)
+        .chunk_size(Some(50_000))
+        .create(file.reopen().unwrap())
+        .unwrap();
+    let mut channel = |topic: &str, schema: &str| {
+        let schema = writer.add_schema(schema, "ros2msg", b"").unwrap();
+        writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap()
+    };
+    let imu = channel("/imu", "sensor_msgs/msg/Imu");
+    let other = channel("/other_imu", "sensor_msgs/msg/Imu");
+    let fix = channel("/fix", "sensor_msgs/msg/NavSatFix");
+    let velocity = channel("/vel", "geometry_msgs/msg/TwistStamped");
+    let odometry = channel("/odometry", "nav_msgs/msg/Odometry");
+    let chatter = channel("/chatter", "std_msgs/msg/String");
+    let mut send = |channel_id: u16, time: hovernav::time::Time, message: Cdr| {
+        let log_time = START_NS + time.nanoseconds() as u64 + 2_000_000;
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time,
+            publish_time: log_time,
+        };
+        writer.write_to_known_channel(&header, &message.bytes).unwrap();
+    };
+    let stamp = |time: hovernav::time::Time| {
+        if stamped { START_NS + time.nanoseconds() as u64 } else { 0 }
+    };
+    let mut fixes = original.fixes.iter().peekable();
+    for (index, sample) in original.imu.iter().enumerate() {
+        while let Some(at) = fixes.next_if(|fix| fix.time <= sample.time) {
+            let mut message = Cdr::new(little);
+            message.header(stamp(at.time), "gps");
+            message.put([0u8]);
+            message.put(1u16.to_le_bytes());
+            let place = at.position;
+            message.doubles(&[place.latitude_deg(), place.longitude_deg(), place.height_m]);
+            let [n, e, d] = at.position_sigma_m.unwrap().to_array().map(|sigma| sigma * sigma);
+            message.doubles(&[e, 0.0, 0.0, 0.0, n, 0.0, 0.0, 0.0, d]);
+            message.put([2u8]);
+            send(fix, at.time, message);
+            let mut message = Cdr::new(little);
+            message.header(stamp(at.time), "gps");
+            let [north, east] = at.horizontal_velocity_mps.unwrap();
+            message.doubles(&[east, north, -at.down_velocity_mps.unwrap(), 0.0, 0.0, 0.0]);
+            send(velocity, at.time, message);
+        }
+        let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion else {
+            panic!("rates")
+        };
+        let flu = |vector: Vector<_>| {
+            let [x, y, z]: [f64; 3] = Vector::<hovernav::frames::Body>::to_array(vector);
+            [x, -y, -z]
+        };
+        // From forward-left-up to east-north-up: yaw from east, anticlockwise, pitch the other way.
+        let attitude = sample.attitude.unwrap();
+        let (roll, pitch) = (attitude.roll_rad / 2.0, -attitude.pitch_rad / 2.0);
+        let yaw = (90f64.to_radians() - attitude.yaw_rad) / 2.0;
+        let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
+        let quaternion = [
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        ];
+        let mut message = Cdr::new(little);
+        message.header(stamp(sample.time), "imu_link");
+        message.doubles(&quaternion);
+        message.doubles(&[0.0; 9]);
+        message.doubles(&flu(angular_rate_radps));
+        message.doubles(&[0.0; 9]);
+        message.doubles(&flu(specific_force_mps2));
+        message.doubles(&[0.0; 9]);
+        if index % 2 == 0 {
+            let bytes = message.bytes.clone();
+            send(other, sample.time, Cdr { bytes, little });
+        }
+        send(imu, sample.time, message);
+        if index % 10 == 0 {
+            let mut message = Cdr::new(little);
+            message.header(stamp(sample.time), "odom");
+            message.put(5u32.to_le_bytes());
+            message.bytes.extend(b"base\0");
+            message.doubles(&[1.0, 2.0, 3.0]);
+            message.doubles(&quaternion);
+            message.doubles(&[0.0; 36]);
+            message.doubles(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            message.doubles(&[0.0; 36]);
+            send(odometry, sample.time, message);
+            send(chatter, sample.time, Cdr::new(little));
+        }
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    fs::read(file.path()).unwrap()
+}
+
+fn read(bytes: &[u8]) -> Log {
+    open_bytes(bytes, Path::new("flight.mcap"), &Options::default()).unwrap()
+}
+
+#[test]
+fn a_flight_recorded_by_ros_gives_the_samples_of_the_original() {
+    let original = Dataset::open(ORIGINAL.as_ref()).unwrap();
+    for (little, stamped) in [(true, true), (false, true), (true, false)] {
+        let log = read(&recorded(little, stamped));
+        assert_eq!(log.format, Format::Ros2);
+        let dataset = &log.dataset;
+        assert_eq!(dataset.imu.len(), original.imu.len());
+        assert_eq!(dataset.fixes.len(), original.fixes.len());
+        let shift = dataset.imu[0].time - original.imu[0].time;
+        for (a, b) in dataset.imu.iter().zip(&original.imu) {
+            assert!((a.time - b.time - shift).abs() < 2e-9);
+            assert_eq!(a.motion, b.motion);
+            let (a, b) = (a.attitude.unwrap(), b.attitude.unwrap());
+            for (a, b) in a.to_degrees().into_iter().zip(b.to_degrees()) {
+                assert!((a - b).abs() < 1e-9, "{a} and {b}");
+            }
+        }
+        for (a, b) in dataset.fixes.iter().zip(&original.fixes) {
+            assert!(a.position.displacement_from(&b.position).norm() < 1e-6);
+            assert_eq!(a.velocity_mps(), b.velocity_mps());
+            let (a, b) = (a.position_sigma_m.unwrap(), b.position_sigma_m.unwrap());
+            assert!((a - b).norm() < 1e-9);
+        }
+        let onboard = log.onboard.unwrap();
+        assert_eq!(onboard.moments.len(), original.imu.len().div_ceil(10));
+        let speed = onboard.moments[5].velocity_mps.unwrap().norm();
+        assert!((speed - 1.0).abs() < 1e-9);
+        let said = dataset.warnings.join("\n");
+        for sentence in ["REP 103", "/other_imu", "/chatter"] {
+            assert!(said.contains(sentence), "{said}");
+        }
+        assert_eq!(said.contains("at which they were logged"), !stamped, "{said}");
+    }
+}
+
+#[test]
+fn a_log_cut_off_anywhere_gives_what_is_whole() {
+    let bytes = recorded(true, true);
+    let whole = read(&bytes).dataset.imu.len();
+    let mut last = 0;
+    for tenths in 1..10 {
+        let log = read(&bytes[..bytes.len() * tenths / 10]);
+        let found = log.dataset.imu.len();
+        assert!(found >= last && found < whole, "{found} of {whole}");
+        last = found;
+        assert!(
+            log.dataset.warnings[0].starts_with("damaged at byte"),
+            "{:?}",
+            log.dataset.warnings
+        );
+    }
+}
+
+#[test]
+fn an_instance_is_chosen_by_number() {
+    let bytes = recorded(true, true);
+    let mut options = Options::default();
+    options.imu = Some(1);
+    let log = open_bytes(&bytes, Path::new("flight.mcap"), &options).unwrap();
+    assert_eq!(log.dataset.imu.len(), read(&bytes).dataset.imu.len().div_ceil(2));
+    options.imu = Some(7);
+    let refusal = open_bytes(&bytes, Path::new("flight.mcap"), &options).unwrap_err().to_string();
+    assert!(refusal.contains("no instance 7") && refusal.contains("/other_imu"), "{refusal}");
+}
+
+/// The interpreter of an environment with the reference library, made under `target/`.
+fn python() -> Option<PathBuf> {
+    let environment = Path::new(HERE).join("../../target/reference-mcap");
+    let python = environment.join("bin/python");
+    let works = |program: &Path, arguments: &[&str]| {
+        let output = Command::new(program).args(arguments).output();
+        output.is_ok_and(|output| output.status.success())
+    };
+    let has_packages = || works(&python, &["-c", "import mcap_ros2.writer, zstandard, lz4"]);
+    let made = has_packages()
+        || works(Path::new("python3"), &["-m", "venv", environment.to_str()?])
+            && works(&python, &["-m", "pip", "install", "--quiet", "mcap-ros2-support", "mcap"])
+            && has_packages();
+    if !made {
+        println!("skipped: no Python environment with mcap-ros2-support can be made");
+    }
+    made.then_some(python)
+}
+
+#[test]
+fn the_reference_library_reads_the_same_numbers_however_chunks_are_packed() {
+    let Some(python) = python() else { return };
+    let place = tempfile::tempdir().unwrap();
+    for packing in ["none", "lz4", "zstd"] {
+        let path = place.path().join(format!("{packing}.mcap"));
+        let script = Path::new(HERE).join("tests/oracles/ros2.py");
+        let output = Command::new(&python).arg(script).arg(&path).arg(packing).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let mut expected: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+        for line in String::from_utf8(output.stdout).unwrap().lines() {
+            let (kind, numbers) = line.split_once(' ').unwrap();
+            let numbers = numbers.split(' ').map(|number| number.parse().unwrap()).collect();
+            expected.entry(kind.to_owned()).or_default().push(numbers);
+        }
+        let dataset = open(&path, &Options::default()).unwrap().dataset;
+        println!("{packing}: {:?}", expected.iter().map(|(k, v)| (k, v.len())).collect::<Vec<_>>());
+
+        assert_eq!(dataset.imu.len(), expected["imu"].len());
+        for (sample, e) in dataset.imu.iter().zip(&expected["imu"]) {
+            assert_eq!(sample.time.nanoseconds() as f64, e[0]);
+            let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion else {
+                panic!("rates")
+            };
+            assert_eq!(angular_rate_radps.to_array(), [e[1], -e[2], -e[3]]);
+            assert_eq!(specific_force_mps2.to_array(), [e[4], -e[5], -e[6]]);
+            // A turn about the vertical alone: yaw from east, anticlockwise.
+            let yaw = 90.0 - (2.0 * e[10].atan2(e[7])).to_degrees();
+            let off = (sample.attitude.unwrap().to_degrees()[2] - yaw).rem_euclid(360.0);
+            assert!(off.min(360.0 - off) < 1e-9, "{off}");
+        }
+        assert_eq!(dataset.magnetometer.len(), expected["mag"].len());
+        for ((_, field), e) in dataset.magnetometer.iter().zip(&expected["mag"]) {
+            let [x, y, z] = field.to_array();
+            let off = (x - 1e4 * e[1]).abs() + (y + 1e4 * e[2]).abs() + (z + 1e4 * e[3]).abs();
+            assert!(off < 1e-12, "{off}");
+        }
+        assert_eq!(dataset.baro.len(), expected["baro"].len());
+        for ((_, height_m), e) in dataset.baro.iter().zip(&expected["baro"]) {
+            assert_eq!(Some(*height_m), pressure_altitude_m(e[1]));
+        }
+        assert_eq!(dataset.fixes.len(), expected["fix"].len());
+        let velocities = expected["velocity"].iter().skip(1);
+        for ((fix, e), v) in dataset.fixes.iter().zip(&expected["fix"]).zip(velocities) {
+            assert_eq!(fix.time.nanoseconds() as f64, e[0]);
+            let place = fix.position;
+            assert!((place.latitude_deg() - e[1]).abs() < 1e-12);
+            assert!((place.longitude_deg() - e[2]).abs() < 1e-12);
+            assert_eq!(place.height_m, e[3]);
+            let sigma = fix.position_sigma_m.unwrap().to_array();
+            assert_eq!(sigma, [e[4].sqrt(), e[5].sqrt(), e[6].sqrt()]);
+            assert_eq!(fix.horizontal_velocity_mps, Some([v[2], v[1]]));
+            assert_eq!(fix.down_velocity_mps, Some(-v[3]));
+        }
+    }
+}
