@@ -94,9 +94,8 @@ impl Schema {
 
     /// Takes in the units and multipliers of the fields, a character each.
     pub fn set_multipliers(&mut self, units: &str, ids: &str, known: &HashMap<u8, f64>) {
-        if let Some(counts) = units.bytes().position(|unit| unit == b'#') {
-            self.instance = Some(counts);
-        }
+        let counts = units.bytes().take(self.labels.len()).position(|unit| unit == b'#');
+        self.instance = counts.or(self.instance);
         for (multiplier, id) in self.multipliers.iter_mut().zip(ids.bytes()) {
             // Zero stands for "none".
             let known = known.get(&id).copied();
@@ -228,6 +227,14 @@ mod tests {
         assert!((row[5] + 35.362_627_7).abs() < 1e-9 && (row[8] - 588.82).abs() < 1e-9);
         assert!(row[1].is_nan());
         assert!(schema.row_of_bytes(&body[..12])[5].is_nan());
+    }
+
+    #[test]
+    fn units_of_fields_that_are_not_there_count_nothing() {
+        let mut schema = Schema::new("IMU", 0, "Qf", "TimeUS,GyrX");
+        schema.set_multipliers("s------#", "F-------", &HashMap::new());
+        assert_eq!(schema.instance_of_text(&["1000000", "0.5"]), 0);
+        assert_eq!(schema.instance_of_bytes(&[0; 12]), 0);
     }
 
     #[test]
