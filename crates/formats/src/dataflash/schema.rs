@@ -154,6 +154,7 @@ impl Schema {
         self.instance(|field, _| number_in(fields, field))
     }
 
+    #[allow(clippy::cast_lossless, reason = "one way for all types, of which some lose")]
     fn number(&self, body: &[u8], field: usize, format: u8) -> f64 {
         let bytes = body.get(self.offsets[field]..).unwrap_or_default();
         let scale = layout(format).map_or(1.0, |(_, scale)| scale);

@@ -223,6 +223,7 @@ impl Message {
     }
 
     /// The fields in `payload`, which MAVLink 2 sends without the zeros it ends with.
+    #[allow(clippy::cast_lossless, reason = "one way for all types, of which some lose")]
     pub fn row(self, payload: &[u8]) -> [f64; Self::WIDTH] {
         let mut whole = [0; 255];
         let length = payload.len().min(whole.len());

@@ -53,6 +53,7 @@ impl Primitive {
 
 impl Cell {
     /// The number in `body`; NaN where it ends before.
+    #[allow(clippy::cast_lossless, reason = "one way for all types, of which some lose")]
     pub fn number(self, body: &[u8]) -> f64 {
         let bytes = body.get(self.offset..).unwrap_or_default();
         macro_rules! number {
