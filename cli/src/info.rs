@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use hovernav_formats::Log;
-use hovernav_log::Info;
 use hovernav_log::record::RecordInfo;
+use hovernav_log::{Info, Survey};
+use serde_json::Value;
 
 use crate::arguments::Sensors;
 use crate::output;
@@ -24,14 +25,23 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let reading = output::Working::on("reading");
     let Log { format, dataset, record, .. } =
         hovernav_formats::open(&arguments.log, &arguments.sensors.options())?;
+    let survey = Survey::of(&dataset);
     drop(reading);
     if arguments.json {
         let mut info = Info(&dataset).to_json();
         info["format"] = format.to_string().into();
         info["input"] = arguments.log.display().to_string().into();
+        if let (Some(info), Value::Object(survey)) =
+            (info.as_object_mut(), serde_json::to_value(&survey)?)
+        {
+            for (key, value) in survey {
+                info.entry(key).or_insert(value);
+            }
+        }
         return output::print_json(&info);
     }
     output::print(Info(&dataset));
+    output::print(&survey);
     if let Some(record) = record {
         output::print(RecordInfo(&record));
     }

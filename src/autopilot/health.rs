@@ -1,10 +1,9 @@
 //! What of an estimate is good enough to fly by: one set of limits, one answer.
 //!
-//! [`Health::assess`] is the only place that decides. The autopilot picks its mode by it, the flight
-//! loop reports it to the ground; both assess once a cycle.
-//!
-//! It looks at one moment. Hysteresis belongs to whoever acts on the answer: the autopilot returns to
-//! a better mode after [`HealthLimits::recovery_s`].
+//! [`Health::assess`] looks at one moment: one-sigma and age. A [`HealthMonitor`](super::HealthMonitor)
+//! has heard what the sensors and the estimator said before, and notices what a one-sigma does not
+//! tell: a frozen sensor, fixes that deny the estimate. The autopilot picks its mode by it, and returns
+//! to a better one after [`HealthLimits::recovery_s`].
 
 use super::check::{ConfigError, within};
 use crate::ekf::Solution;
@@ -32,6 +31,10 @@ pub struct HealthLimits {
     pub position_sigma_m: f64,
     /// Age of the estimate, s.
     pub age_s: f64,
+    /// Without an accepted fix for this long, s, the estimate is by dead reckoning.
+    pub dead_reckoning_s: f64,
+    /// Fixes that are refused for this long, s, deny the estimate.
+    pub disagreement_s: f64,
     /// A value must be trusted this long, s, before a better mode is flown on it again.
     pub recovery_s: f64,
 }
@@ -45,6 +48,8 @@ impl Default for HealthLimits {
             vertical_velocity_sigma_mps: 1.0,
             position_sigma_m: 8.0,
             age_s: 0.2,
+            dead_reckoning_s: 2.5,
+            disagreement_s: 3.0,
             recovery_s: 1.0,
         }
     }
@@ -60,6 +65,8 @@ impl HealthLimits {
         within("health.vertical_velocity_sigma_mps", vertical, 1e-6, 1e3, EXPECTED)?;
         within("health.position_sigma_m", self.position_sigma_m, 1e-6, 1e3, EXPECTED)?;
         within("health.age_s", self.age_s, 1e-3, 1e3, EXPECTED)?;
+        within("health.dead_reckoning_s", self.dead_reckoning_s, 0.1, 1e3, "0.1 to 1000")?;
+        within("health.disagreement_s", self.disagreement_s, 0.1, 1e3, "0.1 to 1000")?;
         within("health.recovery_s", self.recovery_s, 0.0, 1e3, "0 to 1000")
     }
 }
@@ -84,6 +91,59 @@ pub enum Distrust {
     VerticalVelocity,
     /// Position is too uncertain.
     Position,
+    /// The sensor repeats itself: it does not measure.
+    Frozen,
+    /// The fixes deny the estimate, and nobody knows which is right.
+    Disagreement,
+}
+
+/// How far a part of an estimate can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Trust {
+    /// It is as it should be.
+    Valid,
+    /// Good enough to fly by, but not as it should be: nearly too uncertain, by dead reckoning, or
+    /// doubted by a sensor.
+    Degraded,
+    /// Not good enough.
+    Lost,
+}
+
+/// What is good enough, but not as it should be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Doubt {
+    /// Roll, pitch and heading.
+    pub attitude: bool,
+    /// Velocity.
+    pub velocity: bool,
+    /// Position.
+    pub position: bool,
+}
+
+/// A one-sigma beyond this share of its limit is doubtful.
+const DOUBTFUL: f64 = 0.6;
+/// And one that was beyond the limit is good again below this share of it.
+const GOOD_AGAIN: f64 = 0.8;
+
+impl Doubt {
+    /// No doubt of anything.
+    pub const NONE: Self = Self { attitude: false, velocity: false, position: false };
+
+    /// What of a solution comes near its limits.
+    pub(super) fn near(solution: Option<&Solution>, limits: &HealthLimits) -> Self {
+        let Some(solution) = solution else { return Self::NONE };
+        let [roll, pitch, yaw] = solution.attitude_sigma_rad;
+        let [north, east, down] = solution.velocity_sigma_mps.to_array();
+        let [x, y, z] = solution.position_sigma_m.to_array();
+        let near = |sigma: f64, limit: f64| sigma > DOUBTFUL * limit;
+        Self {
+            attitude: near(roll.max(pitch), limits.tilt_sigma_rad)
+                || near(yaw, limits.heading_sigma_rad),
+            velocity: near(north.max(east), limits.velocity_sigma_mps)
+                || near(down, limits.vertical_velocity_sigma_mps),
+            position: near(x.max(y).max(z), limits.position_sigma_m),
+        }
+    }
 }
 
 /// What of an estimate is good enough to fly by: each quantity `Ok`, or why it is not.
@@ -102,6 +162,11 @@ pub struct Health {
     pub vertical_velocity: Result<(), Distrust>,
     /// Position, all three axes.
     pub position: Result<(), Distrust>,
+    /// What of it is not as it should be all the same.
+    pub doubt: Doubt,
+    /// The last accepted fix, where that is too long ago: velocity and position are by dead reckoning
+    /// since then.
+    pub dead_reckoning_since: Option<Time>,
 }
 
 impl Health {
@@ -114,12 +179,59 @@ impl Health {
             velocity: Err(why),
             vertical_velocity: Err(why),
             position: Err(why),
+            doubt: Doubt::NONE,
+            dead_reckoning_since: None,
+        }
+    }
+
+    /// Roll, pitch and heading.
+    #[must_use]
+    pub fn attitude_trust(&self) -> Trust {
+        trust(self.tilt.and(self.heading).is_ok(), self.doubt.attitude)
+    }
+
+    /// Velocity, all three axes.
+    #[must_use]
+    pub fn velocity_trust(&self) -> Trust {
+        trust(self.velocity.and(self.vertical_velocity).is_ok(), self.doubt.velocity)
+    }
+
+    /// Position.
+    #[must_use]
+    pub fn position_trust(&self) -> Trust {
+        trust(self.position.is_ok(), self.doubt.position)
+    }
+
+    /// Tilt, heading, velocity, vertical velocity, position: which are good enough.
+    pub(super) fn are_good(&self) -> [bool; 5] {
+        [self.tilt, self.heading, self.velocity, self.vertical_velocity, self.position]
+            .map(|quantity| quantity.is_ok())
+    }
+
+    /// The same without velocity, and so without position.
+    pub(super) fn without_velocity(self, why: Distrust) -> Self {
+        Self {
+            velocity: self.velocity.and(Err(why)),
+            vertical_velocity: self.vertical_velocity.and(Err(why)),
+            position: self.position.and(Err(why)),
+            ..self
         }
     }
 
     /// What of `solution` is good enough to fly by at `now`, on the solution's clock.
     #[must_use]
     pub fn assess(solution: Option<&Solution>, now: Time, limits: &HealthLimits) -> Self {
+        Self::within(solution, now, limits, &[true; 5])
+    }
+
+    /// The same where quantities that were not good enough before have to be well within their limits:
+    /// `was_good` in the order of [`are_good`](Self::are_good).
+    pub(super) fn within(
+        solution: Option<&Solution>,
+        now: Time,
+        limits: &HealthLimits,
+        was_good: &[bool; 5],
+    ) -> Self {
         let Some(solution) = solution else { return Self::none(Distrust::Missing) };
         if !is_finite(solution) {
             return Self::none(Distrust::NotFinite);
@@ -127,25 +239,38 @@ impl Health {
         if libm::fabs(now - solution.time) > limits.age_s {
             return Self::none(Distrust::Stale);
         }
+        let [tilt, heading, velocity, vertical, position] =
+            was_good.map(|was_good| if was_good { 1.0 } else { GOOD_AGAIN });
         let [roll, pitch, yaw] = solution.attitude_sigma_rad;
-        if roll.max(pitch) > limits.tilt_sigma_rad {
+        if roll.max(pitch) > tilt * limits.tilt_sigma_rad {
             return Self::none(Distrust::Tilt);
         }
         let [north, east, down] = solution.velocity_sigma_mps.to_array();
-        let velocity = below(north.max(east), limits.velocity_sigma_mps, Distrust::Velocity);
+        let velocity =
+            below(north.max(east), velocity * limits.velocity_sigma_mps, Distrust::Velocity);
         let [x, y, z] = solution.position_sigma_m.to_array();
-        let place = below(x.max(y).max(z), limits.position_sigma_m, Distrust::Position);
+        let place = below(x.max(y).max(z), position * limits.position_sigma_m, Distrust::Position);
         Self {
             tilt: Ok(()),
-            heading: below(yaw, limits.heading_sigma_rad, Distrust::Heading),
+            heading: below(yaw, heading * limits.heading_sigma_rad, Distrust::Heading),
             velocity,
             vertical_velocity: below(
                 down,
-                limits.vertical_velocity_sigma_mps,
+                vertical * limits.vertical_velocity_sigma_mps,
                 Distrust::VerticalVelocity,
             ),
             position: velocity.and(place),
+            doubt: Doubt::near(Some(solution), limits),
+            dead_reckoning_since: None,
         }
+    }
+}
+
+const fn trust(is_good: bool, is_doubtful: bool) -> Trust {
+    match (is_good, is_doubtful) {
+        (false, _) => Trust::Lost,
+        (true, true) => Trust::Degraded,
+        (true, false) => Trust::Valid,
     }
 }
 

@@ -5,13 +5,15 @@ use super::config::HoverConfig;
 use super::guidance::{Guidance, Reference, SetPoint, SetPointError, Trusted};
 use super::health::Health;
 use super::mode::{Mode, Transition};
+use super::monitor::HealthMonitor;
 use super::pid::Pid;
 use super::regulator::Regulator;
 use super::supervisor::{Request, Supervisor};
 use super::trim::Trim;
 use crate::controls::Sticks;
 use crate::earth::STANDARD_GRAVITY_MPS2;
-use crate::ekf::Solution;
+use crate::ekf::{Notice, Solution};
+use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Ned, Vector, wrap_angle};
 use crate::time::Time;
 
@@ -99,6 +101,7 @@ pub struct HoverAutopilot {
     attitude: Regulator<4, 6, 2>,
     guidance: Guidance,
     supervisor: Supervisor,
+    monitor: HealthMonitor,
     /// The last command given out.
     sticks: Sticks,
     /// What is left of the difference between modes.
@@ -131,6 +134,7 @@ impl HoverAutopilot {
             attitude: Regulator::unchecked(gains.attitude, period_s),
             guidance: Guidance::new(config.guidance, period_s),
             supervisor: Supervisor::new(period_s, &config.transfer, config.health.recovery_s),
+            monitor: HealthMonitor::new(config.health),
             sticks: config.trim.sticks,
             fading: Sticks::NEUTRAL,
             learned: config.trim,
@@ -173,13 +177,25 @@ impl HoverAutopilot {
         self.learned
     }
 
+    /// What a sensor said: the autopilot notices by it when a sensor repeats itself. See
+    /// [`HealthMonitor`].
+    pub fn hear(&mut self, event: &Event) {
+        self.monitor.hear(event);
+    }
+
+    /// What the estimator made of what the sensors said: the autopilot notices by it when fixes deny
+    /// the estimate, or stay away.
+    pub fn hear_notice(&mut self, notice: &Notice) {
+        self.monitor.hear_notice(notice);
+    }
+
     /// One step: call it every [`HoverConfig::period_s`].
     ///
     /// # Source
     /// Equation (C8) of docs/equations.md.
     pub fn step(&mut self, inputs: &Inputs<'_>) -> Outputs {
         let pilot = inputs.pilot.filter(|sticks| sticks.is_finite());
-        let health = Health::assess(inputs.solution, inputs.now, &self.config.health);
+        let health = self.monitor.assess(inputs.solution, inputs.now);
         let flown = inputs
             .solution
             .filter(|_| health.tilt.is_ok())

@@ -30,7 +30,8 @@ use crate::autopilot::{
 };
 use crate::controls::{Channels, Sticks};
 use crate::earth::Geodetic;
-use crate::ekf::Solution;
+use crate::ekf::{Notice, Solution};
+use crate::event::Event;
 use crate::frames::Vector;
 use crate::servo::{PilotPulses, Signal, Switch};
 use crate::time::Time;
@@ -134,6 +135,16 @@ impl FlightControl {
     #[must_use]
     pub const fn autopilot(&self) -> &HoverAutopilot {
         &self.autopilot
+    }
+
+    /// What a sensor said: see [`HoverAutopilot::hear`].
+    pub fn hear(&mut self, event: &Event) {
+        self.autopilot.hear(event);
+    }
+
+    /// What the estimator made of it: see [`HoverAutopilot::hear_notice`].
+    pub fn hear_notice(&mut self, notice: &Notice) {
+        self.autopilot.hear_notice(notice);
     }
 
     /// One cycle; `notify` hears what came of it.

@@ -29,9 +29,11 @@ mod settings;
 mod setup;
 mod solution;
 pub mod statistics;
+mod survey;
 mod table;
 mod trajectory;
 mod truth;
+mod vibration_lines;
 mod write;
 
 pub use auxiliary::pressure_altitude_m;
@@ -62,4 +64,6 @@ pub use setup::{
 };
 pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, solution_row, write_solution};
 pub use trajectory::{Alignment, LocalAxes, Trajectory};
+pub use survey::{GpsSurvey, ImuSurvey, SensorSurvey, Survey};
 pub use truth::Truth;
+pub use vibration_lines::VibrationLine;

@@ -45,6 +45,8 @@ pub struct GpsConfig {
     pub resolution_m: f64,
     /// When there are no fixes, s from the start.
     pub outages_s: Vec<Range<f64>>,
+    /// When the receiver repeats the last fix before, s from the start, with the time that it is.
+    pub frozen_s: Vec<Range<f64>>,
 }
 
 impl Default for GpsConfig {
@@ -63,6 +65,7 @@ impl Default for GpsConfig {
             angle_resolution_deg: 1e-9,
             resolution_m: 1e-3,
             outages_s: Vec::new(),
+            frozen_s: Vec::new(),
         }
     }
 }
@@ -85,6 +88,7 @@ impl GpsConfig {
             angle_resolution_deg: 0.0,
             resolution_m: 0.0,
             outages_s: Vec::new(),
+            frozen_s: Vec::new(),
         }
     }
 
@@ -117,6 +121,7 @@ pub struct SimulatedGps {
     config: GpsConfig,
     position: Channel,
     velocity: Channel,
+    last: Option<Fix>,
 }
 
 impl SimulatedGps {
@@ -141,6 +146,7 @@ impl SimulatedGps {
                 Noise::new(seed, Stream::GpsVelocity),
             ),
             config: config.clone(),
+            last: None,
         })
     }
 
@@ -157,12 +163,18 @@ impl SimulatedGps {
         if self.config.outages_s.iter().any(|outage| outage.contains(&seconds)) {
             return None;
         }
+        if self.config.frozen_s.iter().any(|frozen| frozen.contains(&seconds))
+            && let Some(last) = self.last
+        {
+            let delay_s = self.config.latency_s - self.config.assumed_latency_s;
+            return Some(Fix { time: time + delay_s, ..last });
+        }
         let angle_step_rad = self.config.angle_resolution_deg.to_radians();
         let measured = position.displaced(Vector::claim(position_error_m));
         let velocity = velocity_mps.components() + velocity_error_mps;
         let [north, east, down] =
             velocity.to_array().map(|v| to_step_of(self.config.resolution_m, v));
-        Some(Fix {
+        let fix = Fix {
             time: time + (self.config.latency_s - self.config.assumed_latency_s),
             position: Geodetic {
                 latitude_rad: to_step_of(angle_step_rad, measured.latitude_rad),
@@ -175,7 +187,9 @@ impl SimulatedGps {
             down_velocity_mps: Some(down),
             velocity_sigma_mps: Some(Vector::claim(self.velocity.sigma)),
             satellites: Some(8),
-        })
+        };
+        self.last = Some(fix);
+        Some(fix)
     }
 }
 

@@ -11,7 +11,7 @@ use super::notification::{EventLog, Notification};
 use super::report::FlightReport;
 use super::servos::{PilotState, Servos};
 use crate::serial::{Clock, PortEvent, WriteError};
-use hovernav::autopilot::{Health, HealthLimits, Mode};
+use hovernav::autopilot::{HealthLimits, HealthMonitor, Mode};
 use hovernav::controls::{Channels, Sticks};
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
@@ -48,7 +48,7 @@ pub struct FlightLoop {
     stepless: SteplessSolution,
     /// The same without steps, for the autopilot.
     flown: Option<Solution>,
-    limits: HealthLimits,
+    monitor: HealthMonitor,
     servos: Servos,
     /// Pilot and autopilot; `None` where the pilot alone flies.
     control: Option<FlightControl>,
@@ -102,7 +102,7 @@ impl FlightLoop {
             solution: None,
             stepless: SteplessSolution::default(),
             flown: None,
-            limits: HealthLimits::default(),
+            monitor: HealthMonitor::new(HealthLimits::default()),
             servos,
             control,
             mode: Mode::Manual,
@@ -208,8 +208,16 @@ impl FlightLoop {
     }
 
     fn estimate(&mut self, now: Time, event: &Event) {
-        let Self { estimator, stepless, log, snapshot, .. } = self;
+        let Self { estimator, stepless, log, snapshot, monitor, control, .. } = self;
+        monitor.hear(event);
+        if let Some(control) = control.as_mut() {
+            control.hear(event);
+        }
         estimator.push_traced(event, stepless, |notice| {
+            monitor.hear_notice(&notice);
+            if let Some(control) = control.as_mut() {
+                control.hear_notice(&notice);
+            }
             log.recorder.push(now, notice);
             if let Notice::Updated(report) = &notice {
                 report.innovations().for_each(|one| snapshot.innovations.note(one));
@@ -338,7 +346,7 @@ impl FlightLoop {
             Some(_) if self.mode != Mode::Manual => SystemMode::Autopilot,
             Some(_) => SystemMode::Pilot,
         };
-        let health = Health::assess(self.solution.as_ref(), now, &self.limits);
+        let health = self.monitor.assess(self.solution.as_ref(), now);
         snapshot.status = snapshot.status.with_estimate(&health);
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);

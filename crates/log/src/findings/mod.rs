@@ -8,8 +8,10 @@ mod fixes;
 mod gates;
 mod heading;
 mod inertial;
+mod lever_arm;
 mod slow;
 mod spans;
+mod steps;
 mod unused;
 
 use hovernav::ekf::Solution;
@@ -36,6 +38,8 @@ impl Dataset {
         gates::find(&log, &mut findings);
         heading::find(&log, &mut findings);
         slow::find(&log, &mut findings);
+        steps::find(&log, &mut findings);
+        lever_arm::find(&log, &mut findings);
         unused::find(&log, &mut findings);
         let setup = self.check_setup().into_iter().chain(alternative(self, &run.config, run));
         let (start_s, end_s) = log.span_s().unwrap_or_default();

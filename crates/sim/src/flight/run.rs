@@ -194,6 +194,13 @@ impl<'a> RunningFlight<'a> {
         Ok(())
     }
 
+    /// An event to the estimator, and to the autopilot what comes of it.
+    fn estimate(&mut self, event: &Event) {
+        let Self { estimator, stepless, autopilot, .. } = self;
+        autopilot.hear(event);
+        estimator.push_traced(event, stepless, |notice| autopilot.hear_notice(&notice));
+    }
+
     /// What the sensors say at `time`, to the record and to the estimator.
     fn measure(&mut self, time: Time, state: &State) {
         let config = self.config;
@@ -208,7 +215,7 @@ impl<'a> RunningFlight<'a> {
         self.flight.imu.push(sample);
         let listens = config.feedback == Feedback::Estimator;
         if listens {
-            self.estimator.push_traced(&Event::Imu(sample), &mut self.stepless, |_| {});
+            self.estimate(&Event::Imu(sample));
         }
         let due = |count: u64, rate_hz: f64| Time::ZERO + count as f64 / rate_hz <= time;
         while due(self.next_fix, config.gps.rate_hz) {
@@ -220,10 +227,11 @@ impl<'a> RunningFlight<'a> {
             }
         }
         let arrived = self.pending_fixes.partition_point(|(arrival, _)| *arrival <= time);
-        for (_, fix) in self.pending_fixes.drain(..arrived) {
+        let arrived: Vec<(Time, Fix)> = self.pending_fixes.drain(..arrived).collect();
+        for (_, fix) in arrived {
             self.flight.fixes.push(fix);
             if listens {
-                self.estimator.push_traced(&Event::Gps(fix), &mut self.stepless, |_| {});
+                self.estimate(&Event::Gps(fix));
             }
         }
         if let (Some(baro), Some(set)) = (&mut self.baro, &config.baro)
@@ -235,8 +243,7 @@ impl<'a> RunningFlight<'a> {
             let height_m = baro.measure(state.position.height_m);
             self.flight.baro.push((time, height_m));
             if listens {
-                let event = Event::Baro { time, height_m };
-                self.estimator.push_traced(&event, &mut self.stepless, |_| {});
+                self.estimate(&Event::Baro { time, height_m });
             }
         }
     }

@@ -1,0 +1,101 @@
+//! An antenna that stands elsewhere than declared: what is left of the fixes turns with the vehicle.
+
+use hovernav::ekf::{Channel, Notice};
+use hovernav::frames::Vector;
+
+use super::Judged;
+use super::finding::{Finding, Severity};
+
+/// An arm that is off by less than this, m, costs less than it takes to tell of.
+const LEAST_M: f64 = 0.4;
+/// And it has to be so many one-sigmas.
+const SURE: f64 = 6.0;
+/// Innovations beyond so many one-sigmas are refused for other reasons.
+const OUTLIER: f64 = 4.0;
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let Some((arm, sigma)) = missing_arm(log) else { return };
+    let (size, sigma_m) = (arm.norm(), sigma);
+    if size < LEAST_M || size < SURE * sigma_m {
+        return;
+    }
+    let (start_s, end_s) = log.span_s().unwrap_or_default();
+    let declared = log.dataset.manifest.gps.antenna_lever_arm_m;
+    let likely = (declared + arm).to_array().map(|metres| (10.0 * metres).round() / 10.0);
+    findings.push(Finding {
+        start_s,
+        end_s,
+        sensor: "gps",
+        kind: "lever arm",
+        severity: Severity::Warning,
+        count: 1,
+        words: format!(
+            "gps antenna seems to stand {size:.1} m from where its lever arm says (one-sigma \
+             {sigma_m:.1} m), throughout: what is left of position and velocity turns with the vehicle; \
+             is [gps] antenna_lever_arm_m about [{}, {}, {}]?",
+            likely[0], likely[1], likely[2]
+        ),
+    });
+}
+
+/// The arm, body axes, that explains what is left of the fixes best, m, and its one-sigma.
+///
+/// An antenna δ further out is off by C δ in place and by C (ω × δ) in velocity.
+fn missing_arm(log: &Judged<'_>) -> Option<(Vector<hovernav::frames::Body>, f64)> {
+    let mut information = [[0.0; 3]; 3];
+    let mut known = [0.0; 3];
+    let (mut squares, mut count) = (0.0, 0.0);
+    for notice in &log.run.notices {
+        let Notice::Updated(report) = notice else { continue };
+        let Some(first) = report.innovations().next() else { continue };
+        let Some(solution) = log.solution_at(first.time.seconds()) else { continue };
+        let rate = solution.angular_rate_radps;
+        let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector::from);
+        let place = unit.map(|axis| (solution.body_to_ned * axis).to_array());
+        let speed = unit.map(|axis| (solution.body_to_ned * rate.cross(axis)).to_array());
+        for axis in report.innovations() {
+            let row = match axis.channel {
+                Channel::PositionNorth => place.map(|column| column[0]),
+                Channel::PositionEast => place.map(|column| column[1]),
+                Channel::PositionDown => place.map(|column| column[2]),
+                Channel::VelocityNorth => speed.map(|column| column[0]),
+                Channel::VelocityEast => speed.map(|column| column[1]),
+                Channel::VelocityDown => speed.map(|column| column[2]),
+                _ => continue,
+            };
+            if axis.normalised().abs() > OUTLIER {
+                continue;
+            }
+            let weight = 1.0 / (axis.sigma * axis.sigma);
+            for i in 0..3 {
+                for j in 0..3 {
+                    information[i][j] += weight * row[i] * row[j];
+                }
+                known[i] += weight * row[i] * axis.innovation;
+            }
+            squares += axis.normalised().powi(2);
+            count += 1.0;
+        }
+    }
+    let inverse = inverse(&information)?;
+    let arm: [f64; 3] = std::array::from_fn(|i| {
+        inverse[i].iter().zip(known).map(|(entry, known)| entry * known).sum()
+    });
+    // Where innovations are larger than expected, so is what they leave unknown.
+    let scale = (squares / f64::max(count, 1.0)).max(1.0);
+    let variance = (0..3).map(|axis| inverse[axis][axis]).fold(0.0, f64::max);
+    (count > 200.0).then(|| (arm.into(), (scale * variance).sqrt()))
+}
+
+/// The inverse of a symmetric matrix, by cofactors; `None` of a singular one.
+fn inverse(m: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
+    let cofactor = |i: usize, j: usize| {
+        let [a, b] = [(i + 1) % 3, (i + 2) % 3];
+        let [c, d] = [(j + 1) % 3, (j + 2) % 3];
+        m[a][c] * m[b][d] - m[a][d] * m[b][c]
+    };
+    let determinant: f64 = (0..3).map(|j| m[0][j] * cofactor(0, j)).sum();
+    let size = m[0][0] * m[1][1] * m[2][2];
+    (determinant > 1e-9 * size.abs() && determinant > 0.0)
+        .then(|| std::array::from_fn(|i| std::array::from_fn(|j| cofactor(j, i) / determinant)))
+}

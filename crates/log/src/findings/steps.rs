@@ -1,0 +1,147 @@
+//! Steps of a bias that the unit's own attitude witnesses, with the fixes' velocity for the
+//! accelerometers.
+
+use hovernav::frames::{Body, Ned, Rotation, Vector};
+
+use super::Judged;
+use super::finding::{Finding, Severity};
+use crate::rates::{Rates, rates};
+use crate::statistics::quantile;
+
+/// Over how long a bias is averaged, s.
+const MEAN_S: f64 = 10.0;
+/// Means on either side of a step.
+const SIDE: usize = 3;
+/// A step is so many times what the means usually change by.
+const UNUSUAL: f64 = 6.0;
+/// Smaller steps cost little: rad/s and m/s².
+const LEAST_GYRO: f64 = 0.002;
+const LEAST_ACCEL: f64 = 0.12;
+const GRAVITY_MPS2: f64 = 9.807;
+
+/// What the sensors read beyond what their witnesses say, averaged.
+struct Excess {
+    start_s: f64,
+    values: [f64; 3],
+}
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let rates = rates(&log.dataset.imu);
+    let skipped = log.dataset.imu.len() - rates.len();
+    let attitude: Vec<Option<Rotation<Body, Ned>>> = log.dataset.imu[skipped..]
+        .iter()
+        .map(|sample| sample.attitude.map(Rotation::from_euler))
+        .collect();
+    let turns = means(&rates, |part, first| turn_excess(part, &attitude[first..]));
+    let forces = means(&rates, |part, first| force_excess(log, part, &attitude[first..]));
+    step(&turns, "gyro", LEAST_GYRO, ("°/s", 180.0 / std::f64::consts::PI), findings);
+    step(&forces, "accelerometer", LEAST_ACCEL, ("m/s²", 1.0), findings);
+}
+
+/// `excess` of each part of [`MEAN_S`] that is whole.
+fn means(rates: &[Rates], excess: impl Fn(&[Rates], usize) -> Option<[f64; 3]>) -> Vec<Excess> {
+    let mut all = Vec::new();
+    let mut first = 0;
+    while first < rates.len() {
+        let start = rates[first].time;
+        let count = rates[first..].iter().take_while(|at| at.time - start < MEAN_S).count();
+        let part = &rates[first..first + count];
+        let is_whole = part.last().is_some_and(|last| last.time - start > 0.9 * MEAN_S)
+            && part.windows(2).all(|pair| pair[1].time - pair[0].time < 0.3);
+        if let Some(values) = is_whole.then(|| excess(part, first)).flatten() {
+            all.push(Excess { start_s: start.seconds(), values });
+        }
+        first += count.max(1);
+    }
+    all
+}
+
+/// Mean of gyro rates less those of the unit's own attitude.
+fn turn_excess(part: &[Rates], attitude: &[Option<Rotation<Body, Ned>>]) -> Option<[f64; 3]> {
+    let mut excess = [0.0; 3];
+    let length_s = part.last()?.time - part.first()?.time;
+    for (index, pair) in part.windows(2).enumerate() {
+        let (from, to) = ((*attitude.get(index)?)?, (*attitude.get(index + 1)?)?);
+        let turned = (from.inverse() * to).rotation_vector().to_array();
+        let interval_s = pair[1].time - pair[0].time;
+        for axis in 0..3 {
+            let gyro = 0.5 * (pair[0].turn_radps[axis] + pair[1].turn_radps[axis]) * interval_s;
+            excess[axis] += (gyro - turned[axis]) / length_s;
+        }
+    }
+    Some(excess)
+}
+
+/// Mean of specific force, less what gravity and the fixes' velocity say, turned by the unit's own
+/// attitude into the body.
+fn force_excess(
+    log: &Judged<'_>,
+    part: &[Rates],
+    attitude: &[Option<Rotation<Body, Ned>>],
+) -> Option<[f64; 3]> {
+    let fixes = &log.dataset.fixes;
+    let velocity_at = |time_s: f64| {
+        let index = fixes.partition_point(|fix| fix.time.seconds() < time_s);
+        let fix = fixes.get(index).filter(|fix| fix.time.seconds() - time_s < 2.0)?;
+        Some((fix.time, fix.velocity_mps()?))
+    };
+    let (start, from_mps) = velocity_at(part.first()?.time.seconds())?;
+    let (end, to_mps) = velocity_at(part.last()?.time.seconds())?;
+    if end - start < 0.5 * MEAN_S {
+        return None;
+    }
+    let acceleration = (to_mps - from_mps) * (1.0 / (end - start));
+    let expected_ned = acceleration - Vector::new(0.0, 0.0, GRAVITY_MPS2);
+    let (mut excess, mut count) = ([0.0; 3], 0.0);
+    for (at, attitude) in part.iter().zip(attitude) {
+        let expected = (attitude.as_ref()?.inverse() * expected_ned).to_array();
+        for axis in 0..3 {
+            excess[axis] += at.force_mps2[axis] - expected[axis];
+        }
+        count += 1.0;
+    }
+    Some(excess.map(|sum| sum / count))
+}
+
+fn step(
+    means: &[Excess],
+    what: &str,
+    least: f64,
+    (unit, scale): (&str, f64),
+    findings: &mut Vec<Finding>,
+) {
+    let side = |of: &[Excess], axis: usize| {
+        of.iter().map(|mean| mean.values[axis]).sum::<f64>() / of.len() as f64
+    };
+    for axis in 0..3 {
+        let changes: Vec<(f64, f64)> = means
+            .windows(2 * SIDE)
+            .map(|near| {
+                let (before, after) = near.split_at(SIDE);
+                (after[0].start_s, side(after, axis) - side(before, axis))
+            })
+            .collect();
+        let mut sizes: Vec<f64> = changes.iter().map(|(_, change)| change.abs()).collect();
+        let usual = quantile(&mut sizes, 0.5).unwrap_or(f64::INFINITY);
+        let largest = changes.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let Some(&(time_s, change)) =
+            largest.filter(|(_, change)| change.abs() > least && change.abs() > UNUSUAL * usual)
+        else {
+            continue;
+        };
+        findings.push(Finding {
+            start_s: time_s - MEAN_S,
+            end_s: time_s + MEAN_S,
+            sensor: "inertial unit",
+            kind: "bias step",
+            severity: Severity::Warning,
+            count: 1,
+            words: format!(
+                "{what} bias of axis {} stepped by {:.2} {unit} at about {time_s:.0} s, as the unit's own \
+                 attitude and the fixes witness: a fault of the sensor, or a change of its temperature",
+                ["x", "y", "z"][axis],
+                change * scale
+            ),
+        });
+    }
+}

@@ -1,0 +1,282 @@
+//! What is in a log, for programs, and what of it matters.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::clock::{gaps, median_interval_s};
+use crate::dataset::Dataset;
+use crate::findings::Finding;
+use crate::info::{self, paragraph};
+use crate::rates::{Rates, rates};
+use crate::statistics::quantile;
+use crate::vibration_lines::{VibrationLine, vibration_lines};
+use hovernav::gps::Fix;
+use hovernav::time::Time;
+
+/// A log at a glance: sensors, vibration, GPS quality, what is missing, what was found. Its
+/// [`Display`](fmt::Display) is what `hovernav info` says below the tables of [`Info`](crate::Info).
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct Survey {
+    /// The log's name.
+    pub name: String,
+    /// The sensors present.
+    pub sensors: Vec<SensorSurvey>,
+    /// The inertial unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<ImuSurvey>,
+    /// The fixes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gps: Option<GpsSurvey>,
+    /// How much earlier than declared the fixes hold, s, and one-sigma, as the filter finds it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gps_offset_s: Option<(f64, f64)>,
+    /// What is missing, and what that costs, one sentence each.
+    pub missing: Vec<String>,
+    /// What of the set-up cannot be, or hardly.
+    pub setup: Vec<String>,
+    /// What happened when, as a run of the filter with the log's own settings shows it.
+    pub findings: Vec<Finding>,
+    /// What was repaired or left out in reading.
+    pub warnings: Vec<String>,
+}
+
+/// One sensor.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct SensorSurvey {
+    /// Its name.
+    pub name: &'static str,
+    /// How many samples.
+    pub samples: usize,
+    /// The first and the last, s on the log's clock.
+    pub span_s: (f64, f64),
+    /// Samples a second, by the usual interval.
+    pub rate_hz: f64,
+    /// The longest interval, s.
+    pub longest_s: f64,
+    /// Gaps: after which time, s, and how long, s.
+    pub gaps_s: Vec<(f64, f64)>,
+}
+
+/// The inertial unit; axes forward, right, down.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct ImuSurvey {
+    /// Share of samples with the unit's own attitude.
+    pub with_attitude: f64,
+    /// Share of samples with a magnetic field.
+    pub with_magnetic_field: f64,
+    /// Mean angular rate, rad/s.
+    pub mean_rate_radps: [f64; 3],
+    /// Mean specific force, m/s².
+    pub mean_force_mps2: [f64; 3],
+    /// Vibration between samples, rms, rad/s.
+    pub vibration_radps: [f64; 3],
+    /// The same of the accelerometers, m/s².
+    pub vibration_mps2: [f64; 3],
+    /// Its strongest lines.
+    pub lines: Vec<VibrationLine>,
+}
+
+/// The fixes.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct GpsSurvey {
+    /// Share of fixes with velocity.
+    pub with_velocity: f64,
+    /// Share of fixes that state how good their position is.
+    pub with_position_sigma: f64,
+    /// Median of the stated horizontal one-sigma, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_sigma_m: Option<f64>,
+    /// Median of the satellites used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub satellites: Option<f64>,
+    /// Greatest speed over ground, m/s.
+    pub fastest_mps: f64,
+}
+
+impl Survey {
+    /// Surveys `dataset`; where the filter can be run over it, it is.
+    #[must_use]
+    pub fn of(dataset: &Dataset) -> Self {
+        let rates = rates(&dataset.imu);
+        let mut run_over = dataset.clone();
+        let run = match (dataset.fixes.is_empty() || dataset.imu.is_empty(), run_over.settings()) {
+            (false, Ok(config)) => Some(run_over.estimate(&config, |_| {})),
+            _ => None,
+        };
+        let mut findings = run.as_ref().map_or_else(Vec::new, |run| dataset.findings(run));
+        findings.retain(|finding| finding.kind != "set-up");
+        Self {
+            name: dataset.manifest.name.clone(),
+            sensors: sensors(dataset),
+            imu: imu(dataset, &rates),
+            gps: gps(&dataset.fixes),
+            gps_offset_s: run.and_then(|run| run.gps_offset),
+            missing: missing(dataset),
+            setup: dataset.check_setup().iter().map(ToString::to_string).collect(),
+            findings,
+            warnings: dataset.warnings.clone(),
+        }
+    }
+}
+
+fn sensors(dataset: &Dataset) -> Vec<SensorSurvey> {
+    let survey = |(name, times): (&'static str, Vec<Time>)| {
+        let span_s = (times.first()?.seconds(), times.last()?.seconds());
+        Some(SensorSurvey {
+            name,
+            samples: times.len(),
+            span_s,
+            rate_hz: 1.0 / median_interval_s(&times).unwrap_or(f64::INFINITY),
+            longest_s: times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max),
+            gaps_s: gaps(&times).iter().map(|gap| (gap.after.seconds(), gap.length_s)).collect(),
+        })
+    };
+    info::sensors(dataset).into_iter().filter_map(survey).collect()
+}
+
+fn share<T>(items: &[T], has: impl Fn(&T) -> bool) -> f64 {
+    items.iter().filter(|item| has(item)).count() as f64 / items.len().max(1) as f64
+}
+
+fn imu(dataset: &Dataset, rates: &[Rates]) -> Option<ImuSurvey> {
+    if rates.len() < 3 {
+        return None;
+    }
+    let mean = |of: fn(&Rates) -> [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|axis| {
+            rates.iter().map(|at| of(at)[axis]).sum::<f64>() / rates.len() as f64
+        })
+    };
+    let rough = |of: fn(&Rates) -> [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|axis| {
+            let bends = rates
+                .windows(3)
+                .map(|three| of(&three[0])[axis] - 2.0 * of(&three[1])[axis] + of(&three[2])[axis]);
+            let squares: f64 = bends.map(|bend| bend * bend).sum();
+            (squares / (6.0 * (rates.len() - 2) as f64)).sqrt()
+        })
+    };
+    Some(ImuSurvey {
+        with_attitude: share(&dataset.imu, |sample| sample.attitude.is_some()),
+        with_magnetic_field: share(&dataset.imu, |sample| sample.magnetic_field_gauss.is_some()),
+        mean_rate_radps: mean(|at| at.turn_radps),
+        mean_force_mps2: mean(|at| at.force_mps2),
+        vibration_radps: rough(|at| at.turn_radps),
+        vibration_mps2: rough(|at| at.force_mps2),
+        lines: vibration_lines(rates),
+    })
+}
+
+fn gps(fixes: &[Fix]) -> Option<GpsSurvey> {
+    if fixes.is_empty() {
+        return None;
+    }
+    let horizontal = |fix: &Fix| {
+        let [north, east, _] = fix.position_sigma_m?.to_array();
+        Some(north.hypot(east) / std::f64::consts::SQRT_2)
+    };
+    let mut sigmas: Vec<f64> = fixes.iter().filter_map(horizontal).collect();
+    let mut satellites: Vec<f64> =
+        fixes.iter().filter_map(|fix| fix.satellites.map(f64::from)).collect();
+    let speeds = fixes.iter().filter_map(|fix| fix.horizontal_velocity_mps);
+    Some(GpsSurvey {
+        with_velocity: share(fixes, |fix| fix.velocity_mps().is_some()),
+        with_position_sigma: share(fixes, |fix| fix.position_sigma_m.is_some()),
+        position_sigma_m: quantile(&mut sigmas, 0.5),
+        satellites: quantile(&mut satellites, 0.5),
+        fastest_mps: speeds.map(|[north, east]| north.hypot(east)).fold(0.0, f64::max),
+    })
+}
+
+/// What is not there, and what that costs.
+fn missing(dataset: &Dataset) -> Vec<String> {
+    let mut missing = Vec::new();
+    let mut say = |sentence: &str| missing.push(sentence.to_owned());
+    let has_attitude = dataset.imu.iter().any(|sample| sample.attitude.is_some());
+    let has_field = !dataset.magnetometer.is_empty()
+        || dataset.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+    if dataset.fixes.is_empty() {
+        say("no GPS: nothing to start from, so no solution");
+    } else if dataset.fixes.iter().all(|fix| fix.horizontal_velocity_mps.is_none()) {
+        say(
+            "no GPS velocity: velocity is about half as well again known, heading takes longer to find",
+        );
+    }
+    if dataset.fixes.iter().all(|fix| fix.position_sigma_m.is_none()) && !dataset.fixes.is_empty() {
+        say("no accuracy of the fixes: learned from the innovations, slowly");
+    }
+    if !has_attitude && !has_field {
+        say(
+            "no attitude and no magnetometer: heading is unknown until the vehicle has accelerated \
+             horizontally, and drifts in a hover",
+        );
+    } else if !has_field {
+        say("no magnetometer: heading rests on the unit's own attitude");
+    }
+    if dataset.baro.is_empty() {
+        say(
+            "no barometer: height is the GPS's own, two to three times as far off as its position, and \
+             nothing denies a wrong one",
+        );
+    }
+    let manifest = &dataset.manifest;
+    if manifest.gps.antenna_lever_arm_m == hovernav::frames::Vector::ZERO {
+        say("no antenna lever arm: each metre of it costs 0.1 m/s for every 6°/s of turning");
+    }
+    if manifest.imu.accel_range_g.is_none() {
+        say("no ranges of the inertial unit: clipping is noticed only once it has repeated itself");
+    }
+    missing
+}
+
+impl fmt::Display for Survey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(imu) = self.imu.as_ref().filter(|imu| !imu.lines.is_empty()) {
+            writeln!(
+                f,
+                "\nvibration, strongest lines as sampled (a faster one shows at its alias)"
+            )?;
+            for line in &imu.lines {
+                writeln!(
+                    f,
+                    "  {:<16}{:>8.2} Hz{:>10.3} {}",
+                    line.axis, line.frequency_hz, line.amplitude, line.unit
+                )?;
+            }
+        }
+        if let Some(gps) = &self.gps {
+            let sigma = |sigma: Option<f64>, unit: &str| {
+                sigma.map_or("not stated".into(), |sigma| format!("{sigma:.1}{unit}"))
+            };
+            writeln!(f, "\ngps quality")?;
+            writeln!(
+                f,
+                "  one-sigma   {} (median, horizontal)",
+                sigma(gps.position_sigma_m, " m")
+            )?;
+            writeln!(f, "  satellites  {} (median)", sigma(gps.satellites, ""))?;
+            writeln!(f, "  fastest     {:.1} m/s", gps.fastest_mps)?;
+            if let Some((offset_s, sigma_s)) = self.gps_offset_s {
+                let text = format!("{offset_s:.3} s ± {sigma_s:.3} s earlier than declared");
+                writeln!(f, "  time        fixes hold {text}")?;
+            }
+        }
+        section(f, "missing, and what that costs", &self.missing)?;
+        section(f, "set-up", &self.setup)?;
+        let words: Vec<String> = crate::findings::sentences(&self.findings);
+        section(f, "found by running the filter", &words)
+    }
+}
+
+fn section(f: &mut fmt::Formatter<'_>, title: &str, sentences: &[String]) -> fmt::Result {
+    if sentences.is_empty() {
+        return Ok(());
+    }
+    writeln!(f, "\n{title}")?;
+    sentences.iter().try_for_each(|sentence| paragraph(f, "  ", sentence))
+}

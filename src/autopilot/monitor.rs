@@ -1,0 +1,191 @@
+//! Watches what the sensors say and what the estimator makes of it, for the health of the estimate.
+
+use super::health::{Distrust, Doubt, Health, HealthLimits};
+use crate::earth::Geodetic;
+use crate::ekf::{Channel, Notice, Solution, Verdict};
+use crate::event::Event;
+use crate::gps::Fix;
+use crate::imu::Motion;
+use crate::time::Time;
+
+/// A receiver that repeats a fix this often and for so long, s, is frozen.
+const FIX_REPEATS: u8 = 2;
+const FIX_FROZEN_S: f64 = 1.5;
+/// An inertial unit that repeats a sample this often and for so long, s, is frozen.
+const SAMPLE_REPEATS: u8 = 4;
+const SAMPLE_FROZEN_S: f64 = 0.12;
+/// Refusals that make a disagreement, and acceptances in a row that end it.
+const REFUSALS: u8 = 3;
+const ACCEPTANCES: u8 = 3;
+/// A suspect sample casts doubt for this long, s.
+const SUSPECT_S: f64 = 1.0;
+
+/// What a sensor repeats, since when.
+#[derive(Clone, Copy, Debug)]
+struct Repeated<T> {
+    last: Option<T>,
+    since: Time,
+    latest: Time,
+    times: u8,
+}
+
+impl<T: PartialEq> Repeated<T> {
+    const NONE: Self = Self { last: None, since: Time::ZERO, latest: Time::ZERO, times: 0 };
+
+    fn hear(&mut self, value: T, time: Time) {
+        self.latest = time;
+        if self.last.as_ref() == Some(&value) {
+            self.times = self.times.saturating_add(1);
+        } else {
+            (self.last, self.since, self.times) = (Some(value), time, 0);
+        }
+    }
+
+    fn is_frozen(&self, times: u8, for_s: f64) -> bool {
+        self.times >= times && self.latest - self.since >= for_s
+    }
+}
+
+/// How fixes and estimate agree in one quantity.
+#[derive(Clone, Copy, Debug)]
+struct Agreement {
+    accepted: Option<Time>,
+    refused_since: Option<Time>,
+    refusals: u8,
+    acceptances: u8,
+}
+
+impl Agreement {
+    const NONE: Self = Self { accepted: None, refused_since: None, refusals: 0, acceptances: 0 };
+
+    fn hear(&mut self, time: Time, verdict: Verdict) {
+        if verdict == Verdict::Accepted {
+            self.accepted = Some(time);
+            self.acceptances = self.acceptances.saturating_add(1);
+            if self.acceptances >= ACCEPTANCES {
+                (self.refused_since, self.refusals) = (None, 0);
+            }
+        } else {
+            self.acceptances = 0;
+            self.refusals = self.refusals.saturating_add(1);
+            self.refused_since = self.refused_since.or(Some(time));
+        }
+    }
+
+    fn is_lost(&self, now: Time, after_s: f64) -> bool {
+        self.refusals >= REFUSALS && self.refused_since.is_some_and(|since| now - since > after_s)
+    }
+}
+
+/// Health of an estimate over time: not only how sure it says it is, but whether the sensors are alive
+/// and agree with it.
+///
+/// It hears every event that the estimator is given and every notice that comes of it; both are cheap.
+/// Without them it goes by one-sigma and age alone, as [`Health::assess`] does.
+///
+/// | noticed | by | response |
+/// |---|---|---|
+/// | a receiver that repeats itself | three fixes equal to the last bit, for 1.5 s | no position, no velocity: [`Distrust::Frozen`] |
+/// | an inertial unit that repeats itself | five samples equal to the last bit, for 0.12 s | nothing: [`Distrust::Frozen`] |
+/// | fixes that are refused | three refusals over [`HealthLimits::disagreement_s`] | that quantity: [`Distrust::Disagreement`], until three in a row are accepted |
+/// | no fix accepted | for [`HealthLimits::dead_reckoning_s`] | [`Health::dead_reckoning_since`]; one-sigma decides how long it is good enough |
+///
+/// A one-sigma that was beyond its limit has to come down to 0.8 of it before it is good again.
+#[derive(Clone, Copy, Debug)]
+pub struct HealthMonitor {
+    limits: HealthLimits,
+    sample: Repeated<Motion>,
+    fix: Repeated<(Geodetic, Option<[f64; 2]>, Option<f64>)>,
+    position: Agreement,
+    velocity: Agreement,
+    suspect: Option<Time>,
+    was_good: [bool; 5],
+}
+
+impl HealthMonitor {
+    /// A monitor that has heard nothing.
+    #[must_use]
+    pub const fn new(limits: HealthLimits) -> Self {
+        Self {
+            limits,
+            sample: Repeated::NONE,
+            fix: Repeated::NONE,
+            position: Agreement::NONE,
+            velocity: Agreement::NONE,
+            suspect: None,
+            was_good: [true; 5],
+        }
+    }
+
+    /// What a sensor said, before the estimator or after.
+    pub fn hear(&mut self, event: &Event) {
+        match event {
+            Event::Imu(sample) => self.sample.hear(sample.motion, sample.time),
+            Event::Gps(Fix {
+                time, position, horizontal_velocity_mps, down_velocity_mps, ..
+            }) => {
+                self.fix.hear((*position, *horizontal_velocity_mps, *down_velocity_mps), *time);
+            }
+            _ => {}
+        }
+    }
+
+    /// What the estimator made of it.
+    pub fn hear_notice(&mut self, notice: &Notice) {
+        match notice {
+            Notice::Aligned(alignment) => {
+                let start = Some(alignment.start.state.time);
+                (self.position, self.velocity) = (Agreement::NONE, Agreement::NONE);
+                (self.position.accepted, self.velocity.accepted) = (start, start);
+            }
+            Notice::Updated(report) => {
+                // A group is taken or refused as a whole: one axis speaks for both.
+                for axis in report.innovations() {
+                    match axis.channel {
+                        Channel::PositionNorth => self.position.hear(axis.time, axis.verdict),
+                        Channel::VelocityNorth => self.velocity.hear(axis.time, axis.verdict),
+                        _ => {}
+                    }
+                }
+            }
+            Notice::SampleSuspect { time, .. } | Notice::SampleRefused { time, .. } => {
+                self.suspect = Some(*time);
+            }
+            _ => {}
+        }
+    }
+
+    /// What of `solution` is good enough to fly by at `now`, on the solution's clock.
+    #[must_use]
+    pub fn assess(&mut self, solution: Option<&Solution>, now: Time) -> Health {
+        let limits = &self.limits;
+        let mut health = Health::within(solution, now, limits, &self.was_good);
+        if self.sample.is_frozen(SAMPLE_REPEATS, SAMPLE_FROZEN_S) {
+            health = Health::none(Distrust::Frozen);
+        }
+        let disagreement_s = limits.disagreement_s;
+        if self.fix.is_frozen(FIX_REPEATS, FIX_FROZEN_S) {
+            health = health.without_velocity(Distrust::Frozen);
+        } else if self.velocity.is_lost(now, disagreement_s) {
+            health = health.without_velocity(Distrust::Disagreement);
+        } else if self.position.is_lost(now, disagreement_s) {
+            health.position = health.position.and(Err(Distrust::Disagreement));
+        }
+        self.was_good = health.are_good();
+
+        let latest = match (self.position.accepted, self.velocity.accepted) {
+            (Some(position), Some(velocity)) => Some(position.max(velocity)),
+            (position, velocity) => position.or(velocity),
+        };
+        let dead_reckoning = latest.filter(|latest| now - *latest > limits.dead_reckoning_s);
+        let refused = |of: &Agreement| of.refusals > 0;
+        let near = Doubt::near(solution, limits);
+        health.dead_reckoning_since = dead_reckoning;
+        health.doubt = Doubt {
+            attitude: near.attitude || self.suspect.is_some_and(|at| now - at < SUSPECT_S),
+            velocity: near.velocity || dead_reckoning.is_some() || refused(&self.velocity),
+            position: near.position || dead_reckoning.is_some() || refused(&self.position),
+        };
+        health
+    }
+}
