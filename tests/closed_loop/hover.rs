@@ -138,6 +138,21 @@ fn a_gps_outage_of_20_s_is_survived_and_followed_by_a_hover() {
 }
 
 #[test]
+fn a_frozen_receiver_is_not_flown_after() {
+    for seed in 1..4 {
+        let mut config = FlightConfig { seed, duration_s: 120.0, ..FlightConfig::new(autopilot()) };
+        config.gps.frozen_s = vec![60.0..75.0];
+        let flight = config.fly().unwrap();
+        println!("frozen, seed {seed}: {:?}", flight.transitions);
+        assert_eq!(flight.crashed_s, None);
+        let frozen = flight.samples.iter().filter(|m| (63.0..74.0).contains(&seconds(m)));
+        assert!(frozen.clone().all(|m| !m.mode.holds_velocity()));
+        assert!(frozen.clone().all(|m| m.mode != Mode::Neutral));
+        assert_eq!(flight.samples.last().unwrap().mode, Mode::Position);
+    }
+}
+
+#[test]
 fn a_seed_is_a_flight() {
     let config = FlightConfig { duration_s: 30.0, ..FlightConfig::new(autopilot()) };
     let (one, two) = (config.fly().unwrap(), config.fly().unwrap());
