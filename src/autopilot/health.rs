@@ -5,6 +5,8 @@
 //! tell: a frozen sensor, fixes that deny the estimate. The autopilot picks its mode by it, and returns
 //! to a better one after [`HealthLimits::recovery_s`].
 
+use core::fmt;
+
 use super::check::{ConfigError, within};
 use crate::ekf::Solution;
 use crate::time::Time;
@@ -95,6 +97,23 @@ pub enum Distrust {
     Frozen,
     /// The fixes deny the estimate, and nobody knows which is right.
     Disagreement,
+}
+
+impl fmt::Display for Distrust {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Missing => "there is no estimate",
+            Self::NotFinite => "the estimate is not finite",
+            Self::Stale => "the estimate is too old",
+            Self::Tilt => "roll and pitch are too uncertain",
+            Self::Heading => "the heading is too uncertain",
+            Self::Velocity => "horizontal velocity is too uncertain",
+            Self::VerticalVelocity => "vertical velocity is too uncertain",
+            Self::Position => "position is too uncertain",
+            Self::Frozen => "the sensor repeats itself",
+            Self::Disagreement => "the fixes deny the estimate",
+        })
+    }
 }
 
 /// How far a part of an estimate can be trusted.

@@ -11,7 +11,7 @@ use super::notification::{EventLog, Notification};
 use super::report::FlightReport;
 use super::servos::{PilotState, Servos};
 use crate::serial::{Clock, PortEvent, WriteError};
-use hovernav::autopilot::{HealthLimits, HealthMonitor, Mode};
+use hovernav::autopilot::{HealthLimits, HealthMonitor, Mode, Trust};
 use hovernav::controls::{Channels, Sticks};
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
@@ -49,6 +49,8 @@ pub struct FlightLoop {
     /// The same without steps, for the autopilot.
     flown: Option<Solution>,
     monitor: HealthMonitor,
+    /// Of attitude, velocity and position, as last told.
+    trusts: [Trust; 3],
     servos: Servos,
     /// Pilot and autopilot; `None` where the pilot alone flies.
     control: Option<FlightControl>,
@@ -91,7 +93,10 @@ impl FlightLoop {
         let cycle_s = config.dmu.rate_hz.map_or(CYCLE_S, |rate_hz| 1.0 / rate_hz);
         let downlinks = Downlinks::open(config, clock, start, unix_ns)?;
         let servos = Servos::open(config, clock)?;
-        let control = config.flight_control()?.map(FlightControl::new).transpose()?;
+        let control = config.flight_control()?;
+        // One set of limits: the autopilot's, where there is one.
+        let limits = control.as_ref().map_or_else(HealthLimits::default, |set| set.hover.health);
+        let control = control.map(FlightControl::new).transpose()?;
         let header = Header::new(config.clone(), start, unix_ns);
         let estimator = Estimator::new(config.settings()?);
         let mut snapshot = Snapshot::at(start);
@@ -102,7 +107,8 @@ impl FlightLoop {
             solution: None,
             stepless: SteplessSolution::default(),
             flown: None,
-            monitor: HealthMonitor::new(HealthLimits::default()),
+            monitor: HealthMonitor::new(limits),
+            trusts: [Trust::Valid; 3],
             servos,
             control,
             mode: Mode::Manual,
@@ -348,6 +354,16 @@ impl FlightLoop {
         };
         let health = self.monitor.assess(self.solution.as_ref(), now);
         snapshot.status = snapshot.status.with_estimate(&health);
+        let trusts = [health.attitude_trust(), health.velocity_trust(), health.position_trust()];
+        let names = ["attitude", "velocity", "position"];
+        let before = std::mem::replace(&mut self.trusts, trusts);
+        for ((name, trust), before) in names.into_iter().zip(trusts).zip(before) {
+            // Before the first solution nothing is lost.
+            if trust != before && self.solution.is_some() {
+                let (level, text) = messages::of_trust(name, trust, &health);
+                self.log.event(now, level, "health", text.as_str());
+            }
+        }
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
         snapshot.gps.age_s = self.last_fix.map(|arrival| (now - arrival).max(0.0));

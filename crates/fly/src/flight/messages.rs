@@ -3,6 +3,7 @@
 use std::io;
 
 use crate::serial::PortEvent;
+use hovernav::autopilot::{Health, Trust};
 use hovernav::ekf::Notice;
 use hovernav::flight_control::ControlNotice;
 use hovernav::sensors::SensorOutput;
@@ -11,6 +12,10 @@ use hovernav_log::record::{Level, ShortText, Status};
 /// A notice of the estimator; `None` for an ordinary update.
 pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
     let text = match notice {
+        Notice::Updated(report) if report.any_reopened() => ShortText::new(format_args!(
+            "gps refused until now: the filter had locked itself out, and was reopened, {:.1} off",
+            report.innovations().map(|one| one.innovation.abs()).fold(0.0, f64::max)
+        )),
         Notice::Updated(_) => return None,
         Notice::Aligned(alignment) => ShortText::new(format_args!(
             "aligned after {:.1} s, heading by {:?}",
@@ -24,17 +29,18 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
         Notice::NotUsed { aid, reason, .. } if reason.is_fault() => {
             ShortText::new(format_args!("{aid} not used: {reason}"))
         }
-        Notice::GapBridged { length_s, .. } => {
-            ShortText::new(format_args!("inertial sample: none for {length_s:.3} s: bridged"))
-        }
+        Notice::GapBridged { length_s, .. } => ShortText::new(format_args!(
+            "inertial unit: gap of {length_s:.2} s in the samples, bridged with the velocity kept and \
+                 the uncertainty opened"
+        )),
         Notice::CovarianceReset { cause, .. } => {
-            ShortText::new(format_args!("inertial sample: {cause}"))
+            ShortText::new(format_args!("inertial unit: {cause}, the fixes decide anew"))
         }
         Notice::SampleSuspect { suspicion, .. } => {
-            ShortText::new(format_args!("inertial sample: {suspicion}"))
+            ShortText::new(format_args!("inertial unit: {suspicion}, the uncertainty opened"))
         }
         Notice::SampleRefused { fault, .. } => {
-            ShortText::new(format_args!("inertial sample: {fault}"))
+            ShortText::new(format_args!("inertial unit: sample {fault}"))
         }
         _ => return None,
     };
@@ -43,6 +49,27 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
         _ => Level::Warning,
     };
     Some((level, text))
+}
+
+/// A part of the estimate that is trusted otherwise than before: its name, and what of it now.
+pub fn of_trust(name: &str, trust: Trust, health: &Health) -> (Level, ShortText) {
+    let why =
+        [health.tilt, health.velocity, health.vertical_velocity, health.position, health.heading]
+            .into_iter()
+            .find_map(Result::err);
+    match (trust, why, health.dead_reckoning_since) {
+        (Trust::Valid, ..) => (Level::Info, ShortText::new(format_args!("{name} is good again"))),
+        (Trust::Lost, Some(why), _) => {
+            (Level::Warning, ShortText::new(format_args!("{name} is not to be flown by: {why}")))
+        }
+        (_, _, Some(since)) => (
+            Level::Warning,
+            ShortText::new(format_args!(
+                "{name} is by dead reckoning, no fix accepted since {since}"
+            )),
+        ),
+        _ => (Level::Info, ShortText::new(format_args!("{name} is doubtful, but good enough"))),
+    }
 }
 
 /// A fault of a sensor that its driver reports; a refused fix has a text of its own for each reason.
