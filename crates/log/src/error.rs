@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::plausibility::SetupFinding;
+use crate::finding::SetupFinding;
 use hovernav::time::Time;
 use hovernav_toml::TomlError;
 

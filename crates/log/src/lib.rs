@@ -7,6 +7,7 @@ pub mod consistency;
 mod csv_writer;
 mod dataset;
 mod error;
+mod finding;
 mod findings;
 mod fitness;
 mod gps;
@@ -41,7 +42,7 @@ pub use axes::{AccelUnit, Axes, GyroUnit};
 pub use clock::{Rows, median_interval_s};
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
-pub use findings::{Finding, Severity, sentences};
+pub use finding::{Finding, SetupFinding, Severity, sentences};
 pub use gps::plausible_fix;
 pub use imu::{motion_fault, remark_faults};
 pub use info::Info;
@@ -49,7 +50,7 @@ pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
 };
 pub use open::open;
-pub use plausibility::{SetupFinding, alternative};
+pub use plausibility::alternative;
 pub use reference::{Reference, ReferenceMoment};
 pub use remarks::Remarks;
 pub use replay::{Outage, Run, SmoothedRun, UnusedReadings};
@@ -63,7 +64,7 @@ pub use setup::{
     ServoSection, SiteSection, ThrottleSource, read_autopilot, write_autopilot,
 };
 pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, solution_row, write_solution};
-pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use survey::{GpsSurvey, ImuSurvey, SensorSurvey, Survey};
+pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use truth::Truth;
 pub use vibration_lines::VibrationLine;

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::clock::{gaps, median_interval_s};
 use crate::dataset::Dataset;
-use crate::findings::Finding;
+use crate::finding::{Finding, sentences};
 use crate::info::{self, paragraph};
 use crate::rates::{Rates, rates};
 use crate::statistics::quantile;
@@ -268,7 +268,7 @@ impl fmt::Display for Survey {
         }
         section(f, "missing, and what that costs", &self.missing)?;
         section(f, "set-up", &self.setup)?;
-        let words: Vec<String> = crate::findings::sentences(&self.findings);
+        let words: Vec<String> = sentences(&self.findings);
         section(f, "found by running the filter", &words)
     }
 }

@@ -2,10 +2,10 @@
 
 use hovernav::gps::Fix;
 
-use super::finding::{Finding, Severity};
 use super::spans::improbable_runs;
 use super::{Judged, when};
 use crate::clock::median_interval_s;
+use crate::finding::{Finding, Severity};
 
 /// A span without fixes longer than this, s, and than three intervals is an outage.
 const OUTAGE_S: f64 = 3.5;

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use hovernav::ekf::{Channel, Notice, Verdict};
 
-use super::finding::{Finding, Severity};
 use super::spans::{Span, spans};
 use super::{Judged, when};
+use crate::finding::{Finding, Severity};
 
 /// What is refused and taken together.
 struct Group {

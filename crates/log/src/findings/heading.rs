@@ -3,9 +3,9 @@
 use hovernav::ekf::Notice;
 use hovernav::ins::HeadingSource;
 
-use super::finding::{Finding, Severity};
 use super::spans::spans;
 use super::{Judged, when};
+use crate::finding::{Finding, Severity};
 use crate::statistics::quantile;
 
 /// A field whose strength is off its median by this share is not the Earth's alone.

@@ -4,9 +4,9 @@ use hovernav::ekf::{ImuFault, Notice, ResetCause};
 use hovernav::imu::{FullScale, Integrity, MeanRates};
 
 use super::Judged;
-use super::finding::{Finding, Severity};
 use super::spans::{Span, improbable_runs, spans};
 use super::when;
+use crate::finding::{Finding, Severity};
 use crate::rates::{Rates, rates};
 use crate::statistics::quantile;
 

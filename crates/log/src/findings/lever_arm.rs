@@ -4,7 +4,7 @@ use hovernav::ekf::{Channel, Notice};
 use hovernav::frames::Vector;
 
 use super::Judged;
-use super::finding::{Finding, Severity};
+use crate::finding::{Finding, Severity};
 
 /// An arm that is off by less than this, m, costs less than it takes to tell of.
 const LEAST_M: f64 = 0.4;

@@ -3,7 +3,6 @@
 //! Everything here judges what the sensors said and what the estimator reported of it; the estimator
 //! itself is not asked again, and no reference is read.
 
-mod finding;
 mod fixes;
 mod gates;
 mod heading;
@@ -16,9 +15,8 @@ mod unused;
 
 use hovernav::ekf::Solution;
 
-pub use finding::{Finding, Severity, sentences};
-
 use crate::dataset::Dataset;
+use crate::finding::Finding;
 use crate::plausibility::alternative;
 use crate::replay::Run;
 

@@ -1,7 +1,7 @@
 //! What changes slowly: biases that step, and the time of the fixes.
 
-use super::finding::{Finding, Severity};
 use super::{Judged, when};
+use crate::finding::{Finding, Severity};
 
 /// Over how long a bias is compared with itself, s.
 const OVER_S: f64 = 20.0;

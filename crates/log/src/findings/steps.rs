@@ -4,7 +4,7 @@
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 
 use super::Judged;
-use super::finding::{Finding, Severity};
+use crate::finding::{Finding, Severity};
 use crate::rates::{Rates, rates};
 use crate::statistics::quantile;
 

@@ -2,9 +2,9 @@
 
 use hovernav::ekf::{Aid, Notice, Unusable};
 
-use super::finding::{Finding, Severity};
 use super::spans::spans;
 use super::{Judged, when};
+use crate::finding::{Finding, Severity};
 
 /// Readings closer than this, s, are one event.
 const APART_S: f64 = 5.0;

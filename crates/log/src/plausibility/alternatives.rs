@@ -4,8 +4,8 @@ use hovernav::ekf::{Channel, EstimatorConfig, Notice, Verdict};
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::Motion;
 
-use super::SetupFinding;
 use crate::dataset::Dataset;
+use crate::finding::SetupFinding;
 use crate::replay::Run;
 
 /// Samples that are tried at most.

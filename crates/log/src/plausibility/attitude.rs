@@ -3,7 +3,8 @@
 use hovernav::frames::Rotation;
 
 use super::regression::Regression;
-use super::{Judged, SetupFinding, norm};
+use super::{Judged, norm};
+use crate::finding::SetupFinding;
 
 /// Over how long rotations are compared, s: longer than an attitude lags, shorter than a turn.
 const OVER_S: f64 = 0.5;

@@ -1,7 +1,8 @@
 //! Whether the sensors' times can be of one clock, and the samples fast enough.
 
-use super::{Judged, SetupFinding};
+use super::Judged;
 use crate::clock::median_interval_s;
+use crate::finding::SetupFinding;
 use hovernav::time::Time;
 
 /// Slower than the first, Hz, nothing inertial can be done; slower than the second, it is poor.

@@ -2,8 +2,9 @@
 
 use hovernav::gps::Fix;
 
+use super::Judged;
 use super::regression::{Fit, Regression};
-use super::{Judged, SetupFinding};
+use crate::finding::SetupFinding;
 
 /// Over how long a displacement is taken, s.
 const HORIZONTAL_S: f64 = 4.0;

@@ -1,6 +1,7 @@
 //! Gravity: how large the mean specific force is, and where it points.
 
-use super::{G, Judged, SetupFinding, norm};
+use super::{G, Judged, norm};
+use crate::finding::SetupFinding;
 use crate::statistics::quantile;
 
 /// Over so long, s, vibration is gone from a mean.

@@ -1,6 +1,7 @@
 //! The magnetic field against the World Magnetic Model.
 
-use super::{Judged, SetupFinding, norm};
+use super::{Judged, norm};
+use crate::finding::SetupFinding;
 use crate::magnetic_field::{MagneticField, decimal_year};
 use crate::statistics::quantile;
 

@@ -12,59 +12,16 @@ mod gravity;
 mod magnetic;
 mod regression;
 
-use std::fmt;
 use std::path::Path;
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
 use crate::dataset::Dataset;
 use crate::error::LogError;
-use crate::findings::{Finding, Severity};
+use crate::finding::SetupFinding;
 use crate::rates::{Rates, rates};
 
 pub use alternatives::alternative;
-
-/// Something that cannot be, or can hardly be, as a log has it: what was found, what that looks like,
-/// and how to mend it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SetupFinding {
-    /// Whose it is: `inertial unit`, `gps`, `magnetometer` or `clocks`.
-    pub sensor: &'static str,
-    /// Whether it certainly cannot be: the log is then not to be estimated as it is.
-    pub is_certain: bool,
-    /// What was found and what was expected, with sizes.
-    pub found: String,
-    /// The likely mistake.
-    pub cause: String,
-    /// What to write where; empty where nothing short would do.
-    pub mend: String,
-}
-
-impl fmt::Display for SetupFinding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}: {}", self.sensor, self.found, self.cause)?;
-        if !self.mend.is_empty() {
-            write!(f, "; {}", self.mend)?;
-        }
-        Ok(())
-    }
-}
-
-impl SetupFinding {
-    /// The finding over a log from `start_s` to `end_s`.
-    #[must_use]
-    pub fn finding(&self, start_s: f64, end_s: f64) -> Finding {
-        Finding {
-            start_s,
-            end_s,
-            sensor: self.sensor,
-            kind: "set-up",
-            severity: if self.is_certain { Severity::Error } else { Severity::Warning },
-            count: 1,
-            words: self.to_string(),
-        }
-    }
-}
 
 impl Dataset {
     /// What of this log's set-up cannot be, the certain first: see [`SetupFinding`]. Reads no

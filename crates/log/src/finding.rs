@@ -1,6 +1,7 @@
 //! A finding: what happened to which sensor, when, how badly and why.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use serde::Serialize;
 
@@ -40,6 +41,48 @@ impl Finding {
     #[must_use]
     pub fn is_warning(&self) -> bool {
         self.severity >= Severity::Warning
+    }
+}
+
+/// Something that cannot be, or can hardly be, as a log has it: what was found, what that looks like,
+/// and how to mend it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SetupFinding {
+    /// Whose it is: `inertial unit`, `gps`, `magnetometer` or `clocks`.
+    pub sensor: &'static str,
+    /// Whether it certainly cannot be: the log is then not to be estimated as it is.
+    pub is_certain: bool,
+    /// What was found and what was expected, with sizes.
+    pub found: String,
+    /// The likely mistake.
+    pub cause: String,
+    /// What to write where; empty where nothing short would do.
+    pub mend: String,
+}
+
+impl fmt::Display for SetupFinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}: {}", self.sensor, self.found, self.cause)?;
+        if !self.mend.is_empty() {
+            write!(f, "; {}", self.mend)?;
+        }
+        Ok(())
+    }
+}
+
+impl SetupFinding {
+    /// The finding over a log from `start_s` to `end_s`.
+    #[must_use]
+    pub fn finding(&self, start_s: f64, end_s: f64) -> Finding {
+        Finding {
+            start_s,
+            end_s,
+            sensor: self.sensor,
+            kind: "set-up",
+            severity: if self.is_certain { Severity::Error } else { Severity::Warning },
+            count: 1,
+            words: self.to_string(),
+        }
     }
 }
 
