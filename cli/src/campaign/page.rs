@@ -51,6 +51,7 @@ pub fn write(path: &Path, campaign: &Campaign, results: &[CampaignResult]) -> an
         warnings.push("fewer than 100 flights: the outer percentiles mean little".into());
     }
     let page = Page {
+        verdict: None,
         title: "Campaign",
         headlines: &headlines,
         warnings: &warnings,

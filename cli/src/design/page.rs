@@ -71,6 +71,7 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
     }
     sections.extend([poles(checked)?, loci(checked)?, frequency_responses(checked)?]);
     let page = Page {
+        verdict: None,
         title: &format!("Autopilot for {}", checked.model.name()),
         headlines: &headlines,
         warnings: &checked.warnings,
@@ -81,6 +82,7 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
             label: "Time after the disturbance, s".into(),
             span: [0.0, 12.0],
             outages: Vec::new(),
+            marks: Vec::new(),
         }),
     };
     page.write(path)

@@ -148,7 +148,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())
         .map(|record| record.reproduced_by(&run.solutions).into());
     summary.set_scores(scored.as_ref(), drifts);
-    summary.onboard = onboard.and_then(|onboard| onboard.difference(solutions));
+    summary.onboard = onboard.as_ref().and_then(|onboard| onboard.difference(solutions));
     if !arguments.no_report {
         let page = FlightData {
             title: &dataset.manifest.name,
@@ -162,6 +162,12 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
             innovations: &flight_page::innovations(&run),
             reference: &flight_page::reference_moments(&run.solutions, reference.as_ref()),
             score: scored.as_ref(),
+            onboard: onboard.as_ref(),
+            imu: &dataset.imu,
+            baro: &dataset.baro,
+            controls: &dataset.controls,
+            notices: &run.notices,
+            findings: &summary.findings,
         };
         flight_page::page(&page).write(&out.join("report.html"))?;
     }

@@ -2,8 +2,10 @@
 
 use hovernav::ekf::{Innovation, Notice, Solution};
 use hovernav::gps::Fix;
+use hovernav::imu::ImuSample;
 use hovernav::time::Time;
-use hovernav_log::{Outage, Reference, ReferenceMoment, Run, Score};
+use hovernav_formats::Onboard;
+use hovernav_log::{Finding, Outage, Reference, ReferenceMoment, Run, Score};
 
 use crate::page::Fact;
 
@@ -33,6 +35,18 @@ pub struct FlightData<'a> {
     pub innovations: &'a [Innovation],
     /// The reference at moments of the solution.
     pub reference: &'a [(Time, ReferenceMoment)],
+    /// What the estimator on board said: to compare with, never the truth.
+    pub onboard: Option<&'a Onboard>,
+    /// The inertial samples.
+    pub imu: &'a [ImuSample],
+    /// Barometric heights, m.
+    pub baro: &'a [(Time, f64)],
+    /// Stick positions: lateral, longitudinal, collective, pedal.
+    pub controls: &'a [(Time, [f64; 4])],
+    /// What the estimator reported.
+    pub notices: &'a [Notice],
+    /// What happened in the run, as spans.
+    pub findings: &'a [Finding],
     /// How far the solution is from the reference.
     pub score: Option<&'a Score>,
 }

@@ -6,6 +6,7 @@ use hovernav_log::consistency::{
 };
 
 use super::motion::Clock;
+use super::verdict;
 use crate::page::{Figure, Role, Row, Section, Series};
 
 /// Fixes in the running mean of the test.
@@ -34,6 +35,12 @@ const VELOCITY: [Channel; 3] =
     [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
 const ATTITUDE: [Channel; 3] = [Channel::Roll, Channel::Pitch, Channel::Yaw];
 const HEIGHT: [Channel; 1] = [Channel::BaroHeight];
+const GROUPS: [(&str, &[Channel]); 4] = [
+    ("Position", &POSITION),
+    ("Velocity", &VELOCITY),
+    ("Attitude", &ATTITUDE),
+    ("Baro height", &HEIGHT),
+];
 
 fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovation> {
     innovations.iter().filter(|one| channels.contains(&one.channel)).copied().collect()
@@ -69,13 +76,7 @@ pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
 
 /// The normalised innovation squared of each fix, and its running mean.
 pub fn test(innovations: &[Innovation], clock: Clock) -> Section {
-    let groups: [(&str, &[Channel]); 4] = [
-        ("Position", &POSITION),
-        ("Velocity", &VELOCITY),
-        ("Attitude", &ATTITUDE),
-        ("Baro height", &HEIGHT),
-    ];
-    let rows = groups.into_iter().filter_map(|(name, channels)| {
+    let rows = GROUPS.into_iter().filter_map(|(name, channels)| {
         let tests = innovation_tests(&of_channels(innovations, channels));
         (!tests.is_empty()).then(|| test_row(name, &tests, clock))
     });
@@ -90,6 +91,15 @@ pub fn test(innovations: &[Innovation], clock: Clock) -> Section {
         ),
     )
     .with(Figure::against_time(rows))
+}
+
+/// The pooled test of each kind of measurement that there is.
+pub fn pooled(innovations: &[Innovation]) -> Vec<(&'static str, PooledInnovations)> {
+    let groups = GROUPS.into_iter().filter_map(|(name, channels)| {
+        let tests = innovation_tests(&of_channels(innovations, channels));
+        Some((name, PooledInnovations::of(&tests)?))
+    });
+    groups.collect()
 }
 
 fn test_row(name: &str, tests: &[InnovationTest], clock: Clock) -> Row {
@@ -113,15 +123,18 @@ fn test_row(name: &str, tests: &[InnovationTest], clock: Clock) -> Row {
             PooledInnovations::of(recent).filter(|_| enough).map_or(f64::NAN, |pooled| pooled.mean)
         })
         .collect();
-    let note = PooledInnovations::of(tests).map(
-        |PooledInnovations { mean, interval: (low, high), share_inside }| {
+    let pooled = PooledInnovations::of(tests);
+    let judged = pooled.as_ref().map(|pooled| verdict::of_consistency(pooled));
+    let note = pooled.zip(judged).map(
+        |(PooledInnovations { mean, interval: (low, high), share_inside }, (_, words))| {
             format!(
-                "mean {mean:.2} (consistent: {low:.2} to {high:.2}), {:.1} % of fixes inside",
+                "{words}; mean {mean:.2}, expected {low:.2} to {high:.2}, {:.1} % of fixes inside",
                 100.0 * share_inside
             )
         },
     );
-    Row { logarithmic: true, note, ..Row::new(name, "") }
+    let judged = judged.map(|(level, _)| level);
+    Row { logarithmic: true, note, judged, ..Row::new(name, "") }
         .with(Series::range(Role::Interval, &times, &low, &high))
         .with(Series::points(Role::Test, those(false)))
         .with(Series::points(Role::TestRefused, those(true)))

@@ -8,8 +8,11 @@ mod errors;
 mod innovations;
 mod motion;
 mod sections;
+mod sensors;
+mod spectrum;
 #[cfg(test)]
 mod tests;
+mod verdict;
 
 pub use data::{FlightData, innovations, reference_moments};
 pub use sections::page;

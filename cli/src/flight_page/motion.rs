@@ -6,10 +6,11 @@ use hovernav::earth::{Geodetic, Local};
 use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
 use hovernav::gps::Fix;
 use hovernav::time::Time;
-use hovernav_log::ReferenceMoment;
+use hovernav_formats::Onboard;
+use hovernav_log::{Finding, ReferenceMoment};
 
 use super::data::FlightData;
-use crate::page::TimeAxis;
+use crate::page::{Mark, TimeAxis};
 
 /// Seconds on the page. A log whose clock counts from far away, as GPS or Unix time does, is shown
 /// from its own first second on, and the axis says so.
@@ -34,6 +35,25 @@ impl Clock {
         time - self.zero
     }
 
+    /// The warnings as spans of the page, no more than can be told apart, the longest.
+    fn marks(self, flight: &FlightData<'_>) -> Vec<Mark> {
+        const MOST: usize = 60;
+        let mut warnings: Vec<&Finding> =
+            flight.findings.iter().filter(|finding| finding.is_warning()).collect();
+        let length = |finding: &Finding| finding.end_s - finding.start_s;
+        warnings.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        warnings.truncate(MOST);
+        warnings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        let zero_s = self.zero.seconds();
+        warnings
+            .iter()
+            .map(|finding| Mark {
+                span: [finding.start_s - zero_s, finding.end_s - zero_s],
+                words: finding.words.clone(),
+            })
+            .collect()
+    }
+
     pub fn axis(self, flight: &FlightData<'_>) -> TimeAxis {
         let label = if self.zero == Time::ZERO {
             "Time, s".into()
@@ -49,6 +69,7 @@ impl Clock {
                 .map(|outage| [outage.start, outage.start + outage.duration_s])
                 .map(|ends| ends.map(|end| self.seconds(end)))
                 .collect(),
+            marks: self.marks(flight),
         }
     }
 }
@@ -87,6 +108,31 @@ impl Motion {
         }
     }
 
+    /// What the estimator on board said; its body velocity where it gave attitude and velocity.
+    pub fn of_onboard(onboard: Option<&Onboard>, clock: Clock, origin: &Geodetic) -> Self {
+        const UNKNOWN: [f64; 3] = [f64::NAN; 3];
+        let moments = onboard.map_or(&[][..], |onboard| &onboard.moments);
+        let local = Local::at(origin);
+        Self {
+            time: moments.iter().map(|moment| clock.seconds(moment.time)).collect(),
+            position_m: columns(moments, |moment| {
+                moment.position.map_or(UNKNOWN, |at| local.displacement(origin, &at).to_array())
+            }),
+            velocity_mps: columns(moments, |moment| {
+                moment.velocity_mps.map_or(UNKNOWN, |velocity| velocity.to_array())
+            }),
+            body_velocity_mps: columns(moments, |moment| {
+                let both = moment.body_to_ned.zip(moment.velocity_mps);
+                both.map_or(UNKNOWN, |(attitude, velocity)| {
+                    (attitude.inverse() * velocity).to_array()
+                })
+            }),
+            attitude_deg: columns(moments, |moment| {
+                moment.body_to_ned.map_or(UNKNOWN, |attitude| attitude.euler().to_degrees())
+            }),
+        }
+    }
+
     pub fn of_reference(
         reference: &[(Time, ReferenceMoment)],
         clock: Clock,
@@ -114,15 +160,16 @@ pub struct Fixes {
     pub time: Vec<f64>,
     pub position_m: Columns,
     pub velocity_mps: Columns,
-    pub position_refused: Vec<bool>,
-    pub velocity_refused: Vec<bool>,
+    /// Axis by axis; north and east are taken or refused together.
+    pub position_refused: [Vec<bool>; 3],
+    pub velocity_refused: [Vec<bool>; 3],
 }
 
 impl Fixes {
     pub fn of(fixes: &[Fix], innovations: &[Innovation], clock: Clock, origin: &Geodetic) -> Self {
         use Channel::{PositionDown, PositionEast, PositionNorth};
         use Channel::{VelocityDown, VelocityEast, VelocityNorth};
-        let refused = |channels: [Channel; 3]| -> Vec<bool> {
+        let refused = |channels: &[Channel]| -> Vec<bool> {
             let refused = innovations.iter().filter(|innovation| {
                 innovation.verdict == Verdict::Rejected && channels.contains(&innovation.channel)
             });
@@ -137,8 +184,16 @@ impl Fixes {
                 let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
                 [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)]
             }),
-            position_refused: refused([PositionNorth, PositionEast, PositionDown]),
-            velocity_refused: refused([VelocityNorth, VelocityEast, VelocityDown]),
+            position_refused: [
+                refused(&[PositionNorth, PositionEast]),
+                refused(&[PositionNorth, PositionEast]),
+                refused(&[PositionDown]),
+            ],
+            velocity_refused: [
+                refused(&[VelocityNorth, VelocityEast]),
+                refused(&[VelocityNorth, VelocityEast]),
+                refused(&[VelocityDown]),
+            ],
         }
     }
 }

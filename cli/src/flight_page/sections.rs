@@ -1,10 +1,12 @@
 //! The page of a flight: its track, its motion, its attitude and its sensors' biases.
 
 use hovernav::earth::Geodetic;
+use hovernav::ekf::Solution;
+use hovernav_log::statistics::quantile;
 
 use super::data::FlightData;
 use super::motion::{Clock, Columns, Fixes, Motion, columns};
-use super::{errors, innovations};
+use super::{errors, innovations, sensors, verdict};
 use crate::page::{Abscissa, Figure, Page, Role, Row, Section, Series};
 
 const NED: [&str; 3] = ["North", "East", "Down"];
@@ -21,7 +23,10 @@ pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
     let estimate = Motion::of_solutions(data.solutions, clock, &origin);
     let smoothed = Motion::of_solutions(data.smoothed, clock, &origin);
     let reference = Motion::of_reference(data.reference, clock, &origin);
+    let onboard = Motion::of_onboard(data.onboard, clock, &origin);
     let flight = Sections {
+        clock,
+        onboard,
         data,
         origin,
         estimate,
@@ -39,10 +44,12 @@ pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
         innovations::innovations(data.innovations, clock),
         innovations::test(data.innovations, clock),
     ];
+    sections.extend(sensors::sections(data, clock));
     sections.extend(data.score.map(|score| errors::section(score, clock)));
     Page {
         title: data.title,
         headlines: data.headlines,
+        verdict: verdict::of(data),
         warnings: data.warnings,
         facts: data.facts,
         table: data.score.map(|score| errors::table(score, clock)),
@@ -63,6 +70,8 @@ fn dots(row: Row, x: &[f64], y: &[f64], refused: &[bool]) -> Row {
 
 struct Sections<'r, 'a> {
     data: &'r FlightData<'a>,
+    clock: Clock,
+    onboard: Motion,
     origin: Geodetic,
     estimate: Motion,
     smoothed: Motion,
@@ -80,12 +89,15 @@ impl Sections<'_, '_> {
         let end = |values: &[f64]| values.last().copied().unwrap_or(f64::NAN);
         let start = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
         let [fix_north, fix_east, _] = &self.fixes.position_m;
-        let row = dots(Row::new("North", "m"), fix_east, fix_north, &self.fixes.position_refused)
-            .with(track(Role::Reference, &self.reference))
-            .with(track(Role::Smoothed, &self.smoothed))
-            .with(track(Role::Estimate, &self.estimate))
-            .with(Series::points(Role::Start, [(start(east), start(north))].into_iter()))
-            .with(Series::points(Role::End, [(end(east), end(north))].into_iter()));
+        let row =
+            dots(Row::new("North", "m"), fix_east, fix_north, &self.fixes.position_refused[0])
+                .with(track(Role::Reference, &self.reference))
+                .with(track(Role::Onboard, &self.onboard))
+                .with(track(Role::Smoothed, &self.smoothed))
+                .with(track(Role::Estimate, &self.estimate))
+                .with(self.ellipses())
+                .with(Series::points(Role::Start, [(start(east), start(north))].into_iter()))
+                .with(Series::points(Role::End, [(end(east), end(north))].into_iter()));
         let rows = if row.series.is_empty() { Vec::new() } else { vec![row] };
         Section::new(
             "map",
@@ -102,10 +114,12 @@ impl Sections<'_, '_> {
     fn position(&self) -> Section {
         let sigma = columns(self.data.solutions, |s| s.position_sigma_m.to_array());
         let rows = self.rows(NED, "m", |motion| &motion.position_m, Some(&sigma));
-        let fixes = self.fixes.position_m.iter();
+        let fixes = self.fixes.position_m.iter().zip(&self.fixes.position_refused);
         let rows = rows
             .zip(fixes)
-            .map(|(row, fixes)| dots(row, &self.fixes.time, fixes, &self.fixes.position_refused));
+            .map(|(row, (fixes, refused))| dots(row, &self.fixes.time, fixes, refused))
+            .enumerate()
+            .map(|(axis, row)| if axis == 2 { row.with(self.baro()) } else { row });
         Section::new(
             "position",
             "Position",
@@ -119,10 +133,10 @@ impl Sections<'_, '_> {
     fn velocity(&self) -> Section {
         let sigma = columns(self.data.solutions, |s| s.velocity_sigma_mps.to_array());
         let rows = self.rows(NED, "m/s", |motion| &motion.velocity_mps, Some(&sigma));
-        let fixes = self.fixes.velocity_mps.iter();
+        let fixes = self.fixes.velocity_mps.iter().zip(&self.fixes.velocity_refused);
         let rows = rows
             .zip(fixes)
-            .map(|(row, fixes)| dots(row, &self.fixes.time, fixes, &self.fixes.velocity_refused));
+            .map(|(row, (fixes, refused))| dots(row, &self.fixes.time, fixes, refused));
         Section::new("velocity", "Velocity", "Speed over ground northwards, eastwards and downwards, with its 3σ band. \
                           Dots are the velocity that the receiver itself gives, where it gives one.").with(Figure::against_time(downwards(rows)))
     }
@@ -140,13 +154,14 @@ impl Sections<'_, '_> {
             names,
             "m/s",
             |motion| &motion.body_velocity_mps,
-            None,
+            Some(&columns(self.data.solutions, body_velocity_sigma_mps)),
         )))
     }
 
     fn attitude(&self) -> Section {
         let sigma = columns(self.data.solutions, |s| s.attitude_sigma_rad.map(f64::to_degrees));
         let rows = self.rows(ANGLES, "°", |motion| &motion.attitude_deg, Some(&sigma));
+        let rows = rows.enumerate().map(|(axis, row)| row.with(self.unit_attitude(axis)));
         Section::new(
             "attitude",
             "Attitude",
@@ -191,6 +206,63 @@ impl Sections<'_, '_> {
         .with(Figure::against_time(gyro.into_iter().chain(accelerometer)))
     }
 
+    /// Where the solution is at the end and when it was least sure: 3σ, north and east taken as
+    /// independent.
+    fn ellipses(&self) -> Series {
+        let level = |index: &usize| {
+            let [north, east, _] = self.data.solutions[*index].position_sigma_m.to_array();
+            north.hypot(east)
+        };
+        let last = self.data.solutions.len().checked_sub(1);
+        let widest = (0..self.data.solutions.len())
+            .filter(|index| level(index).is_finite())
+            .max_by(|a, b| level(a).total_cmp(&level(b)));
+        let outline = |index: usize| {
+            let sigma = self.data.solutions[index].position_sigma_m.to_array();
+            let [north, east, _] = &self.estimate.position_m;
+            let turn = (0..=48).map(|step| std::f64::consts::TAU * f64::from(step) / 48.0);
+            let points = turn.map(move |angle| {
+                (
+                    east[index] + 3.0 * sigma[1] * angle.sin(),
+                    north[index] + 3.0 * sigma[0] * angle.cos(),
+                )
+            });
+            points.chain([(f64::NAN, f64::NAN)])
+        };
+        let shown = last.into_iter().chain(widest.filter(|widest| Some(*widest) != last));
+        Series::curve(Role::Ellipse, shown.flat_map(outline))
+    }
+
+    /// The barometer's heights as metres down of the origin, moved by what they differ in the middle:
+    /// its zero is its own.
+    fn baro(&self) -> Series {
+        let down = &self.estimate.position_m[2];
+        let points: Vec<(f64, f64)> = self
+            .data
+            .baro
+            .iter()
+            .map(|(time, height)| (self.clock.seconds(*time), -height))
+            .collect();
+        let mut offsets: Vec<f64> = points
+            .iter()
+            .filter_map(|(time, baro)| {
+                let index = self.estimate.time.partition_point(|known| known < time);
+                Some(down.get(index)? - baro).filter(|offset| offset.is_finite())
+            })
+            .collect();
+        let offset = quantile(&mut offsets, 0.5).unwrap_or(f64::NAN);
+        let moved = points.into_iter().map(|(time, baro)| (time, baro + offset));
+        Series::points(Role::Sensor, moved).named("Barometer, moved to agree")
+    }
+
+    /// The angle that the inertial unit itself gives, where it gives one.
+    fn unit_attitude(&self, axis: usize) -> Series {
+        let angles = self.data.imu.iter().filter_map(|sample| {
+            Some((self.clock.seconds(sample.time), sample.attitude?.to_degrees()[axis]))
+        });
+        Series::points(Role::Sensor, angles).named("The unit's own")
+    }
+
     /// One row per component: reference, smoothed and estimate, the estimate in its 3σ band.
     fn rows(
         &self,
@@ -212,10 +284,27 @@ impl Sections<'_, '_> {
             };
             Row { limits: (name == "Yaw").then_some([-185.0, 185.0]), ..Row::new(name, unit) }
                 .with(line(Role::Reference, &self.reference, None))
+                .with(line(Role::Onboard, &self.onboard, None))
                 .with(line(Role::Smoothed, &self.smoothed, None))
                 .with(line(Role::Estimate, &self.estimate, band.as_deref()))
         })
     }
+}
+
+/// One-sigma of u, v and w, m/s: of the velocity turned into the body, and of the attitude that turns
+/// it, taken as independent.
+fn body_velocity_sigma_mps(solution: &Solution) -> [f64; 3] {
+    let ned_to_body = solution.body_to_ned.inverse().matrix();
+    let sigma = solution.velocity_sigma_mps.to_array();
+    let [u, v, w] = solution.velocity_body_mps().to_array();
+    let [roll, pitch, yaw] = solution.attitude_sigma_rad;
+    let turned =
+        [(v * yaw).hypot(w * pitch), (u * yaw).hypot(w * roll), (u * pitch).hypot(v * roll)];
+    std::array::from_fn(|axis| {
+        let row = ned_to_body.row(axis).to_array();
+        let of_velocity: f64 = row.iter().zip(sigma).map(|(c, sigma)| (c * sigma).powi(2)).sum();
+        (of_velocity + turned[axis].powi(2)).sqrt()
+    })
 }
 
 /// Three sigma of one.

@@ -12,6 +12,7 @@ use super::figure::Figure;
 use super::html::{Escaped, fill};
 use super::section::Section;
 use super::table::Table;
+use super::verdict::Verdict;
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("style.css");
@@ -22,6 +23,8 @@ const PLOTLY: &str = include_str!("../../assets/plotly-basic.min.js");
 pub struct Page<'a> {
     pub title: &'a str,
     pub headlines: &'a [Fact],
+    /// What it all comes to, where somebody judged it.
+    pub verdict: Option<Verdict>,
     pub warnings: &'a [String],
     pub facts: &'a [Fact],
     pub table: Option<Table>,
@@ -38,6 +41,17 @@ pub struct TimeAxis {
     pub span: [f64; 2],
     /// First and last second of each stretch to shade.
     pub outages: Vec<[f64; 2]>,
+    /// Spans with a sentence each, in order of time.
+    pub marks: Vec<Mark>,
+}
+
+/// A span of the time axis that something is said of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mark {
+    /// First and last second.
+    pub span: [f64; 2],
+    /// What happened, in one plain sentence.
+    pub words: String,
 }
 
 /// The data that `figures.js` reads.
@@ -77,6 +91,7 @@ impl Page<'_> {
             "title" => write!(out, "{}", Escaped(self.title)),
             "style" => out.write_all(STYLE.as_bytes()),
             "links" => self.links(out),
+            "verdict" => self.verdict.iter().try_for_each(|verdict| verdict.write_to(out)),
             "headlines" => self.headlines(out),
             "warnings" => self.warnings(out),
             "facts" => self.facts(out),
@@ -114,7 +129,18 @@ impl Page<'_> {
         };
         writeln!(out, "<div class=\"warnings\"><h2>{heading}</h2><ul>")?;
         for warning in self.warnings {
-            writeln!(out, "<li>{}</li>", Escaped(warning))?;
+            write!(out, "<li>{}", Escaped(warning))?;
+            let marks = self.time.iter().flat_map(|time| &time.marks);
+            if let Some(mark) = marks.into_iter().find(|mark| mark.words == *warning) {
+                let [from, to] = mark.span;
+                // Plain words for who hears the page instead of seeing it.
+                write!(
+                    out,
+                    " <button type=\"button\" class=\"show\" data-from=\"{from}\" data-to=\"{to}\" \
+                     aria-label=\"Show {from:.1} to {to:.1} s in the figures\">show</button>"
+                )?;
+            }
+            writeln!(out, "</li>")?;
         }
         write!(out, "</ul></div>")
     }

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use super::fact::digits;
 use super::series::Series;
+use super::verdict::Level;
 
 /// One drawing: rows stacked above a shared abscissa.
 #[derive(Debug, Serialize)]
@@ -34,6 +36,25 @@ impl Figure {
     /// With a heading of its own, plain text.
     pub fn captioned(self, caption: impl Into<String>) -> Self {
         Self { caption: Some(caption.into()), ..self }
+    }
+
+    /// What it draws, for who cannot see it: each row with its series and their extent.
+    pub fn described(&self) -> String {
+        let row = |row: &Row| {
+            let finite = row.series.iter().flat_map(|series| &series.y.values);
+            let (low, high) = finite
+                .filter(|value| value.is_finite())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+                    (low.min(*y), high.max(*y))
+                });
+            let note = row.note.as_ref().map_or(String::new(), |note| format!(", {note}"));
+            if low > high {
+                return format!("{}{note}", row.label);
+            }
+            format!("{} from {} to {}{note}", row.label, digits(low), digits(high))
+        };
+        let rows: Vec<String> = self.rows.iter().map(row).collect();
+        format!("Figure. {}", rows.join("; "))
     }
 
     /// Height on the page, px: what the drawing will take is kept free from the start, so that
@@ -116,6 +137,9 @@ pub struct Row {
     pub logarithmic: bool,
     /// A few words of result in the corner of the row.
     pub note: Option<String>,
+    /// How the note is to be taken, where it judges.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judged: Option<Level>,
     pub series: Vec<Series>,
 }
 

@@ -4,21 +4,35 @@
 (() => {
   const { time, figures } = JSON.parse(document.getElementById("data").textContent);
 
-  // Okabe and Ito's palette, which colour-blind readers can tell apart.
-  const BLUE = "#0072b2", ORANGE = "#e69f00", GREEN = "#009e73", VERMILION = "#d55e00",
-    PURPLE = "#cc79a7", INK = "#1d2730", SOFT = "#5a6772", GRID = "#e9edf0";
+  // Okabe and Ito's palette, which colour-blind readers can tell apart; on dark ground its lighter blue.
+  const LIGHT = {
+    BLUE: "#0072b2", BAND: "0,114,178", INK: "#1d2730", SOFT: "#5a6772", GRID: "#e9edf0", FINE: "#f3f5f6",
+    LINE: "#c6ced4", CARD: "#ffffff", LABEL: "rgba(255,255,255,0.94)",
+  };
+  const DARK = {
+    BLUE: "#56b4e9", BAND: "86,180,233", INK: "#e3e9ee", SOFT: "#a3b0ba", GRID: "#2b353d", FINE: "#222b32",
+    LINE: "#47535d", CARD: "#171e24", LABEL: "rgba(30,39,46,0.96)",
+  };
+  const ORANGE = "#e69f00", GREEN = "#009e73", VERMILION = "#d55e00", PURPLE = "#cc79a7";
+  const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  // A finger swipes over a figure to get past it; a mouse drags to zoom.
+  const isTouch = window.matchMedia("(pointer: coarse)").matches;
+  const REDUCED = window.matchMedia("(max-width: 640px)").matches;
   const line = (color, width, more) => ({ mode: "lines", line: { color, width, ...more } });
   const dots = (color, size, symbol = "circle") =>
     ({ mode: "markers", marker: { color, size, symbol, line: { color, width: symbol === "circle" ? 0 : 1.5 } } });
-  const refused = dots(VERMILION, 7, "x-thin");
   // In drawing order. `outlier`: does not widen the view. `range`: name and colour of its band.
-  const ROLES = {
-    bound: { range: ["±3σ", "rgba(0,114,178,0.16)"] },
-    interval: { range: ["95 % interval", "rgba(0,114,178,0.12)"] },
+  const rolesOn = ({ BLUE, BAND, INK, SOFT }) => { const refused = dots(VERMILION, 7, "x-thin"); return {
+    bound: { range: ["±3σ", `rgba(${BAND},0.16)`] },
+    interval: { range: ["95 % interval", `rgba(${BAND},0.12)`] },
+    raw: { name: "Sample", ...line(BLUE, 1) },
+    sensor: { name: "Sensor", outlier: true, ...dots(SOFT, 3) },
+    ellipse: { name: "3σ ellipse", outlier: true, ...line(SOFT, 1.2, { dash: "dot" }) },
     reference: { name: "Reference", ...line("rgba(0,158,115,0.6)", 4.5) },
+    onboard: { name: "Onboard", outlier: true, ...line(VERMILION, 1.2, { dash: "dash" }) },
     gps: { name: "GPS", ...dots(ORANGE, 4.5) },
     smoothed: { name: "Smoothed", ...line(PURPLE, 1.6) },
-    estimate: { name: "Estimate", ...line(BLUE, 1.5), range: ["±3σ", "rgba(0,114,178,0.16)"] },
+    estimate: { name: "Estimate", ...line(BLUE, 1.5), range: ["±3σ", `rgba(${BAND},0.16)`] },
     error: { name: "Error", ...line(BLUE, 1.2) },
     innovation: { name: "Accepted", ...dots(BLUE, 4) },
     test: { name: "Fix", ...dots(BLUE, 4) },
@@ -27,9 +41,10 @@
     rejected: { name: "Rejected", outlier: true, ...refused },
     test_refused: { name: "Rejected", ...refused },
     gps_rejected: { name: "GPS rejected", outlier: true, ...refused },
+    clipped: { name: "Clipped", ...dots(VERMILION, 6, "x-thin") },
     start: { name: "Start", ...dots(INK, 10, "triangle-up") },
     end: { name: "End", ...dots(INK, 9, "square") },
-    region: { name: "95 % region", ...line("rgba(0,114,178,0.5)", 2), fill: "toself", fillcolor: "rgba(0,114,178,0.16)" },
+    region: { name: "95 % region", ...line(`rgba(${BAND},0.5)`, 2), fill: "toself", fillcolor: `rgba(${BAND},0.16)` },
     alternative_region: { name: "95 % region", ...line("rgba(230,159,0,0.5)", 2), fill: "toself", fillcolor: "rgba(230,159,0,0.16)" },
     limit: { name: "Limit", ...line(SOFT, 1.2, { dash: "dash" }) },
     input: { name: "Input", ...line(INK, 1.3, { shape: "hv" }) },
@@ -42,7 +57,9 @@
     model: { name: "Model", ...line(BLUE, 1.5) },
     alternative_pole: { name: "Pole of the other model", ...dots(ORANGE, 9, "x-thin") },
     pole: { name: "Pole", ...dots(BLUE, 9, "x-thin") },
-  };
+  }; };
+  let theme = dark.matches ? DARK : LIGHT;
+  let ROLES = rolesOn(theme);
   const ORDER = Object.keys(ROLES);
 
   const isNumber = (value) => value !== null && Number.isFinite(value);
@@ -71,10 +88,19 @@
 
   // A bound without its widest few, which may be as far out as the first fix after an outage puts
   // them: they would squeeze all the others into a line.
-  const bulk = ({ role, band }, lists) => {
+  // A band likewise: how unsure the filter was at its start must not set the scale of a flight.
+  const most = (values, share) => {
+    const sorted = values.filter(isNumber).sort((a, b) => a - b);
+    return sorted[Math.floor(share * (sorted.length - 1))];
+  };
+  const bulk = ({ role, band, y }, lists) => {
+    if (band?.around) {
+      const widest = Math.min(most(band.around, 0.9) * 1.5, most(band.around, 1));
+      const side = (sign) => y.map((value, i) => (isNumber(value) ? value + sign * Math.min(band.around[i], widest) : null));
+      return [side(-1), side(1)];
+    }
     if (role !== "bound" || !band.about_zero) return lists;
-    const sorted = band.about_zero.filter(isNumber).sort((a, b) => a - b);
-    const widest = sorted[Math.floor(0.97 * (sorted.length - 1))];
+    const widest = most(band.about_zero, 0.97);
     return [[-widest, widest]];
   };
 
@@ -104,8 +130,10 @@
     const place = row.logarithmic ? Math.log10 : (value) => value;
     const isBeyond = (value) => isNumber(value) && (place(value) < shown[0] || place(value) > shown[1]);
     const beyond = isOwnPlane ? 0 : row.series.reduce((count, { y }) => count + y.filter(isBeyond).length, 0);
-    const notes = [row.note, beyond && `${beyond} outlier${beyond === 1 ? "" : "s"} beyond this view: double-click to see all`];
-    return { shown, text: notes.filter(Boolean).join(" · ") };
+    const sign = { good: "✓ ", care: "! ", bad: "✗ " }[row.judged] ?? "";
+    const notes = [row.note && sign + row.note, beyond && `${beyond} outlier${beyond === 1 ? "" : "s"} beyond this view: double-click to see all`];
+    const color = { good: GREEN, care: "#b06f00", bad: VERMILION }[row.judged] ?? theme.SOFT;
+    return { shown, color, text: notes.filter(Boolean).join(" · ") };
   };
 
   const traces = (row, number, named, figure) => {
@@ -130,6 +158,15 @@
       const { name: ofRole, range, outlier, ...style } = ROLES[series.role];
       const name = series.name ?? ofRole;
       if (style.line && series.y.length === 1) Object.assign(style, dots(style.line.color, 6));
+      const isTimed = figure.abscissa === "east_m" && series.role === "estimate" && series.time;
+      if (isTimed) {
+        style.mode = "lines+markers";
+        style.line = { ...style.line, width: 1 };
+        style.marker = {
+          size: 4, color: series.time, colorscale: "Viridis",
+          colorbar: { title: { text: "s", side: "top" }, thickness: 10, len: 0.6, x: 1.01, tickfont: { size: 11 } },
+        };
+      }
       const half = series.band?.around;
       const spread = half ? " ± %{customdata:.3~g}" : "";
       const unit = row.unit === "" || row.unit === "°" ? row.unit : ` ${row.unit}`;
@@ -147,9 +184,9 @@
     return drawn;
   };
 
-  const SIDE = { left: 84, right: 14, top: 36, bottom: 46 };
+  const SIDE = REDUCED ? { left: 62, right: 8, top: 76, bottom: 44 } : { left: 84, right: 14, top: 36, bottom: 46 };
   const NOTE = 18;
-  const axis = { gridcolor: GRID, linecolor: "#c6ced4", zerolinecolor: "#c6ced4", ticks: "outside", tickcolor: "#c6ced4", ticklen: 4 };
+  const axisOn = ({ GRID, LINE }) => ({ gridcolor: GRID, linecolor: LINE, zerolinecolor: LINE, ticks: "outside", tickcolor: LINE, ticklen: 4 });
 
   const [first, last] = time?.span ?? [0, 1];
   const whole = last > first ? [first, last] : [first - 1, last + 1];
@@ -167,11 +204,13 @@
 
   // Over fewer than two decades the decades alone would be too few numbers to read by.
   const logarithmicAxis = ([from, to]) => ({
-    type: "log", dtick: to - from < 2 ? "D2" : 1,
-    minor: { ticks: "outside", dtick: "D1", ticklen: 2, showgrid: true, gridcolor: "#f3f5f6" },
+    // In full, 0.2 and not 2.
+    type: "log", dtick: to - from < 2 ? "D2" : 1, tickformat: "~g",
+    minor: { ticks: "outside", dtick: "D1", ticklen: 2, showgrid: true, gridcolor: theme.FINE },
   });
 
   const describe = (figure, height) => {
+    const axis = axisOn(theme);
     const isMap = isPlane(figure);
     const own = figure.abscissa.own;
     const data = [], annotations = [], shapes = [], named = new Set();
@@ -184,11 +223,11 @@
     const layout = {
       height, annotations, shapes,
       margin: { l: SIDE.left, r: SIDE.right, t: SIDE.top + room, b: SIDE.bottom },
-      font: { family: getComputedStyle(document.body).fontFamily, size: 13, color: INK },
-      paper_bgcolor: "#fff", plot_bgcolor: "#fff",
+      font: { family: getComputedStyle(document.body).fontFamily, size: 13, color: theme.INK },
+      paper_bgcolor: theme.CARD, plot_bgcolor: theme.CARD, dragmode: isTouch ? false : "zoom",
       hovermode: isMap ? "closest" : "x unified",
       hoversubplots: "axis", hoverdistance: 6,
-      hoverlabel: { bgcolor: "rgba(255,255,255,0.94)", bordercolor: "#c6ced4", font: { size: 12 } },
+      hoverlabel: { bgcolor: theme.LABEL, bordercolor: theme.LINE, font: { size: 12, color: theme.INK } },
       legend: { orientation: "h", x: 0, xanchor: "left", y: 1 + (4 + room) / plotHeight, yanchor: "bottom", itemsizing: "constant" },
       xaxis: {
         ...axis, title: { text: own?.label ?? (isMap ? "East, m" : time.label), standoff: 8 },
@@ -199,7 +238,7 @@
     };
     figure.rows.forEach((row, index) => {
       const number = index + 1;
-      const { shown, text } = views[index];
+      const { shown, text, color } = views[index];
       const top = 1 - index * (share + gap);
       data.push(...traces(row, number, named, figure));
       layout[number === 1 ? "yaxis" : `yaxis${number}`] = {
@@ -214,18 +253,25 @@
       if (text) {
         annotations.push({
           text, showarrow: false, xref: "paper", x: 1, xanchor: "right",
-          yref: "paper", y: top, yanchor: "bottom", font: { size: 12, color: SOFT },
+          yref: "paper", y: top, yanchor: "bottom", font: { size: REDUCED ? 10 : 12, color },
         });
       }
     });
     if (figure.abscissa === "east_m") {
       const tracks = figure.rows[0].series.filter(({ role }) => !ROLES[role].outlier);
       layout.xaxis.range = extent((tracks.length ? tracks : figure.rows[0].series).map(({ x }) => x));
-    } else if (!own && time.outages.length) {
+    } else if (!own) {
       for (const [x0, x1] of time.outages) {
         shapes.push({ type: "rect", layer: "below", xref: "x", yref: "paper", x0, x1, y0: 0, y1: 1, fillcolor: "rgba(90,103,114,0.13)", line: { width: 0 } });
       }
-      data.push({ type: "scatter", mode: "markers", x: [null], y: [null], name: "GPS outage", hoverinfo: "skip", marker: { symbol: "square", size: 12, color: "rgba(90,103,114,0.25)" } });
+      // What was found: its span shaded from edge to edge, a sign above that tells it.
+      for (const { span: [x0, x1], words } of time.marks) {
+        // What holds all along sets nothing off.
+        if (x1 - x0 > 0.8 * (whole[1] - whole[0])) continue;
+        shapes.push({ type: "rect", layer: "below", xref: "x", yref: "paper", x0, x1: Math.max(x1, x0 + 1e-3), y0: 0, y1: 1, fillcolor: "rgba(230,159,0,0.13)", line: { width: 1, color: "rgba(230,159,0,0.35)" } });
+        annotations.push({ x: x0, xref: "x", y: 0, yref: "paper", yanchor: "bottom", xanchor: "left", text: "▲", hovertext: words.replace(/(.{60}\S*) /g, "$1<br>"), captureevents: true, showarrow: false, name: words, font: { size: 11, color: "#b06f00" } });
+      }
+      if (time.outages.length) data.push({ type: "scatter", mode: "markers", x: [null], y: [null], name: "GPS outage", hoverinfo: "skip", marker: { symbol: "square", size: 12, color: "rgba(90,103,114,0.25)" } });
     }
     return { data, layout };
   };
@@ -246,7 +292,13 @@
       view.range = whole;
       const { data, layout } = describe(figure, element.clientHeight);
       await Plotly.newPlot(element, data, layout, CONFIG);
-      if (isTime) element.on("plotly_relayout", (event) => follow(view, event));
+      if (isTime) {
+        element.on("plotly_relayout", (event) => follow(view, event));
+        element.on("plotly_clickannotation", ({ annotation }) => {
+          const mark = time.marks.find(({ words }) => words === annotation.name);
+          if (mark) showSpan(mark.span);
+        });
+      }
     }
     if (isTime && view.range !== range) {
       view.range = range;
@@ -277,5 +329,48 @@
     views.set(element, { element, figure: byAnchor.get(element.dataset.figure), drawn: false, inView: false });
     watcher.observe(element);
   }
-  window.addEventListener("beforeprint", () => views.forEach(show));
+  // To a span, with room to see what was before and after.
+  const moveTo = (next) => {
+    range = next;
+    for (const view of views.values()) if (view.inView) show(view);
+  };
+  const showSpan = ([from, to]) => {
+    const room = Math.max(0.5 * (to - from), 0.01 * (whole[1] - whole[0]));
+    moveTo([Math.max(from - room, whole[0]), Math.min(to + room, whole[1])]);
+  };
+  for (const button of document.querySelectorAll("button.show")) {
+    button.addEventListener("click", () => {
+      showSpan([Number(button.dataset.from), Number(button.dataset.to)]);
+      document.querySelector("[data-figure=position]")?.scrollIntoView({ behavior: "smooth" });
+    });
+  }
+  for (const [element, view] of views) {
+    if (view.figure.abscissa !== "time") continue;
+    element.addEventListener("keydown", (event) => {
+      const [from, to] = range;
+      const width = to - from;
+      const next = {
+        ArrowLeft: [from - 0.2 * width, to - 0.2 * width], ArrowRight: [from + 0.2 * width, to + 0.2 * width],
+        "+": [from + 0.25 * width, to - 0.25 * width], "=": [from + 0.25 * width, to - 0.25 * width],
+        "-": [from - 0.5 * width, to + 0.5 * width], 0: [...whole], Home: [...whole],
+      }[event.key];
+      if (!next || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      moveTo(next);
+    });
+  }
+  const redraw = (next) => {
+    theme = next;
+    ROLES = rolesOn(theme);
+    for (const view of views.values()) {
+      if (!view.drawn) continue;
+      Plotly.purge(view.element);
+      view.drawn = false;
+      if (view.inView) show(view);
+    }
+  };
+  dark.addEventListener("change", () => redraw(dark.matches ? DARK : LIGHT));
+  // On paper light, whatever the screen.
+  window.addEventListener("beforeprint", () => { if (theme === DARK) redraw(LIGHT); views.forEach(show); });
+  window.addEventListener("afterprint", () => { if (dark.matches) redraw(DARK); });
 })();

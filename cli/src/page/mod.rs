@@ -14,10 +14,12 @@ mod series;
 mod table;
 #[cfg(test)]
 mod tests;
+mod verdict;
 
-pub use document::{Page, TimeAxis};
+pub use document::{Mark, Page, TimeAxis};
 pub use fact::{Fact, digits};
 pub use figure::{Abscissa, Axis, Figure, Row};
 pub use section::Section;
 pub use series::{Role, Series};
 pub use table::{Table, TableRow};
+pub use verdict::{Level, Verdict};

@@ -91,8 +91,9 @@ impl Section {
                     figures += 1;
                     write!(
                         out,
-                        "<div class=\"figure\" data-figure=\"{name}\" \
-                         style=\"height:{height_px}px\"></div>"
+                        "<div class=\"figure\" role=\"img\" tabindex=\"0\" data-figure=\"{name}\" \
+                         aria-label=\"{}\" style=\"height:{height_px}px\"></div>",
+                        Escaped(&figure.described())
                     )?;
                 }
                 Part::Table(table) => {

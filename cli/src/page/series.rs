@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::numbers::Numbers;
 
-/// Most points a series keeps, more than twice what a screen is wide.
-const MOST_POINTS: usize = 2400;
+/// Most points a series keeps, more than a figure has pixels across.
+const MOST_POINTS: usize = 1800;
 
 /// What a series is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -19,8 +19,18 @@ pub enum Role {
     Estimate,
     Smoothed,
     Reference,
+    /// What the estimator on board said: never the truth.
+    Onboard,
     Gps,
     GpsRejected,
+    /// What a sensor said by itself, apart from the receiver: attitude of the unit, barometer.
+    Sensor,
+    /// Samples as they came.
+    Raw,
+    /// Samples at the end of a sensor's range.
+    Clipped,
+    /// Where a point may be, about a track.
+    Ellipse,
     Start,
     End,
     Error,

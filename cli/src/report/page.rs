@@ -31,6 +31,7 @@ impl RecordPage<'_> {
         let headlines = [Fact::new("replay", &self.summary.replay)];
         let start_s = record.header.start.seconds();
         let page = Page {
+            verdict: None,
             title: &format!("Flight of {}", record.header.config.navigation.name),
             headlines: &headlines,
             warnings: &warnings,
@@ -50,6 +51,7 @@ impl RecordPage<'_> {
                 label: "time since the start of the loop, s".into(),
                 span: [start_s, record.end.seconds()],
                 outages: Vec::new(),
+                marks: Vec::new(),
             }),
         };
         page.write(path)

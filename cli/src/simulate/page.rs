@@ -45,6 +45,10 @@ impl SimulationPage<'_> {
             innovations: &flight_page::innovations(self.run),
             reference: &flight_page::reference_moments(solutions, self.reference),
             score: self.score,
+            imu: &self.dataset.imu,
+            baro: &self.dataset.baro,
+            notices: &self.run.notices,
+            findings: &self.summary.run.findings,
             ..FlightData::default()
         };
         let mut page = flight_page::page(&data);

@@ -51,6 +51,7 @@ impl<'a> IdentificationPage<'a> {
         sections.push(poles(found, self.held.ok())?);
         sections.push(compared(self.dataset, found, self.held));
         Ok(Page {
+            verdict: None,
             title: self.title,
             headlines: self.headlines,
             warnings: self.warnings,

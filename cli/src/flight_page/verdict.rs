@@ -1,0 +1,119 @@
+//! Whether a solution can be relied on, in words that stand without a reference.
+
+use hovernav_log::consistency::PooledInnovations;
+use hovernav_log::{Finding, Severity};
+
+use super::innovations;
+use crate::page::{Level, Verdict};
+
+/// A mean square beyond these is no longer a matter of chance or of small correlations.
+const TIMID_BELOW: f64 = 0.5;
+const SURE_ABOVE: f64 = 2.0;
+/// Findings named in the head of the page.
+const NAMED: usize = 3;
+
+/// Whether innovations are as large as the filter says, in words.
+pub fn of_consistency(pooled: &PooledInnovations) -> (Level, &'static str) {
+    let (low, high) = pooled.interval;
+    match pooled.mean {
+        mean if (low..=high).contains(&mean) => (Level::Good, "pass: consistent"),
+        mean if mean < TIMID_BELOW => (Level::Care, "fail: the filter is too timid"),
+        mean if mean > SURE_ABOVE => (Level::Bad, "fail: the filter is too sure of itself"),
+        mean if mean < low => (Level::Good, "pass: a little timid"),
+        _ => (Level::Care, "care: a little too sure"),
+    }
+}
+
+/// The verdict over a run: the worst of its findings and of its consistency.
+pub fn of_run(
+    findings: &[Finding],
+    warnings: &[String],
+    consistency: &[(&str, PooledInnovations)],
+) -> Verdict {
+    let mut points: Vec<(Level, String)> = Vec::new();
+    for (name, pooled) in consistency {
+        let (level, words) = of_consistency(pooled);
+        if level > Level::Good {
+            let (low, high) = pooled.interval;
+            points.push((
+                level,
+                format!(
+                    "{name} innovations {words}: mean square {:.2}, expected {low:.2} to {high:.2}",
+                    pooled.mean
+                ),
+            ));
+        }
+    }
+    let mut worst: Vec<&Finding> = findings.iter().filter(|finding| finding.is_warning()).collect();
+    let length = |finding: &Finding| finding.end_s - finding.start_s;
+    worst.sort_by(|a, b| b.severity.cmp(&a.severity).then_with(|| length(b).total_cmp(&length(a))));
+    points.extend(worst.iter().map(|finding| {
+        let level = if finding.severity == Severity::Error { Level::Bad } else { Level::Care };
+        (level, finding.words.clone())
+    }));
+    if points.is_empty() && !warnings.is_empty() {
+        points.extend(warnings.iter().map(|warning| (Level::Care, warning.clone())));
+    }
+    points.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+    let level = points.first().map_or(Level::Good, |(level, _)| *level);
+    let words = match level {
+        Level::Good => "Good: nothing was found that speaks against this solution.",
+        Level::Care => "With care: usable, but see what was found.",
+        Level::Bad => "Do not rely on this solution before what was found is mended.",
+    };
+    points.truncate(NAMED);
+    Verdict {
+        level,
+        words: words.into(),
+        points: points.into_iter().map(|(_, words)| words).collect(),
+    }
+}
+
+/// The verdict over what the page shows.
+pub fn of(data: &super::FlightData<'_>) -> Option<Verdict> {
+    if data.solutions.is_empty() {
+        return None;
+    }
+    Some(of_run(data.findings, data.warnings, &innovations::pooled(data.innovations)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pooled(mean: f64) -> PooledInnovations {
+        PooledInnovations { mean, interval: (0.97, 1.03), share_inside: 0.95 }
+    }
+
+    #[test]
+    fn a_filter_that_is_too_timid_or_too_sure_does_not_pass() {
+        assert_eq!(of_consistency(&pooled(1.0)).0, Level::Good);
+        assert_eq!(of_consistency(&pooled(0.8)).0, Level::Good);
+        assert_eq!(of_consistency(&pooled(0.2)), (Level::Care, "fail: the filter is too timid"));
+        assert_eq!(of_consistency(&pooled(1.4)).0, Level::Care);
+        assert_eq!(of_consistency(&pooled(2.5)).0, Level::Bad);
+    }
+
+    #[test]
+    fn the_worst_finding_decides_and_is_named_first() {
+        let finding = |severity, words: &str| Finding {
+            start_s: 1.0,
+            end_s: 2.0,
+            sensor: "gps",
+            kind: "outage",
+            severity,
+            count: 1,
+            words: words.into(),
+        };
+        let findings = [
+            finding(Severity::Info, "of no matter"),
+            finding(Severity::Warning, "an outage"),
+            finding(Severity::Error, "axes turned over"),
+        ];
+        let verdict = of_run(&findings, &[], &[("Attitude", pooled(0.2))]);
+        assert_eq!((verdict.level, &*verdict.points[0]), (Level::Bad, "axes turned over"));
+        assert_eq!(verdict.points.len(), 3);
+        let verdict = of_run(&findings[..1], &[], &[("Position", pooled(1.0))]);
+        assert_eq!((verdict.level, verdict.points.len()), (Level::Good, 0));
+    }
+}
