@@ -1,10 +1,33 @@
 //! Values of arguments that several verbs take.
 
+use std::path::Path;
 use std::str::FromStr;
 
 use hovernav::time::Time;
 use hovernav_formats::Options;
-use hovernav_log::Outage;
+use hovernav_log::{LocalAxes, Outage, Trajectory};
+
+/// The axes of a trajectory in local metres.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum AxesArgument {
+    Enu,
+    Ned,
+}
+
+impl From<AxesArgument> for LocalAxes {
+    fn from(axes: AxesArgument) -> Self {
+        match axes {
+            AxesArgument::Enu => Self::EnuFlu,
+            AxesArgument::Ned => Self::NedFrd,
+        }
+    }
+}
+
+/// The trajectory in a file, or in the `solution.csv` of a directory.
+pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajectory> {
+    let file = if path.is_dir() { path.join("solution.csv") } else { path.to_path_buf() };
+    Ok(Trajectory::open(&file, axes)?)
+}
 
 /// Which of several sensors to read, where a log has more than one.
 #[derive(clap::Args)]

@@ -12,6 +12,7 @@ mod output;
 mod page;
 mod summary;
 
+mod compare;
 mod config;
 mod convert;
 mod estimate;
@@ -96,6 +97,8 @@ enum Verb {
     /// results.csv, percentiles.csv, summary.json and report.html
     #[cfg(feature = "lab")]
     Campaign(campaign::Arguments),
+    /// Lay solutions over each other: solution.csv, TUM or EuRoC; writes summary.json and report.html
+    Compare(compare::Arguments),
     /// Score a trajectory of anybody's against a reference: solution.csv, TUM or EuRoC
     Score(score::Arguments),
     /// Print a script that completes this command's arguments in a shell
@@ -129,6 +132,7 @@ impl Verb {
             Self::Simulate(arguments) => simulate::run(arguments),
             #[cfg(feature = "lab")]
             Self::Campaign(arguments) => campaign::run(arguments),
+            Self::Compare(arguments) => compare::run(arguments),
             Self::Score(arguments) => score::run(arguments),
             #[cfg(feature = "manual")]
             Self::Completions(arguments) => {

@@ -11,7 +11,7 @@ use hovernav_log::{
 };
 use serde_json::{Value, json};
 
-use crate::arguments::finite;
+use crate::arguments::{AxesArgument, finite, open_trajectory};
 use crate::output::{self, Working};
 
 #[derive(clap::Args)]
@@ -43,21 +43,6 @@ pub struct Arguments {
     json: bool,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-pub enum AxesArgument {
-    Enu,
-    Ned,
-}
-
-impl From<AxesArgument> for LocalAxes {
-    fn from(axes: AxesArgument) -> Self {
-        match axes {
-            AxesArgument::Enu => Self::EnuFlu,
-            AxesArgument::Ned => Self::NedFrd,
-        }
-    }
-}
-
 /// A place on Earth.
 #[derive(Clone, Copy)]
 pub struct Place(Geodetic);
@@ -87,7 +72,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let working = Working::on("scoring");
     let axes = arguments.axes.into();
-    let mut solution = open(&arguments.solution, axes)?;
+    let mut solution = open_trajectory(&arguments.solution, axes)?;
     let mut reference = Comparison::open(&arguments.reference, axes)?;
     let mut aligned = None;
     if arguments.align {
@@ -152,12 +137,6 @@ fn no_overlap(arguments: &Arguments) -> String {
 /// Where local metres of both sides have their zero, if nobody says: any place does.
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
 
-/// The trajectory in a file, or in the `solution.csv` of a directory.
-pub fn open(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajectory> {
-    let file = if path.is_dir() { path.join("solution.csv") } else { path.to_path_buf() };
-    Ok(Trajectory::open(&file, axes)?)
-}
-
 /// What a solution is compared with.
 enum Comparison {
     Dataset(Reference),
@@ -168,7 +147,7 @@ impl Comparison {
     fn open(path: &Path, axes: LocalAxes) -> anyhow::Result<Self> {
         let file = path.join("reference.csv");
         if !path.is_dir() || !file.exists() {
-            return open(path, axes).map(Self::Trajectory);
+            return open_trajectory(path, axes).map(Self::Trajectory);
         }
         // The lever arms of its dataset.toml say whose motion the reference is.
         let (manifest, _) = Dataset::manifest_of(path)?;

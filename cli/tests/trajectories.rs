@@ -189,3 +189,23 @@ fn maps_and_tables_are_what_their_formats_ask_for() {
         );
     }
 }
+
+#[test]
+fn solutions_lie_over_each_other() {
+    let out = exported("compared");
+    let to = out.join("compare");
+    let smooth = out.join("smooth");
+    succeeds(&["estimate", HELI, "--smooth", "--no-report", "--out", text(&smooth)]);
+    succeeds(&["compare", text(&out), text(&smooth), "--out", text(&to)]);
+    let summary = common::summary(&to);
+    let differences = summary["differences"].as_array().expect("pairs");
+    let north_m = differences[0]["difference"]["north_m"]["rmse"].as_f64().expect("a number");
+    assert!(differences.len() == 1 && north_m > 0.0 && north_m < 2.0, "{summary}");
+    assert!(to.join("report.html").exists());
+    let tum = out.join("solution.tum");
+    let refused = refusal(&["compare", text(&out), text(&tum), "--out", text(&to)]);
+    assert!(refused.contains("expected --align"), "{refused}");
+    let all = ["compare", text(&out), text(&tum), text(&smooth), "--align", "--out", text(&to)];
+    succeeds(&all);
+    assert_eq!(common::summary(&to)["differences"].as_array().expect("pairs").len(), 3);
+}

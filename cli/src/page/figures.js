@@ -116,6 +116,8 @@
     }
     if (low > high) return [0, 1];
     if (logarithmic) [low, high] = [Math.log10(Math.max(low, 1e-3)), Math.log10(high)];
+    // Over a hair's breadth an axis has no number to read by.
+    if (logarithmic && high - low < 0.6) [low, high] = [0.5 * (low + high) - 0.3, 0.5 * (low + high) + 0.3];
     const room = 0.06 * (high - low) || Math.max(Math.abs(high) * 0.1, 0.001);
     return [low - room, high + room];
   };
@@ -247,7 +249,7 @@
         range: row.reversed ? [...shown].reverse() : shown,
         type: row.logarithmic ? "log" : "linear",
         nticks: isMap ? undefined : 6,
-        ...(row.logarithmic ? { dtick: 1 } : {}),
+        ...(row.logarithmic ? { dtick: shown[1] - shown[0] < 1.5 ? "D2" : 1, tickformat: "~g" } : {}),
         ...(isMap ? { scaleanchor: "x", scaleratio: 1 } : {}),
       };
       if (text) {
