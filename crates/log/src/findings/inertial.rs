@@ -217,7 +217,7 @@ fn shaken(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
 /// Spans in which axes stand at their full scale, for each axis.
 fn clipped(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
     let model = &log.run.config.ekf.imu;
-    for axis in 0..6 {
+    for (axis, name) in AXES.into_iter().enumerate() {
         let known = if axis < 3 { model.gyro_range_radps } else { model.accel_range_mps2 };
         let values: Vec<f64> = rates.iter().map(|at| component(at, axis)).collect();
         let scale = full_scale(&values);
@@ -246,7 +246,7 @@ fn clipped(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
                 words: format!(
                     "{} clipped at its full scale of {level} {}: {count} samples, {:.1} % of that \
                      time, so what lay beyond is not known",
-                    AXES[axis],
+                    name,
                     when(start_s, end_s),
                     100.0 * count as f64 / (within.count().max(1) as f64)
                 ),
