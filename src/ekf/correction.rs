@@ -7,6 +7,7 @@ use super::scalar::Scalar;
 use super::square;
 use crate::frames::{Ned, Vector};
 use crate::ins::NavState;
+use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Adds a correction of the whole error state to the estimates. A correction to an invalid state,
@@ -55,7 +56,43 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let missing = square(sigma_rad) - self.covariance.variance(ATTITUDE + 2);
         self.covariance.add_variance(ATTITUDE + 2, missing.max(0.0));
     }
+
+    /// Turns the heading, to a one-sigma of `sigma_rad`, and opens what hung together with the wrong
+    /// one. What gave the heading is not trusted until it agrees again.
+    pub(super) fn turn_heading(&mut self, time: Time, turn_rad: f64, sigma_rad: f64) {
+        let turn = Vector::new(0.0, 0.0, turn_rad);
+        self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
+        self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
+        self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
+        self.heading_distrusted = Some(time);
+        self.gates.doubt_filter(time);
+        if let Some(first) = L::ATTITUDE_REFERENCE {
+            self.covariance.set_variance(first + 2, square(self.heading_wander.0));
+            if let Some(error) = self.parameters.get_mut(first + 2) {
+                *error = 0.0;
+            }
+        }
+    }
+
+    /// Whether what gives the heading is trusted, at an innovation of `off_rad`: after a turn against it
+    /// only once it has agreed for a while.
+    pub(super) fn trusts_heading(&mut self, time: Time, off_rad: f64) -> bool {
+        let Some(disagreed) = self.heading_distrusted else { return true };
+        if libm::fabs(off_rad) > DISAGREED_RAD {
+            self.heading_distrusted = Some(time);
+        } else if time - disagreed > AGREED_S {
+            self.heading_distrusted = None;
+        }
+        self.heading_distrusted.is_none()
+    }
 }
+
+/// One-sigmas of roll and pitch, rad, and of velocity, m/s, after the heading was turned.
+const TURNED_TILT_RAD: f64 = 0.07;
+const TURNED_VELOCITY_MPS: f64 = 2.0;
+/// A heading that was turned against is used again within this, rad, for so long, s.
+const DISAGREED_RAD: f64 = 0.3;
+const AGREED_S: f64 = 20.0;
 
 /// One-sigmas of velocity, m/s, and position, m, after a reset.
 const RESET_VELOCITY_MPS: f64 = 50.0;

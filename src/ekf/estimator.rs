@@ -32,6 +32,16 @@ pub enum Notice {
         /// One-sigma of the heading, rad.
         sigma_rad: f64,
     },
+    /// The heading was wrong, by what the fixes say, and was replaced. The unit's own heading or the
+    /// magnetometer that led there is not used until it agrees again.
+    HeadingReset {
+        /// When.
+        time: Time,
+        /// By how much it was turned, clockwise, rad.
+        turn_rad: f64,
+        /// One-sigma of the heading from now on, rad.
+        sigma_rad: f64,
+    },
     /// Alignment has everything but a heading, and waits for one: nothing gives it, and this
     /// estimator has no search for it.
     HeadingMissing {
@@ -247,8 +257,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
     #[inline(never)]
     fn begin(&mut self, alignment: &Alignment, notify: &mut impl FnMut(Notice)) {
         if alignment.heading != HeadingSource::Unknown {
-            self.filter.restart(&alignment.start);
-            self.phase = Phase::Navigating;
+            self.begin_at(&alignment.start);
         } else if H::SEARCHES {
             self.search.start(&alignment.start);
             self.phase = Phase::Searching;
@@ -264,6 +273,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
         self.phase = Phase::Navigating;
+        self.search.watch(self.filter.state.body_to_ned);
     }
 
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
@@ -301,6 +311,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         trace: &mut impl Trace<T, N>,
         notify: &mut impl FnMut(Notice),
     ) {
+        let before = self.filter.state.time;
         let result = match self.phase {
             Phase::Aligning => return,
             Phase::Searching => self.search.predict(sample),
@@ -308,11 +319,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         };
         let time = sample.time;
         match result {
-            Ok(Prediction::Stepped) => {}
+            Ok(Prediction::Stepped) => {
+                if self.phase == Phase::Navigating {
+                    self.feel(sample, time - before);
+                }
+            }
             Ok(Prediction::BridgedGap { length_s }) => {
+                self.search.watch(self.filter.state.body_to_ned);
                 notify(Notice::GapBridged { time, length_s });
             }
-            Ok(Prediction::Reset(cause)) => notify(Notice::CovarianceReset { time, cause }),
+            Ok(Prediction::Reset(cause)) => {
+                self.search.watch(self.filter.state.body_to_ned);
+                notify(Notice::CovarianceReset { time, cause });
+            }
             Err(fault) => {
                 notify(Notice::SampleRefused { time, fault });
                 return;
@@ -339,6 +358,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         } else if let Some(field) = sample.magnetic_field_gauss {
             self.magnetometer(sample.time, field, trace, notify);
         }
+    }
+
+    /// Lets the watch over the heading feel a sample.
+    fn feel(&mut self, sample: &ImuSample, interval_s: f64) {
+        let mean = sample.motion.mean_rates(interval_s);
+        let errors = self.filter.imu_errors();
+        self.search.feel(
+            mean.angular_rate_radps - errors.gyro_bias_radps,
+            mean.specific_force_mps2 - errors.accel_bias_mps2,
+            interval_s,
+        );
     }
 
     /// Whether a fix says the same as the one before in place and velocity, to the last bit, and says
@@ -372,7 +402,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             self.filter.continue_from(filter);
             self.filter.open_heading(FOUND_SIGMA_RAD);
             self.phase = Phase::Navigating;
+            self.search.watch(self.filter.state.body_to_ned);
             notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });
+        } else if self.phase == Phase::Navigating {
+            self.watch_heading(fix, notify);
+        }
+    }
+
+    #[inline(never)]
+    fn watch_heading(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {
+        let body_to_ned = self.filter.state.body_to_ned;
+        if let Some(better) = self.search.better(fix, &self.config.ekf.gps, body_to_ned) {
+            let sigma_rad = better.sigma_rad.max(FOUND_SIGMA_RAD);
+            self.filter.turn_heading(fix.time, better.turn_rad, sigma_rad);
+            self.search.watch(self.filter.state.body_to_ned);
+            let turn_rad = better.turn_rad;
+            notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
         }
     }
 

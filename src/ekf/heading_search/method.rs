@@ -1,10 +1,11 @@
 //! Whether an estimator can find a heading in motion: chosen by type, as it takes memory.
 
-use super::super::config::EkfConfig;
+use super::super::config::{EkfConfig, GpsModel};
 use super::super::measurement::{Report, Unusable};
 use super::super::prediction::{ImuFault, Prediction};
 use super::super::solution::Solution;
-use super::{FoundHeading, HeadingSearch};
+use super::{BetterHeading, FoundHeading, HeadingSearch};
+use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::gps::Fix;
 use crate::imu::ImuSample;
 use crate::ins::{Mounting, Start};
@@ -35,6 +36,17 @@ pub(in super::super) mod sealed {
         fn found(&mut self) -> Option<FoundHeading<'_>>;
         fn solution(&self) -> Option<Solution>;
         fn time(&self) -> Time;
+        /// Begins anew to watch the heading of a filter, from its level.
+        fn watch(&mut self, body_to_ned: Rotation<Body, Ned>);
+        /// What the filter felt over a sample's interval, less bias.
+        fn feel(&mut self, rate_radps: Vector<Body>, force_mps2: Vector<Body>, interval_s: f64);
+        /// A better heading than that of the filter, where the fixes bear out another one.
+        fn better(
+            &mut self,
+            fix: &Fix,
+            gps: &GpsModel,
+            body_to_ned: Rotation<Body, Ned>,
+        ) -> Option<BetterHeading>;
     }
 }
 
@@ -61,6 +73,20 @@ impl sealed::Method for HeadingSearch {
     fn time(&self) -> Time {
         self.time()
     }
+    fn watch(&mut self, body_to_ned: Rotation<Body, Ned>) {
+        self.monitor.restart(body_to_ned);
+    }
+    fn feel(&mut self, rate_radps: Vector<Body>, force_mps2: Vector<Body>, interval_s: f64) {
+        self.monitor.feel(rate_radps, force_mps2, interval_s);
+    }
+    fn better(
+        &mut self,
+        fix: &Fix,
+        gps: &GpsModel,
+        body_to_ned: Rotation<Body, Ned>,
+    ) -> Option<BetterHeading> {
+        self.monitor.fix(fix, gps, body_to_ned)
+    }
 }
 
 impl sealed::Method for NoHeadingSearch {
@@ -83,5 +109,10 @@ impl sealed::Method for NoHeadingSearch {
     }
     fn time(&self) -> Time {
         Time::ZERO
+    }
+    fn watch(&mut self, _: Rotation<Body, Ned>) {}
+    fn feel(&mut self, _: Vector<Body>, _: Vector<Body>, _: f64) {}
+    fn better(&mut self, _: &Fix, _: &GpsModel, _: Rotation<Body, Ned>) -> Option<BetterHeading> {
+        None
     }
 }

@@ -18,9 +18,12 @@
 //! approximations, *IEEE Transactions on Automatic Control* 17 (4), 439–448.
 
 mod method;
+mod monitor;
 mod sector;
 
 pub use method::{HeadingMethod, NoHeadingSearch};
+pub(super) use monitor::BetterHeading;
+use monitor::Monitor;
 
 use super::config::{EkfConfig, GpsModel};
 use super::filter::Ekf;
@@ -62,6 +65,8 @@ pub struct HeadingSearch {
     last_fix: Option<Time>,
     /// Whether the vehicle has been fast enough for its heading to count as found.
     fast: bool,
+    /// Watches the heading once there is one.
+    monitor: Monitor,
 }
 
 impl HeadingSearch {
@@ -72,6 +77,7 @@ impl HeadingSearch {
             filter: Ekf::unstarted(config, mounting),
             last_fix: None,
             fast: false,
+            monitor: Monitor::NONE,
         }
     }
 

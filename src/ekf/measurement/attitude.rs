@@ -62,7 +62,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let wander: Vector<Ned> = self.block(first).into();
         let left = error - wander;
         let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
-        for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(axes) {
+        let trusts_heading = self.trusts_heading(time, left.z());
+        let used = axes.iter().filter(|axis| axis.0 != Channel::Yaw || trusts_heading);
+        for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(used) {
             *slot = Some(ScalarMeasurement {
                 channel,
                 group: if channel == Channel::Yaw { Group::Heading } else { Group::Tilt },

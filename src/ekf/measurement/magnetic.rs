@@ -47,11 +47,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let wander_rad = libm::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
         self.heading_wander = (wander_rad, model.wander_time_s);
         let error = wrap_angle(declination_rad - libm::atan2(field.y(), field.x()));
+        let innovation = wrap_angle(error - self.parameter(first));
         let mut axes = [None; 6];
-        axes[0] = Some(ScalarMeasurement {
+        axes[0] = self.trusts_heading(time, innovation).then(|| ScalarMeasurement {
             channel: Channel::Yaw,
             group: Group::Heading,
-            innovation: wrap_angle(error - self.parameter(first)),
+            innovation,
             noise: square(model.noise_rad),
             sensitivity: Sensitivity::default().with(ATTITUDE + 2, 1.0).with(first, 1.0),
         });

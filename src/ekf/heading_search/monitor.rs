@@ -1,0 +1,274 @@
+//! A heading watched from outside: whether the fixes bear it out, for as long as the filter runs.
+//!
+//! One attitude, levelled by what the fixes say of it and turned by the gyros alone, resolves the
+//! specific force in axes that are level but point anywhere. Twelve guesses at where they point each
+//! carry a velocity, that direction and the level's error from fix to fix; only near the right one does
+//! what was felt add up to what the fixes say. Nothing else knows of the heading: neither the filter
+//! nor its magnetometer can talk the guesses into their own mistake.
+//!
+//! # Source
+//! Sectors and weights are those of the search, equations (H2) to (H4) of docs/equations.md, over the
+//! states of equation (H5). The bank of small filters beside the large one is the idea of P. Riseborough's
+//! EKF-GSF.
+#![expect(clippy::indexing_slicing, reason = "indices below the constant lengths of the arrays")]
+
+use super::super::config::GpsModel;
+use super::super::square;
+use super::{SECTOR_SIGMA_RAD, SECTORS, WHITENED, information_shares};
+use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
+use crate::gps::Fix;
+use crate::time::Time;
+
+/// Velocity north and east, direction of the level axes, error of the level as an acceleration in them.
+const STATES: usize = 5;
+const DIRECTION: usize = 2;
+const LEVEL: usize = 3;
+
+const GRAVITY_MPS2: f64 = 9.8;
+/// One-sigma of the level at the start, as an acceleration, m/s²: 4°.
+const LEVEL_SIGMA_MPS2: f64 = 0.7;
+/// By how much the level wanders, m/s²/√s, as gyro biases do it: 0.2°/√s.
+const LEVEL_WALK_MPS2: f64 = 0.035;
+/// By how much the direction wanders, rad/√s.
+const DIRECTION_WALK_RAD: f64 = 0.004;
+/// By how much vibration moves the velocity, m/s/√s.
+const VELOCITY_WALK_MPS: f64 = 0.1;
+/// Share of a change of velocity that times which do not agree leave.
+const TIMING: f64 = 0.1;
+/// No guess is ever ruled out.
+const LEAST_WEIGHT: f64 = 1e-9;
+/// The guesses agree when their one-sigma is below this, rad (8°).
+const AGREED_RAD: f64 = 0.14;
+/// A heading further off than this, rad (25°), and than so many one-sigmas, is wrong.
+const WRONG_RAD: f64 = 0.44;
+const WRONG_SIGMAS: f64 = 4.0;
+/// For at least this long, s, and so many fixes.
+const WRONG_S: f64 = 5.0;
+const WRONG_FIXES: u8 = 4;
+/// Fixes further apart than this, s, begin anew.
+const LONGEST_S: f64 = 5.0;
+
+/// A guess at the direction of the level axes.
+#[derive(Clone, Copy, Debug)]
+struct Guess {
+    weight: f64,
+    state: [f64; STATES],
+    covariance: [[f64; STATES]; STATES],
+}
+
+/// The guesses, and what was felt since the last fix.
+#[derive(Clone, Debug)]
+pub(super) struct Monitor {
+    guesses: [Guess; SECTORS],
+    body_to_level: Rotation<Body, Ned>,
+    felt_mps: Vector<Ned>,
+    felt_s: f64,
+    /// The fix that the guesses hold at; none before the first.
+    last_fix: Option<Time>,
+    /// Since when, and at how many fixes, the heading has been wrong.
+    wrong: Option<(Time, u8)>,
+}
+
+/// A heading that the fixes bear out, where that of the filter is wrong.
+#[derive(Clone, Copy, Debug)]
+pub struct BetterHeading {
+    /// By how much the filter's heading has to turn, clockwise, rad.
+    pub turn_rad: f64,
+    /// One-sigma of the heading then, rad.
+    pub sigma_rad: f64,
+}
+
+impl Guess {
+    const NONE: Self =
+        Self { weight: 0.0, state: [0.0; STATES], covariance: [[0.0; STATES]; STATES] };
+
+    /// A guess that starts at a fix.
+    fn start(direction_rad: f64, velocity_mps: [f64; 2], sigma_mps: f64) -> Self {
+        let mut guess = Self { weight: 1.0 / SECTORS as f64, ..Self::NONE };
+        guess.state = [velocity_mps[0], velocity_mps[1], direction_rad, 0.0, 0.0];
+        let (velocity, level) = (square(sigma_mps), square(LEVEL_SIGMA_MPS2));
+        let sigmas = [velocity, velocity, square(SECTOR_SIGMA_RAD), level, level];
+        for (state, variance) in sigmas.into_iter().enumerate() {
+            guess.covariance[state][state] = variance;
+        }
+        guess
+    }
+
+    /// Equation (H5) of docs/equations.md.
+    fn predict(&mut self, felt_mps: [f64; 2], felt_s: f64) {
+        let (sin, cos) = libm::sincos(self.state[DIRECTION]);
+        let x = felt_mps[0] + self.state[LEVEL] * felt_s;
+        let y = felt_mps[1] + self.state[LEVEL + 1] * felt_s;
+        let change = [cos * x - sin * y, sin * x + cos * y];
+        // F is the identity but for the two rows of velocity.
+        let rows =
+            [[-change[1], cos * felt_s, -sin * felt_s], [change[0], sin * felt_s, cos * felt_s]];
+        let p = &mut self.covariance;
+        for (axis, row) in rows.iter().enumerate() {
+            for column in 0..STATES {
+                let moved: f64 = (0..3).map(|k| row[k] * p[DIRECTION + k][column]).sum();
+                p[axis][column] += moved;
+            }
+        }
+        for line in p.iter_mut() {
+            for (axis, row) in rows.iter().enumerate() {
+                let moved: f64 = (0..3).map(|k| row[k] * line[DIRECTION + k]).sum();
+                line[axis] += moved;
+            }
+        }
+        let shaken = square(VELOCITY_WALK_MPS) * felt_s
+            + square(TIMING) * (square(felt_mps[0]) + square(felt_mps[1]));
+        let level = square(LEVEL_WALK_MPS2) * felt_s;
+        let noise = [shaken, shaken, square(DIRECTION_WALK_RAD) * felt_s, level, level];
+        for (state, variance) in noise.into_iter().enumerate() {
+            p[state][state] += variance;
+        }
+        self.state[0] += change[0];
+        self.state[1] += change[1];
+    }
+
+    /// Takes in a velocity; gives the squared innovations and the logarithms of their variances.
+    fn update(&mut self, velocity_mps: [f64; 2], variance: f64) -> f64 {
+        let mut surprise = 0.0;
+        for (axis, measured) in velocity_mps.into_iter().enumerate() {
+            let seen: [f64; STATES] = core::array::from_fn(|state| self.covariance[state][axis]);
+            let total = seen[axis] + variance;
+            let innovation = measured - self.state[axis];
+            surprise += square(innovation) / total + libm::log(total);
+            for row in 0..STATES {
+                self.state[row] += seen[row] / total * innovation;
+                for column in 0..STATES {
+                    self.covariance[row][column] -= seen[row] * seen[column] / total;
+                }
+            }
+        }
+        surprise
+    }
+
+    /// Whether rounding has left it a covariance.
+    fn is_sound(&self) -> bool {
+        self.state.iter().all(|value| value.is_finite())
+            && (0..STATES).all(|state| self.covariance[state][state] >= 0.0)
+    }
+}
+
+impl Monitor {
+    pub const NONE: Self = Self {
+        guesses: [Guess::NONE; SECTORS],
+        body_to_level: Rotation::IDENTITY,
+        felt_mps: Vector::ZERO,
+        felt_s: 0.0,
+        last_fix: None,
+        wrong: None,
+    };
+
+    /// Begins anew at the next fix, from a level attitude.
+    pub fn restart(&mut self, body_to_level: Rotation<Body, Ned>) {
+        *self = Self { body_to_level, ..Self::NONE };
+    }
+
+    /// Takes in what was felt over a sample's interval, less bias.
+    pub fn feel(&mut self, rate_radps: Vector<Body>, force_mps2: Vector<Body>, interval_s: f64) {
+        let turn_rad = rate_radps * interval_s;
+        let halfway = self.body_to_level.turned_in_from(turn_rad * 0.5);
+        self.felt_mps += halfway * force_mps2 * interval_s;
+        self.felt_s += interval_s;
+        self.body_to_level = self.body_to_level.turned_in_from(turn_rad);
+    }
+
+    /// Takes in a fix, and compares the filter's attitude with what the guesses agree on, if they do.
+    pub fn fix(
+        &mut self,
+        fix: &Fix,
+        gps: &GpsModel,
+        body_to_ned: Rotation<Body, Ned>,
+    ) -> Option<BetterHeading> {
+        let velocity_mps = fix.horizontal_velocity_mps?;
+        let [sigma_mps, ..] =
+            fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
+        let sigma_mps = WHITENED * sigma_mps.max(gps.velocity_floor_mps);
+        let interval_s = self.last_fix.map(|last| fix.time - last);
+        let (felt_mps, felt_s) = (self.felt_mps.to_array(), self.felt_s);
+        (self.felt_mps, self.felt_s) = (Vector::ZERO, 0.0);
+        let Some(interval_s) = interval_s.filter(|s| (0.0..=LONGEST_S).contains(s)) else {
+            self.begin(fix.time, velocity_mps, sigma_mps);
+            return None;
+        };
+        self.last_fix = Some(fix.time);
+        let [_, share] = information_shares(fix, gps, interval_s.clamp(0.05, 10.0));
+        let mut surprises = [0.0; SECTORS];
+        for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
+            guess.predict([felt_mps[0], felt_mps[1]], felt_s);
+            *surprise = share * guess.update(velocity_mps, square(sigma_mps));
+        }
+        if !self.guesses.iter().all(Guess::is_sound) {
+            self.restart(self.body_to_level);
+            return None;
+        }
+        let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+        let mut sum = 0.0;
+        for (guess, surprise) in self.guesses.iter_mut().zip(surprises) {
+            guess.weight *= libm::exp(-0.5 * (surprise - least).min(50.0));
+            sum += guess.weight;
+        }
+        for guess in &mut self.guesses {
+            guess.weight = (guess.weight / sum).max(LEAST_WEIGHT);
+        }
+        self.level();
+        self.judge(fix.time, body_to_ned)
+    }
+
+    fn begin(&mut self, time: Time, velocity_mps: [f64; 2], sigma_mps: f64) {
+        for (sector, guess) in self.guesses.iter_mut().enumerate() {
+            let direction_rad = 2.0 * SECTOR_SIGMA_RAD * sector as f64;
+            *guess = Guess::start(direction_rad, velocity_mps, sigma_mps);
+        }
+        (self.last_fix, self.wrong) = (Some(time), None);
+    }
+
+    /// Turns the level axes by what the guesses agree they are off.
+    fn level(&mut self) {
+        let mean = |state: usize| {
+            let weighted = self.guesses.iter().map(|guess| guess.weight * guess.state[state]);
+            weighted.sum::<f64>()
+        };
+        let off = [mean(LEVEL), mean(LEVEL + 1)];
+        for guess in &mut self.guesses {
+            guess.state[LEVEL] -= off[0];
+            guess.state[LEVEL + 1] -= off[1];
+        }
+        let turn = Vector::new(off[1] / GRAVITY_MPS2, -off[0] / GRAVITY_MPS2, 0.0);
+        self.body_to_level = self.body_to_level.turned_in_to(turn).renormalised();
+    }
+
+    /// The direction of the level axes and its one-sigma, rad, over all guesses.
+    fn direction(&self) -> (f64, f64) {
+        let best = self.guesses.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
+        let middle = best.map_or(0.0, |best| best.state[DIRECTION]);
+        let (mut weights, mut off, mut variance) = (0.0, 0.0, 0.0);
+        for guess in &self.guesses {
+            let apart = wrap_angle(guess.state[DIRECTION] - middle);
+            weights += guess.weight;
+            off += guess.weight * apart;
+            variance += guess.weight * (guess.covariance[DIRECTION][DIRECTION] + square(apart));
+        }
+        let off = off / weights;
+        (middle + off, libm::sqrt((variance / weights - square(off)).max(0.0)))
+    }
+
+    fn judge(&mut self, time: Time, body_to_ned: Rotation<Body, Ned>) -> Option<BetterHeading> {
+        let (direction_rad, sigma_rad) = self.direction();
+        let [x, y, _] = (body_to_ned * self.body_to_level.inverse()).matrix().to_cols_array_2d();
+        let turn_rad = wrap_angle(direction_rad - libm::atan2(x[1] - y[0], x[0] + y[1]));
+        let limit_rad = WRONG_RAD.max(WRONG_SIGMAS * sigma_rad);
+        if sigma_rad > AGREED_RAD || libm::fabs(turn_rad) < limit_rad {
+            self.wrong = None;
+            return None;
+        }
+        let (since, fixes) = self.wrong.unwrap_or((time, 0));
+        let fixes = fixes.saturating_add(1);
+        self.wrong = Some((since, fixes));
+        (time - since >= WRONG_S && fixes >= WRONG_FIXES)
+            .then_some(BetterHeading { turn_rad, sigma_rad })
+    }
+}
