@@ -85,7 +85,8 @@ impl sealed::Method for HeadingSearch {
         gps: &GpsModel,
         body_to_ned: Rotation<Body, Ned>,
     ) -> Option<BetterHeading> {
-        self.monitor.fix(fix, gps, body_to_ned)
+        self.monitor.fix(fix, gps);
+        self.monitor.judge(fix.time, body_to_ned)
     }
 }
 

@@ -53,6 +53,10 @@ const FOUND_RAD: f64 = 0.14;
 /// its unit in ways that slow fixes do not show, and the sectors agree on a wrong heading.
 const FOUND_SPEED_MPS: f64 = 5.0;
 
+/// A slower vehicle's heading counts as found when the monitor agrees within this, rad, for so long, s.
+const BORNE_OUT_RAD: f64 = 0.26;
+const BORNE_OUT_S: f64 = 5.0;
+
 /// What the one-sigma of a fix is multiplied by for filters that have no states for its slow errors.
 const WHITENED: f64 = 1.7;
 
@@ -65,6 +69,8 @@ pub struct HeadingSearch {
     last_fix: Option<Time>,
     /// Whether the vehicle has been fast enough for its heading to count as found.
     fast: bool,
+    /// Since when the monitor has borne out the leader.
+    borne_out: Option<Time>,
     /// Watches the heading once there is one.
     monitor: Monitor,
 }
@@ -77,13 +83,15 @@ impl HeadingSearch {
             filter: Ekf::unstarted(config, mounting),
             last_fix: None,
             fast: false,
+            borne_out: None,
             monitor: Monitor::NONE,
         }
     }
 
     /// Starts, in place, to search all around from a start of unknown heading.
     pub(super) fn start(&mut self, start: &Start) {
-        (self.last_fix, self.fast) = (None, false);
+        (self.last_fix, self.fast, self.borne_out) = (None, false, None);
+        self.monitor.restart(start.state.body_to_ned);
         for (sector, slot) in self.sectors.iter_mut().enumerate() {
             self.filter.restart(&Self::sector_start(*start, sector));
             slot.insert(Sector::new(1.0 / SECTORS as f64)).store(&self.filter);
@@ -111,11 +119,22 @@ impl HeadingSearch {
     pub(super) fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         let mut verdict = Ok(Prediction::Stepped);
         let samples = self.filter.samples;
+        let before = self.filter.state.time;
         self.for_each(|filter, _| {
             filter.samples = samples;
             verdict = filter.predict(sample);
             Ok::<(), ImuFault>(())
         })?;
+        match verdict {
+            Ok(Prediction::Stepped) => {
+                let interval_s = sample.time - before;
+                let mean = sample.motion.mean_rates(interval_s);
+                let errors = self.filter.imu_errors();
+                let rate = mean.angular_rate_radps - errors.gyro_bias_radps;
+                self.monitor.feel(rate, mean.specific_force_mps2, interval_s);
+            }
+            _ => self.monitor.restart(self.filter.state.body_to_ned),
+        }
         verdict
     }
 
@@ -155,12 +174,12 @@ impl HeadingSearch {
             libm::hypot(north, east) > FOUND_SPEED_MPS * libm::sqrt(interval_s)
         });
         let shares = information_shares(fix, &self.filter.config.gps, interval_s);
-        let fix = whitened(fix, &self.filter.config.gps);
+        let wider = whitened(fix, &self.filter.config.gps);
         let mut surprises = [f64::INFINITY; SECTORS];
         let mut best: Option<(f64, Report)> = None;
         let mut left = surprises.iter_mut();
         self.for_each(|filter, sector| {
-            let report = filter.update_gps(&fix)?;
+            let report = filter.update_gps(&wider)?;
             if let Some(surprise) = left.next() {
                 *surprise = report.minus_two_log_likelihood(shares);
             }
@@ -183,7 +202,22 @@ impl HeadingSearch {
                 }
             }
         }
+        self.bear_out(fix);
         best.map(|(_, report)| report).ok_or(Unusable::NoState)
+    }
+
+    /// Asks the monitor about the leader.
+    fn bear_out(&mut self, fix: &Fix) {
+        self.monitor.fix(fix, &self.filter.config.gps);
+        let off = self.best().and_then(|best| self.monitor.off(best.body_to_ned()));
+        let agrees = off.is_some_and(|off| libm::fabs(off.turn_rad) < BORNE_OUT_RAD);
+        self.borne_out = if agrees { self.borne_out.or(Some(fix.time)) } else { None };
+    }
+
+    /// Whether the monitor has borne out the leader for long enough.
+    fn is_borne_out(&self) -> bool {
+        let since = self.borne_out.zip(self.last_fix);
+        since.is_some_and(|(since, now)| now - since >= BORNE_OUT_S)
     }
 
     fn best(&self) -> Option<&Sector> {
@@ -215,7 +249,7 @@ impl HeadingSearch {
     /// fast enough for its motion to tell.
     pub(super) fn found(&mut self) -> Option<FoundHeading<'_>> {
         let sigma_rad = self.heading_sigma_rad();
-        if !(self.fast && sigma_rad < FOUND_RAD) {
+        if !((self.fast || self.is_borne_out()) && sigma_rad < FOUND_RAD) {
             return None;
         }
         let sector = self.leader();

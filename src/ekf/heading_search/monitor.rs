@@ -176,14 +176,9 @@ impl Monitor {
         self.body_to_level = self.body_to_level.turned_in_from(turn_rad);
     }
 
-    /// Takes in a fix, and compares the filter's attitude with what the guesses agree on, if they do.
-    pub fn fix(
-        &mut self,
-        fix: &Fix,
-        gps: &GpsModel,
-        body_to_ned: Rotation<Body, Ned>,
-    ) -> Option<BetterHeading> {
-        let velocity_mps = fix.horizontal_velocity_mps?;
+    /// Takes in a fix.
+    pub fn fix(&mut self, fix: &Fix, gps: &GpsModel) {
+        let Some(velocity_mps) = fix.horizontal_velocity_mps else { return };
         let [sigma_mps, ..] =
             fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
         let sigma_mps = WHITENED * sigma_mps.max(gps.velocity_floor_mps);
@@ -192,7 +187,7 @@ impl Monitor {
         (self.felt_mps, self.felt_s) = (Vector::ZERO, 0.0);
         let Some(interval_s) = interval_s.filter(|s| (0.0..=LONGEST_S).contains(s)) else {
             self.begin(fix.time, velocity_mps, sigma_mps);
-            return None;
+            return;
         };
         self.last_fix = Some(fix.time);
         let [_, share] = information_shares(fix, gps, interval_s.clamp(0.05, 10.0));
@@ -203,7 +198,7 @@ impl Monitor {
         }
         if !self.guesses.iter().all(Guess::is_sound) {
             self.restart(self.body_to_level);
-            return None;
+            return;
         }
         let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let mut sum = 0.0;
@@ -215,7 +210,6 @@ impl Monitor {
             guess.weight = (guess.weight / sum).max(LEAST_WEIGHT);
         }
         self.level();
-        self.judge(fix.time, body_to_ned)
     }
 
     fn begin(&mut self, time: Time, velocity_mps: [f64; 2], sigma_mps: f64) {
@@ -256,19 +250,28 @@ impl Monitor {
         (middle + off, libm::sqrt((variance / weights - square(off)).max(0.0)))
     }
 
-    fn judge(&mut self, time: Time, body_to_ned: Rotation<Body, Ned>) -> Option<BetterHeading> {
+    /// By how much an attitude's heading has to turn, clockwise, and one-sigma, rad, by what the guesses
+    /// agree on; `None` while they do not.
+    pub fn off(&self, body_to_ned: Rotation<Body, Ned>) -> Option<BetterHeading> {
+        self.last_fix?;
         let (direction_rad, sigma_rad) = self.direction();
         let [x, y, _] = (body_to_ned * self.body_to_level.inverse()).matrix().to_cols_array_2d();
         let turn_rad = wrap_angle(direction_rad - libm::atan2(x[1] - y[0], x[0] + y[1]));
-        let limit_rad = WRONG_RAD.max(WRONG_SIGMAS * sigma_rad);
-        if sigma_rad > AGREED_RAD || libm::fabs(turn_rad) < limit_rad {
+        (sigma_rad < AGREED_RAD).then_some(BetterHeading { turn_rad, sigma_rad })
+    }
+
+    /// The better heading, where that of an attitude is wrong and has been for a while.
+    pub fn judge(&mut self, time: Time, body_to_ned: Rotation<Body, Ned>) -> Option<BetterHeading> {
+        let is_wrong = |off: &BetterHeading| {
+            libm::fabs(off.turn_rad) > WRONG_RAD.max(WRONG_SIGMAS * off.sigma_rad)
+        };
+        let Some(better) = self.off(body_to_ned).filter(is_wrong) else {
             self.wrong = None;
             return None;
-        }
+        };
         let (since, fixes) = self.wrong.unwrap_or((time, 0));
         let fixes = fixes.saturating_add(1);
         self.wrong = Some((since, fixes));
-        (time - since >= WRONG_S && fixes >= WRONG_FIXES)
-            .then_some(BetterHeading { turn_rad, sigma_rad })
+        (time - since >= WRONG_S && fixes >= WRONG_FIXES).then_some(better)
     }
 }

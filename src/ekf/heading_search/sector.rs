@@ -6,7 +6,7 @@ use super::super::gate::GpsGates;
 use super::super::history::RecentMotion;
 use super::super::layout::{ATTITUDE, BASE, Base, GYRO_BIAS};
 use super::super::solution::{Estimate, Solution};
-use crate::frames::{Body, Vector};
+use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::ins::{Mounting, NavState};
 
 /// One filter of the bank, while another uses what they share.
@@ -63,6 +63,11 @@ impl Sector {
         self.gps_learned = filter.gps_learned;
         self.angular_rate_radps = filter.angular_rate_radps;
         self.recent = filter.history.recent();
+    }
+
+    /// Attitude.
+    pub fn body_to_ned(&self) -> Rotation<Body, Ned> {
+        self.state.body_to_ned
     }
 
     /// Heading, rad.
