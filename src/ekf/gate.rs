@@ -9,6 +9,11 @@
 //! - Fixes that disagree after an absence, after trouble with the inertial samples, or after a series
 //!   of innovations that were too large already: the filter is lost. It is reopened as soon as
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) have passed and three were refused.
+//! - Velocities that changed as no vehicle with the accelerations felt can: the sensor is at fault, and
+//!   nothing is believed of it until they have come back, for up to 15 s.
+//! - Heights that lean to one side for seconds, of the receiver while a barometer agrees or of a barometer
+//!   while the receiver does: what leans drifts, and is refused although each innovation for itself lies
+//!   within the gate.
 //! - Else nobody knows, and after [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of refusals
 //!   the filter gives way. A height is not believed while a barometer denies it, and a heading only
 //!   after two minutes.
@@ -109,6 +114,8 @@ const NEWEST: f32 = 0.2;
 const LEANING: f32 = 1.5;
 /// Memory of the lean, s, of what comes often.
 const LEANING_S: f64 = 2.0;
+/// What leans by less agrees.
+const UPRIGHT: f32 = 0.75;
 const MOST_LEAN: f32 = 5.0;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
@@ -144,23 +151,28 @@ impl Gates {
         }
     }
 
-    /// Notes to which side an innovation of one axis lies. Gives whether those of the GPS lean so far
-    /// that they cannot be chance, while a barometer that does not lean says whose height drifts.
+    /// Notes to which side an innovation of one axis lies. Gives whether those of a height lean so far
+    /// that they cannot be chance, while what else tells the height agrees with the filter: of receiver
+    /// and barometer the one that leans first drifts.
     pub fn leans(&mut self, group: Group, time: Time, normalised: f64) -> bool {
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
         let newest = NEWEST.min(((time - gate.accepted) / LEANING_S) as f32);
         gate.lean += newest * ((normalised as f32).clamp(-MOST_LEAN, MOST_LEAN) - gate.lean);
         let leans = gate.lean.abs() > LEANING;
         leans
-            && matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
-            && self.baro_is_witness(time)
+            && match group {
+                Group::VerticalPosition | Group::VerticalVelocity => self.agrees(Group::Baro, time),
+                Group::Baro => [Group::VerticalPosition, Group::VerticalVelocity]
+                    .into_iter()
+                    .all(|group| self.agrees(group, time)),
+                _ => false,
+            }
     }
 
-    /// Whether a barometer agrees with the filter.
-    fn baro_is_witness(&self, time: Time) -> bool {
-        let leans =
-            self.gates.get(Group::Baro as usize).is_some_and(|baro| baro.lean.abs() > LEANING);
-        self.is_open(Group::Baro, time) && !leans
+    /// Whether a group is open and leans to no side.
+    fn agrees(&self, group: Group, time: Time) -> bool {
+        let leans = self.gates.get(group as usize).is_some_and(|gate| gate.lean.abs() > UPRIGHT);
+        self.is_open(group, time) && !leans
     }
 
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
@@ -183,7 +195,7 @@ impl Gates {
     pub fn refused(&mut self, group: Group, time: Time, config: &GateConfig) -> bool {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
-            && self.baro_is_witness(time);
+            && self.agrees(Group::Baro, time);
         let doubted = self.doubted.is_some_and(|doubted| time - doubted < DOUBT_S);
         let velocity_agrees = match group {
             Group::HorizontalPosition => self.is_open(Group::HorizontalVelocity, time),

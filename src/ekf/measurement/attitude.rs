@@ -9,7 +9,7 @@ use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement, Unusable};
-use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::time::Time;
 
 /// The direction of a rotation of the heading, north, east, down.
@@ -58,11 +58,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.attitude_used = Some(time);
         self.heading_wander = (model.heading_wander_rad, model.wander_time_s);
-        let error = (reference * self.state.body_to_ned.inverse()).rotation_vector();
+        let heading_off = reference.euler().yaw_rad - self.state.body_to_ned.euler().yaw_rad;
         let wander: Vector<Ned> = self.block(first).into();
-        let left = error - wander;
+        let heading_off = wrap_angle(heading_off - wander.z());
+        let trusts_heading = self.trusts_heading(time, heading_off);
+        // A heading that is far off would turn what the reference says of the tilt.
+        let reference = if trusts_heading {
+            reference
+        } else {
+            reference.turned_in_to(Vector::new(0.0, 0.0, -heading_off))
+        };
+        let left = (reference * self.state.body_to_ned.inverse()).rotation_vector() - wander;
         let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
-        let trusts_heading = self.trusts_heading(time, left.z());
         let used = axes.iter().filter(|axis| axis.0 != Channel::Yaw || trusts_heading);
         for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(used) {
             *slot = Some(ScalarMeasurement {

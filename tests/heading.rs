@@ -1,0 +1,101 @@
+//! A heading that the fixes do not bear out is replaced, and one that they do is left alone.
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
+use hovernav::event::Event;
+use hovernav::frames::{EulerAngles, Rotation, Vector, wrap_angle};
+use hovernav::imu::ImuSample;
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly};
+
+fn flight(seed: u64) -> Recording {
+    let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+    let plan = FlightPlan::test_flight(place, 0.7 * seed as f64);
+    fly(&plan.build().unwrap(), &DmuConfig::default(), &GpsConfig::default(), seed).unwrap()
+}
+
+/// What became of a flight whose unit tells a heading that is off by so much for so long, s.
+struct Outcome {
+    /// When the heading was replaced, s.
+    resets_s: Vec<f64>,
+    /// Error of yaw at every sample, s and rad.
+    yaw_errors: Vec<(f64, f64)>,
+}
+
+impl Outcome {
+    fn worst_yaw_deg(&self, from_s: f64) -> f64 {
+        let late = self.yaw_errors.iter().filter(|(seconds, _)| *seconds >= from_s);
+        late.fold(0.0, |worst, (_, error)| f64::max(worst, error.abs().to_degrees()))
+    }
+}
+
+fn estimated(recording: &Recording, off_rad: f64, until_s: f64) -> Outcome {
+    let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
+    config.ekf.imu.gyro_bias_sigma_radps = dmu.gyro.turn_on_bias_sigma_degps.to_radians();
+    config.ekf.imu.accel_bias_sigma_mps2 = dmu.accelerometer.turn_on_bias_sigma_mps2;
+    let mut estimator = Box::new(Estimator::<hovernav::ekf::layout::Full, 28>::new(config));
+    let mut outcome = Outcome { resets_s: Vec::new(), yaw_errors: Vec::new() };
+    let mut fixes = recording.fixes.iter().peekable();
+    for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+        let off_rad = if sample.time.seconds() < until_s { off_rad } else { 0.0 };
+        let turned = ImuSample {
+            attitude: sample
+                .attitude
+                .map(|angles| EulerAngles { yaw_rad: angles.yaw_rad + off_rad, ..angles }),
+            magnetic_field_gauss: sample.magnetic_field_gauss.map(|field| {
+                let back = Vector::new(0.0, 0.0, -off_rad);
+                Rotation::<_, hovernav::frames::Body>::IDENTITY.turned_in_from(back) * field
+            }),
+            ..*sample
+        };
+        let resets_s = &mut outcome.resets_s;
+        let mut notify = |notice| {
+            if let Notice::HeadingReset { time, .. } = notice {
+                resets_s.push(time.seconds());
+            }
+        };
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(*fix), &mut notify);
+        }
+        estimator.push(&Event::Imu(turned), &mut notify);
+        if let Some(solution) = estimator.solution() {
+            let yaw_rad = solution.body_to_ned.euler().yaw_rad;
+            let error = wrap_angle(yaw_rad - truth.body_to_ned.euler().yaw_rad);
+            outcome.yaw_errors.push((sample.time.seconds(), error));
+        }
+    }
+    outcome
+}
+
+#[test]
+fn a_right_heading_is_never_replaced() {
+    for seed in 1..=6 {
+        let outcome = estimated(&flight(seed), 0.0, 0.0);
+        assert!(outcome.resets_s.is_empty(), "seed {seed}: {:?}", outcome.resets_s);
+    }
+}
+
+#[test]
+fn a_wrong_heading_is_replaced_within_seconds_of_the_first_manoeuvre() {
+    // The first test point begins at 20 s; what gives the heading stays wrong to the end.
+    for (seed, off_deg) in [(1, 60.0), (2, -90.0), (3, 150.0), (4, 180.0)] {
+        let outcome = estimated(&flight(seed), f64::to_radians(off_deg), f64::INFINITY);
+        let [reset_s] = outcome.resets_s[..] else {
+            panic!("{off_deg}°: replaced at {:?}", outcome.resets_s);
+        };
+        assert!((20.0..50.0).contains(&reset_s), "{off_deg}°: replaced at {reset_s} s");
+        let worst_deg = outcome.worst_yaw_deg(reset_s + 60.0);
+        println!("{off_deg}°: replaced at {reset_s} s, then at most {worst_deg:.1}° off");
+        assert!(worst_deg < 20.0, "{off_deg}°: {worst_deg}° off");
+    }
+}
+
+#[test]
+fn what_gave_a_wrong_heading_is_used_again_once_it_agrees() {
+    let outcome = estimated(&flight(5), 2.0, 120.0);
+    assert_eq!(outcome.resets_s.len(), 1);
+    let worst_deg = outcome.worst_yaw_deg(180.0);
+    assert!(worst_deg < 6.0, "{worst_deg}° off");
+}
