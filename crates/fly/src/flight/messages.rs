@@ -25,6 +25,10 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
             "heading found, one-sigma {:.1} deg",
             sigma_rad.to_degrees()
         )),
+        Notice::HeadingReset { turn_rad, .. } => ShortText::new(format_args!(
+            "heading was wrong: turned by {:.0} deg",
+            turn_rad.to_degrees()
+        )),
         Notice::HeadingMissing { .. } => ShortText::new("alignment waits for a heading"),
         Notice::NotUsed { aid, reason, .. } if reason.is_fault() => {
             ShortText::new(format_args!("{aid} not used: {reason}"))

@@ -41,6 +41,21 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     ),
                 });
             }
+            Notice::HeadingReset { time, turn_rad, sigma_rad } => findings.push(Finding {
+                start_s: time.seconds(),
+                end_s: time.seconds(),
+                sensor: "filter",
+                kind: "heading reset",
+                severity: Severity::Warning,
+                count: 1,
+                words: format!(
+                    "the heading was wrong at {:.1} s by what the fixes say: turned by {:.0}°, sure to \
+                     {:.0}°; what gave it, attitude or magnetometer, is not used until it agrees",
+                    time.seconds(),
+                    turn_rad.to_degrees(),
+                    sigma_rad.to_degrees()
+                ),
+            }),
             _ => {}
         }
     }

@@ -130,6 +130,14 @@ impl<W: Write> MessageWriter<W> {
                 let text = format!("heading found, sure to {:.1}°", sigma_rad.to_degrees());
                 self.event(*time, Level::Info, "heading_found", &text)
             }
+            Notice::HeadingReset { time, turn_rad, sigma_rad } => {
+                let text = format!(
+                    "heading was wrong: turned by {:.0}°, sure to {:.0}°",
+                    turn_rad.to_degrees(),
+                    sigma_rad.to_degrees()
+                );
+                self.event(*time, Level::Warning, "heading_reset", &text)
+            }
             Notice::Updated(report) => {
                 let message = InnovationsMessage::new(report.innovations());
                 let time = Time::from_nanoseconds(message.time_ns);
