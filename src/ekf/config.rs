@@ -129,7 +129,7 @@ settings! {
         accel_scale_sigma = 0.005,
         /// Share of a turn by which gyros err, scale, misalignment and lag together, where the layout has
         /// no states for it.
-        turn_error_share = 0.0015,
+        turn_error_share = 0.0012,
         /// A turn errs to one side for about this long, s.
         turn_error_time_s = 2.0,
         /// Full scale of the gyros, rad/s; 0 where it is not known and has to be learned.
