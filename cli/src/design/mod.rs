@@ -7,11 +7,11 @@ mod words;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use hovernav::autopilot::HoverConfig;
 use hovernav_design::CheckedDesign;
-use hovernav_design::hover::HoverDesign;
-use hovernav_model::shipped;
+use hovernav_design::hover::{HoverDesign, Search, Wanted};
+use hovernav_model::{Grade, StateSpace, shipped};
 
 use crate::output;
 
@@ -22,9 +22,13 @@ pub struct Arguments {
     /// Where to write; out/MODEL-autopilot unless given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// A TOML file of weights, poles, servos and period, as `weights` in summary.json has them
+    /// A TOML file of weights, poles, servos and period, as `weights` in summary.json has them; without
+    /// it weights are searched for
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
+    /// Design for a model whose own verdict is "do not fly"
+    #[arg(long)]
+    force: bool,
     /// Write no report.html
     #[arg(long)]
     no_report: bool,
@@ -33,11 +37,25 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let model = shipped::open(&arguments.model)?;
-    let design = match &arguments.weights {
-        None => HoverDesign::for_model(&model),
-        Some(path) => HoverDesign::read(path)?,
+    if !arguments.force {
+        refuse_unflyable(&model, &arguments.model)?;
+    }
+    let (design, search) = match &arguments.weights {
+        None => {
+            let start = HoverDesign::for_model(&model);
+            let search = start.searched(&model, &Wanted::default());
+            let search = search.with_context(|| arguments.model.clone())?;
+            (search.design.clone(), Some(search))
+        }
+        Some(path) => (HoverDesign::read(path)?, None),
     };
-    let checked = CheckedDesign::new(model, design).with_context(|| arguments.model.clone())?;
+    let mut checked = CheckedDesign::new(model, design).with_context(|| arguments.model.clone())?;
+    if let Some(verdict) = checked.model.verdict().filter(|verdict| verdict.grade != Grade::Good) {
+        let reasons = verdict.reasons.join("; ");
+        checked
+            .warnings
+            .insert(0, format!("the model\u{2019}s verdict is \"{}\": {reasons}", verdict.grade));
+    }
     let out = arguments.out.clone().unwrap_or_else(|| {
         let stem = Path::new(&arguments.model).file_stem().unwrap_or_default();
         Path::new("out").join(format!("{}-autopilot", stem.to_string_lossy()))
@@ -55,8 +73,23 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         page::write(&checked, &out.join("report.html"))?;
     }
     let mut summary = summary::summary(&checked, &arguments.model);
+    if let Some(Search { shortfall, trials, .. }) = search {
+        summary["search"] = serde_json::json!({ "trials": trials, "shortfall": shortfall[0], "at_start": shortfall[1] });
+    }
     summary["wall_s"] = started.elapsed().as_secs_f64().into();
     output::write_json(&summary, &out.join("summary.json"))?;
     output::say_text(words::in_words(&checked, &out));
     Ok(())
+}
+
+/// Refuses a `model` that says itself that it is not to be flown by; `name` is how it was given.
+pub fn refuse_unflyable(model: &StateSpace, name: &str) -> anyhow::Result<()> {
+    match model.verdict() {
+        Some(verdict) if verdict.grade == Grade::DoNotFly => bail!(
+            "{name}: found the verdict \"do not fly\" ({}), expected a model to fly by; --force designs \
+             all the same",
+            verdict.reasons.join("; ")
+        ),
+        _ => Ok(()),
+    }
 }

@@ -1,6 +1,8 @@
 //! `summary.json` of a design.
 
-use hovernav_design::{ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, Regulator};
+use hovernav_design::{
+    ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, Margins, Regulator,
+};
 use serde_json::{Value, json};
 
 /// What `summary.json` says.
@@ -35,6 +37,20 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
         });
         Value::Object(entries.collect())
     };
+    let weakest = |margins: &Margins| {
+        let channels = || margins.channels.iter();
+        json!({
+            "gain_db": channels().map(ChannelMargins::smallest_gain_db).fold(f64::INFINITY, f64::min),
+            "phase_deg": channels().map(ChannelMargins::phase_deg).fold(f64::INFINITY, f64::min),
+        })
+    };
+    let modes: serde_json::Map<String, Value> = checked
+        .modes
+        .iter()
+        .map(|(mode, margins)| {
+            (mode.name().to_owned(), margins.as_ref().map_or(Value::Null, weakest))
+        })
+        .collect();
     let mut summary = json!({
         "tool": "hovernav",
         "version": env!("CARGO_PKG_VERSION"),
@@ -52,6 +68,8 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
             "gain": checked.margins.disk_gain(),
             "phase_deg": checked.margins.disk_phase_rad().to_degrees(),
         },
+        "modes": modes,
+        "at_outputs": checked.at_outputs.as_ref().map(weakest),
         "sensitivity_peak": checked.margins.sensitivity.value,
         "disturbances": disturbances(&checked.responses),
         "weights": checked.design,

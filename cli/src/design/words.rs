@@ -31,6 +31,16 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
         let (up, down, phase) = (db(gain_up), db(gain_down), channel.phase_deg());
         let _ = writeln!(text, "{name:>14}  {up:>8}  {down:>8}  {phase:>6.1}°  {delay:>9}");
     }
+    for (mode, margins) in &checked.modes {
+        let Some(margins) = margins else { continue };
+        let channels = || margins.channels.iter();
+        let gain_db =
+            channels().map(ChannelMargins::smallest_gain_db).fold(f64::INFINITY, f64::min);
+        let phase_deg = channels().map(ChannelMargins::phase_deg).fold(f64::INFINITY, f64::min);
+        let name = format!("in {}", mode.name());
+        let _ =
+            writeln!(text, "{name:>14}  {gain_db:>5.1} dB  {:>8}  {phase_deg:>6.1}°", "weakest");
+    }
     let _ = writeln!(text, "\n{:>14}  {:>12}  {:>14}", "disturbance", "within 5 %", "all at trim");
     for response in &checked.responses {
         let seconds = |s: Option<f64>| s.map_or_else(|| "-".into(), |s| format!("{s:.2} s"));

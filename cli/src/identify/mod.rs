@@ -73,9 +73,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let found = found.with_context(|| log.display().to_string())?;
     let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)?;
     let vehicle = found.identified.vehicle()?;
-    let vehicle = vehicle.with_source(&source(&dataset, &found));
+    let responses = stick_responses(&found, &flight);
+    let verdict = found.verdict(&responses);
+    let vehicle = vehicle.with_source(&source(&dataset, &found)).with_verdict(verdict.clone());
 
-    let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref());
+    let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref(), verdict);
     summary.warn(flight_warnings(&flight.experiment, arguments.model));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
     summary.warn(pattern.iter().map(ToString::to_string));
@@ -84,8 +86,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::create(&out)?;
     vehicle.write(&out.join("model.toml"))?;
     if !arguments.no_report {
-        let responses = stick_responses(&found, &flight);
-        let (facts, headlines) = (summary.facts(), words::headlines(&found));
+        let (facts, headlines) = (summary.facts(), words::headlines(&found, &summary));
         let page = IdentificationPage {
             title: &format!("{}: {} model", dataset.manifest.name, found.kind),
             facts: &facts,
@@ -111,13 +112,13 @@ fn default_out(log: &Path) -> PathBuf {
 
 /// Where the model's numbers come from, for `model.toml`.
 fn source(dataset: &Dataset, found: &Identification) -> String {
-    let points = found.estimation_points.len();
     let inputs = found.identified.structure.inputs.iter();
     let delays = inputs.filter_map(|input| Some(&*found.identified.delay(input)?.name));
     format!(
-        "identified by prediction error from {points} test points of {}, sampled every {:.4} s; \
+        "identified by prediction error from {:.0} s of {} near a hover, sampled every {:.4} s; \
          derivatives in SI per full stick, continuous in time; the sticks' delays are parameters \
          ({}) and not in the matrices; a parameter without variance was held or dropped",
+        found.estimated_s,
         dataset.manifest.name,
         found.identified.period_s,
         delays.collect::<Vec<_>>().join(", ")

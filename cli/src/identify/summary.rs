@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use hovernav_log::{Dataset, Run};
+use hovernav_model::{Grade, Verdict};
 use hovernav_sysid::helicopter::{Identification, IdentifyError};
 use hovernav_sysid::methods::prediction_error::{Estimate, Fit};
 use hovernav_sysid::methods::validate::GOOD_FIT_PERCENT;
@@ -26,6 +27,12 @@ pub struct Summary {
     pub(super) result: IdentificationSummary,
     /// The same identification from GPS velocity held from fix to fix, or why there is none.
     held_gps: HeldSummary,
+    /// How far the model can be trusted.
+    pub(super) verdict: Grade,
+    /// Why not further.
+    pub(super) reasons: Vec<String>,
+    /// What is identified and how well, over the held-back flight where there is any: percent.
+    fit: BTreeMap<String, f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -132,6 +139,7 @@ impl Summary {
         run: &Run,
         found: &Identification,
         held: Result<&Identification, &IdentifyError>,
+        verdict: Verdict,
     ) -> Self {
         let used_for = |index: usize| match index {
             _ if found.estimation_points.contains(&index) => "estimation",
@@ -157,6 +165,15 @@ impl Summary {
                 Ok(held) => HeldSummary::Found(IdentificationSummary::of(held)),
                 Err(error) => HeldSummary::Refused { reason: error.to_string() },
             },
+            verdict: verdict.grade,
+            reasons: verdict.reasons,
+            fit: found
+                .fit()
+                .channels()
+                .0
+                .iter()
+                .map(|one| (one.name.clone(), one.percent))
+                .collect(),
         };
         summary.warn(found.warnings.iter().cloned());
         if found.validation.is_none() {

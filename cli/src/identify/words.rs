@@ -43,7 +43,10 @@ pub fn in_words(
     held: Option<&Identification>,
     out: &Path,
 ) -> String {
-    let mut text = String::new();
+    let mut text = format!("{:<40} {}\n", "verdict", summary.verdict);
+    for reason in &summary.reasons {
+        let _ = writeln!(text, "{:<40} {reason}", "");
+    }
     for fact in summary.facts() {
         let _ = writeln!(text, "{:<40} {}", fact.label, fact.value);
     }
@@ -101,13 +104,14 @@ pub fn in_words(
 }
 
 /// The few numbers to see first: a fit never without the bounds behind it.
-pub fn headlines(found: &Identification) -> Vec<Fact> {
+pub fn headlines(found: &Identification, summary: &Summary) -> Vec<Fact> {
     let fit = found.fit();
     let channels = fit.channels().0.iter();
     let fits = channels.map(|channel| format!("{} {:.0}", channel.name, channel.percent));
     let over = if found.validation.is_some() { "held-back flight" } else { "fitted flight" };
     let fits = fits.collect::<Vec<_>>().join(" · ");
     vec![
+        Fact::new("verdict", summary.verdict.to_string()),
         Fact::new(&format!("fit, %, free runs of {:.1} s over {over}", fit.window_s()), fits),
         Fact::new("bounds of the parameters, 1σ", bounds_in_words(found)),
     ]

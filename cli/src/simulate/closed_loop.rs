@@ -23,6 +23,10 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         Some(path) => hovernav_log::read_autopilot(path)?,
         None => {
             let model = shipped::open(arguments.model.as_deref().unwrap_or("raptor60"))?;
+            crate::design::refuse_unflyable(
+                &model,
+                arguments.model.as_deref().unwrap_or_default(),
+            )?;
             if model.name() != "raptor60-hover" {
                 warnings.push(format!(
                     "the autopilot is designed for {}, what flies is the nonlinear 60-class helicopter",

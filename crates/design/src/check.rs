@@ -2,10 +2,11 @@
 
 use super::disturbance::{DisturbanceResponse, TABLE_6_1};
 use super::error::DesignError;
-use super::hover::HoverDesign;
+use super::hover::{FlightMode, HoverDesign};
 use super::margins::{Loop, Margins};
 use super::thesis::PrintedDesign;
 use hovernav::autopilot::Gains;
+use hovernav::controls::Sticks;
 use hovernav_model::{StateSpace, shipped};
 
 /// A design and everything that was checked of it at the loop's own rate.
@@ -21,6 +22,10 @@ pub struct CheckedDesign {
     pub closed: Loop,
     /// How far it is from instability.
     pub margins: Margins,
+    /// The same in every mode that flies, cut at the actuators; `None` where the mode is unstable.
+    pub modes: Vec<(FlightMode, Option<Margins>)>,
+    /// And cut at what is measured, holding velocity.
+    pub at_outputs: Option<Margins>,
     /// Spectral radius of the closed loop.
     pub spectral_radius: f64,
     /// What becomes of [`TABLE_6_1`] with the sticks at trim.
@@ -66,20 +71,45 @@ impl CheckedDesign {
         let drift = |disturbance| design.drift(&model, disturbance, Self::FOLLOWED_S);
         let responses = TABLE_6_1.into_iter().map(respond).collect::<Result<Vec<_>, _>>()?;
         let open_responses = TABLE_6_1.into_iter().map(drift).collect::<Result<_, _>>()?;
+        let in_mode = |mode| -> Result<_, DesignError> {
+            Ok((mode, design.close_in(&model, &gains, mode)?.margins().ok()))
+        };
+        let modes = FlightMode::ALL.into_iter().map(in_mode).collect::<Result<Vec<_>, _>>()?;
+        let at_outputs =
+            design.close_at_outputs(&model, &gains, FlightMode::Velocity)?.margins().ok();
         let printed = (model == shipped::thesis())
             .then(|| CheckedPrintedDesign::new(design.period_s))
             .transpose()?;
 
         let mut warnings: Vec<String> =
             model.step_taken_for_rate(design.period_s).iter().map(ToString::to_string).collect();
-        for channel in &margins.channels {
-            let (gain_db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());
-            if gain_db < LEAST_GAIN_DB || phase_deg < LEAST_PHASE_DEG {
-                warnings.push(format!(
-                    "the {} loop has {gain_db:.1} dB and {phase_deg:.0}°, expected {LEAST_GAIN_DB} dB and \
-                     {LEAST_PHASE_DEG}°",
-                    channel.name
-                ));
+        for (mode, margins) in &modes {
+            let Some(margins) = margins else {
+                warnings.push(format!("holding {} the loops are unstable", mode.name()));
+                continue;
+            };
+            for channel in &margins.channels {
+                let (gain_db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());
+                if gain_db < LEAST_GAIN_DB || phase_deg < LEAST_PHASE_DEG {
+                    warnings.push(format!(
+                        "holding {}, the {} loop has {gain_db:.1} dB and {phase_deg:.1}°, expected \
+                         {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°",
+                        mode.name(),
+                        channel.name
+                    ));
+                }
+            }
+        }
+        for response in &responses {
+            let DisturbanceResponse { state, size, .. } = response;
+            for (stick, peak) in Sticks::NAMES.into_iter().zip(response.stick_peaks()) {
+                if peak > 1.0 {
+                    warnings.push(format!(
+                        "{state} {size} asks for {:.0} % of {stick}: the stick stops at 100 %, and the \
+                         times below are those of a loop without stops",
+                        100.0 * peak
+                    ));
+                }
             }
         }
         for response in responses.iter().filter(|r| r.recovered_s(0.05).is_none_or(|s| s > 8.0)) {
@@ -92,6 +122,8 @@ impl CheckedDesign {
             gains,
             closed,
             margins,
+            modes,
+            at_outputs,
             spectral_radius,
             open_responses,
             responses,

@@ -235,6 +235,39 @@ impl Loop {
         Ok(Margins { channels, disk, sensitivity, complementary })
     }
 
+    /// Smallest gain margin, dB, and phase margin, °, over all channels, as `points` frequencies from 0.05
+    /// rad/s to the Nyquist frequency (100 rad/s) tell: quick, and good to a degree.
+    #[must_use]
+    pub fn weakest(&self, points: usize) -> (f64, f64) {
+        let highest = match self.open.time() {
+            TimeDomain::Continuous => 100.0,
+            TimeDomain::Discrete { period_s } => PI / period_s,
+        };
+        let grid = logarithmic_frequencies(0.05, 0.999 * highest, points);
+        let seen: Vec<_> = grid.iter().filter_map(|&at| self.sensitivity(at)).collect();
+        let (mut gain_db, mut phase_deg) = (f64::INFINITY, f64::INFINITY);
+        for channel in 0..self.open.inputs().len() {
+            let value = |s: &DMatrix<Complex<f64>>| s[(channel, channel)].inv() - Complex::ONE;
+            for pair in seen.windows(2) {
+                let (before, after) = (value(&pair[0]), value(&pair[1]));
+                // Logarithms of size and the angle from −1, straight from point to point.
+                let (low, high) = (before.norm().ln(), after.norm().ln());
+                let (lag, later) = ((-before).arg(), (-after).arg());
+                if (low < 0.0) != (high < 0.0) {
+                    let part = low / (low - high);
+                    let there = (-(before + (after - before) * part)).arg();
+                    phase_deg = phase_deg.min(there.abs().to_degrees());
+                }
+                if (lag < 0.0) != (later < 0.0) && (lag - later).abs() < PI {
+                    let part = lag / (lag - later);
+                    let there = low + part * (high - low);
+                    gain_db = gain_db.min(there.abs() * 20.0 / std::f64::consts::LN_10);
+                }
+            }
+        }
+        (gain_db, phase_deg)
+    }
+
     fn grid(&self, closed: &[Complex<f64>]) -> Result<Vec<f64>, DesignError> {
         let open = eigenvalues(self.open.a())?;
         let speeds = open.iter().chain(closed).filter_map(|&pole| {

@@ -12,6 +12,7 @@ use super::error::ModelError;
 use super::linear::TimeDomain;
 use super::signal::Signal;
 use super::state_space::{Parameter, StateSpace};
+use super::verdict::{Grade, Verdict};
 
 type Rows = Vec<Vec<f64>>;
 
@@ -38,6 +39,9 @@ struct Written {
     outputs: Option<Spanned<Vec<Signal>>>,
     #[serde(default)]
     parameters: Vec<Parameter>,
+    verdict: Option<Grade>,
+    #[serde(default)]
+    reasons: Vec<String>,
 }
 
 #[derive(Clone, Copy, Deserialize, Serialize)]
@@ -61,7 +65,8 @@ impl StateSpace {
     /// Keys: `name`, `source`, `time_domain` (`"continuous"` or `"discrete"`, never left out),
     /// `period_s` (s, with a discrete model alone), matrices `A`, `B` and optionally `C`, `D` as lists
     /// of rows, `states`, `inputs` and optionally `outputs` as tables of `name` and `unit`,
-    /// `parameters` as tables of `name`, `value`, `unit`, and `parameter_covariance`. Without
+    /// `parameters` as tables of `name`, `value`, `unit`, `parameter_covariance`, and `verdict` (`"good"`, `"care"` or
+    /// `"do not fly"`) with its `reasons`. Without
     /// `outputs` the states are the outputs.
     ///
     /// # Errors
@@ -132,6 +137,9 @@ impl StateSpace {
         )
         .map_err(placed)?
         .with_source(&written.source);
+        if let Some(grade) = written.verdict {
+            model = model.with_verdict(Verdict { grade, reasons: written.reasons.clone() });
+        }
         match (&written.outputs, c) {
             (Some(outputs), Some(c)) => {
                 let outputs = outputs.get_ref().clone();
@@ -158,6 +166,11 @@ impl StateSpace {
         text += &format!("time_domain = \"{}\"\n", self.time().name());
         if let TimeDomain::Discrete { period_s } = self.time() {
             text += &format!("period_s = {}\n", toml::Value::from(period_s));
+        }
+        if let Some(Verdict { grade, reasons }) = self.verdict() {
+            let reasons = reasons.iter().map(|reason| format!("    {},\n", quoted(reason)));
+            text += &format!("verdict = \"{grade}\"\n");
+            text += &format!("reasons = [\n{}]\n", reasons.collect::<String>());
         }
         let signals = |key: &str, list: &[Signal]| {
             let rows = list.iter().map(|signal| {

@@ -20,6 +20,7 @@ mod real;
 pub mod shipped;
 mod signal;
 mod state_space;
+mod verdict;
 
 pub use error::ModelError;
 pub use linear::{LinearModel, TimeDomain};
@@ -28,3 +29,4 @@ pub use nalgebra;
 pub use pattern::StepTakenForRate;
 pub use signal::Signal;
 pub use state_space::{Parameter, StateSpace};
+pub use verdict::{Grade, Verdict};

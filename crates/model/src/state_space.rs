@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::error::ModelError;
 use super::linear::{LinearModel, TimeDomain};
 use super::signal::{Signal, check_names, check_unique, position};
+use super::verdict::Verdict;
 
 /// A parameter from which the matrices were filled.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
@@ -31,6 +32,7 @@ pub struct StateSpace {
     outputs: Vec<Signal>,
     parameters: Vec<Parameter>,
     covariance: Option<DMatrix<f64>>,
+    verdict: Option<Verdict>,
 }
 
 impl StateSpace {
@@ -66,6 +68,7 @@ impl StateSpace {
             inputs,
             parameters: Vec::new(),
             covariance: None,
+            verdict: None,
         })
     }
 
@@ -73,6 +76,13 @@ impl StateSpace {
     #[must_use]
     pub fn with_source(mut self, source: &str) -> Self {
         self.source = source.into();
+        self
+    }
+
+    /// The same model with what whoever made it says of it.
+    #[must_use]
+    pub fn with_verdict(mut self, verdict: Verdict) -> Self {
+        self.verdict = Some(verdict);
         self
     }
 
@@ -141,6 +151,12 @@ impl StateSpace {
     #[must_use]
     pub fn source(&self) -> &str {
         &self.source
+    }
+
+    /// What whoever made it says of it, where told.
+    #[must_use]
+    pub fn verdict(&self) -> Option<&Verdict> {
+        self.verdict.as_ref()
     }
 
     /// The matrices with their time domain.

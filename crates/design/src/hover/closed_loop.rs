@@ -6,26 +6,70 @@ use super::config::HoverDesign;
 use super::plant::{places, stepped};
 use crate::disturbance::FreeResponse;
 use crate::{DISTURBED, DesignError, DisturbanceResponse, Loop};
-use hovernav::autopilot::{Gains, PidGains, RegulatorGains};
+use hovernav::autopilot::{Gains, GuidanceConfig, PidGains, RegulatorGains};
 use hovernav_model::linalg::exponential;
 use hovernav_model::{LinearModel, Signal, StateSpace, TimeDomain};
 
 /// The measured states, in the order in which the loops take them.
 const MEASURED: [&str; 9] = ["p", "q", "phi", "theta", "u", "v", "w", "r", "psi"];
 
-/// Model, servos and one sample of delay under the autopilot, cut at the four actuators.
-pub(super) fn cut_at_actuators(
+/// What the autopilot holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlightMode {
+    /// Velocity, heading and climb.
+    Velocity,
+    /// A place, by asking for velocity towards it.
+    Position,
+    /// Attitude, heading and climb: without GPS, and in the descent that follows.
+    Attitude,
+}
+
+impl FlightMode {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Velocity, Self::Position, Self::Attitude];
+
+    /// The name in summaries.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Velocity => "velocity",
+            Self::Position => "position",
+            Self::Attitude => "attitude",
+        }
+    }
+}
+
+/// Plant and controller of a mode, from sticks to what is measured and back.
+pub(super) struct Parts {
+    pub plant: StateSpace,
+    pub controller: StateSpace,
+}
+
+/// Model, servos and one sample of delay under the autopilot in `mode`.
+///
+/// Holding attitude the vehicle drifts as it will: velocity is left out of the plant.
+pub(super) fn parts(
     design: &HoverDesign,
     whole: &StateSpace,
     gains: &Gains,
-) -> Result<Loop, DesignError> {
+    mode: FlightMode,
+) -> Result<Parts, DesignError> {
     let time = TimeDomain::Discrete { period_s: design.period_s };
     let measured = MEASURED.map(|name| Signal::new(name, "SI")).to_vec();
     let sticks: Vec<Signal> = whole.inputs().to_vec();
     let numbered = |count| (0..count).map(|k| Signal::new(&format!("x{k}"), "")).collect();
 
+    let flown = match mode {
+        FlightMode::Velocity => whole.clone(),
+        FlightMode::Position => with_place(whole)?,
+        FlightMode::Attitude => {
+            let names = whole.states().iter().map(|state| state.name.as_str());
+            let kept: Vec<&str> = names.filter(|name| !["u", "v"].contains(name)).collect();
+            whole.subsystem(&kept, &hovernav::controls::Sticks::NAMES)?
+        }
+    };
     let servos_s = [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s];
-    let LinearModel { a: step, b: input, .. } = stepped(whole, &servos_s, design.period_s)?;
+    let LinearModel { a: step, b: input, .. } = stepped(&flown, &servos_s, design.period_s)?;
     let moving = step.nrows();
     let size = moving + 4;
     let mut a = DMatrix::zeros(size, size);
@@ -34,16 +78,34 @@ pub(super) fn cut_at_actuators(
     let mut b = DMatrix::zeros(size, 4);
     b.view_mut((moving, 0), (4, 4)).fill_with_identity();
     let mut c = DMatrix::zeros(MEASURED.len(), size);
-    for (row, state) in places(whole, MEASURED)?.into_iter().enumerate() {
-        c[(row, state)] = 1.0;
+    for (row, name) in MEASURED.into_iter().enumerate() {
+        if let Ok(state) = flown.state(name) {
+            c[(row, state)] = 1.0;
+        }
+    }
+    if mode == FlightMode::Position {
+        let guidance = GuidanceConfig::default();
+        let towards = [
+            guidance.position_gain_per_s,
+            guidance.position_gain_per_s,
+            guidance.height_gain_per_s,
+        ];
+        // Off by x, the velocity asked for is −k x: what the loops see is the velocity plus k x.
+        for (axis, gain_per_s) in towards.into_iter().enumerate() {
+            c[(4 + axis, whole.states().len() + axis)] = gain_per_s;
+        }
     }
     let plant = StateSpace::new("plant", time, numbered(size), sticks.clone(), a, b)?
         .with_outputs(measured.clone(), c, DMatrix::zeros(MEASURED.len(), 4))?;
 
+    let cyclic = match mode {
+        FlightMode::Attitude => regulator(&gains.attitude, design.period_s),
+        _ => regulator(&gains.roll_pitch, design.period_s),
+    };
     let LinearModel { a, b, mut c, mut d, .. } = together(
         time,
         &[
-            (regulator(&gains.roll_pitch, design.period_s), 0),
+            (cyclic, 0),
             (pid(&gains.heave, design.period_s), 6),
             (regulator(&gains.yaw, design.period_s), 7),
         ],
@@ -55,7 +117,31 @@ pub(super) fn cut_at_actuators(
     // A loop counts u = −(controller) y.
     let controller = StateSpace::new("autopilot", time, numbered(a.nrows()), measured, a, b)?
         .with_outputs(sticks, -c, -d)?;
+    Ok(Parts { plant, controller })
+}
+
+/// The loops cut where the commands go to the actuators.
+pub(super) fn cut_at_actuators(
+    design: &HoverDesign,
+    whole: &StateSpace,
+    gains: &Gains,
+    mode: FlightMode,
+) -> Result<Loop, DesignError> {
+    let Parts { plant, controller } = parts(design, whole, gains, mode)?;
     Loop::at_plant_input(&plant, &controller)
+}
+
+/// `whole` with how far it is from its place, in the heading's axes: the integrals of u, v and w.
+fn with_place(whole: &StateSpace) -> Result<StateSpace, DesignError> {
+    let n = whole.states().len();
+    let mut a = whole.a().clone().resize(n + 3, n + 3, 0.0);
+    for (axis, state) in places(whole, ["u", "v", "w"])?.into_iter().enumerate() {
+        a[(n + axis, state)] = 1.0;
+    }
+    let b = whole.b().clone().resize_vertically(n + 3, 0.0);
+    let mut states = whole.states().to_vec();
+    states.extend(["x", "y", "z"].map(|name| Signal::new(name, "m")));
+    Ok(StateSpace::new(whole.name(), whole.time(), states, whole.inputs().to_vec(), a, b)?)
 }
 
 /// From `size` in `state`, all else at trim, the loops closed as [`cut_at_actuators`] does.
@@ -66,7 +152,7 @@ pub(super) fn respond(
     (state, size): (&str, f64),
     duration_s: f64,
 ) -> Result<DisturbanceResponse, DesignError> {
-    let cut = cut_at_actuators(design, whole, gains)?;
+    let cut = cut_at_actuators(design, whole, gains, FlightMode::Velocity)?;
     let open = cut.open();
     // The plant moves only through its servos: nothing passes straight through.
     let sticks = -open.c();

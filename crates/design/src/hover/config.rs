@@ -114,6 +114,9 @@ impl Default for HoverDesign {
     }
 }
 
+/// Longest lag that a delay is taken for, s.
+const MOST_LAG_S: f64 = 0.15;
+
 impl HoverDesign {
     /// For the model as Paw (2005) prints it, in which every mode is unstable and full stick is a
     /// hundred times what hover needs. The weights were searched for 45° and 6 dB in every loop with
@@ -137,13 +140,25 @@ impl HoverDesign {
         }
     }
 
-    /// The design for `model`: the thesis's own weights for its model, the default for any other.
+    /// The design for `model`: the thesis's own weights for its model, the default for any other. Where
+    /// the model tells how late its sticks act, what exceeds the loop's sample counts as the lag of
+    /// their servos, if that is more than the servos' own.
     #[must_use]
     pub fn for_model(model: &StateSpace) -> Self {
-        match model.name() {
-            "thesis-hover" => Self::thesis(),
-            _ => Self::default(),
+        if model.name() == "thesis-hover" {
+            return Self::thesis();
         }
+        let mut design = Self::default();
+        let late = |names: &[&str]| {
+            let parameters = model.parameters().iter();
+            let delays = parameters.filter(|known| names.contains(&known.name.as_str()));
+            delays.map(|delay| delay.value - design.period_s).fold(0.0, f64::max)
+        };
+        let cyclic_s = late(&["tau_lat", "tau_lon", "tau_col"]).min(MOST_LAG_S);
+        let tail_s = late(&["tau_ped"]).min(MOST_LAG_S);
+        design.servo_s = design.servo_s.max(cyclic_s);
+        design.tail_servo_s = design.tail_servo_s.max(tail_s);
+        design
     }
 
     /// Reads weights, poles and times from a TOML file; what it leaves out is as by default.

@@ -23,6 +23,9 @@ mod closed_loop;
 mod config;
 mod plant;
 mod regulator;
+mod search;
 mod synthesis;
 
+pub use closed_loop::FlightMode;
 pub use config::{AttitudeWeights, HeavePoles, HoverDesign, RollPitchWeights, YawWeights};
+pub use search::{Search, Wanted};

@@ -1,6 +1,6 @@
 //! Gains from a model, and the loops that they close.
 
-use super::closed_loop;
+use super::closed_loop::{self, FlightMode};
 use super::config::{HeavePoles, HoverDesign};
 use super::plant::{normalised, other_states, rotor_states};
 use super::regulator::{self, Weights};
@@ -77,8 +77,38 @@ impl HoverDesign {
     /// # Errors
     /// [`DesignError`].
     pub fn close(&self, model: &StateSpace, gains: &Gains) -> Result<Loop, DesignError> {
+        self.close_in(model, gains, FlightMode::Velocity)
+    }
+
+    /// The same in any `mode` that flies.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn close_in(
+        &self,
+        model: &StateSpace,
+        gains: &Gains,
+        mode: FlightMode,
+    ) -> Result<Loop, DesignError> {
         self.check()?;
-        closed_loop::cut_at_actuators(self, &normalised(model)?, gains)
+        closed_loop::cut_at_actuators(self, &normalised(model)?, gains, mode)
+    }
+
+    /// The loops that [`close_in`](Self::close_in) closes, cut at what is measured: p, q, phi, theta, u,
+    /// v, w, r, psi.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn close_at_outputs(
+        &self,
+        model: &StateSpace,
+        gains: &Gains,
+        mode: FlightMode,
+    ) -> Result<Loop, DesignError> {
+        self.check()?;
+        let closed_loop::Parts { plant, controller } =
+            closed_loop::parts(self, &normalised(model)?, gains, mode)?;
+        Loop::at_plant_output(&plant, &controller)
     }
 
     /// What becomes of `disturbance`, a state of [`DISTURBED`](crate::DISTURBED) and by how much in its

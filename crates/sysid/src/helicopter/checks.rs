@@ -1,6 +1,6 @@
 //! Is a flight fit to be identified from? What a reader must know before the numbers.
 
-use super::identify::MOTION;
+use super::flight::MOTION;
 use super::kind::Kind;
 use crate::methods::excitation::check_inputs;
 use crate::record::preprocess::{KinematicChannels, check_kinematics};

@@ -10,13 +10,16 @@
 //! (2002), *J. AHS* 47(1), the R-50.
 
 use super::kind::Kind;
+use super::velocity_error::{SlowError, VelocityError};
 use crate::methods::structure::{Parameter, Structure};
+use crate::record::STICKS;
 
 /// Name, unit, start, lower, upper. The starts are round numbers of a 60-class machine.
 type Row = (&'static str, &'static str, f64, f64, f64);
 
 const YAW: &[Row] = &[("Nr", "1/s", -5.0, -60.0, 5.0), ("Nped", "rad/s²", 20.0, -500.0, 500.0)];
-const YAW_COLLECTIVE: &[Row] = &[("Ncol", "rad/s²", 0.0, -200.0, 200.0)];
+const YAW_COUPLING: &[Row] =
+    &[("Ncol", "rad/s²", 0.0, -200.0, 200.0), ("Nv", "rad/(s m)", 0.0, -10.0, 10.0)];
 const HEAVE: &[Row] = &[("Zw", "1/s", -0.7, -10.0, 5.0), ("Zcol", "m/s²", -15.0, -500.0, 500.0)];
 const TRANSLATION: &[Row] = &[("Xu", "1/s", -0.05, -5.0, 5.0), ("Yv", "1/s", -0.1, -5.0, 5.0)];
 const SPEED_MOMENTS: &[Row] = &[
@@ -100,34 +103,65 @@ const CYCLIC_DELAY: &[Row] = &[
 const COLLECTIVE_DELAY: &[Row] = &[("tau_col", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 const PEDAL_DELAY: &[Row] = &[("tau_ped", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 
-/// Time constant of the gusts, first-order Gauss–Markov in each axis.
-const GUST: &[Row] = &[("tau_gust", "s", 2.0, 0.2, 20.0)];
+const WIND: &[Row] = &[
+    ("Wu", "m/s", 0.0, -15.0, 15.0),
+    ("Wv", "m/s", 0.0, -15.0, 15.0),
+    ("Zu", "1/s", 0.0, -5.0, 5.0),
+    ("Zv", "1/s", 0.0, -5.0, 5.0),
+];
 
-/// Aerodynamic forces feel the velocity through the air: over ground less gust.
+/// Time constants of the gusts, first-order Gauss–Markov in each axis: the scale of turbulence at 10 m,
+/// 67 m along the ground and 10 m vertically after MIL-F-8785C, blown past at a few m/s.
+const GUST: &[Row] = &[("tau_gust", "s", 15.0, 0.5, 100.0)];
+const VERTICAL_GUST: &[Row] = &[("tau_gust_w", "s", 3.0, 0.3, 30.0)];
+/// One-sigma of the strongest gusts flown in, horizontal and vertical, m/s.
+const MOST_GUST_MPS: [f64; 2] = [2.5, 1.5];
+/// Time constants of the error of the measured velocity; what they are is known from the estimator.
+const VELOCITY_ERROR: &[Row] = &[("tau_vh", "s", 5.0, 0.01, 1000.0)];
+const VERTICAL_VELOCITY_ERROR: &[Row] = &[("tau_vv", "s", 5.0, 0.01, 1000.0)];
+
+/// Aerodynamic forces feel the velocity through the air: over ground less gust. kw, as ku, kv, kphi and
+/// ktheta below, is what the kinematics of a rigid body add to the linear equation, known from the
+/// flight.
+///
+/// In a mean wind of Wu forward and Wv to the right a tilt is an inflow, and a gust along the disc adds
+/// lift.
 const HEAVE_EQUATIONS: &str = "
-    w' = Zw*w - Zw*wg + Zcol*collective + n_w
-    wg' = -wg/tau_gust + n_wg";
+    w' = Zw*w - Zw*wg - Zw*Wu*theta + Zw*Wv*phi + Zcol*collective + Zu*u + Zv*v + kw + n_w";
+const VERTICAL_GUST_EQUATION: &str = "
+    wg' = -wg/tau_gust_w + n_wg";
 const YAW_EQUATION: &str = "
-    r' = Nr*r + Nped*pedal + Ncol*collective + n_r";
+    r' = Nr*r + Nped*pedal + Ncol*collective + Nv*v + rg + n_r";
+const YAW_GUST_EQUATION: &str = "
+    rg' = -rg/tau_gust + n_rg";
 const ATTITUDE_EQUATIONS: &str = "
-    phi' = p
-    theta' = q";
+    phi' = p + kphi
+    theta' = q + ktheta";
 const GUST_EQUATIONS: &str = "
     ug' = -ug/tau_gust + n_ug
     vg' = -vg/tau_gust + n_vg";
+/// The error of a smoothed velocity is as slow as the blend of accelerometers and GPS is.
+const VELOCITY_EQUATIONS: &str = "
+    eu' = -eu/tau_vh + n_eu
+    ev' = -ev/tau_vh + n_ev
+    u = u + eu
+    v = v + ev";
+const VERTICAL_VELOCITY_EQUATIONS: &str = "
+    ew' = -ew/tau_vv + n_ew
+    w = w + ew";
 const REDUCED_EQUATIONS: &str = "
     p' = Lp*p + Lq*q + Lu*u - Lu*ug + Lv*v - Lv*vg + Llat*lateral + Llon*longitudinal + n_p
     q' = Mp*p + Mq*q + Mu*u - Mu*ug + Mv*v - Mv*vg + Mlat*lateral + Mlon*longitudinal + n_q
-    u' = Xu*u - Xu*ug - 9.81*theta + Xlat*lateral + Xlon*longitudinal + n_u
-    v' = Yv*v - Yv*vg + 9.81*phi + Ylat*lateral + Ylon*longitudinal + n_v";
+    u' = Xu*u - Xu*ug - 9.81*theta + Xlat*lateral + Xlon*longitudinal + ku + n_u
+    v' = Yv*v - Yv*vg + 9.81*phi + Ylat*lateral + Ylon*longitudinal + kv + n_v";
 const HYBRID_EQUATIONS: &str = "
     b' = -b/tau_f - p + Ba/tau_f*a + Blat/tau_f*lateral
     a' = -a/tau_f - q + Ab/tau_f*b + Alon/tau_f*longitudinal
     p' = Lu*u - Lu*ug + Lv*v - Lv*vg + Lb*b + n_p
     q' = Mu*u - Mu*ug + Mv*v - Mv*vg + Ma*a + n_q
-    u' = Xu*u - Xu*ug - 9.81*theta - 9.81*a + n_u
-    v' = Yv*v - Yv*vg + 9.81*phi + 9.81*b + n_v";
-const CYCLIC_NOISE: &str = "n_p n_q n_u n_v n_ug n_vg";
+    u' = Xu*u - Xu*ug - 9.81*theta - 9.81*a + ku + n_u
+    v' = Yv*v - Yv*vg + 9.81*phi + 9.81*b + kv + n_v";
+const CYCLIC_NOISE: &str = "n_p n_q n_u n_v n_ug n_vg n_eu n_ev";
 const R50_EQUATIONS: &str = "
     inputs  lateral longitudinal pedal collective
     outputs u v w p q r phi theta
@@ -155,95 +189,142 @@ impl Kind {
     }
 
     /// A start for the σ of each process noise of [`Kind::structure`]: gusts and what the equations
-    /// leave out, as an acceleration per sample.
+    /// leave out, as an acceleration per sample of `period_s`; for that of the velocity's `error` its
+    /// own.
     #[must_use]
-    pub fn process_sigma(self) -> Vec<f64> {
+    pub fn process_sigma(self, error: &VelocityError, period_s: f64) -> Vec<f64> {
         let of = |noise: &String| match noise.as_str() {
             "n_p" | "n_q" | "n_r" => 0.3,
-            "n_ug" | "n_vg" | "n_wg" => 1.0,
+            "n_ug" | "n_vg" | "n_wg" | "n_rg" => 1.0,
+            "n_eu" | "n_ev" => error.horizontal.drive(period_s),
+            "n_ew" => error.vertical.drive(period_s),
             _ => 0.2,
         };
         self.structure().noises.iter().map(of).collect()
     }
 
-    /// Outputs whose noise is not to be estimated, with the σ to hold, rad.
+    /// The largest gusts that a helicopter hovers in, as σ of the noise that drives them, per sample of
+    /// `period_s`.
+    #[must_use]
+    pub fn most_noise(self, period_s: f64) -> Vec<(String, f64)> {
+        let drive = |sigma, time_s| SlowError { sigma, time_s }.drive(period_s);
+        let [(_, _, along_s, ..)] = GUST else { unreachable!("one time constant") };
+        let [(_, _, down_s, ..)] = VERTICAL_GUST else { unreachable!("one time constant") };
+        [
+            ("n_ug", MOST_GUST_MPS[0], along_s),
+            ("n_vg", MOST_GUST_MPS[0], along_s),
+            ("n_wg", MOST_GUST_MPS[1], down_s),
+        ]
+        .map(|(noise, sigma, time_s)| (noise.to_owned(), drive(sigma, *time_s)))
+        .to_vec()
+    }
+
+    /// Outputs whose noise is not to be estimated, with the σ to hold, rad and m/s.
     ///
     /// An estimator's attitude is the integral of its gyros, noise included: taken at its own
     /// precision it would say that the rates have no noise. A σ far above it lets the attitude
     /// say what it alone knows, where level is, and leaves the dynamics to the rates.
+    /// Velocity that has a slow `error` has no other to speak of: its white part is set to half of what
+    /// the slow one moves in a sample of `period_s`.
     #[must_use]
-    pub fn held_sigma(self) -> Vec<(String, f64)> {
-        match self {
-            Self::Yaw | Self::Heave | Self::R50 => Vec::new(),
-            Self::RollPitch | Self::Hybrid | Self::Hover => {
-                vec![("phi".to_owned(), 0.02), ("theta".to_owned(), 0.02)]
+    pub fn held_sigma(self, error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
+        let white = |error: &SlowError| 0.5 * error.drive(period_s) * period_s;
+        let (horizontal, vertical) = (white(&error.horizontal), white(&error.vertical));
+        let held = match self {
+            Self::Yaw | Self::R50 => vec![],
+            Self::Heave => vec![("w", vertical)],
+            Self::RollPitch | Self::Flapping => {
+                vec![("phi", 0.02), ("theta", 0.02), ("u", horizontal), ("v", horizontal)]
             }
+            Self::Hybrid | Self::Hover => vec![
+                ("phi", 0.02),
+                ("theta", 0.02),
+                ("u", horizontal),
+                ("v", horizontal),
+                ("w", vertical),
+            ],
+        };
+        let known = |(name, _): &(&str, f64)| *error != VelocityError::NONE || name.len() > 1;
+        held.into_iter().filter(known).map(|(name, sigma)| (name.to_owned(), sigma)).collect()
+    }
+}
+
+/// Parameters that are not searched for.
+const HELD: [&str; 4] = ["tau_gust", "tau_gust_w", "tau_vh", "tau_vv"];
+
+/// Parameters that are never left out: what each stick does, how late, and what damps its axis.
+const NEEDED: [&str; 20] = [
+    "Zcol", "Nped", "Blat", "Alon", "Llat", "Mlon", "tau_lat", "tau_lon", "tau_col", "tau_ped",
+    "tau_f", "Lb", "Ma", "Lp", "Mq", "Nr", "Zw", "Xu", "Yv", "Clon",
+];
+
+impl Structure {
+    /// The same with what the input `stick` does, and how late, held at 0: it never moves.
+    pub(super) fn with_still(mut self, stick: &str) -> Self {
+        let Some(input) = self.inputs.iter().position(|input| input == stick) else { return self };
+        let column = self.states.len() + input;
+        let terms = self.dynamics.iter().filter(|term| term.column == column);
+        let factors = terms.flat_map(|term| &term.factors).filter(|(_, power)| *power > 0);
+        let held: Vec<usize> = factors.map(|(index, _)| *index).chain(self.delays[input]).collect();
+        for index in held {
+            (self.parameters[index].start, self.parameters[index].fixed) = (0.0, true);
         }
+        self
+    }
+
+    /// The inputs that a pilot moves.
+    pub(super) fn inputs_of_pilot(&self) -> impl Iterator<Item = &str> {
+        self.inputs.iter().map(String::as_str).filter(|input| STICKS.contains(input))
     }
 }
 
 fn structure(kind: Kind) -> Structure {
-    let whole = |cyclic: &str| {
-        format!(
-            "inputs lateral longitudinal collective pedal\noutputs p q phi theta u v w r\n\
-             noise {CYCLIC_NOISE} n_w n_wg n_r\noffsets p q u v w r\n\
+    let slow = [SPEED_MOMENTS, TRANSLATION];
+    let air = [GUST, VELOCITY_ERROR];
+    let cyclic = |rows: &[&'static [Row]], text: &str| -> (Vec<&[Row]>, String) {
+        let text = format!(
+            "inputs lateral longitudinal ku kv kphi ktheta\noutputs p q phi theta u v\n\
+             noise {CYCLIC_NOISE}\noffsets p q u v\n\
+             delay lateral tau_lat\ndelay longitudinal tau_lon\n\
+             {text}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}{VELOCITY_EQUATIONS}"
+        );
+        ([rows, &slow, &[CYCLIC_DELAY], &air].concat(), text)
+    };
+    let whole = |rows: &[&'static [Row]], text: &str| -> (Vec<&[Row]>, String) {
+        let text = format!(
+            "inputs lateral longitudinal collective pedal ku kv kw kphi ktheta\n\
+             outputs p q phi theta u v w r\n\
+             noise {CYCLIC_NOISE} n_w n_wg n_ew n_r n_rg\noffsets p q u v w r\n\
              delay lateral tau_lat\ndelay longitudinal tau_lon\n\
              delay collective tau_col\ndelay pedal tau_ped\n\
-             {cyclic}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}{HEAVE_EQUATIONS}{YAW_EQUATION}"
-        )
+             {text}{ATTITUDE_EQUATIONS}{HEAVE_EQUATIONS}{YAW_EQUATION}{GUST_EQUATIONS}\
+             {VERTICAL_GUST_EQUATION}{YAW_GUST_EQUATION}\
+             {VELOCITY_EQUATIONS}{VERTICAL_VELOCITY_EQUATIONS}"
+        );
+        let rest = [HEAVE, WIND, YAW, YAW_COUPLING, CYCLIC_DELAY, COLLECTIVE_DELAY, PEDAL_DELAY];
+        let vertical = [VERTICAL_GUST, VERTICAL_VELOCITY_ERROR];
+        ([rows, &slow, &rest, &air, &vertical].concat(), text)
     };
     let (rows, text): (Vec<&[Row]>, String) = match kind {
         Kind::Yaw => (
-            vec![YAW, PEDAL_DELAY],
-            "inputs pedal\noutputs r\nnoise n_r\noffsets r\ndelay pedal tau_ped\n\
-             r' = Nr*r + Nped*pedal + n_r"
-                .into(),
+            vec![YAW, YAW_COUPLING, PEDAL_DELAY, GUST],
+            format!(
+                "inputs collective pedal v\noutputs r\nnoise n_r n_rg\noffsets r\n\
+                 delay pedal tau_ped\n{YAW_EQUATION}{YAW_GUST_EQUATION}"
+            ),
         ),
         Kind::Heave => (
-            vec![HEAVE, COLLECTIVE_DELAY, GUST],
+            vec![HEAVE, WIND, COLLECTIVE_DELAY, VERTICAL_GUST, VERTICAL_VELOCITY_ERROR],
             format!(
-                "inputs collective\noutputs w\nnoise n_w n_wg\noffsets w\ndelay collective tau_col\n{HEAVE_EQUATIONS}"
+                "inputs collective u v phi theta kw\noutputs w\nnoise n_w n_wg n_ew\noffsets w\n\
+                 delay collective tau_col\n\
+                 {HEAVE_EQUATIONS}{VERTICAL_GUST_EQUATION}{VERTICAL_VELOCITY_EQUATIONS}"
             ),
         ),
-        Kind::RollPitch => (
-            vec![REDUCED, SPEED_MOMENTS, TRANSLATION, CYCLIC_DELAY, GUST],
-            format!(
-                "inputs lateral longitudinal\noutputs p q phi theta u v\n\
-                 noise {CYCLIC_NOISE}\noffsets p q u v\n\
-                 delay lateral tau_lat\ndelay longitudinal tau_lon\n\
-                 {REDUCED_EQUATIONS}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}"
-            ),
-        ),
-        Kind::Hybrid => (
-            vec![
-                FLAPPING,
-                SPEED_MOMENTS,
-                TRANSLATION,
-                HEAVE,
-                YAW,
-                YAW_COLLECTIVE,
-                CYCLIC_DELAY,
-                COLLECTIVE_DELAY,
-                PEDAL_DELAY,
-                GUST,
-            ],
-            whole(HYBRID_EQUATIONS),
-        ),
-        Kind::Hover => (
-            vec![
-                REDUCED,
-                SPEED_MOMENTS,
-                TRANSLATION,
-                HEAVE,
-                YAW,
-                YAW_COLLECTIVE,
-                CYCLIC_DELAY,
-                COLLECTIVE_DELAY,
-                PEDAL_DELAY,
-                GUST,
-            ],
-            whole(REDUCED_EQUATIONS),
-        ),
+        Kind::RollPitch => cyclic(&[REDUCED], REDUCED_EQUATIONS),
+        Kind::Flapping => cyclic(&[FLAPPING], HYBRID_EQUATIONS),
+        Kind::Hybrid => whole(&[FLAPPING], HYBRID_EQUATIONS),
+        Kind::Hover => whole(&[REDUCED], REDUCED_EQUATIONS),
         Kind::R50 => (vec![R50], R50_EQUATIONS.into()),
     };
     let parameters = rows
@@ -251,8 +332,9 @@ fn structure(kind: Kind) -> Structure {
         .iter()
         .map(|&(name, unit, start, lower, upper)| {
             let parameter = Parameter::new(name, unit, start).within(lower, upper);
-            // A test point of ten seconds cannot tell it from the noise it shapes.
-            if name == "tau_gust" { parameter.held() } else { parameter }
+            // A flight of minutes cannot tell it from the noise it shapes.
+            let parameter = if HELD.contains(&name) { parameter.held() } else { parameter };
+            if NEEDED.contains(&name) { parameter.needed() } else { parameter }
         })
         .collect();
     match Structure::new(kind.name(), parameters, &text) {

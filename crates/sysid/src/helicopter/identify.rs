@@ -1,38 +1,35 @@
 //! From a flight and its estimate to an identified helicopter.
 
-use nalgebra::DMatrix;
 use thiserror::Error;
 
+use super::flight::{FlightRecord, Velocity};
 use super::kind::Kind;
+use super::stretches;
+use super::velocity_error::{VELOCITY_NOISES, VelocityError};
 use crate::methods::prediction_error::{
     self, Dropping, Fit, Identified, PredictionErrorError, Settings,
 };
+use crate::methods::structure::Structure;
+use crate::record::preprocess::PreprocessError;
 use crate::record::{Experiment, ExperimentError};
 use crate::record::{STICKS, TestPoint, find_test_points};
 use crate::record::{Tone, find_tones, without_tones};
 use hovernav::ekf::Solution;
-use hovernav::gps::Fix;
-use hovernav::time::Time;
 use hovernav_log::Dataset;
-
-/// The signals of a flight, in order: what the estimator says of the motion.
-pub const MOTION: [&str; 8] = ["u", "v", "w", "p", "q", "r", "phi", "theta"];
 
 /// Windows of the simulated fits, s: long enough for an answer, short enough for an unstable plant.
 const WINDOW_S: f64 = 5.0;
+/// How much wider than the innovations tell a bound is given: servos, droop and bar are not in the
+/// structure. Tischler and Remple, section 12.3, double it.
+const WIDENED: f64 = 1.5;
+/// Least span of a stick that says something, of full travel on one side.
+const LEAST_MOVE: f64 = 0.02;
+/// Longest sample period to identify at, s: well above the fastest that sticks and air excite.
+const LONGEST_PERIOD_S: f64 = 0.045;
 /// Below this a line may be the helicopter's own mode, Hz.
 const LEAST_TONE_HZ: f64 = 5.0;
 /// Over which residuals may be correlated, s: about a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
-
-/// Whose velocity is identified from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Velocity {
-    /// The estimator's.
-    Estimated,
-    /// The receiver's own, each fix held until the next, turned into body axes: what the thesis had.
-    HeldGps,
-}
 
 /// Why a flight cannot be identified from.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -47,31 +44,34 @@ pub enum IdentifyError {
         /// Solutions there are.
         found: usize,
     },
-    /// No test point steps a stick the model has.
+    /// Nothing of the flight is near a hover.
     #[error(
-        "{kind}: no test point found on {sticks}; a test point is a stick stepped by 3 % or more, twice or more, alone"
+        "{kind}: no test point, and no {} s of flight within 2.5 m/s of standing still, level to 25° and on one heading",
+        stretches::LEAST_S
     )]
-    NoTestPoint {
+    NoHover {
         /// The model asked for.
         kind: Kind,
-        /// The sticks it has.
-        sticks: String,
+    },
+    /// A stick of the model never moves.
+    #[error(
+        "{kind}: no test point on {stick}: it never moves by {LEAST_MOVE}, nothing can be said of it"
+    )]
+    StillStick {
+        /// The model asked for.
+        kind: Kind,
+        /// The stick.
+        stick: String,
     },
     /// The record itself.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
+    /// The record is too short to be filtered.
+    #[error(transparent)]
+    Preprocess(PreprocessError),
     /// The search.
     #[error(transparent)]
     PredictionError(#[from] PredictionErrorError),
-}
-
-/// A flight as one uniformly sampled record.
-#[derive(Debug, Clone)]
-pub struct FlightRecord {
-    /// Time of the first sample.
-    pub start: Time,
-    /// Inputs are [`STICKS`], outputs [`MOTION`].
-    pub experiment: Experiment,
 }
 
 /// An identified helicopter and what it was identified from.
@@ -85,7 +85,9 @@ pub struct Identification {
     pub tones: Vec<Tone>,
     /// Every test point of the flight.
     pub test_points: Vec<TestPoint>,
-    /// Those the parameters are from: indices into `test_points`.
+    /// Flight that the parameters are from, s: all that is near a hover and not held back.
+    pub estimated_s: f64,
+    /// The test points among it: indices into `test_points`.
     pub estimation_points: Vec<usize>,
     /// Those held back.
     pub validation_points: Vec<usize>,
@@ -99,105 +101,11 @@ pub struct Identification {
     pub warnings: Vec<String>,
 }
 
-impl FlightRecord {
-    /// `solutions` of `dataset`, in time order, on a uniform grid at their median interval: motion
-    /// interpolated, sticks held.
-    ///
-    /// # Errors
-    /// [`IdentifyError`] where there are no controls or no solutions.
-    pub fn new(
-        dataset: &Dataset,
-        solutions: &[Solution],
-        velocity: Velocity,
-    ) -> Result<Self, IdentifyError> {
-        let short = IdentifyError::NoSolution { found: solutions.len() };
-        let (Some(first), Some(last)) = (solutions.first(), solutions.last()) else {
-            return Err(short);
-        };
-        let mut intervals: Vec<f64> =
-            solutions.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
-        intervals.sort_by(f64::total_cmp);
-        if solutions.len() < 100 {
-            return Err(short);
-        }
-        let usual = intervals[intervals.len() / 2];
-        // The mean of the usual intervals: a median alone has the clock's rounding in it.
-        let usual: Vec<f64> = intervals
-            .into_iter()
-            .filter(|interval| (0.9..1.1).contains(&(interval / usual)))
-            .collect();
-        let period_s = usual.iter().sum::<f64>() / usual.len() as f64;
-        let span = last.time - first.time;
-        let samples = (span / period_s + 1e-6) as usize + 1;
-        let controls = &dataset.controls;
-        if controls.is_empty() {
-            return Err(IdentifyError::NoControls);
-        }
-        let mut inputs = DMatrix::zeros(samples, STICKS.len());
-        let mut outputs = DMatrix::zeros(samples, MOTION.len());
-        for sample in 0..samples {
-            let time = first.time.offset_by(sample as f64 * period_s);
-            let late = time.offset_by(0.25 * period_s);
-            let held = controls.partition_point(|control| control.0 <= late).max(1) - 1;
-            for (stick, value) in controls[held].1.iter().enumerate() {
-                inputs[(sample, stick)] = *value;
-            }
-            let next = solutions
-                .partition_point(|solution| solution.time < time)
-                .clamp(1, solutions.len() - 1);
-            let (before, after) = (&solutions[next - 1], &solutions[next]);
-            let part = ((time - before.time) / (after.time - before.time)).clamp(0.0, 1.0);
-            let (one, other) =
-                (motion(before, &dataset.fixes, velocity), motion(after, &dataset.fixes, velocity));
-            for channel in 0..MOTION.len() {
-                outputs[(sample, channel)] = one[channel] + part * (other[channel] - one[channel]);
-            }
-        }
-        let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
-        let name = dataset.manifest.name.clone();
-        let experiment =
-            Experiment::new(name, period_s, names(&STICKS), names(&MOTION), inputs, outputs)?;
-        Ok(Self { start: first.time, experiment })
-    }
-
-    /// The samples of a test point, named after its stick and time.
-    ///
-    /// # Errors
-    /// [`IdentifyError::Experiment`] where it lies outside the record.
-    pub fn cut(&self, point: &TestPoint) -> Result<Experiment, IdentifyError> {
-        let index = |time: Time| {
-            let samples = (time - self.start) / self.experiment.period_s;
-            (samples.round().max(0.0) as usize).min(self.experiment.samples())
-        };
-        let mut piece = self.experiment.slice(index(point.start)..index(point.end))?;
-        let stick = point.stick.map_or("manoeuvre", |stick| STICKS[stick]);
-        piece.name = format!("{stick} at {:.1} s", point.first_step.seconds());
-        Ok(piece)
-    }
-}
-
-/// u, v, w, p, q, r, φ, θ of a solution.
-fn motion(solution: &Solution, fixes: &[Fix], velocity: Velocity) -> [f64; 8] {
-    let held = fixes.partition_point(|fix| fix.time <= solution.time).max(1) - 1;
-    let measured = match velocity {
-        Velocity::Estimated => None,
-        Velocity::HeldGps => fixes.get(held).and_then(Fix::velocity_mps),
-    };
-    let [u, v, w] = measured
-        .map_or_else(
-            || solution.velocity_body_mps(),
-            |velocity| solution.body_to_ned.inverse() * velocity,
-        )
-        .to_array();
-    let [p, q, r] = solution.angular_rate_radps.to_array();
-    let angles = solution.body_to_ned.euler();
-    [u, v, w, p, q, r, angles.roll_rad, angles.pitch_rad]
-}
-
-/// Identifies a helicopter of `kind` from a flight's test points.
+/// Identifies a helicopter of `kind` from a flight.
 ///
-/// The last repetition on each stick is held back where there are at least two, and never seen by the
-/// search; the windows of the fits are simulated over 5 s from an initial state of their own.
+/// The parameters are from all of the flight that is near a hover, less what is held back: the last
+/// repetition on each stick where there are at least two, or where the pilot flew no test points the
+/// last quarter. The windows of the fits are simulated over 5 s from an initial state of their own.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -210,6 +118,7 @@ pub fn identify(
     let mut record = FlightRecord::new(dataset, solutions, velocity)?;
     let tones = find_tones(&record.experiment, LEAST_TONE_HZ);
     record.experiment = without_tones(&record.experiment, &tones);
+    let record = record.thinned(LONGEST_PERIOD_S).map_err(IdentifyError::Preprocess)?;
     let end = record.start.offset_by(record.experiment.duration_s());
     let mut test_points = find_test_points(&dataset.controls);
     test_points.retain(|point| point.start >= record.start && point.end <= end);
@@ -227,29 +136,67 @@ pub fn identify(
         }
         estimation_points.extend(own);
     }
+    let mut still = Vec::new();
+    for stick in structure.inputs_of_pilot() {
+        let values = record.experiment.signal(stick)?;
+        if values.max() - values.min() < LEAST_MOVE {
+            if matches!((kind, stick), (Kind::Yaw, "pedal") | (Kind::Heave, "collective")) {
+                return Err(IdentifyError::StillStick { kind, stick: stick.to_owned() });
+            }
+            still.push(stick.to_owned());
+        }
+    }
+    let mut warnings = Vec::new();
     if estimation_points.is_empty() {
-        return Err(IdentifyError::NoTestPoint { kind, sticks: structure.inputs.join(", ") });
+        let pieces = stretches::pieces(&record);
+        if pieces.is_empty() {
+            return Err(IdentifyError::NoHover { kind });
+        }
+        warnings.push(format!(
+            "no test point found on {}: the parameters rest on what the pilot did besides",
+            structure.inputs_of_pilot().collect::<Vec<_>>().join(", ")
+        ));
+        let held_back = pieces.len() / 4;
+        let first = test_points.len();
+        let all = first..first + pieces.len();
+        test_points.extend(pieces);
+        estimation_points = (all.start..all.end - held_back).collect();
+        validation_points = (all.end - held_back..all.end).collect();
     }
     let cut = |points: &[usize]| {
         points.iter().map(|&point| record.cut(&test_points[point])).collect::<Result<Vec<_>, _>>()
     };
     let (estimation, validation) = (cut(&estimation_points)?, cut(&validation_points)?);
-    let settings = Settings {
-        held_sigma: kind.held_sigma(),
-        dropping: Some(Dropping::default()),
-        residual_correlation_s: RESIDUAL_CORRELATION_S,
-        ..Settings::innovations(kind.process_sigma())
+    let held_back: Vec<&TestPoint> =
+        validation_points.iter().map(|&point| &test_points[point]).collect();
+    let mut stretches = stretches::stretches(&record, &held_back)?;
+    if stretches.is_empty() {
+        stretches.clone_from(&estimation);
+    }
+    let error = match velocity {
+        Velocity::Estimated => VelocityError::of(solutions, &dataset.fixes),
+        Velocity::HeldGps => VelocityError::NONE,
     };
-    let identified = prediction_error::identify(&structure, &estimation, &settings)?;
+    let period_s = record.experiment.period_s;
+    let search = Search { stretches: &stretches, error: &error, still: &still, period_s };
+    let identified = match kind.parts() {
+        [] => search.best(kind)?,
+        parts => {
+            let parts = search.all(parts)?;
+            let structure = search.prepared(structure.clone());
+            let settings = search.settings(kind);
+            prediction_error::assemble(&structure, &parts, &stretches, &settings)?
+        }
+    };
     let validation = match validation.as_slice() {
         [] => None,
         validation => Some(identified.simulate(validation, WINDOW_S)?),
     };
-    let mut warnings = Vec::new();
-    for input in &structure.inputs {
+    for input in structure.inputs_of_pilot() {
         let tested =
             |&point: &usize| test_points[point].stick.is_some_and(|stick| STICKS[stick] == input);
-        if !estimation_points.iter().any(tested) {
+        let any = estimation_points.iter().any(|&point| test_points[point].stick.is_some());
+        if any && !estimation_points.iter().any(tested) {
             warnings.push(format!("no test point steps the {input} stick: its derivatives rest on what the pilot did besides"));
         }
     }
@@ -261,6 +208,7 @@ pub fn identify(
         velocity,
         tones,
         estimation: identified.simulate(&estimation, WINDOW_S)?,
+        estimated_s: stretches.iter().map(Experiment::duration_s).sum(),
         test_points,
         estimation_points,
         validation_points,
@@ -268,4 +216,93 @@ pub fn identify(
         validation,
         warnings,
     })
+}
+
+/// `structure` with the time constants of the velocity's `error`.
+fn with_error(structure: Structure, error: &VelocityError) -> Structure {
+    structure.with("tau_vh", error.horizontal.time_s, true).with(
+        "tau_vv",
+        error.vertical.time_s,
+        true,
+    )
+}
+
+/// What is searched.
+struct Search<'a> {
+    stretches: &'a [Experiment],
+    error: &'a VelocityError,
+    /// Sticks that never move.
+    still: &'a [String],
+    period_s: f64,
+}
+
+impl Search<'_> {
+    fn prepared(&self, structure: Structure) -> Structure {
+        self.still
+            .iter()
+            .fold(with_error(structure, self.error), |known, stick| known.with_still(stick))
+    }
+
+    fn settings(&self, kind: Kind) -> Settings {
+        Settings {
+            held_sigma: kind.held_sigma(self.error, self.period_s),
+            held_noises: VELOCITY_NOISES.map(str::to_owned).to_vec(),
+            most_noise: kind.most_noise(self.period_s),
+            dropping: Some(Dropping::default()),
+            residual_correlation_s: RESIDUAL_CORRELATION_S,
+            widened: WIDENED,
+            ..Settings::innovations(kind.process_sigma(self.error, self.period_s))
+        }
+    }
+
+    /// Each of `kinds`, side by side.
+    fn all(&self, kinds: &[Kind]) -> Result<Vec<Identified>, PredictionErrorError> {
+        std::thread::scope(|scope| {
+            let searches: Vec<_> =
+                kinds.iter().map(|&kind| scope.spawn(move || self.best(kind))).collect();
+            let found = searches.into_iter().map(|search| match search.join() {
+                Ok(found) => found,
+                Err(panic) => std::panic::resume_unwind(panic),
+            });
+            found.collect()
+        })
+    }
+
+    /// The likeliest of what the searches from every start find.
+    ///
+    /// Where process noise can stand in for an answer to the sticks the likelihood has a second
+    /// optimum: the search goes from both sides.
+    fn best(&self, kind: Kind) -> Result<Identified, PredictionErrorError> {
+        /// Parameter, start, and process noise in its usual start.
+        const STARTS: [(Kind, &str, f64, f64); 6] = [
+            (Kind::Flapping, "tau_f", 0.1, 1.0),
+            (Kind::Flapping, "tau_f", 0.1, 0.1),
+            (Kind::Yaw, "Nr", -4.0, 1.0),
+            (Kind::Yaw, "Nr", -25.0, 0.1),
+            (Kind::Heave, "Zw", -0.7, 1.0),
+            (Kind::Heave, "Zw", -0.7, 0.1),
+        ];
+        let structure = self.prepared(kind.structure());
+        let starts = STARTS.iter().filter(|(of, ..)| *of == kind);
+        let mut tried = starts.map(|&(_, name, start, noise)| {
+            let mut settings = self.settings(kind);
+            if let prediction_error::Form::Innovations(sigmas) = &mut settings.form {
+                let own = structure
+                    .noises
+                    .iter()
+                    .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r" | "n_w"));
+                sigmas.iter_mut().zip(own).filter(|(_, own)| *own).for_each(|(s, _)| *s *= noise);
+            }
+            let structure = structure.clone().with(name, start, false);
+            prediction_error::identify(&structure, self.stretches, &settings)
+        });
+        let Some(first) = tried.next() else {
+            return prediction_error::identify(&structure, self.stretches, &self.settings(kind));
+        };
+        tried.fold(first, |best, next| match (&best, &next) {
+            (Ok(one), Ok(other)) if other.aic < one.aic => next,
+            (Err(_), Ok(_)) => next,
+            _ => best,
+        })
+    }
 }

@@ -12,6 +12,8 @@ pub enum Kind {
     Heave,
     /// p, q, φ, θ, u, v from the cyclic, flapping taken as instantaneous: the thesis's reduced model.
     RollPitch,
+    /// The same with flapping: the cyclic part of [`Hybrid`](Self::Hybrid).
+    Flapping,
     /// All ten states of equations 3.50–3.57, flapping included.
     Hybrid,
     /// Roll and pitch, heave and yaw, without flapping: eight states.
@@ -22,8 +24,26 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Yaw, Self::Heave, Self::RollPitch, Self::Hybrid, Self::Hover, Self::R50];
+    pub const ALL: [Self; 7] = [
+        Self::Yaw,
+        Self::Heave,
+        Self::RollPitch,
+        Self::Flapping,
+        Self::Hybrid,
+        Self::Hover,
+        Self::R50,
+    ];
+
+    /// The parts that the equations fall into, each identified by itself with the motion of the others
+    /// for known; none where they do not.
+    #[must_use]
+    pub const fn parts(self) -> &'static [Self] {
+        match self {
+            Self::Hybrid => &[Self::Flapping, Self::Heave, Self::Yaw],
+            Self::Hover => &[Self::RollPitch, Self::Heave, Self::Yaw],
+            _ => &[],
+        }
+    }
 
     /// The name on the command line.
     #[must_use]
@@ -32,6 +52,7 @@ impl Kind {
             Self::Yaw => "yaw",
             Self::Heave => "heave",
             Self::RollPitch => "roll-pitch",
+            Self::Flapping => "flapping",
             Self::Hybrid => "hybrid",
             Self::Hover => "hover",
             Self::R50 => "r50",
@@ -47,7 +68,7 @@ impl fmt::Display for Kind {
 
 /// A model's name that is none.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("found \"{0}\", expected yaw, heave, roll-pitch, hybrid, hover or r50")]
+#[error("found \"{0}\", expected yaw, heave, roll-pitch, flapping, hybrid, hover or r50")]
 pub struct UnknownKind(String);
 
 impl FromStr for Kind {

@@ -7,15 +7,21 @@
 
 mod checks;
 mod equations;
+mod flight;
 mod identify;
 mod kind;
 mod response;
 mod result;
+mod stretches;
 mod vehicle;
+mod velocity_error;
+mod verdict;
 
 pub use checks::flight_warnings;
-pub use identify::{FlightRecord, Identification, IdentifyError, MOTION, Velocity, identify};
+pub use flight::{FlightRecord, MOTION, Velocity};
+pub use identify::{Identification, IdentifyError, identify};
 pub use kind::{Kind, UnknownKind};
 pub use response::{StickResponse, stick_responses};
 pub use result::BoundSummary;
 pub use vehicle::Pole;
+pub use velocity_error::{SlowError, VelocityError};

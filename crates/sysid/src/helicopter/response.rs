@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 
-use super::identify::{FlightRecord, Identification};
+use super::flight::FlightRecord;
+use super::identify::Identification;
 use crate::methods::frequency::{Band, ResponseSettings, frequency_response};
 use crate::record::STICKS;
 use crate::record::without_tones;
@@ -31,6 +32,31 @@ pub struct StickResponse {
     pub model: Vec<(f64, f64)>,
 }
 
+impl StickResponse {
+    /// How far flight and model are apart where the coherence is at least `coherence`: 0 where they
+    /// agree, below 100 where a fit is good. `None` where fewer than five frequencies are worth it.
+    ///
+    /// # Source
+    /// Tischler and Remple, equation 11.4: weights by coherence, 1 per dB² and 0.01745 per °².
+    #[must_use]
+    pub fn cost(&self, coherence: f64) -> Option<f64> {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (at, known) in
+            self.coherence.iter().enumerate().filter(|(_, known)| **known >= coherence)
+        {
+            let ((size, phase), (size_model, phase_model)) =
+                (*self.flight.get(at)?, *self.model.get(at)?);
+            let weight = (1.58 * (1.0 - (-known * known).exp())).powi(2);
+            let apart = (size - size_model).powi(2) + 0.01745 * (phase - phase_model).powi(2);
+            if apart.is_finite() {
+                sum += weight * apart;
+                count += 1.0;
+            }
+        }
+        (count >= 5.0).then(|| 20.0 / count * sum)
+    }
+}
+
 /// Which output answers to which stick.
 const ON_AXIS: [(&str, &str); 4] = [("p", "rad/s"), ("q", "rad/s"), ("w", "m/s"), ("r", "rad/s")];
 /// The slowest movement a test point of ten seconds holds, Hz.
@@ -44,8 +70,8 @@ const POINTS: usize = 60;
 #[must_use]
 pub fn stick_responses(found: &Identification, record: &FlightRecord) -> Vec<StickResponse> {
     let clean = FlightRecord {
-        start: record.start,
         experiment: without_tones(&record.experiment, &found.tones),
+        ..record.clone()
     };
     (0..STICKS.len()).filter_map(|stick| stick_response(found, &clean, stick)).collect()
 }
@@ -67,7 +93,7 @@ fn stick_response(
         .map(|piece| piece.detrended())
         .collect();
     let shortest_s = experiments.iter().map(|piece| piece.duration_s()).reduce(f64::min)?;
-    let period_s = found.identified.period_s;
+    let period_s = record.experiment.period_s;
     let last_hz = LAST_HZ.min(0.4 / period_s);
     let band = Band { first_hz: FIRST_HZ, last_hz, points: POINTS };
     let settings = ResponseSettings::composite(band, 2.0 * shortest_s);

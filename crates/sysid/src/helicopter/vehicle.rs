@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use crate::methods::prediction_error::{Estimate, Identified};
+use crate::record::STICKS;
 use hovernav_model::linalg::eigenvalues;
 use hovernav_model::{ModelError, Parameter, Signal, StateSpace, TimeDomain};
 
@@ -44,7 +45,8 @@ impl Pole {
 }
 
 impl Identified {
-    /// The vehicle alone, continuous in time: what of the structure is not a model of gusts. Outputs
+    /// The vehicle alone, continuous in time: what of the structure is not a model of gusts
+    /// or of measurements. Outputs
     /// are the states; sticks are in units of −1…1 about trim. With it go the parameters and their
     /// covariance, in which what was held or dropped has none; transport delays are parameters, not
     /// part of the matrices.
@@ -57,10 +59,14 @@ impl Identified {
         let matrices = structure.at(&self.values());
         let signal = |name: &String| Signal::new(name, unit_of(name));
         let states = kept.iter().map(|&state| signal(&structure.states[state])).collect();
-        let inputs = structure.inputs.iter().map(|name| Signal::new(name, "stick")).collect();
+        let inputs = structure.inputs.iter().enumerate();
+        let (sticks, inputs): (Vec<usize>, _) = inputs
+            .filter(|(_, name)| STICKS.contains(&name.as_str()))
+            .map(|(input, name)| (input, Signal::new(name, "stick")))
+            .unzip();
         let time = TimeDomain::Continuous;
         let a = matrices.a.select_rows(&kept).select_columns(&kept);
-        let b = matrices.b.select_rows(&kept);
+        let b = matrices.b.select_rows(&kept).select_columns(&sticks);
         let count = structure.parameters.len();
         let parameters = self.estimates.list.iter().take(count).map(|estimate| Parameter {
             name: estimate.name.clone(),
@@ -160,8 +166,8 @@ impl Identified {
         entries
     }
 
-    /// The states that something besides noise and themselves drives, or that drive no force: all
-    /// but the gusts.
+    /// The states that something besides noise and themselves drives: all but gusts and errors of
+    /// measurement.
     fn vehicle_states(&self) -> Vec<usize> {
         let structure = &self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());
@@ -199,6 +205,7 @@ mod tests {
 
     use super::*;
     use crate::helicopter::kind::Kind;
+    use crate::helicopter::velocity_error::VelocityError;
     use crate::methods::prediction_error::{Settings, identify};
     use crate::record::Experiment;
 
@@ -217,7 +224,8 @@ mod tests {
         let names = (vec!["pedal".to_owned()], vec!["r".to_owned()]);
         let record = Experiment::new("yaw", PERIOD_S, names.0, names.1, inputs, outputs)
             .expect("finite numbers");
-        let settings = Settings::innovations(Kind::Yaw.process_sigma());
+        let settings =
+            Settings::innovations(Kind::Yaw.process_sigma(&VelocityError::NONE, PERIOD_S));
         identify(&Kind::Yaw.structure(), &[record], &settings).expect("it is identifiable")
     }
 
@@ -252,7 +260,10 @@ mod tests {
             };
             let gusts: Vec<_> =
                 (0..structure.states.len()).filter(|&state| !driven(state)).collect();
-            let named = |state: &usize| structure.states[*state].ends_with('g');
+            let named = |state: &usize| {
+                let name = &structure.states[*state];
+                name.ends_with('g') || name.starts_with('e')
+            };
             assert!(gusts.iter().all(named), "{kind}: {gusts:?}");
         }
     }

@@ -21,10 +21,12 @@ pub struct Tone {
 const SEGMENT: usize = 512;
 /// How far above its neighbourhood's median a line stands.
 const PROMINENCE: f64 = 10.0;
-/// Neighbourhood to either side, Hz.
-const NEIGHBOURHOOD_HZ: f64 = 1.5;
+/// Neighbourhood to either side, Hz: wide against a line that moves with the rotor's speed.
+const NEIGHBOURHOOD_HZ: f64 = 4.0;
 /// Widest line that is a tone, Hz.
-const WIDEST_HZ: f64 = 1.0;
+const WIDEST_HZ: f64 = 3.0;
+/// Widest single notch, Hz: a line that moves is covered by several side by side.
+const NOTCH_HZ: f64 = 0.5;
 
 /// Finds the tones above `least_hz` in the outputs of `record`: lines ten times above the median of
 /// their neighbourhood in the spectrum of any output's differences.
@@ -57,9 +59,17 @@ pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
         }
         if bin > first {
             let width_hz = (bin - first + 1) as f64 * bin_hz;
-            let frequency_hz = 0.5 * (first + bin - 1) as f64 * bin_hz;
+            let middle_hz = 0.5 * (first + bin - 1) as f64 * bin_hz;
             if width_hz <= WIDEST_HZ {
-                tones.push(Tone { frequency_hz, width_hz });
+                let count = (width_hz / NOTCH_HZ).ceil();
+                let apart_hz = width_hz / count;
+                let lowest_hz = middle_hz - 0.5 * (count - 1.0) * apart_hz;
+                // A little wider than they are apart, so that nothing passes between two.
+                let width_hz = if count > 1.0 { 1.25 * apart_hz } else { width_hz };
+                tones.extend((0..count as usize).map(|notch| {
+                    let frequency_hz = lowest_hz + notch as f64 * apart_hz;
+                    Tone { frequency_hz, width_hz }
+                }));
             }
         }
         bin += 1;

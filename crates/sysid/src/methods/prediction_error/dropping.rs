@@ -6,101 +6,140 @@ use super::identified::{Identified, OwnValues};
 use super::problem::Problem;
 use super::settings::{Dropping, Settings};
 use super::statistics;
-use crate::methods::least_squares::{Limits, Minimum, minimise};
-use crate::methods::structure::Parameter;
+use crate::methods::least_squares::{Cost as _, Limits, Minimum, minimise};
 
-/// Searches, then drops one parameter after the other and searches again.
+/// Searches, then drops what the data do not know, several parameters at once, and searches again.
 pub(super) fn search(
     mut problem: Problem<'_>,
     settings: &Settings,
 ) -> Result<Identified, PredictionErrorError> {
     let mut iterations = settle(&mut problem, settings)?;
-    let mut theta: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
+    let theta: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
     let mut minimum = minimised(&problem, &theta, settings.limits)?;
     iterations += minimum.iterations;
     let (mut log, mut dropped, mut kept) = (Vec::new(), Vec::new(), Vec::new());
     let estimates = loop {
         let estimates = summarise(&problem, &minimum, settings, &dropped)?;
-        let candidate = settings.dropping.as_ref().and_then(|limits| {
-            let known = |index: &usize| kept.contains(index);
-            worst(&estimates, limits, problem.structure.parameters.len(), known)
-                .map(|(index, why)| (index, why, *limits))
-        });
-        let Some((index, why, limits)) = candidate else { break estimates };
-        let Some(place) = problem.free.iter().position(|&free| free == index) else {
+        let Some(limits) = &settings.dropping else { break estimates };
+        let mut weak = unknown(&problem, &estimates, limits);
+        weak.retain(|(index, ..)| !kept.contains(index));
+        if weak.is_empty() {
             break estimates;
-        };
-        let (name, before) = (problem.structure.parameters[index].name.clone(), minimum.clone());
-        let (base, free) = (problem.base.clone(), problem.free.clone());
-        let start = problem.structure.parameters[index].start;
-        let value = if problem.structure.divides(index) { start } else { 0.0 };
-        problem.base[index] = value;
-        problem.free.remove(place);
-        theta = minimum.theta.clone();
-        theta.remove(place);
-        let estimate = &estimates.list[index];
-        let inflation = (estimate.bound / estimate.white_bound).powi(2).max(1.0);
-        let without = minimised(&problem, &theta, settings.limits);
-        let rise = without
-            .as_ref()
-            .map_or(f64::INFINITY, |without| 2.0 * (without.at.cost - before.at.cost) / inflation);
-        match without {
-            Ok(without) if rise <= limits.likelihood_rise => {
-                iterations += without.iterations;
-                log.push(format!("{name} dropped at {value}: {why}; −2 ln L rises by {rise:.2}"));
-                dropped.push(index);
-                minimum = without;
+        }
+        // All that chance alone explains; where their likelihoods do not simply add, half of them.
+        weak.sort_by(|one, other| one.1.total_cmp(&other.1));
+        loop {
+            let before = (problem.base.clone(), problem.free.clone());
+            let theta = leave_out(&mut problem, &minimum, &weak);
+            let without = minimised(&problem, &theta, settings.limits);
+            let inflation = weak.iter().map(|weak| weak.2).fold(1.0, f64::max);
+            let rise = without.as_ref().map_or(f64::INFINITY, |without| {
+                2.0 * (without.at.cost - minimum.at.cost) / inflation
+            });
+            match without {
+                Ok(without) if rise <= limits.likelihood_rise * weak.len() as f64 => {
+                    iterations += without.iterations;
+                    let together = match weak.len() {
+                        1 => String::new(),
+                        count => format!(" for {count} together"),
+                    };
+                    log.extend(weak.iter().map(|(index, ..)| {
+                        let estimate = &estimates.list[*index];
+                        let (name, percent) = (&estimate.name, estimate.bound_percent());
+                        let value = problem.base[*index];
+                        format!(
+                            "{name} dropped at {value}: its bound is {percent:.0} %; −2 ln L rises by \
+                             {rise:.2}{together}"
+                        )
+                    }));
+                    dropped.extend(weak.iter().map(|(index, ..)| *index));
+                    minimum = without;
+                    break;
+                }
+                _ => (problem.base, problem.free) = before,
             }
-            _ => {
-                log.push(format!("{name} kept though {why}: −2 ln L would rise by {rise:.2}"));
-                kept.push(index);
-                (problem.base, problem.free) = (base, free);
-                minimum = before;
+            if weak.len() == 1 {
+                let estimate = &estimates.list[weak[0].0];
+                let (name, percent) = (&estimate.name, estimate.bound_percent());
+                log.push(format!(
+                    "{name} kept though its bound is {percent:.0} %: −2 ln L would rise by {rise:.2}"
+                ));
+                kept.push(weak[0].0);
+                break;
             }
+            weak.truncate(weak.len().div_ceil(2));
         }
     };
     finish(&problem, &minimum, estimates, iterations, log, &dropped)
 }
 
-/// A first search with the outputs' noise held at what their differences say.
-///
-/// Process noise can stand in for an output's noise and explain each sample by itself: that is a
-/// second optimum of the likelihood, and a search from far off may end there.
-fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, PredictionErrorError> {
-    let first_output = problem.structure.parameters.len() + problem.structure.noises.len();
-    let all = problem.free.clone();
-    problem.free.retain(|&index| index < first_output);
-    let start: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
-    let minimum = minimised(problem, &start, settings.limits)?;
-    problem.base = problem.whole(&minimum.theta);
-    problem.free = all;
-    Ok(minimum.iterations)
-}
-
-/// The parameter to drop next, and why: the most insensitive, then the least bounded.
-fn worst(
+/// Parameters that may go and are no further from going than chance: index, Wald's statistic, and by how
+/// much innovations that are not white widen their variance.
+fn unknown(
+    problem: &Problem<'_>,
     estimates: &Estimates,
     limits: &Dropping,
-    own: usize,
-    known: impl Fn(&usize) -> bool,
-) -> Option<(usize, String)> {
-    let candidates = || {
-        let free = estimates.free.iter().copied().filter(|index| *index < own && !known(index));
-        free.map(|index| (index, &estimates.list[index]))
-    };
-    let most = |percent: fn(&Estimate) -> f64, limit: f64| {
-        candidates()
-            .map(|(index, estimate)| (index, percent(estimate)))
-            .filter(|(_, percent)| *percent > limit)
-            .max_by(|one, other| one.1.total_cmp(&other.1))
-    };
-    if let Some((index, percent)) =
-        most(Estimate::insensitivity_percent, limits.insensitivity_percent)
-    {
-        return Some((index, format!("its insensitivity is {percent:.0} %")));
+) -> Vec<(usize, f64, f64)> {
+    let parameters = &problem.structure.parameters;
+    let free = estimates.free.iter().filter(|&&index| index < parameters.len());
+    let candidates = free.filter_map(|&index| {
+        let estimate = &estimates.list[index];
+        let wide = estimate.bound_percent() > limits.bound_percent
+            || estimate.insensitivity_percent() > limits.insensitivity_percent;
+        let wald = ((estimate.value - without(problem, index)) / estimate.bound).powi(2);
+        let inflation = (estimate.bound / estimate.white_bound).powi(2).max(1.0);
+        let goes = wide && !parameters[index].needed && wald <= limits.likelihood_rise;
+        goes.then_some((index, wald, inflation))
+    });
+    candidates.collect()
+}
+
+/// Where a parameter stands when it is left out.
+fn without(problem: &Problem<'_>, index: usize) -> f64 {
+    if problem.structure.divides(index) { problem.structure.parameters[index].start } else { 0.0 }
+}
+
+/// Takes `weak` out of the search; what is left of its point.
+fn leave_out(problem: &mut Problem<'_>, minimum: &Minimum, weak: &[(usize, f64, f64)]) -> Vec<f64> {
+    let goes = |index: usize| weak.iter().any(|(weak, ..)| *weak == index);
+    let theta = problem.free.iter().zip(&minimum.theta);
+    let theta = theta.filter(|(index, _)| !goes(**index)).map(|(_, value)| *value).collect();
+    problem.free.retain(|&index| !goes(index));
+    for &(index, ..) in weak {
+        problem.base[index] = without(problem, index);
     }
-    most(Estimate::bound_percent, limits.bound_percent)
-        .map(|(index, percent)| (index, format!("its bound is {percent:.0} %")))
+    theta
+}
+
+/// A first search for the structure's own parameters, with all noise held and that of the outputs at a
+/// tenth of their size.
+///
+/// Process noise can stand in for an answer to the sticks and explain each sample by the one before:
+/// that is a second optimum of the likelihood, and a search from far off may end there.
+fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, PredictionErrorError> {
+    /// Size of an output's noise, in the output's standard deviation.
+    const NOISE: f64 = 0.1;
+    let structure = problem.structure;
+    let first_noise = structure.parameters.len();
+    let first_output = first_noise + structure.noises.len();
+    let (all, base) = (problem.free.clone(), problem.base.clone());
+    let outputs = structure.outputs.len();
+    for output in 0..outputs {
+        let index = first_output + output;
+        if all.contains(&index) {
+            let sigma = NOISE * statistics::deviation_of(problem.records, output, outputs);
+            problem.base[index] = sigma.ln().max(base[index]);
+        }
+    }
+    problem.free.retain(|&index| index < first_noise);
+    let start: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
+    // What it finds is a start: a unit of −ln L is near enough.
+    let minimum = minimised(problem, &start, Limits { least_decrease: 1.0, ..settings.limits })?;
+    let found = problem.whole(&minimum.theta);
+    problem.base[..first_noise].copy_from_slice(&found[..first_noise]);
+    problem.base[first_noise..].copy_from_slice(&base[first_noise..]);
+    problem.free = all;
+    Ok(minimum.iterations)
 }
 
 fn summarise(
@@ -120,6 +159,16 @@ fn summarise(
         })
     };
     let (mut covariance, mut white) = (covariance.ok_or_else(singular)?, white);
+    // Noise that is held may be larger than what was flown in: a bound is never below that of the noise
+    // the model has.
+    let widen: Vec<f64> = (0..white.nrows())
+        .map(|place| (white[(place, place)] / covariance[(place, place)]).sqrt().max(1.0))
+        .map(|factor| settings.widened * if factor.is_finite() { factor } else { 1.0 })
+        .collect();
+    for (place, factor) in widen.iter().enumerate() {
+        covariance.row_mut(place).scale_mut(*factor);
+        covariance.column_mut(place).scale_mut(*factor);
+    }
     let whole = problem.whole(&minimum.theta);
     let structure = problem.structure;
     let own = structure.parameters.len();
@@ -180,13 +229,57 @@ fn finish(
     log: Vec<String>,
     dropped: &[usize],
 ) -> Result<Identified, PredictionErrorError> {
+    let ended = Ended { cost: minimum.at.cost, iterations, converged: minimum.converged };
+    described(problem, &minimum.theta, estimates, &ended, log, dropped)
+}
+
+/// How the searches ended.
+struct Ended {
+    cost: f64,
+    iterations: usize,
+    converged: bool,
+}
+
+/// What [`assemble`](super::assemble) makes of the parts: `problem` holds their values and has nothing
+/// free.
+pub(super) fn assembled(
+    problem: &Problem<'_>,
+    estimates: Estimates,
+    parts: &[Identified],
+) -> Result<Identified, PredictionErrorError> {
     let singular = || PredictionErrorError::Singular { structure: problem.structure.name.clone() };
-    let (predictor, _, passed) = problem.pass(&minimum.theta, false).ok_or_else(singular)?;
+    let ended = Ended {
+        cost: problem.cost(&[]).ok_or_else(singular)?,
+        iterations: parts.iter().map(|part| part.iterations).sum(),
+        converged: parts.iter().all(|part| part.converged),
+    };
+    let log = parts.iter().flat_map(|part| part.log.iter().cloned()).collect();
+    let own = problem.structure.parameters.len();
+    let dropped: Vec<usize> =
+        (0..own).filter(|&index| estimates.list[index].status == Status::Dropped).collect();
+    let held: Vec<usize> = (0..own).filter(|index| !estimates.free.contains(index)).collect();
+    let mut found = described(problem, &[], estimates, &ended, log, &dropped)?;
+    for index in held {
+        found.structure.parameters[index].fixed = true;
+    }
+    Ok(found)
+}
+
+fn described(
+    problem: &Problem<'_>,
+    theta: &[f64],
+    estimates: Estimates,
+    ended: &Ended,
+    log: Vec<String>,
+    dropped: &[usize],
+) -> Result<Identified, PredictionErrorError> {
+    let singular = || PredictionErrorError::Singular { structure: problem.structure.name.clone() };
+    let (predictor, _, passed) = problem.pass(theta, false).ok_or_else(singular)?;
     let samples = problem.samples();
     let innovations_covariance =
         statistics::innovations_covariance(&passed, &predictor.whitener, samples)
             .ok_or_else(singular)?;
-    let theta = problem.whole(&minimum.theta);
+    let theta = problem.whole(theta);
     let mut structure = problem.structure.clone();
     for &index in dropped {
         structure.parameters[index].fixed = true;
@@ -204,7 +297,7 @@ fn finish(
             biases: own[n + o..].to_vec(),
         })
         .collect();
-    let unknowns = (problem.free.len() + passed.own.iter().map(Vec::len).sum::<usize>()) as f64;
+    let unknowns = (estimates.free.len() + passed.own.iter().map(Vec::len).sum::<usize>()) as f64;
     let (count, outputs) = (samples as f64, structure.outputs.len() as f64);
     let constant = count * outputs * std::f64::consts::TAU.ln();
     Ok(Identified {
@@ -213,11 +306,11 @@ fn finish(
         samples,
         own,
         log,
-        aic: 2.0 * minimum.at.cost + constant + 2.0 * unknowns,
+        aic: 2.0 * ended.cost + constant + 2.0 * unknowns,
         fpe: innovations_covariance.determinant() * (count + unknowns) / (count - unknowns),
         innovations_covariance,
-        iterations,
-        converged: minimum.converged,
+        iterations: ended.iterations,
+        converged: ended.converged,
         estimates,
         structure,
         theta,
@@ -230,18 +323,9 @@ fn minimised(
     start: &[f64],
     limits: Limits,
 ) -> Result<Minimum, PredictionErrorError> {
-    // A noise a thousand times off its start is not there, or not noise.
-    const WIDEST: f64 = 7.0;
-    let bound = |side: fn(&Parameter) -> f64, widen: f64| -> Vec<f64> {
-        let free = problem.free.iter();
-        free.map(|&index| match problem.structure.parameters.get(index) {
-            Some(parameter) => side(parameter),
-            None => problem.base[index] + widen,
-        })
-        .collect()
-    };
-    let lower = bound(|parameter| parameter.lower, -WIDEST);
-    let upper = bound(|parameter| parameter.upper, WIDEST);
+    let of_free =
+        |whole: &[f64]| problem.free.iter().map(|&index| whole[index]).collect::<Vec<_>>();
+    let (lower, upper) = (of_free(&problem.lower), of_free(&problem.upper));
     minimise(problem, start, &lower, &upper, limits)
         .ok_or_else(|| PredictionErrorError::Start { structure: problem.structure.name.clone() })
 }

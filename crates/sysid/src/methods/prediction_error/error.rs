@@ -8,6 +8,14 @@ use crate::record::ExperimentError;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PredictionErrorError {
+    /// A model is put together from parts that lack one of its parameters or noises.
+    #[error("{structure}: no part holds {name}")]
+    NotInParts {
+        /// The structure's name.
+        structure: String,
+        /// The parameter or noise.
+        name: String,
+    },
     /// An experiment lacks a signal the structure names.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),

@@ -1,6 +1,5 @@
 //! How well an identified structure explains a record, with what noise alone would allow.
 
-use std::cell::RefCell;
 use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
@@ -104,8 +103,8 @@ impl Identified {
     /// Simulates `experiments` in windows of `window_s`, each from an initial state of its own, without
     /// any correction from the measurements in between.
     ///
-    /// Offsets and biases are those the predictor finds over the whole experiment; only the initial
-    /// state is fitted to a window. A last piece shorter than a window is left out; a whole experiment
+    /// Biases are those the predictor finds over the whole experiment; the initial state and the offsets
+    /// are fitted to a window. A last piece shorter than a window is left out; a whole experiment
     /// shorter than a window is one window.
     ///
     /// # Errors
@@ -181,19 +180,9 @@ impl Identified {
 
     /// A record's own values by the model's predictor.
     fn own_values(&self, record: &Record, predictor: &Predictor) -> Option<Vec<f64>> {
-        let records = std::slice::from_ref(record);
-        let problem = Problem {
-            structure: &self.structure,
-            records,
-            period_s: self.period_s,
-            innovations: self.innovations_form,
-            base: self.theta.clone(),
-            free: Vec::new(),
-            own: RefCell::default(),
-        };
         let mut own = Problem::guess(&self.structure, record);
         let inputs = record.delayed(&self.structure, &self.theta, self.period_s);
-        problem.solve_own(predictor, &inputs, record, &mut own)?;
+        Problem::solve_own(&self.structure, predictor, &inputs, record, &mut own)?;
         Some(own)
     }
 
@@ -214,6 +203,10 @@ impl Identified {
         let inputs = (cut(&inputs.0, m), cut(&inputs.1, m));
         let mut own = own.to_vec();
         own[..n].fill(0.0);
+        // Errors of the outputs are no motion: they stay out. The constant forcing is a window's own, as
+        // gusts last longer than it.
+        let motion = 0..n - self.structure.trailing_errors();
+        let fitted: Vec<usize> = motion.chain(n..n + self.structure.offsets.len()).collect();
         let mut pass = Pass {
             structure: &self.structure,
             predictor: open,
@@ -221,16 +214,16 @@ impl Identified {
             record: &piece,
             inputs: &inputs,
             own: &own,
-            own_columns: 0..n,
+            own_columns: &fitted,
             keep: false,
         };
         let normal = pass.run();
         let step = solve(&normal.information, &normal.gradient)?;
         let mut solved = own.clone();
-        for (value, step) in solved.iter_mut().zip(step.iter()) {
-            *value = -step;
+        for (&place, step) in fitted.iter().zip(step.iter()) {
+            solved[place] -= step;
         }
-        (pass.own, pass.own_columns, pass.keep) = (&solved, 0..0, true);
+        (pass.own, pass.own_columns, pass.keep) = (&solved, &[], true);
         let errors = DMatrix::from_column_slice(p, length, &pass.run().whitened);
         let measured = DMatrix::from_row_slice(length, p, &piece.outputs);
         // The open predictor's whitener is diagonal.

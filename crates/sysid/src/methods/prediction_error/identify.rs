@@ -2,13 +2,16 @@
 
 use std::cell::RefCell;
 
+use nalgebra::DMatrix;
+
 use super::error::PredictionErrorError;
+use super::estimates::Estimates;
 use super::identified::Identified;
 use super::problem::Problem;
 use super::settings::{Form, Settings};
 use super::sweep::Record;
 use super::{dropping, statistics};
-use crate::methods::structure::Structure;
+use crate::methods::structure::{Parameter, Structure};
 use crate::record::Experiment;
 
 /// Identifies `structure` on `experiments`.
@@ -22,6 +25,36 @@ pub fn identify(
     experiments: &[Experiment],
     settings: &Settings,
 ) -> Result<Identified, PredictionErrorError> {
+    let records = records(structure, experiments)?;
+    let problem = problem(structure, &records, experiments, settings)?;
+    let own = problem.own.borrow().values.iter().map(Vec::len).sum::<usize>();
+    let (unknowns, numbers) =
+        (problem.free.len() + own, problem.samples() * structure.outputs.len());
+    if unknowns >= numbers {
+        return Err(PredictionErrorError::TooShort {
+            structure: structure.name.clone(),
+            unknowns,
+            numbers,
+        });
+    }
+    dropping::search(problem, settings)
+}
+
+fn records(
+    structure: &Structure,
+    experiments: &[Experiment],
+) -> Result<Vec<Record>, PredictionErrorError> {
+    let records = experiments.iter().map(|experiment| Record::new(structure, experiment));
+    Ok(records.collect::<Result<Vec<_>, _>>()?)
+}
+
+/// The likelihood at its start.
+fn problem<'a>(
+    structure: &'a Structure,
+    records: &'a [Record],
+    experiments: &[Experiment],
+    settings: &Settings,
+) -> Result<Problem<'a>, PredictionErrorError> {
     let name = || structure.name.clone();
     let periods_s: Vec<f64> = experiments.iter().map(|experiment| experiment.period_s).collect();
     let period_s = periods_s.first().copied().unwrap_or(f64::NAN);
@@ -30,27 +63,99 @@ pub fn identify(
     {
         return Err(PredictionErrorError::Periods { structure: name(), periods_s });
     }
-    let records = experiments
-        .iter()
-        .map(|experiment| Record::new(structure, experiment))
-        .collect::<Result<Vec<_>, _>>()?;
-    let (base, free) = start(structure, &records, settings)?;
-    let problem = Problem {
+    let (base, free) = start(structure, records, settings)?;
+    let (lower, upper) = limits(structure, &base, settings);
+    Ok(Problem {
         structure,
-        records: &records,
+        records,
         period_s,
         innovations: settings.form != Form::OutputError,
         base,
         free,
-        own: RefCell::new(Problem::guesses(structure, &records)),
-    };
-    let own = problem.own.borrow().values.iter().map(Vec::len).sum::<usize>();
-    let (unknowns, numbers) =
-        (problem.free.len() + own, problem.samples() * structure.outputs.len());
-    if unknowns >= numbers {
-        return Err(PredictionErrorError::TooShort { structure: name(), unknowns, numbers });
+        lower,
+        upper,
+        own: RefCell::new(Problem::guesses(structure, records)),
+    })
+}
+
+/// The model of `structure` from `parts` of it that were identified by themselves on the same
+/// `experiments`: values, bounds and noises are theirs by name, parameters of different parts are taken
+/// as uncorrelated, and nothing is searched.
+///
+/// # Errors
+/// See [`PredictionErrorError`].
+pub fn assemble(
+    structure: &Structure,
+    parts: &[Identified],
+    experiments: &[Experiment],
+    settings: &Settings,
+) -> Result<Identified, PredictionErrorError> {
+    let records = records(structure, experiments)?;
+    let mut problem = problem(structure, &records, experiments, settings)?;
+    let own = structure.parameters.len();
+    let names = structure.parameters.iter().map(|parameter| parameter.name.clone());
+    let noises = structure.noises.iter().chain(&structure.outputs).map(|name| format!("σ {name}"));
+    let mut list = Vec::new();
+    for (index, name) in names.chain(noises).enumerate() {
+        let found = parts.iter().find_map(|part| part.estimates.get(&name));
+        let Some(found) = found else {
+            return Err(PredictionErrorError::NotInParts {
+                structure: structure.name.clone(),
+                name,
+            });
+        };
+        problem.base[index] = if index < own { found.value } else { found.value.ln() };
+        list.push(found.clone());
     }
-    dropping::search(problem, settings)
+    // Where each part's free estimates stand in the whole.
+    let place = |part: &Identified, of: usize| {
+        let name = &part.estimates.list[part.estimates.free[of]].name;
+        list.iter().position(|estimate| estimate.name == *name)
+    };
+    let mut free: Vec<usize> = parts
+        .iter()
+        .flat_map(|part| (0..part.estimates.free.len()).filter_map(move |of| place(part, of)))
+        .collect();
+    free.sort_unstable();
+    let mut covariance = DMatrix::zeros(free.len(), free.len());
+    for part in parts {
+        let places: Vec<Option<usize>> = (0..part.estimates.free.len())
+            .map(|of| free.binary_search(&place(part, of)?).ok())
+            .collect();
+        for (row, to_row) in places.iter().enumerate() {
+            for (column, to_column) in places.iter().enumerate() {
+                if let (Some(to_row), Some(to_column)) = (to_row, to_column) {
+                    covariance[(*to_row, *to_column)] = part.estimates.covariance[(row, column)];
+                }
+            }
+        }
+    }
+    problem.free.clear();
+    problem.own = RefCell::new(Problem::guesses(structure, problem.records));
+    let estimates = Estimates { list, free, covariance };
+    dropping::assembled(&problem, estimates, parts)
+}
+
+/// Lowest and highest value of each entry of the whole parameter vector.
+fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>, Vec<f64>) {
+    // A noise a thirtieth of its start is as good as none, one a thousand times its start is not noise.
+    const LEAST: f64 = 3.5;
+    const MOST: f64 = 7.0;
+    let own = structure.parameters.len();
+    let side = |of: fn(&Parameter) -> f64, noise: &dyn Fn(usize, f64) -> f64| {
+        let parameters = structure.parameters.iter().map(of);
+        let noises = base.iter().enumerate().skip(own);
+        parameters.chain(noises.map(|(index, &start)| noise(index - own, start))).collect()
+    };
+    let most = |noise: usize| {
+        let name = structure.noises.get(noise)?;
+        let (_, most) = settings.most_noise.iter().find(|(known, _)| known == name)?;
+        Some(most.ln())
+    };
+    (
+        side(|parameter| parameter.lower, &|_, start| start - LEAST),
+        side(|parameter| parameter.upper, &|noise, start| most(noise).unwrap_or(start + MOST)),
+    )
 }
 
 /// The whole parameter vector at its start, and which entries are free.
@@ -82,7 +187,9 @@ fn start(
         Form::OutputError => vec![1.0; expected],
     };
     if settings.form != Form::OutputError {
-        free.extend(own..own + expected);
+        let noises = structure.noises.iter().enumerate();
+        let found = noises.filter(|(_, name)| !settings.held_noises.contains(name));
+        free.extend(found.map(|(noise, _)| own + noise));
     }
     let mut measurement = Vec::new();
     for (output, name) in structure.outputs.iter().enumerate() {

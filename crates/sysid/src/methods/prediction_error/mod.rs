@@ -37,5 +37,5 @@ pub use error::PredictionErrorError;
 pub use estimates::{Estimate, Estimates, Status};
 pub use fit::{ChannelFit, Fit, Run};
 pub use identified::{Identified, OwnValues};
-pub use identify::identify;
+pub use identify::{assemble, identify};
 pub use settings::{Dropping, Form, Settings};

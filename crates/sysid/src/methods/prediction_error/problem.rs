@@ -22,6 +22,9 @@ pub(super) struct Problem<'a> {
     /// The whole parameter vector; its free entries give way to the search.
     pub base: Vec<f64>,
     pub free: Vec<usize>,
+    /// Between which values the search may move each entry of the whole parameter vector.
+    pub lower: Vec<f64>,
+    pub upper: Vec<f64>,
     /// The records' own values of the last evaluation, and where it was: the next one starts there.
     pub own: RefCell<Own>,
 }
@@ -74,20 +77,21 @@ impl Problem<'_> {
 
     /// −½ νᵀS⁻¹ν at its best over the record's own unknowns, which come back solved.
     pub fn solve_own(
-        &self,
+        structure: &Structure,
         predictor: &Predictor,
         inputs: &(Vec<f64>, Vec<f64>),
         record: &Record,
         own: &mut [f64],
     ) -> Option<f64> {
+        let all: Vec<usize> = (0..own.len()).collect();
         let pass = Pass {
-            structure: self.structure,
+            structure,
             predictor,
             forcing: None,
             record,
             inputs,
             own,
-            own_columns: 0..own.len(),
+            own_columns: &all,
             keep: false,
         };
         let normal = pass.run();
@@ -109,24 +113,25 @@ impl Problem<'_> {
         let mut own = self.own.borrow_mut();
         let solved = own.at == whole;
         own.at.clone_from(&whole);
-        let mut normals = Vec::with_capacity(self.records.len());
-        for (record, own) in self.records.iter().zip(&mut own.values) {
-            let inputs = record.delayed(self.structure, &whole, self.period_s);
+        let (structure, period_s) = (self.structure, self.period_s);
+        let normals = side_by_side(self.records, &mut own.values, |record, own| {
+            let inputs = record.delayed(structure, &whole, period_s);
             if !solved {
-                self.solve_own(&predictor, &inputs, record, own)?;
+                Self::solve_own(structure, &predictor, &inputs, record, own)?;
             }
+            let all: Vec<usize> = (0..own.len()).collect();
             let pass = Pass {
-                structure: self.structure,
+                structure,
                 predictor: &predictor,
                 forcing: Some(&forcing),
                 record,
                 inputs: &inputs,
                 own,
-                own_columns: 0..own.len(),
+                own_columns: &all,
                 keep,
             };
-            normals.push(pass.run());
-        }
+            Some(pass.run())
+        })?;
         let spreads = derivatives.into_iter().map(|change| change.whitened_innovations).collect();
         Some((predictor, Forced { spreads }, Passed { own: own.values.clone(), normals }))
     }
@@ -169,6 +174,37 @@ impl Problem<'_> {
     }
 }
 
+/// `work` on each record with its own values, in order, two at a time where there is enough to do.
+fn side_by_side<T: Send>(
+    records: &[Record],
+    own: &mut [Vec<f64>],
+    work: impl Fn(&Record, &mut Vec<f64>) -> Option<T> + Sync,
+) -> Option<Vec<T>> {
+    /// Samples below which a thread costs more than it saves.
+    const WORTH_A_THREAD: usize = 2000;
+    let all = |records: &[Record], own: &mut [Vec<f64>]| -> Option<Vec<T>> {
+        records.iter().zip(own).map(|(record, own)| work(record, own)).collect()
+    };
+    let samples: usize = records.iter().map(|record| record.samples).sum();
+    let mut before = 0;
+    let half = records.iter().position(|record| {
+        before += record.samples;
+        2 * before >= samples
+    });
+    let Some(first) = half.filter(|_| samples > WORTH_A_THREAD && records.len() > 1) else {
+        return all(records, own);
+    };
+    let first = (first + 1).min(records.len() - 1);
+    let ((early, late), (own_early, own_late)) = (records.split_at(first), own.split_at_mut(first));
+    std::thread::scope(|scope| {
+        let worker = scope.spawn(|| all(early, own_early));
+        let late = all(late, own_late)?;
+        let mut found = worker.join().ok()??;
+        found.extend(late);
+        Some(found)
+    })
+}
+
 /// L⁻¹ dS L⁻ᵀ of each free parameter.
 pub(super) struct Forced {
     pub spreads: Vec<DMatrix<f64>>,
@@ -181,10 +217,12 @@ impl Cost for Problem<'_> {
         let mut cost = 0.5 * self.samples() as f64 * predictor.log_determinant;
         let mut own = self.own.borrow_mut();
         let mut trial = own.values.clone();
-        for (record, own) in self.records.iter().zip(&mut trial) {
-            let inputs = record.delayed(self.structure, &whole, self.period_s);
-            cost += self.solve_own(&predictor, &inputs, record, own)?;
-        }
+        let (structure, period_s) = (self.structure, self.period_s);
+        let costs = side_by_side(self.records, &mut trial, |record, own| {
+            let inputs = record.delayed(structure, &whole, period_s);
+            Self::solve_own(structure, &predictor, &inputs, record, own)
+        })?;
+        cost += costs.iter().sum::<f64>();
         if cost.is_finite() {
             *own = Own { values: trial, at: whole };
         }

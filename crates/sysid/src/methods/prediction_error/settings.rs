@@ -20,6 +20,12 @@ pub struct Settings {
     /// Outputs whose σ is held at a value, by name, in the output's unit. The others are estimated,
     /// from a start that the output's second differences give.
     pub held_sigma: Vec<(String, f64)>,
+    /// Process noises whose σ is held at its start, by name: what drives states whose size is known
+    /// from elsewhere.
+    pub held_noises: Vec<String>,
+    /// Largest σ of a process noise, by name: what nature allows. Where a disturbance shows only in a
+    /// product with a derivative, nothing else keeps the one from growing as the other vanishes.
+    pub most_noise: Vec<(String, f64)>,
     /// When to stop.
     pub limits: Limits,
     /// Which parameters to drop; none where `None`.
@@ -27,6 +33,9 @@ pub struct Settings {
     /// The time over which correlated innovations widen the bounds, s; 0 takes them as white and as
     /// large at all times.
     pub residual_correlation_s: f64,
+    /// By how much bounds are widened for what the structure leaves out, which no innovation tells of; 1
+    /// for none.
+    pub widened: f64,
 }
 
 impl Settings {
@@ -43,9 +52,12 @@ impl Settings {
         Self {
             form: Form::OutputError,
             held_sigma: Vec::new(),
+            held_noises: Vec::new(),
+            most_noise: Vec::new(),
             limits: Limits::default(),
             dropping: None,
             residual_correlation_s: 0.0,
+            widened: 1.0,
         }
     }
 }

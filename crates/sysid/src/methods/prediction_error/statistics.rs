@@ -24,6 +24,18 @@ pub(super) fn noise_of(records: &[Record], output: usize, outputs: usize) -> f64
     sigma.max(1e-6 * largest).max(1e-12)
 }
 
+/// Standard deviation of an output about its mean in each record.
+pub(super) fn deviation_of(records: &[Record], output: usize, outputs: usize) -> f64 {
+    let (mut squares, mut count) = (0.0, 0);
+    for record in records {
+        let values = || record.outputs.iter().skip(output).step_by(outputs);
+        let mean = values().sum::<f64>() / record.samples as f64;
+        squares += values().map(|value| (value - mean).powi(2)).sum::<f64>();
+        count += record.samples;
+    }
+    (squares / count.max(1) as f64).sqrt().max(1e-12)
+}
+
 /// The covariance of the free parameters where innovations are white.
 pub(super) fn white_covariance(at: &Quadratic) -> Option<DMatrix<f64>> {
     let count = at.gradient.len();

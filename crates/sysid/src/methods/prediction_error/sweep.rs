@@ -1,8 +1,6 @@
 //! One pass of the predictor over a record: whitened innovations and their sensitivities, gathered
 //! into normal equations.
 
-use std::ops::Range;
-
 use nalgebra::{DMatrix, DVector};
 
 use super::predictor::{Derivative, Predictor};
@@ -147,7 +145,7 @@ pub(super) struct Pass<'a> {
     /// The record's own values: x0, offsets, biases.
     pub own: &'a [f64],
     /// Which of them have a column.
-    pub own_columns: Range<usize>,
+    pub own_columns: &'a [usize],
     /// Keep the whitened innovations and sensitivities.
     pub keep: bool,
 }
@@ -165,7 +163,7 @@ impl Pass<'_> {
         let mut x = DVector::from_column_slice(&self.own[..n]);
         // Columns × states: one state's sensitivities together.
         let mut sensitivity = DMatrix::zeros(columns, n);
-        for (index, own) in self.own_columns.clone().enumerate() {
+        for (index, own) in self.own_columns.iter().copied().enumerate() {
             if own < n {
                 sensitivity[(parameters + index, own)] = 1.0;
             }
@@ -281,7 +279,7 @@ impl Pass<'_> {
         }
         let first_bias = n + self.structure.offsets.len();
         let first = columns - self.own_columns.len();
-        for (index, own) in self.own_columns.clone().enumerate() {
+        for (index, own) in self.own_columns.iter().copied().enumerate() {
             if own >= first_bias {
                 raw[self.structure.bias_rows[own - first_bias] * columns + first + index] -= 1.0;
             }
@@ -317,7 +315,7 @@ impl Pass<'_> {
         let first_offset = self.predictor.gamma.ncols() - offsets;
         let mut steady = Vec::with_capacity(n * self.own_columns.len());
         for row in 0..n {
-            steady.extend(self.own_columns.clone().map(|own| {
+            steady.extend(self.own_columns.iter().copied().map(|own| {
                 if own < n {
                     0.0
                 } else if own < n + offsets {

@@ -43,6 +43,8 @@ fn gradient_holds(structure: &Structure, innovations: bool) {
         innovations,
         base,
         free,
+        lower: Vec::new(),
+        upper: Vec::new(),
         own: RefCell::new(Problem::guesses(structure, &records)),
     };
     let at = problem.quadratic(&theta).expect("a predictor");

@@ -65,6 +65,14 @@ impl Structure {
             .any(|&(index, power)| index == parameter && power < 0)
     }
 
+    /// How many of the last states move no other state: they are errors of the outputs.
+    pub(crate) fn trailing_errors(&self) -> usize {
+        let moves_another = |state: usize| {
+            self.dynamics.iter().any(|term| term.column == state && term.row != state)
+        };
+        (1..self.states.len()).rev().take_while(|&state| !moves_another(state)).count()
+    }
+
     /// Columns of the dynamics: states, inputs, noises, offsets.
     pub(crate) fn width(&self) -> usize {
         self.states.len() + self.inputs.len() + self.noises.len() + self.offsets.len()

@@ -15,6 +15,8 @@ pub struct Parameter {
     pub upper: f64,
     /// Whether it stays at its start.
     pub fixed: bool,
+    /// Whether the model is none without it: it is never dropped.
+    pub needed: bool,
 }
 
 impl Parameter {
@@ -28,6 +30,7 @@ impl Parameter {
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             fixed: false,
+            needed: false,
         }
     }
 
@@ -35,6 +38,12 @@ impl Parameter {
     #[must_use]
     pub fn within(self, lower: f64, upper: f64) -> Self {
         Self { lower, upper, ..self }
+    }
+
+    /// The same, never to be dropped.
+    #[must_use]
+    pub fn needed(self) -> Self {
+        Self { needed: true, ..self }
     }
 
     /// The same, not to be estimated.

@@ -1,0 +1,264 @@
+//! Weights found, not given: a bounded, seeded search for what a user asks of a loop.
+
+use super::closed_loop::FlightMode;
+use super::config::HoverDesign;
+use crate::{DISTURBED, DesignError, TABLE_6_1};
+use hovernav::autopilot::Gains;
+use hovernav_model::StateSpace;
+
+/// What a search is to reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// Time within which each disturbance of table 6.1 is within 2 % of its size, s: of φ, θ, p, q, u
+    /// and v, of heading and yaw rate, of w.
+    pub settled_s: [f64; 3],
+    /// Margin of every loop at its actuator, °.
+    pub phase_deg: f64,
+    /// And dB.
+    pub gain_db: f64,
+    /// Share by which every derivative may be off.
+    pub off: f64,
+    /// Designs to try.
+    pub trials: usize,
+}
+
+impl Default for Wanted {
+    /// 8 s, heading 1 s, height 2 s; 54° and 9 dB; ±20 %; 600 designs.
+    fn default() -> Self {
+        Self { settled_s: [7.7, 0.97, 1.95], phase_deg: 54.0, gain_db: 9.0, off: 0.2, trials: 600 }
+    }
+}
+
+/// What a search came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// The best design found.
+    pub design: HoverDesign,
+    /// What it falls short by, 0 where it has all that is wanted; and that of the start.
+    pub shortfall: [f64; 2],
+    /// Designs tried.
+    pub trials: usize,
+}
+
+/// Perturbed models that a candidate is tried on.
+const PERTURBED: usize = 24;
+/// Frequencies at which a candidate's margins are looked at.
+const FREQUENCIES: usize = 90;
+const SEED: u64 = 20_050_611;
+
+impl HoverDesign {
+    /// Searches the weights of this design for `wanted` on `model`: the same start, the same result.
+    ///
+    /// One weight or a few are moved at a time by a random factor; what falls short by less is kept, and
+    /// the factor widens or narrows with success. Settling, margins in every mode that flies, sticks
+    /// within their travel and stability with every derivative off are one sum of shortfalls.
+    ///
+    /// # Errors
+    /// [`DesignError`] where the model cannot be designed for at the start.
+    ///
+    /// # Source
+    /// The step rule is Rechenberg's one-fifth rule: Schwefel, *Evolution and Optimum Seeking* (1995).
+    pub fn searched(&self, model: &StateSpace, wanted: &Wanted) -> Result<Search, DesignError> {
+        self.synthesise(model)?;
+        let mut random = Random(SEED);
+        let perturbed: Vec<StateSpace> = (0..PERTURBED)
+            .map(|_| off_by(model, wanted.off, &mut random))
+            .collect::<Result<_, _>>()?;
+        let in_flight = |design: &HoverDesign, least: f64| {
+            in_flight(design, model, &perturbed, wanted, least).unwrap_or(f64::INFINITY)
+        };
+        let in_attitude =
+            |design: &HoverDesign| in_attitude(design, model, wanted).unwrap_or(f64::INFINITY);
+        let mut best = (self.clone(), in_flight(self, f64::INFINITY), in_attitude(self));
+        let start = best.1 + best.2;
+        // One step length for what holds attitude, one for all else.
+        let (mut steps, mut trials) = ([0.8, 0.8], 0);
+        while trials < wanted.trials && best.1 + best.2 > 0.0 {
+            trials += 1;
+            let mut next = best.0.clone();
+            // What holds attitude alone moves nothing else: every third trial is its own.
+            let (own, rest) = knobs(&mut next);
+            let of_attitude = trials % 3 == 0 && best.2 > 0.0;
+            let mut knobs = if of_attitude { own } else { rest };
+            let step = &mut steps[usize::from(of_attitude)];
+            let moved = 1 + (random.uniform() * 3.0) as usize;
+            for _ in 0..moved {
+                let at = (random.uniform() * knobs.len() as f64) as usize;
+                let by = (*step * (2.0 * random.uniform() - 1.0)).exp();
+                if let Some((knob, [lowest, highest])) = knobs.get_mut(at) {
+                    **knob = (**knob * by).clamp(*lowest, *highest);
+                }
+            }
+            let now = best.1 + best.2;
+            let flight = if of_attitude { best.1 } else { in_flight(&next, now) };
+            let attitude = if flight < now { in_attitude(&next) } else { f64::INFINITY };
+            if flight + attitude < now {
+                best = (next, flight, attitude);
+                *step = f64::min(1.4 * *step, 1.5);
+            } else {
+                *step = f64::max(0.92 * *step, 0.05);
+            }
+        }
+        let best = (best.0, best.1 + best.2);
+        Ok(Search { design: best.0, shortfall: [best.1, start], trials })
+    }
+}
+
+/// What the search moves, and between which bounds.
+type Knob<'a> = (&'a mut f64, [f64; 2]);
+
+/// Those of attitude alone, and all others.
+fn knobs(design: &mut HoverDesign) -> (Vec<Knob<'_>>, Vec<Knob<'_>>) {
+    const WEIGHT: [f64; 2] = [1e-5, 1e6];
+    const DECAY: [f64; 2] = [1e-3, 0.6];
+    let HoverDesign { roll_pitch, attitude, yaw, heave, .. } = design;
+    let mut own: Vec<Knob<'_>> = Vec::new();
+    own.extend(attitude.states.iter_mut().map(|weight| (weight, WEIGHT)));
+    own.extend(attitude.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
+    own.extend(attitude.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
+    let mut knobs: Vec<Knob<'_>> = Vec::new();
+    knobs.extend(roll_pitch.states.iter_mut().map(|weight| (weight, WEIGHT)));
+    knobs.extend(roll_pitch.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
+    knobs.extend(roll_pitch.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
+    knobs.push((&mut roll_pitch.decay_per_s, DECAY));
+    knobs.extend(yaw.states.iter_mut().map(|weight| (weight, WEIGHT)));
+    knobs.push((&mut yaw.integral, WEIGHT));
+    knobs.push((&mut yaw.stick, WEIGHT));
+    knobs.push((&mut heave.frequency_radps, [0.5, 6.0]));
+    knobs.push((&mut heave.damping, [0.5, 3.0]));
+    (own, knobs)
+}
+
+/// What `design` falls short of `wanted` by where velocity is known, or anything not below `least` where
+/// that is sure.
+fn in_flight(
+    design: &HoverDesign,
+    model: &StateSpace,
+    perturbed: &[StateSpace],
+    wanted: &Wanted,
+    least: f64,
+) -> Result<f64, DesignError> {
+    let gains = design.synthesise(model)?;
+    if !is_stable(design, model, &gains, FlightMode::Velocity)? {
+        return Ok(f64::INFINITY);
+    }
+    let mut short = 0.0;
+    for disturbance in TABLE_6_1 {
+        let (state, _) = disturbance;
+        let response = design.respond(model, &gains, disturbance, 2.5 * wanted.settled_s[0])?;
+        let allowed_s = match state {
+            "psi" | "r" => wanted.settled_s[1],
+            "w" => wanted.settled_s[2],
+            _ => wanted.settled_s[0],
+        };
+        debug_assert!(DISTURBED.contains(&state));
+        let settled_s = response.recovered_s(0.02).unwrap_or(5.0 * wanted.settled_s[0]);
+        short += 4.0 * (settled_s / allowed_s - 1.0).clamp(0.0, 5.0);
+        // Travel there is; a pedal asked for three times its travel is a loop that does not know itself.
+        let asked = response.stick_peaks().into_iter().fold(0.0, f64::max);
+        short += 0.05 * (asked - 1.0).clamp(0.0, 5.0);
+    }
+    if short >= least {
+        return Ok(short);
+    }
+    for mode in [FlightMode::Velocity, FlightMode::Position] {
+        short += margins_short(design, model, &gains, mode, wanted)?;
+        if short >= least {
+            return Ok(short);
+        }
+    }
+    let mut lost = 0.0;
+    for other in perturbed {
+        if !is_stable(design, other, &gains, FlightMode::Velocity)? {
+            lost += 1.0;
+        }
+    }
+    Ok(short + 6.0 * lost / perturbed.len().max(1) as f64)
+}
+
+/// What it falls short by where velocity is not known.
+fn in_attitude(
+    design: &HoverDesign,
+    model: &StateSpace,
+    wanted: &Wanted,
+) -> Result<f64, DesignError> {
+    let gains = design.synthesise(model)?;
+    margins_short(design, model, &gains, FlightMode::Attitude, wanted)
+}
+
+fn margins_short(
+    design: &HoverDesign,
+    model: &StateSpace,
+    gains: &Gains,
+    mode: FlightMode,
+    wanted: &Wanted,
+) -> Result<f64, DesignError> {
+    /// What is wanted most: a little more than 6 dB and 45°.
+    const LEAST: (f64, f64) = (6.3, 46.0);
+    if !is_stable(design, model, gains, mode)? {
+        return Ok(10.0);
+    }
+    let (gain_db, phase_deg) = design.close_in(model, gains, mode)?.weakest(FREQUENCIES);
+    let below = |found: f64, wanted: f64| (1.0 - found / wanted).max(0.0);
+    Ok(25.0 * (below(gain_db, LEAST.0) + below(phase_deg, LEAST.1))
+        + below(gain_db, wanted.gain_db)
+        + below(phase_deg, wanted.phase_deg))
+}
+
+/// Whether every disturbance has died out after 2¹⁴ samples.
+fn is_stable(
+    design: &HoverDesign,
+    model: &StateSpace,
+    gains: &Gains,
+    mode: FlightMode,
+) -> Result<bool, DesignError> {
+    let cut = design.close_in(model, gains, mode)?;
+    let open = cut.open();
+    let mut step = open.a() - open.b() * open.c();
+    for _ in 0..14 {
+        step = &step * &step;
+        let size = step.amax();
+        if size < 1e-3 || !(size < 1e12) {
+            return Ok(size < 1e-3);
+        }
+    }
+    Ok(false)
+}
+
+/// `model` with every derivative off by up to `share` of it, each for itself; kinematics and gravity stay.
+fn off_by(model: &StateSpace, share: f64, random: &mut Random) -> Result<StateSpace, DesignError> {
+    let is_angle: Vec<bool> = model
+        .states()
+        .iter()
+        .map(|state| matches!(state.name.as_str(), "phi" | "theta" | "psi"))
+        .collect();
+    let (mut a, mut b) = (model.a().clone(), model.b().clone());
+    let mut off = || 1.0 + share * (2.0 * random.uniform() - 1.0);
+    for row in (0..a.nrows()).filter(|&row| !is_angle[row]) {
+        for column in (0..a.ncols()).filter(|&column| !is_angle[column]) {
+            a[(row, column)] *= off();
+        }
+        for column in 0..b.ncols() {
+            b[(row, column)] *= off();
+        }
+    }
+    let (states, inputs) = (model.states().to_vec(), model.inputs().to_vec());
+    Ok(StateSpace::new(model.name(), model.time(), states, inputs, a, b)?)
+}
+
+/// Numbers that are the same on every machine.
+///
+/// # Source
+/// Steele, Lea and Flood (2014), *Fast splittable pseudorandom number generators*: SplitMix64.
+struct Random(u64);
+
+impl Random {
+    /// From 0 to 1, 1 left out.
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

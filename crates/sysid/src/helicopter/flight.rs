@@ -1,0 +1,238 @@
+//! A flight and its estimate as one uniformly sampled record.
+
+use nalgebra::DMatrix;
+
+use super::identify::IdentifyError;
+use crate::record::preprocess::{LowPass, PreprocessError, filtered};
+use crate::record::{Experiment, STICKS, TestPoint};
+use hovernav::ekf::Solution;
+use hovernav::gps::Fix;
+use hovernav::time::Time;
+use hovernav_log::Dataset;
+
+/// The signals of a flight, in order: what the estimator says of the motion.
+pub const MOTION: [&str; 8] = ["u", "v", "w", "p", "q", "r", "phi", "theta"];
+
+/// What the kinematics of a rigid body add to the linear equations of u, v, w (m/s²), φ and θ (rad/s).
+pub(super) const KINEMATIC: [&str; 5] = ["ku", "kv", "kw", "kphi", "ktheta"];
+
+/// Order of the filter before samples are thinned out, and its corner as a part of half the new rate.
+const ALIAS_ORDER: usize = 8;
+const ALIAS_PART: f64 = 0.8;
+
+/// Gravity of the equations, m/s².
+const GRAVITY_MPS2: f64 = 9.81;
+
+/// Whose velocity is identified from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Velocity {
+    /// The estimator's.
+    Estimated,
+    /// The receiver's own, each fix held until the next, turned into body axes: what the thesis had.
+    HeldGps,
+}
+
+/// A flight as one uniformly sampled record.
+#[derive(Debug, Clone)]
+pub struct FlightRecord {
+    /// Time of the first sample.
+    pub start: Time,
+    /// Inputs are [`STICKS`]; outputs [`MOTION`], then what kinematics add to the linear equations:
+    /// ku, kv, kw, m/s², kphi and ktheta, rad/s.
+    pub experiment: Experiment,
+    /// Heading at each sample, rad.
+    pub heading_rad: Vec<f64>,
+}
+
+impl FlightRecord {
+    /// `solutions` of `dataset`, in time order, on a uniform grid at their median interval: motion
+    /// interpolated, each stick the mean over the interval to the next sample of what was held, so that
+    /// a step between two samples keeps its time.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] where there are no controls or no solutions.
+    pub fn new(
+        dataset: &Dataset,
+        solutions: &[Solution],
+        velocity: Velocity,
+    ) -> Result<Self, IdentifyError> {
+        let short = IdentifyError::NoSolution { found: solutions.len() };
+        let (Some(first), Some(last)) = (solutions.first(), solutions.last()) else {
+            return Err(short);
+        };
+        let mut intervals: Vec<f64> =
+            solutions.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
+        intervals.sort_by(f64::total_cmp);
+        if solutions.len() < 100 {
+            return Err(short);
+        }
+        let usual = intervals[intervals.len() / 2];
+        // The mean of the usual intervals: a median alone has the clock's rounding in it.
+        let usual: Vec<f64> = intervals
+            .into_iter()
+            .filter(|interval| (0.9..1.1).contains(&(interval / usual)))
+            .collect();
+        let period_s = usual.iter().sum::<f64>() / usual.len() as f64;
+        let span = last.time - first.time;
+        let samples = (span / period_s + 1e-6) as usize + 1;
+        if dataset.controls.is_empty() {
+            return Err(IdentifyError::NoControls);
+        }
+        let mut inputs = DMatrix::zeros(samples, STICKS.len());
+        let mut outputs = DMatrix::zeros(samples, MOTION.len() + KINEMATIC.len());
+        let mut heading_rad = Vec::with_capacity(samples);
+        for sample in 0..samples {
+            let time = first.time.offset_by(sample as f64 * period_s);
+            let held = held_mean(&dataset.controls, time, period_s);
+            for (stick, value) in held.into_iter().enumerate() {
+                inputs[(sample, stick)] = value;
+            }
+            let next = solutions
+                .partition_point(|solution| solution.time < time)
+                .clamp(1, solutions.len() - 1);
+            let (before, after) = (&solutions[next - 1], &solutions[next]);
+            let part = ((time - before.time) / (after.time - before.time)).clamp(0.0, 1.0);
+            let (one, other) =
+                (motion(before, &dataset.fixes, velocity), motion(after, &dataset.fixes, velocity));
+            let motion: [f64; 8] = std::array::from_fn(|channel| {
+                one[channel] + part * (other[channel] - one[channel])
+            });
+            for (channel, value) in motion.into_iter().chain(kinematic(motion)).enumerate() {
+                outputs[(sample, channel)] = value;
+            }
+            heading_rad.push(before.body_to_ned.euler().yaw_rad);
+        }
+        let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+        let name = dataset.manifest.name.clone();
+        let measured = [&MOTION[..], &KINEMATIC].concat();
+        let experiment =
+            Experiment::new(name, period_s, names(&STICKS), names(&measured), inputs, outputs)?;
+        Ok(Self { start: first.time, experiment, heading_rad })
+    }
+
+    /// The record at the longest whole multiple of its period up to `longest_s`, low-passed for it.
+    ///
+    /// A stick is then the mean over each new interval. Held, that shows (sin x / x)² of a movement, x
+    /// half a period's angle, which is made good to second order.
+    ///
+    /// # Errors
+    /// [`PreprocessError::TooShort`].
+    pub(super) fn thinned(&self, longest_s: f64) -> Result<Self, PreprocessError> {
+        let every = (longest_s / self.experiment.period_s) as usize;
+        if every < 2 {
+            return Ok(self.clone());
+        }
+        let period_s = every as f64 * self.experiment.period_s;
+        let low_pass = LowPass::butterworth(
+            ALIAS_ORDER,
+            ALIAS_PART * 0.5 / period_s,
+            self.experiment.period_s,
+        )?;
+        let smooth = filtered(&self.experiment, &low_pass)?;
+        let samples = smooth.samples() / every;
+        let means = DMatrix::from_fn(samples, STICKS.len(), |sample, stick| {
+            smooth.inputs.view((sample * every, stick), (every, 1)).mean()
+        });
+        let mut inputs = means.clone();
+        for sample in 1..samples.saturating_sub(1) {
+            for stick in 0..STICKS.len() {
+                let bend = 2.0 * means[(sample, stick)]
+                    - means[(sample - 1, stick)]
+                    - means[(sample + 1, stick)];
+                inputs[(sample, stick)] += bend / 12.0;
+            }
+        }
+        let outputs = DMatrix::from_fn(samples, smooth.outputs.ncols(), |sample, output| {
+            smooth.outputs[(sample * every, output)]
+        });
+        let heading_rad = (0..samples).map(|sample| self.heading_rad[sample * every]).collect();
+        let experiment = Experiment { period_s, inputs, outputs, ..smooth };
+        Ok(Self { start: self.start, experiment, heading_rad })
+    }
+
+    /// The samples of a test point, named after its stick and time.
+    ///
+    /// # Errors
+    /// [`IdentifyError::Experiment`] where it lies outside the record.
+    pub fn cut(&self, point: &TestPoint) -> Result<Experiment, IdentifyError> {
+        let mut piece = self.experiment.slice(self.sample(point.start)..self.sample(point.end))?;
+        let stick = point.stick.map_or("manoeuvre", |stick| STICKS[stick]);
+        piece.name = format!("{stick} at {:.1} s", point.first_step.seconds());
+        Ok(piece)
+    }
+
+    /// The sample at `time`, at most one past the last.
+    pub(super) fn sample(&self, time: Time) -> usize {
+        let samples = (time - self.start) / self.experiment.period_s;
+        (samples.round().max(0.0) as usize).min(self.experiment.samples())
+    }
+}
+
+/// The mean of each stick over `period_s` from `from` on, each value held until the next.
+fn held_mean(controls: &[(Time, [f64; 4])], from: Time, period_s: f64) -> [f64; 4] {
+    let until = from.offset_by(period_s);
+    let mut at = controls.partition_point(|control| control.0 <= from).max(1) - 1;
+    let (mut begin, mut sums) = (from, [0.0; 4]);
+    loop {
+        let end = controls.get(at + 1).map_or(until, |next| next.0.min(until)).max(begin);
+        for (sum, value) in sums.iter_mut().zip(controls[at].1) {
+            *sum += value * (end - begin) / period_s;
+        }
+        if end >= until || at + 1 >= controls.len() {
+            return sums;
+        }
+        (begin, at) = (end, at + 1);
+    }
+}
+
+/// u, v, w, p, q, r, φ, θ of a solution.
+fn motion(solution: &Solution, fixes: &[Fix], velocity: Velocity) -> [f64; 8] {
+    let held = fixes.partition_point(|fix| fix.time <= solution.time).max(1) - 1;
+    let measured = match velocity {
+        Velocity::Estimated => None,
+        Velocity::HeldGps => fixes.get(held).and_then(Fix::velocity_mps),
+    };
+    let [u, v, w] = measured
+        .map_or_else(
+            || solution.velocity_body_mps(),
+            |velocity| solution.body_to_ned.inverse() * velocity,
+        )
+        .to_array();
+    let [p, q, r] = solution.angular_rate_radps.to_array();
+    let angles = solution.body_to_ned.euler();
+    [u, v, w, p, q, r, angles.roll_rad, angles.pitch_rad]
+}
+
+/// What the equations of a rigid body have beyond u̇ = −gθ, v̇ = gφ, ẇ = 0, φ̇ = p, θ̇ = q, its forces
+/// left aside.
+///
+/// # Source
+/// Equation (I25) of docs/equations.md.
+fn kinematic([u, v, w, p, q, r, phi, theta]: [f64; 8]) -> [f64; 5] {
+    let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (phi.sin_cos(), theta.sin_cos());
+    [
+        r * v - q * w - GRAVITY_MPS2 * (sin_theta - theta),
+        p * w - r * u + GRAVITY_MPS2 * (cos_theta * sin_phi - phi),
+        q * u - p * v + GRAVITY_MPS2 * (cos_theta * cos_phi - 1.0),
+        (q * sin_phi + r * cos_phi) * sin_theta / cos_theta,
+        q * (cos_phi - 1.0) - r * sin_phi,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_between_two_samples_keeps_its_time() {
+        let at = |time_s: f64| Time::from_seconds(time_s).unwrap();
+        let controls = [(at(0.0), [0.0; 4]), (at(1.01), [0.1, 0.2, 0.0, -0.1])];
+        let held = |from_s: f64| held_mean(&controls, at(from_s), 0.03);
+        assert_eq!(held(0.5), [0.0; 4]);
+        assert!((held(1.0)[1] - 0.2 * 2.0 / 3.0).abs() < 1e-9);
+        assert!((held(1.02)[3] + 0.1).abs() < 1e-12);
+        assert!((held(7.0)[0] - 0.1).abs() < 1e-12);
+        // Before the first record the sticks stand as it says.
+        assert_eq!(held(-1.0), [0.0; 4]);
+    }
+}

@@ -1,0 +1,93 @@
+//! The parts of a flight that a hover model holds for.
+
+use std::ops::Range;
+
+use super::flight::FlightRecord;
+use super::identify::IdentifyError;
+use crate::record::{Experiment, TestPoint};
+use hovernav::frames::wrap_angle;
+
+/// Shortest stretch worth an initial state and offsets of its own, s.
+pub(super) const LEAST_S: f64 = 6.0;
+/// Speed over ground up to which the derivatives are those of hover, m/s, and sink or climb.
+const FASTEST_MPS: f64 = 2.5;
+const FASTEST_DOWN_MPS: f64 = 2.0;
+/// Bank and pitch, rad.
+const STEEPEST_RAD: f64 = 0.44;
+/// Turn about the first heading within which the mean wind counts as constant in body axes, rad.
+const TURNED_RAD: f64 = 0.5;
+/// Length of a piece of free flight, s.
+const PIECE_S: f64 = 10.0;
+
+/// All of the flight that is near a hover, less the points `held_back`.
+pub(super) fn stretches(
+    record: &FlightRecord,
+    held_back: &[&TestPoint],
+) -> Result<Vec<Experiment>, IdentifyError> {
+    let held_back: Vec<Range<usize>> = held_back
+        .iter()
+        .map(|point| record.sample(point.start)..record.sample(point.end))
+        .collect();
+    let pieces = steady(record, |sample| held_back.iter().any(|range| range.contains(&sample)));
+    let pieces = pieces.into_iter().map(|rows| {
+        let mut piece = record.experiment.slice(rows.clone())?;
+        piece.name = format!("flight from sample {}", rows.start);
+        Ok(piece)
+    });
+    pieces.collect()
+}
+
+/// The flight near a hover in pieces of 10 s, as if each were a test point of no stick.
+pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
+    let length = (PIECE_S / record.experiment.period_s).round().max(1.0) as usize;
+    let at = |sample: usize| record.start.offset_by(sample as f64 * record.experiment.period_s);
+    let stretches = steady(record, |_| false).into_iter();
+    let pieces = stretches.flat_map(|rows| {
+        let whole = (rows.len() / length).max(1);
+        (0..whole).map(move |piece| {
+            let start = rows.start + piece * length;
+            start..(start + length).min(rows.end)
+        })
+    });
+    pieces
+        .map(|rows| TestPoint {
+            stick: None,
+            first_step: at(rows.start),
+            last_step: at(rows.end),
+            start: at(rows.start),
+            end: at(rows.end),
+            steps: 0,
+        })
+        .collect()
+}
+
+/// Ranges of samples near a hover and not `left_out`.
+fn steady(record: &FlightRecord, left_out: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let experiment = &record.experiment;
+    let least = (LEAST_S / experiment.period_s) as usize;
+    let value = |sample: usize, channel: usize| experiment.outputs[(sample, channel)];
+    let hovers = |sample: usize| {
+        value(sample, 0).hypot(value(sample, 1)) < FASTEST_MPS
+            && value(sample, 2).abs() < FASTEST_DOWN_MPS
+            && value(sample, 6).abs().max(value(sample, 7).abs()) < STEEPEST_RAD
+    };
+    let mut found: Vec<Range<usize>> = Vec::new();
+    let mut first = None;
+    for sample in 0..=experiment.samples() {
+        let within = sample < experiment.samples() && hovers(sample) && !left_out(sample);
+        let turned = first.is_some_and(|first: usize| {
+            let headings = record.heading_rad.get(sample).zip(record.heading_rad.get(first));
+            headings.is_some_and(|(now, then)| wrap_angle(now - then).abs() > TURNED_RAD)
+        });
+        if let Some(start) = first.filter(|_| !within || turned) {
+            if sample - start >= least {
+                found.push(start..sample);
+            }
+            first = None;
+        }
+        if within && first.is_none() {
+            first = Some(sample);
+        }
+    }
+    found
+}

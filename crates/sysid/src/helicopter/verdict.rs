@@ -1,0 +1,123 @@
+//! Whether the identified model may be flown by, and why not.
+
+use hovernav_model::{Grade, Verdict};
+
+use super::identify::Identification;
+use super::response::StickResponse;
+use crate::methods::prediction_error::{Estimate, Status};
+
+/// What each stick does, and the rotor's springs: a design is made of these.
+const CONTROL: [&str; 8] = ["Zcol", "Nped", "Blat", "Alon", "Llat", "Mlon", "Lb", "Ma"];
+/// What damps each axis: below 0 on anything that flies.
+const DAMPING: [&str; 6] = ["Zw", "Nr", "Xu", "Yv", "Lp", "Mq"];
+/// Bounds of a control derivative, percent of its value, up to which it is good, and of use.
+const CONTROL_PERCENT: [f64; 2] = [15.0, 50.0];
+/// A damping no better known than this, percent, is not known.
+const DAMPING_PERCENT: f64 = 100.0;
+/// A damping this much above 0, 1/s, is no helicopter's.
+const WRONG_PER_S: f64 = 1.0;
+/// Pairs more strongly correlated than this are one number, not two.
+const SAME: f64 = 0.98;
+/// Delays of sticks that are not a pilot's dream, s.
+const DELAY_S: [f64; 2] = [-0.02, 0.15];
+/// Cost of a frequency response up to which model and flight agree: Tischler and Remple, section 11.2.
+const COST: f64 = 100.0;
+/// Below this a flight's response is not worth comparing with.
+const COHERENCE: f64 = 0.6;
+/// Growth of a mode, 1/s, that a hover does not have.
+const GROWTH_PER_S: f64 = 3.0;
+
+impl Identification {
+    /// Whether the model may be flown by. `responses` are the flight's own beside the model's.
+    #[must_use]
+    pub fn verdict(&self, responses: &[StickResponse]) -> Verdict {
+        let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
+        for estimate in self.parameters() {
+            judge.parameter(estimate);
+        }
+        for (one, other, value) in self.strong_correlations(SAME) {
+            judge.say(
+                Grade::Care,
+                format!("{one} and {other} cannot be told apart: their correlation is {value:.3}"),
+            );
+        }
+        if !self.identified.converged {
+            judge.say(Grade::Care, "the search ended before it converged".into());
+        }
+        if self.validation.is_none() {
+            judge.say(Grade::Care, "nothing was held back to validate it on".into());
+        }
+        for response in responses {
+            let (stick, output) = (response.stick, response.output);
+            if let Some(cost) = response.cost(COHERENCE).filter(|cost| *cost > COST) {
+                judge.say(Grade::Care, format!(
+                    "{stick} to {output}: the flight\u{2019}s frequency response is off the model\u{2019}s by a cost of {cost:.0}, above {COST}"
+                ));
+            }
+        }
+        match self.identified.poles() {
+            Ok(poles) => {
+                let fastest = poles.iter().map(|pole| pole.value.re).fold(f64::MIN, f64::max);
+                if fastest > GROWTH_PER_S {
+                    judge.say(Grade::DoNotFly, format!("a mode grows at {fastest:.1} 1/s"));
+                }
+            }
+            Err(error) => judge.say(Grade::DoNotFly, format!("its modes cannot be told: {error}")),
+        }
+        Verdict { grade: judge.grade, reasons: judge.reasons }
+    }
+}
+
+struct Judge {
+    grade: Grade,
+    reasons: Vec<String>,
+}
+
+impl Judge {
+    fn say(&mut self, grade: Grade, reason: String) {
+        self.grade = self.grade.max(grade);
+        self.reasons.push(reason);
+    }
+
+    fn parameter(&mut self, estimate: &Estimate) {
+        let Estimate { name, unit, value, bound, .. } = estimate;
+        let is_free = estimate.is_estimated();
+        let percent = estimate.bound_percent();
+        if estimate.status == Status::OnBound {
+            let grade =
+                if CONTROL.contains(&name.as_str()) { Grade::DoNotFly } else { Grade::Care };
+            self.say(grade, format!("{name} ended on the limit of its search, {value:.3} {unit}"));
+        } else if CONTROL.contains(&name.as_str()) && !is_free {
+            self.say(Grade::DoNotFly, format!("{name} is not known: its stick never moves"));
+        } else if CONTROL.contains(&name.as_str()) {
+            let known =
+                format!("{name} is {value:.3} ± {bound:.3} {unit}, known to {percent:.0} % only");
+            if !(percent <= CONTROL_PERCENT[1]) {
+                self.say(Grade::DoNotFly, known);
+            } else if percent > CONTROL_PERCENT[0] {
+                self.say(Grade::Care, known);
+            }
+        } else if DAMPING.contains(&name.as_str()) && is_free {
+            if *value >= 0.0 {
+                let grade = if *value > WRONG_PER_S { Grade::DoNotFly } else { Grade::Care };
+                self.say(
+                    grade,
+                    format!("{name} is {value:.3} ± {bound:.3} {unit}: what flies has it below 0"),
+                );
+            } else if !(percent <= DAMPING_PERCENT) {
+                self.say(
+                    Grade::Care,
+                    format!("{name} is not known: {value:.3} ± {bound:.3} {unit}"),
+                );
+            }
+        } else if name.starts_with("tau_") && unit == "s" && is_free && name.len() == 7 {
+            let [least, most] = DELAY_S;
+            if !(least..=most).contains(value) {
+                self.say(
+                    Grade::Care,
+                    format!("{name}, a stick\u{2019}s delay, is {:.0} ms", 1e3 * value),
+                );
+            }
+        }
+    }
+}
