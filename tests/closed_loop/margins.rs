@@ -78,8 +78,8 @@ fn every_derivative_off_by_a_fifth_leaves_the_60_class_stable() {
 }
 
 /// The printed model has zeros in the right half plane, 0.37 ± 1.33i and 0.37 ± 4.09i, beside its
-/// unstable poles at 0.71 ± 0.08i, 0.99 and 1.04: a loop fast enough for table 6.1 leans on where they
-/// are. Gains that leave velocity more time do not.
+/// unstable poles at 0.71 ± 0.08i, 0.99 and 1.04: these gains, fast enough for table 6.1, lean on where
+/// they are. Gains that leave velocity more time do not.
 #[test]
 fn the_printed_model_is_fast_or_robust() {
     let fast = stable_of_500(&HoverDesign::thesis(), &shipped::thesis());
