@@ -138,6 +138,7 @@ fn no_overlap(arguments: &Arguments) -> String {
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
 
 /// What a solution is compared with.
+#[allow(clippy::large_enum_variant, reason = "there is one in a run")]
 enum Comparison {
     Dataset(Reference),
     Trajectory(Trajectory),

@@ -391,7 +391,7 @@ mod tests {
             (
                 Check::Level,
                 spoilt(|s| {
-                    s.body_to_ned = Rotation::from_euler(EulerAngles::from_degrees(30.0, 0.0, 0.0))
+                    s.body_to_ned = Rotation::from_euler(EulerAngles::from_degrees(30.0, 0.0, 0.0));
                 }),
             ),
         ];

@@ -59,8 +59,11 @@ impl SteplessSolution {
     #[must_use]
     pub fn new(time_constant_s: f64) -> Self {
         Self {
-            // Written so that a NaN becomes the least.
-            time_constant_s: time_constant_s.max(0.05).min(10.0),
+            time_constant_s: if time_constant_s.is_nan() {
+                0.05
+            } else {
+                time_constant_s.clamp(0.05, 10.0)
+            },
             before: None,
             attitude_rad: Vector::ZERO,
             velocity_mps: Vector::ZERO,
@@ -111,9 +114,9 @@ impl<T: Scalar, const N: usize> Trace<T, N> for SteplessSolution {
     fn updated(&mut self, _: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64) {
         let at = |state: usize| gain.gain.get(state).map_or(0.0, |gain| gain.wide() * innovation);
         let block = |first: usize| Vector::new(at(first), at(first + 1), at(first + 2));
-        self.attitude_rad = self.attitude_rad + block(ATTITUDE);
-        self.velocity_mps = self.velocity_mps + block(VELOCITY);
-        self.position_m = self.position_m + block(POSITION);
+        self.attitude_rad += block(ATTITUDE);
+        self.velocity_mps += block(VELOCITY);
+        self.position_m += block(POSITION);
     }
 }
 

@@ -16,6 +16,8 @@ pub enum HandedBack {
 }
 
 /// Something worth telling that came of a cycle.
+// A box would be an allocation in the loop.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ControlNotice {

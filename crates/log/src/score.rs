@@ -201,7 +201,7 @@ fn heading_known(solutions: &[Solution]) -> Option<Time> {
     let known = |solution: &Solution| {
         let [.., sigma_rad] = solution.attitude_sigma_rad;
         // Whoever gives no sigma claims to know.
-        !(sigma_rad > HEADING_KNOWN_RAD)
+        sigma_rad.is_nan() || sigma_rad <= HEADING_KNOWN_RAD
     };
     solutions.iter().find(|solution| known(solution)).map(|solution| solution.time)
 }

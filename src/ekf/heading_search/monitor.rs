@@ -105,9 +105,11 @@ impl Guess {
             [[-change[1], cos * felt_s, -sin * felt_s], [change[0], sin * felt_s, cos * felt_s]];
         let p = &mut self.covariance;
         for (axis, row) in rows.iter().enumerate() {
-            for column in 0..STATES {
-                let moved: f64 = (0..3).map(|k| row[k] * p[DIRECTION + k][column]).sum();
-                p[axis][column] += moved;
+            let moved: [f64; STATES] = core::array::from_fn(|column| {
+                (0..3).map(|k| row[k] * p[DIRECTION + k][column]).sum()
+            });
+            for (value, moved) in p[axis].iter_mut().zip(moved) {
+                *value += moved;
             }
         }
         for line in p.iter_mut() {

@@ -218,7 +218,7 @@ fn is_stable(
     for _ in 0..14 {
         step = &step * &step;
         let size = step.amax();
-        if size < 1e-3 || !(size < 1e12) {
+        if !(1e-3..1e12).contains(&size) {
             return Ok(size < 1e-3);
         }
     }

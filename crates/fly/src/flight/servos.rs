@@ -18,7 +18,8 @@ use hovernav_log::{CaptureSection, FlyConfig};
 /// Pieces of the pilot's stream that may wait: 5 s of them.
 const QUEUE: usize = 256;
 
-/// Where the pilot's pulses come from.
+/// Where the pilot's pulses come from; there is one in a flight.
+#[allow(clippy::large_enum_variant)]
 enum PilotInput {
     Absent,
     Stream { reader: Reader, capture: PacketCapture },

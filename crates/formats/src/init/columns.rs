@@ -12,6 +12,9 @@ use crate::text::{
 };
 use hovernav_log::LogError;
 
+/// The largest latitude and longitude there can be, rad, with what rounding adds.
+const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
+
 /// One file as it was understood.
 pub(crate) struct Understood {
     pub mapping: TableMapping,
@@ -267,7 +270,7 @@ impl Reader<'_> {
             _ if lat_most > 90.0 || lon_most > 360.0 => PlaceUnit::ScaledDegrees,
             Some("rad") => PlaceUnit::Radians,
             Some("deg") => PlaceUnit::Degrees,
-            _ if lat_most < 1.571 && lon_most < 3.142 => {
+            _ if lat_most < RADIANS_MOST[0] && lon_most < RADIANS_MOST[1] => {
                 doubts.push(
                     "gps: latitude and longitude are taken as radians; as degrees they would lie in \
                      the Gulf of Guinea"

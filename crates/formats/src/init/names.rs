@@ -243,7 +243,9 @@ fn scalar(name: &str) -> Option<Quantity> {
 
 /// What a name with an axis, x, y or z at its end or its beginning, says.
 fn axis(name: &str) -> Option<Quantity> {
-    let ends: [fn(&str) -> Option<(char, &str)>; 2] = [
+    /// The letter at one end of a name, and what is left.
+    type End = fn(&str) -> Option<(char, &str)>;
+    let ends: [End; 2] = [
         |name| name.chars().next_back().map(|last| (last, &name[..name.len() - last.len_utf8()])),
         |name| name.chars().next().map(|first| (first, &name[first.len_utf8()..])),
     ];

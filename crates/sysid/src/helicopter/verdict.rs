@@ -92,7 +92,7 @@ impl Judge {
         } else if CONTROL.contains(&name.as_str()) {
             let known =
                 format!("{name} is {value:.3} ± {bound:.3} {unit}, known to {percent:.0} % only");
-            if !(percent <= CONTROL_PERCENT[1]) {
+            if percent.is_nan() || percent > CONTROL_PERCENT[1] {
                 self.say(Grade::DoNotFly, known);
             } else if percent > CONTROL_PERCENT[0] {
                 self.say(Grade::Care, known);
@@ -104,7 +104,7 @@ impl Judge {
                     grade,
                     format!("{name} is {value:.3} ± {bound:.3} {unit}: what flies has it below 0"),
                 );
-            } else if !(percent <= DAMPING_PERCENT) {
+            } else if percent.is_nan() || percent > DAMPING_PERCENT {
                 self.say(
                     Grade::Care,
                     format!("{name} is not known: {value:.3} ± {bound:.3} {unit}"),
