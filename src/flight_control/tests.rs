@@ -147,12 +147,12 @@ fn what_is_not_ready_is_refused_by_name_and_stays_refused_until_the_switch_is_op
     bench.cycles(20);
     bench.aux_ms = Some(CLOSED_MS);
     assert_eq!(bench.cycles(10).mode, Mode::Manual);
-    let refusal =
-        bench.told.iter().map(ToString::to_string).find(|text| text.contains("not ready"));
-    assert_eq!(
-        refusal.unwrap(),
-        "the autopilot is not ready: age of the last fix, s: 9.000, at most 2.5"
-    );
+    let readiness = bench.told.iter().find_map(|told| match told {
+        ControlNotice::Refused(readiness) => Some(*readiness),
+        _ => None,
+    });
+    let failed: Vec<String> = readiness.unwrap().failed().map(ToString::to_string).collect();
+    assert_eq!(failed, ["age of the last fix, s: 9.000, at most 2.5"]);
     bench.fix_age_s = 0.5;
     assert_eq!(bench.cycles(50).mode, Mode::Manual, "nobody asked now");
     bench.aux_ms = Some(OPEN_MS);
