@@ -105,7 +105,7 @@ fn bad_input_is_refused_in_one_line_that_names_the_place() {
     let no_column = damaged("column", "imu.csv", |text| text.replacen("gyro_y_radps", "gyro_q", 1));
     let empty = damaged("empty", "imu.csv", |_| String::new());
     for (log, expected) in [
-        (PathBuf::from("nowhere"), "nowhere/imu.csv"),
+        (PathBuf::from("nowhere"), "nowhere: No such file"),
         (no_gps, "gps.csv: found no usable fix"),
         (text_in_number, "imu.csv:2: column gyro_y_radps: found \"abc\", expected a number"),
         (no_column, "imu.csv:1: expected column gyro_x_radps,gyro_y_radps"),
