@@ -220,13 +220,20 @@ mod tests {
             rate = decay * rate + 25.0 / 4.0 * (1.0 - decay) * pedal(sample);
             measured
         });
-        let inputs = DMatrix::from_fn(1000, 1, |sample, _| pedal(sample));
-        let names = (vec!["pedal".to_owned()], vec!["r".to_owned()]);
+        let inputs = DMatrix::from_fn(1000, 3, |sample, input| match input {
+            1 => pedal(sample),
+            _ => 0.0,
+        });
+        let names = (
+            ["collective", "pedal", "v"].map(str::to_owned).to_vec(),
+            vec!["r".to_owned()],
+        );
         let record = Experiment::new("yaw", PERIOD_S, names.0, names.1, inputs, outputs)
             .expect("finite numbers");
         let settings =
             Settings::innovations(Kind::Yaw.process_sigma(&VelocityError::NONE, PERIOD_S));
-        identify(&Kind::Yaw.structure(), &[record], &settings).expect("it is identifiable")
+        let structure = Kind::Yaw.structure().with_still("collective").with_still("v");
+        identify(&structure, &[record], &settings).expect("it is identifiable")
     }
 
     #[test]
@@ -250,7 +257,8 @@ mod tests {
             found.expect("it is listed").value
         };
         assert_eq!(vehicle.a()[(0, 0)], value("Nr"));
-        assert_eq!(vehicle.b()[(0, 0)], value("Nped"));
+        let pedal = vehicle.input("pedal").expect("it has one");
+        assert_eq!(vehicle.b()[(0, pedal)], value("Nped"));
         for kind in Kind::ALL {
             let structure = kind.structure();
             let driven = |state: usize| {
