@@ -106,7 +106,7 @@ impl Guess {
         let p = &mut self.covariance;
         for (axis, row) in rows.iter().enumerate() {
             let moved: [f64; STATES] = core::array::from_fn(|column| {
-                (0..3).map(|k| row[k] * p[DIRECTION + k][column]).sum()
+                (0..3).map(|k| row[k] * p[DIRECTION + k][column]).sum::<f64>()
             });
             for (value, moved) in p[axis].iter_mut().zip(moved) {
                 *value += moved;
