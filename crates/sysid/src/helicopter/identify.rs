@@ -148,6 +148,9 @@ pub fn identify(
     }
     let mut warnings = Vec::new();
     if estimation_points.is_empty() {
+        if still.len() == structure.inputs_of_pilot().count() {
+            return Err(IdentifyError::StillStick { kind, stick: still.join(", ") });
+        }
         let pieces = stretches::pieces(&record);
         if pieces.is_empty() {
             return Err(IdentifyError::NoHover { kind });

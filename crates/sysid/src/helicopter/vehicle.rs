@@ -224,10 +224,8 @@ mod tests {
             1 => pedal(sample),
             _ => 0.0,
         });
-        let names = (
-            ["collective", "pedal", "v"].map(str::to_owned).to_vec(),
-            vec!["r".to_owned()],
-        );
+        let names =
+            (["collective", "pedal", "v"].map(str::to_owned).to_vec(), vec!["r".to_owned()]);
         let record = Experiment::new("yaw", PERIOD_S, names.0, names.1, inputs, outputs)
             .expect("finite numbers");
         let settings =
