@@ -127,7 +127,8 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     );
 
     let reference = match format {
-        Format::Dataset => Reference::open(log, &dataset.manifest)?,
+        // A mapping's directory may have one, too.
+        Format::Dataset | Format::Text if log.is_dir() => Reference::open(log, &dataset.manifest)?,
         _ => None,
     };
     let first_imu = dataset.imu.first().map_or(Time::ZERO, |sample| sample.time);
