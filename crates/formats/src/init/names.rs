@@ -243,7 +243,6 @@ fn scalar(name: &str) -> Option<Quantity> {
 
 /// What a name with an axis, x, y or z at its end or its beginning, says.
 fn axis(name: &str) -> Option<Quantity> {
-<<<<<<< HEAD
     /// The letter at one end of a name, and what is left.
     type End = fn(&str) -> Option<(char, &str)>;
     let ends: [End; 2] = [
@@ -252,13 +251,6 @@ fn axis(name: &str) -> Option<Quantity> {
     ];
     ends.into_iter().find_map(|end| {
         let (letter, stem) = end(name)?;
-=======
-    let mut from_end = name.chars();
-    let at_end = from_end.next_back().map(|letter| (letter, from_end.as_str()));
-    let mut from_start = name.chars();
-    let at_start = from_start.next().map(|letter| (letter, from_start.as_str()));
-    [at_end, at_start].into_iter().flatten().find_map(|(letter, stem)| {
->>>>>>> ca915b6 (Satisfy the linter)
         let axis = ['x', 'y', 'z'].iter().position(|axis| *axis == letter)?;
         let has = |parts: &[&str]| parts.iter().any(|part| stem.contains(part));
         Some(if has(&["dtheta", "deltaangle", "delang", "dangle", "dang"]) {
