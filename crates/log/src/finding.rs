@@ -133,7 +133,7 @@ mod tests {
             words: format!("outage at {start_s}"),
         };
         let mut findings: Vec<Finding> =
-            (0..20).map(|k| finding(f64::from(k), 0.1, Severity::Warning)).collect();
+            (0..20).map(|k| finding(f64::from(k), 0.125, Severity::Warning)).collect();
         findings[7].end_s = 9.0;
         findings[9].severity = Severity::Info;
         let told = sentences(&findings);
