@@ -25,7 +25,9 @@ const PROMINENCE: f64 = 10.0;
 const NEIGHBOURHOOD_HZ: f64 = 4.0;
 /// Widest line that is a tone, Hz.
 const WIDEST_HZ: f64 = 3.0;
-/// Widest single notch, Hz: a line that moves is covered by several side by side.
+/// A line wider than this moves, Hz, and is covered by several notches side by side, each no wider than
+/// the second.
+const MOVES_HZ: f64 = 1.0;
 const NOTCH_HZ: f64 = 0.5;
 
 /// Finds the tones above `least_hz` in the outputs of `record`: lines ten times above the median of
@@ -61,7 +63,7 @@ pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
             let width_hz = (bin - first + 1) as f64 * bin_hz;
             let middle_hz = 0.5 * (first + bin - 1) as f64 * bin_hz;
             if width_hz <= WIDEST_HZ {
-                let count = (width_hz / NOTCH_HZ).ceil();
+                let count = if width_hz > MOVES_HZ { (width_hz / NOTCH_HZ).ceil() } else { 1.0 };
                 let apart_hz = width_hz / count;
                 let lowest_hz = middle_hz - 0.5 * (count - 1.0) * apart_hz;
                 // A little wider than they are apart, so that nothing passes between two.

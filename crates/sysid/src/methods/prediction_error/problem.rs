@@ -75,6 +75,13 @@ impl Problem<'_> {
         own
     }
 
+    /// Which of a record's `own` values are solved for. Errors of the outputs start at 0: what they start
+    /// at cannot be told from what the motion does, and their size is known.
+    fn solved(structure: &Structure, own: usize) -> Vec<usize> {
+        let n = structure.states.len();
+        (0..n - structure.trailing_errors()).chain(n..own).collect()
+    }
+
     /// −½ νᵀS⁻¹ν at its best over the record's own unknowns, which come back solved.
     pub fn solve_own(
         structure: &Structure,
@@ -83,7 +90,7 @@ impl Problem<'_> {
         record: &Record,
         own: &mut [f64],
     ) -> Option<f64> {
-        let all: Vec<usize> = (0..own.len()).collect();
+        let solved = Self::solved(structure, own.len());
         let pass = Pass {
             structure,
             predictor,
@@ -91,14 +98,14 @@ impl Problem<'_> {
             record,
             inputs,
             own,
-            own_columns: &all,
+            own_columns: &solved,
             keep: false,
         };
         let normal = pass.run();
         let step = solve(&normal.information, &normal.gradient)?;
         let saved = 0.5 * normal.gradient.dot(&step);
-        for (value, step) in own.iter_mut().zip(step.iter()) {
-            *value -= step;
+        for (&place, step) in solved.iter().zip(step.iter()) {
+            own[place] -= step;
         }
         Some(normal.half_squares - saved)
     }
@@ -119,7 +126,7 @@ impl Problem<'_> {
             if !solved {
                 Self::solve_own(structure, &predictor, &inputs, record, own)?;
             }
-            let all: Vec<usize> = (0..own.len()).collect();
+            let solved = Self::solved(structure, own.len());
             let pass = Pass {
                 structure,
                 predictor: &predictor,
@@ -127,7 +134,7 @@ impl Problem<'_> {
                 record,
                 inputs: &inputs,
                 own,
-                own_columns: &all,
+                own_columns: &solved,
                 keep,
             };
             Some(pass.run())

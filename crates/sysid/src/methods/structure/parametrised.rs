@@ -65,12 +65,19 @@ impl Structure {
             .any(|&(index, power)| index == parameter && power < 0)
     }
 
-    /// How many of the last states move no other state: they are errors of the outputs.
+    /// How many of the last states are errors of the outputs: moved by noise and themselves alone, and
+    /// moving no other state.
     pub(crate) fn trailing_errors(&self) -> usize {
-        let moves_another = |state: usize| {
-            self.dynamics.iter().any(|term| term.column == state && term.row != state)
+        let (n, m) = (self.states.len(), self.inputs.len());
+        let noises = n + m..n + m + self.noises.len();
+        let is_error = |state: usize| {
+            self.dynamics.iter().all(|term| match (term.row == state, term.column == state) {
+                (true, false) => noises.contains(&term.column),
+                (false, true) => false,
+                _ => true,
+            })
         };
-        (1..self.states.len()).rev().take_while(|&state| !moves_another(state)).count()
+        (1..n).rev().take_while(|&state| is_error(state)).count()
     }
 
     /// Columns of the dynamics: states, inputs, noises, offsets.
