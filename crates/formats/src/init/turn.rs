@@ -2,7 +2,7 @@
 
 use super::look::median;
 use crate::text::Axes;
-use hovernav::ekf::{Channel, Notice, Verdict};
+use hovernav::ekf::{Channel, Innovation, Notice, Solution, Verdict};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
@@ -167,7 +167,8 @@ fn turns(dataset: &Dataset, gyro: Axes, accel: Axes) -> Vec<(Turn, Vec<String>)>
 }
 
 /// How far the innovations of the first fixes are beyond what a filter with `turn` expects: the mean
-/// of their squares over what is expected; infinite where the filter cannot be tried.
+/// of their squares over what is expected, and what its heading is off the unit's; infinite where the
+/// filter cannot be tried.
 fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     let Some(first) = dataset.fixes.first() else { return f64::INFINITY };
     let begin = dataset.imu.partition_point(|sample| sample.time < first.time.offset_by(-5.0));
@@ -182,29 +183,62 @@ fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     trial.fixes.retain(|fix| fix.time <= until);
     let Ok(config) = trial.settings() else { return f64::INFINITY };
     let run = trial.estimate(&config, |_| {});
-    let (mut squares, mut count, mut fixes) = (0.0, 0usize, 0usize);
+    let (mut gps, mut heading, mut fixes) = (Tally::default(), Tally::default(), 0usize);
     for notice in &run.notices {
         let Notice::Updated(report) = notice else { continue };
         for innovation in report.innovations() {
-            let is_gps = matches!(
-                innovation.channel,
+            match innovation.channel {
                 Channel::PositionNorth
-                    | Channel::PositionEast
-                    | Channel::PositionDown
-                    | Channel::VelocityNorth
-                    | Channel::VelocityEast
-                    | Channel::VelocityDown
-            );
-            if is_gps {
-                fixes += usize::from(innovation.channel == Channel::PositionNorth);
-                // One refused for ever must not hide the rest, nor count as little as it is large.
-                squares += innovation.normalised().powi(2).min(100.0);
-                count += 1;
-                squares += if innovation.verdict == Verdict::Accepted { 0.0 } else { 10.0 };
+                | Channel::PositionEast
+                | Channel::PositionDown
+                | Channel::VelocityNorth
+                | Channel::VelocityEast
+                | Channel::VelocityDown => gps.add(innovation),
+                // A filter that distrusts a wrong heading flies on without it, and the fixes agree.
+                Channel::Yaw => heading.add(innovation),
+                _ => {}
             }
+            fixes += usize::from(innovation.channel == Channel::PositionNorth);
         }
     }
-    if fixes < TRIAL_FIXES { f64::INFINITY } else { squares / count as f64 }
+    if fixes < TRIAL_FIXES {
+        return f64::INFINITY;
+    }
+    gps.mean() + heading.mean() + heading_misfit(&trial.imu, &run.solutions)
+}
+
+/// How far the heading that the filter has found in the end is from the unit's own, over 10°, squared.
+fn heading_misfit(imu: &[ImuSample], solutions: &[Solution]) -> f64 {
+    const TOLERATED_RAD: f64 = 0.17;
+    // Solutions are one a sample up to the last.
+    let pairs = imu.iter().rev().zip(solutions.iter().rev()).take(solutions.len() / 4);
+    let off = pairs.filter_map(|(sample, solution)| {
+        let yaw_rad = solution.body_to_ned.euler().yaw_rad;
+        Some(wrap_angle(sample.attitude?.yaw_rad - yaw_rad).abs())
+    });
+    let off = median(off.collect());
+    if off.is_finite() { (off / TOLERATED_RAD).powi(2) } else { 0.0 }
+}
+
+/// Squares of innovations over what is expected.
+#[derive(Default)]
+struct Tally {
+    squares: f64,
+    count: usize,
+}
+
+impl Tally {
+    fn add(&mut self, innovation: &Innovation) {
+        // One refused for ever must not hide the rest, nor count as little as it is large.
+        self.squares += innovation.normalised().powi(2).min(100.0);
+        self.squares += if innovation.verdict == Verdict::Accepted { 0.0 } else { 10.0 };
+        self.count += 1;
+    }
+
+    /// The mean square; 0 of none.
+    fn mean(&self) -> f64 {
+        if self.count == 0 { 0.0 } else { self.squares / self.count as f64 }
+    }
 }
 
 fn turned(sample: &ImuSample, turn: &Turn) -> ImuSample {
