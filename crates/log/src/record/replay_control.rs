@@ -43,7 +43,9 @@ impl Replay {
             if matches!(event, Event::Gps(_)) {
                 self.last_fix = Some(now);
             }
-            self.estimator.push_traced(&event, &mut self.stepless, |_| {});
+            let Self { control, estimator, stepless, .. } = self;
+            control.hear(&event);
+            estimator.push_traced(&event, stepless, |notice| control.hear_notice(&notice));
             if is_sample {
                 let stepless = &mut self.stepless;
                 self.flown = self.estimator.solution().map(|solution| stepless.solution(&solution));
