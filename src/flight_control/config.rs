@@ -5,7 +5,7 @@ use core::fmt;
 use crate::autopilot::{self, HoverConfig, ReadinessLimits, SteeringConfig};
 use crate::controls::Channels;
 use crate::earth::Geodetic;
-use crate::servo::{self, ChannelConfig, SignalConfig, Swashplate, SwitchConfig};
+use crate::servo::{self, ChannelConfig, SignalConfig, Swashplate, SwitchConfig, within};
 
 /// How far the vehicle may go while the autopilot flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,13 +97,6 @@ impl FlightControlConfig {
         self.switch.check()?;
         self.channels.check()?;
         self.swashplate.check(&self.channels)?;
-        let within = |key, value: f64, from: f64, to: f64| {
-            if value >= from && value <= to {
-                Ok(())
-            } else {
-                Err(servo::ConfigError { channel: None, key, value, from, to })
-            }
-        };
         let failsafe = &self.failsafe;
         within("failsafe.pilot_lost_hold_s", failsafe.pilot_lost_hold_s, 0.0, 600.0)?;
         within("failsafe.descent_mps", failsafe.descent_mps, 0.1, 2.0)?;

@@ -93,14 +93,6 @@ impl ChannelConfig {
     /// # Errors
     /// The first setting that is not.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let within = |key, value: f64, from: f64, to: f64| {
-            // Written so that a NaN is refused.
-            if value >= from && value <= to {
-                Ok(())
-            } else {
-                Err(ConfigError { channel: None, key, value, from, to })
-            }
-        };
         within("min_ms", self.min_ms, SHORTEST_MS, LONGEST_MS)?;
         within("max_ms", self.max_ms, self.min_ms, LONGEST_MS)?;
         within("trim_ms", self.trim_ms, self.min_ms, self.max_ms)?;
@@ -148,6 +140,15 @@ impl<'de> serde::Deserialize<'de> for ChannelConfig {
 impl serde::Serialize for ChannelConfig {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         Self::serialize(self, serializer)
+    }
+}
+
+/// Refuses a value outside `from` to `to`, and NaN.
+pub(crate) fn within(key: &'static str, value: f64, from: f64, to: f64) -> Result<(), ConfigError> {
+    if value >= from && value <= to {
+        Ok(())
+    } else {
+        Err(ConfigError { channel: None, key, value, from, to })
     }
 }
 

@@ -52,6 +52,7 @@ mod switch;
 mod width;
 
 pub use capture::{Captured, PilotPulses, Pulse, PulseFault, Signal, SignalConfig};
+pub(crate) use config::within;
 pub use config::{ChannelConfig, ConfigError, Direction};
 pub use edges::{EdgeTimer, Paired};
 pub use limiter::{Limit, Limited, Limiter};

@@ -1,6 +1,6 @@
 //! The swashplate: from sticks to the servos under it, and back.
 
-use super::config::{ChannelConfig, ConfigError};
+use super::config::{ChannelConfig, ConfigError, within};
 use crate::controls::{Channel, Channels, Sticks};
 
 /// How the servos carry the swashplate.
@@ -95,13 +95,6 @@ impl Swashplate {
     /// # Errors
     /// The first setting that is not, or the channel whose servo ends before the control.
     pub fn check(&self, channels: &Channels<ChannelConfig>) -> Result<(), ConfigError> {
-        let within = |key, value: f64, from: f64, to: f64| {
-            if value >= from && value <= to {
-                Ok(())
-            } else {
-                Err(ConfigError { channel: None, key, value, from, to })
-            }
-        };
         within("swashplate.phase_deg", self.phase_deg, -45.0, 45.0)?;
         within("swashplate.lowest_collective", self.lowest_collective, -1.0, 0.0)?;
         within("swashplate.highest_collective", self.highest_collective, 0.0, 1.0)?;

@@ -1,7 +1,7 @@
 //! A switch of the transmitter: pulses to on and off.
 
 use super::capture::Captured;
-use super::config::{ConfigError, Direction};
+use super::config::{ConfigError, Direction, within};
 use super::width::{LONGEST_MS, SHORTEST_MS};
 use crate::time::Time;
 
@@ -36,14 +36,6 @@ impl SwitchConfig {
     /// # Errors
     /// The first setting that is not.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let within = |key, value: f64, from: f64, to: f64| {
-            // Written so that a NaN is refused.
-            if value >= from && value <= to {
-                Ok(())
-            } else {
-                Err(ConfigError { channel: None, key, value, from, to })
-            }
-        };
         within("threshold_ms", self.threshold_ms, SHORTEST_MS, LONGEST_MS)?;
         within("hysteresis_ms", self.hysteresis_ms, 0.0, 0.5)?;
         within("pulses", f64::from(self.pulses), 1.0, 100.0)
