@@ -300,6 +300,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
                 fixes,
                 order: Vec::new(),
                 warnings: Vec::new(),
+                notes: Vec::new(),
             }
         },
     )

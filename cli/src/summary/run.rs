@@ -46,6 +46,8 @@ pub struct RunSummary {
     /// Of the largest horizontal drift in each outage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) outage_drift_m: Option<Statistics>,
+    /// What was chosen or taken for granted while reading, one plain sentence each.
+    pub(super) notes: Vec<String>,
     /// What deserves a second look, one plain sentence each.
     pub warnings: Vec<String>,
     /// What happened when, each a span with a sentence; the warnings are among them.
@@ -120,6 +122,7 @@ impl RunSummary {
             within_3_sigma: None,
             outages: Vec::new(),
             outage_drift_m: None,
+            notes: dataset.notes.clone(),
             warnings: dataset.warnings.clone(),
             findings: dataset.findings(run),
             aids_unusable: run.unusable,

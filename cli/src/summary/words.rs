@@ -39,6 +39,7 @@ impl RunSummary {
             let words = format!("{median:.2} m median, {max:.2} m worst");
             facts.push(Fact { label: "drift in outages".into(), value: words });
         }
+        facts.extend(self.notes.iter().map(|note| Fact::new("note", note.clone())));
         facts
     }
 

@@ -29,6 +29,7 @@ pub(crate) struct Assembly {
     gps_remarks: Remarks,
     other_remarks: Remarks,
     remarks: Vec<String>,
+    notes: Vec<String>,
 }
 
 impl Assembly {
@@ -49,12 +50,18 @@ impl Assembly {
             gps_remarks: remarks("GPS"),
             other_remarks: remarks("other sensors"),
             remarks: Vec::new(),
+            notes: Vec::new(),
         }
     }
 
-    /// Adds a sentence about the log.
+    /// Adds a sentence about what is wrong with the log.
     pub fn say(&mut self, sentence: impl Into<String>) {
         self.remarks.push(sentence.into());
+    }
+
+    /// Adds a sentence about what was chosen or taken for granted, nothing being wrong.
+    pub fn note(&mut self, sentence: impl Into<String>) {
+        self.notes.push(sentence.into());
     }
 
     /// Adds an inertial sample, unless no unit measures such.
@@ -157,7 +164,7 @@ impl Assembly {
                     reason = format!("{reason}; {summary}");
                 }
             }
-            for remark in self.remarks {
+            for remark in self.notes.into_iter().chain(self.remarks) {
                 reason = format!("{reason}; {remark}");
             }
             return Err(LogError::Unusable { path: path.to_path_buf(), reason });
@@ -167,9 +174,9 @@ impl Assembly {
         for remarks in [self.imu_remarks, self.gps_remarks, self.other_remarks] {
             warnings.extend(remarks.into_warnings());
         }
-        let order = Vec::new();
+        let (order, notes) = (Vec::new(), self.notes);
         let dataset =
-            Dataset { manifest, imu, fixes, baro, magnetometer, controls, order, warnings };
+            Dataset { manifest, imu, fixes, baro, magnetometer, controls, order, warnings, notes };
         let onboard = (!self.moments.is_empty())
             .then(|| Onboard { name: onboard.to_owned(), moments: merged(self.moments) });
         Ok(Log { format, dataset, record: None, onboard })

@@ -219,7 +219,7 @@ fn a_telemetry_log_holds_what_pymavlink_wrote() {
     let read = hovernav_formats::open(log.path(), &Options::default()).unwrap();
     compare("telemetry", &expected, &found(&read));
     assert!(
-        read.dataset.warnings.iter().any(|warning| warning.contains("SCALED_IMU2 (1000 messages)")),
+        read.dataset.notes.iter().any(|note| note.contains("SCALED_IMU2 (1000 messages)")),
         "{:?}",
         read.dataset.warnings
     );

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hovernav::time::Time;
 use hovernav_formats::{Format, Log, Options, open};
+use hovernav_log::Dataset;
 
 fn shared_log(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/logs").join(name);
@@ -18,7 +19,8 @@ fn read(name: &str) -> Option<Log> {
 }
 
 fn says(log: &Log, words: &str) -> bool {
-    log.dataset.warnings.iter().any(|warning| warning.contains(words))
+    let Dataset { warnings, notes, .. } = &log.dataset;
+    warnings.iter().chain(notes).any(|sentence| sentence.contains(words))
 }
 
 #[test]

@@ -181,7 +181,7 @@ fn a_flight_recorded_by_ros_gives_the_samples_of_the_original() {
         assert_eq!(onboard.moments.len(), original.imu.len().div_ceil(10));
         let speed = onboard.moments[5].velocity_mps.unwrap().norm();
         assert!((speed - 1.0).abs() < 1e-9);
-        let said = dataset.warnings.join("\n");
+        let said = [&dataset.notes[..], &dataset.warnings].concat().join("\n");
         for sentence in ["REP 103", "/other_imu", "/chatter"] {
             assert!(said.contains(sentence), "{said}");
         }

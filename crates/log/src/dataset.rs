@@ -39,4 +39,7 @@ pub struct Dataset {
     pub order: Vec<Source>,
     /// What was repaired or left out while reading, one plain sentence each.
     pub warnings: Vec<String>,
+    /// What was chosen or taken for granted while reading, with nothing wrong: one plain sentence
+    /// each.
+    pub notes: Vec<String>,
 }

@@ -9,7 +9,7 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
 /// The description of a dataset, by its [`Display`](fmt::Display): sensors, rates, spans, gaps,
-/// vibration and warnings.
+/// vibration, notes and warnings.
 #[derive(Clone, Copy, Debug)]
 pub struct Info<'a>(pub &'a Dataset);
 
@@ -48,10 +48,12 @@ impl fmt::Display for Info<'_> {
         }
         write_imu(f, dataset)?;
         write_fixes(f, dataset)?;
-        if !dataset.warnings.is_empty() {
-            writeln!(f, "\nwarnings")?;
-            for warning in &dataset.warnings {
-                paragraph(f, "  ", warning)?;
+        for (title, sentences) in [("notes", &dataset.notes), ("warnings", &dataset.warnings)] {
+            if !sentences.is_empty() {
+                writeln!(f, "\n{title}")?;
+            }
+            for sentence in sentences {
+                paragraph(f, "  ", sentence)?;
             }
         }
         Ok(())

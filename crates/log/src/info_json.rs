@@ -53,6 +53,7 @@ impl Info<'_> {
                     "height_m": fix.position.height_m,
                 })),
             },
+            "notes": dataset.notes,
             "warnings": dataset.warnings,
         })
     }

@@ -57,6 +57,7 @@ pub use replay::{Outage, Run, SmoothedRun, UnusedReadings};
 pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
 };
+pub use settings::Declination;
 pub use setup::{
     AccelerationSign, AutopilotFileError, AutopilotSection, CaptureSection, DmuMode, DmuSection,
     FenceSection, FlyConfig, FlyConfigError, LineSection, MavlinkConfig, MavlinkRates,

@@ -1,5 +1,6 @@
 //! From a manifest to the estimator's settings.
 
+use std::fmt;
 use std::path::Path;
 
 use serde::Serialize;
@@ -16,7 +17,8 @@ use hovernav_toml::TomlError;
 
 impl Dataset {
     /// The estimator's settings for this dataset: see [`Manifest::settings`]. What is magnetic in it
-    /// is corrected by the declination at the first fix; a warning says how that came about.
+    /// is corrected by the declination at the first fix; a note says how that came about, a warning
+    /// that there is none.
     ///
     /// # Errors
     /// As [`Manifest::settings`].
@@ -25,7 +27,11 @@ impl Dataset {
             || self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
         let place = self.fixes.first().map(|fix| fix.position);
         let (config, remark) = self.manifest.settings(magnetic, place.as_ref())?;
-        self.warnings.extend(remark);
+        match remark {
+            Some(Declination::Model(note)) => self.notes.push(note),
+            Some(Declination::None(warning)) => self.warnings.push(warning),
+            None => {}
+        }
         Ok(config)
     }
 
@@ -71,7 +77,7 @@ impl Manifest {
         &self,
         magnetic: bool,
         place: Option<&Geodetic>,
-    ) -> Result<(EstimatorConfig, Option<String>), LogError> {
+    ) -> Result<(EstimatorConfig, Option<Declination>), LogError> {
         let mut config = EstimatorConfig::default();
         let (imu, cg) = (&self.imu, self.lever_arm_m(self.solution.point));
         let model = &mut config.ekf.imu;
@@ -152,9 +158,25 @@ impl Manifest {
     }
 }
 
+/// How a declination that nobody gave came about, in a sentence.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Declination {
+    /// By the World Magnetic Model.
+    Model(String),
+    /// The model has none, and 0 is taken.
+    None(String),
+}
+
+impl fmt::Display for Declination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Model(sentence) | Self::None(sentence)) = self;
+        f.write_str(sentence)
+    }
+}
+
 /// Declination, rad, and how it came about. The start of 2025 stands in for a flight whose day is not
 /// given or not covered: declination moves about 0.1° a year.
-fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, String) {
+fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, Declination) {
     let date = manifest.date.and_then(|date| date.date);
     let year = date.map(|date| decimal_year(date.year, date.month, date.day));
     let at = |year| MagneticField::at(place, year).map(|field| field.declination_rad());
@@ -167,11 +189,12 @@ fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, String) {
         Ok(declination_rad) => {
             let declination_deg = declination_rad.to_degrees();
             let model = "by the World Magnetic Model for";
-            (declination_rad, format!("magnetic declination {declination_deg:.2}° {model} {day}"))
+            let text = format!("magnetic declination {declination_deg:.2}° {model} {day}");
+            (declination_rad, Declination::Model(text))
         }
         Err(_) => {
             let text = "magnetic declination 0° taken: the World Magnetic Model has none here";
-            (0.0, text.to_owned())
+            (0.0, Declination::None(text.to_owned()))
         }
     }
 }

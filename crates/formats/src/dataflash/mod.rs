@@ -118,7 +118,7 @@ impl Survey {
             let taken = counts.choose(wanted, |(_, instance)| instance, name);
             let (taken, sentence) = taken.map_err(|reason| format!("{sensor}: {reason}"))?;
             if let Some(sentence) = sentence {
-                to.say(format!("{sensor}: {sentence}"));
+                to.note(format!("{sensor}: {sentence}"));
             }
             Ok::<_, String>(taken)
         };
@@ -135,7 +135,7 @@ impl Survey {
         let latency_s = self.parameter(&["GPS_DELAY_MS", "GPS1_DELAY_MS"]).unwrap_or(0.0) / 1e3;
         let is_given = latency_s > 0.0 && latency_s <= 10.0;
         if !is_given && gps.is_some() {
-            to.say(format!(
+            to.note(format!(
                 "GPS: the log does not say how late fixes are: {USUAL_LATENCY_S} s taken, as of u-blox \
                  receivers; [gps] latency_s sets another"
             ));
@@ -163,7 +163,7 @@ impl Survey {
             );
         }
         if self.parameter(&["AHRS_ORIENTATION"]).is_some_and(|turn| turn != 0.0) {
-            to.say(
+            to.note(
                 "AHRS_ORIENTATION is set: ArduPilot has turned the samples into body axes with it, \
                  nothing is left to do",
             );

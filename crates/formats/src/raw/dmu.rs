@@ -33,7 +33,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
     })?;
     let mut assembly = Assembly::new(true);
     let counts = *decoder.counts();
-    assembly.say(format!(
+    assembly.note(format!(
         "raw bytes of a DMU in {} mode: {} packets, {} bytes of {} in none",
         if mode == Mode::Angle { "angle" } else { "scaled" },
         counts.packets,
@@ -48,10 +48,10 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
         USUAL_INTERVAL_S
     });
     let (range_g, range_degps) = ranges(&packets);
-    assembly.say(format!(
+    assembly.note(format!(
         "ranges of {range_degps} deg/s and {range_g} g, by the size of gravity: no packet carries them"
     ));
-    assembly.say("yaw is from magnetic north: [imu] heading_reference = \"magnetic\"");
+    assembly.note("yaw is from magnetic north: [imu] heading_reference = \"magnetic\"");
     let calibration = Calibration::new(range_degps, range_g).map_err(|error| {
         LogError::Unusable { path: input.path.to_path_buf(), reason: error.to_string() }
     })?;

@@ -67,7 +67,7 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
         Protocol::Ubx => "UBX",
     };
     let MessageCounts { read, unknown, damaged, impossible, no_fix } = best.receiver.counts();
-    assembly.say(format!(
+    assembly.note(format!(
         "raw bytes of a receiver that speaks {name}: {read} messages read, {unknown} of no use, \
          {damaged} damaged, {impossible} with a value that cannot be, {no_fix} epochs without a fix"
     ));

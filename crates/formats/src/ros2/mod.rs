@@ -177,7 +177,7 @@ impl Gathered {
             self.assembly.say(format!("{count} messages left out: not as long as their type is"));
         }
         if self.has_imu {
-            self.assembly.say(match self.are_down {
+            self.assembly.note(match self.are_down {
                 true => {
                     "axes taken as forward-right-down and north-east-down, as the frame is named"
                 }

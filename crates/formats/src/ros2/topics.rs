@@ -53,7 +53,7 @@ impl Topics {
             let names: Vec<&str> = others.iter().take(12).map(String::as_str).collect();
             let more = others.len().saturating_sub(names.len());
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            assembly.say(format!("topics without use: {}{more}", names.join(", ")));
+            assembly.note(format!("topics without use: {}{more}", names.join(", ")));
         }
         let mut chosen = Vec::new();
         for (kinds, wanted) in [
@@ -70,7 +70,7 @@ impl Topics {
             let (index, sentence) = counts
                 .choose(wanted, |index| index, |index| of_kind[index].name.clone())
                 .map_err(|reason| LogError::Unusable { path: input.path.to_path_buf(), reason })?;
-            sentence.into_iter().for_each(|sentence| assembly.say(sentence));
+            sentence.into_iter().for_each(|sentence| assembly.note(sentence));
             chosen.extend(index.map(|index| of_kind[index].channel));
         }
         let chosen: Vec<Topic> =

@@ -37,6 +37,7 @@ pub(crate) fn dataset(
         manifest,
         order: Vec::new(),
         warnings,
+        notes: Vec::new(),
     };
     Ok((dataset, onboard))
 }

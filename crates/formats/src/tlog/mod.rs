@@ -116,7 +116,7 @@ impl Survey {
         let most = by_sender.iter().max_by_key(|&(sender, count)| (*count, !sender.1));
         let sender = most.map_or((1, 1), |(&sender, _)| sender);
         if by_sender.len() > 1 {
-            to.say(format!(
+            to.note(format!(
                 "system {} component {} is read, which sent most; {} others sent as well",
                 sender.0,
                 sender.1,
@@ -132,7 +132,7 @@ impl Survey {
             let taken = counts.choose(wanted, |(_, instance)| instance, name);
             let (taken, sentence) = taken.map_err(|reason| format!("{sensor}: {reason}"))?;
             if let Some(sentence) = sentence {
-                to.say(format!("{sensor}: {sentence}"));
+                to.note(format!("{sensor}: {sentence}"));
             }
             Ok::<_, String>(taken.map(|(message, _)| message))
         };
@@ -146,7 +146,7 @@ impl Survey {
         let imu = chosen("inertial unit", &imu, options.imu)?;
         let gps = chosen("GPS", &[(Message::GpsRaw, 0), (Message::Gps2Raw, 1)], options.gps)?;
         if gps.is_some() {
-            to.say(format!(
+            to.note(format!(
                 "GPS: the log does not say how late fixes are: {USUAL_LATENCY_S} s taken, as of u-blox \
                  receivers; [gps] latency_s sets another"
             ));

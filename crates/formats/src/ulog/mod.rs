@@ -51,7 +51,7 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
     let mut assembly = Assembly::new(true);
     remark_file(&surveyed, &survey, &mut assembly);
     for sentence in sentences {
-        assembly.say(sentence);
+        assembly.note(sentence);
     }
     let mut messages = messages()?;
     let mut subscriptions = Subscriptions::default();
@@ -146,7 +146,7 @@ fn remark_rows(rows: &Rows, survey: &Survey, to: &mut Assembly) {
     let is_turned =
         |(name, &value): (&String, &f64)| name.starts_with("SENS_BOARD_") && value != 0.0;
     if survey.parameters.iter().any(is_turned) {
-        to.say(
+        to.note(
             "SENS_BOARD_ROT or an offset beside it is set: PX4 has turned the samples into body axes \
              with it, nothing is left to do",
         );

@@ -167,7 +167,7 @@ impl FlyConfig {
                 self.navigation.settings(true, Some(&place)).map_err(navigation_value)?;
             self.navigation.imu.magnetic_declination_deg =
                 Some(settings.0.alignment.declination_rad.to_degrees());
-            remark = settings.1;
+            remark = settings.1.map(|how| how.to_string());
         }
         self.settings()?;
         Ok(remark)
