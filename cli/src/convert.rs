@@ -1,6 +1,6 @@
-//! `hovernav convert`: any log to a dataset directory.
+//! `hovernav convert`: any log to a dataset directory, or a damaged record to a whole one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
 
@@ -15,13 +15,20 @@ pub struct Arguments {
     log: PathBuf,
     #[command(flatten)]
     sensors: Sensors,
-    /// The directory to write
-    #[arg(long, value_name = "DIR")]
+    /// Write what is whole of a flight record that was cut off or damaged as a new record, which other
+    /// programs open
+    #[arg(long, conflicts_with_all = ["imu", "gps", "mag", "baro"])]
+    repair: bool,
+    /// The directory to write, or with --repair the record, a new file
+    #[arg(long, value_name = "PATH")]
     out: PathBuf,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let Arguments { log, sensors, out } = arguments;
+    let Arguments { log, sensors, repair, out } = arguments;
+    if *repair {
+        return write_repaired(log, out);
+    }
     let dataset = hovernav_formats::open(log, &sensors.options())?.dataset;
     crate::output::create(out)?;
     let same = matches!((log.canonicalize(), out.canonicalize()), (Ok(a), Ok(b)) if a == b);
@@ -40,6 +47,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         dataset.controls.len()
     ));
     for warning in &dataset.warnings {
+        crate::output::say(format_args!("warning: {warning}"));
+    }
+    Ok(())
+}
+
+fn write_repaired(log: &Path, out: &Path) -> anyhow::Result<()> {
+    let repaired = hovernav_log::record::repair(log, out)?;
+    crate::output::say(format_args!("{}: {} messages", out.display(), repaired.messages));
+    for warning in &repaired.warnings {
         crate::output::say(format_args!("warning: {warning}"));
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hovernav_log::record::{Record, RecordInfo, Recorder};
+use hovernav_log::record::{Record, RecordInfo, Recorder, repair};
 
 use crate::flight::header;
 use crate::replay::recorded;
@@ -136,4 +136,27 @@ fn damage_to_the_first_chunks_costs_them_and_not_the_record() {
     assert!(record.solutions.len() > whole.solutions.len() / 4, "{}", record.solutions.len());
     let mut originals = whole.calls.iter();
     assert!(record.calls.iter().all(|call| originals.any(|original| original == call)));
+}
+
+/// As viewers need it that open a file by its summary.
+#[test]
+fn a_repaired_record_has_a_summary_and_every_whole_message() {
+    let (path, dir) = recorded(1.0);
+    let bytes = std::fs::read(path).unwrap();
+    let (cut, out) = (dir.path().join("cut.mcap"), dir.path().join("whole.mcap"));
+    std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
+    let is_summed = |path: &Path| {
+        mcap::Summary::read(&std::fs::read(path).unwrap()).is_ok_and(|summary| summary.is_some())
+    };
+    assert!(!is_summed(&cut));
+    let repaired = repair(&cut, &out).unwrap();
+    assert!(repaired.warnings.iter().any(|warning| warning.contains("cut off")), "{repaired:?}");
+    assert!(is_summed(&out));
+
+    let before = Record::open(&cut).unwrap();
+    let after = Record::open(&out).unwrap();
+    assert!(after.is_ended && after.warnings.is_empty(), "{:?}", after.warnings);
+    let but = Record { is_ended: false, warnings: before.warnings.clone(), ..after };
+    assert_eq!(Record { header: before.header.clone(), ..but }, before);
+    assert!(repair(&cut, &out).unwrap_err().to_string().contains("whole.mcap"));
 }

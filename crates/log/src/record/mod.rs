@@ -23,6 +23,7 @@
 //! | `lost` | how many entries found no room before this point |
 
 mod channel;
+mod chunks;
 mod drain;
 mod encode;
 mod entry;
@@ -31,6 +32,7 @@ mod info;
 mod message;
 mod read;
 mod recorder;
+mod repair;
 mod replay;
 mod replay_control;
 mod spool;
@@ -42,6 +44,7 @@ pub use header::Header;
 pub use info::RecordInfo;
 pub use read::{Call, Record, RecordedCycle, RecordedEvent};
 pub use recorder::Recorder;
+pub use repair::{Repaired, repair};
 pub use replay::{Difference, Reproduction};
 pub use replay_control::StickReproduction;
 pub use status::Status;

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use mcap::records::{MessageHeader, Record as McapRecord, op};
+use mcap::records::{MessageHeader, Record as McapRecord};
 use serde::de::DeserializeOwned;
 
 use super::channel::Channel;
+use super::chunks::{Piece, Topics, pieces, records};
 use super::entry::{Cycle, Level};
 use super::header::Header;
 use super::message::{
@@ -83,16 +84,6 @@ pub struct Record {
     pub warnings: Vec<String>,
 }
 
-/// The number that the writer gives to the first topic.
-const FIRST_CHANNEL: usize = 1;
-
-/// An opcode and the length of what follows.
-const FRAME: usize = 9;
-
-/// Checks the text of chunks as MCAP has it: the CRC-32 of zip files.
-const CRC: crc::Crc<u32, crc::Table<16>> =
-    crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
-
 impl Record {
     /// Whether the file `path` begins as an MCAP file does. A file that cannot be read does not.
     #[must_use]
@@ -128,36 +119,16 @@ impl Record {
             return Err(LogError::bytes(path, 0, format!("found {found}, expected an MCAP file")));
         }
         let mut reader = Reader { record: configured(bytes, path)?, ..Reader::default() };
-        let mut offset = magic;
-        while offset < bytes.len() {
-            let Some((opcode, body)) = frame(&bytes[offset..]) else {
-                reader.damage(offset, "the file ends within a record: it was cut off");
-                break;
-            };
-            match opcode {
-                op::CHUNK => {
-                    if let Err(reason) = reader.chunk(body, path)? {
-                        reader.begun = Default::default();
-                        reader.damage(offset, reason);
-                    }
+        for (offset, piece) in pieces(bytes) {
+            match piece {
+                Piece::Chunk(data) => reader.chunk(&data, path)?,
+                Piece::Damage(reason) => {
+                    reader.begun = Default::default();
+                    reader.damages.push((offset, reason));
                 }
-                op::FOOTER => {
-                    reader.is_ended = true;
-                    break;
-                }
-                0 => {
-                    reader.damage(offset, "found a zero, expected the kind of a record");
-                    break;
-                }
-                op::STATISTICS => match mcap::parse_record(opcode, body) {
-                    Ok(McapRecord::Statistics(found)) => {
-                        reader.expected_messages = Some(found.message_count);
-                    }
-                    _ => reader.damage(offset, "the statistics are damaged"),
-                },
-                _ => {}
+                Piece::Statistics(messages) => reader.expected_messages = Some(messages),
+                Piece::End => reader.is_ended = true,
             }
-            offset += FRAME + body.len();
         }
         reader.finish(path, bytes.len())
     }
@@ -167,16 +138,14 @@ impl Record {
 /// one holds it too.
 fn configured(bytes: &[u8], path: &Path) -> Result<Option<Record>, LogError> {
     let mut finder = Reader::default();
-    let mut offset = mcap::MAGIC.len();
-    while let Some((opcode, body)) = bytes.get(offset..).and_then(frame) {
-        if opcode == op::CHUNK {
-            // What is damaged is told of when all is read.
-            let _ = finder.chunk(body, path)?;
+    for (_, piece) in pieces(bytes) {
+        // What is damaged is told of when all is read.
+        if let Piece::Chunk(data) = piece {
+            finder.chunk(&data, path)?;
         }
-        if finder.record.is_some() || opcode == 0 {
+        if finder.record.is_some() {
             break;
         }
-        offset += FRAME + body.len();
     }
     let empty = |record: Record| Record {
         calls: Vec::new(),
@@ -193,17 +162,9 @@ fn configured(bytes: &[u8], path: &Path) -> Result<Option<Record>, LogError> {
     Ok(finder.record.map(empty))
 }
 
-/// The first record of `bytes`; `None` if it does not end within them.
-fn frame(bytes: &[u8]) -> Option<(u8, &[u8])> {
-    let (head, rest) = bytes.split_first_chunk::<FRAME>()?;
-    let [opcode, length @ ..] = *head;
-    let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
-    Some((opcode, rest.get(..length)?))
-}
-
 #[derive(Default)]
 struct Reader {
-    channels: Vec<(u16, Channel)>,
+    topics: Topics,
     record: Option<Record>,
     /// A call of which more is to come, per line.
     begun: [Option<Vec<u8>>; 3],
@@ -219,57 +180,21 @@ struct Reader {
 }
 
 impl Reader {
-    fn damage(&mut self, offset: usize, reason: impl Into<String>) {
-        self.damages.push((offset, reason.into()));
-    }
-
-    /// Takes in a chunk if all of it is whole. What is wrong with it otherwise; an error where the
-    /// configuration is.
-    fn chunk(&mut self, body: &[u8], path: &Path) -> Result<Result<(), String>, LogError> {
-        let Ok(McapRecord::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
-            return Ok(Err("the head of a chunk is damaged".into()));
-        };
-        if !header.compression.is_empty() {
-            let compression = &header.compression;
-            return Ok(Err(format!(
-                "found a chunk in \"{compression}\", expected none compressed"
-            )));
-        }
-        let found = CRC.checksum(&data);
-        if found != header.uncompressed_crc {
-            let expected = header.uncompressed_crc;
-            return Ok(Err(format!(
-                "found a chunk with checksum {found:08x}, expected {expected:08x}: left out"
-            )));
-        }
-        let mut rest = &data[..];
-        while let Some((opcode, body)) = frame(rest) {
-            rest = &rest[FRAME + body.len()..];
-            if !matches!(opcode, op::CHANNEL | op::MESSAGE) {
-                continue;
-            }
-            match mcap::parse_record(opcode, body) {
-                Ok(McapRecord::Channel(channel)) => {
-                    let known = Channel::with_topic(&channel.topic);
-                    self.channels.extend(known.map(|known| (channel.id, known)));
-                }
-                Ok(McapRecord::Message { header, data }) => self.message(header, &data, path)?,
+    /// Takes in what a whole chunk holds; an error where the configuration is wrong.
+    fn chunk(&mut self, data: &[u8], path: &Path) -> Result<(), LogError> {
+        for record in records(data) {
+            match record {
+                McapRecord::Channel(channel) => self.topics.learn(&channel),
+                McapRecord::Message { header, data } => self.message(header, &data, path)?,
                 _ => {}
             }
         }
-        Ok(Ok(()))
+        Ok(())
     }
 
     fn message(&mut self, header: MessageHeader, data: &[u8], path: &Path) -> Result<(), LogError> {
         self.messages += 1;
-        let known = self.channels.iter().find(|(id, _)| *id == header.channel_id);
-        // Where the chunk that names the topics is damaged, their numbers are those of the writer.
-        let by_order = || {
-            let place = usize::from(header.channel_id).checked_sub(FIRST_CHANNEL)?;
-            Channel::ALL.get(place).copied().filter(|_| self.channels.is_empty())
-        };
-        let channel = known.map(|(_, channel)| *channel).or_else(by_order);
-        let Some(channel) = channel else { return Ok(()) };
+        let Some(channel) = self.topics.of(header.channel_id) else { return Ok(()) };
         if header.sequence > self.sequence {
             self.sequence = header.sequence;
             self.entries += 1;

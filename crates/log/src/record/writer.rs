@@ -43,7 +43,8 @@ impl<W: Write> MessageWriter<W> {
         Ok(writer)
     }
 
-    fn new(out: W, header: &Header) -> McapResult<Self> {
+    /// Writes the topics, and no configuration.
+    pub fn new(out: W, header: &Header) -> McapResult<Self> {
         let mut mcap = WriteOptions::new()
             .compression(None)
             .library(format!("hovernav {}", header.version))
@@ -103,6 +104,17 @@ impl<W: Write> MessageWriter<W> {
             publish_time: self.header.unix_ns(time),
         };
         self.mcap.write_to_known_channel(&header, &self.json)
+    }
+
+    /// Writes a message as another file has it.
+    pub fn copy(
+        &mut self,
+        channel: Channel,
+        header: MessageHeader,
+        data: &[u8],
+    ) -> McapResult<()> {
+        let header = MessageHeader { channel_id: self.channels[channel as usize], ..header };
+        self.mcap.write_to_known_channel(&header, data)
     }
 
     /// Ends the chunk and hands it on.

@@ -1,0 +1,55 @@
+//! A record that was cut off or damaged, written anew with its index.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use mcap::records::Record as McapRecord;
+
+use super::chunks::{Piece, Topics, pieces, records};
+use super::read::Record;
+use super::writer::MessageWriter;
+use crate::error::LogError;
+use crate::table::LARGEST_BYTES;
+use hovernav_toml::read_bytes;
+
+/// What came of a repair.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Repaired {
+    /// Messages carried over, each as it was.
+    pub messages: u64,
+    /// What was missing or damaged, one plain sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Writes what is whole of the record `path` to the new file `out`, with the index and the summary that
+/// other programs need to open it. Messages are carried over byte for byte, in their order.
+///
+/// # Errors
+/// As [`Record::open`]; [`LogError::Io`] where `out` is there already or cannot be written.
+pub fn repair(path: &Path, out: &Path) -> Result<Repaired, LogError> {
+    let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
+    let Record { header, warnings, .. } = Record::read(&bytes, path)?;
+    let file = File::create_new(out).map_err(LogError::io(out))?;
+    let written = |error: mcap::McapError| LogError::io(out)(std::io::Error::other(error));
+    let mut writer = MessageWriter::new(BufWriter::new(file), &header).map_err(written)?;
+    let mut topics = Topics::default();
+    let mut messages = 0;
+    for (_, piece) in pieces(&bytes) {
+        let Piece::Chunk(data) = piece else { continue };
+        for record in records(&data) {
+            match record {
+                McapRecord::Channel(channel) => topics.learn(&channel),
+                McapRecord::Message { header, data } => {
+                    let Some(channel) = topics.of(header.channel_id) else { continue };
+                    writer.copy(channel, header, &data).map_err(written)?;
+                    messages += 1;
+                }
+                _ => {}
+            }
+        }
+        writer.flush().map_err(LogError::io(out))?;
+    }
+    writer.finish().map_err(LogError::io(out))?;
+    Ok(Repaired { messages, warnings })
+}
