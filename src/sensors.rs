@@ -163,6 +163,10 @@ enum ReceiverSetUp {
     Ubx(ubx::Configuration),
 }
 
+/// Actions of the link that one moment can ask for. It asks for four at most, but at the last moment
+/// that [`Time`] holds none is ever later.
+const MOST_ACTIONS: usize = 8;
+
 impl Sensors {
     /// Sensors in any state, to be started `now`.
     #[must_use]
@@ -186,13 +190,14 @@ impl Sensors {
         while let Some(received) = self.link.next_packet(&mut bytes, now) {
             self.packet(&received, now, &mut emit);
         }
-        loop {
+        for _ in 0..MOST_ACTIONS {
             match self.link.next_action(now) {
                 LinkAction::Write(command) => emit(SensorOutput::WriteDmu(command)),
                 LinkAction::Lost(fault) => emit(SensorOutput::DmuLost(now, fault)),
                 LinkAction::ReadUntil(until) => return until,
             }
         }
+        now
     }
 
     fn packet(&mut self, received: &Received, now: Time, emit: &mut impl FnMut(SensorOutput)) {

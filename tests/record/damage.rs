@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hovernav::time::Time;
 use hovernav_log::record::{Record, RecordInfo, Recorder, repair};
 
 use crate::flight::header;
@@ -159,4 +160,24 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
     let but = Record { is_ended: false, warnings: before.warnings.clone(), ..after };
     assert_eq!(Record { header: before.header.clone(), ..but }, before);
     assert!(repair(&cut, &out).unwrap_err().to_string().contains("whole.mcap"));
+}
+
+/// A time that no flight has, in one call: neither a hang nor memory without end, in anything made of it.
+#[test]
+fn a_time_that_cannot_be_costs_little() {
+    let (path, _dir) = recorded(20.0);
+    let whole = Record::open(&path).unwrap();
+    let settings = whole.header.settings().unwrap();
+    for nanoseconds in [i64::MAX, i64::MIN, -1, i64::MAX / 2, 3_600_000_000_000_000] {
+        let mut record = whole.clone();
+        let middle = record.calls.len() / 2;
+        record.calls[middle].0 = Time::from_nanoseconds(nanoseconds);
+        let dataset = record.dataset().unwrap();
+        assert!(dataset.imu.len() <= whole.calls.len());
+        let _ = hovernav_log::Survey::of(&dataset).to_string();
+        let run = dataset.estimate(&settings, |_| {});
+        let _ = dataset.findings(&run);
+        assert!(run.solutions.len() <= dataset.imu.len());
+        assert!(run.solutions.iter().all(|solution| solution.velocity_mps.is_finite()));
+    }
 }

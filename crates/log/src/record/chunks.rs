@@ -40,7 +40,9 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
             };
             offset += FRAME + body.len();
             match opcode {
-                op::CHUNK => return Some((at, chunk(body).map_or_else(Piece::Damage, Piece::Chunk))),
+                op::CHUNK => {
+                    return Some((at, chunk(body).map_or_else(Piece::Damage, Piece::Chunk)));
+                }
                 op::FOOTER => {
                     is_over = true;
                     return Some((at, Piece::End));
@@ -52,9 +54,7 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                 }
                 op::STATISTICS => {
                     let piece = match mcap::parse_record(opcode, body) {
-                        Ok(McapRecord::Statistics(found)) => {
-                            Piece::Statistics(found.message_count)
-                        }
+                        Ok(McapRecord::Statistics(found)) => Piece::Statistics(found.message_count),
                         _ => Piece::Damage("the statistics are damaged".into()),
                     };
                     return Some((at, piece));

@@ -107,12 +107,7 @@ impl<W: Write> MessageWriter<W> {
     }
 
     /// Writes a message as another file has it.
-    pub fn copy(
-        &mut self,
-        channel: Channel,
-        header: MessageHeader,
-        data: &[u8],
-    ) -> McapResult<()> {
+    pub fn copy(&mut self, channel: Channel, header: MessageHeader, data: &[u8]) -> McapResult<()> {
         let header = MessageHeader { channel_id: self.channels[channel as usize], ..header };
         self.mcap.write_to_known_channel(&header, data)
     }
