@@ -23,6 +23,9 @@ pub trait Scalar:
     const ZERO: Self;
     /// One.
     const ONE: Self;
+    /// What a measurement may bring, its variance by the state over its own, before the short form of
+    /// the update loses half the digits: the root of the number of steps in one.
+    const MOST_INFORMATION: Self;
     /// The nearest number of this type.
     fn of(value: f64) -> Self;
     /// The same number as `f64`.
@@ -32,6 +35,7 @@ pub trait Scalar:
 impl Scalar for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
+    const MOST_INFORMATION: Self = 67_108_864.0;
     #[inline(always)]
     fn of(value: f64) -> Self {
         value
@@ -45,6 +49,7 @@ impl Scalar for f64 {
 impl Scalar for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
+    const MOST_INFORMATION: Self = 2896.0;
     #[inline(always)]
     fn of(value: f64) -> Self {
         value as Self

@@ -8,11 +8,13 @@
 //! # Source
 //! Groves, second edition, equations 14.63 to 14.73 (error dynamics in NED); G. J. Bierman (1977),
 //! *Factorization Methods for Discrete Sequential Estimation*, section V.3 (stabilised update).
+mod joint;
 mod packed;
 mod propagation;
 mod sensitivity;
 mod update;
 
+pub use joint::{Joint, MOST};
 pub(super) use packed::PackedBase;
 pub use propagation::Transition;
 pub use sensitivity::Sensitivity;
@@ -123,11 +125,12 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         block
     }
 
-    /// Whether every entry is finite and no variance negative.
+    /// Whether every variance is finite and none negative. What is not finite elsewhere comes to a
+    /// variance with the next step or measurement.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.rows.iter().enumerate().all(|(index, row)| {
-            row.iter().all(|value| value.wide().is_finite()) && self.variance(index) >= 0.0
+            row.get(index).is_some_and(|v| (0.0..f64::INFINITY).contains(&v.wide()))
         })
     }
 }

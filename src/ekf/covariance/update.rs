@@ -30,25 +30,6 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         (projected, variance)
     }
 
-    /// H P Hᵀ of a scalar measurement alone.
-    #[must_use]
-    pub fn projected_variance(&self, sensitivity: &Sensitivity<T>) -> T {
-        let mut variance = T::ZERO;
-        for (n, (state, derivative)) in sensitivity.terms().enumerate() {
-            let Some(row) = self.rows.get(state) else { continue };
-            let mut sum = T::ZERO;
-            for (other, factor) in sensitivity.terms().skip(n + 1) {
-                if let Some(&value) = row.get(other) {
-                    sum += factor * value;
-                }
-            }
-            if let Some(&own) = row.get(state) {
-                variance += derivative * (derivative * own + sum + sum);
-            }
-        }
-        variance
-    }
-
     /// Takes in one scalar measurement of variance `noise`, whose [`project`](Self::project)ion is
     /// given; the gain is returned for the state's correction.
     ///

@@ -1,6 +1,6 @@
 //! The sequential update: axis after axis, gated by groups.
 
-use super::super::covariance::Sensitivity;
+use super::super::covariance::{Joint, Sensitivity};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::{Channel, Innovation, Verdict};
@@ -41,21 +41,27 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Report {
         let mut report = Report::default();
         let mut correction = [T::ZERO; N];
+        let sensitivities = axes.each_ref().map(|axis| axis.as_ref().map(|axis| &axis.sensitivity));
+        let innovations =
+            axes.each_ref().map(|axis| axis.as_ref().map_or(0.0, |axis| axis.innovation));
+        let mut joint = Joint::new(&self.covariance, sensitivities, innovations);
         let mut done: Option<Group> = None;
-        for axis in axes.iter().flatten() {
-            if done == Some(axis.group) {
+        for (first, axis) in axes.iter().enumerate() {
+            let Some(axis) = axis.as_ref().filter(|axis| done != Some(axis.group)) else {
                 continue;
-            }
+            };
             done = Some(axis.group);
-            let group = || axes.iter().flatten().filter(|other| other.group == axis.group);
+            let group = || {
+                let present =
+                    axes.iter().enumerate().filter_map(|(n, other)| Some((n, other.as_ref()?)));
+                present.filter(|(_, other)| other.group == axis.group)
+            };
             let (mut largest, mut sum, mut count, mut one) = (0.0, 0.0, 0.0, 0.0);
-            for axis in group() {
-                let variance =
-                    self.covariance.projected_variance(&axis.sensitivity).wide().max(0.0);
-                let innovation = axis.innovation - axis.sensitivity.dot(&correction).wide();
-                let normalised = square(innovation) / (variance + axis.noise);
+            for (index, axis) in group() {
+                let variance = joint.variance(index).wide() + axis.noise;
+                let normalised = square(joint.innovation(index)) / variance;
                 largest = f64::max(largest, normalised);
-                one = innovation / libm::sqrt(variance + axis.noise);
+                one = joint.innovation(index) / libm::sqrt(variance);
                 sum += normalised;
                 count += 1.0;
             }
@@ -66,53 +72,33 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.gates.accepted(axis.group, time, sum / count);
                 Verdict::Accepted
             } else if self.gates.refused(axis.group, time, &self.config.gate) {
-                for axis in group() {
+                joint.settle(&mut self.covariance);
+                for (_, axis) in group() {
                     self.reopen(axis);
                 }
+                joint.project(&self.covariance, first);
                 Verdict::Reopened
             } else {
                 Verdict::Rejected
             };
-            for axis in group() {
-                report.push(self.update_scalar(time, axis, verdict, &mut correction, trace));
+            for (index, axis) in group() {
+                let innovation = joint.innovation(index);
+                let sigma = libm::sqrt(joint.variance(index).wide() + axis.noise);
+                if verdict != Verdict::Rejected {
+                    let noise = T::of(axis.noise);
+                    let gain = joint.take_in(&mut self.covariance, index, noise);
+                    for (value, &factor) in correction.iter_mut().zip(&gain.gain) {
+                        *value += factor * T::of(innovation);
+                    }
+                    trace.updated(&axis.sensitivity, &gain, innovation);
+                }
+                let channel = axis.channel;
+                report.push(Innovation { time, channel, innovation, sigma, verdict });
             }
         }
+        joint.settle(&mut self.covariance);
         report.covariance_reset = self.correct(&correction);
         report
-    }
-
-    /// P Hᵀ and H P Hᵀ of an axis; where rounding made the latter negative, which takes a covariance
-    /// that gaps have opened beyond all bounds, the axis sees nothing.
-    fn seen(&self, axis: &ScalarMeasurement<T>) -> ([T; N], T) {
-        let (projected, variance) = self.covariance.project(&axis.sensitivity);
-        if variance >= T::ZERO { (projected, variance) } else { ([T::ZERO; N], T::ZERO) }
-    }
-
-    fn update_scalar(
-        &mut self,
-        time: Time,
-        axis: &ScalarMeasurement<T>,
-        verdict: Verdict,
-        correction: &mut [T; N],
-        trace: &mut impl Trace<T, N>,
-    ) -> Innovation {
-        let (projected, variance) = self.seen(axis);
-        let left = axis.innovation - axis.sensitivity.dot(correction).wide();
-        if verdict != Verdict::Rejected {
-            let noise = T::of(axis.noise);
-            let gain = self.covariance.update(&axis.sensitivity, &projected, variance, noise);
-            for (value, &factor) in correction.iter_mut().zip(&gain.gain) {
-                *value += factor * T::of(left);
-            }
-            trace.updated(&axis.sensitivity, &gain, left);
-        }
-        Innovation {
-            time,
-            channel: axis.channel,
-            innovation: left,
-            sigma: libm::sqrt(variance.wide() + axis.noise),
-            verdict,
-        }
     }
 
     /// Opens the states an axis speaks of by the size of its innovation.
