@@ -95,7 +95,10 @@ impl Moment {
         let used = step;
         step.attitude_noise = [0.0; 6];
         step.velocity_noise = [0.0; 6];
-        step.noise = [0.0; N];
+        step.position_noise = [0.0; 3];
+        if let Some(relaxation) = &mut step.relaxation {
+            relaxation.noise = [0.0; N];
+        }
         let mut phi = Matrix::zeros();
         for column in 0..N {
             let mut covariance = Covariance::<f64, N>::zero();
@@ -220,8 +223,9 @@ fn the_transition_is_the_derivative_of_the_mechanization() {
                 largest = f64::max(largest, off.abs());
             }
         }
+        let relaxation = step.relaxation.unwrap_or_default();
         for state in 9..N {
-            assert!((kernel[(state, state)] - step.decay[state]).abs() < 1e-15);
+            assert!((kernel[(state, state)] - relaxation.decay[state]).abs() < 1e-15);
         }
     }
     println!("largest difference {largest:e}");
@@ -232,8 +236,9 @@ fn a_second_of_steps_moves_the_covariance_as_the_mechanization_does() {
     for moment in moments() {
         let (_, step) = moment.kernel_transition();
         let mut numeric = moment.numeric_transition();
+        let relaxation = step.relaxation.unwrap_or_default();
         for state in 9..N {
-            numeric[(state, state)] = step.decay[state];
+            numeric[(state, state)] = relaxation.decay[state];
         }
         let sigmas = [0.05, 0.5, 3.0, 0.005, 0.05, 0.005, 0.005];
         let mut covariance = Covariance::<f64, N>::zero();
@@ -254,8 +259,11 @@ fn a_second_of_steps_moves_the_covariance_as_the_mechanization_does() {
                 }
             }
         }
-        for state in 6..N {
-            noise[(state, state)] = step.noise[state];
+        for axis in 0..3 {
+            noise[(6 + axis, 6 + axis)] = step.position_noise[axis];
+        }
+        for state in 9..N {
+            noise[(state, state)] = relaxation.noise[state];
         }
         // The same step again and again: a hundred of 10 ms, or thirty-three of 30.
         for _ in 0..(1.0 / moment.interval_s) as usize {

@@ -42,8 +42,9 @@ impl<L: Layout<N>, const N: usize> Trace<f64, N> for Both<L, N> {
     fn propagated(&mut self, step: &Transition<f64, N>) {
         let mut phi = SMatrix::<f64, N, N>::identity();
         let mut q = SMatrix::<f64, N, N>::zeros();
+        let relaxation = step.relaxation.unwrap_or_default();
         for state in 9..N {
-            phi[(state, state)] = step.decay[state];
+            phi[(state, state)] = relaxation.decay[state];
         }
         for axis in 0..3 {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -75,8 +76,11 @@ impl<L: Layout<N>, const N: usize> Trace<f64, N> for Both<L, N> {
                 }
             }
         }
-        for state in 6..N {
-            q[(state, state)] = step.noise[state];
+        for axis in 0..3 {
+            q[(6 + axis, 6 + axis)] = step.position_noise[axis];
+        }
+        for state in 9..N {
+            q[(state, state)] = relaxation.noise[state];
         }
         self.deeds.push(Deed::Propagated { phi, q });
         self.smoother.propagated(step);

@@ -3,7 +3,7 @@
 use core::marker::PhantomData;
 
 use super::config::EkfConfig;
-use super::covariance::{Covariance, Transition};
+use super::covariance::{Covariance, Relaxation, Transition};
 use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::history::History;
@@ -66,6 +66,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) gps_wander: Option<[f64; 4]>,
     /// Whether the covariance was found without the wander of the GPS, by a layout that has none.
     pub(super) wander_unknown: bool,
+    /// How long the parameters have not relaxed, s.
+    pub(super) unrelaxed_s: f64,
     /// Learned size of the GPS errors against the configured: variances of position and velocity.
     pub(super) gps_learned: [f64; 2],
     pub(super) samples: Samples,
@@ -99,6 +101,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             baro_offset_m: None,
             gps_wander: None,
             wander_unknown: false,
+            unrelaxed_s: 0.0,
             gps_learned: [1.0; 2],
             samples: Samples::NONE,
             angular_rate_radps: Vector::ZERO,
@@ -118,6 +121,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.baro_offset_m = None;
         self.gps_wander = None;
         self.wander_unknown = false;
+        self.unrelaxed_s = 0.0;
         self.gps_learned = [1.0; 2];
         self.samples = Samples::NONE;
         self.angular_rate_radps = Vector::ZERO;
@@ -327,9 +331,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn propagate(&mut self, transition: &Transition<T, N>, trace: &mut impl Trace<T, N>) {
         self.covariance.propagate::<L>(transition);
-        for (parameter, decay) in self.parameters.iter_mut().zip(&transition.decay).skip(GYRO_BIAS)
-        {
-            *parameter *= decay.wide();
+        if let Some(Relaxation { decay, .. }) = &transition.relaxation {
+            for (parameter, decay) in self.parameters.iter_mut().zip(decay).skip(GYRO_BIAS) {
+                *parameter *= decay.wide();
+            }
         }
         trace.propagated(transition);
     }

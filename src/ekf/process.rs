@@ -1,9 +1,9 @@
 //! The process model: the transition of the error state over one step, and the noise it adds.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
-use super::covariance::Transition;
+use super::covariance::{Relaxation, Transition};
 use super::filter::Ekf;
-use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout, POSITION};
+use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::scalar::Scalar;
 use super::square;
 use crate::frames::{Body, Ned, Rotation};
@@ -35,19 +35,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K5) of docs/equations.md.
-    fn parameter_process(&self, interval_s: f64) -> ([T; N], [T; N]) {
+    fn relaxation(&self, interval_s: f64) -> Relaxation<T, N> {
         let imu = &self.config.imu;
-        let mut decay = [T::ONE; N];
-        let mut noise = [T::ZERO; N];
+        let Relaxation { mut decay, mut noise } = Relaxation::default();
         let mut markov = |first: usize, sigmas: &[f64], time_s: f64| {
-            let lost = interval_s / time_s;
+            let left = libm::exp(-interval_s / time_s);
             for (axis, &sigma) in sigmas.iter().enumerate() {
                 if let (Some(decay), Some(noise)) =
                     (decay.get_mut(first + axis), noise.get_mut(first + axis))
                 {
-                    // exp(−x) to second order; steps are far shorter than any correlation time.
-                    *decay = T::of((1.0 - lost * (1.0 - 0.5 * lost)).max(0.0));
-                    *noise = T::of(2.0 * sigma * sigma * lost.min(0.5));
+                    *decay = T::of(left);
+                    *noise = T::of(square(sigma) * (1.0 - left * left));
                 }
             }
         };
@@ -73,7 +71,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let (wander, time_s) = (self.config.baro.wander_m, self.config.baro.wander_time_s);
             markov(state, &[wander], time_s);
         }
-        (decay, noise)
+        Relaxation { decay, noise }
+    }
+
+    /// How the parameters relax with a step of `interval_s`; `None`, while too little time has come
+    /// together for it to matter, or for the covariance to be gone over whole.
+    fn relaxation_due(&mut self, interval_s: f64) -> Option<Relaxation<T, N>> {
+        self.unrelaxed_s += interval_s;
+        let since_s = self.unrelaxed_s;
+        (since_s >= RELAXED_EVERY_S).then(|| {
+            self.unrelaxed_s = 0.0;
+            self.relaxation(since_s)
+        })
     }
 
     /// The transition over a gap: nothing is known of rate and force, so that no error of attitude or
@@ -81,13 +90,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K13) of docs/equations.md.
-    pub(super) fn coasting(&self, interval_s: f64) -> Transition<T, N> {
+    pub(super) fn coasting(&mut self, interval_s: f64) -> Transition<T, N> {
+        let relaxation = self.relaxation_due(interval_s);
         let imu = &self.config.imu;
-        let (decay, mut noise) = self.parameter_process(interval_s);
         let velocity = imu.gap_acceleration_mps2 * interval_s;
-        for state in noise.iter_mut().skip(POSITION).take(3) {
-            *state = T::of(square(0.5 * velocity * interval_s));
-        }
         let turn = imu.gap_rate_radps * interval_s;
         let (tilt, heading) = (turn.min(MOST_HIDDEN_TILT_RAD), turn.min(MOST_HIDDEN_RAD));
         let diagonal = |n: f64, e: f64, d: f64| {
@@ -99,10 +105,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             force: [T::ZERO; 3],
             scaled_rotation: [[T::ZERO; 3]; 3],
             scaled_velocity: [[T::ZERO; 3]; 3],
-            decay,
             attitude_noise: diagonal(tilt, tilt, heading),
             velocity_noise: diagonal(velocity, velocity, velocity),
-            noise,
+            position_noise: [T::of(square(0.5 * velocity * interval_s)); 3],
+            relaxation,
         }
     }
 
@@ -111,17 +117,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K4) of docs/equations.md.
     pub(super) fn transition(
-        &self,
+        &mut self,
         increment: &Increment,
         advance: &Advance,
         body_to_ned: Rotation<Body, Ned>,
     ) -> Transition<T, N> {
         let interval_s = increment.interval_s;
+        let relaxation = self.relaxation_due(interval_s);
         let imu = &self.config.imu;
         let c = body_to_ned.matrix().transpose().to_cols_array_2d();
         let scaled =
             |factors: [f64; 3]| c.map(|row| core::array::from_fn(|k| T::of(row[k] * factors[k])));
-        let (decay, noise) = self.parameter_process(interval_s);
         let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3]| {
             let alike_s = alike_s.max(interval_s);
             vibration
@@ -155,10 +161,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             force: advance.from_specific_force_mps.to_array().map(T::of),
             scaled_rotation: scaled(increment.rotation_rad.to_array()),
             scaled_velocity: scaled(increment.velocity_mps.to_array()),
-            decay,
             attitude_noise: turned(&c, sum(gyro, self.samples.suspicion.angle_variance)),
             velocity_noise: turned(&c, sum(accel, self.samples.suspicion.velocity_variance)),
-            noise,
+            position_noise: [T::ZERO; 3],
+            relaxation,
         }
     }
 }
@@ -166,6 +172,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
+
+/// The parameters relax in portions of so long, s: a hundredth of the shortest correlation time, so that
+/// what a portion puts off is a hundredth of what they wander.
+const RELAXED_EVERY_S: f64 = 0.2;
 
 /// No gap opens roll and pitch further than this, rad: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;

@@ -37,7 +37,7 @@
 
 use alloc::vec::Vec;
 
-use super::covariance::{Covariance, Gain, Sensitivity, Transition};
+use super::covariance::{Covariance, Gain, Relaxation, Sensitivity, Transition};
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::solution::Solution;
@@ -302,9 +302,11 @@ fn pull_back<L: Layout<N>, const N: usize, const M: usize>(
     rows: &mut [[f64; M]; N],
 ) {
     let half = 0.5 * step.interval_s;
-    for (row, decay) in rows.iter_mut().zip(&step.decay).skip(GYRO_BIAS) {
-        for value in row {
-            *value *= decay;
+    if let Some(Relaxation { decay, .. }) = &step.relaxation {
+        for (row, decay) in rows.iter_mut().zip(decay).skip(GYRO_BIAS) {
+            for value in row {
+                *value *= decay;
+            }
         }
     }
     let attitude: [[f64; M]; 3] = core::array::from_fn(|axis| rows[ATTITUDE + axis]);

@@ -31,25 +31,26 @@ pub struct Joint<'a, T, const N: usize> {
 }
 
 impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
-    /// The measurements that there are, of given `innovations`.
+    /// The measurements that there are, of given `innovations`; to be [`project`](Self::project)ed from
+    /// the first on.
     #[must_use]
-    pub fn new(
-        covariance: &Covariance<T, N>,
+    #[inline(always)]
+    pub const fn new(
         sensitivities: [Option<&'a Sensitivity<T>>; MOST],
         innovations: [f64; MOST],
     ) -> Self {
-        let mut joint = Self {
+        Self {
             sensitivities,
             projected: [[T::ZERO; N]; MOST],
             seen: [[T::ZERO; MOST]; MOST],
             innovations,
             pending: [T::ZERO; MOST],
-        };
-        joint.project(covariance, 0);
-        joint
+        }
     }
 
-    /// Projects those from `first` on anew, after the covariance was changed.
+    /// Projects those from `first` on: at the beginning, and after the covariance was changed otherwise
+    /// than by [`settle`](Self::settle).
+    #[inline(never)]
     pub fn project(&mut self, covariance: &Covariance<T, N>, first: usize) {
         for b in first..MOST {
             let Some(sensitivity) = self.sensitivities[b] else { continue };
@@ -59,12 +60,12 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
                     add_scaled(&mut projected, derivative, row);
                 }
             }
-            self.projected[b] = projected;
             for a in first..=b {
                 if let Some(other) = self.sensitivities[a] {
                     self.seen[a][b] = other.dot(&projected);
                 }
             }
+            self.projected[b] = projected;
         }
     }
 
@@ -128,6 +129,8 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         Gain { gain: projected.map(|value| value * inverse), innovation_variance }
     }
 
+    // Rare, and with a frame of its own.
+    #[inline(never)]
     fn take_in_stabilised(
         &mut self,
         covariance: &mut Covariance<T, N>,
@@ -136,8 +139,10 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         noise: T,
     ) -> Gain<T, N> {
         self.settle(covariance);
-        let (projected, variance) = covariance.project(sensitivity);
-        let gain = covariance.update(sensitivity, &projected, variance, noise);
+        self.project(covariance, index);
+        let variance = self.variance(index);
+        let projected = &self.projected[index.min(MOST - 1)];
+        let gain = covariance.update(sensitivity, projected, variance, noise);
         let innovation = self.innovation(index);
         for b in index + 1..MOST {
             if let Some(other) = self.sensitivities[b] {
@@ -149,9 +154,11 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
     }
 
     /// Changes the covariance by what was taken in since the last time.
+    // The frames of this and of the rest need not stand on each other.
+    #[inline(never)]
     pub fn settle(&mut self, covariance: &mut Covariance<T, N>) {
-        let nothing = [T::ZERO; N];
-        let mut waiting = [(&nothing, T::ZERO); MOST];
+        let [first, ..] = &self.projected;
+        let mut waiting = [(first, T::ZERO); MOST];
         let mut count = 0;
         for (projected, inverse) in self.projected.iter().zip(&mut self.pending) {
             if *inverse > T::ZERO {

@@ -16,7 +16,7 @@ mod update;
 
 pub use joint::{Joint, MOST};
 pub(super) use packed::PackedBase;
-pub use propagation::Transition;
+pub use propagation::{Relaxation, Transition};
 pub use sensitivity::Sensitivity;
 pub use update::Gain;
 

@@ -21,14 +21,65 @@ pub struct Transition<T, const N: usize> {
     pub scaled_rotation: [[T; 3]; 3],
     /// Direction cosines times the velocity increment of each accelerometer, m/s.
     pub scaled_velocity: [[T; 3]; 3],
-    /// Factor by which each state decays over the step: one but for Gauss–Markov states.
-    pub decay: [T; N],
     /// Variance added to attitude over the step, NED, upper triangle by rows: nn, ne, nd, ee, ed, dd.
     pub attitude_noise: [T; 6],
     /// Variance added to velocity over the step, like `attitude_noise`.
     pub velocity_noise: [T; 6],
-    /// Variance added to each other state over the step (the first six are not used).
+    /// Variance added to position over the step, north, east, down.
+    pub position_noise: [T; 3],
+    /// What became of the parameters since it was last said; `None` while that is so short that it can
+    /// wait.
+    pub relaxation: Option<Relaxation<T, N>>,
+}
+
+/// What time does to the parameters, which are Gauss–Markov processes or constants.
+#[derive(Clone, Copy, Debug)]
+pub struct Relaxation<T, const N: usize> {
+    /// Factor by which each state decays: one for the first nine, and for constants.
+    pub decay: [T; N],
+    /// Variance added to each state; the first nine are not used.
     pub noise: [T; N],
+}
+
+impl<T: Scalar, const N: usize> Default for Relaxation<T, N> {
+    /// Nothing.
+    fn default() -> Self {
+        Self { decay: [T::ONE; N], noise: [T::ZERO; N] }
+    }
+}
+
+impl<T: Scalar, const N: usize> Transition<T, N> {
+    /// A row of Φ P times the column of Φᵀ that gives attitude.
+    #[inline(always)]
+    fn attitude<L: Layout<N>>(&self, row: &[T; N], axis: usize) -> T {
+        let mut value = row[ATTITUDE + axis];
+        for k in 0..3 {
+            value -= self.turn[axis][k] * row[GYRO_BIAS + k];
+        }
+        if let Some(scale) = L::GYRO_SCALE {
+            for k in 0..3 {
+                value -= self.scaled_rotation[axis][k] * row[scale + k];
+            }
+        }
+        value
+    }
+
+    /// A row of Φ P times the column of Φᵀ that gives velocity.
+    #[inline(always)]
+    fn velocity<L: Layout<N>>(&self, row: &[T; N], axis: usize) -> T {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut value = row[VELOCITY + axis] + self.force[last] * row[ATTITUDE + next]
+            - self.force[next] * row[ATTITUDE + last];
+        for k in 0..3 {
+            value -= self.turn[axis][k] * row[ACCEL_BIAS + k];
+        }
+        if let Some(scale) = L::ACCEL_SCALE {
+            for k in 0..3 {
+                value -= self.scaled_velocity[axis][k] * row[scale + k];
+            }
+        }
+        value
+    }
 }
 
 /// The column before the parameters: packed operations come two by two, and start at even columns.
@@ -44,111 +95,119 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     ///
     /// # Source
     /// Equations (K2) and (K3) of docs/equations.md.
+    #[inline(never)]
     pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
-        let moved = self.moved_rows::<L>(step);
+        self.move_rows::<L>(step);
         let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
-        let (_, decay) = step.decay.split_at(EVEN);
         for (j, row) in parameter_rows.iter_mut().enumerate() {
-            let own = step.decay[GYRO_BIAS + j];
-            let (_, parameters) = row.split_at_mut(EVEN);
-            for (value, &other) in parameters.iter_mut().zip(decay) {
-                *value = *value * (own * other);
-            }
-            for (value, moved) in row.iter_mut().zip(&moved) {
-                *value = moved[GYRO_BIAS + j] * own;
+            for (value, moved) in row.iter_mut().zip(rows.iter()) {
+                *value = moved[GYRO_BIAS + j];
             }
         }
-        for (row, moved) in rows.iter_mut().zip(&moved) {
-            for ((value, &moved), &decay) in row.iter_mut().zip(moved).zip(&step.decay) {
-                *value = moved * decay;
-            }
-        }
-        self.close::<L>(step, &moved);
+        self.close::<L>(step);
         self.add_noise(step);
+        if let Some(relaxation) = &step.relaxation {
+            self.relax(relaxation);
+        }
     }
 
-    /// The nine rows of Φ P that are not just decayed rows of P.
+    /// Lets the parameters decay and wander.
     #[inline(always)]
-    fn moved_rows<L: Layout<N>>(&self, step: &Transition<T, N>) -> [[T; N]; GYRO_BIAS] {
-        let p = &self.rows;
+    fn relax(&mut self, Relaxation { decay, noise }: &Relaxation<T, N>) {
+        let (_, parameters) = decay.split_at(EVEN);
+        for (row, &own) in self.rows.iter_mut().zip(decay) {
+            let (_, row) = row.split_at_mut(EVEN);
+            for (value, &other) in row.iter_mut().zip(parameters) {
+                *value = *value * (own * other);
+            }
+        }
+        let (_, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
+        for (row, &own) in parameter_rows.iter_mut().zip(decay.iter().skip(GYRO_BIAS)) {
+            for value in row.iter_mut().take(EVEN) {
+                *value = *value * own;
+            }
+        }
+        for i in GYRO_BIAS..N {
+            self.rows[i][i] += noise[i];
+        }
+    }
+
+    /// P ← Φ P, of which nine rows change: position by the old velocity and the new, velocity by the old
+    /// attitude, so attitude comes last.
+    #[inline(always)]
+    fn move_rows<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);
-        let mut moved = [[T::ZERO; N]; GYRO_BIAS];
+        let (rows, parameters) = self.rows.split_at_mut(GYRO_BIAS);
         for axis in 0..3 {
-            let mut attitude = p[ATTITUDE + axis];
-            for k in 0..3 {
-                add_scaled(&mut attitude, -step.turn[axis][k], &p[GYRO_BIAS + k]);
-            }
-            let mut velocity = p[VELOCITY + axis];
+            let before = rows[VELOCITY + axis];
+            let mut velocity = before;
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            add_scaled(&mut velocity, step.force[last], &p[ATTITUDE + next]);
-            add_scaled(&mut velocity, -step.force[next], &p[ATTITUDE + last]);
+            add_scaled(&mut velocity, step.force[last], &rows[ATTITUDE + next]);
+            add_scaled(&mut velocity, -step.force[next], &rows[ATTITUDE + last]);
             for k in 0..3 {
-                add_scaled(&mut velocity, -step.turn[axis][k], &p[ACCEL_BIAS + k]);
-            }
-            if let Some(scale) = L::GYRO_SCALE {
-                for k in 0..3 {
-                    add_scaled(&mut attitude, -step.scaled_rotation[axis][k], &p[scale + k]);
-                }
+                add_scaled(
+                    &mut velocity,
+                    -step.turn[axis][k],
+                    &parameters[ACCEL_BIAS - GYRO_BIAS + k],
+                );
             }
             if let Some(scale) = L::ACCEL_SCALE {
                 for k in 0..3 {
-                    add_scaled(&mut velocity, -step.scaled_velocity[axis][k], &p[scale + k]);
+                    let factor = -step.scaled_velocity[axis][k];
+                    add_scaled(&mut velocity, factor, &parameters[scale - GYRO_BIAS + k]);
                 }
             }
-            let mut position = p[POSITION + axis];
-            add_scaled(&mut position, half, &p[VELOCITY + axis]);
-            add_scaled(&mut position, half, &velocity);
-            moved[ATTITUDE + axis] = attitude;
-            moved[VELOCITY + axis] = velocity;
-            moved[POSITION + axis] = position;
+            let position = &mut rows[POSITION + axis];
+            for ((value, &before), &after) in position.iter_mut().zip(&before).zip(&velocity) {
+                *value += half * before;
+                *value += half * after;
+            }
+            rows[VELOCITY + axis] = velocity;
         }
-        moved
+        for axis in 0..3 {
+            let attitude = &mut rows[ATTITUDE + axis];
+            for k in 0..3 {
+                add_scaled(attitude, -step.turn[axis][k], &parameters[k]);
+            }
+            if let Some(scale) = L::GYRO_SCALE {
+                for k in 0..3 {
+                    let factor = -step.scaled_rotation[axis][k];
+                    add_scaled(attitude, factor, &parameters[scale - GYRO_BIAS + k]);
+                }
+            }
+        }
     }
 
-    /// The block of attitude, velocity and position of (Φ P) Φᵀ from the moved rows: its upper
-    /// triangle by blocks of three, and their mirror.
+    /// The block of attitude, velocity and position of (Φ P) Φᵀ from the rows of Φ P, in place: upper
+    /// triangle, and its mirror. A row needs what stands left of its diagonal, where the mirror of the
+    /// rows above goes, so the last comes first.
     #[inline(always)]
-    fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>, moved: &[[T; N]; GYRO_BIAS]) {
+    fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);
         let p = &mut self.rows;
-        for axis in 0..3 {
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let (attitude, velocity) = (ATTITUDE + axis, VELOCITY + axis);
-            let position = POSITION + axis;
-            for (i, row) in moved.iter().enumerate().take(VELOCITY) {
-                let mut value = row[attitude];
-                for k in 0..3 {
-                    value -= step.turn[axis][k] * row[GYRO_BIAS + k];
-                }
-                if let Some(scale) = L::GYRO_SCALE {
-                    for k in 0..3 {
-                        value -= step.scaled_rotation[axis][k] * row[scale + k];
-                    }
-                }
-                (p[i][attitude], p[attitude][i]) = (value, value);
-            }
-            for (i, row) in moved.iter().enumerate().take(POSITION) {
-                let mut value = row[velocity] + step.force[last] * row[ATTITUDE + next]
-                    - step.force[next] * row[ATTITUDE + last];
-                for k in 0..3 {
-                    value -= step.turn[axis][k] * row[ACCEL_BIAS + k];
-                }
-                if let Some(scale) = L::ACCEL_SCALE {
-                    for k in 0..3 {
-                        value -= step.scaled_velocity[axis][k] * row[scale + k];
-                    }
-                }
-                (p[i][velocity], p[velocity][i]) = (value, value);
-                let value = row[position] + half * (row[velocity] + value);
-                (p[i][position], p[position][i]) = (value, value);
+        for i in (POSITION..GYRO_BIAS).rev() {
+            for axis in i - POSITION..3 {
+                let value = step.velocity::<L>(&p[i], axis);
+                let value = p[i][POSITION + axis] + half * (p[i][VELOCITY + axis] + value);
+                p[POSITION + axis][i] = value;
+                p[i][POSITION + axis] = value;
             }
         }
-        for axis in 0..3 {
-            let (velocity, position) = (VELOCITY + axis, POSITION + axis);
-            for (i, row) in moved.iter().enumerate().skip(POSITION) {
-                // Velocity's column is done: its mirror stands in this row.
-                let value = row[position] + half * (row[velocity] + p[i][velocity]);
-                (p[i][position], p[position][i]) = (value, value);
+        for i in (0..POSITION).rev() {
+            let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity::<L>(&p[i], axis));
+            let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude::<L>(&p[i], axis));
+            for axis in 0..3 {
+                let value = p[i][POSITION + axis] + half * (p[i][VELOCITY + axis] + velocity[axis]);
+                p[POSITION + axis][i] = value;
+                p[i][POSITION + axis] = value;
+            }
+            for axis in i.saturating_sub(VELOCITY)..3 {
+                p[VELOCITY + axis][i] = velocity[axis];
+                p[i][VELOCITY + axis] = velocity[axis];
+            }
+            for axis in i..3 {
+                p[ATTITUDE + axis][i] = attitude[axis];
+                p[i][ATTITUDE + axis] = attitude[axis];
             }
         }
     }
@@ -164,8 +223,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 }
             }
         }
-        for i in POSITION..N {
-            self.rows[i][i] += step.noise[i];
+        for (axis, &value) in step.position_noise.iter().enumerate() {
+            self.rows[POSITION + axis][POSITION + axis] += value;
         }
     }
 }

@@ -63,17 +63,25 @@ fn random_transition<const N: usize>(next: &mut impl FnMut() -> f64) -> Transiti
         force: [next() * 0.5, next() * 0.5, next() * 0.5],
         scaled_rotation,
         scaled_velocity,
-        decay: std::array::from_fn(|i| if i < GYRO_BIAS { 1.0 } else { 1.0 - 0.1 * next().abs() }),
         attitude_noise: noise_block(1e-6, [next(), next(), next()]),
         velocity_noise: noise_block(1e-3, [next(), next(), next()]),
-        noise: std::array::from_fn(|i| if i < POSITION { 0.0 } else { 1e-4 * next().abs() }),
+        position_noise: std::array::from_fn(|_| 1e-4 * next().abs()),
+        relaxation: (next() > 0.0).then(|| random_relaxation(next)),
+    }
+}
+
+fn random_relaxation<const N: usize>(next: &mut impl FnMut() -> f64) -> Relaxation<f64, N> {
+    Relaxation {
+        decay: std::array::from_fn(|i| if i < GYRO_BIAS { 1.0 } else { 1.0 - 0.1 * next().abs() }),
+        noise: std::array::from_fn(|i| if i < GYRO_BIAS { 0.0 } else { 1e-4 * next().abs() }),
     }
 }
 
 /// Φ as the textbook writes it, from the blocks: position integrates the mean of the velocities at
 /// both ends.
 fn dense_transition<L: Layout<N>, const N: usize>(step: &Transition<f64, N>) -> Dense<N> {
-    let mut phi = Dense::<N>::from_diagonal(&SVector::from(step.decay));
+    let relaxation = step.relaxation.unwrap_or_default();
+    let mut phi = Dense::<N>::from_diagonal(&SVector::from(relaxation.decay));
     let [fn_, fe, fd] = step.force;
     let cross = [[0.0, fd, -fe], [-fd, 0.0, fn_], [fe, -fn_, 0.0]];
     for i in 0..3 {
@@ -99,7 +107,11 @@ fn dense_transition<L: Layout<N>, const N: usize>(step: &Transition<f64, N>) -> 
 }
 
 fn dense_noise<const N: usize>(step: &Transition<f64, N>) -> Dense<N> {
-    let mut noise = Dense::<N>::from_diagonal(&SVector::from(step.noise));
+    let relaxation = step.relaxation.unwrap_or_default();
+    let mut noise = Dense::<N>::from_diagonal(&SVector::from(relaxation.noise));
+    for (axis, value) in step.position_noise.iter().enumerate() {
+        noise[(POSITION + axis, POSITION + axis)] = *value;
+    }
     for (first, [nn, ne, nd, ee, ed, dd]) in
         [(ATTITUDE, step.attitude_noise), (VELOCITY, step.velocity_noise)]
     {
@@ -203,7 +215,8 @@ proptest! {
             std::array::from_fn(|n| (n != 4).then(|| random_sensitivity::<f64>(9, 26, &mut next)));
         let innovations = std::array::from_fn(|_| next());
         let mut covariance = Covariance::<f64, 26>::from_dense(&start);
-        let mut joint = Joint::new(&covariance, sensitivities.each_ref().map(Option::as_ref), innovations);
+        let mut joint = Joint::new(sensitivities.each_ref().map(Option::as_ref), innovations);
+        joint.project(&covariance, 0);
         let (mut expected, mut state) = (start, SVector::<f64, 26>::zeros());
         for n in 0..MOST {
             let Some(sensitivity) = &sensitivities[n] else { continue };
@@ -278,7 +291,8 @@ fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
             }
             Form::Joint => {
                 let one = [Some(&sensitivity), None, None, None, None, None];
-                let mut joint = Joint::new(&covariance, one, [0.0; MOST]);
+                let mut joint = Joint::new(one, [0.0; MOST]);
+                joint.project(&covariance, 0);
                 let _ = joint.take_in(&mut covariance, 0, noise);
                 joint.settle(&mut covariance);
             }

@@ -22,6 +22,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M10) of docs/equations.md.
+    // Its frame would stand beneath the other sensors of whoever calls all of them.
+    #[inline(never)]
     pub fn update_baro(
         &mut self,
         time: Time,

@@ -168,6 +168,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M3) of docs/equations.md.
+    #[inline(never)]
     fn position_axes(
         &self,
         fix: &Fix,
@@ -208,6 +209,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M4) of docs/equations.md.
+    #[inline(never)]
     fn velocity_axes(
         &self,
         fix: &Fix,

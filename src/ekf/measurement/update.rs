@@ -33,6 +33,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K8) of docs/equations.md.
+    // Its frame is large; inlined, it would stand beneath whatever else its caller calls.
+    #[inline(never)]
     pub(super) fn update_sequentially(
         &mut self,
         time: Time,
@@ -44,7 +46,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sensitivities = axes.each_ref().map(|axis| axis.as_ref().map(|axis| &axis.sensitivity));
         let innovations =
             axes.each_ref().map(|axis| axis.as_ref().map_or(0.0, |axis| axis.innovation));
-        let mut joint = Joint::new(&self.covariance, sensitivities, innovations);
+        let mut joint = Joint::new(sensitivities, innovations);
+        joint.project(&self.covariance, 0);
         let mut done: Option<Group> = None;
         for (first, axis) in axes.iter().enumerate() {
             let Some(axis) = axis.as_ref().filter(|axis| done != Some(axis.group)) else {
@@ -105,6 +108,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K9) of docs/equations.md.
+    #[inline(never)]
     fn reopen(&mut self, axis: &ScalarMeasurement<T>) {
         let opened = square(axis.innovation);
         match axis.channel {
