@@ -173,18 +173,20 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
         phi: SMatrix<f64, N, N>,
         predicted: (SVector<f64, N>, SMatrix<f64, N, N>),
         filtered: (SVector<f64, N>, SMatrix<f64, N, N>),
-        sampled: (SVector<f64, N>, Solution),
+        /// The estimate at a sample, its number and its solution; none where only time passed for the
+        /// parameters, before a measurement.
+        sampled: Option<(SVector<f64, N>, usize, Solution)>,
     }
     let mut x = SVector::<f64, N>::zeros();
     let mut p = SMatrix::<f64, N, N>::from_fn(|i, j| first[i][j]);
     let mut epochs: Vec<Epoch<N>> = Vec::new();
-    let mut updates = 0;
+    let (mut updates, mut samples) = (0, 0);
     for deed in &both.deeds {
         match deed {
             Deed::Propagated { phi, q } => {
                 x = phi * x;
                 p = phi * p * phi.transpose() + q;
-                let sampled = (x, smoothed[0]);
+                let sampled = None;
                 epochs.push(Epoch { phi: *phi, predicted: (x, p), filtered: (x, p), sampled });
             }
             Deed::Updated { h, gain, s, innovation } => {
@@ -199,7 +201,10 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
                 x += textbook * *innovation;
                 epochs.last_mut().unwrap().filtered = (x, p);
             }
-            Deed::Sampled(solution) => epochs.last_mut().unwrap().sampled = (x, **solution),
+            Deed::Sampled(solution) => {
+                epochs.last_mut().unwrap().sampled = Some((x, samples, **solution));
+                samples += 1;
+            }
         }
     }
     assert!(updates >= 60);
@@ -225,10 +230,10 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
             x = epoch.filtered.0 + gain * (x - predicted);
             p = epoch.filtered.1 + gain * (p - variance) * gain.transpose();
         }
-        let (estimate, causal) = &epoch.sampled;
+        let Some((estimate, sample, causal)) = &epoch.sampled else { continue };
         let correction = x - estimate;
         let block = |first: usize| [0, 1, 2].map(|axis| correction[first + axis]);
-        let found = &smoothed[k];
+        let (k, found) = (sample, &smoothed[*sample]);
         let sigma = |state: usize| p[(state, state)].sqrt();
         let near = |found: [f64; 3], expected: [f64; 3], first: usize| {
             for axis in 0..3 {

@@ -331,12 +331,29 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn propagate(&mut self, transition: &Transition<T, N>, trace: &mut impl Trace<T, N>) {
         self.covariance.propagate::<L>(transition);
-        if let Some(Relaxation { decay, .. }) = &transition.relaxation {
-            for (parameter, decay) in self.parameters.iter_mut().zip(decay).skip(GYRO_BIAS) {
-                *parameter *= decay.wide();
-            }
+        if let Some(relaxation) = &transition.relaxation {
+            self.decay(relaxation);
         }
         trace.propagated(transition);
+    }
+
+    fn decay(&mut self, relaxation: &Relaxation<T, N>) {
+        for (parameter, decay) in self.parameters.iter_mut().zip(&relaxation.decay).skip(GYRO_BIAS)
+        {
+            *parameter *= decay.wide();
+        }
+    }
+
+    /// Brings the parameters to the present, for a measurement to be compared with.
+    #[inline(never)]
+    pub(super) fn relax(&mut self, trace: &mut impl Trace<T, N>) {
+        if self.unrelaxed_s > 0.0 {
+            let relaxation = self.relaxation(self.unrelaxed_s);
+            self.unrelaxed_s = 0.0;
+            self.covariance.relax(&relaxation);
+            self.decay(&relaxation);
+            trace.propagated(&Transition::of_relaxation(relaxation));
+        }
     }
 
     /// What is known of the inertial unit's own errors.

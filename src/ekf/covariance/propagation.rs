@@ -49,6 +49,22 @@ impl<T: Scalar, const N: usize> Default for Relaxation<T, N> {
 }
 
 impl<T: Scalar, const N: usize> Transition<T, N> {
+    /// Of a moment in which nothing but the parameters changes.
+    #[must_use]
+    pub const fn of_relaxation(relaxation: Relaxation<T, N>) -> Self {
+        Self {
+            interval_s: T::ZERO,
+            turn: [[T::ZERO; 3]; 3],
+            force: [T::ZERO; 3],
+            scaled_rotation: [[T::ZERO; 3]; 3],
+            scaled_velocity: [[T::ZERO; 3]; 3],
+            attitude_noise: [T::ZERO; 6],
+            velocity_noise: [T::ZERO; 6],
+            position_noise: [T::ZERO; 3],
+            relaxation: Some(relaxation),
+        }
+    }
+
     /// A row of Φ P times the column of Φᵀ that gives attitude.
     #[inline(always)]
     fn attitude<L: Layout<N>>(&self, row: &[T; N], axis: usize) -> T {
@@ -112,8 +128,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     }
 
     /// Lets the parameters decay and wander.
-    #[inline(always)]
-    fn relax(&mut self, Relaxation { decay, noise }: &Relaxation<T, N>) {
+    #[inline(never)]
+    pub fn relax(&mut self, Relaxation { decay, noise }: &Relaxation<T, N>) {
         let (_, parameters) = decay.split_at(EVEN);
         for (row, &own) in self.rows.iter_mut().zip(decay) {
             let (_, row) = row.split_at_mut(EVEN);

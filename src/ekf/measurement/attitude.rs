@@ -56,6 +56,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if self.attitude_used.is_some_and(|used| time - used < model.interval_s) {
             return Err(Unusable::TooSoon);
         }
+        self.relax(trace);
         self.attitude_used = Some(time);
         self.heading_wander = (model.heading_wander_rad, model.wander_time_s);
         let heading_off = reference.euler().yaw_rad - self.state.body_to_ned.euler().yaw_rad;

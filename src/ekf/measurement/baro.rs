@@ -34,6 +34,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !height_m.is_finite() || libm::fabs(height_m) > HIGHEST_M {
             return Err(Unusable::NotFinite);
         }
+        self.relax(trace);
         let own_m = self.state.position.height_m;
         let offset_m = *self.baro_offset_m.get_or_insert(height_m - own_m);
         let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];

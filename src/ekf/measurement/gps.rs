@@ -66,6 +66,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if fix.time - self.state.time > LEAD_S {
             return Err(Unusable::AheadOfImu);
         }
+        self.relax(trace);
         let look_back = |latency_s: f64| {
             let past = fix.time.offset_by(-latency_s);
             self.history.look_back(&self.state, past).ok_or(Unusable::TooOld)

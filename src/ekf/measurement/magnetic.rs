@@ -38,6 +38,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if self.attitude_used.is_some_and(|used| time - used < model.interval_s) {
             return Err(Unusable::TooSoon);
         }
+        self.relax(trace);
         self.attitude_used = Some(time);
         // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part: an
         // error of the reference, as slow as that of the tilt, and no reason to move the tilt.
