@@ -1,0 +1,181 @@
+//! Raw bytes of the two sensor lines.
+
+use hovernav::sensors::{SensorOutput, Sensors};
+use hovernav::time::Time;
+
+use crate::access::{bytes as slice, input, object, output};
+use crate::object::Hovernav;
+use crate::settings::{LinesConfig, LinesFault};
+use crate::status::{Fault, Status};
+
+/// Room for what is to be written in return, bytes: more than any call asks for.
+pub const HOVERNAV_REPLY: usize = 64;
+
+/// What came of a line's bytes.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct LineResult {
+    /// Bytes to write to the same line now: the first reply_length of reply.
+    pub reply: [u8; HOVERNAV_REPLY],
+    /// How many.
+    pub reply_length: u32,
+    /// Samples or fixes that went to the estimator.
+    pub used: u32,
+    /// Packets or fixes that were left out: values that cannot be, no usable time, not good enough.
+    pub refused: u32,
+    /// 1 if the unit's link has begun to start over, else 0.
+    pub lost: u32,
+    /// Of the inertial unit: until when to read next, ns. Call again then, with or without bytes.
+    pub read_until_ns: i64,
+}
+
+impl LineResult {
+    const NOTHING: Self = Self {
+        reply: [0; HOVERNAV_REPLY],
+        reply_length: 0,
+        used: 0,
+        refused: 0,
+        lost: 0,
+        read_until_ns: 0,
+    };
+
+    fn reply_with(&mut self, bytes: &[u8]) {
+        let free = self.reply.iter_mut().skip(self.reply_length as usize);
+        for (slot, byte) in free.zip(bytes) {
+            *slot = *byte;
+            self.reply_length += 1;
+        }
+    }
+
+    fn note(&mut self, output: &SensorOutput) {
+        match output {
+            SensorOutput::WriteDmu(command) => self.reply_with(&[command.byte()]),
+            SensorOutput::WriteGps(command) => self.reply_with(command.as_bytes()),
+            SensorOutput::Event(_) => self.used += 1,
+            SensorOutput::DmuLost(..) => self.lost = 1,
+            SensorOutput::Fix(_, failures) => self.refused += u32::from(!failures.is_empty()),
+            SensorOutput::DmuImplausible(_, reason) => {
+                self.refused += u32::from(reason.invalidates_packet());
+            }
+            SensorOutput::DmuClockFault(..) | SensorOutput::FixWithoutHeight(_) => {
+                self.refused += 1;
+            }
+            SensorOutput::Measured(..) => {}
+        }
+    }
+}
+
+/// Starts the conversations on both lines, or starts them anew. `fault`, unless null, receives which
+/// value of the configuration cannot be.
+///
+/// # Safety
+/// Pointers as the crate's rules say.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hovernav_start_lines(
+    nav: *mut Hovernav,
+    config: *const LinesConfig,
+    now_ns: i64,
+    fault: *mut Fault,
+) -> Status {
+    // SAFETY: the caller's promise.
+    let nav = unsafe { object(nav) };
+    // SAFETY: the caller's promise.
+    let config = unsafe { input(config) };
+    // SAFETY: the caller's promise.
+    let fault = unsafe { output(fault) };
+    Status::of(nav.and_then(|nav| match config?.core() {
+        Ok((dmu, gps)) => {
+            nav.lines = Some(Sensors::new(dmu, gps, Time::from_nanoseconds(now_ns)));
+            Ok(())
+        }
+        Err(LinesFault::NotBuilt) => Err(Status::NotBuilt),
+        Err(LinesFault::Value(wrong)) => {
+            if let Ok(fault) = fault {
+                fault.write(wrong);
+            }
+            Err(Status::OutOfRange)
+        }
+    }))
+}
+
+/// Which of the two lines.
+#[derive(Clone, Copy)]
+enum Line {
+    Dmu,
+    Gps,
+}
+
+/// # Safety
+/// Pointers as the crate's rules say; `bytes` has `length` bytes.
+unsafe fn push(
+    line: Line,
+    nav: *mut Hovernav,
+    bytes: *const u8,
+    length: usize,
+    now_ns: i64,
+    result: *mut LineResult,
+) -> Status {
+    // SAFETY: the caller's promise.
+    let nav = unsafe { object(nav) };
+    // SAFETY: the caller's promise.
+    let bytes = unsafe { slice(bytes, length) };
+    // SAFETY: the caller's promise.
+    let place = unsafe { output(result) };
+    Status::of(nav.and_then(|nav| {
+        let (bytes, place, now) = (bytes?, place?, Time::from_nanoseconds(now_ns));
+        let Hovernav { lines, flight, .. } = nav;
+        let lines = lines.as_mut().ok_or(Status::NoLines)?;
+        let mut result = LineResult::NOTHING;
+        let hear = |output: SensorOutput| {
+            result.note(&output);
+            if let SensorOutput::Event(event) = output {
+                flight.push(&event);
+            }
+        };
+        match line {
+            Line::Dmu => {
+                let until = lines.dmu(bytes, now, hear);
+                result.read_until_ns = until.nanoseconds();
+            }
+            Line::Gps => lines.gps(bytes, now, hear),
+        }
+        place.write(result);
+        Ok(())
+    }))
+}
+
+/// Takes `length` bytes that were read from the inertial unit's line, of which the last came at `now_ns`;
+/// none when the time that the last call returned was reached without any. Its samples go to the
+/// estimator.
+///
+/// # Safety
+/// Pointers as the crate's rules say; `bytes` has `length` bytes, and may be null where that is 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hovernav_push_dmu_bytes(
+    nav: *mut Hovernav,
+    bytes: *const u8,
+    length: usize,
+    now_ns: i64,
+    result: *mut LineResult,
+) -> Status {
+    // SAFETY: the caller's promise.
+    unsafe { push(Line::Dmu, nav, bytes, length, now_ns, result) }
+}
+
+/// Takes `length` bytes that were read from the receiver's line and came at `now_ns`; none when the line
+/// has fallen silent behind an epoch, which ends it. Its fixes go to the estimator where they are good
+/// enough.
+///
+/// # Safety
+/// Pointers as the crate's rules say; `bytes` has `length` bytes, and may be null where that is 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hovernav_push_gps_bytes(
+    nav: *mut Hovernav,
+    bytes: *const u8,
+    length: usize,
+    now_ns: i64,
+    result: *mut LineResult,
+) -> Status {
+    // SAFETY: the caller's promise.
+    unsafe { push(Line::Gps, nav, bytes, length, now_ns, result) }
+}

@@ -1,0 +1,58 @@
+//! Settings as plain structures: each mirrors one of the core's, field by field, and starts from its
+//! defaults.
+
+mod estimator;
+
+mod autopilot;
+
+mod gains;
+
+mod lines;
+
+use crate::status::Fault;
+
+pub use autopilot::*;
+pub use estimator::*;
+pub use gains::*;
+pub use lines::*;
+
+/// Copies the named fields both ways between a structure here and the core's of the same meaning.
+macro_rules! mirror {
+    ($ours:ty, $core:ty { $($field:ident)* }) => {
+        impl $ours {
+            /// The core's fields over `into`.
+            pub(crate) fn put(&self, into: &mut $core) {
+                $(into.$field = self.$field;)*
+            }
+        }
+
+        impl From<&$core> for $ours {
+            fn from(core: &$core) -> Self {
+                Self { $($field: core.$field,)* }
+            }
+        }
+    };
+}
+use mirror;
+
+/// Checks that every named field is finite, within `lowest` to `highest`.
+macro_rules! within {
+    ($group:literal, $of:expr, $lowest:expr, $highest:expr, $expected:literal; $($field:ident)*) => {
+        $(
+            let found = $of.$field;
+            if !(found >= $lowest && found <= $highest) {
+                let what = [concat!($group, ".", stringify!($field))];
+                return Err(Fault::new(&what, found, $expected).into());
+            }
+        )*
+    };
+}
+use within;
+
+fn flag(what: &str, value: u32) -> Result<bool, Fault> {
+    match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        other => Err(Fault::new(&[what], f64::from(other), "0 or 1")),
+    }
+}

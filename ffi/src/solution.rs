@@ -1,0 +1,126 @@
+//! What the estimator says, into the caller's structures.
+
+use hovernav::ekf::Solution as CoreSolution;
+
+use crate::access::{object, output};
+use crate::object::Hovernav;
+use crate::status::Status;
+
+/// Position, velocity and attitude at one moment, biases removed, with one-sigma. Position and velocity
+/// are those of the point that the lever arms of the configuration are measured from.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Solution {
+    /// The inertial sample it holds at, ns.
+    pub time_ns: i64,
+    /// Geodetic latitude, WGS-84, degrees, north positive.
+    pub latitude_deg: f64,
+    /// Longitude, degrees, east positive.
+    pub longitude_deg: f64,
+    /// Height above the ellipsoid, m.
+    pub height_m: f64,
+    /// Velocity over ground north, east, down, m/s.
+    pub velocity_ned_mps: [f64; 3],
+    /// The same in body axes: u, v, w, m/s.
+    pub velocity_body_mps: [f64; 3],
+    /// Attitude as a quaternion w, x, y, z that turns body axes into north, east, down.
+    pub body_to_ned: [f64; 4],
+    /// Roll, rad.
+    pub roll_rad: f64,
+    /// Pitch, rad.
+    pub pitch_rad: f64,
+    /// Heading, rad, from true north clockwise.
+    pub yaw_rad: f64,
+    /// Angular rate p, q, r, body axes, rad/s.
+    pub angular_rate_radps: [f64; 3],
+    /// One-sigma of position north, east, down, m.
+    pub position_sigma_m: [f64; 3],
+    /// One-sigma of velocity north, east, down, m/s.
+    pub velocity_sigma_mps: [f64; 3],
+    /// One-sigma of roll, pitch, yaw, rad.
+    pub attitude_sigma_rad: [f64; 3],
+    /// Gyro bias, body axes, rad/s.
+    pub gyro_bias_radps: [f64; 3],
+    /// Accelerometer bias, body axes, m/s^2.
+    pub accel_bias_mps2: [f64; 3],
+    /// One-sigma of the gyro bias, rad/s.
+    pub gyro_bias_sigma_radps: [f64; 3],
+    /// One-sigma of the accelerometer bias, m/s^2.
+    pub accel_bias_sigma_mps2: [f64; 3],
+}
+
+impl From<&CoreSolution> for Solution {
+    fn from(core: &CoreSolution) -> Self {
+        let angles = core.body_to_ned.euler();
+        let [x, y, z, w] = core.body_to_ned.quaternion().to_array();
+        Self {
+            time_ns: core.time.nanoseconds(),
+            latitude_deg: core.position.latitude_deg(),
+            longitude_deg: core.position.longitude_deg(),
+            height_m: core.position.height_m,
+            velocity_ned_mps: core.velocity_mps.to_array(),
+            velocity_body_mps: core.velocity_body_mps().to_array(),
+            body_to_ned: [w, x, y, z],
+            roll_rad: angles.roll_rad,
+            pitch_rad: angles.pitch_rad,
+            yaw_rad: angles.yaw_rad,
+            angular_rate_radps: core.angular_rate_radps.to_array(),
+            position_sigma_m: core.position_sigma_m.to_array(),
+            velocity_sigma_mps: core.velocity_sigma_mps.to_array(),
+            attitude_sigma_rad: core.attitude_sigma_rad,
+            gyro_bias_radps: core.gyro_bias_radps.to_array(),
+            accel_bias_mps2: core.accel_bias_mps2.to_array(),
+            gyro_bias_sigma_radps: core.gyro_bias_sigma_radps.to_array(),
+            accel_bias_sigma_mps2: core.accel_bias_sigma_mps2.to_array(),
+        }
+    }
+}
+
+/// Gives the solution at the last inertial sample; HOVERNAV_STATUS_NOT_YET until alignment has ended.
+///
+/// # Safety
+/// Pointers as the crate's rules say.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hovernav_get_solution(
+    nav: *mut Hovernav,
+    solution: *mut Solution,
+) -> Status {
+    // SAFETY: the caller's promise.
+    let nav = unsafe { object(nav) };
+    // SAFETY: the caller's promise.
+    let place = unsafe { output(solution) };
+    Status::of(nav.and_then(|nav| {
+        let place = place?;
+        let solution = nav.flight.estimator.solution();
+        place.write(solution.as_ref().ok_or(Status::NotYet)?.into());
+        Ok(())
+    }))
+}
+
+/// Numbers in the matrix that hovernav_get_covariance() gives.
+pub const HOVERNAV_COVARIANCE: usize = 81;
+
+/// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers: of the attitude error (a
+/// small turn about north, east, down, rad), the velocity error (m/s) and the position error (m), north,
+/// east, down, of the inertial unit. HOVERNAV_STATUS_NOT_YET until alignment, and the search for a
+/// heading where there is one, have ended.
+///
+/// # Safety
+/// Pointers as the crate's rules say; `covariance` points to room for HOVERNAV_COVARIANCE numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hovernav_get_covariance(
+    nav: *mut Hovernav,
+    covariance: *mut f64,
+) -> Status {
+    // SAFETY: the caller's promise.
+    let nav = unsafe { object(nav) };
+    // SAFETY: the caller's promise.
+    let place = unsafe { output(covariance.cast::<[[f64; 9]; 9]>()) };
+    Status::of(nav.and_then(|nav| {
+        let place = place?;
+        let p = nav.flight.estimator.filter().ok_or(Status::NotYet)?.covariance();
+        place
+            .write(core::array::from_fn(|row| core::array::from_fn(|column| p.entry(row, column))));
+        Ok(())
+    }))
+}

@@ -1,0 +1,117 @@
+//! What a call answers, in numbers and in words.
+
+use core::ffi::{CStr, c_char};
+
+/// What a call answers. 0 is success, 1 is "not yet", the rest are mistakes of the caller; a call that
+/// made one has changed nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(i32)]
+pub enum Status {
+    /// Done.
+    Ok = 0,
+    /// There is nothing to give yet: before alignment has ended, or when all notices are read.
+    NotYet = 1,
+    /// A pointer that is needed is null.
+    NullPointer = -1,
+    /// A pointer is not aligned as its type must be.
+    Misaligned = -2,
+    /// The memory is smaller than hovernav_size().
+    MemoryTooSmall = -3,
+    /// No object was created at this address, or it was destroyed.
+    NotCreated = -4,
+    /// Header and library are of different versions of the binary interface.
+    AbiMismatch = -5,
+    /// A value is out of its range; the HovernavFault says which, where the function gives one.
+    OutOfRange = -6,
+    /// A code, kind or flag is none that the header names.
+    UnknownCode = -7,
+    /// hovernav_start_autopilot() was not called.
+    NoAutopilot = -8,
+    /// hovernav_start_lines() was not called.
+    NoLines = -9,
+    /// The library was built without this receiver protocol.
+    NotBuilt = -10,
+    /// A set-point is not finite, no place on Earth, or faster than the configuration allows.
+    SetPointRefused = -11,
+}
+
+impl Status {
+    const ALL: [Self; 13] = [
+        Self::Ok,
+        Self::NotYet,
+        Self::NullPointer,
+        Self::Misaligned,
+        Self::MemoryTooSmall,
+        Self::NotCreated,
+        Self::AbiMismatch,
+        Self::OutOfRange,
+        Self::UnknownCode,
+        Self::NoAutopilot,
+        Self::NoLines,
+        Self::NotBuilt,
+        Self::SetPointRefused,
+    ];
+
+    const fn text(self) -> &'static CStr {
+        match self {
+            Self::Ok => c"done",
+            Self::NotYet => c"there is nothing to give yet",
+            Self::NullPointer => c"a pointer that is needed is null",
+            Self::Misaligned => c"a pointer is not aligned as its type must be",
+            Self::MemoryTooSmall => c"the memory is smaller than hovernav_size()",
+            Self::NotCreated => c"no object was created at this address, or it was destroyed",
+            Self::AbiMismatch => c"header and library are of different versions",
+            Self::OutOfRange => c"a value is out of its range",
+            Self::UnknownCode => c"a code, kind or flag is none that the header names",
+            Self::NoAutopilot => c"hovernav_start_autopilot() was not called",
+            Self::NoLines => c"hovernav_start_lines() was not called",
+            Self::NotBuilt => c"the library was built without this receiver protocol",
+            Self::SetPointRefused => c"the set-point is no place, not finite or too fast",
+        }
+    }
+
+    /// `Ok`, or what the check found.
+    pub(crate) fn of(result: Result<(), Self>) -> Self {
+        result.err().unwrap_or(Self::Ok)
+    }
+}
+
+/// The text of a status: static, ends with a zero byte, never null.
+#[unsafe(no_mangle)]
+pub extern "C" fn hovernav_status_text(status: i32) -> *const c_char {
+    Status::ALL
+        .into_iter()
+        .find(|known| *known as i32 == status)
+        .map_or(c"no status of this library", Status::text)
+        .as_ptr()
+}
+
+/// Longest text in a HovernavFault, bytes, its zero byte included.
+pub const HOVERNAV_FAULT_TEXT: usize = 64;
+
+/// Which value of a configuration is out of its range. Texts end with a zero byte.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Fault {
+    /// The field, named from the configuration on: "imu.gap_s".
+    pub what: [c_char; HOVERNAV_FAULT_TEXT],
+    /// What was found.
+    pub found: f64,
+    /// What would have been right, in words.
+    pub expected: [c_char; HOVERNAV_FAULT_TEXT],
+}
+
+impl Fault {
+    pub(crate) fn new(what: &[&str], found: f64, expected: &str) -> Self {
+        Self { what: text(what), found, expected: text(&[expected]) }
+    }
+}
+
+fn text(parts: &[&str]) -> [c_char; HOVERNAV_FAULT_TEXT] {
+    let mut all = [0; HOVERNAV_FAULT_TEXT];
+    let bytes = parts.iter().flat_map(|part| part.bytes());
+    for (slot, byte) in all.iter_mut().take(HOVERNAV_FAULT_TEXT - 1).zip(bytes) {
+        *slot = c_char::from_ne_bytes([byte]);
+    }
+    all
+}

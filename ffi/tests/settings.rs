@@ -1,0 +1,78 @@
+//! The structures of C mirror the core's, field by field, and none is missing.
+
+use hovernav::autopilot::{Gains as CoreGains, HealthLimits, HoverConfig};
+use hovernav::ekf::EstimatorConfig;
+use hovernav_c::settings::{
+    Alignment, AttitudeModel, AutopilotConfig, BaroModel, Config, GateModel, GpsModel, ImuModel,
+    MagnetometerModel,
+};
+use hovernav_design::hover::HoverDesign;
+use hovernav_model::shipped;
+use serde_json::{Value, to_value};
+
+/// Numbers in a value, at any depth.
+fn numbers(value: &Value) -> usize {
+    match value {
+        Value::Array(values) => values.iter().map(numbers).sum(),
+        Value::Object(fields) => fields.values().map(numbers).sum(),
+        _ => 1,
+    }
+}
+
+/// A structure of C made of nothing but doubles.
+fn doubles<T>() -> usize {
+    size_of::<T>() / size_of::<f64>()
+}
+
+#[test]
+fn no_setting_of_the_filter_is_missing() {
+    let ekf = EstimatorConfig::default().ekf;
+    let pairs = [
+        ("imu", numbers(&to_value(ekf.imu).unwrap()), doubles::<ImuModel>()),
+        ("gps", numbers(&to_value(ekf.gps).unwrap()), doubles::<GpsModel>()),
+        ("attitude", numbers(&to_value(ekf.attitude).unwrap()), doubles::<AttitudeModel>()),
+        (
+            "magnetometer",
+            numbers(&to_value(ekf.magnetometer).unwrap()),
+            doubles::<MagnetometerModel>(),
+        ),
+        ("baro", numbers(&to_value(ekf.baro).unwrap()), doubles::<BaroModel>()),
+        ("gate", numbers(&to_value(ekf.gate).unwrap()), doubles::<GateModel>()),
+        // The two declinations are not read from files.
+        (
+            "alignment",
+            numbers(&to_value(EstimatorConfig::default().alignment).unwrap()) + 2,
+            doubles::<Alignment>(),
+        ),
+    ];
+    for (name, core, c) in pairs {
+        assert_eq!(core, c, "{name}: the core has {core} settings, ffi/src/settings {c}");
+    }
+}
+
+#[test]
+fn no_setting_of_the_autopilot_is_missing() {
+    let core = HoverConfig::new(0.03, CoreGains::default());
+    assert_eq!(numbers(&to_value(core).unwrap()), doubles::<AutopilotConfig>());
+}
+
+#[test]
+fn a_configuration_survives_the_way_to_c_and_back() {
+    let mut config = EstimatorConfig::default();
+    config.ekf.imu.gap_s = 0.125;
+    config.ekf.gps.delay_sigma_s = 0.0625;
+    config.alignment.declination_rad = 0.01;
+    config.aiding.baro = false;
+    let mut health = HealthLimits::default();
+    health.age_s = 0.5;
+    let back = Config::of(&config, &health).checked().unwrap();
+    assert_eq!(back.estimator, config);
+    assert_eq!(back.health, health);
+
+    let gains = HoverDesign::default().synthesise(&shipped::raptor60()).unwrap();
+    let mut hover = HoverConfig::new(0.0303, gains);
+    hover.trim.roll_rad = 0.05;
+    hover.limits.lowest.pedal = -0.5;
+    hover.transfer.descent_mps = 0.25;
+    assert_eq!(AutopilotConfig::of(&hover).core(), hover);
+}
