@@ -9,6 +9,10 @@
 //! says, for the length of the call; the object is used by one thread at a time. What a pointer alone can
 //! tell is checked: null, alignment, whether an object was created there.
 #![cfg_attr(target_os = "none", no_std)]
+#![allow(
+    clippy::result_large_err,
+    reason = "a fault carries its texts, for there is no heap to put them on"
+)]
 
 mod access;
 

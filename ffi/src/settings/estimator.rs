@@ -326,7 +326,7 @@ impl Config {
             ("imu_lever_arm_m", self.imu_lever_arm_m),
             ("antenna_lever_arm_m", self.antenna_lever_arm_m),
         ] {
-            if let Some(found) = arm.into_iter().find(|value| !(value.abs() <= 1e3)) {
+            if let Some(found) = arm.into_iter().find(|value| !(-1e3..=1e3).contains(value)) {
                 return Err(Fault::new(&[what], found, "-1000 to 1000 m"));
             }
         }

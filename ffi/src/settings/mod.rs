@@ -40,7 +40,7 @@ macro_rules! within {
     ($group:literal, $of:expr, $lowest:expr, $highest:expr, $expected:literal; $($field:ident)*) => {
         $(
             let found = $of.$field;
-            if !(found >= $lowest && found <= $highest) {
+            if !($lowest..=$highest).contains(&found) {
                 let what = [concat!($group, ".", stringify!($field))];
                 return Err(Fault::new(&what, found, $expected).into());
             }

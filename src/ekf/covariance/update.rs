@@ -71,24 +71,20 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
             let i = 2 * above;
             for left in above..N / 2 {
                 let j = 2 * left;
-                let mut block = [[T::ZERO; 2]; 2];
-                for r in 0..2 {
-                    for c in 0..2 {
-                        block[r][c] = p[i + r][j + c]
-                            - gain[i + r] * projected[j + c]
-                            - excess[i + r] * gain[j + c];
-                    }
+                // True of every pair: said where optimising for size would not find out.
+                if i + 1 >= N || j + 1 >= N {
+                    break;
                 }
-                for c in 0..2 {
-                    for r in 0..2 {
-                        p[j + c][i + r] = block[r][c];
-                    }
-                }
-                for r in 0..2 {
-                    for c in 0..2 {
-                        p[i + r][j + c] = block[r][c];
-                    }
-                }
+                let less =
+                    |r: usize, c: usize| p[r][c] - gain[r] * projected[c] - excess[r] * gain[c];
+                let block = [
+                    [less(i, j), less(i, j + 1)],
+                    [less(i + 1, j), less(i + 1, j + 1)],
+                ];
+                (p[j][i], p[j][i + 1]) = (block[0][0], block[1][0]);
+                (p[j + 1][i], p[j + 1][i + 1]) = (block[0][1], block[1][1]);
+                (p[i][j], p[i][j + 1]) = (block[0][0], block[0][1]);
+                (p[i + 1][j], p[i + 1][j + 1]) = (block[1][0], block[1][1]);
             }
             p[i + 1][i] = p[i][i + 1];
         }

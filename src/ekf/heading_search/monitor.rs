@@ -224,11 +224,11 @@ impl Monitor {
 
     /// Turns the level axes by what the guesses agree they are off.
     fn level(&mut self) {
-        let mean = |state: usize| {
-            let weighted = self.guesses.iter().map(|guess| guess.weight * guess.state[state]);
-            weighted.sum::<f64>()
-        };
-        let off = [mean(LEVEL), mean(LEVEL + 1)];
+        let mut off = [0.0; 2];
+        for guess in &self.guesses {
+            off[0] += guess.weight * guess.state[LEVEL];
+            off[1] += guess.weight * guess.state[LEVEL + 1];
+        }
         for guess in &mut self.guesses {
             guess.state[LEVEL] -= off[0];
             guess.state[LEVEL + 1] -= off[1];
