@@ -10,7 +10,10 @@ use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
 use hovernav::dmu::{
     Calibration, Link, LinkAction, Measurement, Packet, Plausibility, Received, SampleClock,
 };
-use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
+use hovernav::ekf::layout::{Base, Full};
+use hovernav::ekf::{
+    Estimator, HeadingSearch, NoHeadingSearch, Notice, Solution, SteplessSolution,
+};
 use hovernav::event::Event;
 use hovernav::flight_control::{ControlInputs, ControlNotice, ControlOutputs, FlightControl};
 use hovernav::gps::quality::{Failures, QualityCheck};
@@ -39,6 +42,54 @@ pub fn deliberate_panic(values: &[f64; 15], index: usize) -> f64 {
 #[unsafe(no_mangle)]
 pub fn estimator_push(estimator: &mut Estimator, event: &Event, notify: &mut dyn FnMut(Notice)) {
     estimator.push(event, notify);
+}
+
+#[unsafe(no_mangle)]
+pub fn estimator_without_search_push(
+    estimator: &mut Estimator<Full, 28, f64, NoHeadingSearch>,
+    event: &Event,
+    notify: &mut dyn FnMut(Notice),
+) {
+    estimator.push(event, notify);
+}
+
+#[unsafe(no_mangle)]
+pub fn estimator_single_push(
+    estimator: &mut Estimator<Full, 28, f32, HeadingSearch>,
+    event: &Event,
+    notify: &mut dyn FnMut(Notice),
+) {
+    estimator.push(event, notify);
+}
+
+#[unsafe(no_mangle)]
+pub fn estimator_small_push(
+    estimator: &mut Estimator<Base, 16, f32, NoHeadingSearch>,
+    event: &Event,
+    notify: &mut dyn FnMut(Notice),
+) {
+    estimator.push(event, notify);
+}
+
+/// Estimator, autopilot and one receiver: what a small flight computer links.
+#[unsafe(no_mangle)]
+pub fn flight_computer(
+    estimator: &mut Estimator<Full, 28, f64, NoHeadingSearch>,
+    receiver: &mut ubx::Decoder,
+    autopilot: &mut HoverAutopilot,
+    bytes: &mut &[u8],
+    event: &Event,
+    inputs: &Inputs<'_>,
+) -> Outputs {
+    while let Some(fix) = receiver.read(bytes, inputs.now) {
+        if let Some(fix) = fix.at(fix.arrival) {
+            estimator.push(&Event::Gps(fix), |_| {});
+        }
+    }
+    autopilot.hear(event);
+    estimator.push(event, |notice| autopilot.hear_notice(&notice));
+    let solution = estimator.solution();
+    autopilot.step(&Inputs { solution: solution.as_ref(), ..*inputs })
 }
 
 #[unsafe(no_mangle)]
@@ -182,4 +233,34 @@ pub fn servo_packet_encode(packet: &ServoPacket) -> [u8; packet::LENGTH] {
 #[unsafe(no_mangle)]
 pub fn servo_capture(capture: &mut PacketCapture, bytes: &[u8], arrival: Time) {
     capture.receive(bytes, arrival);
+}
+
+/// Statics as large as the objects that a flight computer keeps: `.ci/sizes` reads their sizes off the
+/// symbol table. None is linked into anything.
+macro_rules! objects {
+    ($($name:ident: $type:ty,)*) => {
+        $(
+            #[unsafe(no_mangle)]
+            pub static $name: [u8; size_of::<$type>()] = [0; size_of::<$type>()];
+        )*
+    };
+}
+
+objects! {
+    OBJECT_ESTIMATOR_FULL_F64_SEARCH: Estimator<Full, 28, f64, HeadingSearch>,
+    OBJECT_ESTIMATOR_FULL_F32_SEARCH: Estimator<Full, 28, f32, HeadingSearch>,
+    OBJECT_ESTIMATOR_FULL_F64: Estimator<Full, 28, f64, NoHeadingSearch>,
+    OBJECT_ESTIMATOR_FULL_F32: Estimator<Full, 28, f32, NoHeadingSearch>,
+    OBJECT_ESTIMATOR_BASE_F64: Estimator<Base, 16, f64, NoHeadingSearch>,
+    OBJECT_ESTIMATOR_BASE_F32: Estimator<Base, 16, f32, NoHeadingSearch>,
+    OBJECT_HOVER_AUTOPILOT: HoverAutopilot,
+    OBJECT_FLIGHT_CONTROL: FlightControl,
+    OBJECT_SENSORS: Sensors,
+    OBJECT_DMU_LINK: Link,
+    OBJECT_TSIP_DECODER: tsip::Decoder,
+    OBJECT_NMEA_DECODER: nmea::Decoder,
+    OBJECT_UBX_DECODER: ubx::Decoder,
+    OBJECT_TELEMETRY_DECODER: frame::Decoder,
+    OBJECT_SOLUTION: Solution,
+    OBJECT_SNAPSHOT: Snapshot,
 }
