@@ -77,10 +77,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 }
                 let less =
                     |r: usize, c: usize| p[r][c] - gain[r] * projected[c] - excess[r] * gain[c];
-                let block = [
-                    [less(i, j), less(i, j + 1)],
-                    [less(i + 1, j), less(i + 1, j + 1)],
-                ];
+                let block = [[less(i, j), less(i, j + 1)], [less(i + 1, j), less(i + 1, j + 1)]];
                 (p[j][i], p[j][i + 1]) = (block[0][0], block[1][0]);
                 (p[j + 1][i], p[j + 1][i + 1]) = (block[0][1], block[1][1]);
                 (p[i][j], p[i][j + 1]) = (block[0][0], block[0][1]);

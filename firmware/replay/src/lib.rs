@@ -1,0 +1,247 @@
+//! A minute of `datasets/heli-hover`, compiled in, through estimator and autopilot: the same code on a
+//! microcontroller and on the host, and a hash of everything that came of it.
+#![no_std]
+
+use hovernav::autopilot::{Gains, HoverAutopilot, HoverConfig, Inputs};
+use hovernav::controls::Sticks;
+use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
+use hovernav::ekf::layout::Layout;
+use hovernav::ekf::scalar::Scalar;
+use hovernav::ekf::{Aid, Estimator, EstimatorConfig, HeadingMethod, Notice, Solution};
+use hovernav::event::Event;
+use hovernav::frames::{EulerAngles, Vector};
+use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::ins::{HeadingSource, Mounting};
+use hovernav::time::Time;
+
+include!(concat!(env!("OUT_DIR"), "/flight.rs"));
+
+/// What `datasets/heli-hover/dataset.toml` says of the vehicle.
+#[must_use]
+pub fn config() -> EstimatorConfig {
+    let mut config = EstimatorConfig::default().with_mounting(
+        Mounting::default()
+            .with_imu_lever_arm_m(Vector::new(0.03, -0.02, 0.28))
+            .with_antenna_lever_arm_m(Vector::new(-0.35, 0.0, 0.2)),
+    );
+    let imu = &mut config.ekf.imu;
+    imu.angle_random_walk_rad = 2.25_f64.to_radians() / 60.0;
+    imu.velocity_random_walk_mps = 0.45 / 60.0;
+    imu.gyro_bias_sigma_radps = 0.25_f64.to_radians();
+    imu.accel_bias_sigma_mps2 = 0.09;
+    imu.gyro_range_radps = 200.0_f64.to_radians();
+    imu.accel_range_mps2 = 4.0 * STANDARD_GRAVITY_MPS2;
+    config.alignment.declination_rad = 0.42_f64.to_radians();
+    config
+}
+
+/// The same for a flight whose heading nothing gives.
+#[must_use]
+pub fn config_without_heading() -> EstimatorConfig {
+    let mut config = config();
+    config.alignment = config.alignment.with_heading(HeadingSource::Unknown);
+    config.aiding.attitude = false;
+    config.aiding.magnetometer = false;
+    config
+}
+
+/// An autopilot with gains that damp rates: what a step costs does not depend on their values.
+#[must_use]
+pub fn autopilot() -> Option<HoverAutopilot> {
+    let mut gains = Gains::default();
+    gains.heave.tracking_time_s = 1.0;
+    gains.roll_pitch.measured = [[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0, 0.0, 0.0]];
+    gains.yaw.measured = [[0.2, 0.0]];
+    HoverAutopilot::new(HoverConfig::new(0.0303, gains)).ok()
+}
+
+fn sample(row: &[f64; 13]) -> Option<Event> {
+    let [t, p, q, r, x, y, z, roll, pitch, yaw, mx, my, mz] = *row;
+    Some(Event::Imu(ImuSample {
+        time: Time::from_seconds(t)?,
+        motion: Motion::Rates {
+            angular_rate_radps: Vector::new(p, q, r),
+            specific_force_mps2: Vector::new(x, y, z),
+        },
+        attitude: Some(EulerAngles::from_degrees(roll, pitch, yaw)),
+        magnetic_field_gauss: Some(Vector::new(mx, my, mz)),
+    }))
+}
+
+fn fix(row: &[f64; 11]) -> Option<Event> {
+    let [t, latitude, longitude, height, vn, ve, vd, h, v, vh, vv] = *row;
+    let place = Geodetic::from_degrees(latitude, longitude, height)?;
+    Some(Event::Gps(Fix {
+        position_sigma_m: Some(Vector::new(h, h, v)),
+        horizontal_velocity_mps: Some([vn, ve]),
+        down_velocity_mps: Some(vd),
+        velocity_sigma_mps: Some(Vector::new(vh, vh, vv)),
+        ..Fix::at(Time::from_seconds(t)?, place)
+    }))
+}
+
+/// The flight in order of arrival, at most so many samples.
+pub fn events(most: usize) -> impl Iterator<Item = Event> {
+    let mut fixes = GPS.iter().peekable();
+    let mut samples = IMU.iter().take(most).peekable();
+    core::iter::from_fn(move || {
+        let row = samples.peek()?;
+        if let Some(due) = fixes.next_if(|fix| fix[0] < row[0]) {
+            return fix(due);
+        }
+        samples.next().and_then(sample)
+    })
+}
+
+/// What one call had to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Work {
+    /// A sample and nothing else.
+    Step,
+    /// A sample and the unit's own attitude.
+    StepAttitude,
+    /// A sample and a fix.
+    StepFix,
+    /// A sample, the attitude and a fix: everything that can be due.
+    StepAll,
+    /// A sample before there is a heading.
+    Search,
+    /// A sample and a fix before there is a heading.
+    SearchFix,
+    /// The solution and a step of the autopilot.
+    Autopilot,
+}
+
+impl Work {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Step,
+        Self::StepAttitude,
+        Self::StepFix,
+        Self::StepAll,
+        Self::Search,
+        Self::SearchFix,
+        Self::Autopilot,
+    ];
+
+    /// Its name in the table.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Step => "sample",
+            Self::StepAttitude => "sample and attitude",
+            Self::StepFix => "sample and fix",
+            Self::StepAll => "sample, attitude and fix",
+            Self::Search => "sample while the heading is searched",
+            Self::SearchFix => "sample and fix while the heading is searched",
+            Self::Autopilot => "solution and autopilot",
+        }
+    }
+}
+
+/// What came of a flight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outcome {
+    /// Solutions given.
+    pub solutions: u32,
+    /// FNV-1a over the bits of each solution and of the sticks.
+    pub hash: u64,
+}
+
+impl Outcome {
+    fn add(&mut self, values: &[f64]) {
+        for byte in values.iter().flat_map(|value| value.to_bits().to_le_bytes()) {
+            self.hash = (self.hash ^ u64::from(byte)).wrapping_mul(1_099_511_628_211);
+        }
+    }
+
+    fn add_solution(&mut self, solution: &Solution) {
+        self.solutions += 1;
+        let place = &solution.position;
+        self.add(&[
+            solution.time.seconds(),
+            place.latitude_rad,
+            place.longitude_rad,
+            place.height_m,
+        ]);
+        self.add(&solution.velocity_mps.to_array());
+        self.add(&solution.body_to_ned.quaternion().to_array());
+        self.add(&solution.angular_rate_radps.to_array());
+        self.add(&solution.position_sigma_m.to_array());
+        self.add(&solution.velocity_sigma_mps.to_array());
+        self.add(&solution.attitude_sigma_rad);
+        self.add(&solution.gyro_bias_radps.to_array());
+        self.add(&solution.accel_bias_mps2.to_array());
+    }
+}
+
+/// Flies at most `most` samples. `clock` tells a count that grows with the instructions, and `note`
+/// hears how far it went in each call.
+pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod>(
+    estimator: &mut Estimator<L, N, T, H>,
+    autopilot: &mut HoverAutopilot,
+    most: usize,
+    clock: impl Fn() -> u32,
+    mut note: impl FnMut(Work, u32, u32),
+) -> Outcome {
+    let mut outcome = Outcome { solutions: 0, hash: 14_695_981_039_346_656_037 };
+    for event in events(most) {
+        let (mut attitude, mut fix, mut aligned) = (false, false, false);
+        let before = clock();
+        autopilot.hear(&event);
+        estimator.push(&event, |notice| {
+            autopilot.hear_notice(&notice);
+            match notice {
+                Notice::Updated(ref report) => {
+                    let axes = report.innovations().count();
+                    attitude |= axes == 3;
+                    fix |= axes == 6;
+                }
+                Notice::NotUsed { aid: Aid::Gps, .. } => fix = true,
+                Notice::Aligned(_) => aligned = true,
+                _ => {}
+            }
+        });
+        let after = clock();
+        let Event::Imu(ImuSample { time, .. }) = event else { continue };
+        let searching = estimator.filter().is_none();
+        let solution_began = clock();
+        let solution = estimator.solution();
+        let outputs = autopilot.step(&Inputs {
+            now: time,
+            solution: solution.as_ref(),
+            pilot: Some(Sticks::NEUTRAL),
+            engage: outcome.solutions > 100,
+        });
+        let solution_ended = clock();
+        if let (Some(solution), false) = (&solution, aligned) {
+            let work = match (searching, attitude, fix) {
+                (true, _, false) => Work::Search,
+                (true, _, true) => Work::SearchFix,
+                (false, false, false) => Work::Step,
+                (false, true, false) => Work::StepAttitude,
+                (false, false, true) => Work::StepFix,
+                (false, true, true) => Work::StepAll,
+            };
+            note(work, before, after);
+            note(Work::Autopilot, solution_began, solution_ended);
+            outcome.add_solution(solution);
+        }
+        outcome.add(&outputs.sticks.to_array());
+    }
+    outcome
+}
+
+/// The variants that are flown: their name, and what flies them.
+#[macro_export]
+macro_rules! variants {
+    ($fly:ident) => {
+        $fly!("26 states, f64", Full, 28, f64, NoHeadingSearch, config, 1_980);
+        $fly!("26 states, f32", Full, 28, f32, NoHeadingSearch, config, 1_980);
+        $fly!("15 states, f64", Base, 16, f64, NoHeadingSearch, config, 1_980);
+        $fly!("15 states, f32", Base, 16, f32, NoHeadingSearch, config, 1_980);
+        $fly!("search, f64", Full, 28, f64, HeadingSearch, config_without_heading, 330);
+        $fly!("search, f32", Full, 28, f32, HeadingSearch, config_without_heading, 330);
+    };
+}
