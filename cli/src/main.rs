@@ -12,6 +12,7 @@ mod output;
 mod page;
 mod summary;
 
+mod bench;
 mod compare;
 mod config;
 mod convert;
@@ -99,6 +100,8 @@ enum Verb {
     Campaign(campaign::Arguments),
     /// Lay solutions over each other: solution.csv, TUM or EuRoC; writes summary.json and report.html
     Compare(compare::Arguments),
+    /// Time the filter and the flight loop on this machine, against the loop's period
+    Bench(bench::Arguments),
     /// Score a trajectory of anybody's against a reference: solution.csv, TUM or EuRoC
     Score(score::Arguments),
     /// Print a script that completes this command's arguments in a shell
@@ -133,6 +136,7 @@ impl Verb {
             #[cfg(feature = "lab")]
             Self::Campaign(arguments) => campaign::run(arguments),
             Self::Compare(arguments) => compare::run(arguments),
+            Self::Bench(arguments) => bench::run(arguments),
             Self::Score(arguments) => score::run(arguments),
             #[cfg(feature = "manual")]
             Self::Completions(arguments) => {

@@ -1,0 +1,89 @@
+//! The page of `hovernav bench`.
+
+use std::path::Path;
+
+use hovernav_bench::{Report, Timed};
+
+use crate::page::{Axis, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, digits};
+
+/// Writes the page.
+pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
+    let machine = &report.machine;
+    let facts = [
+        Fact::new("processor", &machine.processor),
+        Fact::new("processors", machine.processors),
+        Fact::new("system", &machine.system),
+        Fact::new("priority", &machine.priority),
+        Fact::new("memory", &machine.memory),
+        Fact::new("clock", format!("{} ns, taken off", digits(report.clock_ns))),
+    ];
+    let headlines = [
+        Fact::new("cycle, p99.9", format!("{:.2} µs", 1e-3 * report.cycle.time.p99_9_ns)),
+        Fact::new("longest cycle", format!("{:.1} µs", 1e-3 * report.cycle.time.max_ns)),
+        Fact::new("of the period", format!("{:.3} %", 100.0 * report.share_of_period)),
+        Fact::new("worst inputs", format!("{:.1} µs", 1e-3 * report.worst.time_ns)),
+    ];
+    let row = |timed: &Timed| TableRow {
+        name: format!("{}, {} states", timed.name, timed.states),
+        numbers: [timed.time.p50_ns, timed.time.p99_ns, timed.time.p99_9_ns, timed.time.max_ns]
+            .map(|ns| format!("{ns:.0}"))
+            .into_iter()
+            .chain([timed.instructions.map_or_else(String::new, |count| count.to_string())])
+            .collect(),
+    };
+    let all = report.steps.iter().chain([&report.cycle]);
+    let table = Table {
+        caption: "Times, ns, and instructions".into(),
+        heads: ["", "p50", "p99", "p99.9", "max", "instructions"].map(str::to_owned).into(),
+        rows: all.map(row).collect(),
+    };
+    Page {
+        title: "hovernav on this machine",
+        headlines: &headlines,
+        verdict: None,
+        warnings: &[],
+        facts: &facts,
+        table: Some(table),
+        sections: vec![
+            section(
+                "cycle",
+                "The flight loop",
+                "How many of all cycles took longer: decode, estimate, control, servos, telemetry, record.",
+                [&report.cycle],
+            ),
+            section(
+                "steps",
+                "The filter's steps, 26 states",
+                "How many of all calls took longer.",
+                report.steps.iter().filter(|timed| {
+                    timed.states == 26
+                        && ["inertial step", "fix: position and velocity", "attitude"]
+                            .contains(&timed.name)
+                }),
+            ),
+        ],
+        time: None,
+    }
+    .write(path)
+}
+
+/// A section with the tails of distributions.
+fn section<'a>(
+    anchor: &'static str,
+    title: &'static str,
+    explanation: &str,
+    timed: impl IntoIterator<Item = &'a Timed>,
+) -> Section {
+    let roles = [Role::First, Role::Second, Role::Third];
+    let curve = |(timed, role): (&Timed, Role)| {
+        let points = timed.time.tail.iter().map(|&(ns, longer)| (1e-3 * ns, 1e6 * longer));
+        Series::curve(role, points).named(timed.name)
+    };
+    let row = timed
+        .into_iter()
+        .zip(roles)
+        .map(curve)
+        .fold(Row { logarithmic: true, ..Row::new("longer, of a million", "") }, Row::with);
+    Section::new(anchor, title, explanation)
+        .with(Figure::against(Axis::logarithmic("time", "µs"), [row]))
+}

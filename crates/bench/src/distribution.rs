@@ -1,0 +1,104 @@
+//! Times of many calls, as a distribution.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+/// How long calls took, ns.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Distribution {
+    /// How many.
+    pub calls: usize,
+    /// Half took no longer.
+    pub p50_ns: f64,
+    /// 99 of 100 took no longer.
+    pub p99_ns: f64,
+    /// 999 of 1000 took no longer.
+    pub p99_9_ns: f64,
+    /// None took longer.
+    pub max_ns: f64,
+    /// The curve to draw: the time, ns, and the share of calls that took longer.
+    pub tail: Vec<(f64, f64)>,
+}
+
+/// Times of calls as they come.
+#[derive(Clone, Debug, Default)]
+pub struct Times(Vec<u32>);
+
+impl Times {
+    /// Room for so many.
+    pub fn with_capacity(calls: u64) -> Self {
+        Self(Vec::with_capacity(usize::try_from(calls).unwrap_or(0)))
+    }
+
+    /// Times `work`.
+    #[inline(always)]
+    pub fn time<R>(&mut self, work: impl FnOnce() -> R) -> R {
+        let start = Instant::now();
+        let result = work();
+        self.push(start);
+        result
+    }
+
+    /// Notes what has passed since `start`.
+    #[inline(always)]
+    pub fn push(&mut self, start: Instant) {
+        let ns = start.elapsed().as_nanos();
+        self.0.push(u32::try_from(ns).unwrap_or(u32::MAX));
+    }
+
+    /// The distribution, `clock_ns` taken off each.
+    pub fn distribution(mut self, clock_ns: f64) -> Distribution {
+        self.0.sort_unstable();
+        let calls = self.0.len();
+        let at = |share: f64| {
+            let index = (share * calls as f64).ceil() as usize;
+            self.0
+                .get(index.clamp(1, calls.max(1)) - 1)
+                .map_or(f64::NAN, |&ns| (f64::from(ns) - clock_ns).max(0.0))
+        };
+        // Evenly in the logarithm of the share that took longer, for the tail is what matters.
+        let decades = (calls.max(1) as f64).log10();
+        let tail = (0..=60)
+            .map(|step| 10f64.powf(-decades * f64::from(step) / 60.0))
+            .map(|longer| (at(1.0 - longer), longer))
+            .filter(|(ns, _)| ns.is_finite())
+            .collect();
+        Distribution {
+            calls,
+            p50_ns: at(0.5),
+            p99_ns: at(0.99),
+            p99_9_ns: at(0.999),
+            max_ns: at(1.0),
+            tail,
+        }
+    }
+}
+
+/// What timing nothing gives, ns: the median of many.
+pub fn clock_ns() -> f64 {
+    let mut times = Times::with_capacity(10_000);
+    for _ in 0..10_000 {
+        times.time(|| std::hint::black_box(()));
+    }
+    times.distribution(0.0).p50_ns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_sorted_times() {
+        let times = Times((1..=1_000).rev().collect());
+        let found = times.distribution(0.0);
+        assert_eq!((found.p50_ns, found.p99_ns, found.p99_9_ns), (500.0, 990.0, 999.0));
+        assert_eq!((found.calls, found.max_ns), (1_000, 1_000.0));
+        assert!(found.tail.is_sorted_by(|a, b| a.0 <= b.0 && a.1 >= b.1));
+    }
+
+    #[test]
+    fn no_times_make_no_numbers() {
+        assert!(Times::default().distribution(0.0).max_ns.is_nan());
+    }
+}

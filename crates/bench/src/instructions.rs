@@ -1,0 +1,113 @@
+//! Instructions of a call, counted by valgrind: the same on a busy machine as on an idle one.
+//!
+//! The program runs itself under valgrind twice, with the work and with everything around it but the
+//! work; the difference is that of the work alone.
+
+use std::hint::black_box;
+use std::path::Path;
+use std::process::Command;
+
+use hovernav::ekf::Ekf;
+use hovernav::ekf::layout::{Base, Full, Layout};
+use hovernav::frames::Rotation;
+
+use crate::flight::Flight;
+use crate::kernels::{arms, covariance, settled, transition, update};
+
+/// Work whose instructions are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Work {
+    /// Its name: that of [`Timed`](crate::Timed).
+    pub name: &'static str,
+    /// States of the filter.
+    pub states: usize,
+}
+
+impl Work {
+    /// Everything that is counted.
+    pub const ALL: [Self; 9] = [
+        Self { name: "inertial step", states: 26 },
+        Self { name: "fix: position and velocity", states: 26 },
+        Self { name: "attitude", states: 26 },
+        Self { name: "covariance, one step", states: 26 },
+        Self { name: "covariance, three axes", states: 26 },
+        Self { name: "inertial step", states: 15 },
+        Self { name: "fix: position and velocity", states: 15 },
+        Self { name: "covariance, one step", states: 15 },
+        Self { name: "covariance, three axes", states: 15 },
+    ];
+
+    /// Does it `times` times, each from the same state; nothing but bring that about unless `works`.
+    ///
+    /// # Errors
+    /// A sentence, where the made-up flight does not fly.
+    pub fn perform(self, times: u64, works: bool) -> Result<(), String> {
+        if self.states == 26 {
+            self.on::<Full, 28>(times, works)
+        } else {
+            self.on::<Base, 16>(times, works)
+        }
+    }
+
+    fn on<L: Layout<N>, const N: usize>(self, times: u64, works: bool) -> Result<(), String> {
+        let (filter, mut flight) = settled::<L, N>()?;
+        let (sample, fix) = (flight.sample(1_000), flight.fix(1_000));
+        let reference = Rotation::from_euler(Flight::angles(999));
+        let (p, step, arms) = (covariance::<L, N>(), transition(), arms());
+        let mut copy: Box<Ekf<L, N>> = Box::new(filter.clone());
+        for _ in 0..times {
+            (*copy).clone_from(&filter);
+            let mut p = p;
+            black_box((&mut copy, &mut p));
+            if !black_box(works) {
+                continue;
+            }
+            match self.name {
+                "inertial step" => _ = black_box(copy.predict(black_box(&sample))),
+                "fix: position and velocity" => _ = black_box(copy.update_gps(black_box(&fix))),
+                "attitude" => {
+                    let time = Flight::time(999) + 0.2;
+                    _ = black_box(copy.update_attitude(time, reference, &mut ()));
+                }
+                "covariance, one step" => black_box(&mut p).propagate::<L>(black_box(&step)),
+                _ => update(black_box(&mut p), black_box(&arms)),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Instructions that `command` takes under valgrind.
+fn counted(command: &Path, arguments: &[String]) -> Result<u64, String> {
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .arg(command)
+        .args(arguments)
+        .output()
+        .map_err(|error| format!("valgrind: {error}"))?;
+    let text = String::from_utf8_lossy(&output.stderr);
+    text.lines()
+        .find_map(|line| line.split("Collected : ").nth(1)?.trim().parse().ok())
+        .filter(|_| output.status.success())
+        .ok_or_else(|| format!("valgrind counted nothing: {}", text.trim()))
+}
+
+/// How often each work is done: enough that what varies at the program's start is nothing beside it.
+const TIMES: u64 = 200;
+
+/// Instructions a call of each work. `command` with `arguments` of the work's place in [`Work::ALL`], how
+/// often, and `1` or `0` for whether it works, must call [`Work::perform`].
+///
+/// # Errors
+/// Why nothing was counted: no valgrind, or one that fails.
+pub fn count_instructions(
+    command: &Path,
+    arguments: impl Fn(usize, u64, bool) -> Vec<String>,
+) -> Result<Vec<(Work, u64)>, String> {
+    let count = |(place, work): (usize, &Work)| {
+        let with = counted(command, &arguments(place, TIMES, true))?;
+        let without = counted(command, &arguments(place, TIMES, false))?;
+        Ok((*work, with.saturating_sub(without) / TIMES))
+    };
+    Work::ALL.iter().enumerate().map(count).collect()
+}

@@ -1,0 +1,155 @@
+//! The filter's steps, each timed by itself.
+
+use std::hint::black_box;
+
+use hovernav::ekf::covariance::{Covariance, Sensitivity, Transition};
+use hovernav::ekf::layout::{Base, Full, Layout};
+use hovernav::ekf::{Ekf, Estimator, NoHeadingSearch};
+use hovernav::event::Event;
+use hovernav::frames::Rotation;
+use hovernav::time::Time;
+
+use crate::Timed;
+use crate::distribution::Times;
+use crate::flight::{FIX_EVERY, Flight};
+
+/// Cycles until the filter has aligned and settled.
+const SETTLED: u64 = 1_000;
+/// The attitude is used no more often than its noise is worth.
+const ATTITUDE_EVERY: u64 = 4;
+
+/// A filter in mid-flight, and its flight.
+pub fn settled<L: Layout<N>, const N: usize>() -> Result<(Ekf<L, N>, Flight), String> {
+    let mut flight = Flight::new()?;
+    let mut estimator = Estimator::<L, N, f64, NoHeadingSearch>::new(Flight::config());
+    for cycle in 0..SETTLED {
+        estimator.push(&Event::Imu(flight.sample(cycle)), |_| {});
+        if cycle % FIX_EVERY == 0 {
+            estimator.push(&Event::Gps(flight.fix(cycle)), |_| {});
+            let time = Flight::time(cycle);
+            let height_m = flight.height_m();
+            estimator.push(&Event::Baro { time, height_m }, |_| {});
+        }
+    }
+    let filter = estimator.filter().ok_or("the made-up flight does not align")?.clone();
+    Ok((filter, flight))
+}
+
+/// One step of 33 Hz for the covariance alone.
+pub fn transition<const N: usize>() -> Transition<f64, N> {
+    let matrix = |scale: f64| {
+        [[0.5, -0.8, 0.1], [0.8, 0.5, -0.05], [0.0, 0.1, 0.99]].map(|row| row.map(|v| v * scale))
+    };
+    Transition {
+        interval_s: crate::PERIOD_S,
+        turn: matrix(crate::PERIOD_S),
+        force: [0.01, 0.02, -0.3],
+        scaled_rotation: matrix(0.001),
+        scaled_velocity: matrix(0.3),
+        decay: std::array::from_fn(|state| if state < 9 { 1.0 } else { 0.9999 }),
+        attitude_noise: [1e-8, 0.0, 0.0, 1e-8, 0.0, 1e-8],
+        velocity_noise: [1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4],
+        noise: std::array::from_fn(|state| if state < 9 { 0.0 } else { 1e-9 }),
+    }
+}
+
+/// Three axes of a position with a lever arm.
+pub fn arms() -> [Sensitivity<f64>; 3] {
+    std::array::from_fn(|axis| {
+        Sensitivity::default().with(6 + axis, 1.0).with_block(0, [0.1, 0.2, 0.3])
+    })
+}
+
+/// A covariance that a hundred steps have filled.
+pub fn covariance<L: Layout<N>, const N: usize>() -> Covariance<f64, N> {
+    let mut p = Covariance::zero();
+    for state in 0..N {
+        p.set_variance(state, 0.01);
+    }
+    let step = transition();
+    for _ in 0..100 {
+        p.propagate::<L>(&step);
+    }
+    p
+}
+
+pub fn update<const N: usize>(p: &mut Covariance<f64, N>, arms: &[Sensitivity<f64>; 3]) {
+    for arm in arms {
+        let (projected, variance) = p.project(arm);
+        black_box(p.update(arm, &projected, variance, 1.0));
+    }
+}
+
+fn time<L: Layout<N>, const N: usize>(
+    cycles: u64,
+    clock_ns: f64,
+    states: usize,
+) -> Result<Vec<Timed>, String> {
+    let (mut filter, mut flight) = settled::<L, N>()?;
+    let mut step = Times::with_capacity(cycles);
+    let [mut gps, mut attitude, mut magnetic, mut baro, mut solution] =
+        [(); 5].map(|()| Times::with_capacity(cycles));
+    for cycle in SETTLED..SETTLED + cycles {
+        let sample = flight.sample(cycle);
+        let now: Time = sample.time;
+        step.time(|| black_box(black_box(&mut filter).predict(black_box(&sample))))
+            .map_err(|fault| format!("the made-up flight: sample refused at {now}: {fault}"))?;
+        // Heading comes from the attitude, and in every sixth stretch from the magnetometer.
+        let by_field = cycle / 256 % 6 == 5;
+        if cycle % ATTITUDE_EVERY == 0 && by_field {
+            let field = Flight::field_gauss(cycle);
+            let heading =
+                || black_box(filter.update_magnetic_heading(now, black_box(field), 0.0, &mut ()));
+            let _ = magnetic.time(heading);
+        } else if cycle % ATTITUDE_EVERY == 0 {
+            let reference = Rotation::from_euler(Flight::angles(cycle));
+            let _ = attitude.time(|| black_box(filter.update_attitude(now, reference, &mut ())));
+        }
+        if cycle % FIX_EVERY == 0 {
+            let fix = flight.fix(cycle);
+            let _ = gps.time(|| black_box(filter.update_gps(black_box(&fix))));
+            let height_m = flight.height_m();
+            let _ = baro.time(|| black_box(filter.update_baro(now, height_m, &mut ())));
+        }
+        black_box(solution.time(|| black_box(&filter).solution()));
+    }
+
+    let (mut propagation, mut axes) = (Times::with_capacity(cycles), Times::with_capacity(cycles));
+    let (start, transition, arms) = (covariance::<L, N>(), transition(), arms());
+    for _ in 0..cycles.min(100_000) {
+        let mut p = start;
+        propagation.time(|| black_box(&mut p).propagate::<L>(black_box(&transition)));
+        axes.time(|| update(black_box(&mut p), black_box(&arms)));
+    }
+
+    let all = [
+        ("inertial step", step),
+        ("fix: position and velocity", gps),
+        ("attitude", attitude),
+        ("magnetic heading", magnetic),
+        ("barometer", baro),
+        ("solution", solution),
+        ("covariance, one step", propagation),
+        ("covariance, three axes", axes),
+    ];
+    let timed = |(name, times): (&'static str, Times)| Timed {
+        name,
+        states,
+        time: times.distribution(clock_ns),
+        instructions: None,
+    };
+    // A layout without states for an aid never took it.
+    Ok(all.into_iter().map(timed).filter(|timed| timed.time.calls > 0).collect())
+}
+
+/// With every block of states.
+pub fn full(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
+    time::<Full, 28>(cycles, clock_ns, 26)
+}
+
+/// With the fifteen base states.
+pub fn base(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
+    let mut timed = time::<Base, 16>(cycles, clock_ns, 15)?;
+    timed.retain(|timed| !matches!(timed.name, "attitude" | "magnetic heading" | "barometer"));
+    Ok(timed)
+}
