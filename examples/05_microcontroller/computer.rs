@@ -25,7 +25,8 @@ pub struct FlightComputer<P> {
     autopilot: HoverAutopilot,
     channels: Channels<ChannelConfig>,
     limiter: Limiter,
-    servos: Channels<P>,
+    /// The timers' channels.
+    pub servos: Channels<P>,
 }
 
 /// Bytes to write to a line.
@@ -115,11 +116,6 @@ impl<P: SetDutyCycle> FlightComputer<P> {
             servo.set_duty_cycle((pulse.width_ms / FRAME_MS * full) as u16)?;
         }
         Ok(outputs)
-    }
-
-    /// The timers' channels.
-    pub const fn servos(&self) -> &Channels<P> {
-        &self.servos
     }
 
     /// Position, velocity and attitude, once aligned.

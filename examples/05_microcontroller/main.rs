@@ -120,7 +120,7 @@ fn stand(seconds: f64) -> Result<Outcome, Box<dyn Error>> {
         }
         mode = computer.control(Some(Sticks::NEUTRAL), cycle > cycles / 2, now)?.mode;
     }
-    let lateral_ms = f64::from(computer.servos().lateral.duty) / f64::from(u16::MAX) * FRAME_MS;
+    let lateral_ms = f64::from(computer.servos.lateral.duty) / f64::from(u16::MAX) * FRAME_MS;
     Ok(Outcome { solution: computer.solution(), mode, lateral_ms })
 }
 
