@@ -13,6 +13,7 @@ use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{HoverDesign, Search, Wanted};
 use hovernav_model::{Grade, StateSpace, shipped};
 
+use crate::emit::{self, Form};
 use crate::output;
 
 #[derive(clap::Args)]
@@ -29,6 +30,9 @@ pub struct Arguments {
     /// Design for a model whose own verdict is "do not fly"
     #[arg(long)]
     force: bool,
+    /// Write the configuration in this form too, for programs that read no files; may be repeated
+    #[arg(long, value_name = "FORM", value_delimiter = ',')]
+    emit: Vec<Form>,
     /// Write no report.html
     #[arg(long)]
     no_report: bool,
@@ -69,6 +73,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         1.0 / checked.design.period_s
     );
     hovernav_log::write_autopilot(&config, &out.join("autopilot.toml"), &remark)?;
+    emit::autopilot(&config, &remark, &arguments.emit, &out)?;
     if !arguments.no_report {
         page::write(&checked, &out.join("report.html"))?;
     }

@@ -16,6 +16,7 @@ use hovernav_log::{Outage, Reference, SmoothedRun, outage_drift, score, write_so
 use self::columns::ColumnsArgument;
 use self::export::ExportArgument;
 use crate::arguments::{OutageWindow, Sensors};
+use crate::emit::{self, Form};
 use crate::flight_page::{self, FlightData};
 use crate::output::{self, Working};
 use crate::summary::{OutageDrift, RunSummary};
@@ -49,6 +50,10 @@ pub struct Arguments {
     /// Add columns at the end of solution.csv: quaternion, local, covariance
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
     columns: Vec<ColumnsArgument>,
+    /// Write the estimator's configuration in this form too, for programs that read no files; may be
+    /// repeated
+    #[arg(long, value_name = "FORM", value_delimiter = ',')]
+    emit: Vec<Form>,
     /// Write no report.html
     #[arg(long)]
     no_report: bool,
@@ -138,6 +143,8 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
 
     output::create(out)?;
     write_solution(&out.join("solution.csv"), solutions, &columns::of(&arguments.columns))?;
+    let remark = format!("From {} by hovernav {}.", log.display(), env!("CARGO_PKG_VERSION"));
+    emit::estimator(&config, &remark, &arguments.emit, out)?;
     export::write(&arguments.export, &dataset.manifest.name, solutions, out)?;
     let mut summary = RunSummary::new(log, &dataset, &run, !smoothed.is_empty());
     if arguments.smooth && smoothed.is_empty() {

@@ -1,0 +1,139 @@
+//! The estimator's configuration.
+
+use std::path::Path;
+
+use hovernav::ekf::EstimatorConfig;
+use hovernav::frames::{Body, Vector};
+use hovernav::ins::HeadingSource;
+use serde_json::{Value, to_value};
+
+use super::language::{assignments, number};
+use super::{Form, write};
+
+/// Writes `config` into `directory`, as `estimator` with the ending of each form.
+pub fn estimator(
+    config: &EstimatorConfig,
+    remark: &str,
+    forms: &[Form],
+    directory: &Path,
+) -> anyhow::Result<()> {
+    write(forms, directory, "estimator", |form| bytes(config, remark, form))
+}
+
+pub(super) fn bytes(config: &EstimatorConfig, remark: &str, form: Form) -> anyhow::Result<Vec<u8>> {
+    Ok(match form {
+        Form::Rust => rust(config, remark)?.into_bytes(),
+        Form::C => c(config, remark)?.into_bytes(),
+        Form::Postcard => {
+            let (alignment, ekf) = (&config.alignment, &config.ekf);
+            postcard::to_allocvec(&(
+                config.mounting.imu_lever_arm_m.to_array(),
+                config.mounting.antenna_lever_arm_m.to_array(),
+                (alignment.attitude_declination_rad, alignment.declination_rad),
+                alignment,
+                (ekf.imu, ekf.gps, ekf.attitude, ekf.magnetometer, ekf.baro, ekf.gate),
+                config.aiding,
+            ))?
+        }
+    })
+}
+
+/// The filter's groups, each under its name.
+fn groups(config: &EstimatorConfig) -> anyhow::Result<[(&'static str, Value); 6]> {
+    let ekf = &config.ekf;
+    Ok([
+        ("imu", to_value(ekf.imu)?),
+        ("gps", to_value(ekf.gps)?),
+        ("attitude", to_value(ekf.attitude)?),
+        ("magnetometer", to_value(ekf.magnetometer)?),
+        ("baro", to_value(ekf.baro)?),
+        ("gate", to_value(ekf.gate)?),
+    ])
+}
+
+/// The alignment's numbers, the declinations among them.
+fn alignment(place: &str, config: &EstimatorConfig) -> anyhow::Result<String> {
+    let alignment = &config.alignment;
+    let mut value = to_value(alignment)?;
+    value["attitude_declination_rad"] = alignment.attitude_declination_rad.into();
+    value["declination_rad"] = alignment.declination_rad.into();
+    Ok(assignments(place, &value))
+}
+
+fn rust(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
+    let vector = |vector: Vector<Body>| {
+        let [x, y, z] = vector.to_array().map(number);
+        format!("Vector::new({x}, {y}, {z})")
+    };
+    let mut lines = format!(
+        "    config.mounting.imu_lever_arm_m = {};\n    config.mounting.antenna_lever_arm_m = {};\n",
+        vector(config.mounting.imu_lever_arm_m),
+        vector(config.mounting.antenna_lever_arm_m)
+    );
+    let aiding = config.aiding;
+    let heading = config
+        .alignment
+        .heading
+        .map_or_else(|| "None".to_owned(), |source| format!("Some(HeadingSource::{source:?})"));
+    lines += &format!(
+        "    config.aiding.attitude = {};\n    config.aiding.magnetometer = {};\n    \
+         config.aiding.baro = {};\n    config.alignment.heading = {heading};\n",
+        aiding.attitude, aiding.magnetometer, aiding.baro
+    );
+    lines += &alignment("config.alignment", config)?;
+    for (name, group) in groups(config)? {
+        lines += &assignments(&format!("config.ekf.{name}"), &group);
+    }
+    // Without a source of its own, the settings need no name for one.
+    let source =
+        if config.alignment.heading.is_some() { "use hovernav::ins::HeadingSource;\n" } else { "" };
+    Ok(format!(
+        "// {remark}\n\n\
+         use hovernav::ekf::EstimatorConfig;\nuse hovernav::frames::Vector;\n{source}\n\
+         /// The whole configuration.\n\
+         pub fn estimator() -> EstimatorConfig {{\n    \
+         let mut config = EstimatorConfig::default();\n{lines}    config\n}}\n"
+    ))
+}
+
+fn c(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
+    let mut lines = String::new();
+    for (name, arm) in [
+        ("imu_lever_arm_m", config.mounting.imu_lever_arm_m),
+        ("antenna_lever_arm_m", config.mounting.antenna_lever_arm_m),
+    ] {
+        for (axis, value) in arm.to_array().map(number).iter().enumerate() {
+            lines += &format!("    config->{name}[{axis}] = {value};\n");
+        }
+    }
+    let aiding = config.aiding;
+    for (name, used) in [
+        ("attitude", aiding.attitude),
+        ("magnetometer", aiding.magnetometer),
+        ("baro", aiding.baro),
+    ] {
+        lines += &format!("    config->use_{name} = {};\n", u32::from(used));
+    }
+    let heading = match config.alignment.heading {
+        None => "ANY",
+        Some(HeadingSource::Attitude) => "ATTITUDE",
+        Some(HeadingSource::Magnetometer) => "MAGNETOMETER",
+        Some(HeadingSource::Course) => "COURSE",
+        Some(HeadingSource::Unknown) => "UNKNOWN",
+    };
+    lines += &format!("    config->alignment.heading = HOVERNAV_HEADING_{heading};\n");
+    lines += &alignment("config->alignment", config)?;
+    for (name, group) in groups(config)? {
+        lines += &assignments(&format!("config->{name}"), &group);
+    }
+    Ok(format!(
+        "// {remark}\n\n\
+         #ifndef HOVERNAV_ESTIMATOR_H\n#define HOVERNAV_ESTIMATOR_H\n\n\
+         #include <hovernav.h>\n\n\
+         // Fills in the whole configuration.\n\
+         static inline HovernavStatus hovernav_estimator_config(HovernavConfig *config) {{\n    \
+         HovernavStatus status = hovernav_default_config(config, HOVERNAV_ABI);\n    \
+         if (status != HOVERNAV_STATUS_OK)\n        return status;\n{lines}    return status;\n}}\n\n\
+         #endif\n"
+    ))
+}

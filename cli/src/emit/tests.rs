@@ -1,0 +1,61 @@
+use hovernav::autopilot::{Gains, HoverConfig};
+use hovernav::ekf::{
+    Aiding, AttitudeModel, BaroModel, EstimatorConfig, GateConfig, GpsModel, ImuModel,
+    MagnetometerModel,
+};
+use hovernav::frames::Vector;
+use hovernav::ins::{AlignmentConfig, HeadingSource};
+
+use super::Form;
+
+fn hover() -> HoverConfig {
+    let mut gains = Gains::default();
+    gains.heave.tracking_time_s = 1.0;
+    gains.roll_pitch.measured[1][3] = -0.1;
+    let mut config = HoverConfig::new(0.1 / 3.0, gains);
+    config.trim.roll_rad = 0.3 / 7.0;
+    config
+}
+
+fn estimator() -> EstimatorConfig {
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = Vector::new(0.1, -0.2, 0.3);
+    config.alignment.heading = Some(HeadingSource::Course);
+    config.alignment.declination_rad = 1.0 / 3.0;
+    config.ekf.gate.sigmas = 4.5;
+    config.aiding.baro = false;
+    config
+}
+
+fn text(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn postcard_reads_back_as_the_same_configuration() {
+    let bytes = super::autopilot::bytes(&hover(), "", Form::Postcard).unwrap();
+    assert_eq!(postcard::from_bytes::<HoverConfig>(&bytes).unwrap(), hover());
+
+    type Models = (ImuModel, GpsModel, AttitudeModel, MagnetometerModel, BaroModel, GateConfig);
+    type Parts = ([f64; 3], [f64; 3], (f64, f64), AlignmentConfig, Models, Aiding);
+    let bytes = super::estimator::bytes(&estimator(), "", Form::Postcard).unwrap();
+    let (imu, _, (_, declination_rad), alignment, models, aiding): Parts =
+        postcard::from_bytes(&bytes).unwrap();
+    assert_eq!((imu, declination_rad), ([0.1, -0.2, 0.3], 1.0 / 3.0));
+    assert_eq!(alignment.heading, Some(HeadingSource::Course));
+    assert_eq!((models.5, aiding), (estimator().ekf.gate, estimator().aiding));
+}
+
+#[test]
+fn numbers_keep_every_bit_in_rust_and_c() {
+    for form in [Form::Rust, Form::C] {
+        let hover = text(super::autopilot::bytes(&hover(), "By nobody.", form).unwrap());
+        for number in ["0.03333333333333333", "-0.1", "0.04285714285714286"] {
+            assert!(hover.contains(number), "{number}: {hover}");
+        }
+        let estimator = text(super::estimator::bytes(&estimator(), "", form).unwrap());
+        for number in ["0.3333333333333333", "gate.sigmas = 4.5;"] {
+            assert!(estimator.contains(number), "{number}: {estimator}");
+        }
+    }
+}
