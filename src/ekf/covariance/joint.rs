@@ -114,15 +114,16 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         let Some(projected) = before.last() else { return nothing };
         let innovation = self.innovations[index.min(MOST - 1)];
         let shares = self.seen[index.min(MOST - 1)].map(|seen| seen * inverse);
-        for (b, other) in (index + 1..MOST).zip(behind) {
-            if self.sensitivities[b].is_none() {
+        for b in index + 1..MOST {
+            let measured = self.sensitivities[b].is_some();
+            let Some(other) = behind.get_mut(b - index - 1).filter(|_| measured) else {
                 continue;
-            }
+            };
             add_scaled(other, -shares[b], projected);
             self.innovations[b] -= shares[b].wide() * innovation;
-            for c in b..MOST {
-                let common = shares[b] * self.seen[index.min(MOST - 1)][c];
-                self.seen[b][c] -= common;
+            let own = self.seen[index.min(MOST - 1)];
+            for (value, &seen) in self.seen[b].iter_mut().zip(&own).skip(b) {
+                *value -= shares[b] * seen;
             }
         }
         self.pending[index.min(MOST - 1)] = inverse;
@@ -161,8 +162,10 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         let mut waiting = [(first, T::ZERO); MOST];
         let mut count = 0;
         for (projected, inverse) in self.projected.iter().zip(&mut self.pending) {
-            if *inverse > T::ZERO {
-                waiting[count] = (projected, *inverse);
+            if *inverse > T::ZERO
+                && let Some(slot) = waiting.get_mut(count)
+            {
+                *slot = (projected, *inverse);
                 count += 1;
                 *inverse = T::ZERO;
             }
@@ -187,24 +190,22 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
             let scaled = terms.map(|(v, factor)| [v[i] * factor, v[i + 1] * factor]);
             for left in above..N / 2 {
                 let j = 2 * left;
+                // True of every pair: said where optimising for size would not find out.
+                if i + 1 >= N || j + 1 >= N {
+                    break;
+                }
                 let mut square = [[p[i][j], p[i][j + 1]], [p[i + 1][j], p[i + 1][j + 1]]];
                 for ((v, _), scaled) in terms.iter().zip(&scaled) {
-                    for r in 0..2 {
-                        for c in 0..2 {
-                            square[r][c] -= scaled[r] * v[j + c];
-                        }
+                    for (line, &scaled) in square.iter_mut().zip(scaled) {
+                        line[0] -= scaled * v[j];
+                        line[1] -= scaled * v[j + 1];
                     }
                 }
-                for c in 0..2 {
-                    for r in 0..2 {
-                        p[j + c][i + r] = square[r][c];
-                    }
-                }
-                for r in 0..2 {
-                    for c in 0..2 {
-                        p[i + r][j + c] = square[r][c];
-                    }
-                }
+                let [[a, b], [c, d]] = square;
+                (p[j][i], p[j][i + 1]) = (a, c);
+                (p[j + 1][i], p[j + 1][i + 1]) = (b, d);
+                (p[i][j], p[i][j + 1]) = (a, b);
+                (p[i + 1][j], p[i + 1][j + 1]) = (c, d);
             }
             p[i + 1][i] = p[i][i + 1];
         }

@@ -233,14 +233,15 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         for (first, noise) in [(ATTITUDE, &step.attitude_noise), (VELOCITY, &step.velocity_noise)] {
             let [nn, ne, nd, ee, ed, dd] = *noise;
             let block = [[nn, ne, nd], [ne, ee, ed], [nd, ed, dd]];
-            for (i, line) in block.iter().enumerate() {
-                for (j, &value) in line.iter().enumerate() {
-                    self.rows[first + i][first + j] += value;
+            for (row, line) in self.rows.iter_mut().skip(first).zip(&block) {
+                for (entry, &value) in row.iter_mut().skip(first).zip(line) {
+                    *entry += value;
                 }
             }
         }
-        for (axis, &value) in step.position_noise.iter().enumerate() {
-            self.rows[POSITION + axis][POSITION + axis] += value;
-        }
+        let [north, east, down] = step.position_noise;
+        self.rows[POSITION][POSITION] += north;
+        self.rows[POSITION + 1][POSITION + 1] += east;
+        self.rows[POSITION + 2][POSITION + 2] += down;
     }
 }
