@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use hovernav::ekf::covariance::{Covariance, Sensitivity, Transition};
+use hovernav::ekf::covariance::{Covariance, Joint, MOST, Sensitivity, Transition};
 use hovernav::ekf::layout::{Base, Full, Layout};
 use hovernav::ekf::{Ekf, Estimator, NoHeadingSearch};
 use hovernav::event::Event;
@@ -35,7 +35,7 @@ pub fn settled<L: Layout<N>, const N: usize>() -> Result<(Ekf<L, N>, Flight), St
     Ok((filter, flight))
 }
 
-/// One step of 33 Hz for the covariance alone.
+/// One step of 33 Hz for the covariance alone, as most are: the parameters relax every fifth of a second.
 pub fn transition<const N: usize>() -> Transition<f64, N> {
     let matrix = |scale: f64| {
         [[0.5, -0.8, 0.1], [0.8, 0.5, -0.05], [0.0, 0.1, 0.99]].map(|row| row.map(|v| v * scale))
@@ -46,10 +46,10 @@ pub fn transition<const N: usize>() -> Transition<f64, N> {
         force: [0.01, 0.02, -0.3],
         scaled_rotation: matrix(0.001),
         scaled_velocity: matrix(0.3),
-        decay: std::array::from_fn(|state| if state < 9 { 1.0 } else { 0.9999 }),
         attitude_noise: [1e-8, 0.0, 0.0, 1e-8, 0.0, 1e-8],
         velocity_noise: [1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4],
-        noise: std::array::from_fn(|state| if state < 9 { 0.0 } else { 1e-9 }),
+        position_noise: [0.0; 3],
+        relaxation: None,
     }
 }
 
@@ -73,11 +73,16 @@ pub fn covariance<L: Layout<N>, const N: usize>() -> Covariance<f64, N> {
     p
 }
 
+/// A three-axis update, each axis of unit variance.
 pub fn update<const N: usize>(p: &mut Covariance<f64, N>, arms: &[Sensitivity<f64>; 3]) {
-    for arm in arms {
-        let (projected, variance) = p.project(arm);
-        black_box(p.update(arm, &projected, variance, 1.0));
+    let [north, east, down] = arms;
+    let axes = [Some(north), Some(east), Some(down), None, None, None];
+    let mut joint = Joint::new(axes, [0.0; MOST]);
+    joint.project(p, 0);
+    for axis in 0..arms.len() {
+        black_box(joint.take_in(p, axis, 1.0));
     }
+    joint.settle(p);
 }
 
 fn time<L: Layout<N>, const N: usize>(
