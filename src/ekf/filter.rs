@@ -4,6 +4,7 @@ use core::marker::PhantomData;
 
 use super::config::EkfConfig;
 use super::covariance::{Covariance, Relaxation, Transition};
+use super::excess::Excess;
 use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::history::History;
@@ -70,6 +71,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) unrelaxed_s: f64,
     /// Learned size of the GPS errors against the configured: variances of position and velocity.
     pub(super) gps_learned: [f64; 2],
+    pub(super) excess: Excess,
     pub(super) samples: Samples,
     pub(super) angular_rate_radps: Vector<Body>,
     layout: PhantomData<L>,
@@ -103,6 +105,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             wander_unknown: false,
             unrelaxed_s: 0.0,
             gps_learned: [1.0; 2],
+            excess: Excess::NONE,
             samples: Samples::NONE,
             angular_rate_radps: Vector::ZERO,
             layout: PhantomData,
@@ -123,6 +126,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.wander_unknown = false;
         self.unrelaxed_s = 0.0;
         self.gps_learned = [1.0; 2];
+        self.excess = Excess::NONE;
         self.samples = Samples::NONE;
         self.angular_rate_radps = Vector::ZERO;
         self.set_block(GYRO_BIAS, start.gyro_bias_radps.to_array());

@@ -8,6 +8,7 @@ mod config;
 mod correction;
 mod estimator;
 mod estimator_config;
+mod excess;
 mod filter;
 mod force_sum;
 mod gate;

@@ -55,8 +55,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
             }
         };
-        markov(GYRO_BIAS, &[imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s);
-        markov(ACCEL_BIAS, &[imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s);
+        let excess = self.excess.factor();
+        markov(GYRO_BIAS, &[imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s / excess);
+        markov(ACCEL_BIAS, &[imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s / excess);
         let [position_h, position_v, velocity_h, velocity_v] = self.gps_wander.unwrap_or_default();
         if let Some(first) = L::GPS_POSITION {
             let sigmas = [position_h, position_h, position_v];
@@ -136,8 +137,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             |factors: [f64; 3]| c.map(|row| core::array::from_fn(|k| T::of(row[k] * factors[k])));
         let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3]| {
             let alike_s = alike_s.max(interval_s);
-            vibration
-                .map(|variance| square(walk).max(square(share) * variance * alike_s) * interval_s)
+            let over_s = self.excess.factor() * interval_s;
+            vibration.map(|variance| square(walk).max(square(share) * variance * alike_s) * over_s)
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,

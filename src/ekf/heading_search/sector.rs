@@ -1,6 +1,7 @@
 //! What is a sector's own.
 
 use super::super::covariance::{Covariance, PackedBase};
+use super::super::excess::Excess;
 use super::super::filter::Ekf;
 use super::super::gate::GpsGates;
 use super::super::history::RecentMotion;
@@ -46,6 +47,8 @@ impl Sector {
         self.covariance.unpack(&mut filter.covariance);
         filter.gates.set_gps(&self.gates);
         filter.gps_learned = self.gps_learned;
+        // A wrong heading makes innovations alike as well.
+        filter.excess = Excess::NONE;
         filter.angular_rate_radps = self.angular_rate_radps;
         filter.history.set_recent(&self.recent);
     }

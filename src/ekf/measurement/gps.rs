@@ -86,6 +86,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.position_axes(fix, &position_then, &noise, position);
         let report = self.update_sequentially(fix.time, &axes, trace);
         self.learn_gps(&report);
+        self.excess.learn(fix.time, &report);
         Ok(report)
     }
 
