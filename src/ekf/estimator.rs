@@ -337,6 +337,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
                 return;
             }
         }
+        if self.phase == Phase::Navigating
+            && let Some(report) = self.filter.update_at_rest(trace)
+        {
+            notify(Notice::Updated(report));
+        }
         let suspicion = self.filter.samples.suspicion;
         if self.phase == Phase::Navigating && (suspicion.is_clipped() || suspicion.shaken) {
             if self.suspected.is_none_or(|last| time - last > SUSPECT_S) {

@@ -15,7 +15,7 @@ use super::square;
 use super::trace::Trace;
 use crate::earth::Local;
 use crate::frames::{Body, Ned, Vector};
-use crate::imu::{ImuErrors, ImuSample, Integrity, Suspicion, Vibration};
+use crate::imu::{ImuErrors, ImuSample, Integrity, Rest, Suspicion, Vibration};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
 
@@ -29,6 +29,9 @@ pub(super) struct Samples {
     /// What is known against the last sample.
     pub suspicion: Suspicion,
     pub force_sum: ForceSum,
+    pub rest: Rest,
+    /// Mean rate of a second of rest that ended with the last sample.
+    pub resting_rate_radps: Option<Vector<Body>>,
 }
 
 impl Samples {
@@ -39,6 +42,8 @@ impl Samples {
         integrity: Integrity::NONE,
         suspicion: Suspicion::NONE,
         force_sum: ForceSum::NONE,
+        rest: Rest::NONE,
+        resting_rate_radps: None,
     };
 }
 

@@ -35,10 +35,12 @@ pub(super) enum Group {
     Tilt,
     Heading,
     Baro,
+    RestRate,
+    RestVelocity,
 }
 
 impl Group {
-    const COUNT: usize = 7;
+    const COUNT: usize = 9;
     /// The first so many are those of the GPS.
     const GPS: usize = 4;
 }

@@ -25,6 +25,18 @@ pub enum Channel {
     Yaw,
     /// Barometric height, m, up.
     BaroHeight,
+    /// Angular rate of a vehicle at rest, forward, rad/s.
+    RestRateX,
+    /// Angular rate of a vehicle at rest, right, rad/s.
+    RestRateY,
+    /// Angular rate of a vehicle at rest, down, rad/s.
+    RestRateZ,
+    /// Velocity of a vehicle at rest, north, m/s.
+    RestVelocityNorth,
+    /// Velocity of a vehicle at rest, east, m/s.
+    RestVelocityEast,
+    /// Velocity of a vehicle at rest, down, m/s.
+    RestVelocityDown,
 }
 
 impl Channel {
@@ -42,6 +54,12 @@ impl Channel {
             Self::Pitch => "pitch_rad",
             Self::Yaw => "yaw_rad",
             Self::BaroHeight => "baro_height_m",
+            Self::RestRateX => "rest_rate_x_radps",
+            Self::RestRateY => "rest_rate_y_radps",
+            Self::RestRateZ => "rest_rate_z_radps",
+            Self::RestVelocityNorth => "rest_velocity_north_mps",
+            Self::RestVelocityEast => "rest_velocity_east_mps",
+            Self::RestVelocityDown => "rest_velocity_down_mps",
         }
     }
 }

@@ -26,6 +26,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         let suspicion = self.samples.integrity.push(&mean, interval_s, &scale);
         self.samples.suspicion = suspicion;
+        self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
         if suspicion.is_clipped() || suspicion.shaken {
             self.gates.doubt_filter(sample.time);
         }

@@ -3,12 +3,14 @@
 mod errors;
 mod integrity;
 mod motion;
+mod rest;
 mod second_difference;
 mod vibration;
 
 pub use errors::ImuErrors;
 pub use integrity::{FullScale, Integrity, Suspicion};
 pub use motion::{MeanRates, Motion};
+pub use rest::Rest;
 pub use vibration::Vibration;
 
 use crate::frames::{Body, EulerAngles, Vector};

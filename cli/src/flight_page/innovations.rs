@@ -26,6 +26,12 @@ fn labels(channel: Channel) -> (&'static str, &'static str, f64) {
         Channel::Pitch => ("Pitch", "°", DEGREES),
         Channel::Yaw => ("Yaw", "°", DEGREES),
         Channel::BaroHeight => ("Baro height", "m", 1.0),
+        Channel::RestRateX => ("Rate at rest, x", "°/s", DEGREES),
+        Channel::RestRateY => ("Rate at rest, y", "°/s", DEGREES),
+        Channel::RestRateZ => ("Rate at rest, z", "°/s", DEGREES),
+        Channel::RestVelocityNorth => ("Velocity north at rest", "m/s", 1.0),
+        Channel::RestVelocityEast => ("Velocity east at rest", "m/s", 1.0),
+        Channel::RestVelocityDown => ("Velocity down at rest", "m/s", 1.0),
     }
 }
 
@@ -35,11 +41,20 @@ const VELOCITY: [Channel; 3] =
     [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
 const ATTITUDE: [Channel; 3] = [Channel::Roll, Channel::Pitch, Channel::Yaw];
 const HEIGHT: [Channel; 1] = [Channel::BaroHeight];
-const GROUPS: [(&str, &[Channel]); 4] = [
+const REST: [Channel; 6] = [
+    Channel::RestRateX,
+    Channel::RestRateY,
+    Channel::RestRateZ,
+    Channel::RestVelocityNorth,
+    Channel::RestVelocityEast,
+    Channel::RestVelocityDown,
+];
+const GROUPS: [(&str, &[Channel]); 5] = [
     ("Position", &POSITION),
     ("Velocity", &VELOCITY),
     ("Attitude", &ATTITUDE),
     ("Baro height", &HEIGHT),
+    ("Rest", &REST),
 ];
 
 fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovation> {
@@ -48,7 +63,7 @@ fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovati
 
 /// The innovations of each channel within their 3σ bounds.
 pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
-    let channels = [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT].concat();
+    let channels = [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT, &REST].concat();
     let rows = channels.into_iter().filter_map(|channel| {
         let own = of_channels(innovations, &[channel]);
         let (name, unit, scale) = labels(channel);

@@ -207,7 +207,15 @@ impl RunSummary {
 }
 
 const fn is_gps(channel: Channel) -> bool {
-    !matches!(channel, Channel::Roll | Channel::Pitch | Channel::Yaw | Channel::BaroHeight)
+    matches!(
+        channel,
+        Channel::PositionNorth
+            | Channel::PositionEast
+            | Channel::PositionDown
+            | Channel::VelocityNorth
+            | Channel::VelocityEast
+            | Channel::VelocityDown
+    )
 }
 
 const fn heading_name(source: HeadingSource) -> &'static str {

@@ -123,6 +123,7 @@ impl HeadingSearch {
         self.for_each(|filter, _| {
             filter.samples = samples;
             verdict = filter.predict(sample);
+            filter.update_at_rest(&mut ());
             Ok::<(), ImuFault>(())
         })?;
         match verdict {

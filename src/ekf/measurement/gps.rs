@@ -79,6 +79,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         let noise = self.gps_noise(fix);
         self.judge_change(fix);
+        self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
         let mut axes = [const { None }; 6];
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         let (velocity, position) = axes.split_at_mut(3);

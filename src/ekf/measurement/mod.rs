@@ -5,6 +5,7 @@ mod baro;
 mod gps;
 mod magnetic;
 mod report;
+mod rest;
 mod update;
 
 pub use report::{Aid, Report, Unusable};

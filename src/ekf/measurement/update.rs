@@ -4,7 +4,7 @@ use super::super::covariance::{Joint, Sensitivity};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::{Channel, Innovation, Verdict};
-use super::super::layout::{ATTITUDE, Layout, POSITION, VELOCITY};
+use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
@@ -115,10 +115,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Channel::PositionNorth => self.covariance.add_variance(POSITION, opened),
             Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),
             Channel::PositionDown => self.covariance.add_variance(POSITION + 2, opened),
-            Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown => {
+            Channel::VelocityNorth
+            | Channel::VelocityEast
+            | Channel::VelocityDown
+            | Channel::RestVelocityNorth
+            | Channel::RestVelocityEast
+            | Channel::RestVelocityDown => {
                 let state = match axis.channel {
-                    Channel::VelocityNorth => VELOCITY,
-                    Channel::VelocityEast => VELOCITY + 1,
+                    Channel::VelocityNorth | Channel::RestVelocityNorth => VELOCITY,
+                    Channel::VelocityEast | Channel::RestVelocityEast => VELOCITY + 1,
                     _ => VELOCITY + 2,
                 };
                 self.covariance.add_variance(state, opened);
@@ -132,6 +137,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     self.covariance.add_variance(ATTITUDE + state, opened);
                 }
             }
+            Channel::RestRateX => self.covariance.add_variance(GYRO_BIAS, opened),
+            Channel::RestRateY => self.covariance.add_variance(GYRO_BIAS + 1, opened),
+            Channel::RestRateZ => self.covariance.add_variance(GYRO_BIAS + 2, opened),
             Channel::BaroHeight => {
                 if let Some(state) = L::BARO {
                     self.covariance.add_variance(state, opened);

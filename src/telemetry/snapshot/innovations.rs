@@ -34,6 +34,10 @@ impl Innovations {
             Channel::Roll | Channel::Pitch => &mut self.attitude,
             Channel::Yaw => &mut self.heading,
             Channel::BaroHeight => &mut self.baro,
+            Channel::RestRateX | Channel::RestRateY | Channel::RestRateZ => return,
+            Channel::RestVelocityNorth | Channel::RestVelocityEast | Channel::RestVelocityDown => {
+                return;
+            }
         };
         if !size.is_nan() {
             *largest = Some(largest.map_or(size, |before| before.max(size)));

@@ -1,0 +1,200 @@
+//! Whether the vehicle stands still, by its samples and fixes.
+
+use super::MeanRates;
+use crate::frames::{Body, Vector};
+use crate::time::Time;
+
+/// Watches for rest: seconds in which nothing shakes, nothing changes and no fix moves.
+///
+/// An engine, a rotor or a road shakes a unit by more than 0.1 m/s²; a vehicle that is carried, or floats,
+/// turns by more than its gyros' noise. Where the fixes have no velocity there is no rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Rest {
+    second: Second,
+    /// Means of the second before, where that was still.
+    before: Option<[f64; AXES]>,
+    /// Mean velocity of the fixes of late, north and east, m/s, and when the last came.
+    fixes: Option<(Time, [f64; 2])>,
+}
+
+/// Rates, then forces.
+const AXES: usize = 6;
+
+/// Largest standard deviations of a unit at rest: gyros, rad/s, and accelerometers, m/s².
+const STILL_RADPS: f64 = 0.012;
+const STILL_MPS2: f64 = 0.1;
+/// Largest change of the means from one second to the next, likewise.
+const STEADY_RADPS: f64 = 0.005;
+const STEADY_MPS2: f64 = 0.05;
+/// No gyro bias is larger than this, rad/s; what turns faster is no vehicle at rest.
+const LARGEST_BIAS_RADPS: f64 = 0.05;
+/// Fixes of a vehicle at rest have a speed below this, m/s, and a mean below that.
+const FIX_MPS: f64 = 0.5;
+const FIX_MEAN_MPS: f64 = 0.15;
+/// Memory of that mean, s.
+const FIX_MEMORY_S: f64 = 5.0;
+/// A fix counts for so long, s.
+const FIX_S: f64 = 3.0;
+/// Samples further apart than this, s, tell nothing of what was between them.
+const LONGEST_INTERVAL_S: f64 = 0.1;
+
+/// Sums over the second under way, of what exceeds its first sample.
+#[derive(Clone, Copy, Debug)]
+struct Second {
+    length_s: f64,
+    count: f64,
+    first: [f64; AXES],
+    sum: [f64; AXES],
+    squares: [f64; AXES],
+}
+
+impl Second {
+    const EMPTY: Self = Self {
+        length_s: 0.0,
+        count: 0.0,
+        first: [0.0; AXES],
+        sum: [0.0; AXES],
+        squares: [0.0; AXES],
+    };
+
+    fn add(&mut self, values: [f64; AXES]) {
+        if self.count == 0.0 {
+            self.first = values;
+        }
+        self.count += 1.0;
+        let sums = self.sum.iter_mut().zip(&mut self.squares).zip(self.first);
+        for (((sum, square), first), value) in sums.zip(values) {
+            let above = value - first;
+            *sum += above;
+            *square += above * above;
+        }
+    }
+
+    /// Means, where no axis shook.
+    fn still_means(&self) -> Option<[f64; AXES]> {
+        let mut means = self.first;
+        let sums = self.sum.iter().zip(&self.squares).zip(limits(STILL_RADPS, STILL_MPS2));
+        for (mean, ((sum, squares), limit)) in means.iter_mut().zip(sums) {
+            let above = sum / self.count;
+            // Written so that a NaN is none.
+            if !(squares / self.count - above * above < limit * limit) {
+                return None;
+            }
+            *mean += above;
+        }
+        Some(means)
+    }
+}
+
+/// A limit for each axis.
+fn limits(gyro: f64, accel: f64) -> [f64; AXES] {
+    [gyro, gyro, gyro, accel, accel, accel]
+}
+
+impl Rest {
+    /// Nothing seen yet.
+    pub const NONE: Self = Self { second: Second::EMPTY, before: None, fixes: None };
+
+    /// Takes in the horizontal velocity of a fix, north and east, m/s, or that it has none.
+    pub fn fix(&mut self, time: Time, velocity_mps: Option<[f64; 2]>) {
+        let Some(now) = velocity_mps else {
+            self.fixes = None;
+            return;
+        };
+        let Some((then, mean)) = &mut self.fixes else {
+            self.fixes = Some((time, now));
+            return;
+        };
+        let share = ((time - *then) / FIX_MEMORY_S).clamp(0.0, 1.0);
+        for (mean, now) in mean.iter_mut().zip(now) {
+            *mean += share * (now - *mean);
+        }
+        *then = time;
+        if !(libm::hypot(now[0], now[1]) < FIX_MPS) {
+            self.fixes = None;
+        }
+    }
+
+    /// Takes in a sample, `interval_s` after the one before. Gives the mean angular rate, rad/s, of a
+    /// second that ends with it, if the vehicle rested through that second and the one before.
+    pub fn push(&mut self, time: Time, rates: &MeanRates, interval_s: f64) -> Option<Vector<Body>> {
+        if interval_s > LONGEST_INTERVAL_S {
+            (self.second, self.before) = (Second::EMPTY, None);
+            return None;
+        }
+        let [p, q, r] = rates.angular_rate_radps.to_array();
+        let [x, y, z] = rates.specific_force_mps2.to_array();
+        self.second.add([p, q, r, x, y, z]);
+        self.second.length_s += interval_s;
+        if self.second.length_s < 1.0 {
+            return None;
+        }
+        let means = core::mem::replace(&mut self.second, Second::EMPTY).still_means();
+        let before = core::mem::replace(&mut self.before, means);
+        let (means, before) = means.zip(before)?;
+        let steady = (means.iter().zip(before))
+            .zip(limits(STEADY_RADPS, STEADY_MPS2))
+            .all(|((mean, before), limit)| libm::fabs(mean - before) < limit);
+        let [p, q, r, ..] = means;
+        let rate = Vector::new(p, q, r);
+        let slow = self.fixes.is_some_and(|(last, mean)| {
+            time - last < FIX_S && libm::hypot(mean[0], mean[1]) < FIX_MEAN_MPS
+        });
+        (steady && slow && rate.norm() < LARGEST_BIAS_RADPS).then_some(rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many of twenty seconds count as rest: a unit shaken by this much, turning at this rate, at fixes
+    /// of this speed.
+    fn rests(shake: f64, turn_radps: f64, fix_mps: Option<f64>) -> usize {
+        let mut rest = Rest::NONE;
+        let mut count = 0;
+        for k in 0..1000 {
+            let time = Time::from_nanoseconds(k * 20_000_000);
+            if k % 50 == 0 {
+                rest.fix(time, fix_mps.map(|speed| [speed, 0.0]));
+            }
+            let sign = if k % 2 == 0 { shake } else { -shake };
+            let rates = MeanRates {
+                angular_rate_radps: Vector::new(0.004, -0.002, turn_radps + 0.02 * sign),
+                specific_force_mps2: Vector::new(0.1, sign, -9.8),
+            };
+            if let Some(rate) = rest.push(time, &rates, 0.02) {
+                assert!((rate - Vector::new(0.004, -0.002, turn_radps)).norm() < 1e-6);
+                count += 1;
+            }
+        }
+        count
+    }
+
+    #[test]
+    fn what_neither_shakes_nor_turns_nor_moves_rests() {
+        assert!(rests(0.03, 0.0, Some(0.05)) >= 17);
+        assert_eq!(rests(0.3, 0.0, Some(0.05)), 0);
+        assert_eq!(rests(0.03, 0.1, Some(0.05)), 0);
+        assert_eq!(rests(0.03, 0.0, Some(0.3)), 0);
+        assert_eq!(rests(0.03, 0.0, Some(8.0)), 0);
+        assert_eq!(rests(0.03, 0.0, None), 0);
+        assert_eq!(rests(f64::NAN, 0.0, Some(0.05)), 0);
+    }
+
+    #[test]
+    fn what_starts_to_turn_rests_no_longer() {
+        let mut rest = Rest::NONE;
+        for k in 0..1000 {
+            let time = Time::from_nanoseconds(k * 20_000_000);
+            rest.fix(time, Some([0.0, 0.05]));
+            let turn = if k < 500 { 0.0 } else { 3e-4 * (k - 500) as f64 };
+            let rates = MeanRates {
+                angular_rate_radps: Vector::new(turn, 0.0, 0.0),
+                specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
+            };
+            let rested = rest.push(time, &rates, 0.02).is_some();
+            assert!(!(rested && k > 600), "{k}");
+        }
+    }
+}
