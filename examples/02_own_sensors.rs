@@ -13,7 +13,7 @@ use hovernav::ekf::{Estimator, EstimatorConfig, Solution};
 use hovernav::event::Event;
 use hovernav::frames::{Body, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 /// What the inertial unit says, in its own axes and units.
@@ -52,6 +52,7 @@ fn imu_event(time: Time, reading: &UnitReading) -> Event {
         magnetic_field_gauss: Some(
             forward_right_down(reading.field_microtesla) * GAUSS_PER_MICROTESLA,
         ),
+        clipped: ClippedAxes::NONE,
     })
 }
 

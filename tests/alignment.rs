@@ -5,7 +5,7 @@ use hovernav::ekf::{Estimator, EstimatorConfig, Notice, layout};
 use hovernav::event::Event;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Mounting};
 use hovernav::time::Time;
 use hovernav_log::Truth;
@@ -62,6 +62,7 @@ impl Still {
                 },
                 attitude: self.shown,
                 magnetic_field_gauss: self.field_gauss.map(|field| self.attitude.inverse() * field),
+                clipped: ClippedAxes::NONE,
             };
             assert_eq!(aligner.push(&Event::Imu(sample)), None);
         }

@@ -7,7 +7,7 @@ use std::path::Path;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Manifest};
 use proptest::prelude::*;
@@ -209,6 +209,7 @@ proptest! {
         for (read, written) in read.imu.iter().zip(&dataset.imu) {
             prop_assert_eq!((read.time, read.motion), (written.time, written.motion));
             prop_assert_eq!(read.magnetic_field_gauss, written.magnetic_field_gauss);
+            prop_assert_eq!(read.clipped, written.clipped);
             prop_assert_eq!(read.attitude.is_some(), written.attitude.is_some());
             for (read, written) in read.attitude.iter().zip(&written.attitude) {
                 prop_assert!((read.roll_rad - written.roll_rad).abs() < 1e-14);
@@ -241,15 +242,19 @@ fn dataset() -> impl Strategy<Value = Dataset> {
             vector(-90.0..90.0),
             of(attitude),
             of(vector(-1.0..1.0)),
+            prop::array::uniform2(prop::array::uniform3(any::<bool>())),
         )
-            .prop_map(move |(interval, a, b, attitude, magnetic_field_gauss)| ImuSample {
-                time: Time::from_nanoseconds(interval),
-                motion: match is_rates {
-                    true => Motion::Rates { angular_rate_radps: a, specific_force_mps2: b },
-                    false => Motion::Increments { angle_rad: a, velocity_mps: b },
-                },
-                attitude,
-                magnetic_field_gauss,
+            .prop_map(move |(interval, a, b, attitude, magnetic_field_gauss, marks)| {
+                ImuSample {
+                    time: Time::from_nanoseconds(interval),
+                    motion: match is_rates {
+                        true => Motion::Rates { angular_rate_radps: a, specific_force_mps2: b },
+                        false => Motion::Increments { angle_rad: a, velocity_mps: b },
+                    },
+                    attitude,
+                    magnetic_field_gauss,
+                    clipped: ClippedAxes { gyro: marks[0], accel: marks[1] },
+                }
             })
     };
     let imu =

@@ -6,7 +6,7 @@ use hovernav::ekf::covariance::{Covariance, Gain, Sensitivity, Transition};
 use hovernav::ekf::layout::WithScaleFactors;
 use hovernav::ekf::{Ekf, EkfConfig, Trace};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use hovernav::imu::{ImuErrors, ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuErrors, ImuSample, Motion};
 use hovernav::ins::{Increment, Integrator, Mounting, NavState, Start};
 use hovernav::time::Time;
 use nalgebra::SMatrix;
@@ -33,6 +33,7 @@ impl Moment {
             },
             attitude: None,
             magnetic_field_gauss: None,
+            clipped: ClippedAxes::NONE,
         };
         [sample(0), sample(1)]
     }

@@ -8,7 +8,7 @@ use hovernav::ekf::{
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::ins::{Mounting, NavState, Start};
 use hovernav::time::Time;
 use proptest::prelude::*;
@@ -45,6 +45,7 @@ fn still(time: Time) -> ImuSample {
         },
         attitude: None,
         magnetic_field_gauss: None,
+        clipped: ClippedAxes::NONE,
     }
 }
 
@@ -523,7 +524,13 @@ fn event() -> impl Strategy<Value = (f64, Event)> {
         prop::option::weighted(0.2, vector([0.2, 0.0, 0.4], 0.1)),
     )
         .prop_map(|(motion, attitude, magnetic_field_gauss)| {
-            Event::Imu(ImuSample { time: Time::ZERO, motion, attitude, magnetic_field_gauss })
+            Event::Imu(ImuSample {
+                time: Time::ZERO,
+                motion,
+                attitude,
+                magnetic_field_gauss,
+                clipped: ClippedAxes::NONE,
+            })
         });
     let position = [value(0.82, 1e-6), value(0.14, 1e-6), value(400.0, 5.0)].prop_map(|place| {
         let [latitude_rad, longitude_rad, height_m] = place;

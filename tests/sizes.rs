@@ -9,7 +9,7 @@ use hovernav::ekf::{Estimator, EstimatorConfig, HeadingSearch, NoHeadingSearch, 
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 #[test]
@@ -50,6 +50,7 @@ fn fly(estimator: &mut Estimator, samples: u32) -> bool {
             },
             attitude: found.then_some(angles),
             magnetic_field_gauss: None,
+            clipped: ClippedAxes::NONE,
         };
         let notify = &mut |notice| found |= matches!(notice, Notice::HeadingFound { .. });
         estimator.push(&Event::Imu(sample), &mut *notify);

@@ -8,7 +8,7 @@ use hovernav::ekf::layout::{Full, Layout, WithScaleFactors};
 use hovernav::ekf::{Ekf, EkfConfig, EstimatorConfig, Smoother, Solution, Trace};
 use hovernav::frames::{EulerAngles, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::ins::{HeadingSource, Mounting, NavState, Start};
 use hovernav::time::Time;
 use hovernav_log::Truth;
@@ -150,6 +150,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
             },
             attitude: None,
             magnetic_field_gauss: None,
+            clipped: ClippedAxes::NONE,
         };
         filter.predict_traced(&sample, &mut both).unwrap();
         if step % 20 == 0 {

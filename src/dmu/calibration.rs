@@ -7,7 +7,7 @@ use core::fmt;
 use super::packet::{AnglePacket, Packet, ScaledPacket};
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, EulerAngles, Vector, wrap_angle};
-use crate::imu::{ImuSample, Motion};
+use crate::imu::{ClippedAxes, ImuSample, Motion};
 use crate::time::Time;
 
 /// Rate and acceleration words reach to one and a half times the rated range.
@@ -201,6 +201,7 @@ impl Measurement {
             },
             attitude: self.attitude,
             magnetic_field_gauss: Some(self.magnetic_field_gauss),
+            clipped: ClippedAxes::NONE,
         }
     }
 }

@@ -125,7 +125,7 @@ impl Notice {
 /// use hovernav::event::Event;
 /// use hovernav::frames::{EulerAngles, Vector};
 /// use hovernav::gps::Fix;
-/// use hovernav::imu::{ImuSample, Motion};
+/// use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 /// use hovernav::time::Time;
 ///
 /// let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
@@ -142,7 +142,8 @@ impl Notice {
 ///             },
 ///             attitude: Some(EulerAngles::from_degrees(0.0, 0.0, 45.0)),
 ///             magnetic_field_gauss: None,
-///         }),
+///             clipped: ClippedAxes::NONE,
+/// }),
 ///         |_| {},
 ///     );
 ///     if k % 50 == 0 {

@@ -24,7 +24,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_radps: self.config.imu.gyro_range_radps,
             accel_mps2: self.config.imu.accel_range_mps2,
         };
-        let suspicion = self.samples.integrity.push(&mean, interval_s, &scale);
+        let suspicion = self.samples.integrity.push(&mean, &sample.clipped, interval_s, &scale);
         self.samples.suspicion = suspicion;
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
         if suspicion.is_clipped() || suspicion.shaken {

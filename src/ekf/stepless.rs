@@ -128,7 +128,7 @@ mod tests {
     use crate::event::Event;
     use crate::frames::EulerAngles;
     use crate::gps::Fix;
-    use crate::imu::{ImuSample, Motion};
+    use crate::imu::{ClippedAxes, ImuSample, Motion};
 
     /// A minute at rest with fixes that scatter by metres: the filter's solution steps at each, the
     /// controller's does not, and both come to the same.
@@ -150,6 +150,7 @@ mod tests {
                 },
                 attitude: Some(EulerAngles::from_degrees(0.0, 0.0, 45.0)),
                 magnetic_field_gauss: None,
+                clipped: ClippedAxes::NONE,
             };
             estimator.push_traced(&Event::Imu(sample), &mut stepless, |_| {});
             if k % 50 == 0 {

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::second_difference::SecondDifference;
-use super::{MeanRates, Motion};
+use super::{ClippedAxes, MeanRates, Motion};
 use crate::frames::{Body, Vector};
 
 /// The greatest readings a unit can give; zero where it is not known, and then learned from readings
@@ -102,6 +102,9 @@ const STUCK: u8 = 2;
 const LEAST_VIBRATION: f64 = 0.0025;
 /// What may lie beyond full scale, as a share of it, one-sigma.
 const BEYOND_SCALE: f64 = 0.15;
+/// A burst of clipping is forgotten after this long without, and has one error for at most so long, s.
+const BURST_S: f64 = 0.3;
+const LONGEST_BURST_S: f64 = 0.5;
 
 #[derive(Clone, Copy, Debug)]
 struct Triad {
@@ -110,6 +113,8 @@ struct Triad {
     usual: [f64; 3],
     largest: [f64; 3],
     repeats: [u32; 3],
+    /// For how long each has been clipped of late, s.
+    clipped_s: [f64; 3],
     seen_s: f64,
 }
 
@@ -120,6 +125,7 @@ impl Triad {
         usual: [0.0; 3],
         largest: [0.0; 3],
         repeats: [0; 3],
+        clipped_s: [0.0; 3],
         seen_s: 0.0,
     };
 }
@@ -145,11 +151,18 @@ impl Integrity {
         vibrates && self.repeated >= STUCK
     }
 
-    /// Takes in the rates of a sample, `interval_s` after the one before.
+    /// Takes in the rates of a sample, `interval_s` after the one before, with the unit's own marks of full
+    /// scale.
     ///
     /// # Source
     /// Equation (S13) of docs/equations.md.
-    pub fn push(&mut self, rates: &MeanRates, interval_s: f64, scale: &FullScale) -> Suspicion {
+    pub fn push(
+        &mut self,
+        rates: &MeanRates,
+        marks: &ClippedAxes,
+        interval_s: f64,
+        scale: &FullScale,
+    ) -> Suspicion {
         if self.typical_interval_s == 0.0 {
             self.typical_interval_s = interval_s;
         }
@@ -159,13 +172,13 @@ impl Integrity {
         let late_s = (interval_s - 1.5 * typical).max(0.0);
 
         let gyro = self.gyro.push(
-            rates.angular_rate_radps,
+            (rates.angular_rate_radps, marks.gyro),
             interval_s,
             (scale.gyro_radps, LEAST_GYRO_SCALE, LEAST_GYRO_SHAKING, LEAST_GYRO_BLOW),
             late_s,
         );
         let accel = self.accel.push(
-            rates.specific_force_mps2,
+            (rates.specific_force_mps2, marks.accel),
             interval_s,
             (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
             late_s,
@@ -189,7 +202,7 @@ impl Integrity {
 impl Triad {
     fn push(
         &mut self,
-        sample: Vector<Body>,
+        (sample, marks): (Vector<Body>, [bool; 3]),
         interval_s: f64,
         (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
         late_s: f64,
@@ -201,10 +214,13 @@ impl Triad {
         let (known, usual_weight) = (self.seen_s > LEAST_SEEN_S, interval_s / self.seen_s);
         let (mut clipped, mut shaken, mut variance) = ([false; 3], false, [0.0; 3]);
         let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
-        let axes = axes.zip(&mut self.repeats).zip(values.into_iter().zip(bend));
+        let axes = axes.zip(&mut self.repeats).zip(&mut self.clipped_s);
+        let values = values.into_iter().zip(bend).zip(marks);
         let results = clipped.iter_mut().zip(&mut variance);
-        for (((((now, usual), largest), repeats), (value, bend)), (clipped, variance)) in
-            axes.zip(results)
+        for (
+            ((((now, usual), largest), repeats), clipped_s),
+            (((value, bend), marked), (clipped, variance)),
+        ) in axes.zip(values.zip(results))
         {
             let size = libm::fabs(value);
             if size > *largest {
@@ -213,7 +229,7 @@ impl Triad {
                 *repeats = repeats.saturating_add(1);
             }
             let learned = *repeats >= REPEATS && *largest >= least_scale && size == *largest;
-            *clipped = learned || (scale > 0.0 && size >= 0.998 * scale);
+            *clipped = marked || learned || (scale > 0.0 && size >= 0.998 * scale);
 
             let strength = bend * bend / 6.0;
             *now += (interval_s / NOW_S).min(1.0) * (strength - *now);
@@ -223,16 +239,21 @@ impl Triad {
             // A shock enters the usual slowly; what goes on for seconds becomes it.
             *usual += usual_weight.min(1.0) * (*now - *usual);
 
-            let mut sigma_squared = 0.0;
+            // What is cut off is cut off on the same side for as long as the burst lasts.
+            let mut hidden = 0.0;
             if *clipped {
                 let beyond = BEYOND_SCALE * size;
-                sigma_squared += now.max(beyond * beyond);
+                let together_s = 2.0 * *clipped_s + interval_s;
+                hidden = now.max(beyond * beyond) * interval_s * together_s;
+                *clipped_s = (*clipped_s + interval_s).min(LONGEST_BURST_S);
+            } else {
+                *clipped_s *= (1.0 - interval_s / BURST_S).max(0.0);
             }
             if shock {
-                sigma_squared += *now;
+                hidden += *now * interval_s * interval_s;
             }
             // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
-            *variance = sigma_squared * interval_s * interval_s
+            *variance = hidden
                 + 0.5 * usual.max(*now) * late_s * late_s
                 + if late_s > 0.0 { bend * bend * late_s * late_s / 36.0 } else { 0.0 };
         }
@@ -242,7 +263,9 @@ impl Triad {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
+    use std::vec::Vec;
 
     fn rates(x: f64, turn: f64) -> MeanRates {
         MeanRates {
@@ -266,8 +289,12 @@ mod tests {
     fn steady_vibration_is_no_suspicion() {
         let (mut integrity, mut next) = (Integrity::NONE, noise());
         for k in 0..3000 {
-            let found =
-                integrity.push(&rates(3.0 * next(), 0.1 * next()), 0.01, &FullScale::default());
+            let found = integrity.push(
+                &rates(3.0 * next(), 0.1 * next()),
+                &ClippedAxes::NONE,
+                0.01,
+                &FullScale::default(),
+            );
             assert!(k < 100 || (!found.shaken && !found.is_clipped()), "{k}");
             assert!(k < 100 || found.velocity_variance == [0.0; 3]);
         }
@@ -280,13 +307,32 @@ mod tests {
             let (mut integrity, mut next) = (Integrity::NONE, noise());
             for k in 0..400 {
                 let force = (40.0 * next()).clamp(-20.0, 20.0);
-                let found = integrity.push(&rates(force, 0.0), 0.01, &scale);
+                let found = integrity.push(&rates(force, 0.0), &ClippedAxes::NONE, 0.01, &scale);
                 assert!(k < from || force.abs() != 20.0 || found.accel_clipped[0]);
                 assert!(force.abs() > 19.9 || !found.accel_clipped[0]);
                 assert!(!found.accel_clipped[2] && found.gyro_clipped == [false; 3]);
                 assert!(!found.accel_clipped[0] || found.velocity_variance[0] > 0.0);
             }
         }
+    }
+
+    #[test]
+    fn a_burst_that_the_unit_marks_hides_one_error_and_not_many() {
+        let (mut integrity, mut next) = (Integrity::NONE, noise());
+        let mut hidden = |marked: bool| {
+            let marks = ClippedAxes { accel: [marked, false, false], ..ClippedAxes::NONE };
+            let force = 3.0 * next();
+            integrity.push(&rates(force, 0.0), &marks, 0.01, &FullScale::default())
+        };
+        for _ in 0..500 {
+            assert!(!hidden(false).is_clipped());
+        }
+        let burst: Vec<Suspicion> = (0..20).map(|_| hidden(true)).collect();
+        assert!(burst.iter().all(|found| found.accel_clipped == [true, false, false]));
+        let total: f64 = burst.iter().map(|found| found.velocity_variance[0]).sum();
+        let one_by_one = 20.0 * burst[0].velocity_variance[0];
+        assert!(total > 5.0 * one_by_one, "{total} {one_by_one}");
+        assert_eq!(hidden(false).velocity_variance, [0.0; 3]);
     }
 
     #[test]
@@ -300,7 +346,7 @@ mod tests {
                     specific_force_mps2: rates.specific_force_mps2,
                 };
                 let stuck = integrity.is_stuck(&motion);
-                integrity.push(&rates, 0.01, &FullScale::default());
+                integrity.push(&rates, &ClippedAxes::NONE, 0.01, &FullScale::default());
                 stuck
             };
             for _ in 0..500 {
@@ -318,7 +364,12 @@ mod tests {
     fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
         let (mut integrity, mut next) = (Integrity::NONE, noise());
         let mut push = |force: f64, interval_s: f64| {
-            integrity.push(&rates(force, 0.0), interval_s, &FullScale::default())
+            integrity.push(
+                &rates(force, 0.0),
+                &ClippedAxes::NONE,
+                interval_s,
+                &FullScale::default(),
+            )
         };
         for _ in 0..1000 {
             push(1.7 * next(), 0.03);

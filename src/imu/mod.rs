@@ -1,5 +1,6 @@
 //! What an inertial unit measures, in the units and axes the filter takes, whoever made the unit.
 
+mod clipped;
 mod errors;
 mod integrity;
 mod motion;
@@ -7,6 +8,7 @@ mod rest;
 mod second_difference;
 mod vibration;
 
+pub use clipped::ClippedAxes;
 pub use errors::ImuErrors;
 pub use integrity::{FullScale, Integrity, Suspicion};
 pub use motion::{MeanRates, Motion};
@@ -27,4 +29,6 @@ pub struct ImuSample {
     pub attitude: Option<EulerAngles>,
     /// Magnetic field in body axes, gauss, if the unit measures it.
     pub magnetic_field_gauss: Option<Vector<Body>>,
+    /// Which sensors were at their full scale at some time since the sample before, if the unit marks it.
+    pub clipped: ClippedAxes,
 }

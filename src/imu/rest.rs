@@ -76,8 +76,9 @@ impl Second {
         let sums = self.sum.iter().zip(&self.squares).zip(limits(STILL_RADPS, STILL_MPS2));
         for (mean, ((sum, squares), limit)) in means.iter_mut().zip(sums) {
             let above = sum / self.count;
-            // Written so that a NaN is none.
-            if !(squares / self.count - above * above < limit * limit) {
+            // Written so that a NaN is not still.
+            let is_still = squares / self.count - above * above < limit * limit;
+            if !is_still {
                 return None;
             }
             *mean += above;
@@ -110,7 +111,8 @@ impl Rest {
             *mean += share * (now - *mean);
         }
         *then = time;
-        if !(libm::hypot(now[0], now[1]) < FIX_MPS) {
+        let is_slow = libm::hypot(now[0], now[1]) < FIX_MPS;
+        if !is_slow {
             self.fixes = None;
         }
     }

@@ -56,6 +56,8 @@ fn remarks_say_what_a_log_lacks() {
     if let Some(log) = read("px4-quad-vibration-2025.ulg") {
         assert!(says(&log, "accelerometers at their full scale between 25.0"));
         assert!(says(&log, "vehicle_gps_position 0 (397 messages) is read"));
+        let marked = log.dataset.imu.iter().filter(|sample| sample.clipped.accel[2]).count();
+        assert_eq!(marked, 146);
         let date = log.dataset.manifest.date.map(|date| date.to_string());
         assert_eq!(date.as_deref(), Some("2025-02-10"));
         assert_eq!(log.dataset.manifest.gps.latency_s, 0.11);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{Body, Vector};
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 
 /// Where the axes x, y and z of a sensor point, as three letters: **f**orward, **b**ack, **r**ight,
 /// **l**eft, **u**p, **d**own. Right-handed.
@@ -154,7 +154,21 @@ impl Reading {
     /// `sample` in forward, right, down, its magnetic field too.
     pub fn applied(&self, sample: ImuSample) -> ImuSample {
         let field = sample.magnetic_field_gauss.map(|field| self.field(field));
-        ImuSample { motion: self.motion(sample.motion), magnetic_field_gauss: field, ..sample }
+        ImuSample {
+            motion: self.motion(sample.motion),
+            magnetic_field_gauss: field,
+            clipped: self.marks(sample.clipped),
+            ..sample
+        }
+    }
+
+    /// Marks of full scale of the same axes.
+    pub fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
+        let turned = |marks: [bool; 3]| {
+            let turned = self.axes.to_body(marks.map(f64::from).into());
+            turned.to_array().map(|mark| mark != 0.0)
+        };
+        ClippedAxes { gyro: turned(marks.gyro), accel: turned(marks.accel) }
     }
 
     /// A magnetic field of the same axes.

@@ -60,7 +60,7 @@ mod tests {
     use hovernav::earth::Geodetic;
     use hovernav::frames::Vector;
     use hovernav::gps::Fix;
-    use hovernav::imu::{ImuSample, Motion};
+    use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 
     fn of_rate(rate_hz: f64) -> Dataset {
         let sample = |index| ImuSample {
@@ -71,6 +71,7 @@ mod tests {
             },
             attitude: None,
             magnetic_field_gauss: None,
+            clipped: ClippedAxes::NONE,
         };
         let place = Geodetic::from_degrees(50.0, 10.0, 100.0).unwrap();
         Dataset {

@@ -8,7 +8,7 @@ use crate::error::LogError;
 use crate::remarks::Remarks;
 use crate::table::{Row, Table};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 pub(crate) const FILE: &str = "imu.csv";
@@ -23,6 +23,11 @@ pub(crate) const RATES: [&str; 6] = [
 pub(crate) const INCREMENTS: [&str; 6] =
     ["dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"];
 pub(crate) const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
+/// How often each gyro and accelerometer was at its full scale since the sample before.
+pub(crate) const CLIPPED: [[&str; 3]; 2] = [
+    ["gyro_x_clipped", "gyro_y_clipped", "gyro_z_clipped"],
+    ["accel_x_clipped", "accel_y_clipped", "accel_z_clipped"],
+];
 pub(crate) const MAGNETIC: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
 
 /// No vehicle turns faster than this, rad/s.
@@ -79,6 +84,7 @@ struct Columns {
     are_rates: bool,
     attitude: Option<[usize; 3]>,
     magnetic: Option<[usize; 3]>,
+    clipped: [Option<[usize; 3]>; 2],
     reading: Reading,
 }
 
@@ -99,8 +105,9 @@ impl Columns {
             }
         };
         let (attitude, magnetic) = (table.find(ATTITUDE), table.find(MAGNETIC));
+        let clipped = CLIPPED.map(|columns| table.find(columns));
         table.remark_unused(&["temp_degc"], remarks);
-        Ok(Self { time, motion, are_rates, attitude, magnetic, reading })
+        Ok(Self { time, motion, are_rates, attitude, magnetic, clipped, reading })
     }
 
     /// The sample in `row`, or why it is left out.
@@ -109,6 +116,13 @@ impl Columns {
         let [p, q, r, x, y, z] = row.numbers(self.motion)?;
         let attitude = row.finite(self.attitude)?;
         let magnetic = row.finite(self.magnetic)?;
+        let [gyro, accel] = self.clipped;
+        let marks = |columns| row.finite(columns).map(|counts| counts.unwrap_or_default());
+        let clipped = ClippedAxes {
+            gyro: marks(gyro)?.map(|count| count > 0.0),
+            accel: marks(accel)?.map(|count| count > 0.0),
+        };
+        let clipped = self.reading.marks(clipped);
         let Some(time) = time else { return Ok(Err("left out: no time")) };
         let (gyro, accel) = (Vector::new(p, q, r), Vector::new(x, y, z));
         let motion = match self.are_rates {
@@ -128,7 +142,7 @@ impl Columns {
         });
         let magnetic = magnetic.filter(|field| is_within(*field, STRONGEST_FIELD_GAUSS));
         let magnetic_field_gauss = magnetic.map(|field| self.reading.field(field.into()));
-        Ok(Ok(ImuSample { time, motion, attitude, magnetic_field_gauss }))
+        Ok(Ok(ImuSample { time, motion, attitude, magnetic_field_gauss, clipped }))
     }
 }
 

@@ -224,6 +224,7 @@ pub(crate) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> f
 mod tests {
     use super::*;
     use hovernav::frames::Vector;
+    use hovernav::imu::ClippedAxes;
 
     fn heli_hover() -> Dataset {
         let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
@@ -283,6 +284,7 @@ mod tests {
                 },
                 attitude: None,
                 magnetic_field_gauss: None,
+                clipped: ClippedAxes::NONE,
             })
             .collect();
         let rates = rates(&samples);

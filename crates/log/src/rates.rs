@@ -1,6 +1,6 @@
 //! Samples as mean rates, whatever form they have.
 
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 /// A sample as mean rates since the one before.
@@ -13,6 +13,8 @@ pub(crate) struct Rates {
     pub turn_radps: [f64; 3],
     /// Specific force, m/s².
     pub force_mps2: [f64; 3],
+    /// The unit's own marks of full scale.
+    pub clipped: ClippedAxes,
 }
 
 /// Angular rate and specific force of each sample; increments over their interval, so none of the
@@ -30,6 +32,7 @@ pub(crate) fn rates(samples: &[ImuSample]) -> Vec<Rates> {
                 interval_s: interval_s.unwrap_or_default(),
                 turn_radps: mean.angular_rate_radps.to_array(),
                 force_mps2: mean.specific_force_mps2.to_array(),
+                clipped: sample.clipped,
             });
         }
         before = Some(sample.time);

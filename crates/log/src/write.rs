@@ -44,10 +44,12 @@ impl Dataset {
             self.imu.first().is_none_or(|first| matches!(first.motion, Motion::Rates { .. }));
         let has_attitude = self.imu.iter().any(|sample| sample.attitude.is_some());
         let has_magnetic = self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+        let has_marks = self.imu.iter().any(|sample| sample.clipped.any());
         let mut columns = vec!["t_s"];
         columns.extend(if are_rates { imu::RATES } else { imu::INCREMENTS });
         columns.extend(imu::ATTITUDE.iter().filter(|_| has_attitude));
         columns.extend(imu::MAGNETIC.iter().filter(|_| has_magnetic));
+        columns.extend(imu::CLIPPED.iter().flatten().filter(|_| has_marks));
         let path = dir.join(imu::FILE);
         // Of a receiver alone there is a gps.csv alone.
         if self.imu.is_empty() && !self.fixes.is_empty() && !path.exists() {
@@ -75,6 +77,12 @@ impl Dataset {
             }
             if has_magnetic {
                 csv.shortest_or_empty(sample.magnetic_field_gauss.map(Vector::to_array))?;
+            }
+            if has_marks {
+                let marks = [sample.clipped.gyro, sample.clipped.accel];
+                for mark in marks.into_iter().flatten() {
+                    csv.fixed(f64::from(u8::from(mark)), 0)?;
+                }
             }
             csv.end_row();
         }

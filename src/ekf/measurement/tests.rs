@@ -8,7 +8,7 @@ use super::*;
 use crate::earth::Geodetic;
 use crate::frames::{EulerAngles, Ned, Rotation, Vector};
 use crate::gps::Fix;
-use crate::imu::{ImuSample, Motion};
+use crate::imu::{ClippedAxes, ImuSample, Motion};
 use crate::ins::{Mounting, NavState, Start};
 use crate::time::Time;
 
@@ -58,6 +58,7 @@ fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
             },
             attitude: None,
             magnetic_field_gauss: None,
+            clipped: ClippedAxes::NONE,
         };
         filter.predict(&sample).unwrap();
     }

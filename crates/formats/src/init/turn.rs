@@ -4,7 +4,7 @@ use super::look::median;
 use crate::text::Axes;
 use hovernav::ekf::{Channel, Innovation, Notice, Solution, Verdict};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
@@ -265,6 +265,7 @@ fn turned(sample: &ImuSample, turn: &Turn) -> ImuSample {
         magnetic_field_gauss: sample
             .magnetic_field_gauss
             .map(|field| by(turn.mag, field.to_array())),
+        clipped: ClippedAxes::NONE,
     }
 }
 

@@ -19,7 +19,7 @@ use container::for_each_record;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, Ned, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{LogError, Manifest, pressure_altitude_m};
 use message::{Header, Kind};
@@ -136,6 +136,7 @@ impl Gathered {
             },
             attitude: attitude.map(|attitude| attitude.euler()),
             magnetic_field_gauss: None,
+            clipped: ClippedAxes::NONE,
         };
         self.assembly.imu(place, sample);
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::apply::Gathered;
 use crate::onboard::Onboard;
 use hovernav::frames::{EulerAngles, Vector};
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows, motion_fault};
 
@@ -88,6 +88,7 @@ fn joined(
             },
             attitude: None,
             magnetic_field_gauss: None,
+            clipped: ClippedAxes::NONE,
         });
         match sample.filter(|sample| motion_fault(&sample.motion).is_none()) {
             Some(sample) => samples.push(sample),

@@ -8,7 +8,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::{Rotation, Vector};
 use hovernav::glam::DQuat;
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::pressure_altitude_m;
 
@@ -57,6 +57,12 @@ impl Clipping {
             self.span = Some((self.span.map_or(time, |(first, _)| first), time));
         }
     }
+}
+
+/// The marks in a sample's bits, one an axis; NaN where the log has none.
+fn marks(accel_bits: f64, gyro_bits: f64) -> ClippedAxes {
+    let axes = |bits: f64| [0, 1, 2].map(|axis| bits as u8 >> axis & 1 != 0);
+    ClippedAxes { gyro: axes(gyro_bits), accel: axes(accel_bits) }
 }
 
 /// PX4's mark of a time that is not known, µs.
@@ -144,7 +150,16 @@ impl Rows {
             angular_rate_radps: Vector::new(p, q, r),
             specific_force_mps2: Vector::new(x, y, z),
         };
-        to.imu(place, ImuSample { time, motion, attitude: None, magnetic_field_gauss: None });
+        to.imu(
+            place,
+            ImuSample {
+                time,
+                motion,
+                attitude: None,
+                magnetic_field_gauss: None,
+                clipped: marks(accel_bits, gyro_bits),
+            },
+        );
     }
 
     /// Magnetometer and barometer within `sensor_combined`, as older logs have them: repeated until
@@ -191,7 +206,16 @@ impl Rows {
             angular_rate_radps: Vector::new(p, q, r) * (1e6 / angle_dt),
             specific_force_mps2: Vector::new(x, y, z) * (1e6 / velocity_dt),
         };
-        to.imu(place, ImuSample { time, motion, attitude: None, magnetic_field_gauss: None });
+        to.imu(
+            place,
+            ImuSample {
+                time,
+                motion,
+                attitude: None,
+                magnetic_field_gauss: None,
+                clipped: marks(accel_bits, gyro_bits),
+            },
+        );
     }
 
     fn gps(&mut self, row: &[f64], place: u64, to: &mut Assembly) {

@@ -192,7 +192,7 @@ fn shaken(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
             angular_rate_radps: at.turn_radps.into(),
             specific_force_mps2: at.force_mps2.into(),
         };
-        if integrity.push(&mean, at.interval_s, &scale).shaken {
+        if integrity.push(&mean, &at.clipped, at.interval_s, &scale).shaken {
             let [x, y, z] = at.force_mps2;
             shaken.push((at.time.seconds(), x.hypot(y).hypot(z)));
         }
@@ -221,20 +221,27 @@ fn clipped(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
         let known = if axis < 3 { model.gyro_range_radps } else { model.accel_range_mps2 };
         let values: Vec<f64> = rates.iter().map(|at| component(at, axis)).collect();
         let scale = full_scale(&values);
-        let is_clipped = |value: f64| {
-            scale.contains(&Some(value)) || (known > 0.0 && value.abs() >= 0.998 * known)
+        let is_marked = rates.iter().any(|at| marked(at, axis));
+        let is_clipped = |at: &&Rates| {
+            let value = component(at, axis);
+            let at_end =
+                scale.contains(&Some(value)) || (known > 0.0 && value.abs() >= 0.998 * known);
+            if is_marked { marked(at, axis) } else { at_end }
         };
-        let moments = rates.iter().filter(|at| is_clipped(component(at, axis)));
+        let moments = rates.iter().filter(is_clipped);
         let moments = moments.map(|at| (at.time.seconds(), component(at, axis).abs()));
         for Span { start_s, end_s, count, largest } in spans(moments, 10.0) {
             let within = rates.iter().filter(|at| {
                 let time_s = at.time.seconds();
                 (start_s..=end_s).contains(&time_s)
             });
-            let level = if axis < 3 {
-                format!("{:.0} °/s", largest.to_degrees())
+            // A marked sample is a mean of readings of which one may have been at the end.
+            let level = if is_marked {
+                "full scale by the unit's own marks".to_owned()
+            } else if axis < 3 {
+                format!("its full scale of {:.0} °/s", largest.to_degrees())
             } else {
-                format!("{largest:.1} m/s² ({:.2} g)", largest / 9.806_65)
+                format!("its full scale of {largest:.1} m/s² ({:.2} g)", largest / 9.806_65)
             };
             findings.push(Finding {
                 start_s,
@@ -244,7 +251,7 @@ fn clipped(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
                 severity: Severity::Warning,
                 count,
                 words: format!(
-                    "{} clipped at its full scale of {level} {}: {count} samples, {:.1} % of that \
+                    "{} clipped at {level} {}: {count} samples, {:.1} % of that \
                      time, so what lay beyond is not known",
                     name,
                     when(start_s, end_s),
@@ -313,6 +320,10 @@ fn vibration(rates: &[Rates], findings: &mut Vec<Finding>) {
             1.0 / interval_s,
         ),
     });
+}
+
+fn marked(at: &Rates, axis: usize) -> bool {
+    if axis < 3 { at.clipped.gyro[axis] } else { at.clipped.accel[axis - 3] }
 }
 
 fn component(at: &Rates, axis: usize) -> f64 {
