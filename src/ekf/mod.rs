@@ -15,6 +15,7 @@ mod gate;
 mod heading_search;
 mod history;
 mod innovation;
+mod joint;
 mod measurement;
 mod prediction;
 mod process;
@@ -32,6 +33,7 @@ pub use estimator_config::{Aiding, EstimatorConfig};
 pub use filter::Ekf;
 pub use heading_search::{HeadingMethod, HeadingSearch, NoHeadingSearch};
 pub use innovation::{Channel, Innovation, Verdict};
+pub use joint::JointCovariance;
 pub use measurement::{Aid, Report, Unusable};
 pub use prediction::{ImuFault, Prediction, ResetCause};
 #[cfg(feature = "alloc")]

@@ -263,9 +263,7 @@ impl Triad {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::*;
-    use std::vec::Vec;
 
     fn rates(x: f64, turn: f64) -> MeanRates {
         MeanRates {
