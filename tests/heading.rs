@@ -17,8 +17,12 @@ fn flight(seed: u64) -> Recording {
 struct Outcome {
     /// When the heading was replaced, s.
     resets_s: Vec<f64>,
+    /// When it was put in doubt, s.
+    doubts_s: Vec<f64>,
     /// Error of yaw at every sample, s and rad.
     yaw_errors: Vec<(f64, f64)>,
+    /// How often it was beyond three one-sigmas.
+    beyond: usize,
 }
 
 impl Outcome {
@@ -36,7 +40,8 @@ fn estimated(recording: &Recording, off_rad: f64, until_s: f64) -> Outcome {
     config.ekf.imu.gyro_bias_sigma_radps = dmu.gyro.turn_on_bias_sigma_degps.to_radians();
     config.ekf.imu.accel_bias_sigma_mps2 = dmu.accelerometer.turn_on_bias_sigma_mps2;
     let mut estimator = Box::new(Estimator::<hovernav::ekf::layout::Full, 28>::new(config));
-    let mut outcome = Outcome { resets_s: Vec::new(), yaw_errors: Vec::new() };
+    let mut outcome =
+        Outcome { resets_s: Vec::new(), doubts_s: Vec::new(), yaw_errors: Vec::new(), beyond: 0 };
     let mut fixes = recording.fixes.iter().peekable();
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
         let off_rad = if sample.time.seconds() < until_s { off_rad } else { 0.0 };
@@ -50,11 +55,11 @@ fn estimated(recording: &Recording, off_rad: f64, until_s: f64) -> Outcome {
             }),
             ..*sample
         };
-        let resets_s = &mut outcome.resets_s;
-        let mut notify = |notice| {
-            if let Notice::HeadingReset { time, .. } = notice {
-                resets_s.push(time.seconds());
-            }
+        let Outcome { resets_s, doubts_s, .. } = &mut outcome;
+        let mut notify = |notice| match notice {
+            Notice::HeadingReset { time, .. } => resets_s.push(time.seconds()),
+            Notice::HeadingDoubted { time, .. } => doubts_s.push(time.seconds()),
+            _ => {}
         };
         while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
             estimator.push(&Event::Gps(*fix), &mut notify);
@@ -64,6 +69,7 @@ fn estimated(recording: &Recording, off_rad: f64, until_s: f64) -> Outcome {
             let yaw_rad = solution.body_to_ned.euler().yaw_rad;
             let error = wrap_angle(yaw_rad - truth.body_to_ned.euler().yaw_rad);
             outcome.yaw_errors.push((sample.time.seconds(), error));
+            outcome.beyond += usize::from(error.abs() > 3.0 * solution.attitude_sigma_rad[2]);
         }
     }
     outcome
@@ -74,6 +80,7 @@ fn a_right_heading_is_never_replaced() {
     for seed in 1..=6 {
         let outcome = estimated(&flight(seed), 0.0, 0.0);
         assert!(outcome.resets_s.is_empty(), "seed {seed}: {:?}", outcome.resets_s);
+        assert!(outcome.doubts_s.is_empty(), "seed {seed}: {:?}", outcome.doubts_s);
     }
 }
 
@@ -98,4 +105,16 @@ fn what_gave_a_wrong_heading_is_used_again_once_it_agrees() {
     assert_eq!(outcome.resets_s.len(), 1);
     let worst_deg = outcome.worst_yaw_deg(180.0);
     assert!(worst_deg < 6.0, "{worst_deg}° off");
+}
+
+#[test]
+fn a_heading_that_is_a_little_off_is_doubted_and_mended_by_the_fixes() {
+    for (seed, off_deg) in [(1, 20.0), (2, -20.0), (3, 15.0)] {
+        let outcome = estimated(&flight(seed), f64::to_radians(off_deg), f64::INFINITY);
+        let doubted_s = *outcome.doubts_s.first().unwrap_or(&f64::INFINITY);
+        let worst_deg = outcome.worst_yaw_deg(doubted_s + 60.0);
+        println!("{off_deg}°: doubted at {doubted_s} s, then at most {worst_deg:.1}° off");
+        assert!(doubted_s < 150.0, "{off_deg}°: {doubted_s} s");
+        assert!(worst_deg < 0.7 * off_deg.abs(), "{off_deg}°: {worst_deg}° off");
+    }
 }

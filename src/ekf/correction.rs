@@ -74,6 +74,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// Opens the heading by `off_rad`, and the slow error of what gives it as far: which of the two is wrong
+    /// the fixes will tell.
+    pub(super) fn doubt_heading(&mut self, off_rad: f64) {
+        self.covariance.add_variance(ATTITUDE + 2, square(off_rad));
+        self.heading_doubt_rad = self.heading_doubt_rad.max(libm::fabs(off_rad));
+        if let Some(first) = L::ATTITUDE_REFERENCE {
+            self.covariance.add_variance(first + 2, square(off_rad));
+        }
+    }
+
+    /// One-sigma of the slow error of what gives the heading, `usual_rad` where nothing is known against it,
+    /// `elapsed_s` after the last time that it was asked for.
+    pub(super) fn heading_wander_rad(&mut self, usual_rad: f64, elapsed_s: f64) -> f64 {
+        self.heading_doubt_rad *= libm::exp(-elapsed_s.clamp(0.0, DOUBT_S) / DOUBT_S);
+        libm::hypot(usual_rad, self.heading_doubt_rad)
+    }
+
     /// Whether what gives the heading is trusted, at an innovation of `off_rad`: after a turn against it
     /// only once it has agreed for a while.
     pub(super) fn trusts_heading(&mut self, time: Time, off_rad: f64) -> bool {
@@ -93,6 +110,8 @@ const TURNED_VELOCITY_MPS: f64 = 2.0;
 /// A heading that was turned against is used again within this, rad, for so long, s.
 const DISAGREED_RAD: f64 = 0.3;
 const AGREED_S: f64 = 20.0;
+/// What spoke against a heading reference is forgotten with this time constant, s.
+const DOUBT_S: f64 = 200.0;
 
 /// One-sigmas of velocity, m/s, and position, m, after a reset.
 const RESET_VELOCITY_MPS: f64 = 50.0;

@@ -2,8 +2,8 @@
 
 use super::estimator_config::EstimatorConfig;
 use super::filter::Ekf;
-use super::heading_search::{FoundHeading, HeadingMethod, HeadingSearch};
-use super::layout::{Full, Layout};
+use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
+use super::layout::{ATTITUDE, Full, Layout};
 use super::measurement::{Aid, Report, Unusable};
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
@@ -40,6 +40,16 @@ pub enum Notice {
         /// By how much it was turned, clockwise, rad.
         turn_rad: f64,
         /// One-sigma of the heading from now on, rad.
+        sigma_rad: f64,
+    },
+    /// The heading is further off than its one-sigma allows, by what the fixes say: it is less sure now, and
+    /// so is what gives it.
+    HeadingDoubted {
+        /// When.
+        time: Time,
+        /// By how much it would have to turn, clockwise, rad.
+        off_rad: f64,
+        /// One-sigma of that, rad.
         sigma_rad: f64,
     },
     /// Alignment has everything but a heading, and waits for one: nothing gives it, and this
@@ -411,20 +421,35 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             self.search.watch(self.filter.state.body_to_ned);
             notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });
         } else if self.phase == Phase::Navigating {
-            self.watch_heading(fix, notify);
+            self.watch_heading(fix, trace, notify);
         }
     }
 
     #[inline(never)]
-    fn watch_heading(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {
-        let body_to_ned = self.filter.state.body_to_ned;
-        if let Some(better) = self.search.better(fix, &self.config.ekf.gps, body_to_ned) {
-            let sigma_rad = better.sigma_rad.max(FOUND_SIGMA_RAD);
-            self.filter.turn_heading(fix.time, better.turn_rad, sigma_rad);
-            self.search.watch(self.filter.state.body_to_ned);
-            let turn_rad = better.turn_rad;
-            notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
+    fn watch_heading(
+        &mut self,
+        fix: &Fix,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut impl FnMut(Notice),
+    ) {
+        let filter = &mut self.filter;
+        let own_sigma_rad = libm::sqrt(filter.covariance.variance(ATTITUDE + 2).max(0.0));
+        let gps = &self.config.ekf.gps;
+        let Some(better) = self.search.better(fix, gps, filter.state.body_to_ned, own_sigma_rad)
+        else {
+            return;
+        };
+        let BetterHeading { turn_rad, sigma_rad, replaces } = better;
+        if !replaces {
+            filter.doubt_heading(turn_rad);
+            notify(Notice::HeadingDoubted { time: fix.time, off_rad: turn_rad, sigma_rad });
+            return;
         }
+        let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
+        filter.turn_heading(fix.time, turn_rad, sigma_rad);
+        self.search.watch(filter.state.body_to_ned);
+        trace.turned(Vector::new(0.0, 0.0, turn_rad));
+        notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
     }
 
     #[inline(never)]

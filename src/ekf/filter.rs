@@ -65,6 +65,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) attitude_used: Option<Time>,
     /// The slow error of what last gave the heading: one-sigma, rad, and correlation time, s.
     pub(super) heading_wander: (f64, f64),
+    /// How far off what gives the heading may be beyond its own slow error, rad, by what the fixes said.
+    pub(super) heading_doubt_rad: f64,
     /// When what gives the heading last disagreed with a heading that was turned against it.
     pub(super) heading_distrusted: Option<Time>,
     pub(super) baro_offset_m: Option<f64>,
@@ -104,6 +106,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gates: Gates::NONE,
             attitude_used: None,
             heading_wander: (config.attitude.heading_wander_rad, config.attitude.wander_time_s),
+            heading_doubt_rad: 0.0,
             heading_distrusted: None,
             baro_offset_m: None,
             gps_wander: None,
@@ -125,6 +128,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.history.clear();
         self.gates = Gates::NONE;
         self.attitude_used = None;
+        self.heading_doubt_rad = 0.0;
         self.heading_distrusted = None;
         self.baro_offset_m = None;
         self.gps_wander = None;

@@ -10,7 +10,7 @@ use crate::frames::{Ned, Vector};
 use crate::time::Time;
 
 /// Corrections not yet fed in that are larger than this are no corrections but another solution, m/s
-/// and m: they are taken at once.
+/// and m: they are taken at once. A heading that was replaced is fed in, however far it turned.
 const ANOTHER_MPS: f64 = 10.0;
 const ANOTHER_M: f64 = 100.0;
 
@@ -88,7 +88,7 @@ impl SteplessSolution {
         // Written so that a NaN is dropped too.
         let small = self.velocity_mps.norm() <= ANOTHER_MPS
             && self.position_m.norm() <= ANOTHER_M
-            && self.attitude_rad.norm() <= 1.0;
+            && self.attitude_rad.norm() <= core::f64::consts::PI;
         if !small {
             *self = Self { before: self.before, ..Self::new(self.time_constant_s) };
         }
@@ -103,6 +103,9 @@ impl SteplessSolution {
             position: filtered.position.displaced(-self.position_m),
             velocity_sigma_mps: wider(filtered.velocity_sigma_mps, self.velocity_mps),
             position_sigma_m: wider(filtered.position_sigma_m, self.position_m),
+            attitude_sigma_rad: filtered
+                .attitude_sigma_rad
+                .map(|sigma| libm::hypot(sigma, self.attitude_rad.norm())),
             ..*filtered
         }
     }
@@ -117,6 +120,10 @@ impl<T: Scalar, const N: usize> Trace<T, N> for SteplessSolution {
         self.attitude_rad += block(ATTITUDE);
         self.velocity_mps += block(VELOCITY);
         self.position_m += block(POSITION);
+    }
+
+    fn turned(&mut self, turn_rad: Vector<Ned>) {
+        self.attitude_rad += turn_rad;
     }
 }
 
@@ -175,11 +182,8 @@ mod tests {
         assert!(calm.position_sigma_m.x() >= filtered.position_sigma_m.x());
     }
 
-    #[test]
-    fn another_solution_is_taken_at_once() {
-        let mut stepless =
-            SteplessSolution { velocity_mps: Vector::new(50.0, 0.0, 0.0), ..Default::default() };
-        let filtered = Solution {
+    fn at_rest() -> Solution {
+        Solution {
             time: Time::ZERO,
             position: Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap(),
             velocity_mps: Vector::ZERO,
@@ -192,7 +196,30 @@ mod tests {
             attitude_sigma_rad: [0.0; 3],
             gyro_bias_sigma_radps: Vector::ZERO,
             accel_bias_sigma_mps2: Vector::ZERO,
-        };
+        }
+    }
+
+    #[test]
+    fn a_heading_that_was_replaced_is_fed_in() {
+        let turn_rad = Vector::new(0.0, 0.0, 1.5);
+        let mut stepless = SteplessSolution::default();
+        let mut filtered = at_rest();
+        let before = stepless.solution(&filtered).body_to_ned.euler().yaw_rad;
+        filtered.body_to_ned = filtered.body_to_ned.turned_in_to(turn_rad);
+        Trace::<f64, 28>::turned(&mut stepless, turn_rad);
+        let at_once = stepless.solution(&filtered);
+        assert!((at_once.body_to_ned.euler().yaw_rad - before).abs() < 1e-9);
+        assert!((at_once.attitude_sigma_rad[2] - 1.5).abs() < 1e-9);
+        filtered.time = filtered.time + 10.0;
+        let later = stepless.solution(&filtered);
+        assert!((later.body_to_ned.euler().yaw_rad - before - 1.5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn another_solution_is_taken_at_once() {
+        let mut stepless =
+            SteplessSolution { velocity_mps: Vector::new(50.0, 0.0, 0.0), ..Default::default() };
+        let filtered = at_rest();
         assert_eq!(stepless.solution(&filtered).velocity_mps, Vector::ZERO);
     }
 }

@@ -1,6 +1,7 @@
 //! A filter watched at work: what the smoother records.
 
 use super::covariance::{Gain, Sensitivity, Transition};
+use crate::frames::{Ned, Vector};
 
 /// Watches a filter at work: what a smoother needs to go back over it.
 pub trait Trace<T, const N: usize> {
@@ -8,6 +9,10 @@ pub trait Trace<T, const N: usize> {
     fn propagated(&mut self, step: &Transition<T, N>);
     /// A scalar measurement was taken in.
     fn updated(&mut self, sensitivity: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64);
+    /// The attitude was turned by a rotation vector in NED, rad: a wrong heading was replaced.
+    fn turned(&mut self, turn_rad: Vector<Ned>) {
+        let _ = turn_rad;
+    }
 }
 
 /// Watches nothing.

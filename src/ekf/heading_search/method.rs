@@ -40,12 +40,13 @@ pub(in super::super) mod sealed {
         fn watch(&mut self, body_to_ned: Rotation<Body, Ned>);
         /// What the filter felt over a sample's interval, less bias.
         fn feel(&mut self, rate_radps: Vector<Body>, force_mps2: Vector<Body>, interval_s: f64);
-        /// A better heading than that of the filter, where the fixes bear out another one.
+        /// A better heading than that of the filter, of this one-sigma, where the fixes bear out another one.
         fn better(
             &mut self,
             fix: &Fix,
             gps: &GpsModel,
             body_to_ned: Rotation<Body, Ned>,
+            sigma_rad: f64,
         ) -> Option<BetterHeading>;
     }
 }
@@ -84,9 +85,10 @@ impl sealed::Method for HeadingSearch {
         fix: &Fix,
         gps: &GpsModel,
         body_to_ned: Rotation<Body, Ned>,
+        sigma_rad: f64,
     ) -> Option<BetterHeading> {
         self.monitor.fix(fix, gps);
-        self.monitor.judge(fix.time, body_to_ned)
+        self.monitor.judge(fix.time, body_to_ned, sigma_rad)
     }
 }
 
@@ -113,7 +115,13 @@ impl sealed::Method for NoHeadingSearch {
     }
     fn watch(&mut self, _: Rotation<Body, Ned>) {}
     fn feel(&mut self, _: Vector<Body>, _: Vector<Body>, _: f64) {}
-    fn better(&mut self, _: &Fix, _: &GpsModel, _: Rotation<Body, Ned>) -> Option<BetterHeading> {
+    fn better(
+        &mut self,
+        _: &Fix,
+        _: &GpsModel,
+        _: Rotation<Body, Ned>,
+        _: f64,
+    ) -> Option<BetterHeading> {
         None
     }
 }

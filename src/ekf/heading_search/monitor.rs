@@ -42,6 +42,9 @@ const AGREED_RAD: f64 = 0.14;
 /// A heading further off than this, rad (25°), and than so many one-sigmas, is wrong.
 const WRONG_RAD: f64 = 0.44;
 const WRONG_SIGMAS: f64 = 4.0;
+/// A heading further off than this, rad (5°), and than so many one-sigmas of both, is in doubt.
+const DOUBTED_RAD: f64 = 0.09;
+const DOUBTED_SIGMAS: f64 = 2.5;
 /// For at least this long, s, and so many fixes.
 const WRONG_S: f64 = 5.0;
 const WRONG_FIXES: u8 = 4;
@@ -69,13 +72,15 @@ pub(super) struct Monitor {
     wrong: Option<(Time, u8)>,
 }
 
-/// A heading that the fixes bear out, where that of the filter is wrong.
+/// A heading that the fixes bear out, where that of the filter is wrong or in doubt.
 #[derive(Clone, Copy, Debug)]
 pub struct BetterHeading {
     /// By how much the filter's heading has to turn, clockwise, rad.
     pub turn_rad: f64,
     /// One-sigma of the heading then, rad.
     pub sigma_rad: f64,
+    /// Whether it is so far off that it has to be replaced; else the filter has to be less sure of its own.
+    pub replaces: bool,
 }
 
 impl Guess {
@@ -259,21 +264,33 @@ impl Monitor {
         let (direction_rad, sigma_rad) = self.direction();
         let [x, y, _] = (body_to_ned * self.body_to_level.inverse()).matrix().to_cols_array_2d();
         let turn_rad = wrap_angle(direction_rad - libm::atan2(x[1] - y[0], x[0] + y[1]));
-        (sigma_rad < AGREED_RAD).then_some(BetterHeading { turn_rad, sigma_rad })
+        let replaces = libm::fabs(turn_rad) > WRONG_RAD.max(WRONG_SIGMAS * sigma_rad);
+        (sigma_rad < AGREED_RAD).then_some(BetterHeading { turn_rad, sigma_rad, replaces })
     }
 
-    /// The better heading, where that of an attitude is wrong and has been for a while.
-    pub fn judge(&mut self, time: Time, body_to_ned: Rotation<Body, Ned>) -> Option<BetterHeading> {
-        let is_wrong = |off: &BetterHeading| {
-            libm::fabs(off.turn_rad) > WRONG_RAD.max(WRONG_SIGMAS * off.sigma_rad)
+    /// The better heading, where that of an attitude, of one-sigma `own_sigma_rad`, is wrong or in doubt and
+    /// has been for a while.
+    pub fn judge(
+        &mut self,
+        time: Time,
+        body_to_ned: Rotation<Body, Ned>,
+        own_sigma_rad: f64,
+    ) -> Option<BetterHeading> {
+        let is_doubtful = |off: &BetterHeading| {
+            let sigma_rad = libm::hypot(off.sigma_rad, own_sigma_rad);
+            off.replaces || libm::fabs(off.turn_rad) > DOUBTED_RAD.max(DOUBTED_SIGMAS * sigma_rad)
         };
-        let Some(better) = self.off(body_to_ned).filter(is_wrong) else {
+        let Some(better) = self.off(body_to_ned).filter(is_doubtful) else {
             self.wrong = None;
             return None;
         };
         let (since, fixes) = self.wrong.unwrap_or((time, 0));
         let fixes = fixes.saturating_add(1);
         self.wrong = Some((since, fixes));
-        (time - since >= WRONG_S && fixes >= WRONG_FIXES).then_some(better)
+        let lasts = time - since >= WRONG_S && fixes >= WRONG_FIXES;
+        if lasts {
+            self.wrong = None;
+        }
+        lasts.then_some(better)
     }
 }

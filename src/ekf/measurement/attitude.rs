@@ -53,12 +53,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         let model = self.config.attitude;
-        if self.attitude_used.is_some_and(|used| time - used < model.interval_s) {
+        let elapsed_s = self.attitude_used.map_or(model.interval_s, |used| time - used);
+        if elapsed_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
         self.attitude_used = Some(time);
-        self.heading_wander = (model.heading_wander_rad, model.wander_time_s);
+        let wander_rad = self.heading_wander_rad(model.heading_wander_rad, elapsed_s);
+        self.heading_wander = (wander_rad, model.wander_time_s);
         let heading_off = reference.euler().yaw_rad - self.state.body_to_ned.euler().yaw_rad;
         let wander: Vector<Ned> = self.block(first).into();
         let heading_off = wrap_angle(heading_off - wander.z());

@@ -35,7 +35,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
         let model = self.config.magnetometer;
-        if self.attitude_used.is_some_and(|used| time - used < model.interval_s) {
+        let elapsed_s = self.attitude_used.map_or(model.interval_s, |used| time - used);
+        if elapsed_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
@@ -45,7 +46,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let dip = field.z() / horizontal;
         let tilt_variance =
             self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1));
-        let wander_rad = libm::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
+        let usual_rad = libm::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
+        let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
         let error = wrap_angle(declination_rad - libm::atan2(field.y(), field.x()));
         let innovation = wrap_angle(error - self.parameter(first));

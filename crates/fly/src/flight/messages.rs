@@ -29,6 +29,10 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
             "heading was wrong: turned by {:.0} deg",
             turn_rad.to_degrees()
         )),
+        Notice::HeadingDoubted { off_rad, .. } => ShortText::new(format_args!(
+            "heading in doubt, {:.0} deg off by the fixes: less sure now",
+            off_rad.to_degrees()
+        )),
         Notice::HeadingMissing { .. } => ShortText::new("alignment waits for a heading"),
         Notice::NotUsed { aid, reason, .. } if reason.is_fault() => {
             ShortText::new(format_args!("{aid} not used: {reason}"))

@@ -10,6 +10,8 @@ use crate::statistics::quantile;
 
 /// A field whose strength is off its median by this share is not the Earth's alone.
 const DISTURBED: f64 = 0.25;
+/// A doubt of less than this, rad (10°), is chance now and then.
+const DOUBTED_RAD: f64 = 0.175;
 /// A disturbance shorter than this, s, passes with the noise.
 const LASTING_S: f64 = 3.0;
 
@@ -53,6 +55,22 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                      {:.0}°; what gave it, attitude or magnetometer, is not used until it agrees",
                     time.seconds(),
                     turn_rad.to_degrees(),
+                    sigma_rad.to_degrees()
+                ),
+            }),
+            Notice::HeadingDoubted { time, off_rad, sigma_rad } => findings.push(Finding {
+                start_s: time.seconds(),
+                end_s: time.seconds(),
+                sensor: "filter",
+                kind: "heading in doubt",
+                severity: if off_rad.abs() > DOUBTED_RAD { Severity::Warning } else { Severity::Info },
+                count: 1,
+                words: format!(
+                    "the heading was {:.0}° off at {:.1} s by what the fixes say, sure to {:.0}°: an error \
+                     of the attitude or magnetometer that gave it, or of the mounting; it and its source \
+                     are less sure from then on",
+                    off_rad.to_degrees(),
+                    time.seconds(),
                     sigma_rad.to_degrees()
                 ),
             }),

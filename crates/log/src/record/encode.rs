@@ -138,6 +138,14 @@ impl<W: Write> MessageWriter<W> {
                 );
                 self.event(*time, Level::Warning, "heading_reset", &text)
             }
+            Notice::HeadingDoubted { time, off_rad, sigma_rad } => {
+                let text = format!(
+                    "heading in doubt: {:.0}° off by what the fixes say, sure to {:.0}°; less sure now",
+                    off_rad.to_degrees(),
+                    sigma_rad.to_degrees()
+                );
+                self.event(*time, Level::Warning, "heading_doubted", &text)
+            }
             Notice::Updated(report) => {
                 let message = InnovationsMessage::new(report.innovations());
                 let time = Time::from_nanoseconds(message.time_ns);
