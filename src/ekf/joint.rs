@@ -35,11 +35,12 @@ impl JointCovariance {
                 return None;
             }
             sum += left[column] * left[column] / pivot;
+            let below: [f64; ERRORS] = core::array::from_fn(|row| factor[row][column]);
             for row in column + 1..ERRORS {
-                let share = factor[row][column] / pivot;
+                let share = below[row] / pivot;
                 left[row] -= share * left[column];
-                for other in column + 1..=row {
-                    factor[row][other] -= share * factor[other][column];
+                for (value, other) in factor[row].iter_mut().zip(below).skip(column + 1) {
+                    *value -= share * other;
                 }
             }
         }
