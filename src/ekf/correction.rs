@@ -74,6 +74,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// Opens the biases, and the level that they have spoiled by now.
+    pub(super) fn doubt_biases(&mut self) {
+        let imu = &self.config.imu;
+        for axis in 0..3 {
+            self.covariance.add_variance(GYRO_BIAS + axis, square(imu.gyro_bias_sigma_radps));
+            let accel = STEPPED_ACCEL * imu.accel_bias_sigma_mps2;
+            self.covariance.add_variance(ACCEL_BIAS + axis, square(accel));
+        }
+        self.covariance.add_variance(ATTITUDE, square(STEPPED_TILT_RAD));
+        self.covariance.add_variance(ATTITUDE + 1, square(STEPPED_TILT_RAD));
+    }
+
     /// Opens the heading by `off_rad`, and the slow error of what gives it as far: which of the two is wrong
     /// the fixes will tell.
     pub(super) fn doubt_heading(&mut self, off_rad: f64) {
@@ -110,6 +122,9 @@ const TURNED_VELOCITY_MPS: f64 = 2.0;
 /// A heading that was turned against is used again within this, rad, for so long, s.
 const DISAGREED_RAD: f64 = 0.3;
 const AGREED_S: f64 = 20.0;
+/// An accelerometer bias that stepped, in units of what it is usually, and the tilt that came of it, rad.
+const STEPPED_ACCEL: f64 = 3.0;
+const STEPPED_TILT_RAD: f64 = 0.02;
 /// What spoke against a heading reference is forgotten with this time constant, s.
 const DOUBT_S: f64 = 200.0;
 

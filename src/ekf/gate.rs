@@ -131,6 +131,11 @@ impl Gates {
         self.doubted = Some(time);
     }
 
+    /// Whether the inertial samples had trouble of late.
+    pub fn doubts_filter(&self, time: Time) -> bool {
+        self.doubted.is_some_and(|doubted| time - doubted < DOUBT_S)
+    }
+
     /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
     pub fn set_astray(&mut self, astray: bool) {
         self.astray = astray;
@@ -198,7 +203,7 @@ impl Gates {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.agrees(Group::Baro, time);
-        let doubted = self.doubted.is_some_and(|doubted| time - doubted < DOUBT_S);
+        let doubted = self.doubts_filter(time);
         let velocity_agrees = match group {
             Group::HorizontalPosition => self.is_open(Group::HorizontalVelocity, time),
             Group::VerticalPosition => self.is_open(Group::VerticalVelocity, time),

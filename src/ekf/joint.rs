@@ -107,11 +107,11 @@ mod tests {
         let mut joint = JointCovariance([[0.0; ERRORS]; ERRORS]);
         let mut error = [0.0; ERRORS];
         let unit: [f64; ERRORS] = core::array::from_fn(|k| 1.0 - 0.3 * k as f64);
-        for i in 0..ERRORS {
-            for j in 0..ERRORS {
-                joint.0[i][j] = (0..ERRORS).map(|k| entry(i, k) * entry(j, k)).sum();
+        for (i, (row, error)) in joint.0.iter_mut().zip(&mut error).enumerate() {
+            for (j, value) in row.iter_mut().enumerate() {
+                *value = (0..ERRORS).map(|k| entry(i, k) * entry(j, k)).sum();
             }
-            error[i] = (0..ERRORS).map(|k| entry(i, k) * unit[k]).sum();
+            *error = (0..ERRORS).map(|k| entry(i, k) * unit[k]).sum();
         }
         let expected: f64 = unit.iter().map(|value| value * value).sum();
         let found = joint.normalised_squared(&error).unwrap();

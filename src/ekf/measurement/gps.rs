@@ -85,9 +85,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let (velocity, position) = axes.split_at_mut(3);
         self.velocity_axes(fix, &velocity_then, &noise, velocity);
         self.position_axes(fix, &position_then, &noise, position);
-        let report = self.update_sequentially(fix.time, &axes, trace);
+        let mut report = self.update_sequentially(fix.time, &axes, trace);
         self.learn_gps(&report);
-        self.excess.learn(fix.time, &report);
+        // What clipping or a gap has left is in the velocity, and no step of a bias.
+        if self.excess.learn(fix.time, &report) && !self.gates.doubts_filter(fix.time) {
+            self.doubt_biases();
+            report.biases_doubted = true;
+        }
         Ok(report)
     }
 

@@ -11,6 +11,7 @@ use super::super::square;
 pub struct Report {
     axes: [Option<Innovation>; 6],
     pub(super) covariance_reset: bool,
+    pub(super) biases_doubted: bool,
 }
 
 impl Report {
@@ -43,6 +44,13 @@ impl Report {
     #[must_use]
     pub const fn covariance_was_reset(&self) -> bool {
         self.covariance_reset
+    }
+
+    /// Whether the fixes of the last seconds lean to one side, so that the biases of the inertial unit may have
+    /// stepped and were opened.
+    #[must_use]
+    pub const fn biases_were_doubted(&self) -> bool {
+        self.biases_doubted
     }
 
     /// Minus twice the logarithm of the measurement's likelihood, but for a constant: the squared

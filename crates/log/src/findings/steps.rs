@@ -1,6 +1,7 @@
 //! Steps of a bias that the unit's own attitude witnesses, with the fixes' velocity for the
 //! accelerometers.
 
+use hovernav::ekf::Notice;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 
 use super::Judged;
@@ -10,6 +11,8 @@ use crate::statistics::quantile;
 
 /// Over how long a bias is averaged, s.
 const MEAN_S: f64 = 10.0;
+/// A filter that has opened its biases knows them after so long, s.
+const ABSORBED_S: f64 = 15.0;
 /// Means on either side of a step.
 const SIDE: usize = 3;
 /// A step is so many times what the means usually change by.
@@ -36,6 +39,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let forces = means(&rates, |part, first| force_excess(log, part, &attitude[first..]));
     step(&turns, "gyro", LEAST_GYRO, ("°/s", 180.0 / std::f64::consts::PI), findings);
     step(&forces, "accelerometer", LEAST_ACCEL, ("m/s²", 1.0), findings);
+    absorbed(log, findings);
 }
 
 /// `excess` of each part of [`MEAN_S`] that is whole.
@@ -101,6 +105,61 @@ fn force_excess(
         count += 1.0;
     }
     Some(excess.map(|sum| sum / count))
+}
+
+/// Steps that the filter took in, by what its biases became within [`ABSORBED_S`].
+fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let solutions = &log.run.solutions;
+    let at = |time_s: f64| {
+        let index = solutions.partition_point(|solution| solution.time.seconds() < time_s);
+        solutions.get(index)
+    };
+    let mut told_s = f64::NEG_INFINITY;
+    for notice in &log.run.notices {
+        let Notice::Updated(report) = notice else { continue };
+        let Some(axis) = report.innovations().next().filter(|_| report.biases_were_doubted())
+        else {
+            continue;
+        };
+        let time_s = axis.time.seconds();
+        let (Some(before), Some(after)) = (at(time_s - 0.5), at(time_s + ABSORBED_S)) else {
+            continue;
+        };
+        let known = findings.iter().any(|finding| {
+            finding.kind == "bias step" && (finding.start_s..=finding.end_s).contains(&time_s)
+        });
+        if known || time_s - told_s < ABSORBED_S {
+            continue;
+        }
+        let gyro = (after.gyro_bias_radps - before.gyro_bias_radps).to_array();
+        let accel = (after.accel_bias_mps2 - before.accel_bias_mps2).to_array();
+        let mut named = Vec::new();
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            if gyro[axis].abs() > LEAST_GYRO {
+                named.push(format!("gyro {name} {:+.2} °/s", gyro[axis].to_degrees()));
+            }
+            if accel[axis].abs() > LEAST_ACCEL {
+                named.push(format!("accelerometer {name} {:+.2} m/s²", accel[axis]));
+            }
+        }
+        if named.is_empty() {
+            continue;
+        }
+        told_s = time_s;
+        findings.push(Finding {
+            start_s: time_s,
+            end_s: time_s + ABSORBED_S,
+            sensor: "inertial unit",
+            kind: "bias step",
+            severity: Severity::Warning,
+            count: 1,
+            words: format!(
+                "inertial unit: bias stepped before {time_s:.0} s, as the fixes witness ({}): a fault of the \
+                 sensor, or a change of its temperature; the filter took it in",
+                named.join(", ")
+            ),
+        });
+    }
 }
 
 fn step(
