@@ -354,7 +354,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             notify(Notice::Updated(report));
         }
         let suspicion = self.filter.samples.suspicion;
-        if self.phase == Phase::Navigating && (suspicion.is_clipped() || suspicion.shaken) {
+        if self.phase == Phase::Navigating
+            && (suspicion.is_clipped() || suspicion.stuck || suspicion.shaken)
+        {
             if self.suspected.is_none_or(|last| time - last > SUSPECT_S) {
                 notify(Notice::SampleSuspect { time, suspicion });
             }

@@ -318,7 +318,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let transition = self.transition(increment, &advance, before.body_to_ned);
         self.propagate(&transition, trace);
         self.history.push(time, increment, &advance);
-        let whole = !self.samples.suspicion.is_clipped();
+        let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.stuck);
         self.samples.force_sum.add(advance.from_specific_force_mps, whole);
         true
     }

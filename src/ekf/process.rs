@@ -27,7 +27,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let suspicion = self.samples.integrity.push(&mean, &sample.clipped, interval_s, &scale);
         self.samples.suspicion = suspicion;
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
-        if suspicion.is_clipped() || suspicion.shaken {
+        if suspicion.is_clipped() || suspicion.stuck || suspicion.shaken {
             self.gates.doubt_filter(sample.time);
         }
     }

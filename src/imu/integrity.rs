@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use super::repetition::Repetition;
 use super::second_difference::SecondDifference;
 use super::{ClippedAxes, MeanRates, Motion};
 use crate::frames::{Body, Vector};
@@ -23,6 +24,8 @@ pub struct Suspicion {
     pub gyro_clipped: [bool; 3],
     /// Which accelerometers stand at their full scale.
     pub accel_clipped: [bool; 3],
+    /// Whether an axis repeats itself to the last digit, though the unit vibrates.
+    pub stuck: bool,
     /// Whether the unit takes blows, far beyond its vibration of the last seconds.
     pub shaken: bool,
     /// Variance that the sample's interval adds to the integral of rate beside the usual noise, rad².
@@ -36,6 +39,7 @@ impl Suspicion {
     pub const NONE: Self = Self {
         gyro_clipped: [false; 3],
         accel_clipped: [false; 3],
+        stuck: false,
         shaken: false,
         angle_variance: [0.0; 3],
         velocity_variance: [0.0; 3],
@@ -54,6 +58,8 @@ impl fmt::Display for Suspicion {
             "an accelerometer at full scale"
         } else if self.gyro_clipped.contains(&true) {
             "a gyro at full scale"
+        } else if self.stuck {
+            "an axis that repeats itself"
         } else if self.shaken {
             "shaken far beyond the usual"
         } else {
@@ -100,6 +106,10 @@ const LEAST_ACCEL_SHAKING: f64 = 0.3;
 const STUCK: u8 = 2;
 /// Vibration of less than this, (m/s²)², may leave readings as they were.
 const LEAST_VIBRATION: f64 = 0.0025;
+/// What an axis that is stuck may hide, one-sigma, rad/s and m/s²; it has one error for at most so long, s.
+const STUCK_GYRO_RADPS: f64 = 0.2;
+const STUCK_ACCEL_MPS2: f64 = 2.0;
+const LONGEST_STUCK_S: f64 = 5.0;
 /// What may lie beyond full scale, as a share of it, one-sigma.
 const BEYOND_SCALE: f64 = 0.15;
 /// A burst of clipping is forgotten after this long without, and has one error for at most so long, s.
@@ -115,6 +125,7 @@ struct Triad {
     repeats: [u32; 3],
     /// For how long each has been clipped of late, s.
     clipped_s: [f64; 3],
+    repetition: Repetition,
     seen_s: f64,
 }
 
@@ -126,6 +137,7 @@ impl Triad {
         largest: [0.0; 3],
         repeats: [0; 3],
         clipped_s: [0.0; 3],
+        repetition: Repetition::NONE,
         seen_s: 0.0,
     };
 }
@@ -175,17 +187,18 @@ impl Integrity {
             (rates.angular_rate_radps, marks.gyro),
             interval_s,
             (scale.gyro_radps, LEAST_GYRO_SCALE, LEAST_GYRO_SHAKING, LEAST_GYRO_BLOW),
-            late_s,
+            (late_s, STUCK_GYRO_RADPS),
         );
         let accel = self.accel.push(
             (rates.specific_force_mps2, marks.accel),
             interval_s,
             (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
-            late_s,
+            (late_s, STUCK_ACCEL_MPS2),
         );
         Suspicion {
             gyro_clipped: gyro.0,
             accel_clipped: accel.0,
+            stuck: gyro.3 || accel.3,
             shaken: gyro.1 || accel.1,
             angle_variance: gyro.2,
             velocity_variance: accel.2,
@@ -205,8 +218,8 @@ impl Triad {
         (sample, marks): (Vector<Body>, [bool; 3]),
         interval_s: f64,
         (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
-        late_s: f64,
-    ) -> ([bool; 3], bool, [f64; 3]) {
+        (late_s, stuck_sigma): (f64, f64),
+    ) -> ([bool; 3], bool, [f64; 3], bool) {
         let values = sample.to_array();
         let bend = self.difference.push(sample).unwrap_or_default();
         // A plain mean until the memory is filled.
@@ -257,7 +270,14 @@ impl Triad {
                 + 0.5 * usual.max(*now) * late_s * late_s
                 + if late_s > 0.0 { bend * bend * late_s * late_s / 36.0 } else { 0.0 };
         }
-        (clipped, shaken, variance)
+        let vibrates = self.usual.iter().any(|&usual| usual > 0.01 * least_shaking * least_shaking);
+        let stuck_s = self.repetition.push(sample.to_array(), interval_s);
+        let stuck_s = stuck_s.map(|s| if vibrates { s } else { 0.0 });
+        for (variance, stuck_s) in variance.iter_mut().zip(stuck_s).filter(|(_, s)| *s > 0.0) {
+            let together_s = 2.0 * stuck_s.min(LONGEST_STUCK_S) + interval_s;
+            *variance += stuck_sigma * stuck_sigma * interval_s * together_s;
+        }
+        (clipped, shaken, variance, stuck_s.iter().any(|&s| s > 0.0))
     }
 }
 

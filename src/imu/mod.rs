@@ -4,6 +4,7 @@ mod clipped;
 mod errors;
 mod integrity;
 mod motion;
+mod repetition;
 mod rest;
 mod second_difference;
 mod vibration;

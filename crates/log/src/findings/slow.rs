@@ -1,5 +1,7 @@
 //! What changes slowly: biases that step, and the time of the fixes.
 
+use hovernav::ekf::Notice;
+
 use super::{Judged, when};
 use crate::finding::{Finding, Severity};
 
@@ -21,6 +23,17 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 fn biases(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let solutions = &log.run.solutions;
     let Some(first) = solutions.first() else { return };
+    // Where the filter has opened its biases for a step, others judge what became of them.
+    let doubted: Vec<f64> = log
+        .run
+        .notices
+        .iter()
+        .filter_map(|notice| match notice {
+            Notice::Updated(report) if report.biases_were_doubted() => report.innovations().next(),
+            _ => None,
+        })
+        .map(|axis| axis.time.seconds())
+        .collect();
     // Ten moments a second are enough.
     let mut coarse = Vec::new();
     let mut next_s = first.time.seconds() + OVER_S;
@@ -56,6 +69,7 @@ fn biases(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 let ratio = change.abs() / sigma.max(1e-12);
                 if change.abs() > least
                     && ratio > STEP
+                    && !doubted.iter().any(|&doubted_s| (start_s..end_s).contains(&doubted_s))
                     && largest.is_none_or(|most| change.abs() > most.2.abs())
                 {
                     largest = Some((start_s, end_s, change, sigma));

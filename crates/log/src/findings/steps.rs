@@ -11,6 +11,8 @@ use crate::statistics::quantile;
 
 /// Over how long a bias is averaged, s.
 const MEAN_S: f64 = 10.0;
+/// A unit's own attitude lags in faster turns, rad/s.
+const TURNING_RADPS: f64 = 0.2;
 /// A filter that has opened its biases knows them after so long, s.
 const ABSORBED_S: f64 = 15.0;
 /// Means on either side of a step.
@@ -20,12 +22,16 @@ const UNUSUAL: f64 = 6.0;
 /// Smaller steps cost little: rad/s and m/s².
 const LEAST_GYRO: f64 = 0.002;
 const LEAST_ACCEL: f64 = 0.12;
+/// Of a gyro step that the filter took in.
+const LEAST_LASTING_GYRO: f64 = 0.0035;
 const GRAVITY_MPS2: f64 = 9.807;
 
 /// What the sensors read beyond what their witnesses say, averaged.
 struct Excess {
     start_s: f64,
     values: [f64; 3],
+    /// Mean rate of turn, rad/s.
+    turn_radps: f64,
 }
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -53,7 +59,9 @@ fn means(rates: &[Rates], excess: impl Fn(&[Rates], usize) -> Option<[f64; 3]>) 
         let is_whole = part.last().is_some_and(|last| last.time - start > 0.9 * MEAN_S)
             && part.windows(2).all(|pair| pair[1].time - pair[0].time < 0.3);
         if let Some(values) = is_whole.then(|| excess(part, first)).flatten() {
-            all.push(Excess { start_s: start.seconds(), values });
+            let turns = part.iter().map(|at| Vector::<Body>::from(at.turn_radps).norm());
+            let turn_radps = turns.sum::<f64>() / count as f64;
+            all.push(Excess { start_s: start.seconds(), values, turn_radps });
         }
         first += count.max(1);
     }
@@ -76,35 +84,39 @@ fn turn_excess(part: &[Rates], attitude: &[Option<Rotation<Body, Ned>>]) -> Opti
     Some(excess)
 }
 
-/// Mean of specific force, less what gravity and the fixes' velocity say, turned by the unit's own
-/// attitude into the body.
+/// Mean of specific force, less what gravity and the fixes' velocity say from fix to fix, turned by the
+/// unit's own attitude: a vehicle that circles accelerates to another side every second.
 fn force_excess(
     log: &Judged<'_>,
     part: &[Rates],
     attitude: &[Option<Rotation<Body, Ned>>],
 ) -> Option<[f64; 3]> {
+    let (start, end) = (part.first()?.time, part.last()?.time);
     let fixes = &log.dataset.fixes;
-    let velocity_at = |time_s: f64| {
-        let index = fixes.partition_point(|fix| fix.time.seconds() < time_s);
-        let fix = fixes.get(index).filter(|fix| fix.time.seconds() - time_s < 2.0)?;
-        Some((fix.time, fix.velocity_mps()?))
-    };
-    let (start, from_mps) = velocity_at(part.first()?.time.seconds())?;
-    let (end, to_mps) = velocity_at(part.last()?.time.seconds())?;
-    if end - start < 0.5 * MEAN_S {
-        return None;
-    }
-    let acceleration = (to_mps - from_mps) * (1.0 / (end - start));
-    let expected_ned = acceleration - Vector::new(0.0, 0.0, GRAVITY_MPS2);
-    let (mut excess, mut count) = ([0.0; 3], 0.0);
-    for (at, attitude) in part.iter().zip(attitude) {
-        let expected = (attitude.as_ref()?.inverse() * expected_ned).to_array();
-        for axis in 0..3 {
-            excess[axis] += at.force_mps2[axis] - expected[axis];
+    let first = fixes.partition_point(|fix| fix.time < start);
+    let (mut excess, mut covered_s, mut index) = (Vector::<Body>::ZERO, 0.0, 0);
+    for pair in fixes[first..].windows(2).take_while(|pair| pair[1].time <= end) {
+        let interval_s = pair[1].time - pair[0].time;
+        let change_mps = pair[1].velocity_mps()? - pair[0].velocity_mps()?;
+        let (mut felt_mps, mut felt_s, mut last) = (Vector::<Ned>::ZERO, 0.0, None);
+        while let Some(at) = part.get(index).filter(|at| at.time <= pair[1].time) {
+            if at.time > pair[0].time {
+                let body_to_ned = (*attitude.get(index)?)?;
+                felt_mps += body_to_ned * Vector::from(at.force_mps2) * at.interval_s;
+                felt_s += at.interval_s;
+                last = Some(body_to_ned);
+            }
+            index += 1;
         }
-        count += 1.0;
+        let Some(body_to_ned) = last else { continue };
+        if !(0.5..2.0).contains(&(felt_s / interval_s)) {
+            continue;
+        }
+        let expected_mps = change_mps - Vector::new(0.0, 0.0, GRAVITY_MPS2) * felt_s;
+        excess += body_to_ned.inverse() * (felt_mps - expected_mps);
+        covered_s += felt_s;
     }
-    Some(excess.map(|sum| sum / count))
+    (covered_s > 0.5 * MEAN_S).then(|| (excess * (1.0 / covered_s)).to_array())
 }
 
 /// Steps that the filter took in, by what its biases became within [`ABSORBED_S`].
@@ -122,7 +134,9 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             continue;
         };
         let time_s = axis.time.seconds();
-        let (Some(before), Some(after)) = (at(time_s - 0.5), at(time_s + ABSORBED_S)) else {
+        let (Some(before), Some(after), Some(later)) =
+            (at(time_s - 0.5), at(time_s + ABSORBED_S), at(time_s + 2.0 * ABSORBED_S))
+        else {
             continue;
         };
         let known = findings.iter().any(|finding| {
@@ -131,16 +145,28 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         if known || time_s - told_s < ABSORBED_S {
             continue;
         }
-        let gyro = (after.gyro_bias_radps - before.gyro_bias_radps).to_array();
-        let accel = (after.accel_bias_mps2 - before.accel_bias_mps2).to_array();
+        // What a turn brings about goes again; a step stays.
+        let lasting = |after: [f64; 3], later: [f64; 3], least: f64| {
+            std::array::from_fn(|axis| {
+                let (change, stays): (f64, f64) = (after[axis], later[axis]);
+                let lasts = change.abs() > least && stays.abs() > least && change * stays > 0.0;
+                lasts.then_some(stays)
+            })
+        };
+        let gyro: [Option<f64>; 3] = lasting(
+            (after.gyro_bias_radps - before.gyro_bias_radps).to_array(),
+            (later.gyro_bias_radps - before.gyro_bias_radps).to_array(),
+            LEAST_LASTING_GYRO,
+        );
+        let accel: [Option<f64>; 3] = lasting(
+            (after.accel_bias_mps2 - before.accel_bias_mps2).to_array(),
+            (later.accel_bias_mps2 - before.accel_bias_mps2).to_array(),
+            LEAST_ACCEL,
+        );
         let mut named = Vec::new();
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            if gyro[axis].abs() > LEAST_GYRO {
-                named.push(format!("gyro {name} {:+.2} °/s", gyro[axis].to_degrees()));
-            }
-            if accel[axis].abs() > LEAST_ACCEL {
-                named.push(format!("accelerometer {name} {:+.2} m/s²", accel[axis]));
-            }
+            named.extend(gyro[axis].map(|by| format!("gyro {name} {:+.2} °/s", by.to_degrees())));
+            named.extend(accel[axis].map(|by| format!("accelerometer {name} {by:+.2} m/s²")));
         }
         if named.is_empty() {
             continue;
@@ -175,6 +201,7 @@ fn step(
     for axis in 0..3 {
         let changes: Vec<(f64, f64)> = means
             .windows(2 * SIDE)
+            .filter(|near| near.iter().all(|mean| mean.turn_radps < TURNING_RADPS))
             .map(|near| {
                 let (before, after) = near.split_at(SIDE);
                 (after[0].start_s, side(after, axis) - side(before, axis))

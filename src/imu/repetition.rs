@@ -1,0 +1,76 @@
+//! Single axes that repeat themselves.
+
+/// Watches the readings of a triad for an axis whose register is not written any more.
+///
+/// A unit of coarse steps repeats readings by chance; how often it does is learned, and a run that such
+/// chance does not explain is a fault.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Repetition {
+    last: [f64; 3],
+    /// For how long each axis has repeated itself, s, and how often.
+    run_s: [f64; 3],
+    count: [f32; 3],
+    /// Share of readings that repeat the one before.
+    share: [f32; 3],
+}
+
+/// Memory of that share, s.
+const MEMORY_S: f64 = 20.0;
+/// No unit is trusted to repeat itself less often than this.
+const LEAST_SHARE: f32 = 0.02;
+/// Chance makes no run of less than this probability: its natural logarithm.
+const IMPROBABLE: f32 = -20.0;
+
+impl Repetition {
+    /// Nothing seen yet.
+    pub const NONE: Self =
+        Self { last: [f64::NAN; 3], run_s: [0.0; 3], count: [0.0; 3], share: [LEAST_SHARE; 3] };
+
+    /// Takes in readings `interval_s` after those before. Gives for how long each axis has been stuck, s;
+    /// zero of one that is not.
+    pub fn push(&mut self, values: [f64; 3], interval_s: f64) -> [f64; 3] {
+        let mut stuck_s = [0.0; 3];
+        let axes = self.last.iter_mut().zip(&mut self.run_s).zip(&mut self.count);
+        let axes = axes.zip(&mut self.share).zip(values.into_iter().zip(&mut stuck_s));
+        for ((((last, run_s), count), share), (value, stuck_s)) in axes {
+            let repeats = value == *last;
+            *last = value;
+            if repeats {
+                *count += 1.0;
+                *run_s += interval_s;
+            } else {
+                (*count, *run_s) = (0.0, 0.0);
+            }
+            if *count * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
+                *stuck_s = *run_s;
+            } else {
+                let newest = (interval_s / MEMORY_S).min(1.0) as f32;
+                *share += newest * (f32::from(u8::from(repeats)) - *share);
+            }
+        }
+        stuck_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_that_stands_still_is_stuck_and_one_of_coarse_steps_is_not() {
+        let mut repetition = Repetition::NONE;
+        let mut state = 1u64;
+        let (mut stuck, mut coarse) = (0, 0);
+        for k in 0..4000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let noise = (state >> 40) as f64 / (1u64 << 24) as f64;
+            let fine = if k >= 3900 { 0.5 } else { noise };
+            let found = repetition.push([fine, (1.4 * noise).floor(), 2.0 + noise], 0.01);
+            stuck += usize::from(found[0] > 0.0);
+            coarse += usize::from(found[1] > 0.0);
+            assert_eq!(found[2], 0.0);
+            assert!(found[0] == 0.0 || k > 3902, "{k}");
+        }
+        assert!(stuck > 90 && coarse == 0, "{stuck} {coarse}");
+    }
+}
