@@ -7,9 +7,11 @@ use super::Judged;
 use crate::finding::{Finding, Severity};
 
 /// An arm that is off by less than this, m, costs less than it takes to tell of.
-const LEAST_M: f64 = 0.4;
+const LEAST_M: f64 = 0.3;
 /// And it has to be so many one-sigmas.
-const SURE: f64 = 6.0;
+const SURE: f64 = 3.5;
+/// Fixes further apart than this, s, tell nothing of what changed between them.
+const LONGEST_S: f64 = 3.0;
 /// Innovations beyond so many one-sigmas are refused for other reasons.
 const OUTLIER: f64 = 4.0;
 
@@ -40,11 +42,13 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 
 /// The arm, body axes, that explains what is left of the fixes best, m, and its one-sigma.
 ///
-/// An antenna δ further out is off by C δ in place and by C (ω × δ) in velocity.
+/// An antenna δ further out is off by C δ in place and by C (ω × δ) in velocity. The filter follows the
+/// fixes, so that what is left of a place is what C δ has changed by since the fix before.
 fn missing_arm(log: &Judged<'_>) -> Option<(Vector<hovernav::frames::Body>, f64)> {
     let mut information = [[0.0; 3]; 3];
     let mut known = [0.0; 3];
     let (mut squares, mut count) = (0.0, 0.0);
+    let mut before: Option<(f64, [[f64; 3]; 3])> = None;
     for notice in &log.run.notices {
         let Notice::Updated(report) = notice else { continue };
         let Some(first) = report.innovations().next() else { continue };
@@ -53,6 +57,17 @@ fn missing_arm(log: &Judged<'_>) -> Option<(Vector<hovernav::frames::Body>, f64)
         let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector::from);
         let place = unit.map(|axis| (solution.body_to_ned * axis).to_array());
         let speed = unit.map(|axis| (solution.body_to_ned * rate.cross(axis)).to_array());
+        if !report.innovations().any(|axis| axis.channel == Channel::PositionNorth) {
+            continue;
+        }
+        let time_s = first.time.seconds();
+        let last = before.replace((time_s, place));
+        let Some((_, earlier)) = last.filter(|(then_s, _)| time_s - then_s < LONGEST_S) else {
+            continue;
+        };
+        let place: [[f64; 3]; 3] = std::array::from_fn(|column| {
+            std::array::from_fn(|row| place[column][row] - earlier[column][row])
+        });
         for axis in report.innovations() {
             let row = match axis.channel {
                 Channel::PositionNorth => place.map(|column| column[0]),
