@@ -77,12 +77,15 @@ fn cost(
         response[(model.state(output).unwrap(), model.input(stick).unwrap())]
     };
     let delay_s = found.identified.delay(stick).map_or(0.0, |delay| delay.value);
+    let lag_s = found.identified.lag(stick).map_or(0.0, |lag| lag.value);
     let servo_hz = if stick == "pedal" { 12.0 } else { 8.0 };
     let apart = (0..POINTS).map(|point| {
         let radps = 0.5 * 24f64.powf(f64::from(point) / f64::from(POINTS - 1));
         let turn = nalgebra::Complex::new(0.0, radps);
         let servo = (turn / (TAU * servo_hz) + 1.0).inv() * (-turn / 33.0).exp();
-        let ratio = at(vehicle, radps) * (-turn * delay_s).exp() / (at(truth, radps) * servo);
+        let ratio = at(vehicle, radps) * (-turn * delay_s).exp()
+            / (turn * lag_s + 1.0)
+            / (at(truth, radps) * servo);
         let (size_db, phase_deg) = (20.0 * ratio.norm().log10(), ratio.arg().to_degrees());
         size_db * size_db + 0.01745 * phase_deg * phase_deg
     });

@@ -136,3 +136,27 @@ fn held_gps_velocity_loses_what_the_estimators_keeps() {
     let of = |found: &Identification| percent(found.validation.as_ref().unwrap(), "w");
     assert!(of(&estimated) > of(&held) + 30.0, "{} against {}", of(&estimated), of(&held));
 }
+
+#[test]
+fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
+    let Some(folder) = folder() else { return };
+    let mut dataset = Dataset::open(&folder).unwrap();
+    let config = dataset.settings().unwrap();
+    let solutions = dataset.smooth(&config, |_| ()).solutions;
+    let parts = [(Kind::Yaw, "tau_ped"), (Kind::Heave, "tau_col")];
+    let delays = |dataset: &Dataset| {
+        parts.map(|(kind, name)| {
+            let found = identify(dataset, &solutions, kind, Velocity::Estimated).unwrap();
+            found.identified.estimates.get(name).unwrap().value
+        })
+    };
+    let before = delays(&dataset);
+    for (time, _) in &mut dataset.controls {
+        *time = time.offset_by(-0.08);
+    }
+    let after = delays(&dataset);
+    for ((_, name), (before, after)) in parts.iter().zip(before.into_iter().zip(after)) {
+        println!("{name}: {:.1} ms, then {:.1} ms", 1e3 * before, 1e3 * after);
+        assert!((after - before - 0.08).abs() < 0.005, "{name}: {before} s, then {after} s");
+    }
+}

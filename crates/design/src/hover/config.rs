@@ -141,21 +141,24 @@ impl HoverDesign {
     }
 
     /// The design for `model`: the thesis's own weights for its model, the default for any other. Where
-    /// the model tells how late its sticks act, what exceeds the loop's sample counts as the lag of
-    /// their servos, if that is more than the servos' own.
+    /// the model tells how late its sticks act, delay and lag together, what exceeds the loop's sample
+    /// counts as the lag of their servos, if that is more than the servos' own.
     #[must_use]
     pub fn for_model(model: &StateSpace) -> Self {
         if model.name() == "thesis-hover" {
             return Self::thesis();
         }
         let mut design = Self::default();
-        let late = |names: &[&str]| {
-            let parameters = model.parameters().iter();
-            let delays = parameters.filter(|known| names.contains(&known.name.as_str()));
-            delays.map(|delay| delay.value - design.period_s).fold(0.0, f64::max)
+        let of = |name: String| {
+            let found = model.parameters().iter().find(|known| known.name == name);
+            found.map_or(0.0, |parameter| parameter.value)
         };
-        let cyclic_s = late(&["tau_lat", "tau_lon", "tau_col"]).min(MOST_LAG_S);
-        let tail_s = late(&["tau_ped"]).min(MOST_LAG_S);
+        let late = |sticks: &[&str]| {
+            let delays = sticks.iter().map(|at| of(format!("tau_{at}")) + of(format!("lag_{at}")));
+            delays.fold(0.0, |most, delay_s| f64::max(most, delay_s - design.period_s))
+        };
+        let cyclic_s = late(&["lat", "lon", "col"]).min(MOST_LAG_S);
+        let tail_s = late(&["ped"]).min(MOST_LAG_S);
         design.servo_s = design.servo_s.max(cyclic_s);
         design.tail_servo_s = design.tail_servo_s.max(tail_s);
         design

@@ -11,6 +11,7 @@
 
 use super::kind::Kind;
 use super::velocity_error::{SlowError, VelocityError};
+use crate::methods::prediction_error::Estimates;
 use crate::methods::structure::{Parameter, Structure};
 use crate::record::STICKS;
 
@@ -48,10 +49,18 @@ const FLAPPING: &[Row] = &[
     ("tau_f", "s", 0.1, 0.01, 1.0),
     ("Ab", "", 0.0, -5.0, 5.0),
     ("Ba", "", 0.0, -5.0, 5.0),
-    ("Alon", "rad", -0.2, -5.0, 5.0),
+    ("Alon", "rad", 0.2, -5.0, 5.0),
     ("Blat", "rad", 0.2, -5.0, 5.0),
     ("Lb", "1/s²", 120.0, 5.0, 1000.0),
     ("Ma", "1/s²", 80.0, 5.0, 1000.0),
+];
+/// A stabiliser bar, whose tilt c, d turns the swashplate by Ac, Bd. Both 0: there is none.
+const BAR: &[Row] = &[
+    ("Ac", "", 0.0, -2.0, 2.0),
+    ("Bd", "", 0.0, -2.0, 2.0),
+    ("tau_s", "s", 0.25, 0.05, 1.0),
+    ("Clon", "rad", 0.0, -2.0, 2.0),
+    ("Dlat", "rad", 0.0, -2.0, 2.0),
 ];
 /// Mettler's values are the starts: Mettler, Tischler and Kanade (2002), table 2, feet made metres.
 const R50: &[Row] = &[
@@ -103,43 +112,68 @@ const CYCLIC_DELAY: &[Row] = &[
 const COLLECTIVE_DELAY: &[Row] = &[("tau_col", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 const PEDAL_DELAY: &[Row] = &[("tau_ped", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 
-const WIND: &[Row] = &[
-    ("Wu", "m/s", 0.0, -15.0, 15.0),
-    ("Wv", "m/s", 0.0, -15.0, 15.0),
-    ("Zu", "1/s", 0.0, -5.0, 5.0),
-    ("Zv", "1/s", 0.0, -5.0, 5.0),
-];
-
 /// Time constants of the gusts, first-order Gauss–Markov in each axis: the scale of turbulence at 10 m,
 /// 67 m along the ground and 10 m vertically after MIL-F-8785C, blown past at a few m/s.
 const GUST: &[Row] = &[("tau_gust", "s", 15.0, 0.5, 100.0)];
 const VERTICAL_GUST: &[Row] = &[("tau_gust_w", "s", 3.0, 0.3, 30.0)];
-/// One-sigma of the strongest gusts flown in, horizontal and vertical, m/s.
-const MOST_GUST_MPS: [f64; 2] = [2.5, 1.5];
+
+/// Time constants of the servos: first-order answers of corners from 5 to 13 Hz.
+const SERVO_LAG: (f64, f64) = (0.0, 0.1);
+const CYCLIC_LAG: &[Row] = &[
+    ("lag_lat", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1),
+    ("lag_lon", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1),
+];
+const COLLECTIVE_LAG: &[Row] = &[("lag_col", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1)];
+const PEDAL_LAG: &[Row] = &[("lag_ped", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1)];
+
+/// What is known of a helicopter of a few kilograms in hover before it flies, value and one sigma.
+///
+/// Zw of a hovering rotor is −2 a A_b ρ ΩR λ / ((16 λ + a s) m), −0.6 to −1 1/s on models of one to two
+/// metres of rotor, where a wind of some m/s adds as much as half; the others are small, of either sign.
+///
+/// # Source
+/// Padfield, *Helicopter Flight Dynamics*, section 4.3.3; Mettler, Tischler and Kanade (2002), table 2;
+/// Gavrilets, Mettler and Feron (2003), MIT LIDS P-2580.
+const EXPECTED: [(&str, f64, f64); 11] = [
+    ("Zw", -0.8, 0.25),
+    ("Xu", -0.08, 0.08),
+    ("Yv", -0.15, 0.1),
+    ("Lu", 0.0, 0.2),
+    ("Lv", 0.0, 0.2),
+    ("Mu", 0.0, 0.2),
+    ("Mv", 0.0, 0.2),
+    ("lag_lat", 0.005, 0.012),
+    ("lag_lon", 0.005, 0.012),
+    ("lag_col", 0.005, 0.012),
+    ("lag_ped", 0.005, 0.012),
+];
 /// Time constants of the error of the measured velocity; what they are is known from the estimator.
 const VELOCITY_ERROR: &[Row] = &[("tau_vh", "s", 5.0, 0.01, 1000.0)];
 const VERTICAL_VELOCITY_ERROR: &[Row] = &[("tau_vv", "s", 5.0, 0.01, 1000.0)];
 
-/// Aerodynamic forces feel the velocity through the air: over ground less gust. kw, as ku, kv, kphi and
+/// What gusts do to each axis is a slow acceleration of its own, dp to dw: a gust's answer can then be
+/// larger than what the derivative makes of a gust, and none grows as its derivative vanishes. kw, as ku, kv, kphi and
 /// ktheta below, is what the kinematics of a rigid body add to the linear equation, known from the
 /// flight.
 ///
-/// In a mean wind of Wu forward and Wv to the right a tilt is an inflow, and a gust along the disc adds
-/// lift.
+/// A gust along the disc adds lift, as slow as gusts along the ground are: dl.
 const HEAVE_EQUATIONS: &str = "
-    w' = Zw*w - Zw*wg - Zw*Wu*theta + Zw*Wv*phi + Zcol*collective + Zu*u + Zv*v + kw + n_w";
+    w' = Zw*w + Zcol*collective + kw + dw + dl";
 const VERTICAL_GUST_EQUATION: &str = "
-    wg' = -wg/tau_gust_w + n_wg";
+    dw' = -dw/tau_gust_w + n_dw
+    dl' = -dl/tau_gust + n_dl";
 const YAW_EQUATION: &str = "
-    r' = Nr*r + Nped*pedal + Ncol*collective + Nv*v + rg + n_r";
+    r' = Nr*r + Nped*pedal + Ncol*collective + Nv*v + dr + n_r";
 const YAW_GUST_EQUATION: &str = "
-    rg' = -rg/tau_gust + n_rg";
+    dr' = -dr/tau_gust + n_dr";
 const ATTITUDE_EQUATIONS: &str = "
     phi' = p + kphi
     theta' = q + ktheta";
 const GUST_EQUATIONS: &str = "
-    ug' = -ug/tau_gust + n_ug
-    vg' = -vg/tau_gust + n_vg";
+    dp' = -dp/tau_gust + n_dp
+    dq' = -dq/tau_gust + n_dq
+    du' = -du/tau_gust + n_du
+    dv' = -dv/tau_gust + n_dv";
 /// The error of a smoothed velocity is as slow as the blend of accelerometers and GPS is.
 const VELOCITY_EQUATIONS: &str = "
     eu' = -eu/tau_vh + n_eu
@@ -150,18 +184,20 @@ const VERTICAL_VELOCITY_EQUATIONS: &str = "
     ew' = -ew/tau_vv + n_ew
     w = w + ew";
 const REDUCED_EQUATIONS: &str = "
-    p' = Lp*p + Lq*q + Lu*u - Lu*ug + Lv*v - Lv*vg + Llat*lateral + Llon*longitudinal + n_p
-    q' = Mp*p + Mq*q + Mu*u - Mu*ug + Mv*v - Mv*vg + Mlat*lateral + Mlon*longitudinal + n_q
-    u' = Xu*u - Xu*ug - 9.81*theta + Xlat*lateral + Xlon*longitudinal + ku + n_u
-    v' = Yv*v - Yv*vg + 9.81*phi + Ylat*lateral + Ylon*longitudinal + kv + n_v";
+    p' = Lp*p + Lq*q + Lu*u + Lv*v + Llat*lateral + Llon*longitudinal + dp + n_p
+    q' = Mp*p + Mq*q + Mu*u + Mv*v + Mlat*lateral + Mlon*longitudinal + dq + n_q
+    u' = Xu*u - 9.81*theta + Xlat*lateral + Xlon*longitudinal + ku + du
+    v' = Yv*v + 9.81*phi + Ylat*lateral + Ylon*longitudinal + kv + dv";
 const HYBRID_EQUATIONS: &str = "
-    b' = -b/tau_f - p + Ba/tau_f*a + Blat/tau_f*lateral
-    a' = -a/tau_f - q + Ab/tau_f*b + Alon/tau_f*longitudinal
-    p' = Lu*u - Lu*ug + Lv*v - Lv*vg + Lb*b + n_p
-    q' = Mu*u - Mu*ug + Mv*v - Mv*vg + Ma*a + n_q
-    u' = Xu*u - Xu*ug - 9.81*theta - 9.81*a + ku + n_u
-    v' = Yv*v - Yv*vg + 9.81*phi + 9.81*b + kv + n_v";
-const CYCLIC_NOISE: &str = "n_p n_q n_u n_v n_ug n_vg n_eu n_ev";
+    b' = -b/tau_f - p + Ba/tau_f*a + Bd/tau_f*d + Blat/tau_f*lateral
+    a' = -a/tau_f - q + Ab/tau_f*b + Ac/tau_f*c + Alon/tau_f*longitudinal
+    c' = -q - c/tau_s + Clon/tau_s*longitudinal
+    d' = -p - d/tau_s + Dlat/tau_s*lateral
+    p' = Lu*u + Lv*v + Lb*b + dp + n_p
+    q' = Mu*u + Mv*v + Ma*a + dq + n_q
+    u' = Xu*u - 9.81*theta - 9.81*a + ku + du
+    v' = Yv*v + 9.81*phi + 9.81*b + kv + dv";
+const CYCLIC_NOISE: &str = "n_p n_q n_dp n_dq n_du n_dv n_eu n_ev";
 const R50_EQUATIONS: &str = "
     inputs  lateral longitudinal pedal collective
     outputs u v w p q r phi theta
@@ -189,34 +225,19 @@ impl Kind {
     }
 
     /// A start for the σ of each process noise of [`Kind::structure`]: gusts and what the equations
-    /// leave out, as an acceleration per sample of `period_s`; for that of the velocity's `error` its
-    /// own.
+    /// leave out, as an acceleration per sample of `period_s`; for that of the velocity's `error` half
+    /// of its own.
     #[must_use]
     pub fn process_sigma(self, error: &VelocityError, period_s: f64) -> Vec<f64> {
         let of = |noise: &String| match noise.as_str() {
             "n_p" | "n_q" | "n_r" => 0.3,
-            "n_ug" | "n_vg" | "n_wg" | "n_rg" => 1.0,
-            "n_eu" | "n_ev" => error.horizontal.drive(period_s),
-            "n_ew" => error.vertical.drive(period_s),
+            "n_dp" | "n_dq" | "n_du" | "n_dv" | "n_dl" | "n_dr" => 0.5,
+            "n_dw" => 1.0,
+            "n_eu" | "n_ev" => DRIVEN * error.horizontal.drive(period_s),
+            "n_ew" => DRIVEN * error.vertical.drive(period_s),
             _ => 0.2,
         };
         self.structure().noises.iter().map(of).collect()
-    }
-
-    /// The largest gusts that a helicopter hovers in, as σ of the noise that drives them, per sample of
-    /// `period_s`.
-    #[must_use]
-    pub fn most_noise(self, period_s: f64) -> Vec<(String, f64)> {
-        let drive = |sigma, time_s| SlowError { sigma, time_s }.drive(period_s);
-        let [(_, _, along_s, ..)] = GUST else { unreachable!("one time constant") };
-        let [(_, _, down_s, ..)] = VERTICAL_GUST else { unreachable!("one time constant") };
-        [
-            ("n_ug", MOST_GUST_MPS[0], along_s),
-            ("n_vg", MOST_GUST_MPS[0], along_s),
-            ("n_wg", MOST_GUST_MPS[1], down_s),
-        ]
-        .map(|(noise, sigma, time_s)| (noise.to_owned(), drive(sigma, *time_s)))
-        .to_vec()
     }
 
     /// Outputs whose noise is not to be estimated, with the σ to hold, rad and m/s.
@@ -224,11 +245,11 @@ impl Kind {
     /// An estimator's attitude is the integral of its gyros, noise included: taken at its own
     /// precision it would say that the rates have no noise. A σ far above it lets the attitude
     /// say what it alone knows, where level is, and leaves the dynamics to the rates.
-    /// Velocity that has a slow `error` has no other to speak of: its white part is set to half of what
-    /// the slow one moves in a sample of `period_s`.
+    /// Velocity that has a slow `error` has no other to speak of: its white part is set to a little of
+    /// what the slow one moves in a sample of `period_s`.
     #[must_use]
     pub fn held_sigma(self, error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
-        let white = |error: &SlowError| 0.5 * error.drive(period_s) * period_s;
+        let white = |error: &SlowError| WHITE * error.drive(period_s) * period_s;
         let (horizontal, vertical) = (white(&error.horizontal), white(&error.vertical));
         let held = match self {
             Self::Yaw | Self::R50 => vec![],
@@ -250,6 +271,26 @@ impl Kind {
 }
 
 /// Parameters that are not searched for.
+/// Where the search starts for the noise that drives the error of a smoothed velocity, in what would make
+/// the error its whole size: a smoother takes vibration for noise, and vibration is notched out here.
+/// Held too large, the likelihood takes the helicopter's motion for the error of its measurement.
+const DRIVEN: f64 = 0.5;
+/// White part of that error, in what the drive moves in a sample.
+const WHITE: f64 = 0.03;
+
+/// Starts and what is expected of a rotor that a stabiliser bar turns: value and one sigma.
+///
+/// # Source
+/// Mettler, Tischler and Kanade (2002), table 2; Gavrilets, Mettler and Feron (2003).
+const WITH_BAR: [(&str, f64, f64); 6] = [
+    ("tau_f", 0.05, 0.02),
+    ("Ac", 0.5, 0.25),
+    ("Bd", 0.5, 0.25),
+    ("tau_s", 0.3, 0.1),
+    ("Clon", 0.0, 0.4),
+    ("Dlat", 0.0, 0.4),
+];
+
 const HELD: [&str; 4] = ["tau_gust", "tau_gust_w", "tau_vh", "tau_vv"];
 
 /// Parameters that are never left out: what each stick does, how late, and what damps its axis.
@@ -272,6 +313,28 @@ impl Structure {
         self
     }
 
+    /// The same with a stabiliser bar: bar and stick share what the stick was `found` to do without.
+    pub(super) fn with_bar(self, found: &Estimates) -> Self {
+        let mut with = self;
+        let of_stick = |name: &str| found.get(name).map_or(0.0, |estimate| estimate.value);
+        let shared =
+            [("Alon", "Clon"), ("Blat", "Dlat")].map(|(stick, bar)| (stick, bar, of_stick(stick)));
+        for (stick, _, value) in shared {
+            with = with.with(stick, 0.5 * value, false);
+        }
+        for parameter in &mut with.parameters {
+            if let Some(&(name, value, sigma)) =
+                WITH_BAR.iter().find(|(name, ..)| *name == parameter.name)
+            {
+                let own = shared.iter().find(|(_, bar, _)| *bar == name);
+                let start = own.map_or(value, |(.., of_stick)| *of_stick);
+                let known = parameter.clone().expected(value, sigma);
+                *parameter = Parameter { start, fixed: false, ..known };
+            }
+        }
+        with
+    }
+
     /// The inputs that a pilot moves.
     pub(super) fn inputs_of_pilot(&self) -> impl Iterator<Item = &str> {
         self.inputs.iter().map(String::as_str).filter(|input| STICKS.contains(input))
@@ -286,44 +349,55 @@ fn structure(kind: Kind) -> Structure {
             "inputs lateral longitudinal ku kv kphi ktheta\noutputs p q phi theta u v\n\
              noise {CYCLIC_NOISE}\noffsets p q u v\n\
              delay lateral tau_lat\ndelay longitudinal tau_lon\n\
+             lag lateral lag_lat\nlag longitudinal lag_lon\n\
              {text}{ATTITUDE_EQUATIONS}{GUST_EQUATIONS}{VELOCITY_EQUATIONS}"
         );
-        ([rows, &slow, &[CYCLIC_DELAY], &air].concat(), text)
+        ([rows, &slow, &[CYCLIC_DELAY, CYCLIC_LAG], &air].concat(), text)
     };
     let whole = |rows: &[&'static [Row]], text: &str| -> (Vec<&[Row]>, String) {
         let text = format!(
             "inputs lateral longitudinal collective pedal ku kv kw kphi ktheta\n\
              outputs p q phi theta u v w r\n\
-             noise {CYCLIC_NOISE} n_w n_wg n_ew n_r n_rg\noffsets p q u v w r\n\
+             noise {CYCLIC_NOISE} n_dw n_dl n_ew n_r n_dr\noffsets p q u v w r\n\
              delay lateral tau_lat\ndelay longitudinal tau_lon\n\
              delay collective tau_col\ndelay pedal tau_ped\n\
+             lag lateral lag_lat\nlag longitudinal lag_lon\n\
+             lag collective lag_col\nlag pedal lag_ped\n\
              {text}{ATTITUDE_EQUATIONS}{HEAVE_EQUATIONS}{YAW_EQUATION}{GUST_EQUATIONS}\
              {VERTICAL_GUST_EQUATION}{YAW_GUST_EQUATION}\
              {VELOCITY_EQUATIONS}{VERTICAL_VELOCITY_EQUATIONS}"
         );
-        let rest = [HEAVE, WIND, YAW, YAW_COUPLING, CYCLIC_DELAY, COLLECTIVE_DELAY, PEDAL_DELAY];
+        let rest = [HEAVE, YAW, YAW_COUPLING, CYCLIC_DELAY, COLLECTIVE_DELAY, PEDAL_DELAY];
+        let lags = [CYCLIC_LAG, COLLECTIVE_LAG, PEDAL_LAG];
         let vertical = [VERTICAL_GUST, VERTICAL_VELOCITY_ERROR];
-        ([rows, &slow, &rest, &air, &vertical].concat(), text)
+        ([rows, &slow, &rest, &lags, &air, &vertical].concat(), text)
     };
     let (rows, text): (Vec<&[Row]>, String) = match kind {
         Kind::Yaw => (
-            vec![YAW, YAW_COUPLING, PEDAL_DELAY, GUST],
+            vec![YAW, YAW_COUPLING, PEDAL_DELAY, PEDAL_LAG, GUST],
             format!(
-                "inputs collective pedal v\noutputs r\nnoise n_r n_rg\noffsets r\n\
-                 delay pedal tau_ped\n{YAW_EQUATION}{YAW_GUST_EQUATION}"
+                "inputs collective pedal v\noutputs r\nnoise n_r n_dr\noffsets r\n\
+                 delay pedal tau_ped\nlag pedal lag_ped\n{YAW_EQUATION}{YAW_GUST_EQUATION}"
             ),
         ),
         Kind::Heave => (
-            vec![HEAVE, WIND, COLLECTIVE_DELAY, VERTICAL_GUST, VERTICAL_VELOCITY_ERROR],
+            vec![
+                HEAVE,
+                COLLECTIVE_DELAY,
+                COLLECTIVE_LAG,
+                GUST,
+                VERTICAL_GUST,
+                VERTICAL_VELOCITY_ERROR,
+            ],
             format!(
-                "inputs collective u v phi theta kw\noutputs w\nnoise n_w n_wg n_ew\noffsets w\n\
-                 delay collective tau_col\n\
+                "inputs collective kw\noutputs w\nnoise n_dw n_dl n_ew\noffsets w\n\
+                 delay collective tau_col\nlag collective lag_col\n\
                  {HEAVE_EQUATIONS}{VERTICAL_GUST_EQUATION}{VERTICAL_VELOCITY_EQUATIONS}"
             ),
         ),
         Kind::RollPitch => cyclic(&[REDUCED], REDUCED_EQUATIONS),
-        Kind::Flapping => cyclic(&[FLAPPING], HYBRID_EQUATIONS),
-        Kind::Hybrid => whole(&[FLAPPING], HYBRID_EQUATIONS),
+        Kind::Flapping => cyclic(&[FLAPPING, BAR], HYBRID_EQUATIONS),
+        Kind::Hybrid => whole(&[FLAPPING, BAR], HYBRID_EQUATIONS),
         Kind::Hover => whole(&[REDUCED], REDUCED_EQUATIONS),
         Kind::R50 => (vec![R50], R50_EQUATIONS.into()),
     };
@@ -332,8 +406,14 @@ fn structure(kind: Kind) -> Structure {
         .iter()
         .map(|&(name, unit, start, lower, upper)| {
             let parameter = Parameter::new(name, unit, start).within(lower, upper);
+            let is_bar = kind != Kind::R50 && BAR.iter().any(|row| row.0 == name);
+            let parameter = if is_bar { parameter.held() } else { parameter };
             // A flight of minutes cannot tell it from the noise it shapes.
             let parameter = if HELD.contains(&name) { parameter.held() } else { parameter };
+            let parameter = match EXPECTED.iter().find(|(known, ..)| *known == name) {
+                Some(&(_, value, sigma)) if kind != Kind::R50 => parameter.expected(value, sigma),
+                _ => parameter,
+            };
             if NEEDED.contains(&name) { parameter.needed() } else { parameter }
         })
         .collect();

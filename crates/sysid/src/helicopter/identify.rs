@@ -5,7 +5,7 @@ use thiserror::Error;
 use super::flight::{FlightRecord, Velocity};
 use super::kind::Kind;
 use super::stretches;
-use super::velocity_error::{VELOCITY_NOISES, VelocityError};
+use super::velocity_error::VelocityError;
 use crate::methods::prediction_error::{
     self, Dropping, Fit, Identified, PredictionErrorError, Settings,
 };
@@ -30,6 +30,11 @@ const LONGEST_PERIOD_S: f64 = 0.045;
 const LEAST_TONE_HZ: f64 = 5.0;
 /// Over which residuals may be correlated, s: about a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
+
+/// How much lower Akaike's criterion must be for each parameter of a stabiliser bar: Schwarz's
+/// price, the logarithm of the samples, five times over, as innovations of a flight that are not white make
+/// variances some five times larger.
+const PRICE: f64 = 50.0;
 
 /// Why a flight cannot be identified from.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -249,8 +254,6 @@ impl Search<'_> {
     fn settings(&self, kind: Kind) -> Settings {
         Settings {
             held_sigma: kind.held_sigma(self.error, self.period_s),
-            held_noises: VELOCITY_NOISES.map(str::to_owned).to_vec(),
-            most_noise: kind.most_noise(self.period_s),
             dropping: Some(Dropping::default()),
             residual_correlation_s: RESIDUAL_CORRELATION_S,
             widened: WIDENED,
@@ -277,9 +280,8 @@ impl Search<'_> {
     /// optimum: the search goes from both sides.
     fn best(&self, kind: Kind) -> Result<Identified, PredictionErrorError> {
         /// Parameter, start, and process noise in its usual start.
-        const STARTS: [(Kind, &str, f64, f64); 6] = [
+        const STARTS: [(Kind, &str, f64, f64); 5] = [
             (Kind::Flapping, "tau_f", 0.1, 1.0),
-            (Kind::Flapping, "tau_f", 0.1, 0.1),
             (Kind::Yaw, "Nr", -4.0, 1.0),
             (Kind::Yaw, "Nr", -25.0, 0.1),
             (Kind::Heave, "Zw", -0.7, 1.0),
@@ -293,7 +295,7 @@ impl Search<'_> {
                 let own = structure
                     .noises
                     .iter()
-                    .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r" | "n_w"));
+                    .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r"));
                 sigmas.iter_mut().zip(own).filter(|(_, own)| *own).for_each(|(s, _)| *s *= noise);
             }
             let structure = structure.clone().with(name, start, false);
@@ -302,10 +304,23 @@ impl Search<'_> {
         let Some(first) = tried.next() else {
             return prediction_error::identify(&structure, self.stretches, &self.settings(kind));
         };
-        tried.fold(first, |best, next| match (&best, &next) {
+        let best = tried.fold(first, |best, next| match (&best, &next) {
             (Ok(one), Ok(other)) if other.aic < one.aic => next,
             (Err(_), Ok(_)) => next,
             _ => best,
-        })
+        })?;
+        if kind == Kind::Flapping {
+            let with_bar = structure.with_bar(&best.estimates);
+            return Ok(self.if_likelier(best, kind, with_bar));
+        }
+        Ok(best)
+    }
+
+    /// What a search of `structure`, which has more parameters than `known`, finds where it is likelier.
+    fn if_likelier(&self, known: Identified, kind: Kind, structure: Structure) -> Identified {
+        let free = |structure: &Structure| structure.parameters.iter().filter(|p| !p.fixed).count();
+        let more = free(&structure).saturating_sub(free(&known.structure)).max(1) as f64;
+        let found = prediction_error::identify(&structure, self.stretches, &self.settings(kind));
+        found.ok().filter(|found| found.aic < known.aic - PRICE * more).unwrap_or(known)
     }
 }

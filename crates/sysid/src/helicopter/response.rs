@@ -103,10 +103,11 @@ fn stick_response(
     let held = vehicle.linear().held(period_s)?;
     let (row, column) = (vehicle.state(output).ok()?, vehicle.input(name).ok()?);
     let delay_s = found.identified.delay(name).map_or(0.0, |delay| delay.value);
+    let lag_s = found.identified.lag(name).map_or(0.0, |lag| lag.value);
     let modelled = flown.frequencies_hz.iter().map(|&frequency_hz| {
         let radps = TAU * frequency_hz;
         let response = held.frequency_response(radps);
-        let late = Complex::from_polar(1.0, -radps * delay_s);
+        let late = Complex::from_polar(1.0, -radps * delay_s) / Complex::new(1.0, radps * lag_s);
         response.map_or(Complex::new(f64::NAN, f64::NAN), |response| response[(row, column)] * late)
     });
     let modelled: Vec<_> = modelled.collect();

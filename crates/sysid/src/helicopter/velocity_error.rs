@@ -3,9 +3,6 @@
 use hovernav::ekf::Solution;
 use hovernav::gps::Fix;
 
-/// The process noises of the error of the velocity.
-pub(super) const VELOCITY_NOISES: [&str; 3] = ["n_eu", "n_ev", "n_ew"];
-
 /// The error of a measured velocity: first-order Gauss–Markov on each axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityError {

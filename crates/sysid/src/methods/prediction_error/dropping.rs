@@ -17,6 +17,11 @@ pub(super) fn search(
     let theta: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
     let mut minimum = minimised(&problem, &theta, settings.limits)?;
     iterations += minimum.iterations;
+    if problem.priors().next().is_some() {
+        weigh_priors(&mut problem, &minimum, settings)?;
+        minimum = minimised(&problem, &minimum.theta, settings.limits)?;
+        iterations += minimum.iterations;
+    }
     let (mut log, mut dropped, mut kept) = (Vec::new(), Vec::new(), Vec::new());
     let estimates = loop {
         let estimates = summarise(&problem, &minimum, settings, &dropped)?;
@@ -109,6 +114,26 @@ fn leave_out(problem: &mut Problem<'_>, minimum: &Minimum, weak: &[(usize, f64, 
         problem.base[index] = without(problem, index);
     }
     theta
+}
+
+/// Lets what is known before the flight count against what the flight tells, not against what white
+/// innovations would.
+fn weigh_priors(
+    problem: &mut Problem<'_>,
+    minimum: &Minimum,
+    settings: &Settings,
+) -> Result<(), PredictionErrorError> {
+    let singular = || PredictionErrorError::Singular { structure: problem.structure.name.clone() };
+    let lags = (settings.residual_correlation_s / problem.period_s).round() as usize;
+    let (_, forced, passed) = problem.pass(&minimum.theta, true).ok_or_else(singular)?;
+    let ratios = statistics::overconfidence(problem, &minimum.at, &forced, &passed, lags)
+        .ok_or_else(singular)?;
+    let mut weight = vec![1.0; problem.base.len()];
+    for (&index, ratio) in problem.free.iter().zip(ratios) {
+        weight[index] = ratio * settings.widened.powi(2);
+    }
+    problem.prior_weight = weight;
+    Ok(())
 }
 
 /// A first search for the structure's own parameters, with all noise held and that of the outputs at a

@@ -200,7 +200,7 @@ impl Identified {
         let p = self.structure.outputs.len();
         let cut = |all: &[f64], width: usize| all[first * width..(first + length) * width].to_vec();
         let piece = record.piece(cut(&record.outputs, p), length);
-        let inputs = (cut(&inputs.0, m), cut(&inputs.1, m));
+        let inputs = (cut(&inputs.0, m), cut(&inputs.1, 2 * m));
         let mut own = own.to_vec();
         own[..n].fill(0.0);
         // Errors of the outputs are no motion: they stay out. The constant forcing is a window's own, as
@@ -288,7 +288,7 @@ impl WindowNoise {
         let (n, p) = (open.phi.nrows(), self.measurement_sigma.len());
         let m = model.structure.inputs.len();
         let own = vec![0.0; n + model.structure.offsets.len() + model.structure.biases.len()];
-        let inputs = (vec![0.0; self.length * m], vec![0.0; self.length * m]);
+        let inputs = (vec![0.0; self.length * m], vec![0.0; 2 * self.length * m]);
         let mut sums = vec![0.0; p];
         for _ in 0..FLOOR_RUNS {
             let mut state = DVector::zeros(n);

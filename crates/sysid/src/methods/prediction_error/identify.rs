@@ -64,7 +64,7 @@ fn problem<'a>(
         return Err(PredictionErrorError::Periods { structure: name(), periods_s });
     }
     let (base, free) = start(structure, records, settings)?;
-    let (lower, upper) = limits(structure, &base, settings);
+    let (lower, upper) = limits(structure, &base);
     Ok(Problem {
         structure,
         records,
@@ -74,6 +74,7 @@ fn problem<'a>(
         free,
         lower,
         upper,
+        prior_weight: Vec::new(),
         own: RefCell::new(Problem::guesses(structure, records)),
     })
 }
@@ -137,7 +138,7 @@ pub fn assemble(
 }
 
 /// Lowest and highest value of each entry of the whole parameter vector.
-fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>, Vec<f64>) {
+fn limits(structure: &Structure, base: &[f64]) -> (Vec<f64>, Vec<f64>) {
     // A noise a thirtieth of its start is as good as none, one a thousand times its start is not noise.
     const LEAST: f64 = 3.5;
     const MOST: f64 = 7.0;
@@ -147,14 +148,9 @@ fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>
         let noises = base.iter().enumerate().skip(own);
         parameters.chain(noises.map(|(index, &start)| noise(index - own, start))).collect()
     };
-    let most = |noise: usize| {
-        let name = structure.noises.get(noise)?;
-        let (_, most) = settings.most_noise.iter().find(|(known, _)| known == name)?;
-        Some(most.ln())
-    };
     (
         side(|parameter| parameter.lower, &|_, start| start - LEAST),
-        side(|parameter| parameter.upper, &|noise, start| most(noise).unwrap_or(start + MOST)),
+        side(|parameter| parameter.upper, &|_, start| start + MOST),
     )
 }
 
@@ -187,9 +183,7 @@ fn start(
         Form::OutputError => vec![1.0; expected],
     };
     if settings.form != Form::OutputError {
-        let noises = structure.noises.iter().enumerate();
-        let found = noises.filter(|(_, name)| !settings.held_noises.contains(name));
-        free.extend(found.map(|(noise, _)| own + noise));
+        free.extend(own..own + expected);
     }
     let mut measurement = Vec::new();
     for (output, name) in structure.outputs.iter().enumerate() {

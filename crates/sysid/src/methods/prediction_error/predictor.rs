@@ -47,8 +47,8 @@ pub(super) struct Derivative {
     pub gain: DMatrix<f64>,
     /// L⁻¹ dS L⁻ᵀ.
     pub whitened_innovations: DMatrix<f64>,
-    /// The input that this parameter delays.
-    pub delays: Vec<usize>,
+    /// The input that this parameter delays or makes lag, and its place among the inputs' derivatives.
+    pub shifts: Vec<(usize, usize)>,
 }
 
 impl Predictor {
@@ -204,7 +204,7 @@ impl Predictor {
         let (n, m, p) = (self.phi.nrows(), self.d.ncols(), self.c.nrows());
         let mut measurement = DMatrix::zeros(p, n + m);
         let mut change = Vec::new();
-        let mut delays = Vec::new();
+        let mut shifts = Vec::new();
         if let Entry::Structure(index) = kind {
             for term in &structure.dynamics {
                 let rate = term.derivative(theta, index);
@@ -215,8 +215,9 @@ impl Predictor {
             for term in &structure.measurement {
                 measurement[(term.row, term.column)] += term.derivative(theta, index);
             }
-            let delayed = structure.delays.iter().enumerate();
-            delays.extend(delayed.filter(|(_, by)| **by == Some(index)).map(|(input, _)| input));
+            let both = structure.delays.iter().chain(&structure.lags).enumerate();
+            let own = both.filter(|(_, by)| **by == Some(index));
+            shifts.extend(own.map(|(place, _)| (place % m, place)));
         }
         let (phi, gamma) = hold.along(&change);
         Derivative {
@@ -226,7 +227,7 @@ impl Predictor {
             d: measurement.columns(n, m).into_owned(),
             gain: DMatrix::zeros(n, p),
             whitened_innovations: DMatrix::zeros(p, p),
-            delays,
+            shifts,
         }
     }
 }

@@ -25,6 +25,9 @@ pub(super) struct Problem<'a> {
     /// Between which values the search may move each entry of the whole parameter vector.
     pub lower: Vec<f64>,
     pub upper: Vec<f64>,
+    /// How often what is known of each parameter before the flight counts: as often as the likelihood
+    /// overstates what the flight tells of it. Empty for once.
+    pub prior_weight: Vec<f64>,
     /// The records' own values of the last evaluation, and where it was: the next one starts there.
     pub own: RefCell<Own>,
 }
@@ -44,6 +47,15 @@ pub(super) struct Passed {
 }
 
 impl Problem<'_> {
+    /// Each free entry that something is known of before the flight: its place, the value, one sigma,
+    /// and how often it counts.
+    pub fn priors(&self) -> impl Iterator<Item = (usize, f64, f64, f64)> {
+        self.free.iter().enumerate().filter_map(|(place, &index)| {
+            let (value, sigma) = self.structure.parameters.get(index)?.prior?;
+            Some((place, value, sigma, self.prior_weight.get(index).copied().unwrap_or(1.0)))
+        })
+    }
+
     /// The whole parameter vector with `theta` in its free entries.
     pub fn whole(&self, theta: &[f64]) -> Vec<f64> {
         let mut whole = self.base.clone();
@@ -149,6 +161,7 @@ impl Problem<'_> {
     /// Equations (I10) and (I13) of docs/equations.md.
     pub fn gather(
         &self,
+        theta: &[f64],
         predictor: &Predictor,
         forced: &Forced,
         passed: &Passed,
@@ -176,6 +189,12 @@ impl Problem<'_> {
             for (column, other) in forced.spreads.iter().enumerate() {
                 information[(row, column)] += 0.5 * samples * spread.dot(other);
             }
+        }
+        for (place, value, sigma, weight) in self.priors() {
+            let off = (theta[place] - value) / sigma;
+            cost += 0.5 * weight * off * off;
+            gradient[place] += weight * off / sigma;
+            information[(place, place)] += weight / (sigma * sigma);
         }
         cost.is_finite().then_some(Quadratic { cost, gradient, information })
     }
@@ -230,6 +249,9 @@ impl Cost for Problem<'_> {
             Self::solve_own(structure, &predictor, &inputs, record, own)
         })?;
         cost += costs.iter().sum::<f64>();
+        for (place, value, sigma, weight) in self.priors() {
+            cost += 0.5 * weight * ((theta[place] - value) / sigma).powi(2);
+        }
         if cost.is_finite() {
             *own = Own { values: trial, at: whole };
         }
@@ -238,7 +260,7 @@ impl Cost for Problem<'_> {
 
     fn quadratic(&self, theta: &[f64]) -> Option<Quadratic> {
         let (predictor, forced, passed) = self.pass(theta, false)?;
-        self.gather(&predictor, &forced, &passed)
+        self.gather(theta, &predictor, &forced, &passed)
     }
 }
 

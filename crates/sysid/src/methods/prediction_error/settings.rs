@@ -20,12 +20,6 @@ pub struct Settings {
     /// Outputs whose σ is held at a value, by name, in the output's unit. The others are estimated,
     /// from a start that the output's second differences give.
     pub held_sigma: Vec<(String, f64)>,
-    /// Process noises whose σ is held at its start, by name: what drives states whose size is known
-    /// from elsewhere.
-    pub held_noises: Vec<String>,
-    /// Largest σ of a process noise, by name: what nature allows. Where a disturbance shows only in a
-    /// product with a derivative, nothing else keeps the one from growing as the other vanishes.
-    pub most_noise: Vec<(String, f64)>,
     /// When to stop.
     pub limits: Limits,
     /// Which parameters to drop; none where `None`.
@@ -52,8 +46,6 @@ impl Settings {
         Self {
             form: Form::OutputError,
             held_sigma: Vec::new(),
-            held_noises: Vec::new(),
-            most_noise: Vec::new(),
             limits: Limits::default(),
             dropping: None,
             residual_correlation_s: 0.0,

@@ -61,6 +61,40 @@ pub(super) fn colored_covariance(
     passed: &Passed,
     lags: usize,
 ) -> Option<DMatrix<f64>> {
+    let mut middle = scatter_of_gradients(problem, forced, passed, lags)?;
+    for (place, _, sigma, weight) in problem.priors() {
+        middle[(place, place)] += (weight / sigma).powi(2);
+    }
+    Some(white * middle * white)
+}
+
+/// By how much the information on each free parameter overstates what the innovations tell: the variance
+/// of the cost's gradient, correlated over `lags` samples, over the information; at least 1.
+pub(super) fn overconfidence(
+    problem: &Problem<'_>,
+    at: &Quadratic,
+    forced: &Forced,
+    passed: &Passed,
+    lags: usize,
+) -> Option<Vec<f64>> {
+    /// Beyond this the flight says nothing, whatever the ratio.
+    const MOST: f64 = 100.0;
+    let middle = scatter_of_gradients(problem, forced, passed, lags)?;
+    let mut information = at.information.diagonal();
+    for (place, _, sigma, weight) in problem.priors() {
+        information[place] -= weight / (sigma * sigma);
+    }
+    let ratio = |place: usize| middle[(place, place)] / information[place].max(f64::MIN_POSITIVE);
+    Some((0..information.len()).map(|place| ratio(place).clamp(1.0, MOST)).collect())
+}
+
+/// Σₖₗ wₗ gₖ gₖ₊ₗᵀ.
+fn scatter_of_gradients(
+    problem: &Problem<'_>,
+    forced: &Forced,
+    passed: &Passed,
+    lags: usize,
+) -> Option<DMatrix<f64>> {
     let count = problem.free.len();
     let mut middle = DMatrix::zeros(count, count);
     for normal in &passed.normals {
@@ -76,7 +110,7 @@ pub(super) fn colored_covariance(
             middle += product;
         }
     }
-    Some(white * middle * white)
+    Some(middle)
 }
 
 /// Each sample's share of the cost's gradient, parameters × samples.

@@ -39,7 +39,8 @@ impl Record {
         Self { name: self.name.clone(), ..Self::of_outputs(outputs, samples) }
     }
 
-    /// The inputs behind their delays, and their derivatives with respect to the delay.
+    /// The inputs behind their delays and lags, and their derivatives with respect to each: of a sample
+    /// first those by the delays, then those by the lags.
     ///
     /// A delay of d and a fraction f of a sample holds f of the older value and 1 − f of the newer
     /// over the interval: the mean of the delayed, held input there.
@@ -51,7 +52,7 @@ impl Record {
     ) -> (Vec<f64>, Vec<f64>) {
         let m = structure.inputs.len();
         let mut delayed = self.inputs.clone();
-        let mut rate = vec![0.0; self.inputs.len()];
+        let mut rate = vec![0.0; 2 * self.inputs.len()];
         for (input, parameter) in structure.delays.iter().enumerate() {
             let Some(parameter) = *parameter else { continue };
             let whole = (theta[parameter] / period_s).floor();
@@ -64,16 +65,60 @@ impl Record {
                 let newer = at(sample as f64 - whole);
                 let older = at(sample as f64 - whole - 1.0);
                 delayed[sample * m + input] = fraction * older + (1.0 - fraction) * newer;
-                rate[sample * m + input] = (older - newer) / period_s;
+                rate[2 * sample * m + input] = (older - newer) / period_s;
+            }
+        }
+        for (input, parameter) in structure.lags.iter().enumerate() {
+            let Some(parameter) = *parameter else { continue };
+            let mut lag = Lag::new(theta[parameter], period_s);
+            for sample in 0..self.samples {
+                let by_delay = &mut rate[2 * sample * m..2 * (sample + 1) * m];
+                let (value, slope) = (delayed[sample * m + input], by_delay[input]);
+                let [value, slope, by_lag] = lag.step(value, slope);
+                delayed[sample * m + input] = value;
+                (by_delay[input], by_delay[m + input]) = (slope, by_lag);
             }
         }
         (delayed, rate)
     }
 }
 
+/// A first-order lag behind a held input: its mean over each interval.
+struct Lag {
+    /// What is left of a difference after an interval, and of it in the interval's mean; how both move
+    /// with the time constant.
+    left: [f64; 2],
+    moved: [f64; 2],
+    /// Where it stands, by the delay, by the time constant; `None` before the first sample.
+    state: Option<[f64; 3]>,
+}
+
+impl Lag {
+    fn new(time_s: f64, period_s: f64) -> Self {
+        let time_s = time_s.max(1e-6);
+        let end = (-period_s / time_s).exp();
+        let end_moved = end * period_s / (time_s * time_s);
+        let mean = time_s / period_s * (1.0 - end);
+        let mean_moved = (1.0 - end) / period_s - time_s / period_s * end_moved;
+        Self { left: [end, mean], moved: [end_moved, mean_moved], state: None }
+    }
+
+    /// The interval's mean, and its derivatives by the delay and by the time constant.
+    fn step(&mut self, input: f64, slope: f64) -> [f64; 3] {
+        let [at, by_delay, by_lag] = self.state.unwrap_or([input, 0.0, 0.0]);
+        let (off, off_slope) = (at - input, by_delay - slope);
+        let after = |which: usize| {
+            let (left, moved) = (self.left[which], self.moved[which]);
+            [input + left * off, slope + left * off_slope, left * by_lag + moved * off]
+        };
+        self.state = Some(after(0));
+        after(1)
+    }
+}
+
 /// How the parameters to be estimated force the sensitivities.
 ///
-/// With z = [x u du/dτ o ν]: s⁺ = F s + `state` z, dν = −C s − `output` z.
+/// With z = [x u du/dτ o ν], τ the delays and then the lags: s⁺ = F s + `state` z, dν = −C s − `output` z.
 pub(super) struct Forcing {
     pub count: usize,
     /// (states · parameters) × z, a state's rows together.
@@ -87,7 +132,7 @@ impl Forcing {
         let (n, m, p) = (predictor.phi.nrows(), predictor.d.ncols(), predictor.c.nrows());
         let count = derivatives.len();
         let offset_first = predictor.gamma.ncols() - offsets;
-        let mut state = DMatrix::zeros(n * count, n + 2 * m + offsets + p);
+        let mut state = DMatrix::zeros(n * count, n + 3 * m + offsets + p);
         let mut output = Vec::new();
         for (index, change) in derivatives.iter().enumerate() {
             let closed = &change.phi - &predictor.gain * &change.c;
@@ -96,19 +141,21 @@ impl Forcing {
                 let mut into = state.row_mut(row * count + index);
                 into.columns_mut(0, n).copy_from(&closed.row(row));
                 into.columns_mut(n, m).copy_from(&driven.row(row));
-                for &input in &change.delays {
-                    into[n + m + input] = predictor.gamma[(row, input)]
+                for &(input, place) in &change.shifts {
+                    into[n + m + place] = predictor.gamma[(row, input)]
                         - (predictor.gain.row(row) * predictor.d.column(input))[0];
                 }
-                into.columns_mut(n + 2 * m, offsets)
+                into.columns_mut(n + 3 * m, offsets)
                     .copy_from(&change.gamma.row(row).columns(offset_first, offsets));
-                into.columns_mut(n + 2 * m + offsets, p).copy_from(&change.gain.row(row));
+                into.columns_mut(n + 3 * m + offsets, p).copy_from(&change.gain.row(row));
             }
             for row in 0..p {
                 let direct = (0..n).map(|column| (column, change.c[(row, column)]));
                 let through = (0..m).map(|input| (n + input, change.d[(row, input)]));
-                let late =
-                    change.delays.iter().map(|&input| (n + m + input, predictor.d[(row, input)]));
+                let late = change
+                    .shifts
+                    .iter()
+                    .map(|&(input, place)| (n + m + place, predictor.d[(row, input)]));
                 for (column, value) in direct.chain(through).chain(late) {
                     if value != 0.0 {
                         output.push((index, row, column, value));
@@ -158,7 +205,7 @@ impl Pass<'_> {
         let parameters = self.forcing.map_or(0, |forcing| forcing.count);
         let columns = parameters + self.own_columns.len();
         let steady = self.steady_forcing();
-        let width = n + 2 * m + o + p;
+        let width = n + 3 * m + o + p;
 
         let mut x = DVector::from_column_slice(&self.own[..n]);
         // Columns × states: one state's sensitivities together.
@@ -223,6 +270,16 @@ impl Pass<'_> {
                 normal.sensitivities.extend(used.iter());
             }
         }
+        // Where a disturbance starts can hardly be told from an offset: it is expected at 0, give or take
+        // 1 m/s² or rad/s².
+        for state in structure.disturbances() {
+            let start = self.own[state];
+            normal.half_squares += 0.5 * start * start;
+            if let Some(place) = self.own_columns.iter().position(|&own| own == state) {
+                normal.gradient[parameters + place] += start;
+                normal.information[(parameters + place, parameters + place)] += 1.0;
+            }
+        }
         normal
     }
 
@@ -236,9 +293,9 @@ impl Pass<'_> {
         let offsets = &self.own[n..n + o];
         z[..n].copy_from_slice(x.as_slice());
         z[n..n + m].copy_from_slice(input);
-        z[n + m..n + 2 * m].copy_from_slice(&self.inputs.1[sample * m..(sample + 1) * m]);
-        z[n + 2 * m..n + 2 * m + o].copy_from_slice(offsets);
-        let (before, innovation) = z.split_at_mut(n + 2 * m + o);
+        z[n + m..n + 3 * m].copy_from_slice(&self.inputs.1[2 * sample * m..2 * (sample + 1) * m]);
+        z[n + 3 * m..n + 3 * m + o].copy_from_slice(offsets);
+        let (before, innovation) = z.split_at_mut(n + 3 * m + o);
         innovation.copy_from_slice(&self.record.outputs[sample * p..(sample + 1) * p]);
         for (index, &row) in structure.bias_rows.iter().enumerate() {
             innovation[row] -= self.own[n + o + index];

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::problem::Problem;
 use super::sweep::Record;
+use super::{Settings, identify};
 use crate::helicopter::Kind;
 use crate::methods::least_squares::Cost as _;
 use crate::methods::structure::{Parameter, Structure};
@@ -45,6 +46,7 @@ fn gradient_holds(structure: &Structure, innovations: bool) {
         free,
         lower: Vec::new(),
         upper: Vec::new(),
+        prior_weight: Vec::new(),
         own: RefCell::new(Problem::guesses(structure, &records)),
     };
     let at = problem.quadratic(&theta).expect("a predictor");
@@ -73,7 +75,9 @@ fn gradient_holds(structure: &Structure, innovations: bool) {
 #[test]
 fn gradients_of_every_helicopter_agree_with_central_differences() {
     for kind in Kind::ALL {
-        gradient_holds(&kind.structure(), true);
+        // A bar that turns nothing cannot be seen: its tilt at the start would be anything.
+        let bar = kind.structure().with("Ac", 0.5, false).with("Bd", 0.4, false);
+        gradient_holds(&bar, true);
     }
 }
 
@@ -83,15 +87,16 @@ fn output_error_gradient_agrees_with_central_differences() {
 }
 
 #[test]
-fn gradient_holds_through_delay_feedthrough_and_bias() {
+fn gradient_holds_through_delay_lag_feedthrough_bias_and_what_is_expected() {
     let structure = Structure::new(
         "everything",
         vec![
             Parameter::new("a", "", -1.5),
-            Parameter::new("k", "", 3.0),
+            Parameter::new("k", "", 3.0).expected(2.5, 0.2),
             Parameter::new("c", "", 0.7),
             Parameter::new("d", "", 0.4),
             Parameter::new("tau", "s", 0.05),
+            Parameter::new("lag", "s", 0.04),
         ],
         "inputs s
          noise n
@@ -99,10 +104,34 @@ fn gradient_holds_through_delay_feedthrough_and_bias() {
          offsets x
          biases force
          delay s tau
+         lag s lag
          x' = a*x + y
          y' = -2*y + k/c*s + n
          force = c*x + a*d*y + d*s",
     )
     .expect("valid");
     gradient_holds(&structure, true);
+}
+
+#[test]
+fn what_is_expected_holds_a_parameter_that_the_flight_does_not_know() {
+    // The stick never moves: what it does is what was expected, with that for a bound.
+    let structure = Structure::new(
+        "still",
+        vec![Parameter::new("a", "", -1.0), Parameter::new("k", "", 3.0).expected(2.5, 0.2)],
+        "inputs s
+         noise n
+         outputs x
+         x' = a*x + k*s + n",
+    )
+    .expect("valid");
+    let wave = |row: usize, _| (0.07 * row as f64).sin() + 0.1 * (1.7 * (row * row) as f64).sin();
+    let outputs = DMatrix::from_fn(400, 1, wave);
+    let names = (structure.inputs.clone(), structure.outputs.clone());
+    let inputs = DMatrix::zeros(400, 1);
+    let still = Experiment::new("still", 0.03, names.0, names.1, inputs, outputs).expect("finite");
+    let found = identify(&structure, &[still], &Settings::innovations(vec![1.0])).expect("found");
+    let gain = found.estimates.get("k").expect("it has one");
+    assert!((gain.value - 2.5).abs() < 1e-3, "{}", gain.value);
+    assert!((gain.bound / 0.2 - 1.0).abs() < 1e-3, "{}", gain.bound);
 }

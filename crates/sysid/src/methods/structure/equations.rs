@@ -33,6 +33,7 @@ impl Structure {
     /// | `offsets x …` | states with a constant forcing per experiment, optional |
     /// | `biases y …` | outputs with a constant bias per experiment, optional |
     /// | `delay a tau` | parameter `tau`, s, delays input `a`, optional |
+    /// | `lag a tau` | a first-order lag of time constant `tau`, s, on input `a`, optional |
     /// | `x' = …` | a state's equation |
     /// | `y = …` | an output's equation |
     ///
@@ -61,6 +62,7 @@ fn parse(name: &str, parameters: Vec<Parameter>, text: &str) -> Result<Structure
         biases: Vec::new(),
         parameters,
         delays: Vec::new(),
+        lags: Vec::new(),
         dynamics: Vec::new(),
         measurement: Vec::new(),
         bias_rows: Vec::new(),
@@ -76,7 +78,7 @@ fn parse(name: &str, parameters: Vec<Parameter>, text: &str) -> Result<Structure
     }
 
     let mut equations = Vec::new();
-    let mut delays = Vec::new();
+    let (mut delays, mut lags) = (Vec::new(), Vec::new());
     for (index, text) in text.lines().enumerate() {
         let line = Line { structure: name, number: index + 1, text: text.trim() };
         if line.text.is_empty() {
@@ -100,8 +102,9 @@ fn parse(name: &str, parameters: Vec<Parameter>, text: &str) -> Result<Structure
             "offsets" => structure.offsets = names,
             "biases" => structure.biases = names,
             "delay" => delays.push((names, line)),
+            "lag" => lags.push((names, line)),
             _ => {
-                let expected = "an equation, inputs, outputs, noise, offsets, biases or delay";
+                let expected = "an equation, inputs, outputs, noise, offsets, biases, delay or lag";
                 return Err(line.error(keyword, expected));
             }
         }
@@ -126,15 +129,36 @@ fn parse(name: &str, parameters: Vec<Parameter>, text: &str) -> Result<Structure
             return Err(line.error(right, "states and inputs only in an output"));
         }
     }
-    complete(&mut structure, &equations, &delays)?;
+    structure.delays = by_input(&structure, &delays)?;
+    structure.lags = by_input(&structure, &lags)?;
+    complete(&mut structure, &equations)?;
     Ok(structure)
 }
 
-/// Adds what the lists of names imply: plain outputs, offsets, biases, delays.
+/// The parameter of each input that `lines` of an input and a parameter name.
+fn by_input(
+    structure: &Structure,
+    lines: &[(Vec<String>, Line<'_>)],
+) -> Result<Vec<Option<usize>>, StructureError> {
+    let mut found = vec![None; structure.inputs.len()];
+    for (names, line) in lines {
+        let [input, parameter] = names.as_slice() else {
+            return Err(line.error(line.text, "an input and a parameter"));
+        };
+        let input = position(&structure.inputs, input)
+            .ok_or_else(|| line.error(input, "the name of an input"))?;
+        let parameter = structure
+            .parameter(parameter)
+            .ok_or_else(|| line.error(parameter, "the name of a parameter"))?;
+        found[input] = Some(parameter);
+    }
+    Ok(found)
+}
+
+/// Adds what the lists of names imply: plain outputs, offsets, biases.
 fn complete(
     structure: &mut Structure,
     equations: &[(&str, &str, Line<'_>)],
-    delays: &[(Vec<String>, Line<'_>)],
 ) -> Result<(), StructureError> {
     let whole = Line { structure: &structure.name.clone(), number: 1, text: "" };
     for (row, output) in structure.outputs.iter().enumerate() {
@@ -156,21 +180,10 @@ fn complete(
             .ok_or_else(|| whole.error(bias, "the name of an output to bias"))?;
         structure.bias_rows.push(row);
     }
-    structure.delays = vec![None; structure.inputs.len()];
-    for (names, line) in delays {
-        let [input, parameter] = names.as_slice() else {
-            return Err(line.error(line.text, "`delay`, an input and a parameter"));
-        };
-        let input = position(&structure.inputs, input)
-            .ok_or_else(|| line.error(input, "the name of an input"))?;
-        let parameter = structure
-            .parameter(parameter)
-            .ok_or_else(|| line.error(parameter, "the name of a parameter"))?;
-        structure.delays[input] = Some(parameter);
-    }
     let used = |index: usize| {
         let terms = structure.dynamics.iter().chain(&structure.measurement);
         structure.delays.contains(&Some(index))
+            || structure.lags.contains(&Some(index))
             || terms.flat_map(|term| &term.factors).any(|factor| factor.0 == index)
     };
     match (0..structure.parameters.len()).find(|&index| !used(index)) {

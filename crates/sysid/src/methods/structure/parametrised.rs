@@ -28,6 +28,8 @@ pub struct Structure {
     pub parameters: Vec<Parameter>,
     /// Transport delay of each input: the index of its parameter, s.
     pub(crate) delays: Vec<Option<usize>>,
+    /// First-order lag of each input: the index of its time constant, s.
+    pub(crate) lags: Vec<Option<usize>>,
     pub(crate) dynamics: Vec<Term>,
     pub(crate) measurement: Vec<Term>,
     pub(crate) bias_rows: Vec<usize>,
@@ -78,6 +80,20 @@ impl Structure {
             })
         };
         (1..n).rev().take_while(|&state| is_error(state)).count()
+    }
+
+    /// States that noise and themselves alone move: gusts, and errors of the outputs.
+    pub(crate) fn disturbances(&self) -> impl Iterator<Item = usize> {
+        let first = self.states.len() + self.inputs.len();
+        let noises = first..first + self.noises.len();
+        (0..self.states.len()).filter(move |&state| {
+            let mut own = self.dynamics.iter().filter(|term| term.row == state);
+            own.all(|term| term.column == state || noises.contains(&term.column))
+                && self
+                    .dynamics
+                    .iter()
+                    .any(|term| term.row == state && noises.contains(&term.column))
+        })
     }
 
     /// Columns of the dynamics: states, inputs, noises, offsets.

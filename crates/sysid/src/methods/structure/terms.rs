@@ -17,6 +17,9 @@ pub struct Parameter {
     pub fixed: bool,
     /// Whether the model is none without it: it is never dropped.
     pub needed: bool,
+    /// What is known of it before any flight: the value expected and its one sigma. It counts as one
+    /// more measurement.
+    pub prior: Option<(f64, f64)>,
 }
 
 impl Parameter {
@@ -31,6 +34,7 @@ impl Parameter {
             upper: f64::INFINITY,
             fixed: false,
             needed: false,
+            prior: None,
         }
     }
 
@@ -44,6 +48,15 @@ impl Parameter {
     #[must_use]
     pub fn needed(self) -> Self {
         Self { needed: true, ..self }
+    }
+
+    /// The same, expected at `value` give or take `sigma` before any flight, and never to be dropped.
+    ///
+    /// # Source
+    /// Maine and Iliff (1981), NASA RP-1077 and Iliff and Maine's MMLE3: a priori weighting.
+    #[must_use]
+    pub fn expected(self, value: f64, sigma: f64) -> Self {
+        Self { prior: Some((value, sigma)), needed: true, ..self }
     }
 
     /// The same, not to be estimated.
