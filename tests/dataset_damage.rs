@@ -301,6 +301,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
                 baro: vec![(time, 1000.0 * sticks[0])],
                 magnetometer: vec![(time, Vector::new(sticks[0], sticks[1], sticks[2]))],
                 controls: vec![(time, sticks)],
+                injected: vec![sticks],
                 imu,
                 fixes,
                 order: Vec::new(),

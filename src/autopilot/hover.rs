@@ -2,6 +2,7 @@
 
 use super::check::ConfigError;
 use super::config::HoverConfig;
+use super::excitation::{Excitation, ExcitationAbort, ExcitationError, Exciter};
 use super::guidance::{Guidance, Reference, SetPoint, SetPointError, Trusted};
 use super::health::Health;
 use super::mode::{Mode, Transition};
@@ -39,6 +40,10 @@ pub struct Outputs {
     pub mode: Mode,
     /// The change of mode in this step, if there was one.
     pub transition: Option<Transition>,
+    /// What of the sticks is a test input; see [`HoverAutopilot::excite`].
+    pub injected: Sticks,
+    /// Why a test input ended in this step before its time, if one did.
+    pub aborted: Option<ExcitationAbort>,
 }
 
 /// The hover autopilot, stepped once every [`HoverConfig::period_s`].
@@ -110,6 +115,7 @@ pub struct HoverAutopilot {
     learned: Trim,
     trim: Trim,
     heave_runs: bool,
+    exciter: Exciter,
 }
 
 /// The estimate as the loops use it.
@@ -140,6 +146,7 @@ impl HoverAutopilot {
             learned: config.trim,
             trim: config.trim,
             heave_runs: false,
+            exciter: Exciter::default(),
             config,
         })
     }
@@ -150,6 +157,29 @@ impl HoverAutopilot {
     /// [`SetPointError`] for values that are not finite or too fast; the set-point before stays.
     pub fn set(&mut self, set_point: SetPoint) -> Result<(), SetPointError> {
         self.guidance.accept(set_point)
+    }
+
+    /// Adds a test input to the sticks from the next step on, within range but at any rate, until it is over,
+    /// a limit of its own is crossed, or velocity is no longer held.
+    ///
+    /// # Errors
+    /// [`ExcitationError`] where velocity is not held, one is under way, or a number is out of range.
+    pub fn excite(&mut self, excitation: Excitation) -> Result<(), ExcitationError> {
+        if !self.mode().holds_velocity() {
+            return Err(ExcitationError::NotFlying);
+        }
+        self.exciter.start(excitation)
+    }
+
+    /// Whether a test input is under way.
+    #[must_use]
+    pub const fn is_excited(&self) -> bool {
+        self.exciter.is_running()
+    }
+
+    /// Ends a test input that is under way.
+    pub const fn end_excitation(&mut self) {
+        self.exciter.stop();
     }
 
     /// What it is doing.
@@ -219,14 +249,24 @@ impl HoverAutopilot {
             None => self.fading.scaled(1.0 - (period_s / fade_s).min(1.0)),
         };
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
-        let limits = &self.config.limits;
+        let limits = self.config.limits;
         self.sticks = match self.mode() {
             Mode::Manual => limits.in_range(faded),
             _ => limits.reachable(faded, self.sticks, period_s),
         };
+        // The loops hear of a test input by what it does to the vehicle, as of a gust.
         self.advance();
-        self.learn(flown.as_ref());
-        Outputs { sticks: self.sticks, mode: self.mode(), transition }
+        let held = flown.filter(|_| self.mode().holds_velocity());
+        let held = held.map(|flown| flown.solution);
+        let (added, aborted) = self.exciter.step(held, period_s);
+        let sticks = if added == Sticks::NEUTRAL {
+            self.learn(flown.as_ref());
+            self.sticks
+        } else {
+            limits.in_range(self.sticks.zip(added, |stick, added| stick + added))
+        };
+        let injected = sticks.zip(self.sticks, |given, own| given - own);
+        Outputs { sticks, mode: self.mode(), transition, injected, aborted }
     }
 
     /// Hands over from one mode's loops to another's.

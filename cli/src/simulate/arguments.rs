@@ -7,6 +7,7 @@ use hovernav::earth::Geodetic;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{Disturbance, WindConfig};
 
+use super::excitation::TestInput;
 use crate::arguments::{OutageWindow, finite};
 
 /// Where to write unless given.
@@ -55,7 +56,18 @@ pub struct Arguments {
         conflicts_with = "disturbance"
     )]
     pub test_points: Option<f64>,
-    /// How long to fly, s; 120, or until 30 s after the last disturbance or test point
+    /// Let the autopilot fly a test input on a stick: lateral, longitudinal, collective, pedal, or `all`
+    /// for one after another; step, doublet, 3211 or sweep; its size in full travel, 0.1 unless given;
+    /// how long a step, a side of the doublet, a unit of 3-2-1-1 or the sweep lasts. The first comes at
+    /// 30 s, each further one 8 s after the end of the one before, or at the second given. What is
+    /// injected is in controls.csv
+    #[arg(
+        long,
+        value_name = "STICK=KIND[:SIZE[:S]][@SECOND]",
+        conflicts_with_all = ["disturbance", "test_points", "flight"]
+    )]
+    pub excite: Vec<TestInput>,
+    /// How long to fly, s; 120, or until 30 s after the last disturbance, test point or test input
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub duration: Option<f64>,
     /// Wind: `calm`, or speed in m/s, where it comes from in degrees, gusts in m/s (one sigma);

@@ -12,6 +12,7 @@ use hovernav_model::shipped;
 use hovernav_sim::{Feedback, FlightConfig, FlightEvent};
 
 use super::arguments::{Arguments, OUT, WindArgument};
+use super::excitation;
 use super::page::SimulationPage;
 use super::summary::{ClosedLoopSummary, Summary};
 use crate::output;
@@ -63,11 +64,19 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         config.feedback = Feedback::Truth;
         config.events = FlightEvent::test_points(30.0, size);
     }
+    config.events.extend(excitation::events(&arguments.excite));
     config.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
-    let last_s = config.events.last().map(|(at_s, _)| *at_s);
+    let last_s = config.events.last().map(|(at_s, event)| match event {
+        FlightEvent::Excite(excitation) => at_s + excitation.maneuver.duration_s(),
+        _ => *at_s,
+    });
     config.duration_s = arguments.duration.unwrap_or(last_s.map_or(120.0, |last| last + 30.0));
     if let Some(last_s) = last_s {
-        let what = if arguments.test_points.is_some() { "test point" } else { "disturbance" };
+        let what = match (&arguments.test_points, arguments.excite.is_empty()) {
+            (Some(_), _) => "test point",
+            (None, false) => "end of the last test input",
+            (None, true) => "disturbance",
+        };
         ensure!(
             last_s < config.duration_s && config.events[0].0 >= 0.0,
             "{what} at {last_s} s: found a flight of {} s, expected it to happen within",
@@ -97,6 +106,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         flight: ClosedLoopSummary::new(&config, &flight),
     };
     summary.run.warnings.extend(warnings);
+    summary.run.warnings.extend(flight.aborted.iter().map(|(at_s, why)| {
+        format!("a test input ended early at {at_s:.2} s: {}", excitation::in_words(*why))
+    }));
     if let Some(crashed_s) = flight.crashed_s {
         summary.run.warnings.push(format!("the vehicle crashed at {crashed_s:.2} s"));
     }

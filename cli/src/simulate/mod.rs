@@ -2,6 +2,7 @@
 
 mod arguments;
 mod closed_loop;
+mod excitation;
 #[cfg(feature = "lines")]
 mod lines;
 mod page;

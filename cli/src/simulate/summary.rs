@@ -65,7 +65,9 @@ impl ClosedLoopSummary {
             to: format!("{:?}", change.to).to_lowercase(),
             reason: format!("{:?}", change.reason).to_lowercase(),
         };
-        let is_disturbance = |event: &FlightEvent| !matches!(event, FlightEvent::AddSticks(_));
+        let is_disturbance = |event: &FlightEvent| {
+            !matches!(event, FlightEvent::AddSticks(_) | FlightEvent::Excite(_))
+        };
         let disturbances = config.events.iter().filter(|(_, event)| is_disturbance(event));
         let disturbances = disturbances.map(|(at_s, _)| {
             let Excursion { tilt_rad, speed_mps } = flight.excursion(*at_s, FOLLOWED_S);

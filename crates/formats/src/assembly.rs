@@ -174,9 +174,18 @@ impl Assembly {
         for remarks in [self.imu_remarks, self.gps_remarks, self.other_remarks] {
             warnings.extend(remarks.into_warnings());
         }
-        let (order, notes) = (Vec::new(), self.notes);
-        let dataset =
-            Dataset { manifest, imu, fixes, baro, magnetometer, controls, order, warnings, notes };
+        let notes = self.notes;
+        let dataset = Dataset {
+            manifest,
+            imu,
+            fixes,
+            baro,
+            magnetometer,
+            controls,
+            warnings,
+            notes,
+            ..Dataset::default()
+        };
         let onboard = (!self.moments.is_empty())
             .then(|| Onboard { name: onboard.to_owned(), moments: merged(self.moments) });
         Ok(Log { format, dataset, record: None, onboard })

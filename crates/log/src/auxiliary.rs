@@ -16,6 +16,8 @@ pub(crate) const MAG_FILE: &str = "mag.csv";
 pub(crate) const CONTROLS_FILE: &str = "controls.csv";
 pub(crate) const ALTITUDE: &str = "altitude_m";
 pub(crate) const CONTROLS: [&str; 4] = Sticks::NAMES;
+pub(crate) const INJECTED: [&str; 4] =
+    ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
 
 /// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level;
 /// `None` outside the troposphere's 22 632 Pa to 11 km, and the like below −2 km (127 774 Pa).
@@ -88,7 +90,9 @@ fn read_timed<T, const N: usize>(
 ) -> Result<Vec<(Time, T)>, LogError> {
     let mut remarks = Remarks::new(file);
     let [time] = table.require(["t_s"])?;
-    table.remark_unused(&["temp_degc"], &mut remarks);
+    let mut without_use = vec!["temp_degc"];
+    without_use.extend(INJECTED);
+    table.remark_unused(&without_use, &mut remarks);
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {
         let time = row.time(time)?;

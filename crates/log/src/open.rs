@@ -69,7 +69,6 @@ impl Dataset {
         let baro = auxiliary::read_baro(dir, &mut warnings)?;
         let magnetometer = auxiliary::read_magnetometer(dir, &mut warnings)?;
         let controls = auxiliary::read_controls(dir, &mut warnings)?;
-        let (order, notes) = (Vec::new(), Vec::new());
-        Ok(Self { manifest, imu, fixes, baro, magnetometer, controls, order, warnings, notes })
+        Ok(Self { manifest, imu, fixes, baro, magnetometer, controls, warnings, ..Self::default() })
     }
 }

@@ -132,16 +132,20 @@ impl Dataset {
     fn write_controls(&self, dir: &Path) -> Result<(), LogError> {
         let mut columns = vec!["t_s"];
         columns.extend(auxiliary::CONTROLS);
-        write_table(
-            dir,
-            auxiliary::CONTROLS_FILE,
-            &columns,
-            &self.controls,
-            |csv, (time, sticks)| {
+        let file = auxiliary::CONTROLS_FILE;
+        if self.injected.len() != self.controls.len() || self.controls.is_empty() {
+            return write_table(dir, file, &columns, &self.controls, |csv, (time, sticks)| {
                 csv.time(*time);
                 csv.shortest_or_empty(Some(*sticks))
-            },
-        )
+            });
+        }
+        columns.extend(auxiliary::INJECTED);
+        let rows: Vec<_> = self.controls.iter().zip(&self.injected).collect();
+        write_table(dir, file, &columns, &rows, |csv, ((time, sticks), injected)| {
+            csv.time(*time);
+            csv.shortest_or_empty(Some(*sticks))?;
+            csv.shortest_or_empty(Some(**injected))
+        })
     }
 }
 

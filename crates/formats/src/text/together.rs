@@ -35,6 +35,7 @@ pub(crate) fn dataset(
         magnetometer: remarks("mag").ordered(gathered.magnetometer, |row| row.0, &mut warnings)?,
         controls: remarks("controls").ordered(gathered.controls, |row| row.0, &mut warnings)?,
         manifest,
+        injected: Vec::new(),
         order: Vec::new(),
         warnings,
         notes: Vec::new(),

@@ -8,7 +8,7 @@ use crate::manifest::sensor_manifest;
 use crate::vehicle::{Disturbance, VehicleConfig};
 use crate::wind::WindConfig;
 use hovernav::autopilot;
-use hovernav::autopilot::{HoverConfig, SetPoint, SetPointError};
+use hovernav::autopilot::{Excitation, ExcitationError, HoverConfig, SetPoint, SetPointError};
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
@@ -38,6 +38,8 @@ pub enum FlightEvent {
     Engage(bool),
     /// The pilot holds the sticks here from now on.
     PilotSticks(Sticks),
+    /// The autopilot flies a test input.
+    Excite(Excitation),
     /// This is added to the sticks from now on, whoever flies: a test input. The sticks that are
     /// recorded hold it.
     AddSticks(Sticks),
@@ -118,6 +120,14 @@ pub enum FlightError {
         time_s: f64,
         /// Why.
         source: SetPointError,
+    },
+    /// A test input that the autopilot refuses.
+    #[error("at {time_s} s: {source}")]
+    Excitation {
+        /// When.
+        time_s: f64,
+        /// Why.
+        source: ExcitationError,
     },
     /// The inertial unit does not sample at the autopilot's rate.
     #[error(

@@ -1,6 +1,6 @@
 //! A flight flown.
 
-use hovernav::autopilot::{Mode, Transition};
+use hovernav::autopilot::{ExcitationAbort, Mode, Transition};
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Ned, Vector};
@@ -20,6 +20,8 @@ pub struct FlightSample {
     pub mode: Mode,
     /// Its command.
     pub sticks: Sticks,
+    /// What of it is a test input of the autopilot's.
+    pub injected: Sticks,
     /// Where the servos stood.
     pub servos: Sticks,
     /// The wind until the next sample, m/s.
@@ -41,6 +43,8 @@ pub struct Flight {
     pub samples: Vec<FlightSample>,
     /// Every change of mode.
     pub transitions: Vec<Transition>,
+    /// Test inputs that ended before their time: when, s, and why.
+    pub aborted: Vec<(f64, ExcitationAbort)>,
     /// When it crashed, s, if it did: the flight ends there.
     pub crashed_s: Option<f64>,
 }
@@ -50,6 +54,8 @@ impl Flight {
     /// [`Dataset::write`].
     #[must_use]
     pub fn dataset(&self) -> (Dataset, Vec<Truth>) {
+        let injected = self.samples.iter().map(|sample| sample.injected.to_array());
+        let is_excited = self.samples.iter().any(|sample| sample.injected != Sticks::NEUTRAL);
         let dataset = Dataset {
             manifest: self.manifest.clone(),
             imu: self.imu.clone(),
@@ -60,6 +66,7 @@ impl Flight {
                 .iter()
                 .map(|sample| (sample.truth.time, sample.sticks.to_array()))
                 .collect(),
+            injected: injected.filter(|_| is_excited).collect(),
             ..Dataset::default()
         };
         (dataset, self.samples.iter().map(|sample| sample.truth).collect())

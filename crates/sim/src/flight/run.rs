@@ -117,6 +117,7 @@ impl<'a> RunningFlight<'a> {
                 baro: Vec::new(),
                 samples: Vec::with_capacity(samples),
                 transitions: Vec::new(),
+                aborted: Vec::new(),
                 crashed_s: None,
             },
             config,
@@ -161,6 +162,7 @@ impl<'a> RunningFlight<'a> {
             engage: self.engaged && !pilot_flies,
         });
         self.flight.transitions.extend(outputs.transition);
+        self.flight.aborted.extend(outputs.aborted.map(|abort| (time_s, abort)));
         let [added, flown] = [self.added, outputs.sticks].map(Sticks::to_array);
         let sticks = Sticks::from_array(std::array::from_fn(|stick| {
             (flown[stick] + added[stick]).clamp(-1.0, 1.0)
@@ -171,6 +173,7 @@ impl<'a> RunningFlight<'a> {
             solution,
             mode: outputs.mode,
             sticks,
+            injected: outputs.injected,
             servos: self.vehicle.servos(),
             wind_mps,
         });
@@ -185,6 +188,10 @@ impl<'a> RunningFlight<'a> {
                 .autopilot
                 .set(set_point)
                 .map_err(|source| FlightError::SetPoint { time_s, source })?,
+            FlightEvent::Excite(excitation) => self
+                .autopilot
+                .excite(excitation)
+                .map_err(|source| FlightError::Excitation { time_s, source })?,
             FlightEvent::Disturb(disturbance) => self.vehicle.disturb(&disturbance),
             FlightEvent::Push(disturbance) => self.vehicle.push(&disturbance),
             FlightEvent::Engage(engaged) => self.engaged = engaged,

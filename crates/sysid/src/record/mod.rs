@@ -2,12 +2,11 @@
 //! model is fitted.
 
 mod experiment;
-mod maneuver;
 pub mod preprocess;
 mod test_points;
 mod tones;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
-pub use maneuver::Maneuver;
+pub use hovernav::autopilot::Maneuver;
 pub use test_points::{STICKS, TestPoint, find_test_points};
 pub use tones::{Tone, find_tones, without_tones};

@@ -1,24 +1,23 @@
 //! What to fly: the stick movements that make a vehicle show its dynamics.
-//!
-//! Each manoeuvre is a deviation from trim over time, in the unit of its amplitude. The thesis flew
-//! steps of 10 to 15 % held 1.5 s; a sweep shows more of the vehicle in one run and is what
-//! frequency responses want.
 
-use std::f64::consts::TAU;
+use core::f64::consts::TAU;
 
-/// A deviation of one stick from trim, from time 0 on.
+/// A deviation of one stick from where it stands, from time 0 on, in the unit of its amplitude.
+///
+/// The thesis flew steps of 10 to 15 % held 1.5 s; a sweep shows more of the vehicle in one run and is
+/// what frequency responses want.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Maneuver {
-    /// `amplitude` for `hold_s`, then back to trim.
+    /// `amplitude` for `hold_s`, then back.
     Step {
-        /// Deviation from trim.
+        /// Deviation.
         amplitude: f64,
         /// How long, s.
         hold_s: f64,
     },
     /// `amplitude` for `hold_s`, then its opposite as long.
     Doublet {
-        /// Deviation from trim.
+        /// Deviation.
         amplitude: f64,
         /// How long each way, s.
         hold_s: f64,
@@ -28,7 +27,7 @@ pub enum Maneuver {
     /// Source: J. Marchand, after R. Jategaonkar, *Flight Vehicle System Identification*, section
     /// 2.3.
     ThreeTwoOneOne {
-        /// Deviation from trim.
+        /// Deviation.
         amplitude: f64,
         /// Length of one unit, s.
         unit_s: f64,
@@ -39,7 +38,7 @@ pub enum Maneuver {
     /// Source: M. Tischler & R. Remple, *Aircraft and Rotorcraft System Identification*, section
     /// 5.11: ω = ω₁ + K (ω₂ − ω₁), K = 0.0187 (exp(4 t/T) − 1).
     Sweep {
-        /// Largest deviation from trim.
+        /// Largest deviation.
         amplitude: f64,
         /// Frequency at the start, Hz.
         first_hz: f64,
@@ -57,7 +56,7 @@ const SWEEP_RATE: f64 = 4.0;
 const SWEEP_SCALE: f64 = 0.0187;
 
 impl Maneuver {
-    /// How long it lasts, s; after that it is at trim.
+    /// How long it lasts, s; after that it is 0.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match *self {
@@ -68,7 +67,18 @@ impl Maneuver {
         }
     }
 
-    /// The deviation from trim at `time_s`; 0 before 0 and from [`Maneuver::duration_s`] on.
+    /// The largest deviation, in the sense in which it begins.
+    #[must_use]
+    pub const fn amplitude(&self) -> f64 {
+        match *self {
+            Self::Step { amplitude, .. }
+            | Self::Doublet { amplitude, .. }
+            | Self::ThreeTwoOneOne { amplitude, .. }
+            | Self::Sweep { amplitude, .. } => amplitude,
+        }
+    }
+
+    /// The deviation at `time_s`; 0 before 0 and from [`Maneuver::duration_s`] on.
     #[must_use]
     pub fn at(&self, time_s: f64) -> f64 {
         if !(0.0..self.duration_s()).contains(&time_s) {
@@ -89,18 +99,19 @@ impl Maneuver {
             }
             Self::Sweep { amplitude, first_hz, last_hz, duration_s, fade_s } => {
                 let rate = SWEEP_RATE / duration_s;
-                let risen = SWEEP_SCALE * (((rate * time_s).exp() - 1.0) / rate - time_s);
+                let risen = SWEEP_SCALE * ((libm::exp(rate * time_s) - 1.0) / rate - time_s);
                 let phase = TAU * (first_hz * time_s + (last_hz - first_hz) * risen);
                 let edge = time_s.min(duration_s - time_s);
                 let fade = if edge < fade_s { edge / fade_s } else { 1.0 };
-                amplitude * fade * phase.sin()
+                amplitude * fade * libm::sin(phase)
             }
         }
     }
 
     /// The deviations at `samples` instants a period apart, the manoeuvre starting at `start_s`.
+    #[cfg(feature = "alloc")]
     #[must_use]
-    pub fn sampled(&self, samples: usize, period_s: f64, start_s: f64) -> Vec<f64> {
+    pub fn sampled(&self, samples: usize, period_s: f64, start_s: f64) -> alloc::vec::Vec<f64> {
         (0..samples).map(|sample| self.at(sample as f64 * period_s - start_s)).collect()
     }
 }
@@ -112,10 +123,11 @@ mod tests {
     #[test]
     fn pulses_change_sign_when_they_say_and_end_at_trim() {
         let maneuver = Maneuver::ThreeTwoOneOne { amplitude: 2.0, unit_s: 0.5 };
-        let seen: Vec<f64> = (0..8).map(|unit| maneuver.at(0.25 + 0.5 * f64::from(unit))).collect();
+        let seen: [f64; 8] = core::array::from_fn(|unit| maneuver.at(0.25 + 0.5 * unit as f64));
         assert_eq!(seen, [2.0, 2.0, 2.0, -2.0, -2.0, 2.0, -2.0, 0.0]);
         let doublet = Maneuver::Doublet { amplitude: 1.0, hold_s: 1.0 };
-        assert_eq!(doublet.sampled(5, 0.75, 0.5), [0.0, 1.0, -1.0, -1.0, 0.0]);
+        let seen: [f64; 5] = core::array::from_fn(|sample| doublet.at(0.75 * sample as f64 - 0.5));
+        assert_eq!(seen, [0.0, 1.0, -1.0, -1.0, 0.0]);
     }
 
     #[test]
@@ -129,8 +141,8 @@ mod tests {
         };
         assert!(sweep.at(0.0) == 0.0 && sweep.at(59.999).abs() < 0.01 && sweep.at(60.0) == 0.0);
         // Zero crossings of the last ten seconds before the fade, two a period.
-        let samples: Vec<f64> = (0..8000).map(|k| sweep.at(50.0 + 1e-3 * f64::from(k))).collect();
-        let crossings = samples.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
+        let at = |sample: i32| sweep.at(50.0 + 1e-3 * f64::from(sample));
+        let crossings = (1..8000).filter(|&sample| at(sample - 1) * at(sample) < 0.0).count();
         let mean_hz = crossings as f64 / 16.0;
         assert!((1.5..3.0).contains(&mean_hz), "{mean_hz}");
     }

@@ -1,0 +1,173 @@
+//! Test inputs that the autopilot flies itself: limits, and what ends them early.
+
+use super::maneuver::Maneuver;
+use crate::controls::Sticks;
+use crate::ekf::Solution;
+
+/// A test input on top of what the autopilot commands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excitation {
+    /// Which stick: 1 on it, 0 on the others.
+    pub direction: Sticks,
+    /// What is added to it, in full sticks.
+    pub maneuver: Maneuver,
+    /// What ends it early.
+    pub limits: ExcitationLimits,
+}
+
+/// Beyond which a test input is ended at once and the autopilot flies alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExcitationLimits {
+    /// Roll and pitch, rad.
+    pub tilt_rad: f64,
+    /// Every angular rate, rad/s.
+    pub rate_radps: f64,
+    /// Speed over ground, m/s.
+    pub speed_mps: f64,
+}
+
+impl Default for ExcitationLimits {
+    /// 20°, 115 °/s and 2.5 m/s: what a model of hover holds for.
+    fn default() -> Self {
+        Self { tilt_rad: 0.35, rate_radps: 2.0, speed_mps: 2.5 }
+    }
+}
+
+/// Why a test input ended before its time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ExcitationAbort {
+    /// The autopilot no longer holds velocity: the pilot took over, or the estimate is not good enough.
+    Mode,
+    /// Roll or pitch beyond the limit.
+    Tilt,
+    /// An angular rate beyond the limit.
+    Rate,
+    /// Speed beyond the limit.
+    Speed,
+}
+
+/// Why a test input is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ExcitationError {
+    /// The autopilot does not hold velocity.
+    NotFlying,
+    /// One is under way.
+    Busy,
+    /// A number that no test input has.
+    Value {
+        /// Which.
+        what: &'static str,
+        /// What was found.
+        found: f64,
+        /// What would have been right.
+        expected: &'static str,
+    },
+}
+
+impl core::fmt::Display for ExcitationError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NotFlying => f.write_str("test input: the autopilot does not hold velocity"),
+            Self::Busy => f.write_str("test input: another one is under way"),
+            Self::Value { what, found, expected } => {
+                write!(f, "test input: {what}: found {found}, expected {expected}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for ExcitationError {}
+
+impl Excitation {
+    /// Refuses what cannot be flown.
+    ///
+    /// # Errors
+    /// [`ExcitationError::Value`] with the first number that is out of range.
+    pub fn check(&self) -> Result<(), ExcitationError> {
+        let within = |what, found: f64, lowest: f64, highest: f64, expected| {
+            if found >= lowest && found <= highest {
+                Ok(())
+            } else {
+                Err(ExcitationError::Value { what, found, expected })
+            }
+        };
+        for stick in self.direction.to_array() {
+            within("direction", stick, -1.0, 1.0, "-1 to 1 on each stick")?;
+        }
+        within("amplitude", self.maneuver.amplitude().abs(), 0.0, 0.5, "up to half of full stick")?;
+        within("duration", self.maneuver.duration_s(), 0.05, 300.0, "0.05 to 300 s")?;
+        if let Maneuver::Sweep { first_hz, last_hz, fade_s, .. } = self.maneuver {
+            within("first frequency", first_hz, 0.01, 20.0, "0.01 to 20 Hz")?;
+            within("last frequency", last_hz, first_hz, 20.0, "the first to 20 Hz")?;
+            within("fade", fade_s, 0.0, 300.0, "0 to 300 s")?;
+        }
+        let ExcitationLimits { tilt_rad, rate_radps, speed_mps } = self.limits;
+        within("limit of tilt", tilt_rad, 0.0, 0.8, "0 to 0.8 rad")?;
+        within("limit of rate", rate_radps, 0.0, 10.0, "0 to 10 rad/s")?;
+        within("limit of speed", speed_mps, 0.0, 20.0, "0 to 20 m/s")
+    }
+}
+
+/// The test input under way.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Exciter {
+    running: Option<(Excitation, f64)>,
+}
+
+impl Exciter {
+    pub fn start(&mut self, excitation: Excitation) -> Result<(), ExcitationError> {
+        if self.running.is_some() {
+            return Err(ExcitationError::Busy);
+        }
+        excitation.check()?;
+        self.running = Some((excitation, 0.0));
+        Ok(())
+    }
+
+    pub const fn is_running(&self) -> bool {
+        self.running.is_some()
+    }
+
+    pub const fn stop(&mut self) {
+        self.running = None;
+    }
+
+    /// What to add over the next `period_s`, or why there is nothing more to add. `flown` is the estimate,
+    /// while velocity is held.
+    pub fn step(
+        &mut self,
+        flown: Option<&Solution>,
+        period_s: f64,
+    ) -> (Sticks, Option<ExcitationAbort>) {
+        let Some((excitation, elapsed_s)) = self.running else { return (Sticks::NEUTRAL, None) };
+        if let Some(abort) = excitation.limits.crossed(flown) {
+            self.running = None;
+            return (Sticks::NEUTRAL, Some(abort));
+        }
+        let next_s = elapsed_s + period_s;
+        let lasts = elapsed_s < excitation.maneuver.duration_s();
+        self.running = lasts.then_some((excitation, next_s));
+        (excitation.direction.scaled(excitation.maneuver.at(elapsed_s)), None)
+    }
+}
+
+impl ExcitationLimits {
+    fn crossed(&self, flown: Option<&Solution>) -> Option<ExcitationAbort> {
+        let Some(solution) = flown else { return Some(ExcitationAbort::Mode) };
+        let angles = solution.body_to_ned.euler();
+        let rates = solution.angular_rate_radps.to_array();
+        // Written so that NaN is beyond every limit.
+        let within = |value: f64, limit: f64| value.abs() <= limit;
+        if !(within(angles.roll_rad, self.tilt_rad) && within(angles.pitch_rad, self.tilt_rad)) {
+            Some(ExcitationAbort::Tilt)
+        } else if !rates.iter().all(|rate| within(*rate, self.rate_radps)) {
+            Some(ExcitationAbort::Rate)
+        } else if !within(solution.velocity_mps.norm(), self.speed_mps) {
+            Some(ExcitationAbort::Speed)
+        } else {
+            None
+        }
+    }
+}
