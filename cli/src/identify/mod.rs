@@ -10,6 +10,7 @@ use std::time::Instant;
 use anyhow::{Context as _, ensure};
 use hovernav_formats::{Log, Options};
 use hovernav_log::{Dataset, SmoothedRun};
+use hovernav_model::Grade;
 use hovernav_sysid::helicopter::Kind;
 use hovernav_sysid::helicopter::flight_warnings;
 use hovernav_sysid::helicopter::stick_responses;
@@ -77,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let verdict = found.verdict(&responses);
     let vehicle = vehicle.with_source(&source(&dataset, &found)).with_verdict(verdict.clone());
 
-    let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref(), verdict);
+    let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref(), verdict.clone());
     summary.warn(flight_warnings(&flight.experiment, arguments.model));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
     summary.warn(pattern.iter().map(ToString::to_string));
@@ -102,6 +103,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     summary.set_wall(started.elapsed().as_secs_f64());
     output::write_json(&summary, &out.join("summary.json"))?;
     output::say_text(words::in_words(&summary, &found, held.as_ref().ok(), &out));
+    ensure!(
+        verdict.grade != Grade::DoNotFly,
+        "{}: do not fly by this model: {}",
+        out.join("model.toml").display(),
+        verdict.reasons.join("; ")
+    );
     Ok(())
 }
 

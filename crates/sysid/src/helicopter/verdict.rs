@@ -24,6 +24,10 @@ const DELAY_S: [f64; 2] = [-0.02, 0.15];
 const COST: f64 = 100.0;
 /// Below this a flight's response is not worth comparing with.
 const COHERENCE: f64 = 0.6;
+/// Correlation of innovations up to which they count as white.
+const WHITE: f64 = 0.3;
+/// Where a bound is this much of what was expected before the flight, the flight told nothing.
+const UNTOLD: f64 = 0.95;
 /// Growth of a mode, 1/s, that a hover does not have.
 const GROWTH_PER_S: f64 = 3.0;
 
@@ -55,6 +59,27 @@ impl Identification {
                 ));
             }
         }
+        let outputs = self.identified.structure.outputs.iter();
+        for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
+            if *correlation > WHITE {
+                judge.say(Grade::Care, format!(
+                    "{output}: what the model leaves unexplained is not white, its correlation within a second is {correlation:.2}, above {WHITE}: it lacks something that moves {output}"
+                ));
+            }
+        }
+        for parameter in &self.identified.structure.parameters {
+            let found = self.identified.estimates.get(&parameter.name);
+            let (Some((expected, sigma)), Some(found)) = (parameter.prior, found) else { continue };
+            if DAMPING.contains(&&*parameter.name)
+                && found.is_estimated()
+                && found.bound > UNTOLD * sigma
+            {
+                let Estimate { name, value, bound, unit, .. } = found;
+                judge.say(Grade::Care, format!(
+                    "{name} is not told by this flight: {value:.3} ± {bound:.3} {unit}, where {expected} ± {sigma} is usual"
+                ));
+            }
+        }
         match self.identified.poles() {
             Ok(poles) => {
                 let fastest = poles.iter().map(|pole| pole.value.re).fold(f64::MIN, f64::max);
@@ -83,7 +108,9 @@ impl Judge {
         let Estimate { name, unit, value, bound, .. } = estimate;
         let is_free = estimate.is_estimated();
         let percent = estimate.bound_percent();
-        if estimate.status == Status::OnBound {
+        // A servo whose lag does not show ends at none.
+        let is_lag = name.starts_with("lag_");
+        if estimate.status == Status::OnBound && !is_lag {
             let grade =
                 if CONTROL.contains(&name.as_str()) { Grade::DoNotFly } else { Grade::Care };
             self.say(grade, format!("{name} ended on the limit of its search, {value:.3} {unit}"));

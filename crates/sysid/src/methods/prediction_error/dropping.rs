@@ -118,6 +118,9 @@ fn leave_out(problem: &mut Problem<'_>, minimum: &Minimum, weak: &[(usize, f64, 
 
 /// Lets what is known before the flight count against what the flight tells, not against what white
 /// innovations would.
+///
+/// # Source
+/// Equation (I27) of docs/equations.md.
 fn weigh_priors(
     problem: &mut Problem<'_>,
     minimum: &Minimum,
@@ -299,7 +302,7 @@ fn described(
     dropped: &[usize],
 ) -> Result<Identified, PredictionErrorError> {
     let singular = || PredictionErrorError::Singular { structure: problem.structure.name.clone() };
-    let (predictor, _, passed) = problem.pass(theta, false).ok_or_else(singular)?;
+    let (predictor, _, passed) = problem.pass(theta, true).ok_or_else(singular)?;
     let samples = problem.samples();
     let innovations_covariance =
         statistics::innovations_covariance(&passed, &predictor.whitener, samples)
@@ -334,6 +337,11 @@ fn described(
         aic: 2.0 * ended.cost + constant + 2.0 * unknowns,
         fpe: innovations_covariance.determinant() * (count + unknowns) / (count - unknowns),
         innovations_covariance,
+        innovations_correlation: statistics::innovations_correlation(
+            &passed,
+            structure.outputs.len(),
+            problem.period_s,
+        ),
         iterations: ended.iterations,
         converged: ended.converged,
         estimates,

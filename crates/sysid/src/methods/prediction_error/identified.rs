@@ -38,6 +38,9 @@ pub struct Identified {
     pub log: Vec<String>,
     /// Covariance of the innovations, outputs × outputs, as found.
     pub innovations_covariance: DMatrix<f64>,
+    /// How far each output's innovations, 0.1 to 1 s apart, are from white: their largest correlation,
+    /// 0 to 1.
+    pub innovations_correlation: Vec<f64>,
     /// Akaike's criterion, −2 ln L + 2 × unknowns.
     pub aic: f64,
     /// Akaike's final prediction error: det of the covariance × (N + unknowns)/(N − unknowns).

@@ -145,6 +145,24 @@ fn projected(normal: &Normal, count: usize) -> Option<DMatrix<f64>> {
     Some(all.rows(0, count) - eliminate.tr_mul(&all.rows(count, own)))
 }
 
+/// The largest correlation in size of each output's whitened innovations 0.1 to 1 s apart.
+pub(super) fn innovations_correlation(passed: &Passed, p: usize, period_s: f64) -> Vec<f64> {
+    const APART_S: [f64; 2] = [0.1, 1.0];
+    let [first, last] = APART_S.map(|apart_s| (apart_s / period_s).ceil() as usize);
+    let product = |output: usize, lag: usize| -> f64 {
+        let of = |normal: &Normal| -> f64 {
+            let late = normal.whitened.iter().skip(lag * p + output).step_by(p);
+            normal.whitened.iter().skip(output).step_by(p).zip(late).map(|(a, b)| a * b).sum()
+        };
+        passed.normals.iter().map(of).sum()
+    };
+    let largest = |output| {
+        let sizes = (first..=last).map(|lag| product(output, lag).abs() / product(output, 0));
+        sizes.fold(0.0, f64::max)
+    };
+    (0..p).map(largest).collect()
+}
+
 /// Σ ν νᵀ / N of the innovations themselves: L (Σ e eᵀ / N) Lᵀ.
 pub(super) fn innovations_covariance(
     passed: &Passed,

@@ -104,6 +104,9 @@ impl Lag {
     }
 
     /// The interval's mean, and its derivatives by the delay and by the time constant.
+    ///
+    /// # Source
+    /// Equation (I28) of docs/equations.md.
     fn step(&mut self, input: f64, slope: f64) -> [f64; 3] {
         let [at, by_delay, by_lag] = self.state.unwrap_or([input, 0.0, 0.0]);
         let (off, off_slope) = (at - input, by_delay - slope);
