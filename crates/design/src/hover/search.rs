@@ -71,16 +71,18 @@ impl HoverDesign {
             |design: &HoverDesign| in_attitude(design, model, wanted).unwrap_or(f64::INFINITY);
         let mut best = (self.clone(), in_flight(self, f64::INFINITY), in_attitude(self));
         let start = best.1 + best.2;
-        // One step length for what holds attitude, one for all else.
-        let (mut steps, mut trials) = ([0.8, 0.8], 0);
+        // A step length for each loop.
+        let (mut steps, mut trials) = ([0.8; 4], 0);
         while trials < wanted.trials && best.1 + best.2 > 0.0 {
             trials += 1;
             let mut next = best.0.clone();
-            // What holds attitude alone moves nothing else: every third trial is its own.
-            let (own, rest) = knobs(&mut next);
-            let of_attitude = trials % 3 == 0 && best.2 > 0.0;
-            let mut knobs = if of_attitude { own } else { rest };
-            let step = &mut steps[usize::from(of_attitude)];
+            // The loops hardly move each other: each trial is one loop's own, so that what is gained on
+            // one is not lost with a bad draw on another.
+            let turn = ORDER[trials % ORDER.len()];
+            let at = if turn == Loop::Attitude && best.2 <= 0.0 { Loop::Yaw } else { turn };
+            let of_attitude = at == Loop::Attitude;
+            let mut knobs = knobs(&mut next, at);
+            let step = &mut steps[at as usize];
             let moved = 1 + (random.uniform() * 3.0) as usize;
             for _ in 0..moved {
                 let at = (random.uniform() * knobs.len() as f64) as usize;
@@ -107,26 +109,49 @@ impl HoverDesign {
 /// What the search moves, and between which bounds.
 type Knob<'a> = (&'a mut f64, [f64; 2]);
 
-/// Those of attitude alone, and all others.
-fn knobs(design: &mut HoverDesign) -> (Vec<Knob<'_>>, Vec<Knob<'_>>) {
+/// A loop that is searched by itself.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Loop {
+    RollPitch,
+    Yaw,
+    Heave,
+    Attitude,
+}
+
+/// Whose turn it is.
+const ORDER: [Loop; 6] =
+    [Loop::RollPitch, Loop::Yaw, Loop::RollPitch, Loop::Attitude, Loop::Yaw, Loop::Heave];
+
+/// The weights of one loop.
+fn knobs(design: &mut HoverDesign, of: Loop) -> Vec<Knob<'_>> {
     const WEIGHT: [f64; 2] = [1e-5, 1e6];
     const DECAY: [f64; 2] = [1e-3, 0.6];
     let HoverDesign { roll_pitch, attitude, yaw, heave, .. } = design;
-    let mut own: Vec<Knob<'_>> = Vec::new();
-    own.extend(attitude.states.iter_mut().map(|weight| (weight, WEIGHT)));
-    own.extend(attitude.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
-    own.extend(attitude.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
     let mut knobs: Vec<Knob<'_>> = Vec::new();
-    knobs.extend(roll_pitch.states.iter_mut().map(|weight| (weight, WEIGHT)));
-    knobs.extend(roll_pitch.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
-    knobs.extend(roll_pitch.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
-    knobs.push((&mut roll_pitch.decay_per_s, DECAY));
-    knobs.extend(yaw.states.iter_mut().map(|weight| (weight, WEIGHT)));
-    knobs.push((&mut yaw.integral, WEIGHT));
-    knobs.push((&mut yaw.stick, WEIGHT));
-    knobs.push((&mut heave.frequency_radps, [0.5, 6.0]));
-    knobs.push((&mut heave.damping, [0.5, 3.0]));
-    (own, knobs)
+    match of {
+        Loop::RollPitch => {
+            knobs.extend(roll_pitch.states.iter_mut().map(|weight| (weight, WEIGHT)));
+            knobs.extend(roll_pitch.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
+            knobs.extend(roll_pitch.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
+            knobs.push((&mut roll_pitch.decay_per_s, DECAY));
+        }
+        Loop::Yaw => {
+            knobs.extend(yaw.states.iter_mut().map(|weight| (weight, WEIGHT)));
+            knobs.push((&mut yaw.integral, WEIGHT));
+            knobs.push((&mut yaw.stick, WEIGHT));
+            knobs.push((&mut yaw.decay_per_s, [1e-3, 2.0]));
+        }
+        Loop::Heave => {
+            knobs.push((&mut heave.frequency_radps, [0.5, 6.0]));
+            knobs.push((&mut heave.damping, [0.5, 3.0]));
+        }
+        Loop::Attitude => {
+            knobs.extend(attitude.states.iter_mut().map(|weight| (weight, WEIGHT)));
+            knobs.extend(attitude.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
+            knobs.extend(attitude.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
+        }
+    }
+    knobs
 }
 
 /// What `design` falls short of `wanted` by where velocity is known, or anything not below `least` where

@@ -61,7 +61,9 @@ impl Identification {
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
-            if *correlation > WHITE {
+            // Where the noise of an output is held it is no measure of what is left.
+            let noise = self.identified.estimates.get(&format!("σ {output}"));
+            if *correlation > WHITE && noise.is_some_and(Estimate::is_estimated) {
                 judge.say(Grade::Care, format!(
                     "{output}: what the model leaves unexplained is not white, its correlation within a second is {correlation:.2}, above {WHITE}: it lacks something that moves {output}"
                 ));
