@@ -288,7 +288,10 @@ impl Search<'_> {
             (Kind::Heave, "Zw", -0.7, 0.1),
         ];
         let structure = self.prepared(kind.structure());
-        let starts = STARTS.iter().filter(|(of, ..)| *of == kind);
+        // A velocity held from fix to fix is there to be compared with: one search shows what it is worth.
+        let is_held = *self.error == VelocityError::NONE;
+        let most = if is_held { 1 } else { STARTS.len() };
+        let starts = STARTS.iter().filter(|(of, ..)| *of == kind).take(most);
         let mut tried = starts.map(|&(_, name, start, noise)| {
             let mut settings = self.settings(kind);
             if let prediction_error::Form::Innovations(sigmas) = &mut settings.form {
@@ -309,7 +312,7 @@ impl Search<'_> {
             (Err(_), Ok(_)) => next,
             _ => best,
         })?;
-        if kind == Kind::Flapping {
+        if kind == Kind::Flapping && !is_held {
             let with_bar = structure.with_bar(&best.estimates);
             return Ok(self.if_likelier(best, kind, with_bar));
         }
