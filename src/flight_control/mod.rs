@@ -137,6 +137,52 @@ impl FlightControl {
         &self.autopilot
     }
 
+    /// Whether the autopilot flies.
+    #[must_use]
+    pub fn is_engaged(&self) -> bool {
+        self.engagement.is_engaged()
+    }
+
+    /// Whether the switch, closed as it is, does not count until it has been opened: the autopilot was
+    /// refused, or gave the sticks back.
+    #[must_use]
+    pub fn is_refused(&self) -> bool {
+        self.engagement == Engagement::Refused
+    }
+
+    /// Whether the pilot's signal is lost while the autopilot flies.
+    #[must_use]
+    pub const fn pilot_is_lost(&self) -> bool {
+        self.pilot_lost_s.is_some()
+    }
+
+    /// Whether it descends because the pilot did not come back.
+    #[must_use]
+    pub const fn descends(&self) -> bool {
+        self.descends
+    }
+
+    /// Whether the fence was reached and the vehicle is not yet well inside again.
+    #[must_use]
+    pub const fn is_outside_fence(&self) -> bool {
+        self.outside
+    }
+
+    /// Whether a stick of the autopilot is at its end.
+    #[must_use]
+    pub fn is_at_end(&self) -> bool {
+        self.saturated_s > 0.0
+    }
+
+    /// Share of the way from the middle of the fence to its side or top, the greater, 1 at the fence;
+    /// `None` without a fence.
+    #[must_use]
+    pub fn fence_share(&self, position: &Geodetic) -> Option<f64> {
+        let fence = self.config.fence?;
+        let [north, east, down] = position.displacement_from(&fence.centre).to_array();
+        Some((libm::hypot(north, east) / fence.radius_m).max(-down / fence.height_m))
+    }
+
     /// What a sensor said: see [`HoverAutopilot::hear`].
     pub fn hear(&mut self, event: &Event) {
         self.autopilot.hear(event);
@@ -301,9 +347,9 @@ impl FlightControl {
         notify: &mut impl FnMut(ControlNotice),
     ) -> Option<SetPoint> {
         let fence = self.config.fence?;
-        let from_centre = solution?.position.displacement_from(&fence.centre);
-        let [north, east, down] = from_centre.to_array();
-        let farthest = (libm::hypot(north, east) / fence.radius_m).max(-down / fence.height_m);
+        let position = solution?.position;
+        let farthest = self.fence_share(&position)?;
+        let down = position.displacement_from(&fence.centre).z();
         if self.outside {
             if farthest < WELL_INSIDE {
                 self.outside = false;

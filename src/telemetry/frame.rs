@@ -1,4 +1,5 @@
-//! A snapshot as one frame of 145 bytes, laid out in `docs/telemetry.md`.
+//! A snapshot as one frame of 145 bytes, a supplement as one of 56 and a text as one of 82, laid out in
+//! `docs/telemetry.md`.
 //!
 //! A frame ends with a zero byte and has no other (COBS: Cheshire and Baker, *Consistent overhead
 //! byte stuffing*, IEEE/ACM Transactions on Networking 7 (2), 1999), so whoever joins in the middle,
@@ -12,19 +13,33 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use super::snapshot::{
     FixKind, GpsSummary, Innovations, Sigmas, Snapshot, StatusFlags, SystemMode,
 };
+use super::supplement::Supplement;
+use super::text::{TEXT, Text};
 use super::wire::{Codec, stuff, unstuff};
 use crate::earth::Geodetic;
 use crate::frames::EulerAngles;
 use crate::time::Time;
 
-/// The version of the layout, in every frame's first byte.
+/// The version of a snapshot's layout, in its frame's first byte.
 pub const VERSION: u8 = 1;
-/// Bytes of every frame, the zero at its end included.
-pub const LENGTH: usize = BODY + CHECKSUM + 2;
+/// The same of a supplement's.
+const SUPPLEMENT_VERSION: u8 = 2;
+/// The same of a text's.
+const TEXT_VERSION: u8 = 3;
+/// Bytes of a snapshot's frame, the zero at its end included.
+pub const LENGTH: usize = BODY + OVERHEAD;
+/// The same of a supplement's.
+pub const SUPPLEMENT_LENGTH: usize = SUPPLEMENT_BODY + OVERHEAD;
+/// The same of a text's.
+pub const TEXT_LENGTH: usize = TEXT_BODY + OVERHEAD;
 
 /// Bytes before the checksum.
 const BODY: usize = 139;
+const SUPPLEMENT_BODY: usize = 50;
+const TEXT_BODY: usize = 12 + TEXT;
 const CHECKSUM: usize = 4;
+/// Checksum, the byte of the stuffing, and the zero.
+const OVERHEAD: usize = CHECKSUM + 2;
 /// Bytes of a frame without the zero: the stuffing costs one byte up to 254.
 const STUFFED: usize = LENGTH - 1;
 
@@ -57,6 +72,20 @@ pub struct Frame {
     pub snapshot: Snapshot,
 }
 
+/// What a frame holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+// All live on the stack, one at a time.
+#[allow(clippy::large_enum_variant)]
+#[non_exhaustive]
+pub enum Message {
+    /// The state of the flight.
+    Snapshot(Frame),
+    /// Flight control in detail, and biases.
+    Supplement(Supplement),
+    /// What happened, in words.
+    Text(Text),
+}
+
 /// Why bytes between two zeros are no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
@@ -79,7 +108,7 @@ pub enum FrameError {
         /// That version.
         found: u8,
     },
-    /// The frame is whole and has a code that no mode or kind of fix has.
+    /// The frame is whole and has a code that no mode, kind of fix or severity has.
     Code {
         /// The code.
         found: u8,
@@ -97,7 +126,9 @@ impl fmt::Display for FrameError {
                 write!(f, "checksum {found:08x}, expected {expected:08x}")
             }
             Self::Version { found } => write!(f, "version {found}, expected {VERSION}"),
-            Self::Code { found } => write!(f, "code {found} names no mode or kind of fix"),
+            Self::Code { found } => {
+                write!(f, "code {found} names no mode, kind of fix or severity")
+            }
         }
     }
 }
@@ -108,37 +139,84 @@ impl core::error::Error for FrameError {}
 /// field cannot hold becomes the nearest that it can, and what is no place on Earth becomes unknown.
 #[must_use]
 pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {
-    let mut bytes = [0; LENGTH];
-    let [_, body @ .., c0, c1, c2, c3, _] = &mut bytes;
     let mut header = [VERSION, sequence, snapshot.mode.code(), snapshot.gps.fix.code()];
     let mut snapshot = *snapshot;
-    walk(&mut Codec::Pack(body), &mut header, &mut snapshot);
-    [*c0, *c1, *c2, *c3] = CRC.checksum(body).to_le_bytes();
-    let [stuffed @ .., _] = &mut bytes;
-    stuff(stuffed);
+    sealed(|codec| walk(codec, &mut header, &mut snapshot))
+}
+
+/// The frame numbered `sequence` that holds `supplement`, as [`pack`] does it.
+#[must_use]
+pub fn pack_supplement(supplement: &Supplement, sequence: u8) -> [u8; SUPPLEMENT_LENGTH] {
+    let mut supplement = *supplement;
+    sealed(|codec| {
+        supplement.walk(codec, &mut [SUPPLEMENT_VERSION, sequence]);
+    })
+}
+
+/// The frame numbered `sequence` that holds `text`.
+#[must_use]
+pub fn pack_text(text: &Text, sequence: u8) -> [u8; TEXT_LENGTH] {
+    let mut text = *text;
+    sealed(|codec| {
+        text.walk(codec, &mut [TEXT_VERSION, sequence]);
+    })
+}
+
+/// A frame of what `fill` packs.
+fn sealed<const N: usize>(fill: impl FnOnce(&mut Codec<'_>)) -> [u8; N] {
+    let mut bytes = [0; N];
+    if let [_, body @ .., c0, c1, c2, c3, _] = &mut bytes[..] {
+        fill(&mut Codec::Pack(&mut *body));
+        [*c0, *c1, *c2, *c3] = CRC.checksum(body).to_le_bytes();
+    }
+    if let [stuffed @ .., _] = &mut bytes[..] {
+        stuff(stuffed);
+    }
     bytes
 }
 
-/// The frame in the bytes between two zeros, which are used up as room.
-fn unpack(stuffed: &mut [u8]) -> Result<Frame, FrameError> {
+/// The number and the content of the frame in the bytes between two zeros, which are used up as room.
+fn unpack(stuffed: &mut [u8]) -> Result<(u8, Message), FrameError> {
     if !unstuff(stuffed) {
         return Err(FrameError::Stuffing);
     }
-    let stuffed: &[u8; STUFFED] = (&*stuffed)
-        .try_into()
-        .map_err(|_| FrameError::Length { found: stuffed.len().saturating_sub(1) })?;
-    let [_, body @ .., c0, c1, c2, c3] = stuffed;
+    let length = FrameError::Length { found: stuffed.len().saturating_sub(1) };
+    let [_, body @ .., c0, c1, c2, c3] = stuffed else { return Err(length) };
+    let known = match body.len() {
+        BODY => VERSION,
+        SUPPLEMENT_BODY => SUPPLEMENT_VERSION,
+        TEXT_BODY => TEXT_VERSION,
+        _ => return Err(length),
+    };
     let (expected, found) = (CRC.checksum(body), u32::from_le_bytes([*c0, *c1, *c2, *c3]));
     if expected != found {
         return Err(FrameError::Checksum { expected, found });
     }
-    let [version, ..] = *body;
-    if version != VERSION {
+    let [version, sequence, code, ..] = *body else { return Err(length) };
+    if version != known {
         return Err(FrameError::Version { found: version });
     }
+    let codec = &mut Codec::Unpack(body);
+    let message = match version {
+        SUPPLEMENT_VERSION => {
+            let mut supplement = Supplement::at(Time::ZERO);
+            supplement.walk(codec, &mut [0; 2]).ok_or(FrameError::Code { found: code })?;
+            Message::Supplement(supplement)
+        }
+        TEXT_VERSION => {
+            let mut text = Text::empty();
+            text.walk(codec, &mut [0; 2]).ok_or(FrameError::Code { found: code })?;
+            Message::Text(text)
+        }
+        _ => Message::Snapshot(unpack_snapshot(codec)?),
+    };
+    Ok((sequence, message))
+}
+
+fn unpack_snapshot(codec: &mut Codec<'_>) -> Result<Frame, FrameError> {
     let mut header = [0; 4];
     let mut snapshot = Snapshot::at(Time::ZERO);
-    walk(&mut Codec::Unpack(body), &mut header, &mut snapshot);
+    walk(codec, &mut header, &mut snapshot);
     let [_, sequence, mode, fix] = header;
     snapshot.mode = SystemMode::from_code(mode).ok_or(FrameError::Code { found: mode })?;
     snapshot.gps.fix = FixKind::from_code(fix).ok_or(FrameError::Code { found: fix })?;
@@ -148,9 +226,7 @@ fn unpack(stuffed: &mut [u8]) -> Result<Frame, FrameError> {
 /// Every field in its place: the layout, for both ways.
 fn walk(codec: &mut Codec<'_>, header: &mut [u8; 4], snapshot: &mut Snapshot) {
     codec.bytes(header);
-    let mut time_us = (snapshot.time.nanoseconds().div_euclid(1_000)).to_le_bytes();
-    codec.bytes(&mut time_us);
-    snapshot.time = Time::from_nanoseconds(i64::from_le_bytes(time_us).saturating_mul(1_000));
+    codec.time(&mut snapshot.time);
     let mut status = snapshot.status.bits().to_le_bytes();
     codec.bytes(&mut status);
     snapshot.status = StatusFlags::from_bits(u16::from_le_bytes(status));
@@ -269,8 +345,18 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// Takes one byte; the frame that it ends, or why what it ends is none.
+    /// Takes one byte; the snapshot that it ends, or why what it ends is no frame. Frames of other
+    /// content are passed over.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, FrameError>> {
+        match self.push_message(byte)? {
+            Ok(Message::Snapshot(frame)) => Some(Ok(frame)),
+            Ok(_) => None,
+            Err(error) => Some(Err(error)),
+        }
+    }
+
+    /// Takes one byte; what the frame holds that it ends, or why what it ends is none.
+    pub fn push_message(&mut self, byte: u8) -> Option<Result<Message, FrameError>> {
         self.counts.bytes += 1;
         if byte != 0 {
             if let Some(slot) = self.stuffed.get_mut(self.length) {
@@ -289,15 +375,15 @@ impl Decoder {
             .ok_or(FrameError::Length { found: length })
             .and_then(unpack);
         match &result {
-            Ok(frame) => {
-                let gap = |before| frame.sequence.wrapping_sub(before).wrapping_sub(1);
+            Ok((sequence, _)) => {
+                let gap = |before: u8| sequence.wrapping_sub(before).wrapping_sub(1);
                 self.counts.missing += u64::from(self.before.map_or(0, gap));
-                self.before = Some(frame.sequence);
+                self.before = Some(*sequence);
                 self.counts.frames += 1;
             }
             Err(_) => self.counts.damaged += 1,
         }
-        Some(result)
+        Some(result.map(|(_, message)| message))
     }
 
     /// What became of the stream so far.

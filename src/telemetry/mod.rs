@@ -1,7 +1,8 @@
 //! Telemetry: the state of the flight, sent to the ground in every cycle.
 //!
 //! A [`Snapshot`] is the state at one moment. It goes out packed into a [`frame`] of 145
-//! bytes, 33 times a second on a modem of 57 600 baud while the ground has the [`Flow`] on.
+//! bytes, 33 times a second on a modem of 57 600 baud while the ground has the [`Flow`] on. A
+//! [`Supplement`] says less often what flight control is about, and a [`Text`] what happens.
 //!
 //! ```
 //! use hovernav::telemetry::{Flow, Snapshot, frame};
@@ -23,9 +24,13 @@
 mod flow;
 pub mod frame;
 mod snapshot;
+mod supplement;
+mod text;
 mod wire;
 
 pub use flow::Flow;
 pub use snapshot::{
     Drops, FixKind, GpsSummary, Innovations, LoopTiming, Sigmas, Snapshot, StatusFlags, SystemMode,
 };
+pub use supplement::{ControlFlags, Supplement};
+pub use text::{Severity, Text};

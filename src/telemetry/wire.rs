@@ -6,6 +6,7 @@
 //! 7 (2), 1999. Up to 253 bytes of data need one byte of overhead and none of the longer blocks.
 
 use crate::frames::Vector;
+use crate::time::Time;
 
 /// Removes the zeros of `bytes`, a zero and then at most 253 bytes of data: each becomes the distance
 /// to the next, the last one to the end.
@@ -133,6 +134,13 @@ impl Codec<'_> {
         let mut components = value.map(Vector::to_array);
         self.scaled_all::<W, 3>(&mut components, per_unit);
         *value = components.map(Vector::from);
+    }
+
+    /// Packs or unpacks a time in whole microseconds, rounded down.
+    pub fn time(&mut self, time: &mut Time) {
+        let mut time_us = time.nanoseconds().div_euclid(1_000).to_le_bytes();
+        self.bytes(&mut time_us);
+        *time = Time::from_nanoseconds(i64::from_le_bytes(time_us).saturating_mul(1_000));
     }
 
     /// Packs or unpacks a count; one beyond two bytes becomes the greatest that fits.

@@ -62,7 +62,7 @@ pub use setup::{
     AccelerationSign, AutopilotFileError, AutopilotSection, CaptureSection, DmuMode, DmuSection,
     FenceSection, FlyConfig, FlyConfigError, LineSection, MavlinkConfig, MavlinkRates,
     MavlinkSection, PilotRole, PwmLine, ReceiverProtocol, ReceiverSection, RecordSection,
-    ServoSection, SiteSection, ThrottleSource, read_autopilot, write_autopilot,
+    ServoSection, SiteSection, TelemetrySection, ThrottleSource, read_autopilot, write_autopilot,
 };
 pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, solution_row, write_solution};
 pub use survey::{GpsSurvey, ImuSurvey, SensorSurvey, Survey};

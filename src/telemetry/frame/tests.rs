@@ -2,9 +2,10 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 
 use super::*;
+use crate::autopilot::Mode;
 use crate::controls::Channels;
 use crate::frames::Vector;
-use crate::telemetry::{Drops, LoopTiming};
+use crate::telemetry::{ControlFlags, Drops, LoopTiming, Severity};
 
 /// A snapshot whose every number is whole steps and unlike the others.
 fn full() -> Snapshot {
@@ -260,5 +261,74 @@ proptest! {
         let stream = [&noise[..], &[0], &pack(&full(), 5)].concat();
         let good: Vec<_> = decode(&stream).into_iter().flatten().collect();
         prop_assert_eq!(good, vec![Frame { sequence: 5, snapshot: full() }]);
+    }
+}
+
+fn full_supplement() -> Supplement {
+    Supplement {
+        time: Time::from_nanoseconds(987_654_000),
+        mode: Some(Mode::Velocity),
+        flags: ControlFlags::from_bits(0b101_0110),
+        failed_checks: 0b10_0000_0000_0101,
+        aux_ms: Some(1.8505),
+        asked_velocity_mps: Some(Vector::new(0.25, -1.5, 0.1)),
+        asked_heading_rad: Some(-2.1003),
+        gyro_bias_radps: Some(Vector::new(0.00123, -0.00456, 0.1)),
+        accel_bias_mps2: Some(Vector::new(0.123, -0.456, 1.5)),
+        gyro_bias_sigma_radps: Some(Vector::new(0.0001, 0.0002, 0.0003)),
+        accel_bias_sigma_mps2: Some(Vector::new(0.01, 0.02, 0.03)),
+        fence_share: Some(0.731),
+    }
+}
+
+#[test]
+fn snapshots_supplements_and_texts_come_back_from_one_stream_and_are_numbered_together() {
+    let line = "one-sigma of horizontal velocity, m/s: 0.812, at most 0.4; sät at the änd of 64";
+    let (text, rest) = Text::first_of(Time::from_nanoseconds(5_000), Severity::Warning, line);
+    let nothing = Supplement::at(Time::ZERO);
+    let stream = [
+        &pack(&full(), 254)[..],
+        &pack_supplement(&full_supplement(), 255),
+        &pack_text(&text, 0),
+        &pack_supplement(&nothing, 1),
+    ]
+    .concat();
+    let mut decoder = Decoder::default();
+    let messages: Vec<_> = stream.iter().filter_map(|byte| decoder.push_message(*byte)).collect();
+    let expected = [
+        Message::Snapshot(Frame { sequence: 254, snapshot: full() }),
+        Message::Supplement(full_supplement()),
+        Message::Text(text),
+        Message::Supplement(nothing),
+    ];
+    assert_eq!(messages, expected.map(Ok));
+    assert_eq!(format!("{}{rest}", text.as_str()), line);
+    assert_eq!(*decoder.counts(), FrameCounts { bytes: 339, frames: 4, damaged: 0, missing: 0 });
+    // Who wants snapshots alone hears nothing of the others.
+    assert_eq!(decode_snapshots(&stream), [full()]);
+}
+
+fn decode_snapshots(stream: &[u8]) -> Vec<Snapshot> {
+    let mut decoder = Decoder::default();
+    stream
+        .iter()
+        .filter_map(|byte| decoder.push(*byte))
+        .map(|frame| frame.unwrap().snapshot)
+        .collect()
+}
+
+proptest! {
+    #[test]
+    fn a_damaged_supplement_or_text_is_none(value in 1..=u8::MAX, place in any::<Index>()) {
+        let (text, _) = Text::first_of(Time::ZERO, Severity::Error, "the record is not written");
+        for mut bytes in
+            [pack_supplement(&full_supplement(), 1).to_vec(), pack_text(&text, 1).to_vec()]
+        {
+            let place = place.index(bytes.len() - 1);
+            bytes[place] ^= value;
+            let mut decoder = Decoder::default();
+            let found = bytes.iter().filter_map(|byte| decoder.push_message(*byte));
+            prop_assert!(found.filter_map(Result::ok).count() == 0);
+        }
     }
 }

@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::thread::{self, JoinHandle};
 
+use super::ground_line::GroundLine;
 use crate::Mavlink;
-use crate::serial::{Clock, Port, PortConfig, Read};
-use hovernav::telemetry::{Flow, Snapshot, frame};
+use crate::serial::Clock;
+use hovernav::telemetry::{Flow, Severity, Snapshot, Supplement, Text, frame};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
 use hovernav_log::record::{Level, ShortText};
@@ -19,10 +20,20 @@ const LISTEN_S: f64 = 0.005;
 /// How long a frame may take to be handed to the line, s: less than a cycle.
 const WRITE_S: f64 = 0.025;
 
+/// Between two supplements, s, at most and at least.
+const SUPPLEMENT_S: [f64; 2] = [2.0, 0.1];
+/// A supplement with news waits for the one before this long, s.
+const NEWS_S: f64 = 0.1;
+/// Snapshots a second, for what is left of the line.
+const SNAPSHOTS_HZ: f64 = 33.0;
+/// A paused vehicle that sends datagrams says so often that it is there, s: without, the ground would
+/// not know where to send its word.
+const PRESENCE_S: f64 = 1.0;
+
 /// What is sent on the line.
 enum Encoder {
     /// Packed frames, while the ground has switched them on.
-    Packed(Flow),
+    Packed(Box<Packed>),
     /// MAVLink 2, always.
     Mavlink(Box<Mavlink>),
 }
@@ -39,10 +50,89 @@ pub struct DownlinkCounts {
 /// Texts that may wait for the line.
 const TEXTS: usize = 32;
 
+/// Packed frames: snapshots, between them supplements and texts.
+struct Packed {
+    flow: Flow,
+    sequence: u8,
+    /// Between two supplements, s.
+    interval_s: f64,
+    /// The last supplement sent.
+    told: Option<Supplement>,
+    /// Pieces of a text that are left.
+    texts: VecDeque<Text>,
+    /// When a paused vehicle last said that it is there; `None` on a line that needs no such word.
+    presence: Option<Time>,
+}
+
+impl Packed {
+    /// For a line that takes `budget` bytes a second.
+    fn new(budget: Option<f64>, now: Time) -> Self {
+        let [most_s, least_s] = SUPPLEMENT_S;
+        let interval_s = budget.map_or(least_s, |budget| {
+            let left = budget - SNAPSHOTS_HZ * frame::LENGTH as f64;
+            if left > 0.0 { frame::SUPPLEMENT_LENGTH as f64 / left } else { most_s }
+        });
+        Self {
+            flow: Flow::default(),
+            sequence: 0,
+            interval_s: interval_s.clamp(least_s, most_s),
+            told: None,
+            texts: VecDeque::new(),
+            presence: budget.is_none().then_some(now),
+        }
+    }
+
+    fn encode(&mut self, snapshot: &Snapshot, supplement: &Supplement, bytes: &mut Vec<u8>) {
+        if !self.flow.is_on() {
+            self.told = None;
+            self.texts.clear();
+            if let Some(last) = &mut self.presence
+                && snapshot.time - *last > PRESENCE_S
+            {
+                *last = snapshot.time;
+                // An empty frame, which every decoder passes over.
+                bytes.push(0);
+            }
+            return;
+        }
+        bytes.extend_from_slice(&frame::pack(snapshot, self.number()));
+        let due = self.told.is_none_or(|told| {
+            let since_s = supplement.time - told.time;
+            since_s >= self.interval_s || since_s >= NEWS_S && supplement.differs_from(&told)
+        });
+        if due {
+            bytes.extend_from_slice(&frame::pack_supplement(supplement, self.number()));
+            self.told = Some(*supplement);
+        } else if let Some(text) = self.texts.pop_front() {
+            bytes.extend_from_slice(&frame::pack_text(&text, self.number()));
+        }
+    }
+
+    fn say(&mut self, time: Time, level: Level, line: &str) {
+        let severity = match level {
+            Level::Info => Severity::Info,
+            Level::Warning => Severity::Warning,
+            Level::Error => Severity::Error,
+        };
+        let mut rest = line.trim();
+        while !rest.is_empty() {
+            let (text, left) = Text::first_of(time, severity, rest);
+            self.texts.push_back(text);
+            rest = left;
+        }
+    }
+
+    fn number(&mut self) -> u8 {
+        let number = self.sequence;
+        self.sequence = number.wrapping_add(1);
+        number
+    }
+}
+
 #[derive(Default)]
 struct Shared {
-    newest: Mutex<Option<Snapshot>>,
-    texts: Mutex<VecDeque<(Level, ShortText)>>,
+    newest: Mutex<Option<(Snapshot, Supplement)>>,
+    texts: Mutex<VecDeque<(Time, Level, ShortText)>>,
     sent: AtomicU64,
     dropped: AtomicU64,
     stop: AtomicBool,
@@ -68,33 +158,37 @@ impl Downlinks {
     /// The system gives no thread.
     pub fn open(config: &FlyConfig, clock: Clock, start: Time, unix_ns: i64) -> io::Result<Self> {
         let packed = config.telemetry.as_ref().map(|section| {
-            let port = Port::new(PortConfig::new(&section.port, section.baud), clock);
-            Downlink::spawn(port, clock, Encoder::Packed(Flow::default()))
+            let (port, udp) = (section.port.as_ref(), section.udp.as_ref());
+            let line = GroundLine::new(port, section.baud, udp, clock);
+            let packed = Packed::new(line.budget(), start);
+            Downlink::spawn(line, clock, Encoder::Packed(Box::new(packed)))
         });
         let mavlink = config.mavlink.as_ref().map(|section| {
             let mut mavlink = Mavlink::new(section.speaker, start);
             mavlink.set_utc(unix_ns, start);
-            let port = Port::new(PortConfig::new(&section.port, section.baud), clock);
-            Downlink::spawn(port, clock, Encoder::Mavlink(Box::new(mavlink)))
+            let (port, udp) = (section.port.as_ref(), section.udp.as_ref());
+            let line = GroundLine::new(port, section.baud, udp, clock);
+            Downlink::spawn(line, clock, Encoder::Mavlink(Box::new(mavlink)))
         });
         Ok(Self { packed: packed.transpose()?, mavlink: mavlink.transpose()? })
     }
 
-    /// Offers the newest snapshot to each; never waits.
-    pub fn offer(&self, snapshot: &Snapshot) {
+    /// Offers the newest snapshot and supplement to each; never waits.
+    pub fn offer(&self, snapshot: &Snapshot, supplement: &Supplement) {
         for downlink in self.packed.iter().chain(&self.mavlink) {
-            downlink.offer(snapshot);
+            downlink.offer(snapshot, supplement);
         }
     }
 
-    /// Offers a text to the line that carries texts; never waits. Where too many wait, the oldest goes.
-    pub fn say(&self, level: Level, text: ShortText) {
-        let Some(downlink) = &self.mavlink else { return };
-        if let Ok(mut texts) = downlink.shared.texts.try_lock() {
-            if texts.len() == TEXTS {
-                texts.pop_front();
+    /// Offers a text to each; never waits. Where too many wait, the oldest goes.
+    pub fn say(&self, time: Time, level: Level, text: ShortText) {
+        for downlink in self.packed.iter().chain(&self.mavlink) {
+            if let Ok(mut texts) = downlink.shared.texts.try_lock() {
+                if texts.len() == TEXTS {
+                    texts.pop_front();
+                }
+                texts.push_back((time, level, text));
             }
-            texts.push_back((level, text));
         }
     }
 
@@ -108,21 +202,21 @@ impl Downlinks {
 }
 
 impl Downlink {
-    /// Sends what `encoder` makes of the snapshots on `port` from now on.
+    /// Sends what `encoder` makes of the snapshots on `line` from now on.
     ///
     /// # Errors
     /// The system gives no thread.
-    fn spawn(port: Port, clock: Clock, encoder: Encoder) -> io::Result<Self> {
+    fn spawn(line: GroundLine, clock: Clock, encoder: Encoder) -> io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
         let thread = thread::Builder::new()
             .name("telemetry".into())
-            .spawn(move || transmit(port, clock, encoder, &theirs))?;
+            .spawn(move || transmit(line, clock, encoder, &theirs))?;
         Ok(Self { shared, thread: Some(thread) })
     }
 
     /// Offers the newest snapshot; never waits.
-    fn offer(&self, snapshot: &Snapshot) {
+    fn offer(&self, snapshot: &Snapshot, supplement: &Supplement) {
         let mut newest = match self.shared.newest.try_lock() {
             Ok(newest) => newest,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
@@ -132,7 +226,7 @@ impl Downlink {
                 return;
             }
         };
-        if newest.replace(*snapshot).is_some() {
+        if newest.replace((*snapshot, *supplement)).is_some() {
             self.shared.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -156,29 +250,29 @@ impl Drop for Downlink {
     }
 }
 
-fn transmit(mut port: Port, clock: Clock, mut encoder: Encoder, shared: &Shared) {
+fn transmit(mut line: GroundLine, clock: Clock, mut encoder: Encoder, shared: &Shared) {
     let mut received = [0; 64];
-    let (mut sequence, mut bytes) = (0u8, Vec::with_capacity(2048));
+    let mut bytes = Vec::with_capacity(2048);
     while !shared.stop.load(Ordering::Relaxed) {
-        let read = port.read_until(&mut received, clock.now() + LISTEN_S);
-        if let (Read::Bytes { count, .. }, Encoder::Packed(flow)) = (read, &mut encoder) {
-            flow.receive(&received[..count]);
+        let count = line.read_until(&mut received, clock.now() + LISTEN_S);
+        if let Encoder::Packed(packed) = &mut encoder {
+            packed.flow.receive(&received[..count]);
         }
         let newest = shared.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let Some(snapshot) = newest.filter(|_| port.is_open()) else { continue };
+        let Some((snapshot, supplement)) = newest.filter(|_| line.is_open()) else { continue };
         bytes.clear();
+        // One text a snapshot leaves the line to the others.
+        let text = shared.texts.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
         match &mut encoder {
-            Encoder::Packed(flow) => {
-                if flow.is_on() {
-                    bytes.extend_from_slice(&frame::pack(&snapshot, sequence));
-                    sequence = sequence.wrapping_add(1);
+            Encoder::Packed(packed) => {
+                if let Some((time, level, text)) = text {
+                    packed.say(time, level, text.as_str());
                 }
+                packed.encode(&snapshot, &supplement, &mut bytes);
             }
             Encoder::Mavlink(mavlink) => {
                 mavlink.encode(&snapshot, &mut bytes);
-                // One text a snapshot leaves the line to the others.
-                let text = shared.texts.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
-                if let Some((level, text)) = text {
+                if let Some((_, level, text)) = text {
                     mavlink.encode_text(level, text.as_str(), &mut bytes);
                 }
             }
@@ -186,10 +280,91 @@ fn transmit(mut port: Port, clock: Clock, mut encoder: Encoder, shared: &Shared)
         if bytes.is_empty() {
             continue;
         }
-        let counter = match port.write(&bytes, clock.now() + WRITE_S) {
-            Ok(()) => &shared.sent,
-            Err(_) => &shared.dropped,
-        };
+        let taken = line.write(&bytes, clock.now() + WRITE_S);
+        let counter = if taken { &shared.sent } else { &shared.dropped };
         counter.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::autopilot::Mode;
+    use hovernav::telemetry::frame::{Decoder, Message};
+
+    /// What a flight of `seconds` sends on a line of `baud`, texts every second.
+    fn flown(baud: u32, seconds: u32, mode_at: impl Fn(u32) -> Mode) -> (usize, Vec<Message>) {
+        let mut packed = Packed::new(Some(0.85 * f64::from(baud) / 10.0), Time::ZERO);
+        packed.flow.receive(b"#");
+        let mut bytes = Vec::new();
+        for cycle in 0..33 * seconds {
+            let time = Time::ZERO + f64::from(cycle) / 33.0;
+            let supplement = Supplement { mode: Some(mode_at(cycle)), ..Supplement::at(time) };
+            packed.encode(&Snapshot::at(time), &supplement, &mut bytes);
+        }
+        let mut decoder = Decoder::default();
+        let messages = bytes.iter().filter_map(|byte| decoder.push_message(*byte));
+        let messages = messages.map(Result::unwrap).collect();
+        assert_eq!(decoder.counts().missing, 0);
+        (bytes.len(), messages)
+    }
+
+    #[test]
+    fn snapshots_and_supplements_leave_a_modem_15_percent_to_spare() {
+        let (bytes, messages) = flown(57_600, 20, |_| Mode::Manual);
+        assert!(bytes as f64 * 10.0 / 20.0 <= 0.85 * 57_600.0, "{bytes} bytes in 20 s");
+        let count = |wanted: fn(&Message) -> bool| messages.iter().filter(|m| wanted(m)).count();
+        assert_eq!(count(|message| matches!(message, Message::Snapshot(_))), 660);
+        assert!(count(|message| matches!(message, Message::Supplement(_))) >= 35);
+        let (_, fast) = flown(115_200, 20, |_| Mode::Manual);
+        assert!(fast.len() > 660 + 160, "{} messages", fast.len());
+    }
+
+    #[test]
+    fn a_change_of_mode_is_told_within_a_tenth_of_a_second() {
+        let (_, messages) = flown(57_600, 4, |cycle| match cycle {
+            0..40 => Mode::Manual,
+            _ => Mode::Position,
+        });
+        let changed = messages.iter().find_map(|message| match message {
+            Message::Supplement(told) if told.mode == Some(Mode::Position) => Some(told.time),
+            _ => None,
+        });
+        let after_s = (changed.unwrap() - Time::ZERO) - 40.0 / 33.0;
+        assert!((-1e-6..0.11).contains(&after_s), "{after_s}");
+    }
+
+    #[test]
+    fn a_long_line_arrives_whole_in_pieces() {
+        let mut packed = Packed::new(None, Time::ZERO);
+        packed.flow.receive(b"#");
+        let line = "one-sigma of horizontal velocity, m/s: 0.812, at most 0.4; age of the last fix, s: über";
+        packed.say(Time::ZERO, Level::Warning, line);
+        let mut bytes = Vec::new();
+        for cycle in 0..5 {
+            let time = Time::ZERO + f64::from(cycle) / 33.0;
+            packed.encode(&Snapshot::at(time), &Supplement::at(time), &mut bytes);
+        }
+        let mut decoder = Decoder::default();
+        let said: String = bytes
+            .iter()
+            .filter_map(|byte| decoder.push_message(*byte))
+            .filter_map(|message| match message {
+                Ok(Message::Text(text)) => Some(text.as_str().to_owned()),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(said, line);
+    }
+
+    #[test]
+    fn a_paused_vehicle_on_datagrams_says_that_it_is_there_and_no_more() {
+        let mut packed = Packed::new(None, Time::ZERO);
+        let mut bytes = Vec::new();
+        for cycle in 0..330 {
+            let time = Time::ZERO + f64::from(cycle) / 33.0;
+            packed.encode(&Snapshot::at(time), &Supplement::at(time), &mut bytes);
+        }
+        assert!((8..=10).contains(&bytes.len()) && bytes.iter().all(|byte| *byte == 0));
     }
 }

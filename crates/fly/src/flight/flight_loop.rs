@@ -20,7 +20,7 @@ use hovernav::flight_control::{ControlInputs, ControlNotice, FlightControl};
 use hovernav::imu::ImuSample;
 use hovernav::sensors::SensorOutput;
 use hovernav::servo::Signal;
-use hovernav::telemetry::{GpsSummary, Snapshot, SystemMode};
+use hovernav::telemetry::{GpsSummary, Snapshot, Supplement, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
 use hovernav_log::record::{Cycle, Entry, Header, Level, Recorder};
@@ -66,6 +66,7 @@ pub struct FlightLoop {
     /// Arrival of the last good fix.
     last_fix: Option<Time>,
     snapshot: Snapshot,
+    supplement: Supplement,
     report: FlightReport,
     dmu_commands_lost: bool,
 }
@@ -120,6 +121,7 @@ impl FlightLoop {
             last_sample: None,
             last_fix: None,
             snapshot,
+            supplement: Supplement::at(start),
             report: FlightReport::default(),
             dmu_commands_lost: false,
         })
@@ -201,6 +203,7 @@ impl FlightLoop {
         if let Some(solution) = &self.solution {
             self.log.recorder.push(now, *solution);
             self.snapshot = self.snapshot.with_solution(solution);
+            self.supplement = self.supplement.with_solution(solution);
         }
         self.timer.complete_cycle();
         self.control(now, true);
@@ -256,6 +259,7 @@ impl FlightLoop {
             self.log.recorder.push(now, Entry::Controls(sticks.to_array()));
         }
         self.snapshot.pilot_ms = pilot.widths_ms;
+        self.supplement.aux_ms = pilot.aux_ms;
         self.snapshot.commanded_ms = commanded_ms;
         self.snapshot.drops.pilot_pulses = pilot.pulses_lost();
         let status = &mut self.snapshot.status;
@@ -296,6 +300,10 @@ impl FlightLoop {
             }
         });
         self.mode = outputs.mode;
+        self.supplement = Supplement {
+            fence_share: self.flown.and_then(|solution| control.fence_share(&solution.position)),
+            ..self.supplement.with_control(control, &outputs)
+        };
         let (asked_velocity_mps, asked_heading_rad) = control.autopilot().asked();
         let cycle = Cycle {
             has_sample,
@@ -367,7 +375,8 @@ impl FlightLoop {
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
         snapshot.gps.age_s = self.last_fix.map(|arrival| (now - arrival).max(0.0));
-        self.log.downlinks.offer(snapshot);
+        self.supplement.time = now;
+        self.log.downlinks.offer(snapshot, &self.supplement);
         snapshot.innovations.clear();
     }
 

@@ -6,6 +6,7 @@ mod duration_histogram;
 mod error;
 mod flight_computer;
 mod flight_loop;
+mod ground_line;
 mod messages;
 mod notification;
 mod realtime;

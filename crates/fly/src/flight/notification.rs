@@ -47,6 +47,6 @@ impl EventLog {
         // Where the queue is full, the watcher misses it and the record has it.
         let text = ShortText::new(text);
         let _ = self.notifications.try_send(Notification { time, level, text });
-        self.downlinks.say(level, text);
+        self.downlinks.say(time, level, text);
     }
 }

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::autopilot_section::AutopilotSection;
 use super::sections::{
-    AccelerationSign, DmuMode, DmuSection, LineSection, MavlinkSection, ReceiverSection,
-    RecordSection, ServoSection, SiteSection,
+    AccelerationSign, DmuMode, DmuSection, MavlinkSection, ReceiverSection, RecordSection,
+    ServoSection, SiteSection, TelemetrySection,
 };
 use crate::error::LogError;
 use crate::manifest::{HeadingReference, Manifest};
@@ -60,7 +60,7 @@ pub struct FlyConfig {
     pub autopilot: Option<AutopilotSection>,
     /// Telemetry in packed frames, which flow while the ground wants them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub telemetry: Option<LineSection>,
+    pub telemetry: Option<TelemetrySection>,
     /// Telemetry in MAVLink 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mavlink: Option<MavlinkSection>,
@@ -127,6 +127,12 @@ impl FlyConfig {
         config.sensors()?;
         config.check_ranges()?;
         config.check_servos()?;
+        if let Some(section) = &config.telemetry {
+            check_ground_line("telemetry", section.port.as_deref(), section.udp.as_deref())?;
+        }
+        if let Some(section) = &config.mavlink {
+            check_ground_line("mavlink", section.port.as_deref(), section.udp.as_deref())?;
+        }
         if let Some(section) = &config.mavlink {
             section.speaker.check().map_err(|(key, why)| value("mavlink", key, &why))?;
         }
@@ -314,6 +320,28 @@ impl FlyConfig {
                 limits: self.receiver.limits,
             },
         ))
+    }
+}
+
+/// Whether a line to the ground has one way to go.
+fn check_ground_line(
+    section: &'static str,
+    port: Option<&Path>,
+    udp: Option<&str>,
+) -> Result<(), FlyConfigError> {
+    let Some(address) = udp else {
+        return match port {
+            Some(_) => Ok(()),
+            None => Err(value(section, "port", &"found neither port nor udp, expected one")),
+        };
+    };
+    if port.is_some() {
+        return Err(value(section, "udp", &"found port too, expected one of the two"));
+    }
+    let number = address.rsplit_once(':').filter(|(host, _)| !host.is_empty());
+    match number.and_then(|(_, number)| number.parse::<u16>().ok()) {
+        Some(1..) => Ok(()),
+        _ => Err(value(section, "udp", &expected(format!("\"{address}\""), "host:port"))),
     }
 }
 

@@ -13,5 +13,5 @@ pub use fly_config::{FlyConfig, FlyConfigError};
 pub use mavlink::{MavlinkConfig, MavlinkRates};
 pub use sections::{
     AccelerationSign, CaptureSection, DmuMode, DmuSection, LineSection, MavlinkSection, PwmLine,
-    ReceiverProtocol, ReceiverSection, RecordSection, ServoSection, SiteSection,
+    ReceiverProtocol, ReceiverSection, RecordSection, ServoSection, SiteSection, TelemetrySection,
 };

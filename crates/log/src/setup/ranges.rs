@@ -93,6 +93,10 @@ mod tests {
             ("[mavlink]\nport = 'c'\nspeaker = { rates = { attitude_hz = nan } }\n", "attitude_hz"),
             ("[site]\nlatitude_deg = 91\nlongitude_deg = 0\n", "latitude_deg"),
             ("[telemetry]\nport = 'd'\nbaud = 5\n", "baud"),
+            ("[telemetry]\nport = 'd'\nudp = 'ground:14551'\n", "udp"),
+            ("[telemetry]\nudp = 'ground'\n", "udp"),
+            ("[telemetry]\nudp = 'ground:0'\n", "udp"),
+            ("[mavlink]\nbaud = 9600\n", "port"),
         ] {
             let error = FlyConfig::parse(&format!("{good}{text}"), "fly.toml".as_ref())
                 .expect_err(text)

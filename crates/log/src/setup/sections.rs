@@ -228,14 +228,32 @@ const fn telemetry_baud() -> u32 {
     57_600
 }
 
-/// `[mavlink]`: telemetry in MAVLink 2, on a line of its own.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct MavlinkSection {
-    /// The serial port.
-    pub port: PathBuf,
+/// `[telemetry]`: telemetry in packed frames, on a serial port or by UDP.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub struct TelemetrySection {
+    /// The serial port; either this or `udp`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub port: Option<PathBuf>,
     /// Its speed, baud.
     #[serde(default = "telemetry_baud")]
     pub baud: u32,
+    /// Where datagrams go, `host:port`; either this or `port`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub udp: Option<String>,
+}
+
+/// `[mavlink]`: telemetry in MAVLink 2, on a line of its own.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct MavlinkSection {
+    /// The serial port; either this or `udp`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub port: Option<PathBuf>,
+    /// Its speed, baud.
+    #[serde(default = "telemetry_baud")]
+    pub baud: u32,
+    /// Where datagrams go, `host:port`; either this or `port`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub udp: Option<String>,
     /// Who speaks, and how much.
     #[serde(default)]
     pub speaker: MavlinkConfig,

@@ -1,0 +1,132 @@
+//! The line to the ground: a serial port or UDP.
+
+use std::io;
+use std::net::UdpSocket;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use crate::serial::{Clock, Port, PortConfig, Read};
+use hovernav::time::Time;
+
+/// A name that is not resolved, or a socket that cannot be had, is tried again after this, s.
+const RETRY_S: f64 = 1.0;
+/// A read of a socket waits at least this long: none at all would be without end.
+const LEAST_WAIT: Duration = Duration::from_millis(1);
+
+/// The line to the ground.
+pub enum GroundLine {
+    /// A serial port, and its speed, baud.
+    Serial(Port, u32),
+    /// Datagrams.
+    Udp(Udp),
+}
+
+/// Datagrams to one address, one for each write. What cannot be sent is lost, as on a radio.
+pub struct Udp {
+    address: String,
+    clock: Clock,
+    socket: Option<UdpSocket>,
+    retry: Time,
+}
+
+impl GroundLine {
+    /// The line at `udp`, `host:port`, where that is given, else at `port`.
+    pub fn new(port: Option<&PathBuf>, baud: u32, udp: Option<&String>, clock: Clock) -> Self {
+        match udp {
+            Some(address) => {
+                Self::Udp(Udp { address: address.clone(), clock, socket: None, retry: clock.now() })
+            }
+            None => {
+                let path = port.cloned().unwrap_or_default();
+                Self::Serial(Port::new(PortConfig::new(path, baud), clock), baud)
+            }
+        }
+    }
+
+    /// Bytes that may be sent in a second with 15 % to spare; `None` without a limit.
+    pub fn budget(&self) -> Option<f64> {
+        match self {
+            Self::Serial(_, baud) => Some(0.85 * f64::from(*baud) / 10.0),
+            Self::Udp(_) => None,
+        }
+    }
+
+    /// Reads what there is into `buffer`, waiting for it up to `deadline`; how many bytes.
+    pub fn read_until(&mut self, buffer: &mut [u8], deadline: Time) -> usize {
+        match self {
+            Self::Serial(port, _) => match port.read_until(buffer, deadline) {
+                Read::Bytes { count, .. } => count,
+                _ => 0,
+            },
+            Self::Udp(udp) => udp.read_until(buffer, deadline),
+        }
+    }
+
+    /// Writes `bytes`, waiting up to `deadline` for the line to take them; whether it did.
+    pub fn write(&mut self, bytes: &[u8], deadline: Time) -> bool {
+        match self {
+            Self::Serial(port, _) => port.write(bytes, deadline).is_ok(),
+            Self::Udp(udp) => udp.socket.as_ref().is_some_and(|socket| socket.send(bytes).is_ok()),
+        }
+    }
+
+    pub fn is_open(&self) -> bool {
+        match self {
+            Self::Serial(port, _) => port.is_open(),
+            Self::Udp(udp) => udp.socket.is_some(),
+        }
+    }
+}
+
+impl Udp {
+    fn open(&self) -> io::Result<UdpSocket> {
+        let socket = UdpSocket::bind("0.0.0.0:0").or_else(|_| UdpSocket::bind("[::]:0"))?;
+        socket.connect(&self.address)?;
+        Ok(socket)
+    }
+
+    fn read_until(&mut self, buffer: &mut [u8], deadline: Time) -> usize {
+        let now = self.clock.now();
+        if self.socket.is_none() && now >= self.retry {
+            self.socket = self.open().ok();
+            self.retry = now + RETRY_S;
+        }
+        let Some(socket) = &self.socket else {
+            self.clock.sleep_until(deadline);
+            return 0;
+        };
+        let wait = self.clock.until(deadline).max(LEAST_WAIT);
+        let read = socket.set_read_timeout(Some(wait)).and_then(|()| socket.recv(buffer));
+        read.unwrap_or_else(|error| {
+            // Nobody listens there yet: the host says so at once, and asking again at once is no use.
+            if error.kind() == io::ErrorKind::ConnectionRefused {
+                self.clock.sleep_until(deadline);
+            }
+            0
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn datagrams_go_to_the_address_and_its_answer_comes_back() {
+        let ground = UdpSocket::bind("127.0.0.1:0").unwrap();
+        ground.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+        let clock = Clock::start();
+        let address = ground.local_addr().unwrap().to_string();
+        let mut line = GroundLine::new(None, 0, Some(&address), clock);
+        let mut buffer = [0; 16];
+        assert_eq!(line.read_until(&mut buffer, clock.now() + 0.002), 0);
+        assert!(line.is_open() && line.budget().is_none());
+        assert!(line.write(b"frame", clock.now()));
+        let (count, vehicle) = ground.recv_from(&mut buffer).unwrap();
+        assert_eq!(&buffer[..count], b"frame");
+        ground.send_to(b"#", vehicle).unwrap();
+        let mut buffer = [0; 16];
+        assert_eq!(line.read_until(&mut buffer, clock.now() + 5.0), 1);
+        assert_eq!(buffer[0], b'#');
+    }
+}
