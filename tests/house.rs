@@ -137,6 +137,7 @@ fn sources() -> Vec<PathBuf> {
     let mut places: Vec<PathBuf> = vec![format!("{ROOT}/src").into(), format!("{ROOT}/cli").into()];
     places.push(format!("{ROOT}/crates").into());
     places.push(format!("{ROOT}/ffi").into());
+    places.push(format!("{ROOT}/ground").into());
     while let Some(place) = places.pop() {
         for entry in fs::read_dir(place).unwrap() {
             let path = entry.unwrap().path();
@@ -226,7 +227,7 @@ fn every_file_that_the_documentation_names_exists() {
     pages.extend(docs.map(|entry| entry.unwrap().path()));
     pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
     let places =
-        ["src/", "crates/", "cli/", "ffi/", "tests/", "benches/", "examples/", "docs/", "fuzz/"];
+        ["src/", "crates/", "cli/", "ffi/", "ground/", "tests/", "benches/", "examples/", "docs/", "fuzz/"];
     for page in pages {
         let text = fs::read_to_string(&page).unwrap();
         for quoted in text.split('`').skip(1).step_by(2) {

@@ -38,6 +38,8 @@ mod simulate;
 
 #[cfg(all(feature = "fly", target_os = "linux"))]
 mod fly;
+#[cfg(feature = "ground")]
+mod ground;
 #[cfg(feature = "fly")]
 mod play;
 
@@ -77,6 +79,10 @@ enum Verb {
     /// Play a log as the sensors sent it, over pseudo-terminals, for `hovernav fly` to fly on
     #[cfg(feature = "fly")]
     Play(play::Arguments),
+    /// The ground station: a page with live plots, records and flight control of a vehicle that is heard on
+    /// a serial port or by UDP
+    #[cfg(feature = "ground")]
+    Ground(ground::Arguments),
     /// Write any log as a dataset directory
     Convert(convert::Arguments),
     /// Every file, column and key of the settings, with defaults and units: also `help config`
@@ -125,6 +131,8 @@ impl Verb {
             Self::Fly(arguments) => fly::run(arguments),
             #[cfg(feature = "fly")]
             Self::Play(arguments) => play::run(arguments),
+            #[cfg(feature = "ground")]
+            Self::Ground(arguments) => ground::run(arguments),
             Self::Convert(arguments) => convert::run(arguments),
             Self::Config(arguments) => config::run(arguments),
             Self::Init(arguments) => init::run(arguments),
@@ -157,6 +165,8 @@ const LEFT_OUT: &[(&str, &str)] = &[
     ("fly", "feature `fly` on Linux"),
     #[cfg(not(feature = "fly"))]
     ("play", "feature `fly`"),
+    #[cfg(not(feature = "ground"))]
+    ("ground", "feature `ground`"),
     #[cfg(not(feature = "manual"))]
     ("completions", "feature `manual`"),
     #[cfg(not(feature = "manual"))]

@@ -8,9 +8,10 @@ use common::{hovernav, refusal};
 fn a_verb_that_is_left_out_names_its_feature() {
     let lab = ["campaign", "design", "identify", "inject", "simulate"].map(|verb| (verb, "lab"));
     let fly = ["fly", "play"].map(|verb| (verb, "fly"));
-    for (verb, feature) in lab.into_iter().chain(fly) {
+    for (verb, feature) in lab.into_iter().chain(fly).chain([("ground", "ground")]) {
         let built = match feature {
             "lab" => cfg!(feature = "lab"),
+            "ground" => cfg!(feature = "ground"),
             _ => cfg!(feature = "fly") && (verb == "play" || cfg!(target_os = "linux")),
         };
         if built {

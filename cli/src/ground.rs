@@ -1,0 +1,125 @@
+//! `hovernav ground`: the ground station, until it is told to end.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::Context as _;
+use hovernav_ground::decode::Protocol;
+use hovernav_ground::folder::Folder;
+use hovernav_ground::frames::Rigging;
+use hovernav_ground::link::{Link, Source};
+use hovernav_ground::server::{Access, Bound, ServerConfig};
+use hovernav_ground::station::Station;
+use hovernav_log::{FlyConfig, HeadingReference, Manifest};
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Where the vehicle is heard: a serial port with or without its speed, /dev/ttyUSB0:57600 say, or
+    /// udp:PORT; without, records can be looked at
+    #[arg(value_name = "LINK")]
+    link: Option<Source>,
+    /// What the vehicle speaks; found out unless given
+    #[arg(long, value_enum)]
+    protocol: Option<ProtocolArgument>,
+    /// The vehicle's fly.toml: trim and travel of its channels, mounting of its sensors
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// The folder of the records
+    #[arg(long, value_name = "DIR", default_value = "records")]
+    folder: PathBuf,
+    /// Record from the start, under this name
+    #[arg(long, value_name = "NAME")]
+    record: Option<String>,
+    /// The address to serve the page at; any but a loopback address asks for a token
+    #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    address: IpAddr,
+    /// The port to serve the page at; 0 takes any that is free
+    #[arg(long, value_name = "PORT", default_value_t = 8033)]
+    port: u16,
+    /// The token that the page asks for, 16 characters or more; drawn unless given, where one is needed
+    #[arg(long, value_name = "TOKEN", value_parser = token)]
+    token: Option<String>,
+    /// End after this many seconds; otherwise Ctrl-C or SIGTERM ends it
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
+    duration: Option<u64>,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum ProtocolArgument {
+    /// This project's packed frames
+    Frames,
+    /// MAVLink 2
+    Mavlink,
+}
+
+fn token(text: &str) -> Result<String, String> {
+    let plain = text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_'));
+    if plain && (16..=128).contains(&text.len()) {
+        Ok(text.to_owned())
+    } else {
+        Err("expected 16 to 128 letters, digits, - and _".into())
+    }
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let (rigging, manifest) = match &arguments.config {
+        Some(path) => {
+            let config = FlyConfig::read(path)?;
+            let (channels, swashplate) = (config.servo.channels, config.servo.swashplate);
+            (Rigging { channels, swashplate }, config.navigation)
+        }
+        None => (Rigging::default(), Manifest::default()),
+    };
+    let mut manifest = manifest;
+    // Telemetry carries the estimator's attitude, not the unit's.
+    manifest.imu.heading_reference = HeadingReference::True;
+    let folder = Folder::open(&arguments.folder)
+        .with_context(|| format!("cannot create {}", arguments.folder.display()))?;
+    let protocol = arguments.protocol.map(|protocol| match protocol {
+        ProtocolArgument::Frames => Protocol::Frames,
+        ProtocolArgument::Mavlink => Protocol::Mavlink,
+    });
+    let name = arguments.link.as_ref().map_or_else(|| "no link".into(), ToString::to_string);
+    let mut station = Station::new(rigging, protocol, &name);
+    if let Some(name) = &arguments.record {
+        station.record(&folder.record(name)?, name)?;
+    }
+    let station = Arc::new(Mutex::new(station));
+    let access = Access::new(arguments.address.is_loopback(), arguments.token.clone())
+        .context("cannot draw a token")?;
+    let page_token = access.token().map(|token| format!("#token={token}")).unwrap_or_default();
+    let address = SocketAddr::new(arguments.address, arguments.port);
+    let config =
+        ServerConfig { address, access, folder, command: std::env::current_exe().ok(), manifest };
+    let bound = Bound::new(config, Arc::clone(&station))
+        .with_context(|| format!("cannot serve at {address}"))?;
+    let _link = match &arguments.link {
+        Some(source) => Some(Link::open(source, Arc::clone(&station))?),
+        None => None,
+    };
+
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop))?;
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let page = bound.address();
+    crate::output::say(format_args!("ready: {name}, page at http://{page}/{page_token}"));
+    if let Some(seconds) = arguments.duration {
+        let stop = Arc::clone(&stop);
+        thread::spawn(move || {
+            thread::sleep(Duration::from_secs(seconds));
+            stop.store(true, Ordering::Relaxed);
+        });
+    }
+    bound.run(&stop).context("cannot go on serving")?;
+    if let Some(recording) = hovernav_ground::link::lock(&station).stop_recording() {
+        crate::output::say(format_args!("recorded {} frames", recording.frames));
+    }
+    Ok(())
+}

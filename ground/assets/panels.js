@@ -1,0 +1,178 @@
+// Lamps, alarms, the hover view, the test points and the log.
+
+import { ask, channels, clock, element, now, on, told, time, write } from "./station.js";
+
+const byId = (name) => document.getElementById(name);
+const SIGNS = { good: "✓", care: "!", bad: "✖", unknown: "?" };
+const known = (value) => value !== null && value !== undefined;
+
+function lamp(node, light, name, why) {
+  if (!node.firstChild) node.append(element("b", "sign"), element("span"), element("em"));
+  const [sign, label, words] = node.children;
+  const is = `lamp ${light}`;
+  if (node.className !== is) node.className = is;
+  write(sign, SIGNS[light]);
+  write(label, name);
+  if (words) write(words, why);
+}
+
+export let flows = true;
+let flownBy = { mode: null, since: null };
+let lastReason = "";
+
+on("state", (state) => {
+  const { link, what, recording } = state;
+  flows = link.wanted;
+  linkLamp(link, state.record);
+  const place = byId("lamps");
+  while (place.children.length > what.lamps.length) place.lastChild.remove();
+  what.lamps.forEach((one, k) => {
+    if (!place.children[k]) place.append(element("div"));
+    lamp(place.children[k], one.light, one.name, one.why);
+  });
+  alarms(state);
+  write(byId("flies"), what.control.mode ? `${what.control.flies} · ${what.control.mode}` : what.control.flies);
+  const chip = byId("recording");
+  chip.hidden = !recording;
+  if (recording) {
+    const trouble = recording.fault ? ` · NOT WRITTEN: ${recording.fault}` : recording.lost ? ` · ${recording.lost} lost` : "";
+    write(chip, `● ${recording.name} ${recording.duration_s.toFixed(0)} s${trouble}`);
+  }
+  byId("record").lastChild.textContent = recording ? " Stop" : " Record";
+  byId("record").setAttribute("aria-pressed", Boolean(recording));
+  write(byId("flow"), link.wanted ? "$ pause vehicle" : "# start vehicle");
+  byId("flow").disabled = link.protocol === "MAVLink 2";
+  control(what.control, what);
+  points(what);
+  texts(state.texts);
+});
+
+on("lost", () => {
+  lamp(byId("link"), "bad", "no connection to the station", "");
+  byId("alarms").dataset.text = "lost";
+  byId("alarms").replaceChildren(element("span", "", "The ground station does not answer: nothing on this page is new"));
+});
+
+function linkLamp(link, record) {
+  if (record) return lamp(byId("link"), "care", `record ${record.name}${record.is_cut ? " (cut off)" : ""}`, "");
+  const silent = !known(link.age_s) || link.age_s > 1;
+  const light = silent ? (link.wanted ? "bad" : "care") : link.lost + link.late > 0.02 * link.frames + 5 ? "care" : "good";
+  const counts = `${link.lost} lost, ${link.damaged} damaged, ${link.late} late`;
+  const words = silent
+    ? !link.wanted ? "vehicle paused" : known(link.age_s) ? `no frame for ${link.age_s.toFixed(1)} s` : `nothing heard (${link.port || link.name})`
+    : `${link.rate_hz.toFixed(0)} Hz · ${(link.bytes_per_s / 1000).toFixed(1)} kB/s · ${counts}`;
+  lamp(byId("link"), light, words, "");
+  byId("link").title = `${link.name}, ${link.protocol ?? "nothing yet"}: ${link.frames} frames, ${counts}, silent ${link.outages} times, last frame ${known(link.age_s) ? link.age_s.toFixed(2) : "–"} s ago`;
+}
+
+function alarms({ link, what, record }) {
+  const list = [];
+  if (!record && link.wanted && (!known(link.age_s) || link.age_s > 1)) {
+    list.push(known(link.age_s) ? `No telemetry for ${link.age_s.toFixed(0)} s: all values are old` : "No telemetry yet");
+  }
+  const bad = what.lamps.filter((one) => one.light === "bad");
+  for (const one of bad) list.push(`${one.name}: ${one.why}`);
+  for (const [name, value] of what.alarms) {
+    const channel = channels.get(name);
+    const [below, above] = channel.alarm;
+    const limit = above !== null && value > above ? `above ${above}` : `below ${below}`;
+    list.push(`${channel.label} ${told(name, value)} ${channel.unit}, ${limit}`);
+  }
+  const shown = list.slice(0, 6);
+  if (list.length > 6) shown.push(`and ${list.length - 6} more`);
+  const place = byId("alarms");
+  const text = shown.join("|");
+  if (place.dataset.text === text) return;
+  place.dataset.text = text;
+  place.replaceChildren(...shown.map((one) => element("span", "", one)));
+}
+
+function items(node, list, none) {
+  const text = list.join("|");
+  if (node.dataset.text === text) return;
+  node.dataset.text = text;
+  node.replaceChildren(...(list.length ? list : [none]).filter(Boolean).map((one) => element("li", "", one)));
+}
+
+function control(state) {
+  const mode = `${state.flies}${state.mode ? `, ${state.mode}` : ""}`;
+  if (flownBy.mode !== mode) flownBy = { mode, since: clock.t };
+  const seconds = Math.max(0, (clock.t ?? 0) - (flownBy.since ?? clock.t ?? 0));
+  write(byId("mode"), `${mode} · ${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`);
+  write(byId("mode-why"), lastReason);
+  items(byId("states"), state.states, "");
+  const none = state.mode === null;
+  const closed = state.states.some((one) => one.includes("until it has been opened"));
+  write(byId("ready"), none ? "no autopilot heard" : closed ? "open the switch first" : state.refusals.length ? `refused: ${state.refusals.length === 1 ? "1 check fails" : `${state.refusals.length} checks fail`}` : "ready");
+  byId("ready").className = `large ${none ? "unknown" : state.refusals.length ? "bad" : closed ? "care" : "good"}`;
+  items(byId("refusals"), state.refusals, "");
+}
+
+const STICKS = ["lateral", "longitudinal", "collective", "pedal"];
+
+/** Sticks and set-points; as often as ticks come. */
+export function hover() {
+  const place = byId("sticks");
+  STICKS.forEach((stick, k) => {
+    if (!place.children[k]) {
+      place.append(element("div", "stick", element("span", "", stick), element("div", "way", element("i"), element("b")), element("span", "numbers")));
+    }
+    const [pilot, flown] = [now.get(`stick_${stick}_pct`), now.get(`flown_${stick}_pct`)];
+    const [, way, text] = place.children[k].children;
+    [pilot, flown].forEach((value, which) => {
+      const bar = way.children[which];
+      bar.hidden = !known(value);
+      if (known(value)) bar.style.left = `${50 + Math.max(-50, Math.min(50, value / 2))}%`;
+    });
+    write(text, `${known(pilot) ? pilot.toFixed(0) : "–"} / ${known(flown) ? flown.toFixed(0) : "–"} %`);
+  });
+  if (place.children.length === 4) place.append(element("p", "quiet", "● pilot   □ flown"));
+  const rows = [["VelN, m/s", "asked_vel_n_mps", "vel_n_mps"], ["VelE, m/s", "asked_vel_e_mps", "vel_e_mps"], ["VelU, m/s", "asked_vel_u_mps", "vel_u_mps"], ["heading, °", "asked_heading_deg", "yaw_deg"]];
+  const body = byId("asked").tBodies[0];
+  rows.forEach(([label, asked, flown], k) => {
+    if (!body.rows[k]) body.append(element("tr", "", element("th", "", label), element("td"), element("td"), element("td")));
+    const [a, b] = [now.get(asked), now.get(flown)];
+    const apart = known(a) && known(b) ? (asked.endsWith("deg") ? ((b - a + 540) % 360) - 180 : b - a) : null;
+    [told(asked, a), told(flown, b), told(asked, apart)].forEach((text, j) => write(body.rows[k].cells[j + 1], text));
+  });
+}
+
+function cells(body, rows) {
+  const text = JSON.stringify(rows);
+  if (body.dataset.text === text) return;
+  body.dataset.text = text;
+  body.replaceChildren(...rows.map(({ light, row }) => element("tr", light ?? "", ...row.map((cell) => element("td", "", cell)))));
+}
+
+function points({ under_way: flown, steps, progress }) {
+  const card = byId("now-flown");
+  const [bar, size] = [card.querySelector("i"), card.querySelector("em")];
+  write(card.querySelector("p"), flown ? `${flown.stick} ${flown.size_pct.toFixed(1)} %, ${flown.held_s.toFixed(1)} s of 1.5 s` : "at trim");
+  size.style.left = flown ? `${Math.min(100, 5 * Math.abs(flown.size_pct))}%` : "0";
+  bar.style.width = flown ? `${Math.min(100, flown.held_s / 1.5 * 100)}%` : "0";
+  cells(byId("progress").tBodies[0], progress.map((one) => ({
+    light: one.verdict === "good" ? "good" : one.verdict.includes("again") ? "bad" : "",
+    row: [one.stick, `${one.good} of ${one.wanted}`, `${one.drift_pct.toFixed(1)} %`, known(one.coherence) ? one.coherence.toFixed(2) : "–", one.verdict],
+  })));
+  cells(byId("steps").tBodies[0], [...steps].reverse().map((one) => ({
+    row: [one.stick, time(one.start_s), `${one.size_pct.toFixed(1)} %`, `${one.held_s.toFixed(2)} s`, one.fault ? `no: ${one.fault}` : "yes"],
+  })));
+}
+
+function texts(lines) {
+  const list = byId("texts");
+  for (const line of lines) {
+    const row = element("li", line.level, `${time(line.time_s)}  ${line.text}`);
+    list.prepend(row);
+    if (/autopilot|pilot flies|control/.test(line.text)) lastReason = line.text;
+  }
+  while (list.children.length > 500) list.lastChild.remove();
+}
+
+export function clear() {
+  byId("texts").replaceChildren();
+  flownBy = { mode: null, since: null };
+  lastReason = "";
+}
+
+byId("flow").onclick = () => ask({ do: "flow", on: !flows });

@@ -1,0 +1,85 @@
+// The conversation with the station: requests out, ticks, views and states in.
+
+const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? sessionStorage.getItem("token") ?? "";
+if (token) sessionStorage.setItem("token", token);
+
+/** The address of something the station serves, with the token. */
+export function address(path, fields = {}) {
+  const query = new URLSearchParams(fields);
+  if (token) query.set("token", token);
+  const text = query.toString();
+  return text ? `${path}?${text}` : path;
+}
+
+/** Whoever wants to hear of something: `on("tick", …)`. */
+const listeners = new Map();
+export function on(what, listener) {
+  if (!listeners.has(what)) listeners.set(what, []);
+  listeners.get(what).push(listener);
+}
+function tell(what, value) {
+  for (const listener of listeners.get(what) ?? []) listener(value);
+}
+
+/** What is known of each channel, and the newest value of each. */
+export const channels = new Map();
+export const now = new Map();
+export const clock = { t: null, received: 0, delay: 0 };
+let order = [];
+let socket = null;
+let wait = 250;
+
+export function ask(request) {
+  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
+}
+
+export function connect() {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  socket = new WebSocket(`${scheme}://${location.host}${address("/socket")}`);
+  socket.onopen = () => { wait = 250; };
+  socket.onmessage = ({ data }) => {
+    const message = JSON.parse(data);
+    if (message.tick) {
+      clock.t = message.tick.t;
+      clock.received = performance.now();
+      clock.delay = message.tick.t === null ? 0 : Date.now() / 1000 - message.tick.t;
+      message.tick.now.forEach((value, place) => now.set(order[place], value));
+      tell("tick", message.tick);
+    } else if (message.hello) {
+      order = message.hello.channels.map((channel) => channel.name);
+      for (const channel of message.hello.channels) channels.set(channel.name, channel);
+      tell("hello", message.hello);
+    } else {
+      for (const what of ["state", "view", "records", "recorded", "error"]) {
+        if (message[what] !== undefined) tell(what, message[what]);
+      }
+    }
+  };
+  socket.onclose = () => {
+    clock.t = null;
+    tell("lost", null);
+    setTimeout(connect, wait);
+    wait = Math.min(2 * wait, 4000);
+  };
+}
+
+/** A value with the digits that mean anything. */
+export function told(name, value) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  return value.toFixed(channels.get(name)?.digits ?? 2);
+}
+
+export const time = (t) => new Date(1000 * t).toLocaleTimeString([], { hour12: false });
+
+/** Sets a node's text where it is another: a page that writes the same again lays out again. */
+export function write(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+/** An element with a class and children. */
+export function element(kind, className = "", ...children) {
+  const node = document.createElement(kind);
+  if (className) node.className = className;
+  node.append(...children);
+  return node;
+}

@@ -1,0 +1,136 @@
+//! From the bytes of the link to values and texts, whichever protocol they are in.
+
+use hovernav::telemetry::frame::{self, Message};
+use hovernav::telemetry::{Severity, Text};
+
+use crate::frames::{self, Rigging, Values};
+use crate::mavlink::{self, Said};
+use crate::store::TextLevel;
+
+/// What is spoken on a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Protocol {
+    /// This project's packed frames.
+    Frames,
+    /// MAVLink 2.
+    Mavlink,
+}
+
+/// What arrived.
+pub enum Arrived {
+    /// Values, and the vehicle's time, s, where it was told.
+    Values(Option<f64>, Values),
+    /// A text.
+    Text(TextLevel, String),
+}
+
+/// What became of the stream.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Bytes.
+    pub bytes: u64,
+    /// Whole frames.
+    pub frames: u64,
+    /// Frames that were damaged.
+    pub damaged: u64,
+    /// Frames that the numbers show to be missing, the damaged among them.
+    pub lost: u64,
+}
+
+/// A decoder that finds out by itself which protocol is spoken, unless it was told.
+pub struct Decoder {
+    rigging: Rigging,
+    protocol: Option<Protocol>,
+    frames: frame::Decoder,
+    mavlink: mavlink::Decoder,
+    /// The beginning of a text that goes on.
+    text: String,
+    bytes: u64,
+}
+
+/// A text of more pieces than this many bytes is cut.
+const LONGEST_TEXT: usize = 512;
+
+impl Decoder {
+    /// For a vehicle rigged like this; `protocol` where it is known.
+    #[must_use]
+    pub fn new(rigging: Rigging, protocol: Option<Protocol>) -> Self {
+        Self {
+            rigging,
+            protocol,
+            frames: frame::Decoder::default(),
+            mavlink: mavlink::Decoder::default(),
+            text: String::new(),
+            bytes: 0,
+        }
+    }
+
+    /// What is spoken, once that is known.
+    #[must_use]
+    pub const fn protocol(&self) -> Option<Protocol> {
+        self.protocol
+    }
+
+    /// What became of the stream.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        let of_frames = self.frames.counts();
+        let of_mavlink = &self.mavlink.counts;
+        let (frames, damaged, lost) = match self.protocol {
+            Some(Protocol::Frames) => (of_frames.frames, of_frames.damaged, of_frames.missing),
+            Some(Protocol::Mavlink) => {
+                (of_mavlink.messages, of_mavlink.damaged, of_mavlink.missing)
+            }
+            None => (0, 0, 0),
+        };
+        Counts { bytes: self.bytes, frames, damaged, lost }
+    }
+
+    /// Takes bytes; `arrived` hears what they hold.
+    pub fn receive(&mut self, bytes: &[u8], mut arrived: impl FnMut(Arrived)) {
+        self.bytes += bytes.len() as u64;
+        if self.protocol != Some(Protocol::Mavlink) {
+            for byte in bytes {
+                let Some(Ok(message)) = self.frames.push_message(*byte) else { continue };
+                self.protocol = Some(Protocol::Frames);
+                match message {
+                    Message::Snapshot(frame) => {
+                        let values = frames::of_snapshot(&frame.snapshot, &self.rigging);
+                        arrived(Arrived::Values(Some(frame.snapshot.time.seconds()), values));
+                    }
+                    Message::Supplement(supplement) => {
+                        let values = frames::of_supplement(&supplement);
+                        arrived(Arrived::Values(Some(supplement.time.seconds()), values));
+                    }
+                    Message::Text(text) => self.text(&text, &mut arrived),
+                    _ => {}
+                }
+            }
+        }
+        if self.protocol != Some(Protocol::Frames) {
+            let protocol = &mut self.protocol;
+            self.mavlink.receive(bytes, |said| {
+                *protocol = Some(Protocol::Mavlink);
+                arrived(match said {
+                    Said::Values(time_s, values) => Arrived::Values(time_s, values),
+                    Said::Text(level, text) => Arrived::Text(level, text),
+                });
+            });
+        }
+    }
+
+    fn text(&mut self, text: &Text, arrived: &mut impl FnMut(Arrived)) {
+        if self.text.len() < LONGEST_TEXT {
+            self.text.push_str(text.as_str());
+        }
+        if text.goes_on {
+            return;
+        }
+        let level = match text.severity {
+            Severity::Info => TextLevel::Info,
+            Severity::Warning => TextLevel::Warning,
+            Severity::Error => TextLevel::Error,
+        };
+        arrived(Arrived::Text(level, std::mem::take(&mut self.text)));
+    }
+}

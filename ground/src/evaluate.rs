@@ -1,0 +1,201 @@
+//! After landing: a record as a dataset, and what `hovernav estimate` and `hovernav identify` make of it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
+use hovernav::frames::{EulerAngles, Vector};
+use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav::time::Time;
+use hovernav_log::{Dataset, Manifest};
+use serde::Serialize;
+
+use crate::channel::Id;
+use crate::record::{self, RecordError};
+use crate::store::Store;
+
+/// The longest error that is shown, bytes.
+const LONGEST: usize = 600;
+
+/// How the evaluation of a record goes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Job {
+    /// The record.
+    pub record: String,
+    /// What is being done, or was; an error begins with the name of its verb.
+    pub words: String,
+    /// Whether it goes on.
+    pub runs: bool,
+    /// The pages that are ready: title, and path below `/results/`.
+    pub pages: Vec<(String, String)>,
+    /// What went wrong.
+    pub faults: Vec<String>,
+}
+
+/// The last evaluation, for all to look at.
+pub type SharedJob = Arc<Mutex<Option<Job>>>;
+
+/// The flight in a record as a dataset: the inertial samples, fixes and sticks that telemetry carried.
+///
+/// Angular rates are those less the bias that the vehicle's estimator knew, and attitudes that
+/// estimator's, from true north. `manifest` says how the sensors are mounted.
+#[must_use]
+pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
+    let (from_s, _) = store.span().unwrap_or_default();
+    let time = |time_s: f64| Time::ZERO + (time_s - from_s);
+    let at = |id, time_s| store.at(id, time_s);
+    let three = |ids: [Id; 3], time_s: f64, scale: f64| {
+        let all = ids.map(|id| at(id, time_s) * scale);
+        all.iter().all(|value| value.is_finite()).then(|| Vector::new(all[0], all[1], all[2]))
+    };
+    let mut dataset = Dataset { manifest: manifest.clone(), ..Dataset::default() };
+    let mut fix_before = f64::NEG_INFINITY;
+    for (time_s, _) in store.series(Id::RateP).between(f64::NEG_INFINITY, f64::INFINITY) {
+        let rates = three([Id::RateP, Id::RateQ, Id::RateR], time_s, 1f64.to_radians());
+        let forces = three([Id::AccelX, Id::AccelY, Id::AccelZ], time_s, STANDARD_GRAVITY_MPS2);
+        if let Some((angular_rate_radps, specific_force_mps2)) = rates.zip(forces) {
+            let angles = three([Id::Roll, Id::Pitch, Id::Yaw], time_s, 1.0);
+            let angles = angles.map(|angles: Vector<hovernav::frames::Body>| angles.to_array());
+            dataset.imu.push(ImuSample {
+                time: time(time_s),
+                motion: Motion::Rates { angular_rate_radps, specific_force_mps2 },
+                attitude: angles.map(|[r, p, y]| EulerAngles::from_degrees(r, p, y)),
+                magnetic_field_gauss: three([Id::MagX, Id::MagY, Id::MagZ], time_s, 1.0),
+            });
+        }
+        let sticks = [Id::StickLateral, Id::StickLongitudinal, Id::StickCollective, Id::StickPedal]
+            .map(|id| 0.01 * at(id, time_s));
+        if sticks.iter().all(|stick| stick.is_finite()) {
+            dataset.controls.push((time(time_s), sticks.map(|stick| stick.clamp(-1.0, 1.0))));
+        }
+        // A fix is new where it is younger than the time since the one before.
+        let arrival_s = time_s - at(Id::GpsAge, time_s);
+        if arrival_s > fix_before + 0.15
+            && let Some(fix) = fix(store, time_s, time(arrival_s - manifest.gps.latency_s))
+        {
+            fix_before = arrival_s;
+            dataset.fixes.push(fix);
+        }
+    }
+    dataset
+}
+
+fn fix(store: &Store, time_s: f64, valid: Time) -> Option<Fix> {
+    let at = |id| store.at(id, time_s);
+    let known = |value: f64| Some(value).filter(|value| value.is_finite());
+    let place = [Id::GpsLatitude, Id::GpsLongitude].map(at);
+    let height_m = known(at(Id::GpsHeight));
+    let position = Geodetic::from_degrees(place[0], place[1], height_m.unwrap_or(0.0))?;
+    let north = known(at(Id::GpsVelN)).zip(known(at(Id::GpsVelE)));
+    let satellites = known(at(Id::Satellites)).map(|count| count as u8);
+    let fix = Fix {
+        two_dimensional: height_m.is_none(),
+        horizontal_velocity_mps: north.map(|(north, east)| [north, east]),
+        down_velocity_mps: known(-at(Id::GpsVelU)),
+        satellites,
+        ..Fix::at(valid, position)
+    };
+    fix.is_finite().then_some(fix)
+}
+
+/// What an evaluation needs.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    /// The command `hovernav`.
+    pub command: PathBuf,
+    /// The record's name and file.
+    pub name: String,
+    /// The record's file.
+    pub record: PathBuf,
+    /// Where results go.
+    pub results: PathBuf,
+    /// How the sensors are mounted.
+    pub manifest: Manifest,
+}
+
+impl Evaluation {
+    /// Runs it in a thread of its own, unless one runs already; whether it began.
+    pub fn spawn(self, job: &SharedJob) -> bool {
+        let mut slot = job.lock().unwrap_or_else(PoisonError::into_inner);
+        if slot.as_ref().is_some_and(|job| job.runs) {
+            return false;
+        }
+        let (record, words) = (self.name.clone(), "reading the record".into());
+        *slot = Some(Job { record, words, runs: true, ..Job::default() });
+        drop(slot);
+        let shared = Arc::clone(job);
+        thread::Builder::new().name("evaluation".into()).spawn(move || self.run(&shared)).is_ok()
+    }
+
+    fn run(&self, shared: &SharedJob) {
+        let tell = |change: &dyn Fn(&mut Job)| {
+            if let Some(job) = &mut *shared.lock().unwrap_or_else(PoisonError::into_inner) {
+                change(job);
+            }
+        };
+        let log = match self.log() {
+            Ok(log) => log,
+            Err(why) => {
+                return tell(&|job| {
+                    job.faults.push(why.clone());
+                    job.words = "the record cannot be evaluated".into();
+                    job.runs = false;
+                });
+            }
+        };
+        for verb in ["estimate", "identify"] {
+            tell(&|job| job.words = format!("{verb} runs"));
+            let out = self.results.join(verb);
+            let outcome = self.verb(verb, &log, &out);
+            tell(&|job| match &outcome {
+                Ok(()) => {
+                    let page = format!("{}/{verb}/report.html", self.name);
+                    job.pages.push((verb.to_owned(), page));
+                }
+                Err(why) => job.faults.push(format!("{verb}: {why}")),
+            });
+        }
+        tell(&|job| {
+            job.words = "done".into();
+            job.runs = false;
+        });
+    }
+
+    /// What to evaluate: a flight computer's record itself, or a ground station's as a dataset.
+    fn log(&self) -> Result<PathBuf, String> {
+        let store = match record::read(&self.record) {
+            Ok((store, _)) => store,
+            Err(RecordError::NotARecord { .. }) => return Ok(self.record.clone()),
+            Err(error) => return Err(error.to_string()),
+        };
+        let dataset = dataset(&store, &self.manifest);
+        if dataset.imu.is_empty() {
+            return Err("found no inertial samples in the record, expected some".into());
+        }
+        let place = self.results.join("dataset");
+        dataset.write(&place, &[]).map_err(|error| error.to_string())?;
+        Ok(place)
+    }
+
+    fn verb(&self, verb: &str, log: &Path, out: &Path) -> Result<(), String> {
+        let output = Command::new(&self.command)
+            .arg(verb)
+            .arg(log)
+            .arg("--out")
+            .arg(out)
+            .stdin(Stdio::null())
+            .output()
+            .map_err(|error| format!("{}: {error}", self.command.display()))?;
+        if output.status.success() {
+            return Ok(());
+        }
+        let said = String::from_utf8_lossy(&output.stderr);
+        let mut why = said.trim().to_owned();
+        let cut = (0..=LONGEST).rev().find(|&cut| why.is_char_boundary(cut)).unwrap_or(0);
+        why.truncate(cut);
+        Err(why)
+    }
+}

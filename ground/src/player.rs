@@ -1,0 +1,138 @@
+//! A record looked at as if it flew: seek, speed, pause.
+
+use std::sync::Arc;
+
+use crate::record::RecordError;
+use crate::store::{Batch, Store};
+use crate::test_points::TestPoints;
+use crate::{channel::Id, record};
+
+/// The speeds that a record can be played at, times as fast as it was.
+pub const SPEEDS: (f64, f64) = (0.1, 50.0);
+
+/// A record in memory, for several to look at.
+pub struct Loaded {
+    /// Its name.
+    pub name: String,
+    /// What it holds.
+    pub store: Store,
+    /// Whether its end is missing.
+    pub is_cut: bool,
+    /// The test points flown in it.
+    pub test_points: TestPoints,
+}
+
+impl Loaded {
+    /// Reads the record in `path`.
+    ///
+    /// # Errors
+    /// It is none, or cannot be read.
+    pub fn read(path: &std::path::Path, name: &str) -> Result<Self, RecordError> {
+        let (store, is_cut) = record::read(path)?;
+        let mut test_points = TestPoints::default();
+        const STICKS: [Id; 4] =
+            [Id::StickLateral, Id::StickLongitudinal, Id::StickCollective, Id::StickPedal];
+        let (from_s, to_s) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (time_s, _) in store.series(Id::StickLateral).between(from_s, to_s) {
+            let values = STICKS.map(|id| (id, store.at(id, time_s))).to_vec();
+            test_points.hear(&Batch { time_s, values });
+        }
+        test_points.judge(&store);
+        Ok(Self { name: name.to_owned(), store, is_cut, test_points })
+    }
+}
+
+/// Where in a record somebody is.
+#[derive(Clone)]
+pub struct Player {
+    /// The record.
+    pub record: Arc<Loaded>,
+    position_s: f64,
+    speed: f64,
+    plays: bool,
+}
+
+impl Player {
+    /// At the end of the record, paused: all of it is to be seen.
+    #[must_use]
+    pub fn new(record: Arc<Loaded>) -> Self {
+        let position_s = record.store.span().map_or(0.0, |(_, to_s)| to_s);
+        Self { record, position_s, speed: 1.0, plays: false }
+    }
+
+    /// Goes to a moment, seconds since the start of 1970; no further than the record goes.
+    pub fn seek(&mut self, time_s: f64) {
+        if let Some((from_s, to_s)) = self.record.store.span()
+            && !time_s.is_nan()
+        {
+            self.position_s = time_s.clamp(from_s, to_s);
+        }
+    }
+
+    /// Plays so many times as fast as it was, within [`SPEEDS`]; from the start where it is at the end.
+    pub fn play(&mut self, speed: f64) {
+        if !speed.is_nan() {
+            self.speed = speed.clamp(SPEEDS.0, SPEEDS.1);
+        }
+        if let Some((from_s, to_s)) = self.record.store.span()
+            && self.position_s >= to_s
+        {
+            self.position_s = from_s;
+        }
+        self.plays = true;
+    }
+
+    /// Stays where it is.
+    pub fn pause(&mut self) {
+        self.plays = false;
+    }
+
+    /// Goes on by `elapsed_s` of the viewer's time; pauses at the end.
+    pub fn advance(&mut self, elapsed_s: f64) {
+        if !self.plays {
+            return;
+        }
+        let Some((_, to_s)) = self.record.store.span() else { return };
+        self.position_s = (self.position_s + elapsed_s.max(0.0) * self.speed).min(to_s);
+        self.plays = self.position_s < to_s;
+    }
+
+    /// Where it is, seconds since the start of 1970.
+    #[must_use]
+    pub const fn position_s(&self) -> f64 {
+        self.position_s
+    }
+
+    /// Whether it plays, and how fast.
+    #[must_use]
+    pub const fn state(&self) -> (bool, f64) {
+        (self.plays, self.speed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_is_sought_and_played_within_its_ends() {
+        let mut store = Store::new(1000);
+        for k in 0..100 {
+            store.push(&Batch { time_s: 50.0 + f64::from(k), values: vec![(Id::Roll, 1.0)] });
+        }
+        let test_points = TestPoints::default();
+        let loaded = Loaded { name: "x".into(), store, is_cut: false, test_points };
+        let mut player = Player::new(Arc::new(loaded));
+        assert_eq!(player.position_s(), 149.0);
+        player.play(10.0);
+        assert_eq!(player.position_s(), 50.0);
+        player.advance(2.0);
+        assert_eq!((player.position_s(), player.state()), (70.0, (true, 10.0)));
+        player.seek(1e9);
+        player.advance(1.0);
+        assert_eq!((player.position_s(), player.state().0), (149.0, false));
+        player.seek(f64::NAN);
+        player.play(f64::INFINITY);
+        assert_eq!(player.state().1, SPEEDS.1);
+    }
+}

@@ -1,0 +1,350 @@
+//! Records: MCAP files of what was heard, written by a thread of their own and readable up to the last
+//! moment before whatever ends it.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{McapError, WriteOptions};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::channel::{CHANNELS, Id};
+use crate::store::{Batch, Marker, Store, TextLine};
+
+/// Entries that may wait for the disk: 10 s of everything.
+const QUEUE: usize = 1024;
+/// What has been heard is with the system within this.
+const FLUSH: Duration = Duration::from_millis(50);
+/// And on the disk within this.
+const SYNC: Duration = Duration::from_millis(200);
+/// A greater file is not opened, bytes.
+const LARGEST: u64 = 1 << 30;
+
+const TELEMETRY: &str = "telemetry";
+const TEXTS: &str = "texts";
+const MARKERS: &str = "markers";
+
+/// Why there is no record.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// One is being written.
+    #[error("found a record being written, {name}, expected none: stop it first")]
+    Busy {
+        /// Its name.
+        name: String,
+    },
+    /// The file cannot be made, read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file is too great.
+    #[error("{}: found {found} bytes, expected {LARGEST} at most", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        found: u64,
+    },
+    /// The file is no record of a ground station.
+    #[error("{}: found {found}, expected the topic `{TELEMETRY}` of a ground station's record", path.display())]
+    NotARecord {
+        /// The file.
+        path: PathBuf,
+        /// What it is instead.
+        found: String,
+    },
+}
+
+/// How a record goes.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Recording {
+    /// Its name.
+    pub name: String,
+    /// Frames written.
+    pub frames: u64,
+    /// Entries for which there was no room.
+    pub lost: u64,
+    /// Why it cannot be written, where it cannot.
+    pub fault: Option<String>,
+    /// Since it began, s.
+    pub duration_s: f64,
+}
+
+enum Entry {
+    Batch(Batch),
+    Text(TextLine),
+    Marker(Marker),
+}
+
+#[derive(Default)]
+struct Progress {
+    frames: AtomicU64,
+    lost: AtomicU64,
+    fault: Mutex<Option<String>>,
+    ending: AtomicBool,
+}
+
+impl Progress {
+    fn failed(&self, error: &McapError) {
+        let mut fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
+        *fault = Some(error.to_string());
+    }
+}
+
+/// A record being written.
+pub struct Recorder {
+    name: String,
+    begun: Instant,
+    entries: SyncSender<Entry>,
+    progress: Arc<Progress>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Recorder {
+    /// Begins a record in a new file.
+    ///
+    /// # Errors
+    /// The file exists, or cannot be made.
+    pub fn create(path: &Path, name: &str) -> Result<Self, RecordError> {
+        let failed = |source| RecordError::Io { path: path.to_path_buf(), source };
+        let file = OpenOptions::new().write(true).create_new(true).open(path).map_err(failed)?;
+        let writer = Writer::new(file).map_err(|error| failed(io::Error::other(error)))?;
+        let (entries, queue) = sync_channel(QUEUE);
+        let progress = Arc::new(Progress::default());
+        let theirs = Arc::clone(&progress);
+        let thread = thread::Builder::new()
+            .name("record".into())
+            .spawn(move || writer.run(&queue, &theirs))
+            .map_err(failed)?;
+        let (name, begun) = (name.to_owned(), Instant::now());
+        Ok(Self { name, begun, entries, progress, thread: Some(thread) })
+    }
+
+    /// Records values; never waits.
+    pub fn push(&self, batch: Batch) {
+        self.send(Entry::Batch(batch));
+    }
+
+    /// Records a text.
+    pub fn say(&self, line: TextLine) {
+        self.send(Entry::Text(line));
+    }
+
+    /// Records a marker.
+    pub fn mark(&self, marker: Marker) {
+        self.send(Entry::Marker(marker));
+    }
+
+    fn send(&self, entry: Entry) {
+        if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) =
+            self.entries.try_send(entry)
+        {
+            self.progress.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// How it goes.
+    #[must_use]
+    pub fn recording(&self) -> Recording {
+        let fault = self.progress.fault.lock().unwrap_or_else(PoisonError::into_inner);
+        Recording {
+            name: self.name.clone(),
+            frames: self.progress.frames.load(Ordering::Relaxed),
+            lost: self.progress.lost.load(Ordering::Relaxed),
+            fault: fault.clone(),
+            duration_s: self.begun.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// Ends it, when all of it is on the disk.
+    #[must_use]
+    pub fn finish(mut self) -> Recording {
+        self.end();
+        self.recording()
+    }
+
+    fn end(&mut self) {
+        self.progress.ending.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has already said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// The writing side.
+struct Writer {
+    mcap: mcap::Writer<NoSeek<BufWriter<File>>>,
+    file: File,
+    channels: [u16; 3],
+    sequence: u32,
+}
+
+impl Writer {
+    fn new(file: File) -> Result<Self, McapError> {
+        let out = BufWriter::with_capacity(1 << 16, file.try_clone()?);
+        let mut mcap = WriteOptions::new()
+            .compression(None)
+            .chunk_size(None)
+            .disable_seeking(true)
+            .library(concat!("hovernav-ground ", env!("CARGO_PKG_VERSION")))
+            .create(NoSeek::new(out))?;
+        let number =
+            |unit: &str, label: &str| json!({"type": "number", "unit": unit, "title": label});
+        let of_channels = CHANNELS.iter().map(|c| (c.name.to_owned(), number(c.unit, c.label)));
+        let text = json!({"type": "string"});
+        let time = number("s", "seconds since the start of 1970");
+        let properties = [
+            (TELEMETRY, "hovernav.Telemetry", Value::Object(of_channels.collect())),
+            (TEXTS, "hovernav.Text", json!({"time_s": time, "level": text, "text": text})),
+            (MARKERS, "hovernav.Marker", json!({"time_s": time, "note": text})),
+        ];
+        let mut channels = [0; 3];
+        for (id, (topic, name, properties)) in channels.iter_mut().zip(properties) {
+            let schema = json!({"type": "object", "title": name, "properties": properties});
+            let schema = mcap.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+            *id = mcap.add_channel(schema, topic, "json", &BTreeMap::new())?;
+        }
+        mcap.flush()?;
+        Ok(Self { mcap, file, channels, sequence: 0 })
+    }
+
+    fn run(mut self, queue: &Receiver<Entry>, progress: &Progress) {
+        let (mut flushed, mut synced) = (Instant::now(), Instant::now());
+        let mut dirty = false;
+        loop {
+            let entry = queue.recv_timeout(FLUSH);
+            let result = match entry {
+                Ok(entry) => {
+                    dirty = true;
+                    progress.frames.fetch_add(1, Ordering::Relaxed);
+                    self.write(&entry)
+                }
+                Err(RecvTimeoutError::Timeout) if progress.ending.load(Ordering::Relaxed) => break,
+                Err(RecvTimeoutError::Timeout) => Ok(()),
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            let result = result.and_then(|()| {
+                if dirty && flushed.elapsed() >= FLUSH {
+                    flushed = Instant::now();
+                    self.mcap.flush()?;
+                    if synced.elapsed() >= SYNC {
+                        (synced, dirty) = (Instant::now(), false);
+                        self.file.sync_data()?;
+                    }
+                }
+                Ok(())
+            });
+            if let Err(error) = result {
+                progress.failed(&error);
+            }
+        }
+        let ended = self.mcap.finish().and_then(|_| Ok(self.file.sync_all()?));
+        if let Err(error) = ended {
+            progress.failed(&error);
+        }
+    }
+
+    fn write(&mut self, entry: &Entry) -> Result<(), McapError> {
+        let json = |message: Result<Vec<u8>, _>| message.map_err(io::Error::from);
+        let (topic, time_s, message) = match entry {
+            Entry::Batch(batch) => (0, batch.time_s, json(serde_json::to_vec(&values(batch)))?),
+            Entry::Text(line) => (1, line.time_s, json(serde_json::to_vec(line))?),
+            Entry::Marker(marker) => (2, marker.time_s, json(serde_json::to_vec(marker))?),
+        };
+        let time_ns = (time_s * 1e9) as u64;
+        self.sequence = self.sequence.wrapping_add(1);
+        let header = MessageHeader {
+            channel_id: self.channels[topic],
+            sequence: self.sequence,
+            log_time: time_ns,
+            publish_time: time_ns,
+        };
+        self.mcap.write_to_known_channel(&header, &message)
+    }
+}
+
+/// What of a batch is known and what is not, by name.
+fn values(batch: &Batch) -> Map<String, Value> {
+    let named = |&(id, value): &(Id, f64)| (CHANNELS[id as usize].name.to_owned(), json!(value));
+    batch.values.iter().map(named).collect()
+}
+
+/// Reads a record, also one that was cut off at any byte, and whether it was.
+///
+/// # Errors
+/// The file cannot be read, is too great, or holds no telemetry of a ground station.
+pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
+    let failed = |source| RecordError::Io { path: path.to_path_buf(), source };
+    let found = std::fs::metadata(path).map_err(failed)?.len();
+    if found > LARGEST {
+        return Err(RecordError::TooLarge { path: path.to_path_buf(), found });
+    }
+    let bytes = std::fs::read(path).map_err(failed)?;
+    let not = |found: String| RecordError::NotARecord { path: path.to_path_buf(), found };
+    let options = mcap::read::Options::IgnoreEndMagic;
+    let messages = mcap::MessageStream::new_with_options(&bytes, options.into())
+        .map_err(|error| not(error.to_string()))?;
+    let mut store = Store::new(usize::MAX);
+    let mut topics = std::collections::BTreeSet::new();
+    let mut is_cut = false;
+    for message in messages {
+        // What follows a damaged message cannot be told apart any more.
+        let Ok(message) = message else {
+            is_cut = true;
+            break;
+        };
+        let time_s = message.log_time as f64 * 1e-9;
+        match message.channel.topic.as_str() {
+            TELEMETRY => {
+                let Ok(values) = serde_json::from_slice::<Map<String, Value>>(&message.data) else {
+                    is_cut = true;
+                    break;
+                };
+                let known = |(name, value): (&String, &Value)| {
+                    let id = Id::of(name)?;
+                    Some((id, CHANNELS[id as usize].plausible(value.as_f64())))
+                };
+                store.push(&Batch { time_s, values: values.iter().filter_map(known).collect() });
+            }
+            TEXTS => {
+                serde_json::from_slice(&message.data).into_iter().for_each(|text| store.say(text))
+            }
+            MARKERS => serde_json::from_slice(&message.data)
+                .into_iter()
+                .for_each(|marker| store.mark(marker)),
+            _ => {}
+        }
+        if topics.len() < 16 {
+            topics.insert(message.channel.topic.clone());
+        }
+    }
+    let is_ended = bytes.ends_with(mcap::MAGIC);
+    if store.span().is_none() && !topics.is_empty() {
+        return Err(not(format!(
+            "the topics {}",
+            topics.into_iter().collect::<Vec<_>>().join(", ")
+        )));
+    }
+    Ok((store, is_cut || !is_ended))
+}

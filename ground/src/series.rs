@@ -1,0 +1,239 @@
+//! One channel over time: a ring that never grows beyond its room, and what a plot needs of it.
+
+use std::collections::VecDeque;
+
+/// A time, seconds since the start of 1970, and a value; NaN is a gap.
+pub type Point = (f64, f64);
+
+/// Longer than this many usual periods without a value is a gap.
+const GAP_PERIODS: f64 = 3.0;
+/// The shortest and the longest time without a value that is a gap, s.
+const GAP_S: (f64, f64) = (0.25, 3.0);
+/// Values that there is room for at first.
+const LEAST: usize = 256;
+/// Share of the newest period in the usual one.
+const SHARE: f64 = 0.1;
+
+/// The newest values of one channel, in order of time.
+#[derive(Clone, Debug)]
+pub struct Series {
+    points: VecDeque<Point>,
+    room: usize,
+    period_s: f64,
+}
+
+impl Series {
+    /// Room for so many values, gaps included.
+    #[must_use]
+    pub const fn new(room: usize) -> Self {
+        Self { points: VecDeque::new(), room, period_s: 0.1 }
+    }
+
+    /// Takes a value; whether it is later than the one before, without which it is left out. Where
+    /// values stayed away, a gap is put in between. A NaN is a gap of its own.
+    pub fn push(&mut self, time_s: f64, value: f64) -> bool {
+        if !time_s.is_finite() {
+            return false;
+        }
+        if let Some(&(before_s, before)) = self.points.back() {
+            let since_s = time_s - before_s;
+            if since_s <= 0.0 {
+                return false;
+            }
+            let longest_s = (GAP_PERIODS * self.period_s).clamp(GAP_S.0, GAP_S.1);
+            if since_s > longest_s {
+                if !before.is_nan() {
+                    self.put((0.5 * (before_s + time_s), f64::NAN));
+                }
+                // Once is an outage, always is a slower channel.
+                self.period_s += 0.3 * (since_s.min(GAP_S.1) - self.period_s);
+            } else {
+                self.period_s += SHARE * (since_s - self.period_s);
+            }
+            if value.is_nan() && before.is_nan() {
+                return true;
+            }
+        }
+        self.put((time_s, value));
+        true
+    }
+
+    fn put(&mut self, point: Point) {
+        if self.points.len() == self.room {
+            self.points.pop_front();
+        } else if self.points.len() == self.points.capacity() {
+            // A ring that doubled past its room would in time use all of that.
+            let more = self.points.len().max(LEAST).min(self.room - self.points.len());
+            self.points.reserve_exact(more);
+        }
+        self.points.push_back(point);
+    }
+
+    /// The newest value that is no gap.
+    #[must_use]
+    pub fn latest(&self) -> Option<Point> {
+        self.points.back().copied().filter(|(_, value)| !value.is_nan())
+    }
+
+    /// The value at `time_s`: the last that is not later, none in a gap or before the first.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> Option<f64> {
+        let after = self.points.partition_point(|&(other_s, _)| other_s <= time_s);
+        let &(_, value) = self.points.get(after.checked_sub(1)?)?;
+        Some(value).filter(|value| !value.is_nan())
+    }
+
+    /// Those later than `after_s` and not later than `until_s`.
+    pub fn between(&self, after_s: f64, until_s: f64) -> impl Iterator<Item = Point> + '_ {
+        let first = self.points.partition_point(|&(time_s, _)| time_s <= after_s);
+        let last = self.points.partition_point(|&(time_s, _)| time_s <= until_s);
+        self.points.range(first..last.max(first)).copied()
+    }
+
+    /// Times of the first and the last.
+    #[must_use]
+    pub fn span(&self) -> Option<(f64, f64)> {
+        Some((self.points.front()?.0, self.points.back()?.0))
+    }
+
+    /// What a plot from `from_s` to `to_s` with `columns` columns of pixels shows: of each column the
+    /// least and the greatest value, in their order of time, so that no spike is lost; gaps stay gaps.
+    /// The values next to the plot's edges are there too, so that lines run to the edges. At most
+    /// four points a column, and those two.
+    #[must_use]
+    pub fn plotted(&self, from_s: f64, to_s: f64, columns: usize) -> Vec<Point> {
+        let first = self.points.partition_point(|&(time_s, _)| time_s < from_s);
+        let last = self.points.partition_point(|&(time_s, _)| time_s <= to_s).max(first);
+        let inside = self.points.range(first..last).copied();
+        let mut plotted: Vec<Point> = Vec::new();
+        plotted.extend(first.checked_sub(1).and_then(|before| self.points.get(before)));
+        if last - first <= 2 * columns {
+            plotted.extend(inside);
+        } else {
+            let width_s = (to_s - from_s) / columns.max(1) as f64;
+            let column_of = |time_s: f64| ((time_s - from_s) / width_s) as usize;
+            let mut column = Column::default();
+            let mut current = 0;
+            for (time_s, value) in inside {
+                if column_of(time_s) != current {
+                    column.drain_into(&mut plotted);
+                    current = column_of(time_s);
+                }
+                column.take((time_s, value));
+            }
+            column.drain_into(&mut plotted);
+        }
+        plotted.extend(self.points.get(last));
+        plotted
+    }
+}
+
+/// What one column of pixels shows.
+#[derive(Default)]
+struct Column {
+    least: Option<Point>,
+    greatest: Option<Point>,
+    gap: Option<Point>,
+}
+
+impl Column {
+    fn take(&mut self, point: Point) {
+        if point.1.is_nan() {
+            self.gap = Some(point);
+            return;
+        }
+        if self.least.is_none_or(|least| point.1 < least.1) {
+            self.least = Some(point);
+        }
+        if self.greatest.is_none_or(|greatest| point.1 >= greatest.1) {
+            self.greatest = Some(point);
+        }
+    }
+
+    fn drain_into(&mut self, plotted: &mut Vec<Point>) {
+        let mut points = [self.least.take(), self.greatest.take(), self.gap.take()];
+        points.sort_by(|a, b| {
+            a.map(|p| p.0).partial_cmp(&b.map(|p| p.0)).unwrap_or(std::cmp::Ordering::Equal)
+        });
+        for point in points.into_iter().flatten() {
+            let last_s = plotted.last().map(|&(time_s, _)| time_s);
+            if last_s.is_none_or(|last_s| point.0 > last_s) {
+                plotted.push(point);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn at_33_hz(count: usize, value: impl Fn(usize) -> f64) -> Series {
+        let mut series = Series::new(count.max(1) * 2);
+        for k in 0..count {
+            series.push(k as f64 / 33.0, value(k));
+        }
+        series
+    }
+
+    proptest! {
+        #[test]
+        fn no_spike_is_hidden_however_few_the_pixels(
+            places in prop::collection::btree_set(0usize..20_000, 1..8),
+            columns in 1usize..900,
+        ) {
+            let series = at_33_hz(20_000, |k| if places.contains(&k) { 100.0 + k as f64 } else { (k as f64).sin() });
+            let plotted = series.plotted(0.0, 20_000.0 / 33.0, columns);
+            prop_assert!(plotted.len() <= 4 * columns + 2);
+            let last = *places.last().unwrap();
+            let greatest = plotted.iter().map(|point| point.1).fold(0.0, f64::max);
+            prop_assert_eq!(greatest, 100.0 + last as f64);
+            // Every column that has a spike shows one.
+            for place in &places {
+                let time_s = *place as f64 / 33.0;
+                let width_s = 20_000.0 / 33.0 / columns as f64;
+                prop_assert!(plotted.iter().any(|p| p.1 >= 100.0 && (p.0 - time_s).abs() <= width_s));
+            }
+            prop_assert!(plotted.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        }
+    }
+
+    #[test]
+    fn an_outage_is_a_gap_and_a_slow_channel_is_none() {
+        let mut series = at_33_hz(100, |_| 1.0);
+        series.push(100.0 / 33.0 + 2.0, 1.0);
+        assert_eq!(series.points.iter().filter(|point| point.1.is_nan()).count(), 1);
+        assert!(series.plotted(0.0, 10.0, 20).iter().any(|point| point.1.is_nan()));
+        assert_eq!(series.at(4.5), None);
+
+        let mut slow = Series::new(100);
+        for k in 0..50 {
+            slow.push(f64::from(k), 1.0);
+        }
+        let gaps = slow.points.iter().filter(|point| point.1.is_nan()).count();
+        assert!(gaps <= 4, "{gaps} gaps in a channel of 1 Hz");
+        slow.push(60.0, 1.0);
+        assert!(slow.at(57.0).is_none());
+    }
+
+    #[test]
+    fn the_ring_keeps_its_size_and_time_its_direction() {
+        let mut series = Series::new(1000);
+        for k in 0..100_000 {
+            assert!(series.push(f64::from(k) / 33.0, 0.0));
+        }
+        assert_eq!(series.points.len(), 1000);
+        assert!(!series.push(1.0, 0.0) && !series.push(f64::NAN, 0.0));
+        assert_eq!(series.latest().unwrap().0, 99_999.0 / 33.0);
+    }
+
+    #[test]
+    fn lines_run_to_the_edges_of_the_plot() {
+        let series = at_33_hz(1000, |k| k as f64);
+        let plotted = series.plotted(10.001, 10.01, 100);
+        assert_eq!(plotted.len(), 2, "{plotted:?}");
+        assert!(plotted[0].0 < 10.001 && plotted[1].0 > 10.01);
+    }
+}

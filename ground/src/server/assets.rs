@@ -1,0 +1,49 @@
+//! The page and its scripts, from the program itself.
+
+use axum::extract::{Path, State};
+use axum::http::header::CONTENT_TYPE;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse as _, Response};
+
+const HTML: &str = "text/html; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
+
+macro_rules! files {
+    ($($name:literal $kind:ident),* $(,)?) => {
+        &[$(($name, $kind, include_str!(concat!("../../assets/", $name)))),*]
+    };
+}
+
+/// Every file that is served: name, kind, text.
+const FILES: &[(&str, &str, &str)] = files![
+    "index.html" HTML,
+    "style.css" STYLE,
+    "main.js" SCRIPT,
+    "station.js" SCRIPT,
+    "plots.js" SCRIPT,
+    "chooser.js" SCRIPT,
+    "instruments.js" SCRIPT,
+    "panels.js" SCRIPT,
+    "records.js" SCRIPT,
+    "uPlot.iife.min.js" SCRIPT,
+    "uPlot.min.css" STYLE,
+];
+
+fn served(name: &str) -> Response {
+    match FILES.iter().find(|(own, ..)| *own == name) {
+        Some((_, kind, text)) => ([(CONTENT_TYPE, *kind)], *text).into_response(),
+        None => (StatusCode::NOT_FOUND, "found nothing of that name").into_response(),
+    }
+}
+
+pub async fn page(State(server): super::State, headers: HeaderMap) -> Response {
+    match server.access.check_host(&headers) {
+        Ok(()) => served("index.html"),
+        Err(refusal) => refusal.into_response(),
+    }
+}
+
+pub async fn file(Path(name): Path<String>) -> Response {
+    served(&name)
+}

@@ -1,0 +1,152 @@
+//! A client's conversation: requests in, ticks and states out.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use axum::body::Bytes;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{Query, State};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse as _, Response};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio::time::{MissedTickBehavior, interval, timeout};
+
+use super::request::Request;
+use super::session::Session;
+use super::{CLIENTS, Server};
+
+/// Between two ticks.
+const TICK: Duration = Duration::from_millis(40);
+/// A state with every so many ticks.
+const STATES: u32 = 6;
+/// And a question whether the client is there, which its browser answers: one that only looks never
+/// says anything else.
+const PINGS: u32 = 500;
+/// The longest request, bytes.
+const LONGEST: usize = 16 * 1024;
+/// A client that takes nothing for so long is gone.
+const STUCK: Duration = Duration::from_secs(5);
+/// Requests a second, on average and at once.
+const REQUESTS: (f64, f64) = (60.0, 240.0);
+
+/// The token, where one is asked for.
+#[derive(Deserialize)]
+pub struct Ticket {
+    token: Option<String>,
+}
+
+pub async fn socket(
+    State(server): super::State,
+    Query(ticket): Query<Ticket>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if let Err(refusal) = server.access.check(&headers, ticket.token.as_deref()) {
+        return refusal.into_response();
+    }
+    let Some(seat) = Seat::take(&server) else {
+        let why = "found as many clients as there can be, expected fewer";
+        return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
+    };
+    upgrade
+        .max_message_size(LONGEST)
+        .max_frame_size(LONGEST)
+        .max_write_buffer_size(8 << 20)
+        .on_upgrade(move |socket| converse(socket, seat))
+}
+
+/// One of the places for clients, given back when dropped.
+struct Seat(Arc<Server>);
+
+impl Seat {
+    fn take(server: &Arc<Server>) -> Option<Self> {
+        let more = |taken| (taken < CLIENTS).then_some(taken + 1);
+        server.clients.fetch_update(Ordering::AcqRel, Ordering::Acquire, more).ok()?;
+        Some(Self(Arc::clone(server)))
+    }
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.0.clients.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+/// Requests that a client may still make.
+struct Allowance {
+    left: f64,
+    at: Instant,
+}
+
+impl Allowance {
+    fn spend(&mut self) -> bool {
+        let now = Instant::now();
+        let earned = REQUESTS.0 * now.duration_since(self.at).as_secs_f64();
+        self.left = (self.left + earned).min(REQUESTS.1) - 1.0;
+        self.at = now;
+        self.left >= 0.0
+    }
+}
+
+async fn converse(mut socket: WebSocket, seat: Seat) {
+    let mut session = Session::new(Arc::clone(&seat.0.shared));
+    let mut allowance = Allowance { left: REQUESTS.1, at: Instant::now() };
+    let mut ticks = interval(TICK);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let (mut count, mut before) = (0u32, Instant::now());
+    if !send(&mut socket, &session.hello()).await {
+        return;
+    }
+    loop {
+        tokio::select! {
+            received = socket.recv() => {
+                let Some(Ok(message)) = received else { return };
+                let text = match &message {
+                    Message::Text(text) => text.as_str(),
+                    Message::Close(_) => return,
+                    _ => continue,
+                };
+                if !allowance.spend() {
+                    send(&mut socket, &json!({"error": "found too many requests; this connection is closed"})).await;
+                    return;
+                }
+                let answer = match Request::parse(text) {
+                    // Files are read and written here: the other threads go on meanwhile.
+                    Ok(request) => tokio::task::block_in_place(|| session.handle(request)),
+                    Err(why) => Err(why),
+                };
+                let answer = match answer {
+                    Ok(None) => continue,
+                    Ok(Some(answer)) => answer,
+                    Err(why) => json!({"error": why}),
+                };
+                if !send(&mut socket, &answer).await {
+                    return;
+                }
+            }
+            _ = ticks.tick() => {
+                let now = Instant::now();
+                let elapsed_s = now.duration_since(before).as_secs_f64();
+                before = now;
+                if !send(&mut socket, &session.tick(elapsed_s)).await {
+                    return;
+                }
+                if count.is_multiple_of(STATES) && !send(&mut socket, &session.state()).await {
+                    return;
+                }
+                if count % PINGS == PINGS - 1 && socket.send(Message::Ping(Bytes::new())).await.is_err() {
+                    return;
+                }
+                count = count.wrapping_add(1);
+            }
+        }
+    }
+}
+
+/// Sends; whether the client took it.
+async fn send(socket: &mut WebSocket, message: &Value) -> bool {
+    let sent = timeout(STUCK, socket.send(Message::Text(message.to_string().into()))).await;
+    matches!(sent, Ok(Ok(())))
+}

@@ -1,0 +1,255 @@
+//! One client: what it looks at, and what it is sent.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use super::request::{Request, channels};
+use super::shared::Shared;
+use crate::channel::{CHANNELS, Id};
+use crate::lamps::{control, lamps};
+use crate::link::lock;
+use crate::player::Player;
+use crate::series::Point;
+use crate::station::now_s;
+use crate::store::Store;
+use crate::test_points::TestPoints;
+
+/// Points of one channel that one message holds; more come with a view.
+const BURST: usize = 4000;
+/// Texts that one message holds.
+const TEXTS: usize = 200;
+
+/// What a client looks at.
+enum Source {
+    Live,
+    Record(Player),
+}
+
+/// One client.
+pub struct Session {
+    shared: Arc<Shared>,
+    source: Source,
+    watched: Vec<Id>,
+    /// What has been sent: up to this moment, and so many texts and markers.
+    sent_s: f64,
+    texts: u64,
+    markers: u64,
+    /// Whether what the client looks at is another than before.
+    turned: bool,
+}
+
+impl Session {
+    pub fn new(shared: Arc<Shared>) -> Self {
+        let watched = Vec::new();
+        let sent_s = f64::NEG_INFINITY;
+        Self { shared, source: Source::Live, watched, sent_s, texts: 0, markers: 0, turned: true }
+    }
+
+    /// What every client is told first.
+    pub fn hello(&self) -> Value {
+        let channels: Vec<Value> = CHANNELS
+            .iter()
+            .map(|channel| {
+                let (below, above) = channel.alarm;
+                json!({
+                    "name": channel.name, "label": channel.label, "unit": channel.unit,
+                    "group": channel.group, "digits": channel.digits,
+                    "alarm": [finite(below), finite(above)],
+                    "sigma": channel.sigma.map(|id| id.channel().name),
+                })
+            })
+            .collect();
+        json!({"hello": {"version": env!("CARGO_PKG_VERSION"), "channels": channels}})
+    }
+
+    /// Handles a request; an answer, where it has one.
+    ///
+    /// # Errors
+    /// Why it cannot be, for the client to read.
+    pub fn handle(&mut self, request: Request) -> Result<Option<Value>, String> {
+        let shared = Arc::clone(&self.shared);
+        match request {
+            Request::Watch { channels: names } => {
+                self.watched = channels(names.iter().map(String::as_str))?;
+            }
+            Request::View { id, from, to, columns } => {
+                let view = self.with_store(|store| {
+                    let series = self.watched.iter().map(|&id| {
+                        let plotted = store.series(id).plotted(from, to, columns);
+                        (id.channel().name.to_owned(), points(&plotted))
+                    });
+                    Value::Object(series.collect())
+                });
+                return Ok(Some(
+                    json!({"view": {"id": id, "from": from, "to": to, "series": view}}),
+                ));
+            }
+            Request::Record { name } => shared.record(&name)?,
+            Request::Stop {} => {
+                let recording = lock(&shared.station).stop_recording();
+                let recording = recording.ok_or("found no record being written")?;
+                return Ok(Some(json!({"recorded": recording})));
+            }
+            Request::List {} => {
+                let records = shared.folder.list().map_err(|error| error.to_string())?;
+                return Ok(Some(json!({"records": records})));
+            }
+            Request::Open { name } => {
+                self.turn(Source::Record(Player::new(shared.load(&name)?)));
+            }
+            Request::Live {} => self.turn(Source::Live),
+            Request::Seek { to } => {
+                self.player()?.seek(to);
+                self.sent_s = f64::NEG_INFINITY;
+                self.turned = true;
+            }
+            Request::Play { speed } => {
+                let player = self.player()?;
+                let before_s = player.position_s();
+                player.play(speed);
+                if player.position_s() < before_s {
+                    self.sent_s = f64::NEG_INFINITY;
+                    self.turned = true;
+                }
+            }
+            Request::Pause {} => self.player()?.pause(),
+            Request::Mark { note } => match self.source {
+                Source::Live => lock(&shared.station).mark(&note),
+                Source::Record(_) => return Err(
+                    "found a record, expected the vehicle: a record cannot be marked afterwards"
+                        .into(),
+                ),
+            },
+            Request::Flow { on } => lock(&shared.station).want_frames(on),
+            Request::Evaluate { name } => shared.evaluate(&name)?,
+        }
+        Ok(None)
+    }
+
+    fn turn(&mut self, source: Source) {
+        self.source = source;
+        (self.sent_s, self.texts, self.markers) = (f64::NEG_INFINITY, 0, 0);
+        self.turned = true;
+    }
+
+    fn player(&mut self) -> Result<&mut Player, String> {
+        match &mut self.source {
+            Source::Record(player) => Ok(player),
+            Source::Live => Err("found the vehicle, expected an open record".into()),
+        }
+    }
+
+    fn with_store<T>(&self, look: impl FnOnce(&Store) -> T) -> T {
+        match &self.source {
+            Source::Live => look(&lock(&self.shared.station).store),
+            Source::Record(player) => look(&player.record.store),
+        }
+    }
+
+    /// What is new since the last call, `elapsed_s` ago: the values of now, and the points of the
+    /// watched channels.
+    pub fn tick(&mut self, elapsed_s: f64) -> Value {
+        if let Source::Record(player) = &mut self.source {
+            player.advance(elapsed_s);
+        }
+        let position_s = match &self.source {
+            Source::Live => None,
+            Source::Record(player) => Some(player.position_s()),
+        };
+        let sent_s = self.sent_s;
+        let mut turned = std::mem::take(&mut self.turned);
+        let mut until_s = sent_s;
+        let message = self.with_store(|store| {
+            let (_, to_s) = store.span().unwrap_or((0.0, f64::NEG_INFINITY));
+            until_s = position_s.unwrap_or(to_s).max(sent_s);
+            // The first values after none: the client has to look.
+            turned |= !sent_s.is_finite() && until_s.is_finite();
+            let now: Vec<Value> = match position_s {
+                None => Id::all().map(|id| finite(store.latest(id))).collect(),
+                Some(at_s) => Id::all().map(|id| finite(store.at(id, at_s))).collect(),
+            };
+            let new: serde_json::Map<String, Value> = self
+                .watched
+                .iter()
+                // What came before the client looked is asked for by a view.
+                .filter(|_| sent_s.is_finite() && !turned)
+                .filter_map(|&id| {
+                    let new: Vec<Point> =
+                        store.series(id).between(sent_s, until_s).take(BURST).collect();
+                    (!new.is_empty()).then(|| (id.channel().name.to_owned(), points(&new)))
+                })
+                .collect();
+            json!({"tick": {"t": finite(until_s), "turned": turned, "now": now, "points": new}})
+        });
+        self.sent_s = until_s;
+        message
+    }
+
+    /// How everything is, several times a second.
+    pub fn state(&mut self) -> Value {
+        let now = now_s();
+        let (mut texts, mut markers): (Vec<_>, Vec<_>) = (Vec::new(), Vec::new());
+        let mut numbers = (self.texts, self.markers);
+        let mut station = lock(&self.shared.station);
+        station.tick(now);
+        let (link, recording) = (station.link(now), station.recording());
+        let describe = |store: &Store, test_points: &TestPoints, at_s: Option<f64>| {
+            let value = |id| match at_s {
+                None => store.latest(id),
+                Some(at_s) => store.at(id, at_s),
+            };
+            let alarms: Vec<Value> = Id::all()
+                .filter(|&id| id.channel().alarms(value(id)))
+                .map(|id| json!([id.channel().name, value(id)]))
+                .collect();
+            json!({
+                "span": store.span(), "lamps": lamps(value), "control": control(value),
+                "alarms": alarms, "steps": test_points.steps(),
+                "progress": test_points.progress(), "under_way": test_points.under_way(),
+            })
+        };
+        let mut collect = |store: &Store| {
+            let (new, first) = store.texts_from(self.texts);
+            texts = new.take(TEXTS).cloned().collect();
+            numbers.0 = first + texts.len() as u64;
+            let (new, first) = store.markers_from(self.markers);
+            markers = new.cloned().collect();
+            numbers.1 = first + markers.len() as u64;
+        };
+        let (what, record) = match &self.source {
+            Source::Live => {
+                collect(&station.store);
+                (describe(&station.store, &station.test_points, None), Value::Null)
+            }
+            Source::Record(player) => {
+                drop(station);
+                let loaded = &player.record;
+                collect(&loaded.store);
+                let (plays, speed) = player.state();
+                let record = json!({
+                    "name": loaded.name, "is_cut": loaded.is_cut, "plays": plays, "speed": speed,
+                    "at": player.position_s(),
+                });
+                (describe(&loaded.store, &loaded.test_points, Some(player.position_s())), record)
+            }
+        };
+        (self.texts, self.markers) = numbers;
+        json!({"state": {
+            "time": now, "link": link, "recording": recording, "record": record, "what": what,
+            "texts": texts, "markers": markers, "job": self.shared.job(),
+        }})
+    }
+}
+
+/// A number, or `null` of what is none.
+fn finite(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+/// Times and values apart, as the plots take them.
+fn points(points: &[Point]) -> Value {
+    let times: Vec<f64> = points.iter().map(|point| point.0).collect();
+    let values: Vec<Value> = points.iter().map(|point| finite(point.1)).collect();
+    json!([times, values])
+}

@@ -1,0 +1,248 @@
+//! The station: what arrives is decoded, kept, recorded and judged.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde::Serialize;
+
+use crate::channel::{CHANNELS, Id};
+use crate::clock::VehicleClock;
+use crate::decode::{Arrived, Counts, Decoder, Protocol};
+use crate::frames::Rigging;
+use crate::record::{RecordError, Recorder, Recording};
+use crate::store::{Batch, Marker, Store, TextLevel, TextLine};
+use crate::test_points::TestPoints;
+
+/// Values of each channel that are kept: 20 minutes at 33 Hz. What is older is in the record.
+const ROOM: usize = 40_000;
+/// Without a frame for so long the link is down, s.
+const SILENT_S: f64 = 1.0;
+
+/// The time, seconds since the start of 1970.
+#[must_use]
+pub fn now_s() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
+}
+
+/// How the link is.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct LinkState {
+    /// What it is on: a port or an address.
+    pub name: String,
+    /// What the port or the socket says of itself.
+    pub port: String,
+    /// What is spoken.
+    pub protocol: Option<&'static str>,
+    /// Whether the ground wants frames to flow.
+    pub wanted: bool,
+    /// Since the last frame, s; `None` before the first.
+    pub age_s: Option<f64>,
+    /// Frames in the last second.
+    pub rate_hz: f64,
+    /// Bytes in the last second.
+    pub bytes_per_s: f64,
+    /// Whole frames.
+    pub frames: u64,
+    /// Frames that did not come, the damaged among them.
+    pub lost: u64,
+    /// Frames that were damaged.
+    pub damaged: u64,
+    /// Frames more than 0.2 s later than the fastest.
+    pub late: u64,
+    /// More than the fastest frame took, s, of the last frame.
+    pub delay_s: f64,
+    /// Times the link went silent.
+    pub outages: u64,
+}
+
+/// Everything on the ground but the screen.
+pub struct Station {
+    /// What has been heard.
+    pub store: Store,
+    /// The test points flown.
+    pub test_points: TestPoints,
+    decoder: Decoder,
+    clock: VehicleClock,
+    recorder: Option<Recorder>,
+    link: LinkState,
+    last_frame_s: Option<f64>,
+    last_vehicle_s: Option<f64>,
+    silent: bool,
+    /// Counts a second ago, and when that was.
+    before: (f64, Counts),
+}
+
+impl Station {
+    /// A station for a vehicle rigged like this, on a link called `link`.
+    #[must_use]
+    pub fn new(rigging: Rigging, protocol: Option<Protocol>, link: &str) -> Self {
+        Self {
+            store: Store::new(ROOM),
+            test_points: TestPoints::default(),
+            decoder: Decoder::new(rigging, protocol),
+            clock: VehicleClock::default(),
+            recorder: None,
+            link: LinkState { name: link.to_owned(), wanted: true, ..LinkState::default() },
+            last_frame_s: None,
+            last_vehicle_s: None,
+            silent: true,
+            before: (0.0, Counts::default()),
+        }
+    }
+
+    /// Takes bytes that arrived at `arrival_s`, seconds since the start of 1970.
+    pub fn receive(&mut self, bytes: &[u8], arrival_s: f64) {
+        let mut arrived = Vec::new();
+        self.decoder.receive(bytes, |what| arrived.push(what));
+        for what in arrived {
+            self.last_frame_s = Some(arrival_s);
+            if std::mem::take(&mut self.silent) {
+                self.note(arrival_s, TextLevel::Info, "link: frames come");
+            }
+            match what {
+                Arrived::Values(vehicle_s, values) => self.values(vehicle_s, &values, arrival_s),
+                Arrived::Text(level, text) => self.note(arrival_s, level, &text),
+            }
+        }
+    }
+
+    fn values(&mut self, vehicle_s: Option<f64>, values: &[(Id, Option<f64>)], arrival_s: f64) {
+        let time_s = match vehicle_s.or(self.last_vehicle_s) {
+            Some(vehicle_s) => {
+                let placed = self.clock.place(vehicle_s, arrival_s);
+                self.last_vehicle_s = Some(vehicle_s);
+                self.link.late += u64::from(placed.is_late);
+                self.link.delay_s = placed.delay_s;
+                if placed.jumped {
+                    self.note(
+                        arrival_s,
+                        TextLevel::Warning,
+                        "link: the vehicle's clock was set anew",
+                    );
+                }
+                placed.time_s
+            }
+            None => arrival_s,
+        };
+        let plausible =
+            |&(id, value): &(Id, Option<f64>)| (id, CHANNELS[id as usize].plausible(value));
+        let batch = Batch { time_s, values: values.iter().map(plausible).collect() };
+        self.store.push(&batch);
+        self.test_points.hear(&batch);
+        if let Some(recorder) = &self.recorder {
+            recorder.push(batch);
+        }
+    }
+
+    /// Looks at the clock: call several times a second.
+    pub fn tick(&mut self, now_s: f64) {
+        let counts = self.decoder.counts();
+        let (before_s, before) = self.before;
+        let elapsed_s = now_s - before_s;
+        if elapsed_s >= 1.0 {
+            let a_second = |now: u64, before: u64| now.saturating_sub(before) as f64 / elapsed_s;
+            self.link.rate_hz = a_second(counts.frames, before.frames);
+            self.link.bytes_per_s = a_second(counts.bytes, before.bytes);
+            self.before = (now_s, counts);
+        }
+        if !self.silent && self.last_frame_s.is_some_and(|last_s| now_s - last_s > SILENT_S) {
+            self.silent = true;
+            self.link.outages += 1;
+            self.note(now_s, TextLevel::Warning, "link: no frame for 1 s");
+        }
+        self.test_points.judge(&self.store);
+    }
+
+    /// How the link is at `now_s`.
+    #[must_use]
+    pub fn link(&self, now_s: f64) -> LinkState {
+        let Counts { frames, damaged, lost, .. } = self.decoder.counts();
+        LinkState {
+            protocol: self.decoder.protocol().map(|protocol| match protocol {
+                Protocol::Frames => "packed frames",
+                Protocol::Mavlink => "MAVLink 2",
+            }),
+            age_s: self.last_frame_s.map(|last_s| (now_s - last_s).max(0.0)),
+            frames,
+            damaged,
+            lost,
+            ..self.link.clone()
+        }
+    }
+
+    /// Whether frames come.
+    #[must_use]
+    pub const fn is_silent(&self) -> bool {
+        self.silent
+    }
+
+    /// Whether the ground wants frames to flow.
+    #[must_use]
+    pub const fn wants_frames(&self) -> bool {
+        self.link.wanted
+    }
+
+    /// What is spoken, once that is known.
+    #[must_use]
+    pub const fn protocol(&self) -> Option<Protocol> {
+        self.decoder.protocol()
+    }
+
+    /// Lets frames flow, or pauses them.
+    pub fn want_frames(&mut self, wanted: bool) {
+        self.link.wanted = wanted;
+    }
+
+    /// What the port or the socket says of itself.
+    pub fn port_says(&mut self, now_s: f64, level: TextLevel, text: &str) {
+        if self.link.port != text {
+            self.link.port = text.to_owned();
+            self.note(now_s, level, &format!("link: {text}"));
+        }
+    }
+
+    /// Takes a line of text in.
+    pub fn note(&mut self, time_s: f64, level: TextLevel, text: &str) {
+        let line = TextLine { time_s, level, text: text.to_owned() };
+        if let Some(recorder) = &self.recorder {
+            recorder.say(line.clone());
+        }
+        self.store.say(line);
+    }
+
+    /// Marks the moment of the newest value.
+    pub fn mark(&mut self, note: &str) {
+        let time_s = self.store.span().map_or_else(now_s, |(_, to_s)| to_s);
+        let marker = Marker { time_s, note: note.to_owned() };
+        if let Some(recorder) = &self.recorder {
+            recorder.mark(marker.clone());
+        }
+        self.store.mark(marker);
+    }
+
+    /// Records from now on, into `file`.
+    ///
+    /// # Errors
+    /// It is recording already, or the file cannot be made: one that exists is never written over.
+    pub fn record(&mut self, file: &std::path::Path, name: &str) -> Result<(), RecordError> {
+        if let Some(recorder) = &self.recorder {
+            return Err(RecordError::Busy { name: recorder.recording().name });
+        }
+        self.recorder = Some(Recorder::create(file, name)?);
+        self.note(now_s(), TextLevel::Info, &format!("recording to {name}"));
+        Ok(())
+    }
+
+    /// Ends the record; what it came to, where there was one.
+    pub fn stop_recording(&mut self) -> Option<Recording> {
+        let recorder = self.recorder.take()?;
+        let recording = recorder.finish();
+        self.note(now_s(), TextLevel::Info, &format!("recorded {}", recording.name));
+        Some(recording)
+    }
+
+    /// The record being written.
+    #[must_use]
+    pub fn recording(&self) -> Option<Recording> {
+        self.recorder.as_ref().map(Recorder::recording)
+    }
+}

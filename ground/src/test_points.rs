@@ -1,0 +1,369 @@
+//! Test points while they are flown: which stick is stepped, by how much and how long, and whether what
+//! was recorded is good enough to identify from.
+//!
+//! Source: Paw (2005), section 5.2: three repetitions of a step of 10 to 15 % of the control held for
+//! 1.5 s, the other sticks at trim.
+
+use hovernav_sysid::methods::frequency::{Band, SpectrumSettings, Window, spectra};
+use hovernav_sysid::nalgebra::DMatrix;
+use serde::Serialize;
+
+use crate::channel::Id;
+use crate::store::{Batch, Store};
+
+/// The pilot's sticks, each with what answers to it.
+const STICKS: [(Id, &str, Id); 4] = [
+    (Id::StickLateral, "lateral", Id::RateP),
+    (Id::StickLongitudinal, "longitudinal", Id::RateQ),
+    (Id::StickCollective, "collective", Id::AccelZ),
+    (Id::StickPedal, "pedal", Id::RateR),
+];
+
+/// A stick that leaves its trim by more is stepped, %.
+const BEGINS_PCT: f64 = 5.0;
+/// And is back within this, %.
+const ENDS_PCT: f64 = 3.0;
+/// Longer is no step but a new trim, s.
+const LONGEST_S: f64 = 6.0;
+/// Shorter or smaller is ordinary flying, s and %.
+const SHORTEST_S: f64 = 0.4;
+const LEAST_PCT: f64 = 7.0;
+/// Trim is what the stick is at over this time, s.
+const TRIM_S: f64 = 3.0;
+/// What a step should be, and how long.
+const SIZE_PCT: (f64, f64) = (10.0, 15.0);
+const HELD_S: (f64, f64) = (1.3, 1.7);
+/// How far another stick may move meanwhile, %.
+const OTHERS_PCT: f64 = 5.0;
+/// How far trim may drift from the first step to the last, %.
+const DRIFT_PCT: f64 = 4.0;
+/// Steps of each stick.
+const REPETITIONS: usize = 3;
+/// The least coherence that is good enough: Tischler & Remple, section 7.5.2.
+const COHERENCE: f64 = 0.6;
+/// The answer to a step takes so long to die out, s.
+const TAIL_S: f64 = 4.0;
+/// Steps that are kept.
+const KEPT: usize = 60;
+
+/// A step that was flown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// The stick.
+    pub stick: &'static str,
+    /// When it began, seconds since the start of 1970.
+    pub start_s: f64,
+    /// From trim, % of full stick.
+    pub size_pct: f64,
+    /// How long, s.
+    pub held_s: f64,
+    /// Where trim was, %.
+    pub trim_pct: f64,
+    /// Why it does not count; `None` of one that does.
+    pub fault: Option<String>,
+}
+
+/// How far the test of one stick has come.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Progress {
+    /// The stick.
+    pub stick: &'static str,
+    /// Steps that count.
+    pub good: usize,
+    /// Of so many.
+    pub wanted: usize,
+    /// How far trim has drifted from the first step to the last, %.
+    pub drift_pct: f64,
+    /// Between the stick and what answers to it, averaged over 0.3 to 2 Hz by the stick's power, 0 to 1.
+    pub coherence: Option<f64>,
+    /// What it comes to, in words.
+    pub verdict: String,
+}
+
+/// A step being flown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UnderWay {
+    /// The stick.
+    pub stick: &'static str,
+    /// From trim so far, %.
+    pub size_pct: f64,
+    /// How long so far, s.
+    pub held_s: f64,
+}
+
+/// Finds test points as they are flown.
+#[derive(Clone, Debug, Default)]
+pub struct TestPoints {
+    trim: [Option<f64>; 4],
+    before_s: Option<f64>,
+    flown: Option<Flown>,
+    steps: Vec<Step>,
+    judged: usize,
+    /// When the answer to the last step has died out, where that was not judged yet.
+    due_s: Option<f64>,
+    progress: Vec<Progress>,
+}
+
+#[derive(Clone, Debug)]
+struct Flown {
+    stick: usize,
+    start_s: f64,
+    now_s: f64,
+    deviations: Vec<f64>,
+    others_pct: f64,
+}
+
+impl TestPoints {
+    /// Takes in a batch of values.
+    pub fn hear(&mut self, batch: &Batch) {
+        let value =
+            |id| batch.values.iter().find(|(other, _)| *other == id).map(|(_, value)| *value);
+        let mut sticks = [0.0; 4];
+        for (slot, (id, ..)) in sticks.iter_mut().zip(STICKS) {
+            match value(id) {
+                Some(value) if !value.is_nan() => *slot = value,
+                // A supplement, or no pilot.
+                None => return,
+                Some(_) => return self.forget(),
+            }
+        }
+        let elapsed_s =
+            self.before_s.replace(batch.time_s).map_or(0.0, |before| batch.time_s - before);
+        if !(0.0..=1.0).contains(&elapsed_s) {
+            return self.forget();
+        }
+        self.step(batch.time_s, elapsed_s, sticks);
+    }
+
+    /// What came before an outage says nothing of what comes after.
+    fn forget(&mut self) {
+        (self.trim, self.flown) = ([None; 4], None);
+    }
+
+    fn step(&mut self, now_s: f64, elapsed_s: f64, sticks: [f64; 4]) {
+        let trim: [f64; 4] = std::array::from_fn(|k| *self.trim[k].get_or_insert(sticks[k]));
+        let away: [f64; 4] = std::array::from_fn(|k| sticks[k] - trim[k]);
+        if let Some(flown) = &mut self.flown {
+            let size = away[flown.stick].abs();
+            flown.now_s = now_s;
+            let others = (0..4).filter(|k| *k != flown.stick).map(|k| away[k].abs());
+            flown.others_pct = others.fold(flown.others_pct, f64::max);
+            if size > ENDS_PCT {
+                flown.deviations.push(away[flown.stick]);
+                if now_s - flown.start_s > LONGEST_S {
+                    self.forget();
+                }
+                return;
+            }
+            if let Some(flown) = self.flown.take() {
+                self.finish(flown, trim);
+            }
+            return;
+        }
+        let farthest = (0..4).max_by(|&a, &b| away[a].abs().total_cmp(&away[b].abs())).unwrap_or(0);
+        if away[farthest].abs() > BEGINS_PCT {
+            self.flown = Some(Flown {
+                stick: farthest,
+                start_s: now_s,
+                now_s,
+                deviations: vec![away[farthest]],
+                others_pct: 0.0,
+            });
+            return;
+        }
+        let share = (elapsed_s / TRIM_S).min(1.0);
+        for (slot, away) in self.trim.iter_mut().flatten().zip(away) {
+            *slot += share * away;
+        }
+    }
+
+    fn finish(&mut self, flown: Flown, trim: [f64; 4]) {
+        let held_s = flown.now_s - flown.start_s;
+        let mut deviations = flown.deviations;
+        deviations.sort_by(f64::total_cmp);
+        let size_pct = deviations[deviations.len() / 2];
+        let (name, size) = (STICKS[flown.stick].1, size_pct.abs());
+        if held_s < SHORTEST_S || size < LEAST_PCT {
+            return;
+        }
+        let fault = if !(SIZE_PCT.0 - 0.5..=SIZE_PCT.1 + 0.5).contains(&size) {
+            Some(format!("found {size:.1} %, expected 10 to 15 %"))
+        } else if !(HELD_S.0..=HELD_S.1).contains(&held_s) {
+            Some(format!("held {held_s:.2} s, expected 1.5 s"))
+        } else if flown.others_pct > OTHERS_PCT {
+            Some(format!("another stick moved by {:.1} % meanwhile", flown.others_pct))
+        } else {
+            None
+        };
+        if self.steps.len() == KEPT {
+            self.steps.remove(0);
+            self.judged = self.judged.saturating_sub(1);
+        }
+        self.due_s = Some(flown.now_s + TAIL_S);
+        let trim_pct = trim[flown.stick];
+        self.steps.push(Step {
+            stick: name,
+            start_s: flown.start_s,
+            size_pct,
+            held_s,
+            trim_pct,
+            fault,
+        });
+    }
+
+    /// Judges what has been flown, where there is news.
+    pub fn judge(&mut self, store: &Store) {
+        let now_s = store.span().map_or(f64::NEG_INFINITY, |(_, to_s)| to_s);
+        let is_due = self.due_s.is_some_and(|due_s| now_s >= due_s);
+        if self.progress.len() == STICKS.len() && self.judged == self.steps.len() && !is_due {
+            return;
+        }
+        if is_due {
+            self.due_s = None;
+        }
+        self.judged = self.steps.len();
+        self.progress = STICKS.iter().map(|stick| self.progress_of(stick, store)).collect();
+    }
+
+    fn progress_of(&self, &(id, name, answer): &(Id, &'static str, Id), store: &Store) -> Progress {
+        let good: Vec<&Step> =
+            self.steps.iter().filter(|step| step.stick == name && step.fault.is_none()).collect();
+        // The newest that make a whole test point.
+        let last = &good[good.len().saturating_sub(REPETITIONS)..];
+        let trims = || last.iter().map(|step| step.trim_pct);
+        let drift_pct =
+            trims().fold(f64::NEG_INFINITY, f64::max) - trims().fold(f64::INFINITY, f64::min);
+        let drift_pct = if drift_pct.is_finite() { drift_pct } else { 0.0 };
+        let ends = last.first().zip(last.last());
+        let coherence = ends.and_then(|(first, last)| {
+            let (from_s, to_s) = (first.start_s - 2.0, last.start_s + last.held_s + TAIL_S);
+            let to_s = store.span().map_or(to_s, |(_, end_s)| to_s.min(end_s));
+            coherence(store, id, answer, from_s, to_s)
+        });
+        let verdict = match (last.len(), coherence) {
+            (0, _) => "not flown".to_owned(),
+            (count, _) if count < REPETITIONS => format!("{} more", REPETITIONS - count),
+            _ if drift_pct > DRIFT_PCT => {
+                format!("trim drifted by {drift_pct:.1} %, at most {DRIFT_PCT} %: fly it again")
+            }
+            (_, Some(found)) if found < COHERENCE => {
+                format!("coherence {found:.2}, at least {COHERENCE}: fly it again")
+            }
+            (_, None) => "flown; too short a record for a coherence".to_owned(),
+            _ => "good".to_owned(),
+        };
+        let (good, wanted) = (last.len(), REPETITIONS);
+        Progress { stick: name, good, wanted, drift_pct, coherence, verdict }
+    }
+
+    /// How far each has come.
+    #[must_use]
+    pub fn progress(&self) -> &[Progress] {
+        &self.progress
+    }
+
+    /// The newest steps, the last one last.
+    #[must_use]
+    pub fn steps(&self) -> &[Step] {
+        &self.steps[self.steps.len().saturating_sub(12)..]
+    }
+
+    /// The step being flown.
+    #[must_use]
+    pub fn under_way(&self) -> Option<UnderWay> {
+        let flown = self.flown.as_ref()?;
+        let size_pct = flown.deviations.last().copied().unwrap_or_default();
+        let held_s = flown.now_s - flown.start_s;
+        Some(UnderWay { stick: STICKS[flown.stick].1, size_pct, held_s })
+    }
+}
+
+/// Samples a second on which a coherence is computed.
+const RATE_HZ: f64 = 33.0;
+
+/// The coherence between two channels, averaged by the first one's power.
+fn coherence(store: &Store, stick: Id, answer: Id, from_s: f64, to_s: f64) -> Option<f64> {
+    let samples = ((to_s - from_s) * RATE_HZ) as usize;
+    let at = |id: Id, k: usize| store.series(id).at(from_s + k as f64 / RATE_HZ);
+    let record: Option<Vec<f64>> =
+        (0..samples).map(|k| at(stick, k)).chain((0..samples).map(|k| at(answer, k))).collect();
+    let record = DMatrix::from_vec(samples, 2, record?);
+    let settings = SpectrumSettings {
+        window_s: (0.5 * (to_s - from_s)).min(10.0),
+        overlap: 0.8,
+        window: Window::Hann,
+        band: Band { first_hz: 0.3, last_hz: 2.0, points: 18 },
+    };
+    let found = spectra(&[&record], 1.0 / RATE_HZ, &settings).ok()?;
+    let (mut weighted, mut power) = (0.0, 0.0);
+    for density in &found.densities {
+        let (input, output) = (density[(0, 0)].re, density[(1, 1)].re);
+        if input * output > 0.0 {
+            weighted += input * density[(0, 1)].norm_sqr() / (input * output);
+            power += input;
+        }
+    }
+    (power > 0.0).then(|| weighted / power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Flies the lateral stick through `steps`, size and duration, 6 s apart, and answers with a
+    /// first-order roll rate.
+    fn flown(steps: &[(f64, f64)], noise: f64) -> TestPoints {
+        let (mut store, mut points) = (Store::new(100_000), TestPoints::default());
+        let (mut rate, mut seed) = (0.0, 1u32);
+        for k in 0..(33 * (10 + 6 * steps.len())) {
+            let time_s = k as f64 / 33.0;
+            let place = ((time_s - 5.0) / 6.0).floor();
+            let inside = time_s - 5.0 - 6.0 * place;
+            let step = steps.get(place as usize).filter(|_| place >= 0.0);
+            let stick =
+                step.map_or(0.0, |(size, held_s)| if inside < *held_s { *size } else { 0.0 });
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let random = f64::from(seed >> 8) / f64::from(1u32 << 24) - 0.5;
+            rate += (stick - 5.0 * rate) / 33.0;
+            let values = vec![
+                (Id::StickLateral, 2.0 + stick),
+                (Id::StickLongitudinal, -3.0),
+                (Id::StickCollective, 10.0),
+                (Id::StickPedal, 0.0),
+                (Id::RateP, rate + noise * random),
+            ];
+            let batch = Batch { time_s, values };
+            store.push(&batch);
+            points.hear(&batch);
+        }
+        points.judge(&store);
+        points
+    }
+
+    #[test]
+    fn three_good_steps_are_a_test_point() {
+        let points = flown(&[(12.0, 1.5), (-11.0, 1.5), (13.0, 1.5)], 0.02);
+        assert_eq!(points.steps().len(), 3, "{:?}", points.steps());
+        let lateral = &points.progress()[0];
+        assert_eq!((lateral.good, lateral.verdict.as_str()), (3, "good"), "{lateral:?}");
+        assert!(lateral.coherence.unwrap() > 0.9, "{lateral:?}");
+        assert_eq!(points.progress()[3].verdict, "not flown");
+    }
+
+    #[test]
+    fn a_step_that_does_not_count_says_why() {
+        let points = flown(&[(8.0, 1.5), (12.0, 0.8), (12.0, 1.5)], 0.0);
+        let faults: Vec<_> = points.steps().iter().map(|step| step.fault.clone()).collect();
+        assert!(faults[0].as_ref().unwrap().contains("8.0 %, expected 10 to 15"), "{faults:?}");
+        assert!(faults[1].as_ref().unwrap().contains("expected 1.5 s"), "{faults:?}");
+        assert_eq!(faults[2], None);
+        assert_eq!(points.progress()[0].verdict, "2 more");
+    }
+
+    #[test]
+    fn an_answer_that_drowns_in_noise_is_not_good_enough() {
+        let points = flown(&[(12.0, 1.5), (-12.0, 1.5), (12.0, 1.5)], 200.0);
+        let lateral = &points.progress()[0];
+        assert!(lateral.verdict.contains("fly it again"), "{lateral:?}");
+    }
+}

@@ -1,0 +1,196 @@
+//! The page in a real browser: channels chosen by search, moving, zoomed, paused, continued, recorded,
+//! retrieved, sought, exported, marked.
+
+mod common;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use common::browser::{Browser, chromium};
+use common::{cycle, serve};
+use hovernav_ground::link::{SharedStation, lock};
+use hovernav_ground::station::now_s;
+
+/// A vehicle at 33 Hz, until dropped.
+struct Vehicle {
+    stop: Arc<AtomicBool>,
+    silent: Arc<AtomicBool>,
+    sent: Arc<AtomicU32>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Vehicle {
+    fn fly(station: SharedStation) -> Self {
+        let (stop, silent) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let sent = Arc::new(AtomicU32::new(0));
+        let (ends, quiet, count) = (Arc::clone(&stop), Arc::clone(&silent), Arc::clone(&sent));
+        let thread = Some(thread::spawn(move || {
+            let start = now_s();
+            for number in 0.. {
+                if ends.load(Ordering::Relaxed) {
+                    break;
+                }
+                let due_s = start + f64::from(number) / 33.0;
+                thread::sleep(Duration::from_secs_f64((due_s - now_s()).max(0.0)));
+                if !quiet.load(Ordering::Relaxed) {
+                    lock(&station).receive(&cycle(number), now_s());
+                    count.fetch_add(2, Ordering::Relaxed);
+                }
+                lock(&station).tick(now_s());
+            }
+        }));
+        Self { stop, silent, sent, thread }
+    }
+}
+
+impl Drop for Vehicle {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+const VALUE: &str = "document.querySelectorAll('#plots .value')";
+
+#[test]
+fn an_engineer_watches_zooms_records_and_retrieves() {
+    let Some(chromium) = chromium() else { return };
+    let served = serve(None);
+    let vehicle = Vehicle::fly(Arc::clone(&served.station));
+    let mut page = Browser::open(&chromium, &format!("http://{}/", served.address), 1400, 950);
+    page.wait("document.querySelectorAll('#plots .plot canvas').length === 6");
+
+    // Six channels, each found by a word or two, with the keyboard alone.
+    let searches = ["roll rate", "velu", "pilot pedal", "satellites", "gauss z", "temperature"];
+    for (place, words) in searches.iter().enumerate() {
+        page.eval(&format!("document.querySelectorAll('#plots .name')[{place}].click()"));
+        page.wait("document.getElementById('chooser').open");
+        page.write(words);
+        page.key("Enter");
+        page.wait("!document.getElementById('chooser').open");
+    }
+    let names = page
+        .eval("[...document.querySelectorAll('#plots .name')].map((n) => n.textContent).join()");
+    assert_eq!(names, "Roll rate p,VelU, up,Pilot pedal,Satellites,Magnetic field z,Temperature");
+    page.wait(&format!("{VALUE}[3].textContent.startsWith('9')"));
+
+    // They move.
+    let before = page.eval(&format!("{VALUE}[0].textContent"));
+    page.wait(&format!("{VALUE}[0].textContent !== {before}"));
+    thread::sleep(Duration::from_secs(2));
+    let delay_ms = page.eval("Number(document.documentElement.dataset.delayMs)");
+    println!(
+        "frames a second {}, delay {delay_ms} ms",
+        page.eval("document.documentElement.dataset.frames")
+    );
+
+    // Paused, the view stays and nothing is lost; continued, it moves again.
+    page.key(" ");
+    page.wait("!station.axis.follows");
+    let to = page.eval("station.axis.to").as_f64().unwrap();
+    thread::sleep(Duration::from_millis(1500));
+    assert_eq!(page.eval("station.axis.to").as_f64().unwrap(), to);
+    page.key(" ");
+    page.wait(&format!("station.axis.follows && station.clock.t > {to} + 1"));
+    page.keep("plots");
+
+    // A box, the wheel's keys, pan, and back.
+    page.drag("#plots .u-over", (0.7, 0.2), (0.9, 0.8));
+    page.wait("!station.axis.follows && station.axis.to - station.axis.from < 30");
+    let span = page.eval("station.axis.to - station.axis.from").as_f64().unwrap();
+    page.key("+");
+    page.wait(&format!("station.axis.to - station.axis.from < {span} * 0.6"));
+    let from = page.eval("station.axis.from").as_f64().unwrap();
+    page.key("ArrowLeft");
+    page.wait(&format!("station.axis.from < {from}"));
+    page.key("0");
+    page.wait("station.axis.follows");
+
+    // Recorded under a name, with a marker.
+    page.key("r");
+    page.wait("document.getElementById('asker').open");
+    page.eval("document.getElementById('reply').value = ''");
+    page.write("hover 1");
+    page.key("Enter");
+    page.wait("!document.getElementById('recording').hidden");
+    page.key("m");
+    page.wait("document.getElementById('asker').open");
+    page.write("trimmed");
+    page.key("Enter");
+    page.wait("document.getElementById('markers').textContent.includes('trimmed')");
+    thread::sleep(Duration::from_secs(3));
+    page.key("r");
+    page.wait("document.getElementById('recording').hidden");
+
+    // A link that is cut is told, and its gap is a gap.
+    vehicle.silent.store(true, Ordering::Relaxed);
+    page.wait("document.getElementById('alarms').textContent.includes('No telemetry for')");
+    page.wait("document.getElementById('link').textContent.includes('no frame')");
+    vehicle.silent.store(false, Ordering::Relaxed);
+    page.wait("!document.getElementById('alarms').textContent.includes('No telemetry')");
+
+    // Retrieved, sought, played, exported.
+    page.key("4");
+    page.wait("document.querySelector('#list button')");
+    page.keep("records");
+    page.click("#list button");
+    page.wait("!document.getElementById('player').hidden");
+    page.key("1");
+    page.eval("(() => { const s = document.getElementById('seek'); s.value = 500; s.oninput(); s.onchange(); })()");
+    page.wait("Math.abs(Number(document.getElementById('seek').value) - 500) < 30");
+    page.wait("document.getElementById('markers').textContent.includes('trimmed')");
+    page.keep("record");
+    page.key(" ");
+    page.wait("document.getElementById('play').textContent.includes('Pause') || document.getElementById('seek').value > 600");
+    page.eval(
+        "window.got = null; const open = HTMLAnchorElement.prototype.click; \
+               HTMLAnchorElement.prototype.click = function () { window.got = this.href; }; true",
+    );
+    page.key("e");
+    page.wait("window.got");
+    let lines = page
+        .eval("fetch(window.got).then((a) => a.text()).then((text) => text.split('\\n').length)");
+    assert!(lines.as_u64().unwrap() > 30, "{lines}");
+    page.key("l");
+    page.wait("document.getElementById('player').hidden");
+
+    // The other views, themes, and a phone.
+    for (key, name) in [("2", "hover"), ("5", "log"), ("3", "points")] {
+        page.key(key);
+        thread::sleep(Duration::from_millis(700));
+        if name == "points" {
+            page.wait(
+                "document.querySelector('#progress tbody td:last-child')?.textContent === 'good'",
+            );
+        }
+        page.keep(name);
+    }
+    page.key("1");
+    for theme in ["light", "dark", "sun"] {
+        page.key("t");
+        page.wait(&format!("document.documentElement.dataset.theme === '{theme}'"));
+    }
+    thread::sleep(Duration::from_millis(400));
+    page.keep("sun");
+    page.size(390, 844, true);
+    thread::sleep(Duration::from_millis(600));
+    assert_eq!(
+        page.eval("document.documentElement.scrollWidth <= innerWidth"),
+        true,
+        "nothing is cut off"
+    );
+    page.keep("phone");
+
+    // Layout kept over a reload; no frame lost on the way.
+    page.call("Page.reload", serde_json::json!({}));
+    page.wait("document.querySelectorAll('#plots .name')[3]?.textContent === 'Satellites'");
+    assert_eq!(page.eval("document.documentElement.dataset.theme"), "sun");
+    let sent = vehicle.sent.load(Ordering::Relaxed);
+    let link = lock(&served.station).link(now_s());
+    assert!(link.frames + 4 >= u64::from(sent), "{} of {sent}", link.frames);
+    assert!(page.said.is_empty(), "{:?}", page.said);
+}

@@ -1,0 +1,196 @@
+//! A station with a server, and a vehicle that flies circles.
+#![allow(dead_code, reason = "each test uses a part")]
+
+pub mod browser;
+
+use std::net::{SocketAddr, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use hovernav::autopilot::Mode;
+use hovernav::controls::{Channel, Channels};
+use hovernav::earth::Geodetic;
+use hovernav::frames::{EulerAngles, Vector};
+use hovernav::telemetry::{
+    FixKind, GpsSummary, Innovations, LoopTiming, Sigmas, Snapshot, StatusFlags, Supplement,
+    SystemMode, frame,
+};
+use hovernav::time::Time;
+use hovernav_ground::folder::Folder;
+use hovernav_ground::frames::Rigging;
+use hovernav_ground::link::SharedStation;
+use hovernav_ground::server::{Access, Bound, ServerConfig};
+use hovernav_ground::station::{Station, now_s};
+use hovernav_log::Manifest;
+use serde_json::Value;
+use tungstenite::{Message, WebSocket};
+
+/// What the vehicle says at `time_s`: every channel that telemetry has is known.
+pub fn snapshot(time_s: f64) -> Snapshot {
+    let (sin, cos) = (0.5 * time_s).sin_cos();
+    let three = |scale: f64| Vector::new(scale * sin, scale * cos, scale);
+    // Every 7 s a step of 12 % of the lateral stick, and the roll rate that answers to them.
+    let since_s = (time_s - 6.0) % 7.0;
+    let (steps, held_s) = (time_s >= 6.0, 1.5);
+    let stick = if steps && since_s < held_s { 0.12 } else { 0.0 };
+    let rise = |s: f64| 1.0 - (-6.0 * s).exp();
+    let answer = match since_s {
+        _ if !steps => 0.0,
+        s if s < held_s => 0.4 * rise(s),
+        s => 0.4 * rise(held_s) * (-6.0 * (s - held_s)).exp(),
+    };
+    let slow = 0.01 * (0.1 * time_s).sin();
+    let widths = |add: f64| {
+        Channels::from_fn(|channel| {
+            let step = if channel == Channel::Lateral { 0.5 * stick } else { 0.0 };
+            Some(1.5 + add + slow + step)
+        })
+    };
+    Snapshot {
+        mode: SystemMode::Pilot,
+        status: StatusFlags::from_bits(0b111_0111_1111),
+        angular_rate_radps: Some(Vector::new(answer + 0.01 * sin, 0.1 * cos, 0.1)),
+        specific_force_mps2: Some(three(1.0)),
+        magnetic_field_gauss: Some(three(0.3)),
+        temperature_degc: Some(31.5),
+        attitude: Some(EulerAngles::from_degrees(10.0 * sin, 10.0 * cos, 90.0 * sin)),
+        position: Geodetic::from_degrees(1.35 + 1e-4 * sin, 103.82 + 1e-4 * cos, 50.0),
+        velocity_mps: Some(Vector::new(2.0 * sin, 2.0 * cos, 2.0)),
+        sigmas: Sigmas {
+            horizontal_m: Some(0.8),
+            vertical_m: Some(1.2),
+            horizontal_velocity_mps: Some(0.07),
+            vertical_velocity_mps: Some(0.09),
+            tilt_rad: Some(0.01),
+            heading_rad: Some(0.03),
+        },
+        commanded_ms: widths(0.0),
+        pilot_ms: widths(0.01),
+        gps: GpsSummary {
+            fix: FixKind::ThreeD,
+            satellites: Some(9),
+            age_s: Some(0.4),
+            latitude_longitude_deg: Some([1.35, 103.82]),
+            height_m: Some(50.0),
+            altitude_msl_m: Some(42.0),
+            horizontal_velocity_mps: Some([1.0, 0.5]),
+            down_velocity_mps: Some(0.1),
+            hdop: Some(1.1),
+            vdop: Some(1.8),
+        },
+        innovations: Innovations {
+            position: Some(1.0),
+            velocity: Some(0.5),
+            attitude: Some(0.5),
+            heading: Some(0.5),
+            baro: Some(0.5),
+            rejected: 1,
+        },
+        timing: LoopTiming {
+            period_s: Some(0.0303),
+            work_s: Some(0.002),
+            longest_work_s: Some(0.004),
+            overruns: 0,
+        },
+        ..Snapshot::at(Time::from_seconds(time_s).unwrap())
+    }
+}
+
+/// The supplement to it.
+pub fn supplement(time_s: f64) -> Supplement {
+    Supplement {
+        mode: Some(Mode::Manual),
+        failed_checks: 1 << 6,
+        aux_ms: Some(1.2),
+        gyro_bias_radps: Some(Vector::new(1e-3, 2e-3, -1e-3)),
+        accel_bias_mps2: Some(Vector::new(0.1, 0.2, -0.1)),
+        gyro_bias_sigma_radps: Some(Vector::new(1e-4, 1e-4, 1e-4)),
+        accel_bias_sigma_mps2: Some(Vector::new(0.01, 0.01, 0.01)),
+        ..Supplement::at(Time::from_seconds(time_s).unwrap())
+    }
+}
+
+/// The vehicle's bytes of a cycle.
+pub fn cycle(number: u32) -> Vec<u8> {
+    let time_s = f64::from(number) / 33.0;
+    let mut bytes = frame::pack(&snapshot(time_s), (2 * number) as u8).to_vec();
+    bytes.extend(frame::pack_supplement(&supplement(time_s), (2 * number + 1) as u8));
+    bytes
+}
+
+pub fn station() -> SharedStation {
+    Arc::new(Mutex::new(Station::new(Rigging::default(), None, "test")))
+}
+
+/// A server on a free port of loopback, until dropped.
+pub struct Served {
+    pub address: SocketAddr,
+    pub station: SharedStation,
+    pub place: tempfile::TempDir,
+    /// When the server began, seconds since the start of 1970.
+    pub start_s: f64,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+pub fn serve(token: Option<&str>) -> Served {
+    let place = tempfile::tempdir().unwrap();
+    let station = station();
+    let config = ServerConfig {
+        address: "127.0.0.1:0".parse().unwrap(),
+        access: Access::new(true, token.map(str::to_owned)).unwrap(),
+        folder: Folder::open(&place.path().join("records")).unwrap(),
+        command: None,
+        manifest: Manifest::default(),
+    };
+    let bound = Bound::new(config, Arc::clone(&station)).unwrap();
+    let address = bound.address();
+    let stop = Arc::new(AtomicBool::new(false));
+    let theirs = Arc::clone(&stop);
+    let thread = Some(std::thread::spawn(move || bound.run(&theirs).unwrap()));
+    Served { address, station, place, start_s: now_s(), stop, thread }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A client of the server.
+pub struct Client(pub WebSocket<TcpStream>);
+
+impl Client {
+    pub fn connect(served: &Served, query: &str) -> Result<Self, Box<tungstenite::Error>> {
+        let stream = TcpStream::connect(served.address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        let url = format!("ws://{}/socket{query}", served.address);
+        match tungstenite::client(url, stream) {
+            Ok((socket, _)) => Ok(Self(socket)),
+            Err(tungstenite::HandshakeError::Failure(error)) => Err(Box::new(error)),
+            Err(tungstenite::HandshakeError::Interrupted(_)) => panic!("no answer"),
+        }
+    }
+
+    pub fn ask(&mut self, request: &str) {
+        self.0.send(Message::text(request)).unwrap();
+    }
+
+    /// The next message that has `key`.
+    pub fn hear(&mut self, key: &str) -> Value {
+        let until = Instant::now() + Duration::from_secs(20);
+        while Instant::now() < until {
+            let Message::Text(text) = self.0.read().unwrap() else { continue };
+            let message: Value = serde_json::from_str(&text).unwrap();
+            if let Some(found) = message.get(key) {
+                return found.clone();
+            }
+        }
+        panic!("{key} did not come");
+    }
+}

@@ -1,0 +1,45 @@
+//! An hour at full rate. It stands alone: what other tests allocate would count.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use common::cycle;
+use hovernav_ground::channel::Id;
+use hovernav_ground::frames::Rigging;
+use hovernav_ground::station::Station;
+
+/// Bytes of this process in memory.
+fn resident() -> u64 {
+    let text = std::fs::read_to_string("/proc/self/statm").unwrap();
+    4096 * text.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
+}
+
+#[test]
+fn an_hour_of_every_channel_at_33_hz_leaves_memory_flat_and_loses_nothing() {
+    let mut station = Station::new(Rigging::default(), None, "test");
+    let mut number = 0;
+    let mut minutes = |station: &mut Station, count: u32| {
+        for _ in 0..count * 60 * 33 {
+            station.receive(&cycle(number), 1e9 + f64::from(number) / 33.0);
+            if number % 8 == 0 {
+                station.tick(1e9 + f64::from(number) / 33.0);
+            }
+            number += 1;
+        }
+    };
+    // Twenty minutes fill the rings.
+    minutes(&mut station, 22);
+    let full = resident();
+    minutes(&mut station, 38);
+    let after = resident();
+    let link = station.link(1e9 + 3600.0);
+    let known = Id::all().filter(|id| !station.store.latest(*id).is_nan()).count();
+    println!(
+        "{known} channels, {:.0} MB full, {:.0} MB after an hour",
+        full as f64 / 1e6,
+        after as f64 / 1e6
+    );
+    assert!(known >= 60, "{known}");
+    assert!(after < full + 8_000_000, "{full} bytes, then {after}");
+    assert_eq!((link.frames, link.lost, link.damaged, link.late), (2 * 60 * 60 * 33, 0, 0, 0));
+}
