@@ -42,11 +42,11 @@ fuzz_target!(|input: &[u8]| {
 
     let mut decoder = frame::Decoder::default();
     for byte in input {
-        let _ = decoder.push(*byte);
+        let _ = decoder.push_message(*byte);
     }
     let counts = *decoder.counts();
     assert_eq!(counts.bytes, input.len() as u64);
-    assert!(counts.frames * frame::LENGTH as u64 <= counts.bytes);
+    assert!(counts.frames * frame::SUPPLEMENT_LENGTH as u64 <= counts.bytes);
 
     let packed = frame::pack(&any_snapshot(input), 7);
     assert!(packed[..frame::LENGTH - 1].iter().all(|byte| *byte != 0));

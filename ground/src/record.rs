@@ -328,11 +328,15 @@ pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
                 store.push(&Batch { time_s, values: values.iter().filter_map(known).collect() });
             }
             TEXTS => {
-                serde_json::from_slice(&message.data).into_iter().for_each(|text| store.say(text))
+                if let Ok(text) = serde_json::from_slice(&message.data) {
+                    store.say(text);
+                }
             }
-            MARKERS => serde_json::from_slice(&message.data)
-                .into_iter()
-                .for_each(|marker| store.mark(marker)),
+            MARKERS => {
+                if let Ok(marker) = serde_json::from_slice(&message.data) {
+                    store.mark(marker);
+                }
+            }
             _ => {}
         }
         if topics.len() < 16 {

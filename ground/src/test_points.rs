@@ -96,7 +96,7 @@ pub struct UnderWay {
 pub struct TestPoints {
     trim: [Option<f64>; 4],
     before_s: Option<f64>,
-    flown: Option<Flown>,
+    flown: [Option<Flown>; 4],
     steps: Vec<Step>,
     judged: usize,
     /// When the answer to the last step has died out, where that was not judged yet.
@@ -106,10 +106,13 @@ pub struct TestPoints {
 
 #[derive(Clone, Debug)]
 struct Flown {
-    stick: usize,
     start_s: f64,
     now_s: f64,
+    /// Of this stick from its trim, %.
     deviations: Vec<f64>,
+    /// All sticks when it began, %.
+    began_at: [f64; 4],
+    /// How far another has moved since, %.
     others_pct: f64,
 }
 
@@ -137,52 +140,44 @@ impl TestPoints {
 
     /// What came before an outage says nothing of what comes after.
     fn forget(&mut self) {
-        (self.trim, self.flown) = ([None; 4], None);
+        (self.trim, self.flown) = ([None; 4], [const { None }; 4]);
     }
 
     fn step(&mut self, now_s: f64, elapsed_s: f64, sticks: [f64; 4]) {
-        let trim: [f64; 4] = std::array::from_fn(|k| *self.trim[k].get_or_insert(sticks[k]));
-        let away: [f64; 4] = std::array::from_fn(|k| sticks[k] - trim[k]);
-        if let Some(flown) = &mut self.flown {
-            let size = away[flown.stick].abs();
-            flown.now_s = now_s;
-            let others = (0..4).filter(|k| *k != flown.stick).map(|k| away[k].abs());
-            flown.others_pct = others.fold(flown.others_pct, f64::max);
-            if size > ENDS_PCT {
-                flown.deviations.push(away[flown.stick]);
-                if now_s - flown.start_s > LONGEST_S {
-                    self.forget();
+        for (stick, value) in sticks.into_iter().enumerate() {
+            let trim = *self.trim[stick].get_or_insert(value);
+            let away = value - trim;
+            if let Some(flown) = &mut self.flown[stick] {
+                flown.now_s = now_s;
+                let others = (0..4).filter(|other| *other != stick);
+                let moved = others.map(|other| (sticks[other] - flown.began_at[other]).abs());
+                flown.others_pct = moved.fold(flown.others_pct, f64::max);
+                if away.abs() <= ENDS_PCT {
+                    if let Some(flown) = self.flown[stick].take() {
+                        self.finish(stick, flown, trim);
+                    }
+                } else if now_s - flown.start_s > LONGEST_S {
+                    (self.trim[stick], self.flown[stick]) = (None, None);
+                } else {
+                    flown.deviations.push(away);
                 }
-                return;
+            } else if away.abs() > BEGINS_PCT {
+                let (deviations, began_at) = (vec![away], sticks);
+                let flown = Flown { start_s: now_s, now_s, deviations, began_at, others_pct: 0.0 };
+                self.flown[stick] = Some(flown);
+            } else {
+                let share = (elapsed_s / TRIM_S).min(1.0);
+                self.trim[stick] = Some(trim + share * away);
             }
-            if let Some(flown) = self.flown.take() {
-                self.finish(flown, trim);
-            }
-            return;
-        }
-        let farthest = (0..4).max_by(|&a, &b| away[a].abs().total_cmp(&away[b].abs())).unwrap_or(0);
-        if away[farthest].abs() > BEGINS_PCT {
-            self.flown = Some(Flown {
-                stick: farthest,
-                start_s: now_s,
-                now_s,
-                deviations: vec![away[farthest]],
-                others_pct: 0.0,
-            });
-            return;
-        }
-        let share = (elapsed_s / TRIM_S).min(1.0);
-        for (slot, away) in self.trim.iter_mut().flatten().zip(away) {
-            *slot += share * away;
         }
     }
 
-    fn finish(&mut self, flown: Flown, trim: [f64; 4]) {
+    fn finish(&mut self, stick: usize, flown: Flown, trim_pct: f64) {
         let held_s = flown.now_s - flown.start_s;
         let mut deviations = flown.deviations;
         deviations.sort_by(f64::total_cmp);
         let size_pct = deviations[deviations.len() / 2];
-        let (name, size) = (STICKS[flown.stick].1, size_pct.abs());
+        let (name, size) = (STICKS[stick].1, size_pct.abs());
         if held_s < SHORTEST_S || size < LEAST_PCT {
             return;
         }
@@ -200,7 +195,6 @@ impl TestPoints {
             self.judged = self.judged.saturating_sub(1);
         }
         self.due_s = Some(flown.now_s + TAIL_S);
-        let trim_pct = trim[flown.stick];
         self.steps.push(Step {
             stick: name,
             start_s: flown.start_s,
@@ -268,13 +262,16 @@ impl TestPoints {
         &self.steps[self.steps.len().saturating_sub(12)..]
     }
 
-    /// The step being flown.
+    /// The step being flown; the largest where several sticks are away from trim.
     #[must_use]
     pub fn under_way(&self) -> Option<UnderWay> {
-        let flown = self.flown.as_ref()?;
-        let size_pct = flown.deviations.last().copied().unwrap_or_default();
-        let held_s = flown.now_s - flown.start_s;
-        Some(UnderWay { stick: STICKS[flown.stick].1, size_pct, held_s })
+        let flown = self.flown.iter().zip(STICKS);
+        let of = |(flown, (_, stick, _)): (&Option<Flown>, (Id, &'static str, Id))| {
+            let flown = flown.as_ref()?;
+            let size_pct = flown.deviations.last().copied().unwrap_or_default();
+            Some(UnderWay { stick, size_pct, held_s: flown.now_s - flown.start_s })
+        };
+        flown.filter_map(of).max_by(|a, b| a.size_pct.abs().total_cmp(&b.size_pct.abs()))
     }
 }
 
