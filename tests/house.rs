@@ -226,8 +226,18 @@ fn every_file_that_the_documentation_names_exists() {
     let docs = fs::read_dir(format!("{ROOT}/docs")).unwrap();
     pages.extend(docs.map(|entry| entry.unwrap().path()));
     pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
-    let places =
-        ["src/", "crates/", "cli/", "ffi/", "ground/", "tests/", "benches/", "examples/", "docs/", "fuzz/"];
+    let places = [
+        "src/",
+        "crates/",
+        "cli/",
+        "ffi/",
+        "ground/",
+        "tests/",
+        "benches/",
+        "examples/",
+        "docs/",
+        "fuzz/",
+    ];
     for page in pages {
         let text = fs::read_to_string(&page).unwrap();
         for quoted in text.split('`').skip(1).step_by(2) {

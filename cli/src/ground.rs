@@ -89,6 +89,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(name) = &arguments.record {
         station.record(&folder.record(name)?, name)?;
     }
+    // Without a link nobody is asked, and silence is no alarm.
+    station.want_frames(arguments.link.is_some());
     let station = Arc::new(Mutex::new(station));
     let access = Access::new(arguments.address.is_loopback(), arguments.token.clone())
         .context("cannot draw a token")?;

@@ -55,6 +55,7 @@ on("lost", () => {
 
 function linkLamp(link, record) {
   if (record) return lamp(byId("link"), "care", `record ${record.name}${record.is_cut ? " (cut off)" : ""}`, "");
+  if (link.name === "no link") return lamp(byId("link"), "unknown", "no vehicle: records only", "");
   const silent = !known(link.age_s) || link.age_s > 1;
   const light = silent ? (link.wanted ? "bad" : "care") : link.lost + link.late > 0.02 * link.frames + 5 ? "care" : "good";
   const counts = `${link.lost} lost, ${link.damaged} damaged, ${link.late} late`;

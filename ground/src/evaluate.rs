@@ -5,10 +5,11 @@ use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
+use chrono::{DateTime, Datelike as _};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Manifest};
 use serde::Serialize;
@@ -52,11 +53,19 @@ pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
         all.iter().all(|value| value.is_finite()).then(|| Vector::new(all[0], all[1], all[2]))
     };
     let mut dataset = Dataset { manifest: manifest.clone(), ..Dataset::default() };
-    let mut fix_before = f64::NEG_INFINITY;
+    // The magnetic model asks for it.
+    let day = DateTime::from_timestamp_secs(from_s as i64);
+    dataset.manifest.date = day.and_then(|day| {
+        format!("{:04}-{:02}-{:02}", day.year(), day.month(), day.day()).parse().ok()
+    });
+    let (mut before, mut fix_before) = (None, f64::NEG_INFINITY);
     for (time_s, _) in store.series(Id::RateP).between(f64::NEG_INFINITY, f64::INFINITY) {
         let rates = three([Id::RateP, Id::RateQ, Id::RateR], time_s, 1f64.to_radians());
         let forces = three([Id::AccelX, Id::AccelY, Id::AccelZ], time_s, STANDARD_GRAVITY_MPS2);
-        if let Some((angular_rate_radps, specific_force_mps2)) = rates.zip(forces) {
+        // A cycle of the loop without a sample of its own repeats the one before.
+        let measured =
+            rates.zip(forces).filter(|measured| before.replace(*measured) != Some(*measured));
+        if let Some((angular_rate_radps, specific_force_mps2)) = measured {
             let angles = three([Id::Roll, Id::Pitch, Id::Yaw], time_s, 1.0);
             let angles = angles.map(|angles: Vector<hovernav::frames::Body>| angles.to_array());
             dataset.imu.push(ImuSample {
@@ -64,6 +73,7 @@ pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
                 motion: Motion::Rates { angular_rate_radps, specific_force_mps2 },
                 attitude: angles.map(|[r, p, y]| EulerAngles::from_degrees(r, p, y)),
                 magnetic_field_gauss: three([Id::MagX, Id::MagY, Id::MagZ], time_s, 1.0),
+                clipped: ClippedAxes::default(),
             });
         }
         let sticks = [Id::StickLateral, Id::StickLongitudinal, Id::StickCollective, Id::StickPedal]
@@ -171,7 +181,8 @@ impl Evaluation {
             Err(RecordError::NotARecord { .. }) => return Ok(self.record.clone()),
             Err(error) => return Err(error.to_string()),
         };
-        let dataset = dataset(&store, &self.manifest);
+        let manifest = Manifest { name: self.name.clone(), ..self.manifest.clone() };
+        let dataset = dataset(&store, &manifest);
         if dataset.imu.is_empty() {
             return Err("found no inertial samples in the record, expected some".into());
         }
