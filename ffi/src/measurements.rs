@@ -4,7 +4,7 @@ use hovernav::earth::Geodetic;
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix as CoreFix;
-use hovernav::imu::{ImuSample as CoreSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample as CoreSample, Motion};
 use hovernav::time::Time;
 
 use crate::access::{input, object};
@@ -101,6 +101,7 @@ impl ImuSample {
             }),
             magnetic_field_gauss: has(HOVERNAV_IMU_MAGNETIC_FIELD)
                 .then_some(self.magnetic_field_gauss.into()),
+            clipped: ClippedAxes::NONE,
         }))
     }
 }

@@ -34,8 +34,11 @@ pub enum NoticeKind {
     SampleSuspect = 8,
     /// An inertial sample was refused: see `reason`.
     SampleRefused = 9,
+    /// The heading is further off than its one-sigma allows, and is less sure now. `value`: the turn that
+    /// the fixes ask for, rad; `sigma`: its one-sigma, rad.
+    HeadingDoubted = 10,
     /// Something that this header does not know.
-    Other = 10,
+    Other = 11,
 }
 
 /// What measures beside the inertial unit.
@@ -106,6 +109,18 @@ pub enum Channel {
     Yaw = 8,
     /// Barometric height, m, up.
     BaroHeight = 9,
+    /// Angular rate of a vehicle at rest, forward, rad/s.
+    RestRateX = 10,
+    /// Angular rate of a vehicle at rest, right, rad/s.
+    RestRateY = 11,
+    /// Angular rate of a vehicle at rest, down, rad/s.
+    RestRateZ = 12,
+    /// Velocity of a vehicle at rest, north, m/s.
+    RestVelocityNorth = 13,
+    /// Velocity of a vehicle at rest, east, m/s.
+    RestVelocityEast = 14,
+    /// Velocity of a vehicle at rest, down, m/s.
+    RestVelocityDown = 15,
 }
 
 /// What became of an axis of an update.
@@ -171,6 +186,12 @@ const fn channel(channel: CoreChannel) -> Channel {
         CoreChannel::Pitch => Channel::Pitch,
         CoreChannel::Yaw => Channel::Yaw,
         CoreChannel::BaroHeight => Channel::BaroHeight,
+        CoreChannel::RestRateX => Channel::RestRateX,
+        CoreChannel::RestRateY => Channel::RestRateY,
+        CoreChannel::RestRateZ => Channel::RestRateZ,
+        CoreChannel::RestVelocityNorth => Channel::RestVelocityNorth,
+        CoreChannel::RestVelocityEast => Channel::RestVelocityEast,
+        CoreChannel::RestVelocityDown => Channel::RestVelocityDown,
     }
 }
 
@@ -256,6 +277,11 @@ impl From<&CoreNotice> for Notice {
                 value: turn_rad,
                 sigma: sigma_rad,
                 ..Self::at(NoticeKind::HeadingReset, time)
+            },
+            CoreNotice::HeadingDoubted { time, off_rad, sigma_rad } => Self {
+                value: off_rad,
+                sigma: sigma_rad,
+                ..Self::at(NoticeKind::HeadingDoubted, time)
             },
             CoreNotice::HeadingMissing { time } => Self::at(NoticeKind::HeadingMissing, time),
             CoreNotice::Updated(ref report) => {

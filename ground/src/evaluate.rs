@@ -73,7 +73,7 @@ pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
                 motion: Motion::Rates { angular_rate_radps, specific_force_mps2 },
                 attitude: angles.map(|[r, p, y]| EulerAngles::from_degrees(r, p, y)),
                 magnetic_field_gauss: three([Id::MagX, Id::MagY, Id::MagZ], time_s, 1.0),
-                clipped: ClippedAxes::default(),
+                clipped: ClippedAxes::NONE,
             });
         }
         let sticks = [Id::StickLateral, Id::StickLongitudinal, Id::StickCollective, Id::StickPedal]

@@ -4,7 +4,7 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::{Body, EulerAngles, Rotation, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 use crate::PERIOD_S;
@@ -69,6 +69,7 @@ impl Flight {
             },
             attitude: Some(Self::angles(cycle)),
             magnetic_field_gauss: Some(Self::field_gauss(cycle)),
+            clipped: ClippedAxes::NONE,
         }
     }
 

@@ -11,7 +11,7 @@ use hovernav::ekf::{Aid, Estimator, EstimatorConfig, HeadingMethod, Notice, Solu
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::ins::{HeadingSource, Mounting};
 use hovernav::time::Time;
 
@@ -66,6 +66,7 @@ fn sample(row: &[f64; 13]) -> Option<Event> {
         },
         attitude: Some(EulerAngles::from_degrees(roll, pitch, yaw)),
         magnetic_field_gauss: Some(Vector::new(mx, my, mz)),
+        clipped: ClippedAxes::NONE,
     }))
 }
 
