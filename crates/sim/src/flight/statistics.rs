@@ -143,6 +143,7 @@ mod tests {
             solution: None,
             mode: Mode::Manual,
             sticks: Sticks::NEUTRAL,
+            injected: Sticks::NEUTRAL,
             servos: Sticks::NEUTRAL,
             wind_mps: Vector::ZERO,
         };
@@ -158,6 +159,7 @@ mod tests {
                 sample(12.0, 0.9, 0.0, 9.0),
             ],
             transitions: Vec::new(),
+            aborted: Vec::new(),
             crashed_s: None,
         };
         let worst = flight.excursion(10.0, 2.0);
