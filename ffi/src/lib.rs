@@ -9,6 +9,14 @@
 //! says, for the length of the call; the object is used by one thread at a time. What a pointer alone can
 //! tell is checked: null, alignment, whether an object was created there.
 #![cfg_attr(target_os = "none", no_std)]
+// What flies cannot panic.
+#![deny(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::multiple_unsafe_ops_per_block,
+    clippy::panic,
+    clippy::unwrap_used
+)]
 #![allow(
     clippy::result_large_err,
     reason = "a fault carries its texts, for there is no heap to put them on"

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use nalgebra::SMatrix;
 
 use crate::Timed;
-use crate::distribution::Times;
+use crate::distribution::{Pace, Times};
 
 type P<const N: usize> = SMatrix<f64, N, N>;
 
@@ -47,7 +47,9 @@ fn time<const N: usize>(calls: u64, clock_ns: f64) -> [Timed; 2] {
         }
     }
     let (mut steps, mut updates) = (Times::with_capacity(calls), Times::with_capacity(calls));
+    let mut pace = Pace::begin();
     for _ in 0..calls {
+        pace.rest();
         let p = black_box(start);
         black_box(steps.time(|| propagate(black_box(&phi), &p, black_box(&q))));
         black_box(updates.time(|| update(black_box(&h), &p)));

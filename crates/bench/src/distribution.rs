@@ -1,6 +1,6 @@
 //! Times of many calls, as a distribution.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
@@ -71,6 +71,28 @@ impl Times {
             p99_9_ns: at(0.999),
             max_ns: at(1.0),
             tail,
+        }
+    }
+}
+
+/// Rests now and then: a system lets a real-time thread that never waits stand still for a twentieth of
+/// each second, and that would be timed.
+pub struct Pace(Instant);
+
+/// Work and rest in turns.
+const WORK: Duration = Duration::from_millis(100);
+const REST: Duration = Duration::from_millis(10);
+
+impl Pace {
+    pub fn begin() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Between two calls that are timed.
+    pub fn rest(&mut self) {
+        if self.0.elapsed() > WORK {
+            std::thread::sleep(REST);
+            self.0 = Instant::now();
         }
     }
 }

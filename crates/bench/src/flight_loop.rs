@@ -23,7 +23,7 @@ use hovernav_log::FlyConfig;
 use hovernav_log::record::{Entry, Header, Line, Recorder};
 
 use crate::PERIOD_S;
-use crate::distribution::{Distribution, Times};
+use crate::distribution::{Distribution, Pace, Times};
 use crate::flight::{FIX_EVERY, Flight};
 use crate::receiver::nav_pvt;
 
@@ -217,7 +217,9 @@ pub fn time(cycles: u64, clock_ns: f64) -> Result<Distribution, String> {
     let mut computer = Computer::new(Time::ZERO)?;
     let mut times = Times::with_capacity(cycles);
     let mut timer = 0_u16;
+    let mut pace = Pace::begin();
     for cycle in 0..WARM_UP + cycles {
+        pace.rest();
         timer = timer.wrapping_sub(TICKS);
         let request = Flight::time(cycle);
         let now = request + ANSWER_S;

@@ -10,7 +10,7 @@ use hovernav::frames::Rotation;
 use hovernav::time::Time;
 
 use crate::Timed;
-use crate::distribution::Times;
+use crate::distribution::{Pace, Times};
 use crate::flight::{FIX_EVERY, Flight};
 
 /// Cycles until the filter has aligned and settled.
@@ -94,7 +94,9 @@ fn time<L: Layout<N>, const N: usize>(
     let mut step = Times::with_capacity(cycles);
     let [mut gps, mut attitude, mut magnetic, mut baro, mut solution] =
         [(); 5].map(|()| Times::with_capacity(cycles));
+    let mut pace = Pace::begin();
     for cycle in SETTLED..SETTLED + cycles {
+        pace.rest();
         let sample = flight.sample(cycle);
         let now: Time = sample.time;
         step.time(|| black_box(black_box(&mut filter).predict(black_box(&sample))))
@@ -122,6 +124,7 @@ fn time<L: Layout<N>, const N: usize>(
     let (mut propagation, mut axes) = (Times::with_capacity(cycles), Times::with_capacity(cycles));
     let (start, transition, arms) = (covariance::<L, N>(), transition(), arms());
     for _ in 0..cycles.min(100_000) {
+        pace.rest();
         let mut p = start;
         propagation.time(|| black_box(&mut p).propagate::<L>(black_box(&transition)));
         axes.time(|| update(black_box(&mut p), black_box(&arms)));

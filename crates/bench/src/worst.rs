@@ -11,6 +11,7 @@ use hovernav::imu::{ImuSample, Motion};
 use serde::Serialize;
 
 use crate::PERIOD_S;
+use crate::distribution::Pace;
 use crate::flight::{FIX_EVERY, Flight};
 
 /// The longest that a cycle of the estimator takes, over everything that was tried.
@@ -161,7 +162,9 @@ pub fn search(clock_ns: f64) -> Result<Worst, String> {
         return Err("the made-up flight does not align".into());
     }
     let mut worst = Worst { time_ns: 0.0, inputs: String::new(), tried: 0, ordinary_ns: f64::NAN };
+    let mut pace = Pace::begin();
     for inputs in Inputs::all() {
+        pace.rest();
         // Without a fix, its lateness and its jump are nothing.
         if inputs.fixes == 0 && (inputs.late > 0 || inputs.jump_m > 0.0) {
             continue;
