@@ -143,8 +143,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 *value = *value * own;
             }
         }
-        for i in GYRO_BIAS..N {
-            self.rows[i][i] += noise[i];
+        for (i, &noise) in noise.iter().enumerate().skip(GYRO_BIAS) {
+            self.rows[i][i] += noise;
         }
     }
 
@@ -182,8 +182,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
         for axis in 0..3 {
             let attitude = &mut rows[ATTITUDE + axis];
-            for k in 0..3 {
-                add_scaled(attitude, -step.turn[axis][k], &parameters[k]);
+            for (&turn, bias) in step.turn[axis].iter().zip(parameters.iter()) {
+                add_scaled(attitude, -turn, bias);
             }
             if let Some(scale) = L::GYRO_SCALE {
                 for k in 0..3 {
