@@ -108,10 +108,11 @@ fn what_gave_a_wrong_heading_is_used_again_once_it_agrees() {
 }
 
 #[test]
-fn a_heading_that_is_a_little_off_is_doubted_and_mended_by_the_fixes() {
+fn a_heading_that_is_a_little_off_is_doubted_or_replaced_and_mended_by_the_fixes() {
     for (seed, off_deg) in [(1, 20.0), (2, -20.0), (3, 15.0)] {
         let outcome = estimated(&flight(seed), f64::to_radians(off_deg), f64::INFINITY);
-        let doubted_s = *outcome.doubts_s.first().unwrap_or(&f64::INFINITY);
+        let said = outcome.doubts_s.iter().chain(&outcome.resets_s).copied();
+        let doubted_s = said.fold(f64::INFINITY, f64::min);
         let worst_deg = outcome.worst_yaw_deg(doubted_s + 60.0);
         println!("{off_deg}°: doubted at {doubted_s} s, then at most {worst_deg:.1}° off");
         assert!(doubted_s < 150.0, "{off_deg}°: {doubted_s} s");

@@ -1,10 +1,12 @@
 //! What moves the estimate beside its own steps: a correction, and the reset of the covariance.
 
+use super::covariance::{Relaxation, Transition};
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::process::MOST_HIDDEN_RAD;
 use super::scalar::Scalar;
 use super::square;
+use super::trace::Trace;
 use crate::frames::{Ned, Vector};
 use crate::ins::NavState;
 use crate::time::Time;
@@ -75,25 +77,34 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Opens the biases, and the level that they have spoiled by now.
-    pub(super) fn doubt_biases(&mut self) {
+    pub(super) fn doubt_biases(&mut self, trace: &mut impl Trace<T, N>) {
         let imu = &self.config.imu;
-        for axis in 0..3 {
-            self.covariance.add_variance(GYRO_BIAS + axis, square(imu.gyro_bias_sigma_radps));
-            let accel = STEPPED_ACCEL * imu.accel_bias_sigma_mps2;
-            self.covariance.add_variance(ACCEL_BIAS + axis, square(accel));
+        let accel = STEPPED_ACCEL * imu.accel_bias_sigma_mps2;
+        let mut relaxation = Relaxation::default();
+        for (first, sigma) in [(GYRO_BIAS, imu.gyro_bias_sigma_radps), (ACCEL_BIAS, accel)] {
+            for noise in relaxation.noise.iter_mut().skip(first).take(3) {
+                *noise = T::of(square(sigma));
+            }
         }
-        self.covariance.add_variance(ATTITUDE, square(STEPPED_TILT_RAD));
-        self.covariance.add_variance(ATTITUDE + 1, square(STEPPED_TILT_RAD));
+        let tilt = T::of(square(STEPPED_TILT_RAD));
+        let attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
+        let opening = Transition { attitude_noise, ..Transition::of_relaxation(relaxation) };
+        self.propagate(&opening, trace);
     }
 
     /// Opens the heading by `off_rad`, and the slow error of what gives it as far: which of the two is wrong
     /// the fixes will tell.
-    pub(super) fn doubt_heading(&mut self, off_rad: f64) {
-        self.covariance.add_variance(ATTITUDE + 2, square(off_rad));
+    pub(super) fn doubt_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
         self.heading_doubt_rad = self.heading_doubt_rad.max(libm::fabs(off_rad));
-        if let Some(first) = L::ATTITUDE_REFERENCE {
-            self.covariance.add_variance(first + 2, square(off_rad));
+        let opened = T::of(square(off_rad));
+        let mut relaxation = Relaxation::default();
+        let wander = L::ATTITUDE_REFERENCE.and_then(|first| relaxation.noise.get_mut(first + 2));
+        if let Some(noise) = wander {
+            *noise = opened;
         }
+        let attitude_noise = [T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO, opened];
+        let opening = Transition { attitude_noise, ..Transition::of_relaxation(relaxation) };
+        self.propagate(&opening, trace);
     }
 
     /// One-sigma of the slow error of what gives the heading, `usual_rad` where nothing is known against it,

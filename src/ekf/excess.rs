@@ -49,7 +49,7 @@ impl Excess {
     /// Takes in what became of a fix; gives whether the fixes of late speak of a step.
     ///
     /// # Source
-    /// Equation (K16) of docs/equations.md.
+    /// Equation (K18) of docs/equations.md.
     pub fn learn(&mut self, time: Time, report: &Report) -> bool {
         let mut now = [None; 2];
         for axis in report.innovations() {

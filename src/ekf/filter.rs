@@ -342,7 +342,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         true
     }
 
-    fn propagate(&mut self, transition: &Transition<T, N>, trace: &mut impl Trace<T, N>) {
+    pub(super) fn propagate(
+        &mut self,
+        transition: &Transition<T, N>,
+        trace: &mut impl Trace<T, N>,
+    ) {
         self.covariance.propagate::<L>(transition);
         if let Some(relaxation) = &transition.relaxation {
             self.decay(relaxation);

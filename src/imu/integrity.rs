@@ -270,9 +270,13 @@ impl Triad {
                 + 0.5 * usual.max(*now) * late_s * late_s
                 + if late_s > 0.0 { bend * bend * late_s * late_s / 36.0 } else { 0.0 };
         }
-        let vibrates = self.usual.iter().any(|&usual| usual > 0.01 * least_shaking * least_shaking);
-        let stuck_s = self.repetition.push(sample.to_array(), interval_s);
-        let stuck_s = stuck_s.map(|s| if vibrates { s } else { 0.0 });
+        // An axis that nothing ever moved is none.
+        let mut stuck_s = self.repetition.push(sample.to_array(), interval_s);
+        for (stuck_s, usual) in stuck_s.iter_mut().zip(&self.usual) {
+            if *usual <= 0.01 * least_shaking * least_shaking {
+                *stuck_s = 0.0;
+            }
+        }
         for (variance, stuck_s) in variance.iter_mut().zip(stuck_s).filter(|(_, s)| *s > 0.0) {
             let together_s = 2.0 * stuck_s.min(LONGEST_STUCK_S) + interval_s;
             *variance += stuck_sigma * stuck_sigma * interval_s * together_s;

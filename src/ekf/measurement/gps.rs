@@ -89,7 +89,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.learn_gps(&report);
         // What clipping or a gap has left is in the velocity, and no step of a bias.
         if self.excess.learn(fix.time, &report) && !self.gates.doubts_filter(fix.time) {
-            self.doubt_biases();
+            self.doubt_biases(trace);
             report.biases_doubted = true;
         }
         Ok(report)

@@ -28,6 +28,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (M11) of docs/equations.md.
     pub fn update_at_rest(&mut self, trace: &mut impl Trace<T, N>) -> Option<Report> {
         let rate = self.samples.resting_rate_radps.take()?;
+        self.relax(trace);
         let earth = Local::at(&self.state.position).earth_rate_radps;
         let off = (rate - self.state.body_to_ned.inverse() * earth).to_array();
         let velocity = self.state.velocity_mps.to_array();
