@@ -43,7 +43,7 @@ impl Repetition {
             } else {
                 (*count, *run_s) = (0.0, 0.0);
             }
-            if *count * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
+            if repeats && *count * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
                 *stuck_s = *run_s;
             } else {
                 let newest = (interval_s / MEMORY_S).min(1.0) as f32;
