@@ -117,8 +117,11 @@ fn a_pedal_that_never_moves_is_named() {
     let yaw = ["identify", text(&dir), "--model", "yaw", "--out", text(&out)];
     let message = refusal(&yaw);
     assert!(message.contains("pedal") && message.contains("no test point"), "{message}");
-    // The rest of the helicopter can still be identified, and the reader is told.
-    succeeds(&["identify", text(&dir), "--model", "hover", "--out", text(&out)]);
+    // The rest of the helicopter is still identified, and the reader is told; nobody flies by a model
+    // without a pedal, which is what the exit status says.
+    let output = hovernav(&["identify", text(&dir), "--model", "hover", "--out", text(&out)]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert_eq!(summary(&out)["verdict"], "do not fly");
     let warnings = summary(&out)["warnings"].to_string();
     assert!(warnings.contains("input `pedal` never moves"), "{warnings}");
 }

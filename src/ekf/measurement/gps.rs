@@ -66,7 +66,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if fix.time - self.state.time > LEAD_S {
             return Err(Unusable::AheadOfImu);
         }
-        self.relax(trace);
         let look_back = |latency_s: f64| {
             let past = fix.time.offset_by(-latency_s);
             self.history.look_back(&self.state, past).ok_or(Unusable::TooOld)
@@ -77,6 +76,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Some(state) => look_back(delay_s + self.parameter(state))?,
             None => velocity_then,
         };
+        self.relax(trace);
         let noise = self.gps_noise(fix);
         self.judge_change(fix);
         self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
