@@ -234,8 +234,11 @@ enum {
     HOVERNAV_NOTICE_KIND_SAMPLE_SUSPECT = 8,
     // An inertial sample was refused: see `reason`.
     HOVERNAV_NOTICE_KIND_SAMPLE_REFUSED = 9,
+    // The heading is further off than its one-sigma allows, and is less sure now. `value`: the turn that
+    // the fixes ask for, rad; `sigma`: its one-sigma, rad.
+    HOVERNAV_NOTICE_KIND_HEADING_DOUBTED = 10,
     // Something that this header does not know.
-    HOVERNAV_NOTICE_KIND_OTHER = 10,
+    HOVERNAV_NOTICE_KIND_OTHER = 11,
 };
 
 // What measures beside the inertial unit.
@@ -303,6 +306,18 @@ enum {
     HOVERNAV_CHANNEL_YAW = 8,
     // Barometric height, m, up.
     HOVERNAV_CHANNEL_BARO_HEIGHT = 9,
+    // Angular rate of a vehicle at rest, forward, rad/s.
+    HOVERNAV_CHANNEL_REST_RATE_X = 10,
+    // Angular rate of a vehicle at rest, right, rad/s.
+    HOVERNAV_CHANNEL_REST_RATE_Y = 11,
+    // Angular rate of a vehicle at rest, down, rad/s.
+    HOVERNAV_CHANNEL_REST_RATE_Z = 12,
+    // Velocity of a vehicle at rest, north, m/s.
+    HOVERNAV_CHANNEL_REST_VELOCITY_NORTH = 13,
+    // Velocity of a vehicle at rest, east, m/s.
+    HOVERNAV_CHANNEL_REST_VELOCITY_EAST = 14,
+    // Velocity of a vehicle at rest, down, m/s.
+    HOVERNAV_CHANNEL_REST_VELOCITY_DOWN = 15,
 };
 
 // What became of an axis of an update.

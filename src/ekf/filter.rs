@@ -416,6 +416,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &self.covariance
     }
 
+    /// By how many times the variance of the inertial unit's noise exceeds what is assumed, as learned
+    /// from innovations that are alike: 1 to 10. Much of it may be a wrong axis or sign.
+    #[must_use]
+    pub fn noise_excess(&self) -> f64 {
+        self.excess.factor()
+    }
+
     /// The settings.
     #[must_use]
     pub const fn config(&self) -> &EkfConfig {

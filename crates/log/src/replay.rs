@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::dataset::{Dataset, Source};
 use hovernav::ekf::layout::{Full, Layout as _};
 use hovernav::ekf::{
-    Aid, Ekf, Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution,
+    Aid, Ekf, Estimator, EstimatorConfig, FullEkf, HeadingSearch, Notice, Smoother, Solution,
 };
 use hovernav::event::Event;
 use hovernav::ins::{HeadingSource, Start};
@@ -43,6 +43,8 @@ pub struct Run {
     pub left_out: UnusedReadings,
     /// How much earlier than declared the fixes turned out to hold, s, with one-sigma.
     pub gps_offset: Option<(f64, f64)>,
+    /// By how many times the inertial unit turned out noisier than assumed, in variance, at most.
+    pub noise_excess: f64,
 }
 
 /// How many readings of each aid were not used.
@@ -71,6 +73,12 @@ impl UnusedReadings {
 }
 
 impl Run {
+    fn learned_by(&mut self, filter: Option<&FullEkf>) {
+        self.gps_offset = filter.map(gps_offset);
+        let excess = filter.map_or(1.0, FullEkf::noise_excess);
+        self.noise_excess = self.noise_excess.max(excess);
+    }
+
     /// Keeps a notice; of readings left out by design, of which there are more than samples, the
     /// number alone.
     fn keep(&mut self, notice: Notice) {
@@ -172,7 +180,7 @@ impl Dataset {
         let mut estimator = Estimator::<Full, 28>::new(*config);
         self.run(config, progress, |event, run| {
             estimator.push(event, |notice| run.keep(notice));
-            run.gps_offset = estimator.filter().map(gps_offset);
+            run.learned_by(estimator.filter());
             estimator.solution()
         })
     }
@@ -234,7 +242,7 @@ impl Dataset {
             }
             if let (Event::Imu(_), Some(filter)) = (event, estimator.filter()) {
                 smoother.sampled(filter);
-                run.gps_offset = Some(gps_offset(filter));
+                run.learned_by(Some(filter));
             }
             estimator.solution()
         });

@@ -102,8 +102,8 @@ impl Alternative {
 }
 
 /// Mean square of the normalised innovations of the fixes, each up to [`MOST`], what was refused
-/// counting full; `None` of too few.
-fn disagreement(run: &Run) -> Option<f64> {
+/// counting full: of the noise that was learned of them, and of that which is assumed; `None` of too few.
+fn disagreement(run: &Run) -> Option<[f64; 2]> {
     let (mut sum, mut count) = (0.0, 0.0);
     for notice in &run.notices {
         let Notice::Updated(report) = notice else { continue };
@@ -121,7 +121,7 @@ fn disagreement(run: &Run) -> Option<f64> {
             }
         }
     }
-    (count >= 80.0).then(|| sum / count)
+    (count >= 80.0).then(|| [sum / count, run.noise_excess.max(1.0) * sum / count])
 }
 
 /// The other signs or axes of the inertial unit under which the fixes agree with a run that they now
@@ -130,7 +130,7 @@ fn disagreement(run: &Run) -> Option<f64> {
 /// Runs the estimator over a part of the log a dozen times, and only where a run is denied.
 #[must_use]
 pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
-    if disagreement(run).is_some_and(|found| found < SUSPECT) {
+    if disagreement(run).is_some_and(|[_, found]| found < SUSPECT) {
         return None;
     }
     let mut part = dataset.clone();
@@ -138,15 +138,15 @@ pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Op
     part.imu.retain(|sample| sample.time >= first_fix);
     part.imu.truncate(SAMPLES);
     part.order.clear();
-    let as_it_is = disagreement(&part.estimate(config, |_| {})).unwrap_or(MOST);
+    let [_, as_it_is] = disagreement(&part.estimate(config, |_| {})).unwrap_or([MOST; 2]);
     let tried = ALTERNATIVES.iter().filter_map(|other| {
         let run = other.applied(&part).estimate(config, |_| {});
         // A heading that was never found fits anything.
         let is_whole = run.solutions.last().is_some_and(|last| last.attitude_sigma_rad[2] < 0.5);
         Some((disagreement(&run).filter(|_| is_whole)?, other))
     });
-    let (with, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (with < GOOD && BETTER * with < as_it_is).then(|| SetupFinding {
+    let ([learned, with], best) = tried.min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
+    (learned < GOOD && BETTER * with < as_it_is).then(|| SetupFinding {
         sensor: "inertial unit",
         is_certain: false,
         found: format!(
