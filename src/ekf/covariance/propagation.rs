@@ -143,8 +143,10 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 *value = *value * own;
             }
         }
-        for (i, &noise) in noise.iter().enumerate().skip(GYRO_BIAS) {
-            self.rows[i][i] += noise;
+        for (i, (row, &noise)) in self.rows.iter_mut().zip(noise).enumerate().skip(GYRO_BIAS) {
+            if let Some(variance) = row.get_mut(i) {
+                *variance += noise;
+            }
         }
     }
 
