@@ -3,7 +3,7 @@
 
 use super::covariance::{Relaxation, Transition};
 use super::filter::Ekf;
-use super::layout::{ACCEL_BIAS, BASE, GYRO_BIAS, Layout};
+use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::scalar::Scalar;
 use super::square;
 use crate::frames::{Body, Ned, Rotation};
@@ -87,10 +87,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn relaxation_due(&mut self, interval_s: f64) -> Option<Relaxation<T, N>> {
         self.unrelaxed_s += interval_s;
         let since_s = self.unrelaxed_s;
-        // The search for a heading keeps many filters in the memory of one, which knows no other's time;
-        // and without blocks there is little to save.
-        let waits = N > BASE + 1;
-        (!waits || since_s >= RELAXED_EVERY_S).then(|| {
+        (since_s >= RELAXED_EVERY_S).then(|| {
             self.unrelaxed_s = 0.0;
             self.relaxation(since_s)
         })

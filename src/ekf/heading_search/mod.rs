@@ -123,6 +123,8 @@ impl HeadingSearch {
         self.for_each(|filter, _| {
             filter.samples = samples;
             verdict = filter.predict(sample);
+            // The next sector's filter, in the same memory, does not know since when this one waits.
+            filter.relax(&mut ());
             filter.update_at_rest(&mut ());
             Ok::<(), ImuFault>(())
         })?;
