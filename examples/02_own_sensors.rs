@@ -13,7 +13,7 @@ use hovernav::ekf::{Estimator, EstimatorConfig, Solution};
 use hovernav::event::Event;
 use hovernav::frames::{Body, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
 /// What the inertial unit says, in its own axes and units.
@@ -42,17 +42,14 @@ const STANDARD_GRAVITY_MPS2: f64 = 9.806_65;
 const GAUSS_PER_MICROTESLA: f64 = 0.01;
 
 fn imu_event(time: Time, reading: &UnitReading) -> Event {
+    let motion = Motion::Rates {
+        angular_rate_radps: forward_right_down(reading.gyro_degps.map(f64::to_radians)),
+        specific_force_mps2: forward_right_down(reading.accel_g) * STANDARD_GRAVITY_MPS2,
+    };
+    let field_gauss = forward_right_down(reading.field_microtesla) * GAUSS_PER_MICROTESLA;
     Event::Imu(ImuSample {
-        time,
-        motion: Motion::Rates {
-            angular_rate_radps: forward_right_down(reading.gyro_degps.map(f64::to_radians)),
-            specific_force_mps2: forward_right_down(reading.accel_g) * STANDARD_GRAVITY_MPS2,
-        },
-        attitude: None,
-        magnetic_field_gauss: Some(
-            forward_right_down(reading.field_microtesla) * GAUSS_PER_MICROTESLA,
-        ),
-        clipped: ClippedAxes::NONE,
+        magnetic_field_gauss: Some(field_gauss),
+        ..ImuSample::new(time, motion)
     })
 }
 

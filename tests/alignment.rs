@@ -5,7 +5,7 @@ use hovernav::ekf::{Estimator, EstimatorConfig, Notice, layout};
 use hovernav::event::Event;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Mounting};
 use hovernav::time::Time;
 use hovernav_log::Truth;
@@ -54,15 +54,16 @@ impl Still {
         let lift: Vector<Ned> = Vector::new(0.0, 0.0, -earth.gravity_mps2);
         for step in 0..=100 {
             let sample = ImuSample {
-                time: Time::ZERO + f64::from(step) * PERIOD_S,
-                motion: Motion::Rates {
-                    angular_rate_radps: self.attitude.inverse() * earth.earth_rate_radps
-                        + self.gyro_bias_radps,
-                    specific_force_mps2: self.attitude.inverse() * lift + self.accel_bias_mps2,
-                },
                 attitude: self.shown,
                 magnetic_field_gauss: self.field_gauss.map(|field| self.attitude.inverse() * field),
-                clipped: ClippedAxes::NONE,
+                ..ImuSample::new(
+                    Time::ZERO + f64::from(step) * PERIOD_S,
+                    Motion::Rates {
+                        angular_rate_radps: self.attitude.inverse() * earth.earth_rate_radps
+                            + self.gyro_bias_radps,
+                        specific_force_mps2: self.attitude.inverse() * lift + self.accel_bias_mps2,
+                    },
+                )
             };
             assert_eq!(aligner.push(&Event::Imu(sample)), None);
         }

@@ -6,7 +6,7 @@ use hovernav::ekf::covariance::{Covariance, Gain, Sensitivity, Transition};
 use hovernav::ekf::layout::WithScaleFactors;
 use hovernav::ekf::{Ekf, EkfConfig, Trace};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use hovernav::imu::{ClippedAxes, ImuErrors, ImuSample, Motion};
+use hovernav::imu::{ImuErrors, ImuSample, Motion};
 use hovernav::ins::{Increment, Integrator, Mounting, NavState, Start};
 use hovernav::time::Time;
 use nalgebra::SMatrix;
@@ -25,15 +25,14 @@ struct Moment {
 
 impl Moment {
     fn samples(&self) -> [ImuSample; 2] {
-        let sample = |end: usize| ImuSample {
-            time: self.state.time + end as f64 * self.interval_s,
-            motion: Motion::Rates {
-                angular_rate_radps: self.rates_radps[end],
-                specific_force_mps2: self.forces_mps2[end],
-            },
-            attitude: None,
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
+        let sample = |end: usize| {
+            ImuSample::new(
+                self.state.time + end as f64 * self.interval_s,
+                Motion::Rates {
+                    angular_rate_radps: self.rates_radps[end],
+                    specific_force_mps2: self.forces_mps2[end],
+                },
+            )
         };
         [sample(0), sample(1)]
     }

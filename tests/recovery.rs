@@ -8,7 +8,7 @@ use hovernav::ekf::{
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{Mounting, NavState, Start};
 use hovernav::time::Time;
 use proptest::prelude::*;
@@ -37,16 +37,13 @@ fn start() -> Start {
 }
 
 fn still(time: Time) -> ImuSample {
-    ImuSample {
+    ImuSample::new(
         time,
-        motion: Motion::Rates {
+        Motion::Rates {
             angular_rate_radps: Vector::ZERO,
             specific_force_mps2: Vector::new(0.0, 0.0, -GRAVITY_MPS2),
         },
-        attitude: None,
-        magnetic_field_gauss: None,
-        clipped: ClippedAxes::NONE,
-    }
+    )
 }
 
 fn fix(time: Time, offset_m: Vector<Ned>) -> Fix {
@@ -525,11 +522,9 @@ fn event() -> impl Strategy<Value = (f64, Event)> {
     )
         .prop_map(|(motion, attitude, magnetic_field_gauss)| {
             Event::Imu(ImuSample {
-                time: Time::ZERO,
-                motion,
                 attitude,
                 magnetic_field_gauss,
-                clipped: ClippedAxes::NONE,
+                ..ImuSample::new(Time::ZERO, motion)
             })
         });
     let position = [value(0.82, 1e-6), value(0.14, 1e-6), value(400.0, 5.0)].prop_map(|place| {

@@ -9,7 +9,7 @@ use hovernav::ekf::{Estimator, EstimatorConfig, HeadingSearch, NoHeadingSearch, 
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
 #[test]
@@ -43,14 +43,14 @@ fn fly(estimator: &mut Estimator, samples: u32) -> bool {
         let angles = EulerAngles { yaw_rad: turn_radps * seconds, ..EulerAngles::default() };
         let body_to_ned = Rotation::from_euler(angles);
         let sample = ImuSample {
-            time,
-            motion: Motion::Rates {
-                angular_rate_radps: Vector::new(0.0, 0.0, turn_radps),
-                specific_force_mps2: Vector::new(0.0, speed_mps * turn_radps, -9.808),
-            },
             attitude: found.then_some(angles),
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
+            ..ImuSample::new(
+                time,
+                Motion::Rates {
+                    angular_rate_radps: Vector::new(0.0, 0.0, turn_radps),
+                    specific_force_mps2: Vector::new(0.0, speed_mps * turn_radps, -9.808),
+                },
+            )
         };
         let notify = &mut |notice| found |= matches!(notice, Notice::HeadingFound { .. });
         estimator.push(&Event::Imu(sample), &mut *notify);

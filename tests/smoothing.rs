@@ -8,7 +8,7 @@ use hovernav::ekf::layout::{Full, Layout, WithScaleFactors};
 use hovernav::ekf::{Ekf, EkfConfig, EstimatorConfig, Smoother, Solution, Trace};
 use hovernav::frames::{EulerAngles, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{HeadingSource, Mounting, NavState, Start};
 use hovernav::time::Time;
 use hovernav_log::Truth;
@@ -134,9 +134,9 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
     let mut both = Both::<L, N> { deeds: Vec::new(), smoother: Smoother::with_capacity(200) };
     for step in 1..=200 {
         let time_s = 0.05 * f64::from(step);
-        let sample = ImuSample {
-            time: Time::ZERO + time_s,
-            motion: Motion::Rates {
+        let sample = ImuSample::new(
+            Time::ZERO + time_s,
+            Motion::Rates {
                 angular_rate_radps: Vector::new(
                     0.1 * (2.0 * time_s).sin(),
                     0.1 * (3.0 * time_s).cos(),
@@ -148,10 +148,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
                     -9.7,
                 ),
             },
-            attitude: None,
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
-        };
+        );
         filter.predict_traced(&sample, &mut both).unwrap();
         if step % 20 == 0 {
             filter.update_gps_traced(&fix(time_s), &mut both).unwrap();

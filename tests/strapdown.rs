@@ -3,7 +3,7 @@
 
 use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use hovernav::imu::{ClippedAxes, ImuErrors, ImuSample, Motion};
+use hovernav::imu::{ImuErrors, ImuSample, Motion};
 use hovernav::ins::{AngularAcceleration, Integrator, LeverArm, NavState};
 use hovernav::time::Time;
 use hovernav_sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Trajectory, fly};
@@ -19,13 +19,7 @@ fn test_flight() -> Trajectory {
 }
 
 fn sample(time: Time, motion: Motion) -> ImuSample {
-    ImuSample {
-        time,
-        motion,
-        attitude: None,
-        magnetic_field_gauss: None,
-        clipped: ClippedAxes::NONE,
-    }
+    ImuSample::new(time, motion)
 }
 
 fn rates(angular_rate_radps: Vector<Body>, specific_force_mps2: Vector<Body>) -> Motion {

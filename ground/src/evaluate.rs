@@ -9,7 +9,7 @@ use chrono::{DateTime, Datelike as _};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Manifest};
 use serde::Serialize;
@@ -68,12 +68,11 @@ pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
         if let Some((angular_rate_radps, specific_force_mps2)) = measured {
             let angles = three([Id::Roll, Id::Pitch, Id::Yaw], time_s, 1.0);
             let angles = angles.map(|angles: Vector<hovernav::frames::Body>| angles.to_array());
+            let motion = Motion::Rates { angular_rate_radps, specific_force_mps2 };
             dataset.imu.push(ImuSample {
-                time: time(time_s),
-                motion: Motion::Rates { angular_rate_radps, specific_force_mps2 },
                 attitude: angles.map(|[r, p, y]| EulerAngles::from_degrees(r, p, y)),
                 magnetic_field_gauss: three([Id::MagX, Id::MagY, Id::MagZ], time_s, 1.0),
-                clipped: ClippedAxes::NONE,
+                ..ImuSample::new(time(time_s), motion)
             });
         }
         let sticks = [Id::StickLateral, Id::StickLongitudinal, Id::StickCollective, Id::StickPedal]

@@ -7,7 +7,7 @@ use core::fmt;
 use super::packet::{AnglePacket, Packet, ScaledPacket};
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, EulerAngles, Vector, wrap_angle};
-use crate::imu::{ClippedAxes, ImuSample, Motion};
+use crate::imu::{ImuSample, Motion};
 use crate::time::Time;
 
 /// Rate and acceleration words reach to one and a half times the rated range.
@@ -194,14 +194,15 @@ impl Measurement {
     #[must_use]
     pub const fn at(&self, time: Time) -> ImuSample {
         ImuSample {
-            time,
-            motion: Motion::Rates {
-                angular_rate_radps: self.angular_rate_radps,
-                specific_force_mps2: self.specific_force_mps2,
-            },
             attitude: self.attitude,
             magnetic_field_gauss: Some(self.magnetic_field_gauss),
-            clipped: ClippedAxes::NONE,
+            ..ImuSample::new(
+                time,
+                Motion::Rates {
+                    angular_rate_radps: self.angular_rate_radps,
+                    specific_force_mps2: self.specific_force_mps2,
+                },
+            )
         }
     }
 }

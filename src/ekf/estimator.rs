@@ -135,7 +135,7 @@ impl Notice {
 /// use hovernav::event::Event;
 /// use hovernav::frames::{EulerAngles, Vector};
 /// use hovernav::gps::Fix;
-/// use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+/// use hovernav::imu::{ImuSample, Motion};
 /// use hovernav::time::Time;
 ///
 /// let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
@@ -143,19 +143,13 @@ impl Notice {
 /// let mut fixes_used = 0;
 /// for k in 0..3_000 {
 ///     let time = Time::from_nanoseconds(k * 20_000_000);
-///     estimator.push(
-///         &Event::Imu(ImuSample {
-///             time,
-///             motion: Motion::Rates {
-///                 angular_rate_radps: Vector::ZERO,
-///                 specific_force_mps2: Vector::new(0.0, 0.0, -9.807),
-///             },
-///             attitude: Some(EulerAngles::from_degrees(0.0, 0.0, 45.0)),
-///             magnetic_field_gauss: None,
-///             clipped: ClippedAxes::NONE,
-/// }),
-///         |_| {},
-///     );
+///     let at_rest = Motion::Rates {
+///         angular_rate_radps: Vector::ZERO,
+///         specific_force_mps2: Vector::new(0.0, 0.0, -9.807),
+///     };
+///     let attitude = Some(EulerAngles::from_degrees(0.0, 0.0, 45.0));
+///     let sample = ImuSample { attitude, ..ImuSample::new(time, at_rest) };
+///     estimator.push(&Event::Imu(sample), |_| {});
 ///     if k % 50 == 0 {
 ///         estimator.push(&Event::Gps(Fix::at(time, place)), |notice| match notice {
 ///             Notice::Updated(report) => fixes_used += i32::from(report.any_accepted()),

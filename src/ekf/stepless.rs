@@ -135,7 +135,7 @@ mod tests {
     use crate::event::Event;
     use crate::frames::EulerAngles;
     use crate::gps::Fix;
-    use crate::imu::{ClippedAxes, ImuSample, Motion};
+    use crate::imu::{ImuSample, Motion};
 
     /// A minute at rest with fixes that scatter by metres: the filter's solution steps at each, the
     /// controller's does not, and both come to the same.
@@ -150,14 +150,14 @@ mod tests {
         for k in 0..3_000i64 {
             let time = Time::from_nanoseconds(k * 20_000_000);
             let sample = ImuSample {
-                time,
-                motion: Motion::Rates {
-                    angular_rate_radps: Vector::ZERO,
-                    specific_force_mps2: Vector::new(0.0, 0.0, -9.807),
-                },
                 attitude: Some(EulerAngles::from_degrees(0.0, 0.0, 45.0)),
-                magnetic_field_gauss: None,
-                clipped: ClippedAxes::NONE,
+                ..ImuSample::new(
+                    time,
+                    Motion::Rates {
+                        angular_rate_radps: Vector::ZERO,
+                        specific_force_mps2: Vector::new(0.0, 0.0, -9.807),
+                    },
+                )
             };
             estimator.push_traced(&Event::Imu(sample), &mut stepless, |_| {});
             if k % 50 == 0 {

@@ -33,3 +33,17 @@ pub struct ImuSample {
     /// Which sensors were at their full scale at some time since the sample before, if the unit marks it.
     pub clipped: ClippedAxes,
 }
+
+impl ImuSample {
+    /// Motion alone: no attitude, no magnetic field, nothing clipped.
+    #[must_use]
+    pub const fn new(time: Time, motion: Motion) -> Self {
+        Self {
+            time,
+            motion,
+            attitude: None,
+            magnetic_field_gauss: None,
+            clipped: ClippedAxes::NONE,
+        }
+    }
+}

@@ -4,7 +4,7 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::{Body, EulerAngles, Rotation, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
 use crate::PERIOD_S;
@@ -57,19 +57,15 @@ impl Flight {
 
     pub fn sample(&mut self, cycle: u64) -> ImuSample {
         let [a, b, c, d, e, f] = std::array::from_fn(|_| self.shake());
+        let outward_mps2 = SPEED_MPS * TURN_RADPS;
+        let motion = Motion::Rates {
+            angular_rate_radps: Vector::new(0.02 * a, 0.02 * b, TURN_RADPS + 0.02 * c),
+            specific_force_mps2: Vector::new(0.5 * d, outward_mps2 + 0.5 * e, -GRAVITY_MPS2 + f),
+        };
         ImuSample {
-            time: Self::time(cycle),
-            motion: Motion::Rates {
-                angular_rate_radps: Vector::new(0.02 * a, 0.02 * b, TURN_RADPS + 0.02 * c),
-                specific_force_mps2: Vector::new(
-                    0.5 * d,
-                    SPEED_MPS * TURN_RADPS + 0.5 * e,
-                    -GRAVITY_MPS2 + f,
-                ),
-            },
             attitude: Some(Self::angles(cycle)),
             magnetic_field_gauss: Some(Self::field_gauss(cycle)),
-            clipped: ClippedAxes::NONE,
+            ..ImuSample::new(Self::time(cycle), motion)
         }
     }
 

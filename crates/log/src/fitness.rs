@@ -60,18 +60,17 @@ mod tests {
     use hovernav::earth::Geodetic;
     use hovernav::frames::Vector;
     use hovernav::gps::Fix;
-    use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+    use hovernav::imu::{ImuSample, Motion};
 
     fn of_rate(rate_hz: f64) -> Dataset {
-        let sample = |index| ImuSample {
-            time: Time::ZERO.offset_by(f64::from(index) / rate_hz),
-            motion: Motion::Rates {
-                angular_rate_radps: Vector::ZERO,
-                specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
-            },
-            attitude: None,
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
+        let sample = |index| {
+            ImuSample::new(
+                Time::ZERO.offset_by(f64::from(index) / rate_hz),
+                Motion::Rates {
+                    angular_rate_radps: Vector::ZERO,
+                    specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
+                },
+            )
         };
         let place = Geodetic::from_degrees(50.0, 10.0, 100.0).unwrap();
         Dataset {

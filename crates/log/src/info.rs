@@ -224,7 +224,6 @@ pub(crate) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> f
 mod tests {
     use super::*;
     use hovernav::frames::Vector;
-    use hovernav::imu::ClippedAxes;
 
     fn heli_hover() -> Dataset {
         let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
@@ -276,15 +275,14 @@ mod tests {
     #[test]
     fn increments_are_described_as_rates() {
         let samples: Vec<ImuSample> = (0..3)
-            .map(|index| ImuSample {
-                time: Time::from_nanoseconds(index * 10_000_000),
-                motion: Motion::Increments {
-                    angle_rad: Vector::new(0.001, 0.0, 0.0),
-                    velocity_mps: Vector::new(0.0, 0.0, -0.0981),
-                },
-                attitude: None,
-                magnetic_field_gauss: None,
-                clipped: ClippedAxes::NONE,
+            .map(|index| {
+                ImuSample::new(
+                    Time::from_nanoseconds(index * 10_000_000),
+                    Motion::Increments {
+                        angle_rad: Vector::new(0.001, 0.0, 0.0),
+                        velocity_mps: Vector::new(0.0, 0.0, -0.0981),
+                    },
+                )
             })
             .collect();
         let rates = rates(&samples);

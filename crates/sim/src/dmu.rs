@@ -3,7 +3,7 @@
 use hovernav::glam::DVec3;
 
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
 use super::check::{Checked, ConfigError, finite, finite_vector, frequency, positive, size};
@@ -245,11 +245,9 @@ impl SimulatedDmu {
             }
         };
         ImuSample {
-            time,
-            motion,
             attitude: self.attitude.as_mut().map(|attitude| attitude.measure(truth.body_to_ned)),
             magnetic_field_gauss: self.magnetometer.as_mut().map(|m| m.measure(truth.body_to_ned)),
-            clipped: ClippedAxes::NONE,
+            ..ImuSample::new(time, motion)
         }
     }
 }

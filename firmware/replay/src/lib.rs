@@ -11,7 +11,7 @@ use hovernav::ekf::{Aid, Estimator, EstimatorConfig, HeadingMethod, Notice, Solu
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{HeadingSource, Mounting};
 use hovernav::time::Time;
 
@@ -58,15 +58,14 @@ pub fn autopilot() -> Option<HoverAutopilot> {
 
 fn sample(row: &[f64; 13]) -> Option<Event> {
     let [t, p, q, r, x, y, z, roll, pitch, yaw, mx, my, mz] = *row;
+    let motion = Motion::Rates {
+        angular_rate_radps: Vector::new(p, q, r),
+        specific_force_mps2: Vector::new(x, y, z),
+    };
     Some(Event::Imu(ImuSample {
-        time: Time::from_seconds(t)?,
-        motion: Motion::Rates {
-            angular_rate_radps: Vector::new(p, q, r),
-            specific_force_mps2: Vector::new(x, y, z),
-        },
         attitude: Some(EulerAngles::from_degrees(roll, pitch, yaw)),
         magnetic_field_gauss: Some(Vector::new(mx, my, mz)),
-        clipped: ClippedAxes::NONE,
+        ..ImuSample::new(Time::from_seconds(t)?, motion)
     }))
 }
 

@@ -8,7 +8,7 @@ use super::*;
 use crate::earth::Geodetic;
 use crate::frames::{EulerAngles, Ned, Rotation, Vector};
 use crate::gps::Fix;
-use crate::imu::{ClippedAxes, ImuSample, Motion};
+use crate::imu::{ImuSample, Motion};
 use crate::ins::{Mounting, NavState, Start};
 use crate::time::Time;
 
@@ -50,16 +50,13 @@ fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
     for step in 1..=STEPS {
         filter.parameters = *parameters;
         let phase = step as f64 * PERIOD_S;
-        let sample = ImuSample {
-            time: Time::ZERO + phase,
-            motion: Motion::Rates {
+        let sample = ImuSample::new(
+            Time::ZERO + phase,
+            Motion::Rates {
                 angular_rate_radps: Vector::new(0.3, -0.5 + phase, 0.8),
                 specific_force_mps2: Vector::new(2.0, 1.0 - 3.0 * phase, -11.0),
             },
-            attitude: None,
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
-        };
+        );
         filter.predict(&sample).unwrap();
     }
     filter.parameters = *parameters;

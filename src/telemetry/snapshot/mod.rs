@@ -160,7 +160,7 @@ impl Snapshot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imu::{ClippedAxes, Motion};
+    use crate::imu::Motion;
 
     #[test]
     fn increments_are_told_as_rates() {
@@ -168,13 +168,7 @@ mod tests {
             angle_rad: Vector::new(0.01, 0.0, 0.0),
             velocity_mps: Vector::new(0.0, 0.0, -0.098_1),
         };
-        let sample = ImuSample {
-            time: Time::ZERO,
-            motion,
-            attitude: None,
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
-        };
+        let sample = ImuSample::new(Time::ZERO, motion);
         let told = Snapshot::at(Time::ZERO).with_imu(&sample, 0.01);
         assert!((told.angular_rate_radps.unwrap().x() - 1.0).abs() < 1e-12);
         assert!((told.specific_force_mps2.unwrap().z() + 9.81).abs() < 1e-12);

@@ -9,7 +9,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::glam::DQuat;
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
 /// What is chosen, and what is remembered from row to row.
@@ -125,16 +125,7 @@ impl Rows {
             angular_rate_radps: Vector::new(p, q, r) * (1.0 / angle_s),
             specific_force_mps2: Vector::new(x, y, z) * (1.0 / velocity_s),
         };
-        to.imu(
-            place,
-            ImuSample {
-                time,
-                motion,
-                attitude: None,
-                magnetic_field_gauss: None,
-                clipped: ClippedAxes::NONE,
-            },
-        );
+        to.imu(place, ImuSample::new(time, motion));
     }
 
     fn gps(&mut self, row: &[f64], clock_s: f64, time: Time, place: u64, to: &mut Assembly) {
@@ -209,14 +200,5 @@ fn imu(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
     let field = [mx, my, mz];
     let is_field = field.iter().all(|component| component.abs() < 100.0);
     let magnetic_field_gauss = is_field.then(|| field.into());
-    to.imu(
-        place,
-        ImuSample {
-            time,
-            motion,
-            attitude: None,
-            magnetic_field_gauss,
-            clipped: ClippedAxes::NONE,
-        },
-    );
+    to.imu(place, ImuSample { magnetic_field_gauss, ..ImuSample::new(time, motion) });
 }

@@ -4,7 +4,7 @@ use super::look::median;
 use crate::text::Axes;
 use hovernav::ekf::{Channel, Innovation, Notice, Solution, Verdict};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
@@ -255,8 +255,6 @@ fn turned(sample: &ImuSample, turn: &Turn) -> ImuSample {
     };
     let [roll, pitch, yaw] = turn.attitude_signs;
     ImuSample {
-        time: sample.time,
-        motion,
         attitude: sample.attitude.map(|angles| EulerAngles {
             roll_rad: roll * angles.roll_rad,
             pitch_rad: pitch * angles.pitch_rad,
@@ -265,7 +263,7 @@ fn turned(sample: &ImuSample, turn: &Turn) -> ImuSample {
         magnetic_field_gauss: sample
             .magnetic_field_gauss
             .map(|field| by(turn.mag, field.to_array())),
-        clipped: ClippedAxes::NONE,
+        ..ImuSample::new(sample.time, motion)
     }
 }
 

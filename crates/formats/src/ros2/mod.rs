@@ -19,7 +19,7 @@ use container::for_each_record;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, Ned, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{LogError, Manifest, pressure_altitude_m};
 use message::{Header, Kind};
@@ -128,16 +128,12 @@ impl Gathered {
             true => axes::attitude_frd_ned(quaternion),
             false => axes::attitude_flu_enu(quaternion),
         });
-        let sample = ImuSample {
-            time,
-            motion: Motion::Rates {
-                angular_rate_radps: body(header, imu.rate_radps),
-                specific_force_mps2: body(header, imu.force_mps2),
-            },
-            attitude: attitude.map(|attitude| attitude.euler()),
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
+        let motion = Motion::Rates {
+            angular_rate_radps: body(header, imu.rate_radps),
+            specific_force_mps2: body(header, imu.force_mps2),
         };
+        let attitude = attitude.map(|attitude| attitude.euler());
+        let sample = ImuSample { attitude, ..ImuSample::new(time, motion) };
         self.assembly.imu(place, sample);
     }
 

@@ -9,7 +9,7 @@ use super::together;
 use crate::onboard::{Onboard, OnboardMoment};
 use hovernav::frames::{Body, EulerAngles, Vector};
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample};
+use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows};
 
@@ -108,11 +108,9 @@ fn read_row(
             None => gathered.imu.push(
                 line,
                 ImuSample {
-                    time,
-                    motion,
                     attitude: attitude.unit.map(|rotation| rotation.euler()),
                     magnetic_field_gauss: magnetic.of_unit,
-                    clipped: ClippedAxes::NONE,
+                    ..ImuSample::new(time, motion)
                 },
             ),
         },

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::apply::Gathered;
 use crate::onboard::Onboard;
 use hovernav::frames::{EulerAngles, Vector};
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows, motion_fault};
 
@@ -81,15 +81,12 @@ fn joined(
             }
             _ => None,
         };
-        let sample = force.map(|force| ImuSample {
-            time,
-            motion: Motion::Rates {
+        let sample = force.map(|force| {
+            let motion = Motion::Rates {
                 angular_rate_radps: Vector::from(rate),
                 specific_force_mps2: Vector::from(force),
-            },
-            attitude: None,
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
+            };
+            ImuSample::new(time, motion)
         });
         match sample.filter(|sample| motion_fault(&sample.motion).is_none()) {
             Some(sample) => samples.push(sample),

@@ -8,7 +8,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::glam::DQuat;
 use hovernav::gps::Fix;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::pressure_altitude_m;
 
@@ -174,14 +174,5 @@ fn imu(message: Message, row: &[f64], time: Time, place: u64, to: &mut Assembly)
         to.baro(place, time, height_m);
     }
     let magnetic_field_gauss = is_field.then(|| field.into());
-    to.imu(
-        place,
-        ImuSample {
-            time,
-            motion,
-            attitude: None,
-            magnetic_field_gauss,
-            clipped: ClippedAxes::NONE,
-        },
-    );
+    to.imu(place, ImuSample { magnetic_field_gauss, ..ImuSample::new(time, motion) });
 }

@@ -152,13 +152,7 @@ impl Rows {
         };
         to.imu(
             place,
-            ImuSample {
-                time,
-                motion,
-                attitude: None,
-                magnetic_field_gauss: None,
-                clipped: marks(accel_bits, gyro_bits),
-            },
+            ImuSample { clipped: marks(accel_bits, gyro_bits), ..ImuSample::new(time, motion) },
         );
     }
 
@@ -208,13 +202,7 @@ impl Rows {
         };
         to.imu(
             place,
-            ImuSample {
-                time,
-                motion,
-                attitude: None,
-                magnetic_field_gauss: None,
-                clipped: marks(accel_bits, gyro_bits),
-            },
+            ImuSample { clipped: marks(accel_bits, gyro_bits), ..ImuSample::new(time, motion) },
         );
     }
 
