@@ -5,6 +5,11 @@ use crate::earth::Geodetic;
 use crate::ekf::Solution;
 use crate::frames::{Ned, Vector, wrap_angle};
 
+/// The reference follows what is wanted with two poles here, 1/s.
+const FOLLOWS_PER_S: f64 = 8.0;
+/// Hardest change of the acceleration asked for, m/s³: at 33 Hz, 0.7° of tilt a sample.
+const HARDEST_JERK_MPS3: f64 = 4.0;
+
 /// What the vehicle shall do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SetPoint {
@@ -196,17 +201,7 @@ impl Guidance {
     pub fn step(&mut self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Reference {
         self.steer_heading(yaw_rad, trusted.heading);
         let wanted = self.wanted_velocity(solution, yaw_rad, trusted);
-        let before = self.reference.velocity_mps;
-        let [north, east, down] = (wanted - before).to_array();
-        let per_s = 1.0 / self.period_s;
-        let (hardest, hardest_climb) =
-            (self.config.acceleration_mps2, self.config.climb_acceleration_mps2);
-        let horizontal = libm::hypot(north, east) * per_s;
-        let eased = if horizontal > hardest { hardest / horizontal } else { 1.0 } * per_s;
-        let down = within_size(down * per_s, hardest_climb);
-        let acceleration = Vector::new(north * eased, east * eased, down);
-        self.reference.velocity_mps = before + acceleration * self.period_s;
-        self.reference.acceleration_mps2 = acceleration;
+        self.follow(wanted);
         if self.set_point == SetPoint::Hold
             && self.station.is_none()
             && trusted.position
@@ -215,6 +210,24 @@ impl Guidance {
             self.station = Some(solution.position);
         }
         self.reference
+    }
+
+    /// Moves the reference towards the velocity `wanted`: critically damped, so that neither velocity nor
+    /// acceleration jumps, whatever jumps in what is wanted.
+    fn follow(&mut self, wanted: Vector<Ned>) {
+        let Reference { velocity_mps, acceleration_mps2, .. } = self.reference;
+        // Stable at any period.
+        let rate_per_s = FOLLOWS_PER_S.min(0.5 / self.period_s);
+        let jerk = (wanted - velocity_mps) * (rate_per_s * rate_per_s)
+            - acceleration_mps2 * (2.0 * rate_per_s);
+        let jerk = within_sizes(jerk, HARDEST_JERK_MPS3, HARDEST_JERK_MPS3);
+        let acceleration = within_sizes(
+            acceleration_mps2 + jerk * self.period_s,
+            self.config.acceleration_mps2,
+            self.config.climb_acceleration_mps2,
+        );
+        self.reference.acceleration_mps2 = acceleration;
+        self.reference.velocity_mps = velocity_mps + acceleration * self.period_s;
     }
 
     fn steer_heading(&mut self, yaw_rad: f64, trusted: bool) {
@@ -266,7 +279,74 @@ impl Guidance {
     }
 }
 
+/// `vector` shortened to `horizontal` and, downwards, to `vertical`.
+fn within_sizes(vector: Vector<Ned>, horizontal: f64, vertical: f64) -> Vector<Ned> {
+    let [north, east, down] = vector.to_array();
+    let size = libm::hypot(north, east);
+    let share = if size > horizontal { horizontal / size } else { 1.0 };
+    Vector::new(north * share, east * share, within_size(down, vertical))
+}
+
 /// `value` brought into ±`size`.
 fn within_size(value: f64, size: f64) -> f64 {
     value.max(-size).min(size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ekf::Solution;
+    use crate::frames::{EulerAngles, Rotation};
+    use crate::time::Time;
+
+    fn at(position: Geodetic, velocity_mps: Vector<Ned>) -> Solution {
+        Solution {
+            time: Time::ZERO,
+            position,
+            velocity_mps,
+            body_to_ned: Rotation::from_euler(EulerAngles::default()),
+            angular_rate_radps: Vector::ZERO,
+            gyro_bias_radps: Vector::ZERO,
+            accel_bias_mps2: Vector::ZERO,
+            position_sigma_m: Vector::ZERO,
+            velocity_sigma_mps: Vector::ZERO,
+            attitude_sigma_rad: [0.0; 3],
+            gyro_bias_sigma_radps: Vector::ZERO,
+            accel_bias_sigma_mps2: Vector::ZERO,
+        }
+    }
+
+    /// From 3 m/s to a stop, then back from a place that jumps by 4 m: acceleration and its change stay
+    /// within their bounds, and the velocity asked for does not overshoot.
+    #[test]
+    fn neither_velocity_nor_acceleration_asked_for_jumps() {
+        let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
+        let config = GuidanceConfig::default();
+        for period_s in [0.01, 0.0303, 0.2, 0.5] {
+            let mut guidance = Guidance::new(config, period_s);
+            let mut solution = at(place, Vector::new(3.0, -1.0, 0.5));
+            guidance.engage(&solution, 0.0);
+            let trusted = Trusted { position: true, heading: true, sink_mps: None };
+            let mut before = guidance.reference;
+            let steps = (40.0 / period_s) as usize;
+            for step in 0..steps {
+                if step == steps / 2 {
+                    assert!(guidance.station.is_some(), "{period_s} s: {before:?}");
+                    assert!(before.velocity_mps.norm() < 0.01, "{period_s} s: {before:?}");
+                    solution.position = place.displaced(Vector::new(4.0, 0.0, 0.0));
+                }
+                let now = guidance.step(&solution, 0.0, trusted);
+                let [north, east, down] =
+                    (now.acceleration_mps2 - before.acceleration_mps2).to_array();
+                let most = HARDEST_JERK_MPS3 * period_s + 1e-9;
+                assert!(north.hypot(east) <= most && down.abs() <= most);
+                let [north, east, down] = now.acceleration_mps2.to_array();
+                assert!(north.hypot(east) <= config.acceleration_mps2 + 1e-9);
+                assert!(down.abs() <= config.climb_acceleration_mps2 + 1e-9);
+                before = now;
+                assert!(now.velocity_mps.x() > -1.06, "{period_s} s: {:?}", now.velocity_mps);
+            }
+            assert!((before.velocity_mps - Vector::new(-1.0, 0.0, 0.0)).norm() < 0.02);
+        }
+    }
 }

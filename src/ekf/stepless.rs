@@ -42,15 +42,32 @@ pub struct SteplessSolution {
     time_constant_s: f64,
     /// The solution's time before.
     before: Option<Time>,
-    attitude_rad: Vector<Ned>,
-    velocity_mps: Vector<Ned>,
-    position_m: Vector<Ned>,
+    attitude_rad: Kept,
+    velocity_mps: Kept,
+    position_m: Kept,
+}
+
+/// What is kept back of one quantity, and how fast it changes. Critically damped, so that neither it nor
+/// its rate jumps when it is let out: a controller that differentiates hears no step either.
+#[derive(Clone, Copy, Debug, Default)]
+struct Kept {
+    left: Vector<Ned>,
+    rate_per_s: Vector<Ned>,
+}
+
+impl Kept {
+    fn let_out(&mut self, elapsed_s: f64, time_constant_s: f64) {
+        let share = libm::exp(-elapsed_s / time_constant_s);
+        let drive = self.rate_per_s + self.left * (1.0 / time_constant_s);
+        self.left = (self.left + drive * elapsed_s) * share;
+        self.rate_per_s = (self.rate_per_s - drive * (elapsed_s / time_constant_s)) * share;
+    }
 }
 
 impl Default for SteplessSolution {
-    /// With a time constant of 0.7 s: the greater part of a correction is in before the next fix.
+    /// With a time constant of 0.35 s: four fifths of a correction are in before the next fix.
     fn default() -> Self {
-        Self::new(0.7)
+        Self::new(0.35)
     }
 }
 
@@ -65,47 +82,48 @@ impl SteplessSolution {
                 time_constant_s.clamp(0.05, 10.0)
             },
             before: None,
-            attitude_rad: Vector::ZERO,
-            velocity_mps: Vector::ZERO,
-            position_m: Vector::ZERO,
+            attitude_rad: Kept::default(),
+            velocity_mps: Kept::default(),
+            position_m: Kept::default(),
         }
     }
 
     /// What is kept back now: attitude, rad, velocity, m/s, and position, m, north, east, down.
     #[must_use]
     pub const fn kept_back(&self) -> [Vector<Ned>; 3] {
-        [self.attitude_rad, self.velocity_mps, self.position_m]
+        [self.attitude_rad.left, self.velocity_mps.left, self.position_m.left]
     }
 
     /// The solution without steps at the time of `filtered`, the filter's own.
     pub fn solution(&mut self, filtered: &Solution) -> Solution {
         let elapsed_s = self.before.map_or(0.0, |before| (filtered.time - before).max(0.0));
         self.before = Some(filtered.time);
-        let share = libm::exp(-elapsed_s / self.time_constant_s);
         for kept in [&mut self.attitude_rad, &mut self.velocity_mps, &mut self.position_m] {
-            *kept = *kept * share;
+            kept.let_out(elapsed_s, self.time_constant_s);
         }
+        let [attitude_rad, velocity_mps, position_m] = self.kept_back();
         // Written so that a NaN is dropped too.
-        let small = self.velocity_mps.norm() <= ANOTHER_MPS
-            && self.position_m.norm() <= ANOTHER_M
-            && self.attitude_rad.norm() <= core::f64::consts::PI;
+        let small = velocity_mps.norm() <= ANOTHER_MPS
+            && position_m.norm() <= ANOTHER_M
+            && attitude_rad.norm() <= core::f64::consts::PI;
         if !small {
             *self = Self { before: self.before, ..Self::new(self.time_constant_s) };
         }
+        let [attitude_rad, velocity_mps, position_m] = self.kept_back();
         let wider = |sigma: Vector<Ned>, kept: Vector<Ned>| {
             let [x, y, z] = sigma.to_array();
             let [a, b, c] = kept.to_array();
             Vector::new(libm::hypot(x, a), libm::hypot(y, b), libm::hypot(z, c))
         };
         Solution {
-            body_to_ned: filtered.body_to_ned.turned_in_to(-self.attitude_rad),
-            velocity_mps: filtered.velocity_mps - self.velocity_mps,
-            position: filtered.position.displaced(-self.position_m),
-            velocity_sigma_mps: wider(filtered.velocity_sigma_mps, self.velocity_mps),
-            position_sigma_m: wider(filtered.position_sigma_m, self.position_m),
+            body_to_ned: filtered.body_to_ned.turned_in_to(-attitude_rad),
+            velocity_mps: filtered.velocity_mps - velocity_mps,
+            position: filtered.position.displaced(-position_m),
+            velocity_sigma_mps: wider(filtered.velocity_sigma_mps, velocity_mps),
+            position_sigma_m: wider(filtered.position_sigma_m, position_m),
             attitude_sigma_rad: filtered
                 .attitude_sigma_rad
-                .map(|sigma| libm::hypot(sigma, self.attitude_rad.norm())),
+                .map(|sigma| libm::hypot(sigma, attitude_rad.norm())),
             ..*filtered
         }
     }
@@ -117,13 +135,13 @@ impl<T: Scalar, const N: usize> Trace<T, N> for SteplessSolution {
     fn updated(&mut self, _: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64) {
         let at = |state: usize| gain.gain.get(state).map_or(0.0, |gain| gain.wide() * innovation);
         let block = |first: usize| Vector::new(at(first), at(first + 1), at(first + 2));
-        self.attitude_rad += block(ATTITUDE);
-        self.velocity_mps += block(VELOCITY);
-        self.position_m += block(POSITION);
+        self.attitude_rad.left += block(ATTITUDE);
+        self.velocity_mps.left += block(VELOCITY);
+        self.position_m.left += block(POSITION);
     }
 
     fn turned(&mut self, turn_rad: Vector<Ned>) {
-        self.attitude_rad += turn_rad;
+        self.attitude_rad.left += turn_rad;
     }
 }
 
@@ -215,10 +233,31 @@ mod tests {
         assert!((later.body_to_ned.euler().yaw_rad - before - 1.5).abs() < 1e-3);
     }
 
+    /// A correction of 1 m comes in as (1 + t/τ) e^(−t/τ), however the samples divide the time.
+    #[test]
+    fn a_correction_begins_without_a_step_of_its_rate() {
+        for rate_hz in [33, 200] {
+            let mut stepless = SteplessSolution::default();
+            let mut filtered = at_rest();
+            let start = filtered.position;
+            stepless.solution(&filtered);
+            stepless.position_m.left = Vector::new(1.0, 0.0, 0.0);
+            filtered.position = start.displaced(stepless.position_m.left);
+            for step in 1..=2 * rate_hz {
+                let time_s = f64::from(step) / f64::from(rate_hz);
+                filtered.time = Time::ZERO + time_s;
+                let north = stepless.solution(&filtered).position.displacement_from(&start).x();
+                let in_units = time_s / 0.35;
+                let expected = 1.0 - (1.0 + in_units) * (-in_units).exp();
+                assert!((north - expected).abs() < 1e-6, "{time_s} s: {north}, not {expected} m");
+            }
+        }
+    }
+
     #[test]
     fn another_solution_is_taken_at_once() {
-        let mut stepless =
-            SteplessSolution { velocity_mps: Vector::new(50.0, 0.0, 0.0), ..Default::default() };
+        let fast = Kept { left: Vector::new(50.0, 0.0, 0.0), ..Kept::default() };
+        let mut stepless = SteplessSolution { velocity_mps: fast, ..Default::default() };
         let filtered = at_rest();
         assert_eq!(stepless.solution(&filtered).velocity_mps, Vector::ZERO);
     }

@@ -152,7 +152,8 @@ fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
             .map(|_| [north, east, fix.down_velocity_mps.unwrap_or_default()]),
         horizontal_sigma_m: position.map_or(2.5, horizontal),
         vertical_sigma_m: position.map_or(4.0, |sigma| sigma[2]),
-        speed_sigma_mps: fix.velocity_sigma_mps.map_or(0.3, |sigma| horizontal(sigma.to_array())),
+        // One figure for three axes: their root mean square.
+        speed_sigma_mps: fix.velocity_sigma_mps.map_or(0.3, |sigma| sigma.norm() / f64::sqrt(3.0)),
         satellites: fix.satellites.unwrap_or(8).clamp(1, 12),
     }
 }
