@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::io;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::thread::{self, JoinHandle};
 
@@ -129,8 +129,9 @@ impl Packed {
     }
 }
 
-#[derive(Default)]
 struct Shared {
+    /// UTC since the start of 1970 less the flight's clock, ns.
+    utc_offset_ns: AtomicI64,
     newest: Mutex<Option<(Snapshot, Supplement)>>,
     texts: Mutex<VecDeque<(Time, Level, ShortText)>>,
     sent: AtomicU64,
@@ -157,18 +158,18 @@ impl Downlinks {
     /// # Errors
     /// The system gives no thread.
     pub fn open(config: &FlyConfig, clock: Clock, start: Time, unix_ns: i64) -> io::Result<Self> {
+        let utc_offset_ns = unix_ns.saturating_sub(start.nanoseconds());
         let packed = config.telemetry.as_ref().map(|section| {
             let (port, udp) = (section.port.as_ref(), section.udp.as_ref());
             let line = GroundLine::new(port, section.baud, udp, clock);
             let packed = Packed::new(line.budget(), start);
-            Downlink::spawn(line, clock, Encoder::Packed(Box::new(packed)))
+            Downlink::spawn(line, clock, Encoder::Packed(Box::new(packed)), utc_offset_ns)
         });
         let mavlink = config.mavlink.as_ref().map(|section| {
-            let mut mavlink = Mavlink::new(section.speaker, start);
-            mavlink.set_utc(unix_ns, start);
+            let mavlink = Mavlink::new(section.speaker, start);
             let (port, udp) = (section.port.as_ref(), section.udp.as_ref());
             let line = GroundLine::new(port, section.baud, udp, clock);
-            Downlink::spawn(line, clock, Encoder::Mavlink(Box::new(mavlink)))
+            Downlink::spawn(line, clock, Encoder::Mavlink(Box::new(mavlink)), utc_offset_ns)
         });
         Ok(Self { packed: packed.transpose()?, mavlink: mavlink.transpose()? })
     }
@@ -177,6 +178,13 @@ impl Downlinks {
     pub fn offer(&self, snapshot: &Snapshot, supplement: &Supplement) {
         for downlink in self.packed.iter().chain(&self.mavlink) {
             downlink.offer(snapshot, supplement);
+        }
+    }
+
+    /// UTC is from now on `offset_ns` more than the flight's clock.
+    pub fn tell_utc(&self, offset_ns: i64) {
+        for downlink in self.packed.iter().chain(&self.mavlink) {
+            downlink.shared.utc_offset_ns.store(offset_ns, Ordering::Relaxed);
         }
     }
 
@@ -201,13 +209,31 @@ impl Downlinks {
     }
 }
 
+impl Shared {
+    fn new(utc_offset_ns: i64) -> Self {
+        Self {
+            utc_offset_ns: AtomicI64::new(utc_offset_ns),
+            newest: Mutex::default(),
+            texts: Mutex::default(),
+            sent: AtomicU64::default(),
+            dropped: AtomicU64::default(),
+            stop: AtomicBool::default(),
+        }
+    }
+}
+
 impl Downlink {
     /// Sends what `encoder` makes of the snapshots on `line` from now on.
     ///
     /// # Errors
     /// The system gives no thread.
-    fn spawn(line: GroundLine, clock: Clock, encoder: Encoder) -> io::Result<Self> {
-        let shared = Arc::new(Shared::default());
+    fn spawn(
+        line: GroundLine,
+        clock: Clock,
+        encoder: Encoder,
+        utc_offset_ns: i64,
+    ) -> io::Result<Self> {
+        let shared = Arc::new(Shared::new(utc_offset_ns));
         let theirs = Arc::clone(&shared);
         let thread = thread::Builder::new()
             .name("telemetry".into())
@@ -271,6 +297,7 @@ fn transmit(mut line: GroundLine, clock: Clock, mut encoder: Encoder, shared: &S
                 packed.encode(&snapshot, &supplement, &mut bytes);
             }
             Encoder::Mavlink(mavlink) => {
+                mavlink.set_utc(shared.utc_offset_ns.load(Ordering::Relaxed), Time::ZERO);
                 mavlink.encode(&snapshot, &mut bytes);
                 if let Some((_, level, text)) = text {
                     mavlink.encode_text(level, text.as_str(), &mut bytes);

@@ -10,6 +10,7 @@ use super::messages;
 use super::notification::{EventLog, Notification};
 use super::report::FlightReport;
 use super::servos::{PilotState, Servos};
+use super::utc::UtcClock;
 use crate::serial::{Clock, PortEvent, WriteError};
 use hovernav::autopilot::{HealthLimits, HealthMonitor, Mode, Trust};
 use hovernav::controls::{Channels, Sticks};
@@ -65,6 +66,7 @@ pub struct FlightLoop {
     last_sample: Option<SampleTimes>,
     /// Arrival of the last good fix.
     last_fix: Option<Time>,
+    utc: UtcClock,
     snapshot: Snapshot,
     supplement: Supplement,
     report: FlightReport,
@@ -120,6 +122,7 @@ impl FlightLoop {
             last_cycle: start,
             last_sample: None,
             last_fix: None,
+            utc: UtcClock::new(start, unix_ns),
             snapshot,
             supplement: Supplement::at(start),
             report: FlightReport::default(),
@@ -175,6 +178,12 @@ impl FlightLoop {
             }
             SensorOutput::DmuLost(..) => self.report.dmu_restarts += 1,
             SensorOutput::Fix(fix, failures) => {
+                let unix_ns = fix.time.and_then(|time| time.unix_ns());
+                if let Some(offset_ns) = unix_ns.and_then(|utc| self.utc.hear(fix.arrival, utc)) {
+                    self.log.tell_utc(offset_ns);
+                    let (level, text) = self.utc.in_words(now, offset_ns);
+                    self.log.event(now, level, "utc", text.as_str());
+                }
                 self.snapshot.gps = GpsSummary::of(&fix, now);
                 for failure in failures.iter() {
                     let text = format_args!("fix refused: {failure}");

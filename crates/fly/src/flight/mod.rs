@@ -12,6 +12,7 @@ mod notification;
 mod realtime;
 mod report;
 mod servos;
+mod utc;
 
 pub use downlink::DownlinkCounts;
 pub use duration_histogram::DurationHistogram;

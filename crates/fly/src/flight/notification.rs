@@ -42,6 +42,11 @@ impl EventLog {
         self.notify(now, level, text.as_str());
     }
 
+    /// Tells the ground what UTC is less the flight's clock, ns.
+    pub fn tell_utc(&self, offset_ns: i64) {
+        self.downlinks.tell_utc(offset_ns);
+    }
+
     /// Notifies of what the record holds in another form.
     pub fn notify(&self, time: Time, level: Level, text: impl fmt::Display) {
         // Where the queue is full, the watcher misses it and the record has it.

@@ -117,6 +117,7 @@ impl Channel {
             ],
             Self::GpsFix => &[
                 ("time_ns", Integer),
+                ("utc_ns", Integer),
                 ("used", Flag),
                 ("refused_for", Text),
                 ("latitude_deg", Number),

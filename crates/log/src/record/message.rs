@@ -69,6 +69,9 @@ pub struct ImuMessage {
 #[derive(Debug, Serialize)]
 pub struct FixMessage {
     pub time_ns: i64,
+    /// The moment of the fix by the receiver, UTC since the start of 1970.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub utc_ns: Option<i64>,
     pub used: bool,
     #[serde(skip_serializing_if = "String::is_empty")]
     pub refused_for: String,
@@ -99,6 +102,7 @@ impl FixMessage {
         let reasons: Vec<String> = failures.iter().map(ToString::to_string).collect();
         Self {
             time_ns: fix.arrival.nanoseconds(),
+            utc_ns: fix.time.and_then(|time| time.unix_ns()),
             used: failures.is_empty(),
             refused_for: reasons.join("; "),
             latitude_deg: fix.latitude_rad.to_degrees(),
