@@ -2,7 +2,7 @@
 //! --nocapture` shows for hundreds.
 
 use hovernav::autopilot::Mode;
-use hovernav_sim::{Flight, FlightConfig, HoverStatistics};
+use hovernav_sim::{Flight, FlightConfig, HoverStatistics, WindConfig};
 
 use crate::autopilot;
 
@@ -75,6 +75,45 @@ fn a_gusty_hover_of_300_s_is_held() {
 #[ignore = "200 flights of 300 s"]
 fn two_hundred_gusty_hovers_are_held() {
     hover(200);
+}
+
+/// Steady wind and gusts on each horizontal axis, m/s, from calm to a gale.
+const WINDS_MPS: [f64; 6] = [0.0, 3.0, 8.0, 12.0, 16.0, 20.0];
+const GUSTS_MPS: [f64; 5] = [0.75, 1.5, 3.0, 4.5, 6.0];
+
+/// Flies 120 s per seed in `wind_mps` with `gust_mps`: how many crash, and the worst velocity of the
+/// others, RMS of an axis.
+fn blown(wind_mps: f64, gust_mps: f64, seeds: u64) -> (usize, f64) {
+    let mut config = FlightConfig { duration_s: 120.0, ..FlightConfig::new(autopilot()) };
+    config.wind = WindConfig::from_direction(wind_mps, 2.3, gust_mps);
+    let flights = fly_all(&config, seeds, |flight| {
+        let [u, v, w] = flight.statistics(30.0).velocity_rms_mps;
+        flight.crashed_s.is_none().then_some(u.max(v).max(w))
+    });
+    let crashes = flights.iter().filter(|worst| worst.is_none()).count();
+    (crashes, flights.into_iter().flatten().fold(0.0, f64::max))
+}
+
+#[test]
+fn eight_metres_a_second_of_wind_and_three_of_gusts_are_held() {
+    for (wind_mps, gust_mps, limit_mps) in [(8.0, 1.5, 0.5), (3.0, 3.0, 0.5), (8.0, 3.0, 0.8)] {
+        let (crashes, worst_mps) = blown(wind_mps, gust_mps, 4);
+        assert!(crashes == 0 && worst_mps < limit_mps, "{crashes} crashed, {worst_mps:.2} m/s");
+    }
+}
+
+#[test]
+#[ignore = "600 flights of 120 s"]
+fn where_wind_and_gusts_end_it() {
+    for wind_mps in WINDS_MPS {
+        for gust_mps in GUSTS_MPS {
+            let (crashes, worst_mps) = blown(wind_mps, gust_mps, 20);
+            println!(
+                "wind {wind_mps:4.1} m/s, gusts {gust_mps:4.2} m/s: {crashes:2} of 20 crash, \
+                 velocity of the others up to {worst_mps:.2} m/s RMS"
+            );
+        }
+    }
 }
 
 #[test]

@@ -26,10 +26,20 @@ struct LinesSummary {
     crashed_s: Option<f64>,
     engaged_s: f64,
     engagements: usize,
-    velocity_rms_mps: f64,
+    velocity_rms_mps: [f64; 3],
     heading_deg: f64,
     place_m: f64,
     stick_step: f64,
+    turnaround_s: Turnaround,
+}
+
+/// From the last byte of an inertial packet to the first byte for the servos, s.
+#[derive(Serialize)]
+struct Turnaround {
+    median: f64,
+    p99: f64,
+    p99_9: f64,
+    longest: f64,
 }
 
 /// Flies `flight` behind the lines that `fly_config` names.
@@ -93,6 +103,7 @@ pub fn run(
             ));
         }
     }
+    let turnaround = flying.turnaround();
     let crashed_s = flying.crashed_s();
     let elapsed_s = flying.elapsed_s().unwrap_or_default();
     let (mut dataset, samples) = flying.end()?;
@@ -115,21 +126,32 @@ pub fn run(
         heading_deg: statistics.heading_rad.to_degrees(),
         place_m: statistics.place_m,
         stick_step: statistics.stick_step,
+        turnaround_s: Turnaround {
+            median: turnaround.quantile_s(0.5),
+            p99: turnaround.quantile_s(0.99),
+            p99_9: turnaround.quantile_s(0.999),
+            longest: turnaround.longest_s(),
+        },
     };
     output::write_json(&summary, &out.join("summary.json"))?;
     match crashed_s {
         Some(crashed_s) => crate::output::say(format_args!("crashed at {crashed_s:.1} s")),
         None => crate::output::say(format_args!("flown {elapsed_s:.1} s")),
     }
+    let [u, v, w] = statistics.velocity_rms_mps;
     crate::output::say(format_args!(
-        "autopilot {:.1} s in {} engagements: velocity {:.2} m/s RMS, heading within {:.1} deg, place \
-         within {:.1} m, largest step of a stick {:.1} %",
+        "autopilot {:.1} s in {} engagements: u, v, w {u:.2}, {v:.2}, {w:.2} m/s RMS, heading within \
+         {:.1} deg, place within {:.1} m, largest step of a stick {:.1} %",
         statistics.engaged_s,
         statistics.engagements,
-        statistics.velocity_rms_mps,
         statistics.heading_rad.to_degrees(),
         statistics.place_m,
         100.0 * statistics.stick_step
+    ));
+    let Turnaround { median, p99, p99_9, longest } = &summary.turnaround_s;
+    let [median, p99, p99_9, longest] = [median, p99, p99_9, longest].map(|took_s| 1e3 * took_s);
+    crate::output::say(format_args!(
+        "from packet to servos: median {median:.2} ms, p99 {p99:.2}, p99.9 {p99_9:.2}, longest {longest:.2}"
     ));
     crate::output::say(format_args!("written {}", out.display()));
     Ok(())

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod devices;
+mod duration_histogram;
 #[cfg(target_os = "linux")]
 mod flight;
 mod mavlink;
@@ -9,6 +10,7 @@ pub mod play;
 pub mod serial;
 pub mod servo;
 
+pub use duration_histogram::DurationHistogram;
 #[cfg(target_os = "linux")]
-pub use flight::{DownlinkCounts, DurationHistogram, FlightReport, FlyError, Notification, fly};
+pub use flight::{DownlinkCounts, FlightReport, FlyError, Notification, fly};
 pub use mavlink::Mavlink;

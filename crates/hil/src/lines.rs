@@ -8,6 +8,7 @@ use hovernav::gps::Protocol;
 use hovernav::servo::packet::LENGTH;
 use hovernav::time::Time;
 use hovernav::{autopilot, servo};
+use hovernav_fly::DurationHistogram;
 use hovernav_fly::devices::{Device, DmuDevice, GpsDevice, PacketSource};
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, PlayError, Player};
 use hovernav_log::Dataset;
@@ -111,7 +112,8 @@ impl LiveFlight {
             (cuts(Act::DmuCut, Act::DmuPulled), cuts(Act::GpsCut, Act::GpsPulled));
         let plant: SharedPlant = Arc::new(Mutex::new(Plant::new(config)?));
         let of = || Arc::clone(&plant);
-        let dmu = DmuDevice::measuring_by(LiveDmu { plant: of(), span });
+        let source = LiveDmu { plant: of(), span };
+        let dmu = LiveUnit { plant: of(), device: DmuDevice::measuring_by(source) };
         let gps =
             LiveGps { plant: of(), device: GpsDevice::new(protocol, &[], 0.0), latency_s, span };
         let pilot = LivePilot { plant: of(), next: Time::ZERO, ready: None };
@@ -144,6 +146,13 @@ impl LiveFlight {
         let plant = lock(&self.plant);
         let last = plant.samples.last().filter(|_| plant.has_crashed())?;
         Some(last.truth.time.seconds())
+    }
+
+    /// How long the flight computer took, from the last byte of the inertial unit's packet to the first byte
+    /// for the servos, the system's waking of both ends included.
+    #[must_use]
+    pub fn turnaround(&self) -> DurationHistogram {
+        lock(&self.plant).turnaround.clone()
     }
 
     /// Whether it has flown to its end, crashed, or lost a line for good.
@@ -196,6 +205,38 @@ impl PacketSource for LiveDmu {
 
     fn span(&self) -> Option<(Time, Time)> {
         Some(self.span)
+    }
+}
+
+/// The inertial unit, and a watch on when its packets are sent.
+struct LiveUnit {
+    plant: SharedPlant,
+    device: DmuDevice<LiveDmu>,
+}
+
+impl Device for LiveUnit {
+    fn receive(&mut self, bytes: &[u8], now: Time) {
+        self.device.receive(bytes, now);
+    }
+
+    fn next_transmission(&self) -> Option<Time> {
+        self.device.next_transmission()
+    }
+
+    fn transmit(&mut self, now: Time, wire: &mut Vec<u8>) {
+        let before = wire.len();
+        self.device.transmit(now, wire);
+        if wire.len() > before {
+            lock(&self.plant).unit_sent(now);
+        }
+    }
+
+    fn span(&self) -> Option<(Time, Time)> {
+        self.device.span()
+    }
+
+    fn is_started(&self) -> bool {
+        self.device.is_started()
     }
 }
 

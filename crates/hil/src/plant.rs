@@ -9,6 +9,7 @@ use hovernav::imu::ImuSample;
 use hovernav::servo::packet::{PacketCapture, ServoPacket};
 use hovernav::servo::{ChannelConfig, Swashplate};
 use hovernav::time::Time;
+use hovernav_fly::DurationHistogram;
 use hovernav_log::Truth;
 use hovernav_model::helicopter::Helicopter;
 use hovernav_sim::{FlightConfig, ImuTruth, SimulatedDmu, SimulatedGps, State, Vehicle, Wind};
@@ -84,6 +85,9 @@ pub(crate) struct Plant {
     last_packet_at: Option<Time>,
     commanded: Sticks,
     sequence: u8,
+    /// When the last bytes of the inertial unit went out, until the servos hear of them.
+    unit_sent_at: Option<Time>,
+    pub turnaround: DurationHistogram,
     pub samples: Vec<LiveSample>,
 }
 
@@ -116,6 +120,8 @@ impl Plant {
             last_packet_at: None,
             commanded: neutral,
             sequence: 0,
+            unit_sent_at: None,
+            turnaround: DurationHistogram::default(),
             samples: Vec::new(),
             skill: flight.autopilot,
             step_s,
@@ -258,8 +264,16 @@ impl Plant {
         Some(packet)
     }
 
+    /// Bytes of the inertial unit go out `now`.
+    pub const fn unit_sent(&mut self, now: Time) {
+        self.unit_sent_at = Some(now);
+    }
+
     /// Takes what the flight computer sent towards the servos.
     pub fn command(&mut self, bytes: &[u8], now: Time) {
+        if let Some(sent) = self.unit_sent_at.take() {
+            self.turnaround.add(now - sent);
+        }
         self.advance(now);
         if self.config.scene.has(Act::ServosCut, now.seconds()) {
             return;

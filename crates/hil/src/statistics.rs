@@ -17,8 +17,8 @@ pub struct LiveStatistics {
     pub engaged_s: f64,
     /// How often it took over.
     pub engagements: usize,
-    /// Root mean square of u, v, w together, m/s.
-    pub velocity_rms_mps: f64,
+    /// Root mean squares of u, v and w, m/s.
+    pub velocity_rms_mps: [f64; 3],
     /// Farthest from the heading at engagement, rad.
     pub heading_rad: f64,
     /// Farthest from the place at which it had settled, m.
@@ -32,7 +32,7 @@ impl LiveStatistics {
     #[must_use]
     pub fn of(samples: &[LiveSample]) -> Self {
         let mut all = Self::default();
-        let (mut squares, mut count) = (0.0, 0u32);
+        let (mut squares, mut count) = ([0.0; 3], 0u32);
         let mut begun: Option<&LiveSample> = None;
         let mut settled: Option<&LiveSample> = None;
         for pair in samples.windows(2) {
@@ -56,12 +56,14 @@ impl LiveStatistics {
             let [north, east, _] = now.truth.position.displacement_from(&place).to_array();
             all.place_m = all.place_m.max(north.hypot(east));
             let velocity: Vector<Body> = now.truth.body_to_ned.inverse() * now.truth.velocity_mps;
-            squares += velocity.norm().powi(2);
+            for (sum, component) in squares.iter_mut().zip(velocity.to_array()) {
+                *sum += component * component;
+            }
             count += 1;
             let yaw = |sample: &LiveSample| sample.truth.body_to_ned.euler().yaw_rad;
             all.heading_rad = all.heading_rad.max(wrap_angle(yaw(now) - yaw(start)).abs());
         }
-        all.velocity_rms_mps = (squares / f64::from(count.max(1))).sqrt();
+        all.velocity_rms_mps = squares.map(|sum| (sum / f64::from(count.max(1))).sqrt());
         all
     }
 }

@@ -172,5 +172,6 @@ fn every_failsafe_answers_in_time_and_nothing_crashes() {
     assert!(of("steered").at("a stick was moved").is_none());
     assert!(of("steered").statistics.place_m > 2.0, "it went where the stick pointed");
     let held = of("held").statistics;
-    assert!(held.velocity_rms_mps < 0.8 && held.heading_rad < 0.15, "{held:?}");
+    let fastest_mps = held.velocity_rms_mps.into_iter().fold(0.0, f64::max);
+    assert!(fastest_mps < 0.5 && held.heading_rad < 0.15, "{held:?}");
 }

@@ -2,7 +2,7 @@
 
 use hovernav::time::Time;
 
-use super::duration_histogram::DurationHistogram;
+use crate::DurationHistogram;
 
 /// Measures the work of each cycle, and how late each wake-up came.
 ///

@@ -2,7 +2,6 @@
 
 mod cycle_timer;
 mod downlink;
-mod duration_histogram;
 mod error;
 mod flight_computer;
 mod flight_loop;
@@ -15,7 +14,6 @@ mod servos;
 mod utc;
 
 pub use downlink::DownlinkCounts;
-pub use duration_histogram::DurationHistogram;
 pub use error::FlyError;
 pub use flight_computer::fly;
 pub use notification::Notification;

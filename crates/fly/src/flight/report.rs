@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::downlink::DownlinkCounts;
-use super::duration_histogram::DurationHistogram;
+use crate::DurationHistogram;
 use crate::serial::{Dropped, PortCounts};
 use hovernav::gps;
 use hovernav_log::record;
