@@ -37,7 +37,7 @@ pub use joint::JointCovariance;
 pub use measurement::{Aid, Report, Unusable};
 pub use prediction::{ImuFault, Prediction, ResetCause};
 #[cfg(feature = "alloc")]
-pub use smoother::Smoother;
+pub use smoother::{Adjoint, Smoother};
 pub use solution::Solution;
 pub use stepless::SteplessSolution;
 pub use trace::Trace;

@@ -24,7 +24,8 @@
 //! # Memory
 //! Per inertial sample the transition (0.8 kB with 26 states), the estimate (0.4 kB) and those rows
 //! of the covariance that the solution needs, the fifteen of the base states without what symmetry
-//! repeats (2.3 kB); per scalar update 0.6 kB. An hour at 100 Hz takes 1.3 GB.
+//! repeats (2.3 kB); per scalar update 0.6 kB. An hour at 100 Hz takes 1.3 GB, unless it is smoothed in
+//! parts: see [`Smoother::smooth_before`].
 //!
 //! # Source
 //! G. J. Bierman (1973), Fixed interval smoothing with discrete measurements, *International Journal
@@ -103,12 +104,20 @@ struct Sample<const N: usize> {
     angular_rate_radps: Vector<Body>,
 }
 
-/// What the log after the present moment says of the present error state.
-struct Adjoint<const N: usize> {
+/// What the log after a moment says of the error state then: nothing, by its default, at the end of the
+/// log.
+#[derive(Clone, Debug)]
+pub struct Adjoint<const N: usize> {
     /// λ, as a matrix of one column.
     vector: [[f64; 1]; N],
     /// Λ, symmetric.
     information: [[f64; N]; N],
+}
+
+impl<const N: usize> Default for Adjoint<N> {
+    fn default() -> Self {
+        Self { vector: [[0.0]; N], information: [[0.0; N]; N] }
+    }
 }
 
 impl<L: Layout<N>, const N: usize> Trace<f64, N> for Smoother<L, N> {
@@ -159,10 +168,16 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
     ///
     /// The angular rate is the filter's less the correction of the gyro bias.
     #[must_use]
-    pub fn smooth(mut self) -> Vec<Solution> {
-        let Some(mut filter) = self.filter else { return Vec::new() };
+    pub fn smooth(self) -> Vec<Solution> {
+        self.smooth_before(&mut Adjoint::default())
+    }
+
+    /// [`smooth`](Self::smooth) of a part of a log, `adjoint` being what the log after it says, and
+    /// afterwards what the log from the part's beginning on says. So a long log is smoothed part by
+    /// part, from the last to the first, to the same bits.
+    #[must_use]
+    pub fn smooth_before(mut self, adjoint: &mut Adjoint<N>) -> Vec<Solution> {
         let mut solutions = Vec::with_capacity(self.samples.len());
-        let mut adjoint = Adjoint { vector: [[0.0]; N], information: [[0.0; N]; N] };
         while let Some(record) = self.order.pop() {
             match record {
                 Record::Propagated => {
@@ -176,11 +191,11 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
                     }
                 }
                 Record::Sampled => {
-                    if let Some(sample) = self.samples.pop() {
+                    if let Some((sample, filter)) = self.samples.pop().zip(self.filter.as_mut()) {
                         let kept = self.covariances.len().saturating_sub(Self::KEPT);
                         let rows = unpacked::<N>(&self.covariances[kept..]);
                         self.covariances.truncate(kept);
-                        solutions.push(adjoint.solution(&mut filter, &sample, &rows));
+                        solutions.push(adjoint.solution(filter, &sample, &rows));
                     }
                 }
             }

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::Context as _;
@@ -60,32 +60,67 @@ pub fn check(asked: &[ExportArgument], logs: usize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes what was asked for beside `solution.csv` in `out`, or to standard output.
-pub fn write(
-    asked: &[ExportArgument],
-    name: &str,
-    solutions: &[Solution],
-    out: &Path,
-) -> anyhow::Result<()> {
-    let export = Export { name, solutions };
-    for format in formats(asked) {
-        if is_piped(asked) {
-            let written = export.write(format, &mut BufWriter::new(io::stdout()));
-            // A reader that has gone has what it wanted.
-            return match written {
-                Err(ExportError::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-                other => Ok(other?),
-            };
+/// The files asked for, in the making.
+#[derive(Default)]
+pub struct Exports {
+    files: Vec<(PathBuf, Export<'static>)>,
+    /// Whether the solution goes to a reader that has gone: it has what it wanted.
+    is_unread: bool,
+}
+
+impl Exports {
+    /// Begins what was asked for beside `solution.csv` in `out`, or on standard output.
+    pub fn begin(asked: &[ExportArgument], name: &str, out: &Path) -> anyhow::Result<Self> {
+        let mut exports = Self::default();
+        for format in formats(asked) {
+            if is_piped(asked) {
+                let path = PathBuf::from("standard output");
+                let export = Export::new(format, name, BufWriter::new(io::stdout()));
+                exports.is_unread = is_unread(export.as_ref().err());
+                if !exports.is_unread {
+                    exports.files.push((path, export?));
+                }
+                continue;
+            }
+            let path = out.join(format.file_name());
+            let failed = || format!("cannot write {}", path.display());
+            let file = File::create(&path).with_context(failed)?;
+            let export = Export::new(format, name, BufWriter::new(file)).with_context(failed)?;
+            if format == ExportFormat::Mcap {
+                let layout = out.join("solution.foxglove-layout.json");
+                std::fs::write(&layout, LAYOUT)
+                    .with_context(|| format!("cannot write {}", layout.display()))?;
+            }
+            exports.files.push((path, export));
         }
-        let path = out.join(format.file_name());
-        let failed = || format!("cannot write {}", path.display());
-        let file = File::create(&path).with_context(failed)?;
-        export.write(format, &mut BufWriter::new(file)).with_context(failed)?;
-        if format == ExportFormat::Mcap {
-            let layout = out.join("solution.foxglove-layout.json");
-            std::fs::write(&layout, LAYOUT)
-                .with_context(|| format!("cannot write {}", layout.display()))?;
-        }
+        Ok(exports)
     }
-    Ok(())
+
+    /// Adds a solution to each.
+    pub fn push(&mut self, solution: &Solution) -> anyhow::Result<()> {
+        for (path, export) in &mut self.files {
+            let written = if self.is_unread { Ok(()) } else { export.push(solution) };
+            self.is_unread |= is_unread(written.as_ref().err());
+            if !self.is_unread {
+                written.with_context(|| format!("cannot write {}", path.display()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends each.
+    pub fn finish(self) -> anyhow::Result<()> {
+        for (path, export) in self.files {
+            let written = if self.is_unread { Ok(()) } else { export.finish() };
+            if !is_unread(written.as_ref().err()) {
+                written.with_context(|| format!("cannot write {}", path.display()))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether this says that the reader of a pipe has gone.
+fn is_unread(error: Option<&ExportError>) -> bool {
+    matches!(error, Some(ExportError::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe)
 }

@@ -2,6 +2,8 @@
 
 mod columns;
 mod export;
+mod files;
+mod memory;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -11,10 +13,11 @@ use anyhow::ensure;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
 use hovernav_formats::{Format, Log};
-use hovernav_log::{Outage, Reference, SmoothedRun, outage_drift, score, write_solution};
+use hovernav_log::{Keep, Outage, Reference, SmoothedRun, outage_drift, score, thin};
 
 use self::columns::ColumnsArgument;
 use self::export::ExportArgument;
+use self::files::Files;
 use crate::arguments::{OutageWindow, Sensors};
 use crate::emit::{self, Form};
 use crate::flight_page::{self, FlightData};
@@ -50,6 +53,9 @@ pub struct Arguments {
     /// Add columns at the end of solution.csv: quaternion, local, covariance
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
     columns: Vec<ColumnsArgument>,
+    /// Write solution.csv and the exports at most this often; every inertial sample unless given
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: Option<f64>,
     /// Write the estimator's configuration in this form too, for programs that read no files; may be
     /// repeated
     #[arg(long, value_name = "FORM", value_delimiter = ',')]
@@ -117,12 +123,25 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
             bar.set_position(done as u64);
         }
     };
-    let (run, smoothed) = if arguments.smooth {
-        let SmoothedRun { forward, solutions } = dataset.smooth(&config, progress);
-        (forward, solutions)
-    } else {
-        (dataset.estimate(&config, progress), Vec::new())
+    // A record's solutions are in memory, and each is compared.
+    let keep = if record.is_some() { Keep::All } else { Keep::Thinned };
+    let mut files = Files::new(arguments, &dataset.manifest.name, out);
+    let mut smoothed = Vec::new();
+    let mut forward = None;
+    if arguments.smooth {
+        memory::check_smoothing(log, &dataset)?;
+        let SmoothedRun { forward: run, solutions } =
+            dataset.smooth_keeping(&config, keep, &progress);
+        // Where nothing was smoothed, the causal solution is written as without asking.
+        forward = Some(run).filter(|_| !solutions.is_empty());
+        solutions.iter().try_for_each(|solution| files.push(solution))?;
+        smoothed = thin(solutions);
+    }
+    let run = match forward {
+        Some(run) => run,
+        None => dataset.estimate_each(&config, keep, &progress, |solution| files.push(solution))?,
     };
+    files.finish()?;
     bar.finish_and_clear();
     ensure!(
         !run.solutions.is_empty(),
@@ -141,11 +160,8 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
     let drifts = drifts(solutions, &outages, reference.as_ref());
 
-    output::create(out)?;
-    write_solution(&out.join("solution.csv"), solutions, &columns::of(&arguments.columns))?;
     let remark = format!("From {} by hovernav {}.", log.display(), env!("CARGO_PKG_VERSION"));
     emit::estimator(&config, &remark, &arguments.emit, out)?;
-    export::write(&arguments.export, &dataset.manifest.name, solutions, out)?;
     let mut summary = RunSummary::new(log, &dataset, &run, !smoothed.is_empty());
     if arguments.smooth && smoothed.is_empty() {
         let warning = "nothing was smoothed, as the heading was not found: the solution is causal";

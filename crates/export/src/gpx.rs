@@ -3,35 +3,56 @@
 //! # Source
 //! GPX 1.1 schema, <https://www.topografix.com/GPX/1/1/>.
 
-use std::io::{self, Write};
+use std::io::Write as _;
 
-use hovernav::time::Time;
+use hovernav::ekf::Solution;
 
-use crate::Export;
-use crate::text::{Escaped, thinned, xml_date};
+use crate::text::{Escaped, Thinning, xml_date};
+use crate::{ExportError, Out, Sink};
 
 /// What reads GPX expects about one point a second, s.
 const INTERVAL_S: f64 = 0.2;
 
-pub fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
-    writeln!(
-        out,
-        r#"<gpx version="1.1" creator="hovernav" xmlns="http://www.topografix.com/GPX/1/1">"#
-    )?;
-    writeln!(out, "<trk><name>{}</name><trkseg>", Escaped(export.name))?;
-    let times: Vec<Time> = export.solutions.iter().map(|solution| solution.time).collect();
-    for index in thinned(&times, INTERVAL_S) {
-        let solution = &export.solutions[index];
-        let place = &solution.position;
+pub struct Gpx<'w> {
+    out: Out<'w>,
+    thinning: Thinning,
+}
+
+impl<'w> Gpx<'w> {
+    pub fn new(name: &str, mut out: Out<'w>) -> Result<Self, ExportError> {
+        writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
         writeln!(
             out,
+            r#"<gpx version="1.1" creator="hovernav" xmlns="http://www.topografix.com/GPX/1/1">"#
+        )?;
+        writeln!(out, "<trk><name>{}</name><trkseg>", Escaped(name))?;
+        Ok(Self { out, thinning: Thinning::to(INTERVAL_S) })
+    }
+
+    fn point(&mut self, solution: &Solution) -> Result<(), ExportError> {
+        let place = &solution.position;
+        writeln!(
+            self.out,
             r#"<trkpt lat="{:.9}" lon="{:.9}"><ele>{:.3}</ele><time>{}</time></trkpt>"#,
             place.latitude_deg(),
             place.longitude_deg(),
             place.height_m,
             xml_date(solution.time)
         )?;
+        Ok(())
     }
-    writeln!(out, "</trkseg></trk></gpx>")
+}
+
+impl Sink for Gpx<'_> {
+    fn push(&mut self, solution: &Solution) -> Result<(), ExportError> {
+        if self.thinning.takes(solution) { self.point(solution) } else { Ok(()) }
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), ExportError> {
+        if let Some(last) = self.thinning.rest() {
+            self.point(&last)?;
+        }
+        writeln!(self.out, "</trkseg></trk></gpx>")?;
+        Ok(self.out.flush()?)
+    }
 }

@@ -92,38 +92,59 @@ pub enum ExportError {
     Library(String),
 }
 
-/// What is written.
-#[derive(Clone, Copy, Debug)]
-pub struct Export<'a> {
-    /// What it is called in files that have a place for it.
-    pub name: &'a str,
-    /// The solutions, in time order.
-    pub solutions: &'a [Solution],
+/// Where a file goes.
+type Out<'w> = Box<dyn Write + Send + 'w>;
+
+/// A file of one format in the making.
+trait Sink {
+    /// Adds a solution, later than the one before.
+    fn push(&mut self, solution: &Solution) -> Result<(), ExportError>;
+    /// Ends the file.
+    fn finish(self: Box<Self>) -> Result<(), ExportError>;
 }
 
-impl Export<'_> {
-    /// Writes it to `out` as `format`.
+/// A solution on its way to a file, moment by moment: no more than a stretch of it is in memory, of KML
+/// the places of five moments a second.
+pub struct Export<'w>(Box<dyn Sink + 'w>);
+
+impl<'w> Export<'w> {
+    /// Begins a file of this `format`, called `name` where the format has a place for it.
     ///
     /// # Errors
     /// [`ExportError`].
-    pub fn write(
-        &self,
+    pub fn new(
         format: ExportFormat,
-        out: &mut (impl Write + Send),
-    ) -> Result<(), ExportError> {
-        match format {
+        name: &str,
+        out: impl Write + Send + 'w,
+    ) -> Result<Self, ExportError> {
+        let out: Out<'w> = Box::new(out);
+        Ok(Self(match format {
             #[cfg(feature = "parquet")]
-            ExportFormat::Parquet => parquet_file::write(self, out)?,
+            ExportFormat::Parquet => Box::new(parquet_file::Parquet::new(out)?),
             #[cfg(not(feature = "parquet"))]
             ExportFormat::Parquet => return Err(ExportError::LeftOut(format)),
-            ExportFormat::Kml => kml::write(self, out)?,
-            ExportFormat::Gpx => gpx::write(self, out)?,
-            ExportFormat::Pos => pos::write(self, out)?,
-            ExportFormat::Tum => trajectory::write_tum(self, out)?,
-            ExportFormat::Euroc => trajectory::write_euroc(self, out)?,
-            ExportFormat::Mcap => mcap_file::write(self, out)?,
-        }
-        out.flush()?;
-        Ok(())
+            ExportFormat::Kml => Box::new(kml::Kml::new(name, out)?),
+            ExportFormat::Gpx => Box::new(gpx::Gpx::new(name, out)?),
+            ExportFormat::Pos => Box::new(pos::Pos::new(out)?),
+            ExportFormat::Tum => Box::new(trajectory::Tum::new(out)),
+            ExportFormat::Euroc => Box::new(trajectory::Euroc::new(out)?),
+            ExportFormat::Mcap => Box::new(mcap_file::Mcap::new(out)?),
+        }))
+    }
+
+    /// Adds a solution, later than the one before.
+    ///
+    /// # Errors
+    /// [`ExportError`].
+    pub fn push(&mut self, solution: &Solution) -> Result<(), ExportError> {
+        self.0.push(solution)
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// [`ExportError`]; of MCAP also where there was no solution.
+    pub fn finish(self) -> Result<(), ExportError> {
+        self.0.finish()
     }
 }

@@ -1,8 +1,10 @@
 //! MCAP for Foxglove and PlotJuggler: map, pose, and every column of the solution.
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::Write as _;
 
+use hovernav::earth::Geodetic;
+use hovernav::ekf::Solution;
 use hovernav::time::Time;
 use hovernav_log::{SOLUTION_COLUMNS, solution_row};
 use mcap::records::MessageHeader;
@@ -11,8 +13,8 @@ use mcap::{McapError, WriteOptions};
 use serde_json::{Map, Value, json};
 
 use crate::local::{enu, flu_to_enu, position_m};
-use crate::text::thinned;
-use crate::{Export, ExportError, schemas};
+use crate::text::Thinning;
+use crate::{ExportError, Out, Sink, schemas};
 
 /// A layout for Foxglove that shows the file: map, attitude in three dimensions, plots.
 pub const LAYOUT: &str = include_str!("foxglove-layout.json");
@@ -29,29 +31,49 @@ impl From<McapError> for ExportError {
     }
 }
 
-pub fn write(export: &Export<'_>, out: &mut impl Write) -> Result<(), ExportError> {
-    let Some(first) = export.solutions.first() else {
-        return Err(ExportError::Library("found no solution, expected at least one".into()));
-    };
-    if first.time < Time::ZERO {
-        return Err(ExportError::BeforeZero(first.time.seconds()));
-    }
-    let origin = first.position;
-    let options = WriteOptions::new().compression(None).disable_seeking(true).library("hovernav");
-    let mut file = mcap::Writer::with_options(NoSeek::new(out), options)?;
-    let mut channel = |topic: &str, name: &str, schema: Value| -> Result<u16, ExportError> {
-        let schema = file.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
-        Ok(file.add_channel(schema, topic, "json", &BTreeMap::new())?)
-    };
-    let fix = channel("/fix", "foxglove.LocationFix", schemas::location_fix())?;
-    let pose = channel("/pose", "foxglove.PoseInFrame", schemas::pose_in_frame())?;
-    let transform = channel("/tf", "foxglove.FrameTransform", schemas::frame_transform())?;
-    let columns = schemas::solution(&SOLUTION_COLUMNS);
-    let solution = channel("/solution", "hovernav.Solution", columns)?;
+/// The channels of the file.
+struct Channels {
+    fix: u16,
+    pose: u16,
+    transform: u16,
+    solution: u16,
+}
 
-    let times: Vec<Time> = export.solutions.iter().map(|solution| solution.time).collect();
-    for (sequence, index) in thinned(&times, INTERVAL_S).enumerate() {
-        let one = &export.solutions[index];
+pub struct Mcap<'w> {
+    file: mcap::Writer<NoSeek<Out<'w>>>,
+    channels: Channels,
+    thinning: Thinning,
+    /// Where the first solution was.
+    origin: Option<Geodetic>,
+    sequence: u32,
+}
+
+impl<'w> Mcap<'w> {
+    pub fn new(out: Out<'w>) -> Result<Self, ExportError> {
+        let options = WriteOptions::new().compression(None).disable_seeking(true).library("hovernav");
+        let mut file = mcap::Writer::with_options(NoSeek::new(out), options)?;
+        let mut channel = |topic: &str, name: &str, schema: Value| -> Result<u16, ExportError> {
+            let schema = file.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+            Ok(file.add_channel(schema, topic, "json", &BTreeMap::new())?)
+        };
+        let fix = channel("/fix", "foxglove.LocationFix", schemas::location_fix())?;
+        let pose = channel("/pose", "foxglove.PoseInFrame", schemas::pose_in_frame())?;
+        let transform = channel("/tf", "foxglove.FrameTransform", schemas::frame_transform())?;
+        let columns = schemas::solution(&SOLUTION_COLUMNS);
+        let solution = channel("/solution", "hovernav.Solution", columns)?;
+        let channels = Channels { fix, pose, transform, solution };
+        let thinning = Thinning::to(INTERVAL_S);
+        Ok(Self { file, channels, thinning, origin: None, sequence: 0 })
+    }
+
+    fn write(&mut self, one: &Solution) -> Result<(), ExportError> {
+        if one.time < Time::ZERO {
+            return Err(ExportError::BeforeZero(one.time.seconds()));
+        }
+        let origin = *self.origin.get_or_insert(one.position);
+        let Channels { fix, pose, transform, solution } = self.channels;
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
         let log_time = one.time.nanoseconds().cast_unsigned();
         let stamp = json!({"sec": log_time / 1_000_000_000, "nsec": log_time % 1_000_000_000});
         let [x, y, z] = position_m(one, &origin);
@@ -97,13 +119,29 @@ pub fn write(export: &Export<'_>, out: &mut impl Write) -> Result<(), ExportErro
         ] {
             let header = MessageHeader {
                 channel_id,
-                sequence: sequence as u32,
+                sequence,
                 log_time,
                 publish_time: log_time,
             };
-            file.write_to_known_channel(&header, message.to_string().as_bytes())?;
+            self.file.write_to_known_channel(&header, message.to_string().as_bytes())?;
         }
+        Ok(())
     }
-    file.finish()?;
-    Ok(())
+}
+
+impl Sink for Mcap<'_> {
+    fn push(&mut self, solution: &Solution) -> Result<(), ExportError> {
+        if self.thinning.takes(solution) { self.write(solution) } else { Ok(()) }
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), ExportError> {
+        if let Some(last) = self.thinning.rest() {
+            self.write(&last)?;
+        }
+        if self.origin.is_none() {
+            return Err(ExportError::Library("found no solution, expected at least one".into()));
+        }
+        self.file.finish()?;
+        Ok(self.file.into_inner().flush()?)
+    }
 }

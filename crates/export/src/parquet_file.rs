@@ -1,6 +1,6 @@
 //! Parquet: the columns of `solution.csv` as 64-bit floats.
 
-use std::io::Write;
+use std::io::Write as _;
 use std::sync::Arc;
 
 use hovernav::ekf::Solution;
@@ -12,7 +12,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::{Export, ExportError};
+use crate::{ExportError, Out, Sink};
 
 /// Rows of one group, so that memory stays bounded.
 const ROWS: usize = 65_536;
@@ -23,31 +23,58 @@ impl From<ParquetError> for ExportError {
     }
 }
 
-pub fn write(export: &Export<'_>, out: &mut (impl Write + Send)) -> Result<(), ExportError> {
-    let fields = SOLUTION_COLUMNS.iter().map(|name| {
-        let field = Type::primitive_type_builder(name, PhysicalType::DOUBLE);
-        field.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
-    });
-    let fields = fields.collect::<Result<Vec<_>, _>>()?;
-    let schema = Arc::new(Type::group_type_builder("solution").with_fields(fields).build()?);
-    let properties = Arc::new(WriterProperties::builder().build());
-    let mut file = SerializedFileWriter::new(out, schema, properties)?;
-    for solutions in export.solutions.chunks(ROWS) {
-        let mut columns: Vec<Vec<f64>> =
-            vec![Vec::with_capacity(solutions.len()); SOLUTION_COLUMNS.len()];
-        for row in solutions.iter().map(|solution: &Solution| solution_row(solution)) {
-            for (column, value) in columns.iter_mut().zip(row) {
-                column.push(value);
-            }
-        }
-        let mut group = file.next_row_group()?;
-        for column in &columns {
+pub struct Parquet<'w> {
+    file: SerializedFileWriter<Out<'w>>,
+    /// The group in the making, column by column.
+    columns: Vec<Vec<f64>>,
+}
+
+impl<'w> Parquet<'w> {
+    pub fn new(out: Out<'w>) -> Result<Self, ExportError> {
+        let fields = SOLUTION_COLUMNS.iter().map(|name| {
+            let field = Type::primitive_type_builder(name, PhysicalType::DOUBLE);
+            field.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
+        });
+        let fields = fields.collect::<Result<Vec<_>, _>>()?;
+        let schema = Arc::new(Type::group_type_builder("solution").with_fields(fields).build()?);
+        let properties = Arc::new(WriterProperties::builder().build());
+        let file = SerializedFileWriter::new(out, schema, properties)?;
+        Ok(Self { file, columns: vec![Vec::new(); SOLUTION_COLUMNS.len()] })
+    }
+
+    fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// Writes the group, and begins the next.
+    fn end_group(&mut self) -> Result<(), ParquetError> {
+        let mut group = self.file.next_row_group()?;
+        for column in &mut self.columns {
             let Some(mut writer) = group.next_column()? else { break };
             writer.typed::<DoubleType>().write_batch(column, None, None)?;
             writer.close()?;
+            column.clear();
         }
         group.close()?;
+        Ok(())
     }
-    file.close()?;
-    Ok(())
+}
+
+impl Sink for Parquet<'_> {
+    fn push(&mut self, solution: &Solution) -> Result<(), ExportError> {
+        for (column, value) in self.columns.iter_mut().zip(solution_row(solution)) {
+            column.push(value);
+        }
+        if self.rows() == ROWS {
+            self.end_group()?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), ExportError> {
+        if self.rows() > 0 {
+            self.end_group()?;
+        }
+        Ok(self.file.into_inner()?.flush()?)
+    }
 }

@@ -5,12 +5,17 @@
 //! single receiver, the nearest that there is to one of an inertial filter; standard deviations north,
 //! east, up and their covariances in the form of signed roots, which are written as zero.
 
-use std::io::{self, Write};
+use std::io::Write as _;
 
-use crate::Export;
+use hovernav::ekf::Solution;
+
 use crate::text::date;
+use crate::{ExportError, Out, Sink};
 
-pub fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()> {
+pub struct Pos<'w>(Out<'w>);
+
+impl<'w> Pos<'w> {
+    pub fn new(mut out: Out<'w>) -> Result<Self, ExportError> {
     writeln!(out, "% program   : hovernav")?;
     writeln!(
         out,
@@ -21,11 +26,16 @@ pub fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()> {
         "%  UTC                   latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   \
          sdu(m)  sdne(m)  sdeu(m)  sdun(m) age(s)  ratio"
     )?;
-    for solution in export.solutions {
+    Ok(Self(out))
+    }
+}
+
+impl Sink for Pos<'_> {
+    fn push(&mut self, solution: &Solution) -> Result<(), ExportError> {
         let place = &solution.position;
         let [north, east, down] = solution.position_sigma_m.to_array();
         writeln!(
-            out,
+            self.0,
             "{} {:14.9} {:14.9} {:10.4} {:3} {:3} {north:8.4} {east:8.4} {down:8.4} {:8.4} {:8.4} {:8.4} \
              {:6.2} {:6.1}",
             date(solution.time).format("%Y/%m/%d %H:%M:%S%.3f"),
@@ -40,6 +50,10 @@ pub fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()> {
             0.0,
             0.0
         )?;
+        Ok(())
     }
-    Ok(())
+
+    fn finish(mut self: Box<Self>) -> Result<(), ExportError> {
+        Ok(self.0.flush()?)
+    }
 }

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use chrono::{DateTime, SecondsFormat, Utc};
+use hovernav::ekf::Solution;
 use hovernav::time::Time;
 
 /// The moment as a date: the clock's seconds since the start of 1970.
@@ -36,14 +37,30 @@ impl fmt::Display for Escaped<'_> {
     }
 }
 
-/// Indices of `times` at least `interval_s` apart, the last among them.
-pub fn thinned(times: &[Time], interval_s: f64) -> impl Iterator<Item = usize> + '_ {
-    let mut last: Option<Time> = None;
-    (0..times.len()).filter(move |&index| {
-        let is_due = last.is_none_or(|last| times[index] - last >= interval_s);
+/// Solutions at least an interval apart, and the last.
+pub struct Thinning {
+    interval_s: f64,
+    last: Option<Time>,
+    passed_over: Option<Solution>,
+}
+
+impl Thinning {
+    pub fn to(interval_s: f64) -> Self {
+        Self { interval_s, last: None, passed_over: None }
+    }
+
+    /// Whether `solution` is one of them.
+    pub fn takes(&mut self, solution: &Solution) -> bool {
+        let is_due = self.last.is_none_or(|last| solution.time - last >= self.interval_s);
         if is_due {
-            last = Some(times[index]);
+            self.last = Some(solution.time);
         }
-        is_due || index + 1 == times.len()
-    })
+        self.passed_over = (!is_due).then_some(*solution);
+        is_due
+    }
+
+    /// The last, unless it was taken.
+    pub fn rest(&mut self) -> Option<Solution> {
+        self.passed_over.take()
+    }
 }

@@ -11,9 +11,9 @@ use hovernav::time::Time;
 const CHUNK: usize = 1 << 20;
 
 /// A CSV file in the making. A number that is not finite never reaches it.
-pub(crate) struct CsvWriter<'a> {
+pub(crate) struct CsvWriter {
     path: PathBuf,
-    columns: &'a [&'static str],
+    columns: Vec<&'static str>,
     /// What is not written yet.
     bytes: Vec<u8>,
     /// The part written, of a file that is longer than a chunk.
@@ -24,12 +24,12 @@ pub(crate) struct CsvWriter<'a> {
     column: usize,
 }
 
-impl<'a> CsvWriter<'a> {
+impl CsvWriter {
     /// Starts a file with a header of `columns`.
-    pub fn new(path: PathBuf, columns: &'a [&'static str]) -> Self {
+    pub fn new(path: PathBuf, columns: &[&'static str]) -> Self {
         let mut bytes = columns.join(",").into_bytes();
         bytes.push(b'\n');
-        Self { path, columns, bytes, part: None, failure: None, row: 1, column: 0 }
+        Self { path, columns: columns.to_vec(), bytes, part: None, failure: None, row: 1, column: 0 }
     }
 
     /// A time in seconds, with as many decimals as it needs and no more.

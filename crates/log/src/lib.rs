@@ -7,6 +7,7 @@ pub mod consistency;
 mod csv_writer;
 mod dataset;
 mod error;
+mod events;
 mod finding;
 mod findings;
 mod fitness;
@@ -14,6 +15,7 @@ mod gps;
 mod imu;
 mod info;
 mod info_json;
+mod kept;
 pub mod magnetic_field;
 mod manifest;
 mod number;
@@ -28,6 +30,7 @@ mod replay;
 mod score;
 mod settings;
 mod setup;
+mod smoothing;
 mod solution;
 pub mod statistics;
 mod survey;
@@ -42,10 +45,12 @@ pub use axes::{AccelUnit, Axes, GyroUnit};
 pub use clock::{Rows, median_interval_s};
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
+pub use events::Events;
 pub use finding::{Finding, SetupFinding, Severity, sentences};
 pub use gps::plausible_fix;
 pub use imu::{motion_fault, remark_faults};
 pub use info::Info;
+pub use kept::{Keep, thin};
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
 };
@@ -53,7 +58,7 @@ pub use open::open;
 pub use plausibility::alternative;
 pub use reference::{Reference, ReferenceMoment};
 pub use remarks::Remarks;
-pub use replay::{Outage, Run, SmoothedRun, UnusedReadings};
+pub use replay::{Outage, Run, UnusedReadings};
 pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
 };
@@ -64,7 +69,10 @@ pub use setup::{
     MavlinkSection, PilotRole, PwmLine, ReceiverProtocol, ReceiverSection, RecordSection,
     ServoSection, SiteSection, TelemetrySection, ThrottleSource, read_autopilot, write_autopilot,
 };
-pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, solution_row, write_solution};
+pub use smoothing::SmoothedRun;
+pub use solution::{
+    COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row, write_solution,
+};
 pub use survey::{GpsSurvey, ImuSurvey, SensorSurvey, Survey};
 pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use truth::Truth;

@@ -1,14 +1,14 @@
 //! A recorded flight through the estimator.
 
+use std::ops::ControlFlow;
+
 use serde::Serialize;
 
 use crate::dataset::{Dataset, Source};
 use hovernav::ekf::layout::{Full, Layout as _};
-use hovernav::ekf::{
-    Aid, Ekf, Estimator, EstimatorConfig, FullEkf, HeadingSearch, Notice, Smoother, Solution,
-};
+use crate::kept::{Keep, Kept};
+use hovernav::ekf::{Aid, Ekf, Estimator, EstimatorConfig, FullEkf, Notice, Solution};
 use hovernav::event::Event;
-use hovernav::ins::{HeadingSource, Start};
 use hovernav::time::Time;
 
 /// A span without GPS, to see how the filter fares alone.
@@ -33,8 +33,10 @@ impl Outage {
 pub struct Run {
     /// The settings it was made with.
     pub config: EstimatorConfig,
-    /// One solution per inertial sample from the end of alignment on.
+    /// One solution per inertial sample from the end of alignment on, or those of them that were kept.
     pub solutions: Vec<Solution>,
+    /// How many were not.
+    pub solutions_left_out: usize,
     /// What the estimator reported, in order, but for readings left out by design.
     pub notices: Vec<Notice>,
     /// Readings that could not be used for a fault of theirs, each a notice too.
@@ -73,7 +75,7 @@ impl UnusedReadings {
 }
 
 impl Run {
-    fn learned_by(&mut self, filter: Option<&FullEkf>) {
+    pub(crate) fn learned_by(&mut self, filter: Option<&FullEkf>) {
         self.gps_offset = filter.map(gps_offset);
         let excess = filter.map_or(1.0, FullEkf::noise_excess);
         self.noise_excess = self.noise_excess.max(excess);
@@ -81,7 +83,7 @@ impl Run {
 
     /// Keeps a notice; of readings left out by design, of which there are more than samples, the
     /// number alone.
-    fn keep(&mut self, notice: Notice) {
+    pub(crate) fn keep(&mut self, notice: Notice) {
         if let Notice::NotUsed { aid, reason, .. } = notice {
             if !reason.is_fault() {
                 return self.left_out.count(aid);
@@ -90,16 +92,6 @@ impl Run {
         }
         self.notices.push(notice);
     }
-}
-
-/// What a run over a log and back gave.
-#[derive(Clone, Debug, Default)]
-pub struct SmoothedRun {
-    /// The filter's own solutions, moment by moment.
-    pub forward: Run,
-    /// The smoothed solutions, at the times of the forward run's; none where nothing could be
-    /// smoothed, see [`Dataset::smooth`].
-    pub solutions: Vec<Solution>,
 }
 
 impl Dataset {
@@ -130,146 +122,79 @@ impl Dataset {
         self.fixes.iter().take_while(|fix| fix.time < first).count()
     }
 
-    /// Everything the sensors sent, in order of arrival: as [`order`](Self::order) has it, else by
-    /// time, a fix arriving its latency after it is true.
-    pub fn events(&self) -> impl Iterator<Item = Event> + '_ {
-        let latency_s = self.manifest.gps.latency_s;
-        let mut imu = self.imu.iter().peekable();
-        let mut fixes = self.fixes.iter().peekable();
-        let mut baro = self.baro.iter().peekable();
-        let mut magnetometer = self.magnetometer.iter().peekable();
-        let mut order = if self.has_order() { self.order.iter() } else { [].iter() };
-        std::iter::from_fn(move || {
-            let source = order.next().copied().or_else(|| {
-                let times = [
-                    (Source::Imu, imu.peek().map(|sample| sample.time)),
-                    (Source::Gps, fixes.peek().map(|fix| fix.time.offset_by(latency_s))),
-                    (Source::Baro, baro.peek().map(|(time, _)| *time)),
-                    (Source::Magnetometer, magnetometer.peek().map(|(time, _)| *time)),
-                ];
-                let present = times.into_iter().filter_map(|(source, time)| Some((source, time?)));
-                present.min_by_key(|(_, time)| *time).map(|(source, _)| source)
-            })?;
-            match source {
-                Source::Imu => imu.next().map(|sample| Event::Imu(*sample)),
-                Source::Gps => fixes.next().map(|fix| Event::Gps(*fix)),
-                Source::Baro => baro.next().map(|&(time, height_m)| Event::Baro { time, height_m }),
-                Source::Magnetometer => magnetometer
-                    .next()
-                    .map(|&(time, field_gauss)| Event::Magnetometer { time, field_gauss }),
-            }
-        })
-    }
-
-    /// Whether `order` lists every event there is.
-    fn has_order(&self) -> bool {
-        let count = |of| self.order.iter().filter(|source| **source == of).count();
-        count(Source::Imu) == self.imu.len()
-            && count(Source::Gps) == self.fixes.len()
-            && count(Source::Baro) == self.baro.len()
-            && count(Source::Magnetometer) == self.magnetometer.len()
-    }
-
     /// Runs the estimator over the log. `progress` is called with the number of inertial samples done.
     pub fn estimate(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> Run {
-        self.estimated(config, &mut progress)
+        self.estimated(config, Keep::All, &mut progress, &mut |_| ControlFlow::Continue(()))
     }
 
-    // Compiled here once, and not with the filter for every caller's closure; as what follows.
-    fn estimated(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> Run {
-        let mut estimator = Estimator::<Full, 28>::new(*config);
-        self.run(config, progress, |event, run| {
-            estimator.push(event, |notice| run.keep(notice));
-            run.learned_by(estimator.filter());
-            estimator.solution()
-        })
-    }
-
-    /// Runs the estimator forward over the log, then smooths backward: every moment from the whole
-    /// log, biases and all.
+    /// [`estimate`](Self::estimate), every solution handed to `each` when it is there, and kept in the
+    /// run as far as `keep` says.
     ///
-    /// A log whose heading is found only in motion is gone over again, the filter starting in the
-    /// heading's sector, so that all of it is smoothed. Where alignment never ends or the heading is
-    /// never found, nothing is smoothed: to choose a heading would be to guess, and to guess
-    /// with confidence. `progress` is called with the number of inertial samples that the forward run
-    /// under way has done.
-    ///
-    /// See [`Smoother`] for the method and the memory it takes, under 4 kB an inertial sample.
-    pub fn smooth(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> SmoothedRun {
-        self.smoothed(config, &mut progress)
-    }
-
-    fn smoothed(&self, config: &EstimatorConfig, progress: &mut dyn FnMut(usize)) -> SmoothedRun {
-        let (forward, mut smoother) = self.traced(config, None, progress);
-        let aligned = forward.notices.iter().find_map(|notice| match notice {
-            Notice::Aligned(alignment) => Some(*alignment),
-            _ => None,
-        });
-        if let Some(alignment) = aligned.filter(|by| by.heading == HeadingSource::Unknown) {
-            let found = forward.notices.iter().find_map(|notice| match notice {
-                Notice::HeadingFound { sector, .. } => Some(*sector),
-                _ => None,
-            });
-            let Some(sector) = found else {
-                return SmoothedRun { forward, solutions: Vec::new() };
-            };
-            // The first trace starts where the search ended; its memory goes before the second's.
-            drop(smoother);
-            let start = HeadingSearch::sector_start(alignment.start, sector);
-            smoother = self.traced(config, Some(start), progress).1;
-        }
-        SmoothedRun { forward, solutions: smoother.smooth() }
-    }
-
-    /// A forward run that leaves what the smoother needs; from `start` where one is given, else from
-    /// the alignment's own.
-    fn traced(
+    /// # Errors
+    /// The first of `each`, which ends the run.
+    pub fn estimate_each<E>(
         &self,
         config: &EstimatorConfig,
-        start: Option<Start>,
-        progress: &mut dyn FnMut(usize),
-    ) -> (Run, Smoother<Full, 28>) {
-        let mut estimator = Estimator::<Full, 28>::new(*config);
-        let mut smoother = Smoother::with_capacity(self.imu.len());
-        let run = self.run(config, progress, |event, run| {
-            let mut aligned = false;
-            estimator.push_traced(event, &mut smoother, |notice| {
-                aligned |= matches!(notice, Notice::Aligned(_));
-                run.keep(notice);
-            });
-            if let Some(start) = start.filter(|_| aligned) {
-                estimator.begin_at(&start);
-            }
-            if let (Event::Imu(_), Some(filter)) = (event, estimator.filter()) {
-                smoother.sampled(filter);
-                run.learned_by(Some(filter));
-            }
-            estimator.solution()
+        keep: Keep,
+        mut progress: impl FnMut(usize),
+        mut each: impl FnMut(&Solution) -> Result<(), E>,
+    ) -> Result<Run, E> {
+        let mut failure = None;
+        let run = self.estimated(config, keep, &mut progress, &mut |solution| {
+            failure = each(solution).err();
+            if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        (run, smoother)
+        failure.map_or(Ok(run), Err)
+    }
+
+    // Compiled here once, and not with the filter for every caller's closure.
+    fn estimated(
+        &self,
+        config: &EstimatorConfig,
+        keep: Keep,
+        progress: &mut dyn FnMut(usize),
+        each: &mut Each<'_>,
+    ) -> Run {
+        let mut estimator = Estimator::<Full, 28>::new(*config);
+        self.run(config, keep, progress, |event, run| {
+            estimator.push(event, |notice| run.keep(notice));
+            run.learned_by(estimator.filter());
+            let solution = estimator.solution();
+            match solution.as_ref().filter(|_| matches!(event, Event::Imu(_))) {
+                Some(solution) if each(solution).is_break() => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(solution),
+            }
+        })
     }
 
     /// Gives every event to `push`, and keeps the solution it returns for an inertial sample.
-    fn run(
+    pub(crate) fn run(
         &self,
         config: &EstimatorConfig,
+        keep: Keep,
         progress: &mut dyn FnMut(usize),
-        mut push: impl FnMut(&Event, &mut Run) -> Option<Solution>,
+        mut push: impl FnMut(&Event, &mut Run) -> ControlFlow<(), Option<Solution>>,
     ) -> Run {
-        let solutions = Vec::with_capacity(self.imu.len());
-        let mut run = Run { config: *config, solutions, ..Run::default() };
+        let mut run = Run { config: *config, ..Run::default() };
+        let mut kept = Kept::new(keep, self.imu.len());
         let mut samples = 0;
         for event in self.events() {
-            let solution = push(&event, &mut run);
+            let ControlFlow::Continue(solution) = push(&event, &mut run) else { break };
             if let Event::Imu(_) = event {
                 samples += 1;
                 progress(samples);
-                run.solutions.extend(solution);
+                if let Some(solution) = solution {
+                    kept.push(solution);
+                }
             }
         }
+        (run.solutions, run.solutions_left_out) = kept.finish();
         run
     }
 }
+
+/// Is handed every solution; whether to go on.
+type Each<'a> = dyn FnMut(&Solution) -> ControlFlow<()> + 'a;
 
 /// The delay of the fixes beyond the declared latency, s, and its one-sigma.
 fn gps_offset(filter: &Ekf<Full, 28>) -> (f64, f64) {

@@ -112,7 +112,7 @@ impl ExtraColumns {
 
     fn write(
         self,
-        csv: &mut CsvWriter<'_>,
+        csv: &mut CsvWriter,
         solution: &Solution,
         origin: &Geodetic,
     ) -> Result<(), LogError> {
@@ -136,22 +136,32 @@ impl ExtraColumns {
     }
 }
 
-/// Writes `solutions` to the file `path`, one row each, with `extra` columns at the end: degrees of latitude and longitude to 0.01 mm,
-/// metres to 0.1 mm, velocities and angles to 1e-5, rates to 1e-7, biases to 1e-8.
-///
-/// # Errors
-/// [`LogError::Unwritable`] for a value that is NaN, infinite or beyond 9e8; nothing is written then.
-/// [`LogError::Io`] where the file system refuses.
-pub fn write_solution(
-    path: &Path,
-    solutions: &[Solution],
-    extra: &[ExtraColumns],
-) -> Result<(), LogError> {
-    let extra_columns = extra.iter().flat_map(|extra| extra.columns());
-    let columns: Vec<&'static str> = COLUMNS.iter().chain(extra_columns).copied().collect();
-    let mut csv = CsvWriter::new(path.to_path_buf(), &columns);
-    let origin = solutions.first().map(|solution| solution.position);
-    for solution in solutions {
+/// `solution.csv` in the making, row by row: degrees of latitude and longitude to 0.01 mm, metres to
+/// 0.1 mm, velocities and angles to 1e-5, rates to 1e-7, biases to 1e-8. The file has its name once it
+/// is whole.
+pub struct SolutionWriter {
+    csv: CsvWriter,
+    extra: Vec<ExtraColumns>,
+    /// Where the first solution was.
+    origin: Option<Geodetic>,
+}
+
+impl SolutionWriter {
+    /// Starts the file `path`, with `extra` columns at the end.
+    #[must_use]
+    pub fn new(path: &Path, extra: &[ExtraColumns]) -> Self {
+        let extra_columns = extra.iter().flat_map(|extra| extra.columns());
+        let columns: Vec<&'static str> = COLUMNS.iter().chain(extra_columns).copied().collect();
+        let csv = CsvWriter::new(path.to_path_buf(), &columns);
+        Self { csv, extra: extra.to_vec(), origin: None }
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// [`LogError::Unwritable`] for a value that is NaN, infinite or beyond 9e8.
+    pub fn push(&mut self, solution: &Solution) -> Result<(), LogError> {
+        let csv = &mut self.csv;
         csv.time(solution.time);
         csv.fixed(solution.position.latitude_deg(), 10)?;
         csv.fixed_angle_deg(solution.position.longitude_deg(), 10)?;
@@ -168,10 +178,33 @@ pub fn write_solution(
         csv.fixed_each(solution.attitude_sigma_rad.map(f64::to_degrees), 5)?;
         csv.fixed_each(solution.gyro_bias_radps.to_array(), 8)?;
         csv.fixed_each(solution.accel_bias_mps2.to_array(), 8)?;
-        for (extra, origin) in extra.iter().zip(origin.iter().cycle()) {
-            extra.write(&mut csv, solution, origin)?;
+        let origin = self.origin.get_or_insert(solution.position);
+        for extra in &self.extra {
+            extra.write(csv, solution, origin)?;
         }
         csv.end_row();
+        Ok(())
     }
-    csv.finish()
+
+    /// Ends the file, and gives it its name.
+    ///
+    /// # Errors
+    /// [`LogError::Io`] where the file system refuses, or has refused a row.
+    pub fn finish(self) -> Result<(), LogError> {
+        self.csv.finish()
+    }
+}
+
+/// Writes `solutions` to the file `path`, one row each, as [`SolutionWriter`] does.
+///
+/// # Errors
+/// Those of [`SolutionWriter::push`], and nothing is written then, and of [`SolutionWriter::finish`].
+pub fn write_solution(
+    path: &Path,
+    solutions: &[Solution],
+    extra: &[ExtraColumns],
+) -> Result<(), LogError> {
+    let mut file = SolutionWriter::new(path, extra);
+    solutions.iter().try_for_each(|solution| file.push(solution))?;
+    file.finish()
 }

@@ -171,7 +171,7 @@ fn write_table<T>(
     file: &str,
     columns: &[&'static str],
     rows: &[T],
-    write_row: impl Fn(&mut CsvWriter<'_>, &T) -> Result<(), LogError>,
+    write_row: impl Fn(&mut CsvWriter, &T) -> Result<(), LogError>,
 ) -> Result<(), LogError> {
     let path = dir.join(file);
     if rows.is_empty() && !path.exists() {

@@ -1,0 +1,96 @@
+//! The solution's files, written while the log is flown.
+
+use std::path::Path;
+
+use hovernav::ekf::Solution;
+use hovernav::time::Time;
+use hovernav_log::SolutionWriter;
+
+use super::export::Exports;
+use super::{Arguments, columns};
+use crate::output;
+
+/// `solution.csv` and what was asked for beside it, begun with the first solution: of a log that gives
+/// none, nothing is written.
+pub struct Files<'a> {
+    arguments: &'a Arguments,
+    name: &'a str,
+    out: &'a Path,
+    rate: Option<Rate>,
+    open: Option<(SolutionWriter, Exports)>,
+}
+
+impl<'a> Files<'a> {
+    pub fn new(arguments: &'a Arguments, name: &'a str, out: &'a Path) -> Self {
+        let rate = arguments.rate.map(Rate::of);
+        Self { arguments, name, out, rate, open: None }
+    }
+
+    /// Writes `solution`, unless it comes sooner than the rate asked for.
+    pub fn push(&mut self, solution: &Solution) -> anyhow::Result<()> {
+        if self.rate.as_mut().is_some_and(|rate| !rate.takes(solution.time)) {
+            return Ok(());
+        }
+        if self.open.is_none() {
+            output::create(self.out)?;
+            let extra = columns::of(&self.arguments.columns);
+            let csv = SolutionWriter::new(&self.out.join("solution.csv"), &extra);
+            let exports = Exports::begin(&self.arguments.export, self.name, self.out)?;
+            self.open = Some((csv, exports));
+        }
+        if let Some((csv, exports)) = &mut self.open {
+            csv.push(solution)?;
+            exports.push(solution)?;
+        }
+        Ok(())
+    }
+
+    /// Ends the files.
+    pub fn finish(self) -> anyhow::Result<()> {
+        let Some((csv, exports)) = self.open else { return Ok(()) };
+        csv.finish()?;
+        exports.finish()
+    }
+}
+
+/// The first moment, and from then on the first of every period of a rate.
+struct Rate {
+    hz: f64,
+    first: Option<Time>,
+    period: f64,
+}
+
+impl Rate {
+    fn of(hz: f64) -> Self {
+        Self { hz, first: None, period: f64::NEG_INFINITY }
+    }
+
+    fn takes(&mut self, time: Time) -> bool {
+        // A moment that rounding put just before its period belongs to it.
+        const ROUNDING: f64 = 1e-6;
+        let period = ((time - *self.first.get_or_insert(time)) * self.hz + ROUNDING).floor();
+        let is_new = period > self.period;
+        self.period = self.period.max(period);
+        is_new
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn taken(hz: f64, interval_ns: i64, count: i64) -> Vec<i64> {
+        let mut rate = Rate::of(hz);
+        (0..count)
+            .filter(|index| rate.takes(Time::from_nanoseconds(7_000 + index * interval_ns)))
+            .collect()
+    }
+
+    #[test]
+    fn a_rate_is_kept_on_average_and_never_exceeded() {
+        assert_eq!(taken(10.0, 10_000_000, 51), [0, 10, 20, 30, 40, 50]);
+        assert_eq!(taken(10.0, 30_303_030, 3301).len(), 1001);
+        // What is slower than the rate stays as it is.
+        assert_eq!(taken(10.0, 200_000_000, 5), [0, 1, 2, 3, 4]);
+    }
+}

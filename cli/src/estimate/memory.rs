@@ -1,0 +1,57 @@
+//! Whether there is memory for what is asked.
+
+use std::path::Path;
+
+use anyhow::ensure;
+use hovernav_log::Dataset;
+
+/// Refuses to smooth what the memory that is free will not hold, before it is begun.
+pub fn check_smoothing(log: &Path, dataset: &Dataset) -> anyhow::Result<()> {
+    // A page and files of it come on top.
+    const BESIDE: u64 = 64 << 20;
+    let needed = dataset.smoothing_bytes() + BESIDE;
+    // Where nobody can tell, it is tried.
+    let free = free_bytes().unwrap_or(u64::MAX);
+    ensure!(
+        needed <= free,
+        "{}: smoothing {} samples takes {:.2} GB of memory beside the log, found {:.2} GB free: \
+         expected more memory, a shorter log, or no --smooth",
+        log.display(),
+        dataset.imu.len(),
+        needed as f64 / 1e9,
+        free as f64 / 1e9
+    );
+    Ok(())
+}
+
+/// Memory that this process may still take: the least of what the machine has, what its control group
+/// has left and what its own limit leaves. `None` where the system does not say.
+fn free_bytes() -> Option<u64> {
+    let machine = kilobytes("/proc/meminfo", "MemAvailable:");
+    [machine, left_in_group(), left_below_limit()].into_iter().flatten().min()
+}
+
+/// The number of kB behind `key` in a file of such lines.
+fn kilobytes(path: &str, key: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
+    Some(1024 * line.split_whitespace().next()?.parse::<u64>().ok()?)
+}
+
+/// What version 2 of control groups leaves.
+fn left_in_group() -> Option<u64> {
+    let group = std::fs::read_to_string("/proc/self/cgroup").ok()?;
+    let place = group.lines().find_map(|line| line.strip_prefix("0::"))?;
+    let number = |name: &str| -> Option<u64> {
+        std::fs::read_to_string(format!("/sys/fs/cgroup{place}/{name}")).ok()?.trim().parse().ok()
+    };
+    Some(number("memory.max")?.saturating_sub(number("memory.current")?))
+}
+
+/// What `ulimit -v` leaves.
+fn left_below_limit() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(limit.saturating_sub(kilobytes("/proc/self/status", "VmSize:")?))
+}

@@ -1,0 +1,80 @@
+//! What the sensors sent, as one stream.
+
+use std::iter::Peekable;
+use std::slice::Iter;
+
+use crate::dataset::{Dataset, Source};
+use hovernav::event::Event;
+use hovernav::frames::{Body, Vector};
+use hovernav::gps::Fix;
+use hovernav::imu::ImuSample;
+use hovernav::time::Time;
+
+/// The events of a dataset in order of arrival; a clone goes on from where it was cloned.
+#[derive(Clone, Debug)]
+pub struct Events<'a> {
+    latency_s: f64,
+    order: Iter<'a, Source>,
+    imu: Peekable<Iter<'a, ImuSample>>,
+    fixes: Peekable<Iter<'a, Fix>>,
+    baro: Peekable<Iter<'a, (Time, f64)>>,
+    magnetometer: Peekable<Iter<'a, (Time, Vector<Body>)>>,
+}
+
+impl Dataset {
+    /// Everything the sensors sent, in order of arrival: as [`order`](Self::order) has it, else by
+    /// time, a fix arriving its latency after it is true.
+    #[must_use]
+    pub fn events(&self) -> Events<'_> {
+        Events {
+            latency_s: self.manifest.gps.latency_s,
+            order: if self.has_order() { self.order.iter() } else { [].iter() },
+            imu: self.imu.iter().peekable(),
+            fixes: self.fixes.iter().peekable(),
+            baro: self.baro.iter().peekable(),
+            magnetometer: self.magnetometer.iter().peekable(),
+        }
+    }
+
+    /// Whether `order` lists every event there is.
+    fn has_order(&self) -> bool {
+        let count = |of| self.order.iter().filter(|source| **source == of).count();
+        count(Source::Imu) == self.imu.len()
+            && count(Source::Gps) == self.fixes.len()
+            && count(Source::Baro) == self.baro.len()
+            && count(Source::Magnetometer) == self.magnetometer.len()
+    }
+}
+
+impl Events<'_> {
+    /// The source of the earliest event.
+    fn earliest(&mut self) -> Option<Source> {
+        let latency_s = self.latency_s;
+        let times = [
+            (Source::Imu, self.imu.peek().map(|sample| sample.time)),
+            (Source::Gps, self.fixes.peek().map(|fix| fix.time.offset_by(latency_s))),
+            (Source::Baro, self.baro.peek().map(|(time, _)| *time)),
+            (Source::Magnetometer, self.magnetometer.peek().map(|(time, _)| *time)),
+        ];
+        let present = times.into_iter().filter_map(|(source, time)| Some((source, time?)));
+        present.min_by_key(|(_, time)| *time).map(|(source, _)| source)
+    }
+}
+
+impl Iterator for Events<'_> {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        match self.order.next().copied().or_else(|| self.earliest())? {
+            Source::Imu => self.imu.next().map(|sample| Event::Imu(*sample)),
+            Source::Gps => self.fixes.next().map(|fix| Event::Gps(*fix)),
+            Source::Baro => {
+                self.baro.next().map(|&(time, height_m)| Event::Baro { time, height_m })
+            }
+            Source::Magnetometer => self
+                .magnetometer
+                .next()
+                .map(|&(time, field_gauss)| Event::Magnetometer { time, field_gauss }),
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Which solutions of a run stay in memory.
+
+use hovernav::ekf::Solution;
+
+/// Which solutions of a run stay in memory; whoever wants every one is handed each as it comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Every one: 280 bytes each.
+    All,
+    /// At most 131 072, evenly thinned: every one of a shorter log, of a longer one the first, every
+    /// second, fourth, eighth …, and the last. Under 40 MB, however long the log.
+    Thinned,
+}
+
+/// An even number, so that halves stay even.
+const MOST: usize = 1 << 17;
+
+impl Keep {
+    const fn most(self) -> usize {
+        match self {
+            Self::All => usize::MAX,
+            Self::Thinned => MOST,
+        }
+    }
+}
+
+/// Solutions kept so far.
+pub(crate) struct Kept {
+    most: usize,
+    solutions: Vec<Solution>,
+    /// Every how manieth is kept.
+    stride: usize,
+    seen: usize,
+    last: Option<Solution>,
+}
+
+impl Kept {
+    /// None yet, with memory for those of so many samples.
+    pub fn new(keep: Keep, samples: usize) -> Self {
+        let most = keep.most();
+        let solutions = Vec::with_capacity(samples.min(most));
+        Self { most, solutions, stride: 1, seen: 0, last: None }
+    }
+
+    pub fn push(&mut self, solution: Solution) {
+        self.last = Some(solution);
+        if self.seen.is_multiple_of(self.stride) {
+            if self.solutions.len() == self.most {
+                let mut index = 0;
+                self.solutions.retain(|_| {
+                    index += 1;
+                    index % 2 == 1
+                });
+                self.stride *= 2;
+            }
+            self.solutions.push(solution);
+        }
+        self.seen += 1;
+    }
+
+    /// Those kept, the last among them, and how many are not.
+    pub fn finish(mut self) -> (Vec<Solution>, usize) {
+        let ends = self.solutions.last().map(|solution| solution.time);
+        self.solutions.extend(self.last.filter(|last| Some(last.time) != ends));
+        let left_out = self.seen - self.solutions.len();
+        (self.solutions, left_out)
+    }
+}
+
+/// Thins `solutions` as [`Keep::Thinned`] does, and frees the memory of the rest.
+#[must_use]
+pub fn thin(solutions: Vec<Solution>) -> Vec<Solution> {
+    if solutions.len() <= MOST {
+        return solutions;
+    }
+    let mut kept = Kept::new(Keep::Thinned, solutions.len());
+    solutions.into_iter().for_each(|solution| kept.push(solution));
+    kept.finish().0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::earth::Geodetic;
+    use hovernav::frames::{EulerAngles, Rotation, Vector};
+    use hovernav::time::Time;
+
+    fn solution(number: i64) -> Solution {
+        Solution {
+            time: Time::from_nanoseconds(number),
+            position: Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 },
+            velocity_mps: Vector::ZERO,
+            body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 0.0)),
+            angular_rate_radps: Vector::ZERO,
+            position_sigma_m: Vector::ZERO,
+            velocity_sigma_mps: Vector::ZERO,
+            attitude_sigma_rad: [0.0; 3],
+            gyro_bias_radps: Vector::ZERO,
+            accel_bias_mps2: Vector::ZERO,
+            gyro_bias_sigma_radps: Vector::ZERO,
+            accel_bias_sigma_mps2: Vector::ZERO,
+        }
+    }
+
+    fn kept(most: usize, count: i64) -> (Vec<i64>, usize) {
+        let mut kept = Kept { most, ..Kept::new(Keep::All, 0) };
+        (0..count).for_each(|number| kept.push(solution(number)));
+        let (solutions, left_out) = kept.finish();
+        (solutions.iter().map(|solution| solution.time.nanoseconds()).collect(), left_out)
+    }
+
+    #[test]
+    fn those_kept_are_even_and_have_the_first_and_the_last() {
+        assert_eq!(kept(4, 0), (vec![], 0));
+        assert_eq!(kept(4, 4), (vec![0, 1, 2, 3], 0));
+        assert_eq!(kept(4, 5), (vec![0, 2, 4], 2));
+        assert_eq!(kept(4, 8), (vec![0, 2, 4, 6, 7], 3));
+        assert_eq!(kept(4, 9), (vec![0, 4, 8], 6));
+        assert_eq!(kept(4, 1000).0.last(), Some(&999));
+        assert!((1..3000).all(|count| kept(4, count).0.len() <= 5));
+    }
+}

@@ -1,0 +1,180 @@
+//! A recorded flight through the estimator and back.
+//!
+//! What the smoother needs of a sample is ten times the sample. So the filter runs over the log twice:
+//! first it leaves only what it was at the start of every block of samples, then, from the last block
+//! to the first, each block is run again for the smoother, which goes back over it at once.
+
+use std::mem::size_of;
+use std::ops::ControlFlow;
+
+use crate::dataset::Dataset;
+use crate::events::Events;
+use crate::kept::Keep;
+use crate::replay::Run;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{
+    Adjoint, Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution, Trace,
+};
+use hovernav::event::Event;
+use hovernav::ins::{HeadingSource, Start};
+
+/// What a run over a log and back gave.
+#[derive(Clone, Debug, Default)]
+pub struct SmoothedRun {
+    /// The filter's own solutions, moment by moment.
+    pub forward: Run,
+    /// The smoothed solutions, at the times of the forward run's; none where nothing could be
+    /// smoothed, see [`Dataset::smooth`].
+    pub solutions: Vec<Solution>,
+}
+
+/// Samples of a block, at least: what the smoother keeps of so many is 16 MB.
+const LEAST_BLOCK: usize = 4096;
+/// What the smoother keeps of a sample, at most, bytes.
+const TRACE: usize = 4096;
+
+/// The filter before a block of events.
+struct Checkpoint<'a> {
+    estimator: Estimator<Full, 28>,
+    events: Events<'a>,
+}
+
+impl Dataset {
+    /// Runs the estimator forward over the log, then smooths backward: every moment from the whole
+    /// log, biases and all.
+    ///
+    /// A log whose heading is found only in motion is gone over again, the filter starting in the
+    /// heading's sector, so that all of it is smoothed. Where alignment never ends or the heading is
+    /// never found, nothing is smoothed: to choose a heading would be to guess, and to guess
+    /// with confidence. `progress` is called with the number of inertial samples that the forward run
+    /// under way has done. Of the forward run's solutions those stay in memory that `keep` says.
+    ///
+    /// See [`Smoother`] for the method, [`smoothing_bytes`](Self::smoothing_bytes) for the memory.
+    pub fn smooth_keeping(
+        &self,
+        config: &EstimatorConfig,
+        keep: Keep,
+        mut progress: impl FnMut(usize),
+    ) -> SmoothedRun {
+        self.smoothed(config, keep, &mut progress)
+    }
+
+    /// [`smooth_keeping`](Self::smooth_keeping) every solution of the forward run.
+    pub fn smooth(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> SmoothedRun {
+        self.smoothed(config, Keep::All, &mut progress)
+    }
+
+    /// What smoothing takes beside the log itself, bytes: a solution of every sample, and what goes
+    /// back over one block and starts the others.
+    #[must_use]
+    pub fn smoothing_bytes(&self) -> u64 {
+        let (samples, block) = (self.imu.len(), self.block());
+        let checkpoint = size_of::<Estimator<Full, 28>>() + 1024;
+        let bytes = samples * size_of::<Solution>()
+            + samples.min(block) * TRACE
+            + (samples / block + 1) * checkpoint;
+        bytes as u64
+    }
+
+    /// Samples of a block: where checkpoints and one block's trace take least together.
+    fn block(&self) -> usize {
+        let balanced = (self.imu.len() * size_of::<Estimator<Full, 28>>() / TRACE).isqrt();
+        balanced.max(LEAST_BLOCK)
+    }
+
+    fn smoothed(
+        &self,
+        config: &EstimatorConfig,
+        keep: Keep,
+        progress: &mut dyn FnMut(usize),
+    ) -> SmoothedRun {
+        let mut checkpoints = Vec::new();
+        let forward = self.checkpointed(config, keep, None, progress, &mut checkpoints);
+        let aligned = forward.notices.iter().find_map(|notice| match notice {
+            Notice::Aligned(alignment) => Some(*alignment),
+            _ => None,
+        });
+        let mut start = None;
+        if let Some(alignment) = aligned.filter(|by| by.heading == HeadingSource::Unknown) {
+            let found = forward.notices.iter().find_map(|notice| match notice {
+                Notice::HeadingFound { sector, .. } => Some(*sector),
+                _ => None,
+            });
+            let Some(sector) = found else {
+                return SmoothedRun { forward, solutions: Vec::new() };
+            };
+            start = Some(HeadingSearch::sector_start(alignment.start, sector));
+            checkpoints.clear();
+            self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints);
+        }
+        let mut solutions = Vec::with_capacity(self.imu.len());
+        let mut after = Adjoint::default();
+        let block = self.block();
+        while let Some(Checkpoint { mut estimator, events }) = checkpoints.pop() {
+            let mut smoother = Smoother::<Full, 28>::with_capacity(block.min(self.imu.len()));
+            let mut samples = 0;
+            for event in events {
+                samples += usize::from(matches!(event, Event::Imu(_)));
+                if samples > block {
+                    break;
+                }
+                push(&mut estimator, &event, start, &mut smoother, |_| ());
+                if let (Event::Imu(_), Some(filter)) = (&event, estimator.filter()) {
+                    smoother.sampled(filter);
+                }
+            }
+            solutions.extend(smoother.smooth_before(&mut after).into_iter().rev());
+        }
+        solutions.reverse();
+        SmoothedRun { forward, solutions }
+    }
+
+    /// A forward run that leaves a checkpoint before the first sample of every block; from `start` where
+    /// one is given, else from the alignment's own.
+    fn checkpointed<'a>(
+        &'a self,
+        config: &EstimatorConfig,
+        keep: Keep,
+        start: Option<Start>,
+        progress: &mut dyn FnMut(usize),
+        checkpoints: &mut Vec<Checkpoint<'a>>,
+    ) -> Run {
+        let mut estimator = Estimator::<Full, 28>::new(*config);
+        let (mut events, block) = (self.events(), self.block());
+        checkpoints.push(Checkpoint { estimator: estimator.clone(), events: events.clone() });
+        let mut samples = 0;
+        self.run(config, keep, progress, |event, run| {
+            let is_sample = matches!(event, Event::Imu(_));
+            if is_sample && samples == block {
+                let (estimator, events) = (estimator.clone(), events.clone());
+                checkpoints.push(Checkpoint { estimator, events });
+                samples = 0;
+            }
+            events.next();
+            samples += usize::from(is_sample);
+            push(&mut estimator, event, start, &mut (), |notice| run.keep(notice));
+            if is_sample && let Some(filter) = estimator.filter() {
+                run.learned_by(Some(filter));
+            }
+            ControlFlow::Continue(estimator.solution())
+        })
+    }
+}
+
+/// Gives `event` to the estimator, which goes on from `start`, where one is given, once it is aligned.
+fn push(
+    estimator: &mut Estimator<Full, 28>,
+    event: &Event,
+    start: Option<Start>,
+    trace: &mut impl Trace<f64, 28>,
+    mut notify: impl FnMut(Notice),
+) {
+    let mut aligned = false;
+    estimator.push_traced(event, trace, |notice| {
+        aligned |= matches!(notice, Notice::Aligned(_));
+        notify(notice);
+    });
+    if let Some(start) = start.filter(|_| aligned) {
+        estimator.begin_at(&start);
+    }
+}
