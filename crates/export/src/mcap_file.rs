@@ -50,7 +50,8 @@ pub struct Mcap<'w> {
 
 impl<'w> Mcap<'w> {
     pub fn new(out: Out<'w>) -> Result<Self, ExportError> {
-        let options = WriteOptions::new().compression(None).disable_seeking(true).library("hovernav");
+        let options =
+            WriteOptions::new().compression(None).disable_seeking(true).library("hovernav");
         let mut file = mcap::Writer::with_options(NoSeek::new(out), options)?;
         let mut channel = |topic: &str, name: &str, schema: Value| -> Result<u16, ExportError> {
             let schema = file.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
@@ -117,12 +118,7 @@ impl<'w> Mcap<'w> {
             ),
             (solution, Value::Object(row)),
         ] {
-            let header = MessageHeader {
-                channel_id,
-                sequence,
-                log_time,
-                publish_time: log_time,
-            };
+            let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
             self.file.write_to_known_channel(&header, message.to_string().as_bytes())?;
         }
         Ok(())

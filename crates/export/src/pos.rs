@@ -16,17 +16,17 @@ pub struct Pos<'w>(Out<'w>);
 
 impl<'w> Pos<'w> {
     pub fn new(mut out: Out<'w>) -> Result<Self, ExportError> {
-    writeln!(out, "% program   : hovernav")?;
-    writeln!(
-        out,
-        "% (lat/lon/height=WGS84/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,ns=# of satellites)"
-    )?;
-    writeln!(
-        out,
-        "%  UTC                   latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   \
+        writeln!(out, "% program   : hovernav")?;
+        writeln!(
+            out,
+            "% (lat/lon/height=WGS84/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,ns=# of satellites)"
+        )?;
+        writeln!(
+            out,
+            "%  UTC                   latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   \
          sdu(m)  sdne(m)  sdeu(m)  sdun(m) age(s)  ratio"
-    )?;
-    Ok(Self(out))
+        )?;
+        Ok(Self(out))
     }
 }
 

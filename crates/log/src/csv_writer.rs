@@ -29,7 +29,15 @@ impl CsvWriter {
     pub fn new(path: PathBuf, columns: &[&'static str]) -> Self {
         let mut bytes = columns.join(",").into_bytes();
         bytes.push(b'\n');
-        Self { path, columns: columns.to_vec(), bytes, part: None, failure: None, row: 1, column: 0 }
+        Self {
+            path,
+            columns: columns.to_vec(),
+            bytes,
+            part: None,
+            failure: None,
+            row: 1,
+            column: 0,
+        }
     }
 
     /// A time in seconds, with as many decimals as it needs and no more.

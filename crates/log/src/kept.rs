@@ -7,13 +7,13 @@ use hovernav::ekf::Solution;
 pub enum Keep {
     /// Every one: 280 bytes each.
     All,
-    /// At most 131 072, evenly thinned: every one of a shorter log, of a longer one the first, every
-    /// second, fourth, eighth …, and the last. Under 40 MB, however long the log.
+    /// At most 65 536, evenly thinned: every one of a shorter log, of a longer one the first, every
+    /// second, fourth, eighth …, and the last. Under 20 MB, however long the log.
     Thinned,
 }
 
 /// An even number, so that halves stay even.
-const MOST: usize = 1 << 17;
+const MOST: usize = 1 << 16;
 
 impl Keep {
     const fn most(self) -> usize {

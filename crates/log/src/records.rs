@@ -1,26 +1,30 @@
-//! The records of a CSV file in memory, each with the line it begins on.
+//! The records of a CSV file, each with the line it begins on; no more of it in memory than a record and
+//! what the reader has looked ahead.
 
-use std::io::{self, Cursor};
+use std::io::{self, Cursor, Read};
 
 use csv::{ByteRecord, Position, Reader, ReaderBuilder};
 
 /// Records of fields in a file, read forward once.
 pub(crate) struct Records {
-    reader: Reader<Cursor<Vec<u8>>>,
+    reader: Reader<Tee>,
     record: ByteRecord,
     line: u64,
     start: usize,
 }
 
 impl Records {
-    /// Those in `bytes`, past a byte order mark.
-    pub fn new(mut bytes: Vec<u8>) -> Self {
-        if bytes.starts_with(b"\xef\xbb\xbf") {
-            bytes.drain(..3);
+    /// Those in `source`, past a byte order mark.
+    pub fn new(mut source: Box<dyn Read>) -> io::Result<Self> {
+        let mut head = Vec::with_capacity(MARK.len());
+        source.by_ref().take(MARK.len() as u64).read_to_end(&mut head)?;
+        if head == MARK {
+            head.clear();
         }
-        let reader =
-            ReaderBuilder::new().has_headers(false).flexible(true).from_reader(Cursor::new(bytes));
-        Self { reader, record: ByteRecord::new(), line: 1, start: 0 }
+        let source = Box::new(Cursor::new(head).chain(source));
+        let tee = Tee { source, kept: Vec::new(), offset: 0 };
+        let reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(tee);
+        Ok(Self { reader, record: ByteRecord::new(), line: 1, start: 0 })
     }
 
     /// Moves on to the next record; whether there is one.
@@ -31,11 +35,13 @@ impl Records {
         // The reader's own position is where it began to look: before blank lines, and between the
         // CR and LF that ended the record before.
         let looked = self.record.position().map_or(0, Position::byte) as usize;
-        let bytes = self.reader.get_ref().get_ref();
-        let blanks = bytes[looked..].iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
+        let tee = self.reader.get_mut();
+        let blanks = tee.from(looked).iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
         let start = looked + blanks.count();
-        self.line += bytes[self.start..start].iter().filter(|&&byte| byte == b'\n').count() as u64;
+        let passed = &tee.from(self.start)[..start - self.start];
+        self.line += passed.iter().filter(|&&byte| byte == b'\n').count() as u64;
         self.start = start;
+        tee.forget(start);
         Ok(true)
     }
 
@@ -51,8 +57,44 @@ impl Records {
 
     /// Whether it ends with the file, without the newline that would vouch for it.
     pub fn is_cut_off(&self) -> bool {
-        let bytes = self.reader.get_ref().get_ref();
-        self.reader.position().byte() as usize >= bytes.len()
-            && !matches!(bytes.last(), Some(b'\n' | b'\r'))
+        let tee = self.reader.get_ref();
+        self.reader.position().byte() as usize >= tee.offset + tee.kept.len()
+            && !matches!(tee.kept.last(), Some(b'\n' | b'\r'))
+    }
+}
+
+/// UTF-8's byte order mark.
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Remembers what was read of a source, as far as it is still wanted.
+struct Tee {
+    source: Box<dyn Read>,
+    kept: Vec<u8>,
+    /// Where in the source `kept` begins.
+    offset: usize,
+}
+
+impl Tee {
+    /// What was read from the byte `place` on.
+    fn from(&self, place: usize) -> &[u8] {
+        self.kept.get(place.saturating_sub(self.offset)..).unwrap_or_default()
+    }
+
+    /// Lets go of what was read before the byte `place`, now and then.
+    fn forget(&mut self, place: usize) {
+        const WORTH_IT: usize = 1 << 16;
+        let count = place.saturating_sub(self.offset).min(self.kept.len());
+        if count >= WORTH_IT {
+            self.kept.drain(..count);
+            self.offset += count;
+        }
+    }
+}
+
+impl Read for Tee {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.source.read(buffer)?;
+        self.kept.extend_from_slice(&buffer[..count]);
+        Ok(count)
     }
 }

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use serde::Serialize;
 
 use crate::dataset::{Dataset, Source};
-use hovernav::ekf::layout::{Full, Layout as _};
 use crate::kept::{Keep, Kept};
+use hovernav::ekf::layout::{Full, Layout as _};
 use hovernav::ekf::{Aid, Ekf, Estimator, EstimatorConfig, FullEkf, Notice, Solution};
 use hovernav::event::Event;
 use hovernav::time::Time;

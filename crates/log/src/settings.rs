@@ -23,16 +23,21 @@ impl Dataset {
     /// # Errors
     /// As [`Manifest::settings`].
     pub fn settings(&mut self) -> Result<EstimatorConfig, LogError> {
-        let magnetic = !self.magnetometer.is_empty()
-            || self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
-        let place = self.fixes.first().map(|fix| fix.position);
-        let (config, remark) = self.manifest.settings(magnetic, place.as_ref())?;
+        let (config, remark) = self.configuration()?;
         match remark {
             Some(Declination::Model(note)) => self.notes.push(note),
             Some(Declination::None(warning)) => self.warnings.push(warning),
             None => {}
         }
         Ok(config)
+    }
+
+    /// The settings, and what is to be said of the declination.
+    pub(crate) fn configuration(&self) -> Result<(EstimatorConfig, Option<Declination>), LogError> {
+        let magnetic = !self.magnetometer.is_empty()
+            || self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+        let place = self.fixes.first().map(|fix| fix.position);
+        self.manifest.settings(magnetic, place.as_ref())
     }
 
     /// Overrides keys of the manifest with those of the file `config`, and moves the fixes where that

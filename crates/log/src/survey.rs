@@ -1,5 +1,6 @@
 //! What is in a log, for programs, and what of it matters.
 
+use std::convert::Infallible;
 use std::fmt;
 
 use serde::Serialize;
@@ -8,6 +9,7 @@ use crate::clock::{gaps, median_interval_s};
 use crate::dataset::Dataset;
 use crate::finding::{Finding, sentences};
 use crate::info::{self, paragraph};
+use crate::kept::Keep;
 use crate::rates::{Rates, rates};
 use crate::statistics::quantile;
 use crate::vibration_lines::{VibrationLine, vibration_lines};
@@ -102,10 +104,11 @@ impl Survey {
     /// Surveys `dataset`; where the filter can be run over it, it is.
     #[must_use]
     pub fn of(dataset: &Dataset) -> Self {
-        let rates = rates(&dataset.imu);
-        let mut run_over = dataset.clone();
-        let run = match (dataset.fixes.is_empty() || dataset.imu.is_empty(), run_over.settings()) {
-            (false, Ok(config)) => Some(run_over.estimate(&config, |_| {})),
+        let nothing_to_run = dataset.fixes.is_empty() || dataset.imu.is_empty();
+        let run = match (nothing_to_run, dataset.configuration()) {
+            (false, Ok((config, _))) => dataset
+                .estimate_each(&config, Keep::Thinned, |_| {}, |_| Ok::<(), Infallible>(()))
+                .ok(),
             _ => None,
         };
         let mut findings = run.as_ref().map_or_else(Vec::new, |run| dataset.findings(run));
@@ -113,7 +116,7 @@ impl Survey {
         Self {
             name: dataset.manifest.name.clone(),
             sensors: sensors(dataset),
-            imu: imu(dataset, &rates),
+            imu: imu(dataset, &rates(&dataset.imu)),
             gps: gps(&dataset.fixes),
             gps_offset_s: run.and_then(|run| run.gps_offset),
             missing: missing(dataset),

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 use std::collections::HashSet;
+use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use csv::ByteRecord;
@@ -11,9 +12,9 @@ use crate::number::{parse_number, parse_time};
 use crate::records::Records;
 use crate::remarks::Remarks;
 use hovernav::time::Time;
-use hovernav_toml::read_bytes;
+use hovernav_toml::open_file;
 
-/// A table of more bytes than this is refused rather than read into memory: ten hours at 400 Hz and
+/// A table of more bytes than this is refused rather than read: ten hours at 400 Hz and
 /// twice that.
 pub(crate) const LARGEST_BYTES: u64 = 4 << 30;
 
@@ -42,8 +43,8 @@ impl Table {
     /// Opens a file of `dir`; `None` where there is no such file.
     pub fn open(dir: &Path, file: &str) -> Result<Option<Self>, LogError> {
         let path = dir.join(file);
-        match read_bytes(&path, LARGEST_BYTES) {
-            Ok(bytes) => Self::parse(path, bytes).map(Some),
+        match open_file(&path, LARGEST_BYTES) {
+            Ok(file) => Self::read(path, Box::new(file.take(LARGEST_BYTES))).map(Some),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(LogError::io(&path)(error)),
         }
@@ -51,7 +52,12 @@ impl Table {
 
     /// The table in `bytes`, the contents of the file `path`.
     pub fn parse(path: PathBuf, bytes: Vec<u8>) -> Result<Self, LogError> {
-        let mut records = Records::new(bytes);
+        Self::read(path, Box::new(Cursor::new(bytes)))
+    }
+
+    /// The table that `source`, the file `path`, holds.
+    fn read(path: PathBuf, source: Box<dyn Read>) -> Result<Self, LogError> {
+        let mut records = Records::new(source).map_err(LogError::io(&path))?;
         if !records.advance().map_err(LogError::io(&path))? {
             let reason = "the file is empty, expected a header row".into();
             return Err(LogError::Unusable { path, reason });

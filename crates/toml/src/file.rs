@@ -10,22 +10,32 @@ use std::path::Path;
 /// Those of the file system; a pipe or a device, for which one could wait without end; a file of more
 /// than `most` bytes, also where it grows while it is read.
 pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let file = open_file(path, most)?;
+    let mut bytes = Vec::with_capacity(file.metadata()?.len() as usize);
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64, most)) } else { Ok(bytes) }
+}
+
+/// The regular file `path` of at most `most` bytes, to be read.
+///
+/// # Errors
+/// Those of the file system; a pipe or a device; a file of more than `most` bytes.
+pub fn open_file(path: &Path, most: u64) -> io::Result<File> {
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {
         let found = if metadata.is_dir() { "a directory" } else { "a pipe or a device" };
         let reason = format!("found {found}, expected a file");
         return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     }
-    let too_large = |found: u64| {
-        let reason = format!("found {found} bytes, expected at most {most}");
-        io::Error::new(io::ErrorKind::InvalidData, reason)
-    };
     if metadata.len() > most {
-        return Err(too_large(metadata.len()));
+        return Err(too_large(metadata.len(), most));
     }
-    let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
+    File::open(path)
+}
+
+fn too_large(found: u64, most: u64) -> io::Error {
+    let reason = format!("found {found} bytes, expected at most {most}");
+    io::Error::new(io::ErrorKind::InvalidData, reason)
 }
 
 #[cfg(test)]

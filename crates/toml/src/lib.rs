@@ -13,7 +13,7 @@ use toml::de::{DeTable, DeValue};
 
 use deserializer::{Place, ValueDeserializer};
 
-pub use file::read_bytes;
+pub use file::{open_file, read_bytes};
 
 /// Set-up files are short: no larger file is one, bytes.
 const LONGEST_TEXT: u64 = 16 << 20;
