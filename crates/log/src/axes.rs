@@ -3,7 +3,8 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
-use hovernav::frames::{Body, Vector};
+use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
+use hovernav::glam::{DQuat, DVec3};
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 
 /// Where the axes x, y and z of a sensor point, as three letters: **f**orward, **b**ack, **r**ight,
@@ -117,9 +118,19 @@ pub enum GyroUnit {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Reading {
     pub axes: Axes,
+    /// From the unit's forward, right and down to the vehicle's, where they are not the same.
+    pub mounting: Option<DQuat>,
     pub accel_unit: AccelUnit,
     pub gyro_unit: GyroUnit,
     pub accel_is_gravity: bool,
+}
+
+/// The rotation that roll, pitch and yaw of a unit in its vehicle are; `None` of none.
+pub(crate) fn rotation_of(mounting_deg: [f64; 3]) -> Option<DQuat> {
+    let [roll, pitch, yaw] = mounting_deg;
+    // A unit in a vehicle is turned as a vehicle in the world.
+    let turned = || Rotation::from_euler(EulerAngles::from_degrees(roll, pitch, yaw)).quaternion();
+    (mounting_deg != [0.0; 3]).then(turned)
 }
 
 impl Reading {
@@ -138,8 +149,8 @@ impl Reading {
             AccelUnit::G => STANDARD_GRAVITY_MPS2,
             AccelUnit::Mg => 1e-3 * STANDARD_GRAVITY_MPS2,
         } * if self.accel_is_gravity { -1.0 } else { 1.0 };
-        let turn = |vector: Vector<Body>| self.axes.to_body(vector) * gyro;
-        let push = |vector: Vector<Body>| self.axes.to_body(vector) * accel;
+        let turn = |vector: Vector<Body>| self.turned(vector) * gyro;
+        let push = |vector: Vector<Body>| self.turned(vector) * accel;
         match motion {
             Motion::Rates { angular_rate_radps, specific_force_mps2 } => Motion::Rates {
                 angular_rate_radps: turn(angular_rate_radps),
@@ -156,23 +167,95 @@ impl Reading {
         let field = sample.magnetic_field_gauss.map(|field| self.field(field));
         ImuSample {
             motion: self.motion(sample.motion),
+            attitude: sample.attitude.map(|attitude| self.attitude(attitude)),
             magnetic_field_gauss: field,
             clipped: self.marks(sample.clipped),
             ..sample
         }
     }
 
-    /// Marks of full scale of the same axes.
+    /// A vector of the unit's axes, in the vehicle's.
+    fn turned(&self, vector: Vector<Body>) -> Vector<Body> {
+        let vector = self.axes.to_body(vector);
+        match self.mounting {
+            Some(mounting) => mounting.mul_vec3(DVec3::from(vector.to_array())).to_array().into(),
+            None => vector,
+        }
+    }
+
+    /// The vehicle's attitude by the unit's own, whose axes are forward, right and down already.
+    pub fn attitude(&self, attitude: EulerAngles) -> EulerAngles {
+        let Some(mounting) = self.mounting else { return attitude };
+        let unit = Rotation::<Body, Ned>::from_euler(attitude).quaternion();
+        Rotation::<Body, Ned>::claim(unit * mounting.inverse()).euler()
+    }
+
+    /// Marks of full scale of the same axes; of a unit that stands askew, on every axis that one of its
+    /// own tells a tenth of or more.
     pub fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
+        const TOLD: f64 = 0.1;
+        let of_axis = |axis: usize| {
+            let mut along = [0.0; 3];
+            along[axis] = 1.0;
+            self.turned(along.into()).to_array().map(|share| share.abs() >= TOLD)
+        };
         let turned = |marks: [bool; 3]| {
-            let turned = self.axes.to_body(marks.map(f64::from).into());
-            turned.to_array().map(|mark| mark != 0.0)
+            let mut all = [false; 3];
+            for axis in (0..3).filter(|&axis| marks[axis]) {
+                for (mark, told) in all.iter_mut().zip(of_axis(axis)) {
+                    *mark |= told;
+                }
+            }
+            all
         };
         ClippedAxes { gyro: turned(marks.gyro), accel: turned(marks.accel) }
     }
 
     /// A magnetic field of the same axes.
     pub fn field(&self, field: Vector<Body>) -> Vector<Body> {
-        if self.axes.are_body() { field } else { self.axes.to_body(field) }
+        // Other fields keep their bits.
+        if self.axes.are_body() && self.mounting.is_none() { field } else { self.turned(field) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reading(mounting_deg: [f64; 3]) -> Reading {
+        Reading { mounting: rotation_of(mounting_deg), ..Reading::default() }
+    }
+
+    fn assert_near(found: [f64; 3], expected: [f64; 3]) {
+        let near =
+            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9);
+        assert!(near, "found {found:?}, expected {expected:?}");
+    }
+
+    #[test]
+    fn a_unit_that_stands_askew_in_a_level_vehicle_measures_its_own_tilt() {
+        // Nose up by 30°: gravity's reaction, up, has a part along its x.
+        let (sin, cos) = 30f64.to_radians().sin_cos();
+        let unit = Vector::new(9.81 * sin, 0.0, -9.81 * cos);
+        assert_near(reading([0.0, 30.0, 0.0]).turned(unit).to_array(), [0.0, 0.0, -9.81]);
+        // Turned to the right by a quarter, what it calls left is the vehicle's nose.
+        let left = Vector::new(0.0, -1.0, 0.0);
+        assert_near(reading([0.0, 0.0, 90.0]).turned(left).to_array(), [1.0, 0.0, 0.0]);
+        assert_eq!(rotation_of([0.0; 3]), None);
+    }
+
+    #[test]
+    fn the_vehicle_is_level_where_the_unit_says_its_own_mounting() {
+        let mounting = [12.0, -7.0, 40.0];
+        let [roll, pitch, yaw] = mounting;
+        let unit = EulerAngles::from_degrees(roll, pitch, yaw);
+        assert_near(reading(mounting).attitude(unit).to_degrees(), [0.0; 3]);
+    }
+
+    #[test]
+    fn marks_go_to_the_axes_that_a_clipped_one_tells_of() {
+        let marks = ClippedAxes { gyro: [false; 3], accel: [true, false, false] };
+        assert_eq!(reading([0.0, 2.0, 0.0]).marks(marks).accel, [true, false, false]);
+        assert_eq!(reading([0.0, 0.0, 45.0]).marks(marks).accel, [true, true, false]);
     }
 }

@@ -140,6 +140,7 @@ impl Columns {
             pitch_rad: pitch.to_radians(),
             yaw_rad: wrap_angle(yaw.to_radians()),
         });
+        let attitude = attitude.map(|attitude| self.reading.attitude(attitude));
         let magnetic = magnetic.filter(|field| is_within(*field, STRONGEST_FIELD_GAUSS));
         let magnetic_field_gauss = magnetic.map(|field| self.reading.field(field.into()));
         Ok(Ok(ImuSample { time, motion, attitude, magnetic_field_gauss, clipped }))

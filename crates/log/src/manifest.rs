@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use toml::value::Datetime;
 
-use crate::axes::{AccelUnit, Axes, GyroUnit, Reading};
+use crate::axes::{AccelUnit, Axes, GyroUnit, Reading, rotation_of};
 use crate::error::LogError;
 use hovernav::frames::{Body, Vector};
 use hovernav_toml::TomlError;
@@ -105,6 +105,11 @@ pub struct ImuSection {
     /// roll, pitch and yaw are not turned.
     #[serde(skip_serializing_if = "Axes::are_body")]
     pub axes: Axes,
+    /// Roll, pitch and yaw of the unit in the vehicle, °: by how much its axes, once they are forward,
+    /// right and down by `axes`, are turned from the vehicle's. Samples, field and the unit's own
+    /// attitude are turned back by it.
+    #[serde(deserialize_with = "mounting", skip_serializing_if = "is_default")]
+    pub mounting_deg: [f64; 3],
     /// The unit of the accelerations in `imu.csv`, whatever its columns are called.
     #[serde(skip_serializing_if = "is_default")]
     pub accel_unit: AccelUnit,
@@ -122,6 +127,7 @@ impl ImuSection {
     pub(crate) fn take_reading(&mut self) -> Reading {
         Reading {
             axes: std::mem::take(&mut self.axes),
+            mounting: rotation_of(std::mem::take(&mut self.mounting_deg)),
             accel_unit: std::mem::take(&mut self.accel_unit),
             gyro_unit: std::mem::take(&mut self.gyro_unit),
             accel_is_gravity: std::mem::take(&mut self.accel_is_gravity),
@@ -274,6 +280,17 @@ fn declination<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>
 
 fn latency<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     in_range(deserializer, -10.0..=10.0)
+}
+
+fn mounting<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {
+    let angles = <[f64; 3]>::deserialize(deserializer)?;
+    if angles.iter().all(|angle| angle.abs() <= 180.0) && angles[1].abs() <= 90.0 {
+        return Ok(angles);
+    }
+    let found = format!("found {angles:?}");
+    Err(de::Error::custom(format!(
+        "{found}, expected roll and yaw within ±180°, pitch within ±90°"
+    )))
 }
 
 fn skip<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {

@@ -12,6 +12,11 @@ const USUAL: (f64, f64) = (0.85, 1.35);
 /// Cosine of the angle from the vertical within which a vehicle spends its flight, 60°.
 const UPRIGHT: f64 = 0.5;
 
+/// Cosine of the angle from the vertical, 20°, beyond which a unit stands askew if its mean specific
+/// force is that steady: no vehicle is tilted so far from end to end.
+const ASKEW: f64 = 0.94;
+const ASKEW_STEADY: f64 = 0.97;
+
 pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
     let means: Vec<[f64; 3]> = log.means(MEAN_S).iter().map(|mean| mean.force_mps2).collect();
     let mut sizes: Vec<f64> = means.iter().map(|&mean| norm(mean)).collect();
@@ -81,6 +86,9 @@ fn direction(means: &[[f64; 3]], found: &mut Vec<SetupFinding>) {
     // How steady the direction is, and what it is.
     let steady = norm(sum) / means.len().max(1) as f64;
     let up = sum.map(|component| component / norm(sum).max(1e-9));
+    if steady > ASKEW_STEADY && (UPRIGHT..ASKEW).contains(&-up[2]) {
+        found.push(askew(up));
+    }
     if steady < 0.7 || -up[2] > UPRIGHT {
         return;
     }
@@ -126,4 +134,26 @@ fn direction(means: &[[f64; 3]], found: &mut Vec<SetupFinding>) {
         cause,
         mend,
     });
+}
+
+/// A unit mounted askew, by where it sees `up`: its roll and pitch are proposed, its yaw is not seen.
+fn askew(up: [f64; 3]) -> SetupFinding {
+    let (roll_deg, pitch_deg) =
+        (f64::atan2(-up[1], -up[2]).to_degrees(), up[0].asin().to_degrees());
+    SetupFinding {
+        sensor: "inertial unit",
+        is_certain: false,
+        found: format!(
+            "mean specific force stands {:.0}° off −z ({:.2}, {:.2}, {:.2} of its size) from end to end",
+            (-up[2]).acos().to_degrees(),
+            up[0],
+            up[1],
+            up[2]
+        ),
+        cause: "a unit mounted askew in the vehicle".into(),
+        mend: format!(
+            "write mounting_deg = [{roll_deg:.1}, {pitch_deg:.1}, 0.0] under [imu] in dataset.toml, the \
+             third being the unit's heading in the vehicle, which gravity does not tell"
+        ),
+    }
 }
