@@ -173,6 +173,10 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         .map(|record| record.reproduced_by(&run.solutions).into());
     summary.set_scores(scored.as_ref(), drifts);
     summary.onboard = onboard.as_ref().and_then(|onboard| onboard.difference(solutions));
+    let innovations = flight_page::innovations(&run);
+    if let Some(onboard) = &onboard {
+        summary.onboard_innovations = onboard.innovation_sizes(&innovations);
+    }
     if !arguments.no_report {
         let page = FlightData {
             title: &dataset.manifest.name,
@@ -183,7 +187,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
             solutions: &run.solutions,
             smoothed: &smoothed,
             fixes: &dataset.fixes,
-            innovations: &flight_page::innovations(&run),
+            innovations: &innovations,
             reference: &flight_page::reference_moments(&run.solutions, reference.as_ref()),
             score: scored.as_ref(),
             onboard: onboard.as_ref(),

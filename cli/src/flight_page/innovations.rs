@@ -1,6 +1,7 @@
 //! The innovations within their bounds, and the test of their size.
 
 use hovernav::ekf::{Channel, Innovation, Verdict};
+use hovernav_formats::Onboard;
 use hovernav_log::consistency::{
     InnovationTest, PooledInnovations, chi_square_interval_95, innovation_tests,
 };
@@ -62,7 +63,7 @@ fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovati
 }
 
 /// The innovations of each channel within their 3σ bounds.
-pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
+pub fn innovations(innovations: &[Innovation], onboard: Option<&Onboard>, clock: Clock) -> Section {
     let channels = [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT, &REST].concat();
     let rows = channels.into_iter().filter_map(|channel| {
         let own = of_channels(innovations, &[channel]);
@@ -73,18 +74,30 @@ pub fn innovations(innovations: &[Innovation], clock: Clock) -> Section {
             let points = own.iter().filter(move |one| one.verdict == verdict);
             points.map(move |one| (clock.seconds(one.time), scale * one.innovation))
         };
+        let theirs = onboard.map_or(&[][..], |onboard| &onboard.innovations);
+        let theirs = theirs.iter().filter(|one| one.channel == channel);
+        let theirs = theirs.map(|one| (clock.seconds(one.time), scale * one.innovation));
         let row = Row::new(name, unit)
+            .with(Series::points(Role::OnboardInnovation, theirs))
             .with(Series::points(Role::Innovation, those(Verdict::Accepted)))
             .with(Series::points(Role::Reopened, those(Verdict::Reopened)))
             .with(Series::points(Role::Rejected, those(Verdict::Rejected)));
-        (!own.is_empty()).then(|| row.with(Series::bound(&times, &high)))
+        let row = if own.is_empty() { row } else { row.with(Series::bound(&times, &high)) };
+        (!row.series.is_empty()).then_some(row)
     });
+    let has_theirs = onboard.is_some_and(|onboard| !onboard.innovations.is_empty());
+    let theirs = if has_theirs {
+        " Rings are the innovations of the estimator on board, which has bounds of its own."
+    } else {
+        ""
+    };
     Section::new(
         "innovations",
         "Innovations",
-        "Each measurement less what the filter expected of it. Nearly all should fall \
-                      inside the band, as often above as below; crosses were too far out and were \
-                      not used.",
+        format!(
+            "Each measurement less what the filter expected of it. Nearly all should fall inside the \
+             band, as often above as below; crosses were too far out and were not used.{theirs}"
+        ),
     )
     .with(Figure::against_time(rows))
 }

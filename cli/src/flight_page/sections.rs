@@ -41,7 +41,7 @@ pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
         flight.body_velocity(),
         flight.attitude(),
         flight.biases(),
-        innovations::innovations(data.innovations, clock),
+        innovations::innovations(data.innovations, data.onboard, clock),
         innovations::test(data.innovations, clock),
     ];
     sections.extend(sensors::sections(data, clock));

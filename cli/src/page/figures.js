@@ -34,6 +34,7 @@
     smoothed: { name: "Smoothed", ...line(PURPLE, 1.6) },
     estimate: { name: "Estimate", ...line(BLUE, 1.5), range: ["±3σ", `rgba(${BAND},0.16)`] },
     error: { name: "Error", ...line(BLUE, 1.2) },
+    onboard_innovation: { name: "Onboard", outlier: true, ...dots(VERMILION, 3, "circle-open") },
     innovation: { name: "Accepted", ...dots(BLUE, 4) },
     test: { name: "Fix", ...dots(BLUE, 4) },
     mean: { name: "Running mean", ...line(INK, 1.8) },

@@ -37,6 +37,8 @@ pub enum Role {
     /// Where an error or innovation ought to stay.
     Bound,
     Innovation,
+    /// Of the estimator on board.
+    OnboardInnovation,
     Rejected,
     Reopened,
     /// A normalised innovation squared.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hovernav::ekf::{Channel, Notice, Verdict};
 use hovernav::ins::HeadingSource;
-use hovernav_formats::OnboardDifference;
+use hovernav_formats::{InnovationSizes, OnboardDifference};
 use hovernav_log::{Dataset, Finding, Run, Score, Statistics, UnusedReadings, sentences};
 use serde::Serialize;
 
@@ -37,6 +37,9 @@ pub struct RunSummary {
     /// How far it is from the solution of the estimator on board, where the log has that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub onboard: Option<OnboardDifference>,
+    /// The innovations of the estimator on board beside ours, where the log has them.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub onboard_innovations: BTreeMap<&'static str, InnovationSizes>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) error: Option<BTreeMap<&'static str, Statistics>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,6 +121,7 @@ impl RunSummary {
             reopened: Vec::new(),
             reproduction: None,
             onboard: None,
+            onboard_innovations: BTreeMap::new(),
             error: None,
             within_3_sigma: None,
             outages: Vec::new(),

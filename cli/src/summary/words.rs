@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use hovernav_formats::InnovationSizes;
 use hovernav_log::{Axis, Statistics};
 
 use super::run::{AlignmentSummary, RunSummary};
@@ -87,6 +88,9 @@ impl RunSummary {
                 &onboard.difference,
             );
         }
+        if !self.onboard_innovations.is_empty() {
+            write_innovations(&mut text, &self.onboard_innovations);
+        }
         if let Some(reproduction) = &self.reproduction {
             let _ = writeln!(text, "{}", reproduction.in_words());
         }
@@ -106,6 +110,32 @@ fn write_sizes(text: &mut String, title: &str, sizes: &BTreeMap<&'static str, St
             let name = axis.name();
             let _ = writeln!(text, "  {name:<30} {rmse:>9.3} {median:>9.3} {p95:>9.3} {max:>9.3}");
         }
+    }
+}
+
+/// The innovations of the estimator on board beside ours: their size, and their mean square in units of
+/// what was expected.
+fn write_innovations(text: &mut String, sizes: &BTreeMap<&'static str, InnovationSizes>) {
+    let _ = writeln!(
+        text,
+        "{:<32} {:>9} {:>9} {:>9} {:>9}",
+        "innovations, on board and ours", "rms", "ours", "nis", "ours"
+    );
+    let number = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.3}"));
+    for (name, InnovationSizes { onboard, ours }) in sizes {
+        // Angles are told in degrees.
+        let (name, scale) = match name.strip_suffix("_rad") {
+            Some(name) => (format!("{name}_deg"), 180.0 / std::f64::consts::PI),
+            None => ((*name).to_owned(), 1.0),
+        };
+        let _ = writeln!(
+            text,
+            "  {name:<30} {:>9.3} {:>9} {:>9} {:>9}",
+            scale * onboard.rms,
+            number(ours.map(|ours| scale * ours.rms)),
+            number(onboard.mean_square),
+            number(ours.and_then(|ours| ours.mean_square)),
+        );
     }
 }
 

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use crate::format::Format;
-use crate::onboard::{Onboard, OnboardMoment};
+use crate::onboard::{Onboard, OnboardInnovation, OnboardMoment};
 use crate::open::Log;
 use hovernav::earth::Geodetic;
+use hovernav::ekf::Channel;
 use hovernav::frames::{Body, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;
@@ -16,6 +17,9 @@ use hovernav_log::{
 
 /// Stronger fields are a garbled value, gauss: the Earth's is under 0.7.
 const STRONGEST_FIELD_GAUSS: f64 = 100.0;
+/// No measurement is further off than this, m, m/s or rad.
+const LARGEST_INNOVATION: f64 = 1e7;
+
 /// Rows of every sensor as found, each with its place in the file, a line or a byte.
 #[derive(Debug)]
 pub(crate) struct Assembly {
@@ -25,6 +29,7 @@ pub(crate) struct Assembly {
     magnetometer: Rows<(Time, Vector<Body>)>,
     controls: Rows<(Time, [f64; 4])>,
     moments: Vec<OnboardMoment>,
+    innovations: Vec<OnboardInnovation>,
     imu_remarks: Remarks,
     gps_remarks: Remarks,
     other_remarks: Remarks,
@@ -46,6 +51,7 @@ impl Assembly {
             magnetometer: Rows::new(),
             controls: Rows::new(),
             moments: Vec::new(),
+            innovations: Vec::new(),
             imu_remarks: remarks("inertial unit"),
             gps_remarks: remarks("GPS"),
             other_remarks: remarks("other sensors"),
@@ -134,6 +140,16 @@ impl Assembly {
         }
     }
 
+    /// Adds an innovation of the estimator on board, in any order. One that is exactly zero says that
+    /// nothing was measured.
+    pub fn innovation(&mut self, innovation: OnboardInnovation) {
+        let OnboardInnovation { innovation: size, sigma, .. } = innovation;
+        if size != 0.0 && size.abs() <= LARGEST_INNOVATION {
+            let sigma = sigma.filter(|sigma| *sigma > 0.0 && *sigma <= LARGEST_INNOVATION);
+            self.innovations.push(OnboardInnovation { sigma, ..innovation });
+        }
+    }
+
     /// The log, everything in time order. `onboard` names the estimator on board.
     ///
     /// # Errors
@@ -186,8 +202,11 @@ impl Assembly {
             notes,
             ..Dataset::default()
         };
-        let onboard = (!self.moments.is_empty())
-            .then(|| Onboard { name: onboard.to_owned(), moments: merged(self.moments) });
+        let onboard = (!self.moments.is_empty() || !self.innovations.is_empty()).then(|| Onboard {
+            name: onboard.to_owned(),
+            moments: merged(self.moments),
+            innovations: fresh(self.innovations),
+        });
         Ok(Log { format, dataset, record: None, onboard })
     }
 }
@@ -205,4 +224,18 @@ fn merged(mut moments: Vec<OnboardMoment>) -> Vec<OnboardMoment> {
         true
     });
     moments
+}
+
+/// Innovations in time order, without those that a log repeats until there is another measurement.
+fn fresh(mut innovations: Vec<OnboardInnovation>) -> Vec<OnboardInnovation> {
+    innovations.sort_by_key(|one| one.time);
+    let mut last: Vec<(Channel, f64)> = Vec::new();
+    innovations.retain(|one| match last.iter_mut().find(|(channel, _)| *channel == one.channel) {
+        Some((_, size)) => std::mem::replace(size, one.innovation) != one.innovation,
+        None => {
+            last.push((one.channel, one.innovation));
+            true
+        }
+    });
+    innovations
 }

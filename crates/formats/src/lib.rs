@@ -35,5 +35,5 @@ pub use difference::OnboardDifference;
 pub use format::Format;
 #[cfg(feature = "text")]
 pub use init::Proposal;
-pub use onboard::{Onboard, OnboardMoment};
+pub use onboard::{InnovationSize, InnovationSizes, Onboard, OnboardInnovation, OnboardMoment};
 pub use open::{Log, Options, open, open_bytes};

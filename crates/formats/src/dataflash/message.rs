@@ -16,6 +16,7 @@ pub(super) enum Message {
     Quaternion,
     Velocity,
     Position,
+    Innovations,
     /// PX4: the time of what follows.
     Time,
 }
@@ -29,7 +30,7 @@ impl Message {
     /// Columns of the widest message, at least.
     pub const WIDTH: usize = 20;
 
-    const ALL: [Self; 12] = [
+    const ALL: [Self; 13] = [
         Self::Imu,
         Self::Imt,
         Self::Gps,
@@ -41,6 +42,7 @@ impl Message {
         Self::Quaternion,
         Self::Velocity,
         Self::Position,
+        Self::Innovations,
         Self::Time,
     ];
 
@@ -58,6 +60,7 @@ impl Message {
             Self::Quaternion => &["XKQ", "NKQ"],
             Self::Velocity => &["XKF1", "NKF1", "EKF1"],
             Self::Position => &["POS"],
+            Self::Innovations => &["XKF3", "NKF3", "EKF3"],
             Self::Time => &["TIME"],
         }
     }
@@ -191,6 +194,17 @@ impl Message {
             Self::Position => {
                 &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Lat", ONE), ("Lng", ONE), ("Alt", ONE)]
             }
+            Self::Innovations => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("IPN", ONE),
+                ("IPE", ONE),
+                ("IPD", ONE),
+                ("IVN", ONE),
+                ("IVE", ONE),
+                ("IVD", ONE),
+                ("IYAW", ONE),
+            ],
             Self::Time => &[("StartTime", MICRO)],
         }
     }

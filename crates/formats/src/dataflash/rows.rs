@@ -4,8 +4,9 @@ use super::item::Item;
 use super::message::Message;
 use crate::assembly::Assembly;
 use crate::integrals::Integrals;
-use crate::onboard::OnboardMoment;
+use crate::onboard::{OnboardInnovation, OnboardMoment};
 use hovernav::earth::Geodetic;
+use hovernav::ekf::Channel;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::glam::DQuat;
 use hovernav::gps::Fix;
@@ -94,6 +95,7 @@ impl Rows {
                 let velocity_mps = Some(Vector::new(row[2], row[3], row[4]));
                 to.moment(OnboardMoment { velocity_mps, ..OnboardMoment::at(time) });
             }
+            Message::Innovations if instance == 0 => innovations(row, time, to),
             Message::Position => {
                 let position = Geodetic::from_degrees(row[2], row[3], row[4]);
                 to.moment(OnboardMoment { position, ..OnboardMoment::at(time) });
@@ -187,6 +189,24 @@ impl Rows {
         if let Some((place, _, fix)) = self.pending.take() {
             to.fix(place, fix);
         }
+    }
+}
+
+/// ArduPilot's innovations, without their variances: what its filter expected less what was measured,
+/// heading in degrees.
+fn innovations(row: &[f64], time: Time, to: &mut Assembly) {
+    let channels = [
+        (Channel::PositionNorth, 2, -1.0),
+        (Channel::PositionEast, 3, -1.0),
+        (Channel::PositionDown, 4, -1.0),
+        (Channel::VelocityNorth, 5, -1.0),
+        (Channel::VelocityEast, 6, -1.0),
+        (Channel::VelocityDown, 7, -1.0),
+        (Channel::Yaw, 8, -(1f64.to_radians())),
+    ];
+    for (channel, column, scale) in channels {
+        let innovation = scale * row[column];
+        to.innovation(OnboardInnovation { time, channel, innovation, sigma: None });
     }
 }
 

@@ -26,8 +26,11 @@ pub(crate) fn dataset(
     }
     attach(&mut imu, &attitudes);
     let moments = remarks("onboard").ordered(gathered.onboard, |row| row.time, &mut warnings)?;
-    let onboard =
-        (!moments.is_empty()).then(|| Onboard { name: "attitude on board".into(), moments });
+    let onboard = (!moments.is_empty()).then(|| Onboard {
+        name: "attitude on board".into(),
+        moments,
+        innovations: Vec::new(),
+    });
     let dataset = Dataset {
         imu,
         fixes: remarks("gps").ordered(gathered.fixes, |fix| fix.time, &mut warnings)?,

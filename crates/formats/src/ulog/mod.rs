@@ -6,6 +6,7 @@
 
 mod choice;
 mod definitions;
+mod innovations;
 mod messages;
 mod rows;
 mod survey;
@@ -71,6 +72,7 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
             _ => {}
         }
     }
+    rows.innovations.flush(&mut assembly);
     remark_rows(&rows, &survey, &mut assembly);
     let manifest = manifest(&survey, &rows);
     let mut log = assembly.finish(path, Format::Ulog, manifest, "EKF2")?;
@@ -88,9 +90,13 @@ fn is_read(choice: &Choice, topic: Topic, instance: u8) -> bool {
         Topic::VehicleGps | Topic::SensorGps => choice.gps == found,
         Topic::Magnetometer => choice.magnetometer == found,
         Topic::AirData | Topic::SensorBaro => choice.baro == found,
-        Topic::Sticks | Topic::Attitude | Topic::LocalPosition | Topic::GlobalPosition => {
-            instance == 0
-        }
+        Topic::Sticks
+        | Topic::Attitude
+        | Topic::LocalPosition
+        | Topic::GlobalPosition
+        | Topic::Innovations
+        | Topic::InnovationVariances
+        | Topic::OldInnovations => instance == 0,
     }
 }
 

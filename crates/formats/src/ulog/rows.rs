@@ -1,5 +1,6 @@
 //! From the rows of each topic to samples, fixes and moments.
 
+use super::innovations::Innovations;
 use super::topics::Topic;
 use crate::assembly::Assembly;
 use crate::integrals::Integrals;
@@ -24,6 +25,8 @@ pub(super) struct Rows {
     pub has_baro: bool,
     /// Whether onboard positions come as latitudes and longitudes.
     pub has_global_position: bool,
+    /// Innovations that wait for their variances.
+    pub innovations: Innovations,
     /// What the samples integrate over.
     pub integrals: Integrals,
     /// Samples in which an accelerometer or a gyro clipped, with the first and the last.
@@ -109,6 +112,21 @@ impl Rows {
             }
             Topic::LocalPosition => self.local_position(row, to),
             Topic::GlobalPosition => self.global_position(row, to),
+            Topic::Innovations | Topic::InnovationVariances => {
+                let &[t, sample, ref numbers @ ..] = row;
+                let Some(time) = self.sampled(t, sample) else { return };
+                if topic == Topic::Innovations {
+                    self.innovations.take(time, numbers, to);
+                } else {
+                    self.innovations.variances(time, numbers, to);
+                }
+            }
+            Topic::OldInnovations => {
+                let &[t, ref numbers @ ..] = row;
+                if let Some(time) = self.time(t) {
+                    Innovations::old(time, numbers, to);
+                }
+            }
         }
     }
 

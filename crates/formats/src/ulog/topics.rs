@@ -14,13 +14,17 @@ pub(super) enum Topic {
     Attitude,
     LocalPosition,
     GlobalPosition,
+    Innovations,
+    InnovationVariances,
+    /// Both, in logs from before 2020.
+    OldInnovations,
 }
 
 impl Topic {
     /// Columns of the widest topic, at least.
     pub const WIDTH: usize = 20;
 
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 14] = [
         Self::SensorCombined,
         Self::VehicleImu,
         Self::VehicleGps,
@@ -32,6 +36,9 @@ impl Topic {
         Self::Attitude,
         Self::LocalPosition,
         Self::GlobalPosition,
+        Self::Innovations,
+        Self::InnovationVariances,
+        Self::OldInnovations,
     ];
 
     /// The topic that PX4 calls `name`, if it is read.
@@ -53,6 +60,9 @@ impl Topic {
             Self::Attitude => "vehicle_attitude",
             Self::LocalPosition => "vehicle_local_position",
             Self::GlobalPosition => "vehicle_global_position",
+            Self::Innovations => "estimator_innovations",
+            Self::InnovationVariances => "estimator_innovation_variances",
+            Self::OldInnovations => "ekf2_innovations",
         }
     }
 
@@ -152,6 +162,35 @@ impl Topic {
                 "alt_ellipsoid",
                 "lat_lon_valid",
                 "alt_valid",
+            ],
+            Self::Innovations | Self::InnovationVariances => &[
+                "timestamp",
+                "timestamp_sample",
+                "gps_hpos[0]",
+                "gps_hpos[1]",
+                "gps_vpos",
+                "gps_hvel[0]",
+                "gps_hvel[1]",
+                "gps_vvel",
+                "baro_vpos",
+                "heading",
+            ],
+            Self::OldInnovations => &[
+                "timestamp",
+                "vel_pos_innov[3]",
+                "vel_pos_innov[4]",
+                "vel_pos_innov[5]",
+                "vel_pos_innov[0]",
+                "vel_pos_innov[1]",
+                "vel_pos_innov[2]",
+                "heading_innov",
+                "vel_pos_innov_var[3]",
+                "vel_pos_innov_var[4]",
+                "vel_pos_innov_var[5]",
+                "vel_pos_innov_var[0]",
+                "vel_pos_innov_var[1]",
+                "vel_pos_innov_var[2]",
+                "heading_innov_var",
             ],
         }
     }

@@ -1,0 +1,73 @@
+//! Innovations of PX4's estimator, which come with their variances or before them.
+//!
+//! # Source
+//! PX4, `msg/EstimatorInnovations.msg` and `ekf2_innovations.msg`; EKF2 takes an innovation as what it
+//! expected less what was measured, heights as positions downwards.
+
+use crate::assembly::Assembly;
+use crate::onboard::OnboardInnovation;
+use hovernav::ekf::Channel;
+use hovernav::time::Time;
+
+/// The order of the topics' columns.
+const CHANNELS: [Channel; 8] = [
+    Channel::PositionNorth,
+    Channel::PositionEast,
+    Channel::PositionDown,
+    Channel::VelocityNorth,
+    Channel::VelocityEast,
+    Channel::VelocityDown,
+    Channel::BaroHeight,
+    Channel::Yaw,
+];
+
+/// Variances belong to innovations no further from them than this, s.
+const TOGETHER_S: f64 = 0.05;
+
+/// Innovations that wait for their variances.
+#[derive(Debug, Default)]
+pub(super) struct Innovations(Option<(Time, [f64; 8])>);
+
+impl Innovations {
+    /// Takes in innovations in the order of [`CHANNELS`].
+    pub fn take(&mut self, time: Time, sizes: &[f64], to: &mut Assembly) {
+        self.flush(to);
+        self.0 = sizes.first_chunk().map(|sizes| (time, *sizes));
+    }
+
+    /// Takes in the variances of what was taken in before.
+    pub fn variances(&mut self, time: Time, variances: &[f64], to: &mut Assembly) {
+        match self.0.take() {
+            Some((of, sizes)) if (time - of).abs() <= TOGETHER_S => say(of, &sizes, variances, to),
+            other => self.0 = other,
+        }
+    }
+
+    /// Takes in a row of both, of logs without a barometer's own.
+    pub fn old(time: Time, row: &[f64], to: &mut Assembly) {
+        let Some((sizes, variances)) = row.split_at_checked(7) else { return };
+        let with_baro = |row: &[f64]| -> Vec<f64> {
+            let (gps, heading) = row.split_at(6);
+            [gps, &[f64::NAN], &heading[..1]].concat()
+        };
+        if variances.len() >= 7 {
+            say(time, &with_baro(sizes), &with_baro(variances), to);
+        }
+    }
+
+    /// Hands on what still waits.
+    pub fn flush(&mut self, to: &mut Assembly) {
+        if let Some((time, sizes)) = self.0.take() {
+            say(time, &sizes, &[f64::NAN; 8], to);
+        }
+    }
+}
+
+fn say(time: Time, sizes: &[f64], variances: &[f64], to: &mut Assembly) {
+    for ((channel, size), variance) in CHANNELS.into_iter().zip(sizes).zip(variances) {
+        // Expectation less measurement downwards is measurement less expectation upwards.
+        let innovation = if channel == Channel::BaroHeight { *size } else { -size };
+        let sigma = Some(variance.sqrt());
+        to.innovation(OnboardInnovation { time, channel, innovation, sigma });
+    }
+}
