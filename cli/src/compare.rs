@@ -112,12 +112,19 @@ fn solutions(arguments: &Arguments) -> anyhow::Result<Vec<Named>> {
             }
             _ => trajectory.place(&NOWHERE),
         }
-        let short = output::name_of(path);
+        let short = called(path);
         let is_taken = solutions.iter().any(|one| one.name == short);
         let name = if is_taken { path.display().to_string() } else { short };
         solutions.push(Named { name, trajectory });
     }
     Ok(solutions)
+}
+
+/// What a solution is called: its file or, where that is what every estimate writes, its directory.
+fn called(path: &Path) -> String {
+    let name = output::name_of(path);
+    let directory = path.canonicalize().ok().and_then(|full| full.parent().map(output::name_of));
+    directory.filter(|_| name == "solution").unwrap_or(name)
 }
 
 fn summary(arguments: &Arguments, solutions: &[Named], differences: &[Difference<'_>]) -> Value {

@@ -11,37 +11,46 @@ use crate::page::{Axis, Figure, Role, Row, Section, Series};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Samples as rates: seconds of the page, °/s and m/s².
-struct Raw {
+/// Samples as rates: seconds of the page, °/s and m/s², one component at a time in memory.
+struct Raw<'a> {
+    samples: &'a [ImuSample],
     time: Vec<f64>,
-    components: [Vec<f64>; 6],
     /// Median interval, s.
     interval_s: f64,
 }
 
-impl Raw {
-    fn of(samples: &[ImuSample], clock: Clock) -> Self {
-        let mut raw = Self { time: Vec::new(), components: Default::default(), interval_s: 0.0 };
-        let mut before: Option<Time> = None;
-        for sample in samples {
-            let interval_s = before.map(|before| sample.time - before);
-            before = Some(sample.time);
-            // The first increment's interval is not known.
-            if interval_s.is_none() && !matches!(sample.motion, Motion::Rates { .. }) {
-                continue;
-            }
-            let mean = sample.motion.mean_rates(interval_s.unwrap_or_default());
-            let turn = mean.angular_rate_radps.to_array().map(f64::to_degrees);
-            let force = mean.specific_force_mps2.to_array();
-            raw.time.push(clock.seconds(sample.time));
-            for (column, value) in raw.components.iter_mut().zip(turn.into_iter().chain(force)) {
-                column.push(value);
-            }
-        }
+impl<'a> Raw<'a> {
+    fn of(samples: &'a [ImuSample], clock: Clock) -> Self {
+        let mut raw = Self { samples, time: Vec::new(), interval_s: 0.0 };
+        raw.time = raw.known().map(|(sample, _)| clock.seconds(sample.time)).collect();
         let mut intervals: Vec<f64> =
             samples.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
         raw.interval_s = hovernav_log::statistics::quantile(&mut intervals, 0.5).unwrap_or(0.0);
         raw
+    }
+
+    /// Samples whose rates are known, each with the interval before it, s.
+    fn known(&self) -> impl Iterator<Item = (&'a ImuSample, f64)> {
+        let before =
+            std::iter::once(None).chain(self.samples.iter().map(|before| Some(before.time)));
+        let both = self.samples.iter().zip(before);
+        both.filter_map(|(sample, before)| match before {
+            Some(before) => Some((sample, sample.time - before)),
+            // The first increment's interval is not known.
+            None => matches!(sample.motion, Motion::Rates { .. }).then_some((sample, 0.0)),
+        })
+    }
+
+    /// Angular rates x, y, z, °/s, then specific forces, m/s².
+    fn component(&self, component: usize) -> Vec<f64> {
+        let values = self.known().map(|(sample, interval_s)| {
+            let mean = sample.motion.mean_rates(interval_s);
+            match component {
+                0..3 => mean.angular_rate_radps.to_array()[component].to_degrees(),
+                _ => mean.specific_force_mps2.to_array()[component % 3],
+            }
+        });
+        values.collect()
     }
 }
 
@@ -65,8 +74,8 @@ pub fn sections(data: &FlightData<'_>, clock: Clock) -> Vec<Section> {
     sections
 }
 
-fn samples(data: &FlightData<'_>, raw: &Raw, clock: Clock) -> Section {
-    let clipped = |component: usize| {
+fn samples(data: &FlightData<'_>, raw: &Raw<'_>, clock: Clock) -> Section {
+    let clipped = |component: usize, values: &[f64]| {
         let times = data.notices.iter().filter_map(move |notice| match notice {
             Notice::SampleSuspect { time, suspicion } => {
                 let axes = [suspicion.gyro_clipped, suspicion.accel_clipped];
@@ -74,7 +83,6 @@ fn samples(data: &FlightData<'_>, raw: &Raw, clock: Clock) -> Section {
             }
             _ => None,
         });
-        let values = &raw.components[component];
         let points = times.filter_map(|time| {
             let index = raw.time.partition_point(|known| *known < time - 1e-9);
             Some((time, *values.get(index)?))
@@ -84,10 +92,11 @@ fn samples(data: &FlightData<'_>, raw: &Raw, clock: Clock) -> Section {
     let row = |component: usize| {
         let (name, unit) =
             if component < 3 { ("Rate", "°/s") } else { ("Specific force", "m/s²") };
-        let points = clipped(component);
+        let values = raw.component(component);
+        let points = clipped(component, &values);
         let note = (!points.is_empty()).then(|| format!("{} samples clipped", points.len()));
         let row = Row { note, ..Row::new(&format!("{name} {}", AXES[component % 3]), unit) };
-        row.with(Series::line(Role::Raw, &raw.time, &raw.components[component], None))
+        row.with(Series::line(Role::Raw, &raw.time, &values, None))
             .with(Series::points(Role::Clipped, points.into_iter()))
     };
     Section::new(
@@ -100,12 +109,12 @@ fn samples(data: &FlightData<'_>, raw: &Raw, clock: Clock) -> Section {
     .with(Figure::against_time([3, 4, 5, 0, 1, 2].map(row)))
 }
 
-fn vibration(raw: &Raw) -> Section {
+fn vibration(raw: &Raw<'_>) -> Section {
     let row = |(name, unit, first): (&str, &'static str, usize)| {
         let roles = [Role::First, Role::Second, Role::Third];
         let mut row = Row { logarithmic: true, ..Row::new(name, unit) };
         for (axis, role) in roles.into_iter().enumerate() {
-            let lines = spectrum::density(&raw.components[first + axis], raw.interval_s);
+            let lines = spectrum::density(&raw.component(first + axis), raw.interval_s);
             row = row.with(Series::curve(role, lines.unwrap_or_default()).named(AXES[axis]));
         }
         row

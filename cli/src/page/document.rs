@@ -68,6 +68,9 @@ struct NamedFigure<'a> {
     figure: &'a Figure,
 }
 
+/// Warnings that stand unfolded.
+const WARNINGS_SHOWN: usize = 4;
+
 impl Page<'_> {
     /// Writes the page to `path`, over what may stand there.
     ///
@@ -128,21 +131,34 @@ impl Page<'_> {
             count => format!("{count} warnings"),
         };
         writeln!(out, "<div class=\"warnings\"><h2>{heading}</h2><ul>")?;
-        for warning in self.warnings {
-            write!(out, "<li>{}", Escaped(warning))?;
-            let marks = self.time.iter().flat_map(|time| &time.marks);
-            if let Some(mark) = marks.into_iter().find(|mark| mark.words == *warning) {
-                let [from, to] = mark.span;
-                // Plain words for who hears the page instead of seeing it.
-                write!(
-                    out,
-                    " <button type=\"button\" class=\"show\" data-from=\"{from}\" data-to=\"{to}\" \
-                     aria-label=\"Show {from:.1} to {to:.1} s in the figures\">show</button>"
-                )?;
-            }
-            writeln!(out, "</li>")?;
+        // So many that the figures would be far down are folded, but for the first.
+        let (shown, folded) = match self.warnings.split_at_checked(WARNINGS_SHOWN) {
+            Some((shown, folded @ [_, _, ..])) => (shown, folded),
+            _ => (self.warnings, &[][..]),
+        };
+        shown.iter().try_for_each(|warning| self.warning(warning, out))?;
+        write!(out, "</ul>")?;
+        if !folded.is_empty() {
+            write!(out, "<details><summary>{} more</summary><ul>", folded.len())?;
+            folded.iter().try_for_each(|warning| self.warning(warning, out))?;
+            write!(out, "</ul></details>")?;
         }
-        write!(out, "</ul></div>")
+        write!(out, "</div>")
+    }
+
+    fn warning(&self, warning: &str, out: &mut impl Write) -> io::Result<()> {
+        write!(out, "<li>{}", Escaped(warning))?;
+        let marks = self.time.iter().flat_map(|time| &time.marks);
+        if let Some(mark) = marks.into_iter().find(|mark| mark.words == *warning) {
+            let [from, to] = mark.span;
+            // Plain words for who hears the page instead of seeing it.
+            write!(
+                out,
+                " <button type=\"button\" class=\"show\" data-from=\"{from}\" data-to=\"{to}\" \
+                 aria-label=\"Show {from:.1} to {to:.1} s in the figures\">show</button>"
+            )?;
+        }
+        writeln!(out, "</li>")
     }
 
     fn facts(&self, out: &mut impl Write) -> io::Result<()> {

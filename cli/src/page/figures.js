@@ -374,6 +374,6 @@
   };
   dark.addEventListener("change", () => redraw(dark.matches ? DARK : LIGHT));
   // On paper light, whatever the screen.
-  window.addEventListener("beforeprint", () => { if (theme === DARK) redraw(LIGHT); views.forEach(show); });
+  window.addEventListener("beforeprint", () => { document.querySelectorAll("details").forEach((folded) => { folded.open = true; }); if (theme === DARK) redraw(LIGHT); views.forEach(show); });
   window.addEventListener("afterprint", () => { if (dark.matches) redraw(DARK); });
 })();

@@ -133,6 +133,12 @@ impl RunSummary {
             aids_left_out: run.left_out,
         };
         summary.warnings.extend(sentences(&summary.findings));
+        if run.solutions_left_out > 0 {
+            let (kept, all) = (run.solutions.len(), run.solutions.len() + run.solutions_left_out);
+            summary.notes.push(format!(
+                "page, scores and findings rest on {kept} of {all} solutions, evenly thinned"
+            ));
+        }
         summary.add_notices(run);
         summary
     }

@@ -37,6 +37,15 @@ struct Excess {
 }
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    // The witnesses need the unit's own attitude.
+    if log.dataset.imu.iter().any(|sample| sample.attitude.is_some()) {
+        witnessed(log, findings);
+    }
+    absorbed(log, findings);
+}
+
+/// Steps that the unit's own attitude and the fixes bear witness to.
+fn witnessed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let rates = rates(&log.dataset.imu);
     let skipped = log.dataset.imu.len() - rates.len();
     let attitude: Vec<Option<Rotation<Body, Ned>>> = log.dataset.imu[skipped..]
@@ -47,7 +56,6 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let forces = means(&rates, |part, first| force_excess(log, part, &attitude[first..]));
     step(&turns, "gyro", LEAST_GYRO, ("°/s", 180.0 / std::f64::consts::PI), findings);
     step(&forces, "accelerometer", LEAST_ACCEL, ("m/s²", 1.0), findings);
-    absorbed(log, findings);
 }
 
 /// `excess` of each part of [`MEAN_S`] that is whole.

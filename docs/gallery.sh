@@ -1,0 +1,61 @@
+#!/bin/sh
+# Makes the pictures of docs/gallery.md anew: runs its commands and photographs the pages.
+# Needs chromium, and beside the datasets of the repository the logs in the directory SHARED.
+# Usage: docs/gallery.sh HOVERNAV SHARED
+set -eu
+hovernav=${1:?usage: $0 HOVERNAV SHARED}
+shared=${2:?usage: $0 HOVERNAV SHARED}
+docs=$(cd "$(dirname "$0")" && pwd)
+place=$(mktemp -d)
+trap 'rm -rf "$place"' EXIT
+
+# photograph PAGE NAME SECTION...: the head of the page and these of its sections
+photograph() {
+    page=$1 name=$2
+    shift 2
+    shown=$(printf ':not(#%s)' "$@")
+    cp "$place/$page/report.html" "$place/$page/shown.html"
+    echo "<style>main section$shown, nav { display: none } h1, h2, p { margin: 4px 0 }</style>" \
+        >>"$place/$page/shown.html"
+    chromium --headless=new --no-sandbox --hide-scrollbars --window-size=1400,860 \
+        --force-device-scale-factor=0.65 --virtual-time-budget=8000 \
+        --screenshot="$docs/gallery-$name.png" "file://$place/$page/shown.html" \
+        >"$place/chromium.txt" 2>&1
+}
+
+# A log of somebody's own: the hover in degrees, g and milliseconds, axes forward, left, up.
+foreign() {
+    awk -F, 'BEGIN { print "time_ms;gx_dps;gy_dps;gz_dps;ax_g;ay_g;az_g" }
+        NR > 1 { d = 57.29577951308232; g = 9.80665
+            printf "%.3f;%.7f;%.7f;%.7f;%.7f;%.7f;%.7f\n",
+                1000 * $1, d * $2, -d * $3, -d * $4, $5 / g, -$6 / g, -$7 / g }' \
+        "$docs/../datasets/heli-hover/imu.csv" >"$place/own-imu.csv"
+    cp "$docs/../datasets/heli-hover/gps.csv" "$place/own-gps.csv"
+    (cd "$place" && "$hovernav" --quiet init own-imu.csv own-gps.csv --out own)
+}
+
+"$hovernav" --quiet estimate "$docs/../datasets/heli-hover" --out "$place/dataset"
+photograph dataset dataset map
+"$hovernav" --quiet estimate "$shared/logs/px4-quad-vibration-2025.ulg" --out "$place/ulog"
+photograph ulog ulog position
+photograph ulog ulog-innovations innovations
+"$hovernav" --quiet estimate "$shared/datasets/quad-ardupilot-5hz" --out "$place/quad"
+photograph quad quad attitude
+"$hovernav" --quiet estimate "$shared/datasets/car-rtk" --outage 200:30 --out "$place/car"
+photograph car car velocity
+foreign
+"$hovernav" --quiet estimate "$place/own" --out "$place/text"
+photograph text text map
+"$hovernav" --quiet design raptor60 --out "$place/design"
+sed -e "s#/tmp/hovernav-#$place/line-#" -e "s#../out/raptor60#$place/design#" \
+    -e "s#\"out/records\"#\"$place/records\"#" "$docs/../examples/loop.toml" >"$place/loop.toml"
+"$hovernav" --quiet simulate --lines --config "$place/loop.toml" --duration 40 --do engage@8:30 \
+    --out "$place/truth" &
+"$hovernav" --quiet fly --config "$place/loop.toml" --record "$place/flight.mcap" --duration 40
+wait
+"$hovernav" --quiet report "$place/flight.mcap" --out "$place/record"
+photograph record record modes
+"$hovernav" --quiet estimate "$docs/../datasets/heli-hover" --smooth --out "$place/smoothed"
+"$hovernav" --quiet compare "$place/dataset/solution.csv" "$place/smoothed/solution.csv" \
+    --out "$place/compared"
+photograph compared compared velocity
