@@ -60,7 +60,8 @@ impl Window<'_> {
             self.bytes.drain(..self.start);
             self.start = 0;
             let kept = self.bytes.len();
-            self.bytes.resize(kept + CHUNK.max(wanted), 0);
+            // What a damaged file promises is no reason to take memory: only what it has held is.
+            self.bytes.resize(kept + CHUNK.max(kept), 0);
             let read = match &mut self.source {
                 Source::File(file) => file.read(&mut self.bytes[kept..]),
                 Source::Memory(memory) => memory.read(&mut self.bytes[kept..]),
@@ -98,6 +99,15 @@ impl Window<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_promise_takes_no_more_memory_than_the_file_is_long() {
+        let bytes = [7; 100];
+        let input = Input { path: Path::new("memory"), bytes: Some(&bytes) };
+        let mut window = input.window().unwrap();
+        assert_eq!(window.peek(1 << 28).unwrap(), bytes);
+        assert!(window.bytes.capacity() <= 4 * CHUNK, "{}", window.bytes.capacity());
+    }
 
     #[test]
     fn every_byte_is_seen_once_and_in_its_place() {
