@@ -104,8 +104,9 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
     };
     if *last < imu[0] || *first > imu[imu.len() - 1] {
         doubts.push(
-            "the fixes and the inertial samples are not of one time: check the unit under each \
-             [table.time], or bring them together by its offset_s"
+            "the fixes and the inertial samples are not of one time: check unit and scale under each \
+             [table.time] (GPS time is 18 s ahead of UTC and counts from 1980), or bring them together \
+             by its offset_s"
                 .into(),
         );
     }

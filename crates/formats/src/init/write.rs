@@ -101,6 +101,10 @@ fn write_table(out: &mut String, table: &TableMapping) {
     put("\n[table.time]".into());
     put(format!("column = {}", quoted(&table.time.column)));
     put(format!("unit = {}  # s, ms, us, ns, or clock", quoted(table.time.unit.name())));
+    put(
+        "# scale = \"gps\"  # seconds of GPS time since 1980, brought to UTC with the leap seconds"
+            .into(),
+    );
     put("# offset_s = 0.0  # added, to bring this file to the clock of the others".into());
     if let Some(gyro) = &table.gyro {
         put("\n[table.gyro]".into());

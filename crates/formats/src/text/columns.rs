@@ -159,7 +159,7 @@ impl Fields<'_> {
             (None, Some(rate_hz)) => Time::from_seconds(self.row as f64 / rate_hz),
             (None, None) => None,
         };
-        Ok(at.map(|at| at.offset_by(time.offset_s)))
+        Ok(at.map(|at| time.scale.to_utc(at).offset_by(time.offset_s)))
     }
 
     fn unexpected(&self, column: usize, expected: &'static str) -> LogError {

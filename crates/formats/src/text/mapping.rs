@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::decimal::TimeUnit;
 use super::layout::Delimiter;
+use super::scale::TimeScale;
 use super::units::{
     AngleUnit, AttitudeRole, BaroUnit, ForceUnit, HeightAbove, LengthUnit, MagneticUnit, PlaceUnit,
     RateUnit, SpeedUnit, StickUnit, World,
@@ -69,6 +70,10 @@ pub struct TimeColumn {
     pub column: String,
     /// Its unit: `s`, `ms`, `us`, `ns`, or `clock` for dates and times of day.
     pub unit: TimeUnit,
+    /// What it counts: `own`, the logger's clock or UTC since 1970, or `gps`, GPS time since 6 January
+    /// 1980, which is brought to UTC since 1970 with the leap seconds of its day.
+    #[serde(skip_serializing_if = "TimeScale::is_own")]
+    pub scale: TimeScale,
     /// Added to it, s: what brings several files to one clock.
     #[serde(skip_serializing_if = "is_zero")]
     pub offset_s: f64,

@@ -7,6 +7,7 @@ mod gps;
 mod layout;
 mod lines;
 mod mapping;
+mod scale;
 mod table;
 mod together;
 mod units;
