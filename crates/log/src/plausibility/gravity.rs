@@ -152,8 +152,9 @@ fn askew(up: [f64; 3]) -> SetupFinding {
         ),
         cause: "a unit mounted askew in the vehicle".into(),
         mend: format!(
-            "write mounting_deg = [{roll_deg:.1}, {pitch_deg:.1}, 0.0] under [imu] in dataset.toml, the \
-             third being the unit's heading in the vehicle, which gravity does not tell"
+            "write mounting_deg = [{roll_deg:.1}, {pitch_deg:.1}, 0.0] under [imu] in dataset.toml, on top of \
+             what may be written there, the third being the unit's heading in the vehicle, which gravity \
+             does not tell"
         ),
     }
 }
