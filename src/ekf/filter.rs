@@ -76,8 +76,9 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) wander_unknown: bool,
     /// How long the parameters have not relaxed, s.
     pub(super) unrelaxed_s: f64,
-    /// Learned size of the GPS errors against the configured: variances of position and velocity.
-    pub(super) gps_learned: [f64; 2],
+    /// Learned size of the GPS errors against what is stated or configured: variances of position and of
+    /// horizontal and vertical velocity.
+    pub(super) gps_learned: [f64; 3],
     pub(super) excess: Excess,
     pub(super) samples: Samples,
     pub(super) angular_rate_radps: Vector<Body>,
@@ -112,7 +113,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gps_wander: None,
             wander_unknown: false,
             unrelaxed_s: 0.0,
-            gps_learned: [1.0; 2],
+            gps_learned: [1.0; 3],
             excess: Excess::NONE,
             samples: Samples::NONE,
             angular_rate_radps: Vector::ZERO,
@@ -134,7 +135,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_wander = None;
         self.wander_unknown = false;
         self.unrelaxed_s = 0.0;
-        self.gps_learned = [1.0; 2];
+        self.gps_learned = [1.0; 3];
         self.excess = Excess::NONE;
         self.samples = Samples::NONE;
         self.angular_rate_radps = Vector::ZERO;

@@ -18,7 +18,7 @@ pub(super) struct Sector {
     biases: [f64; BASE - GYRO_BIAS],
     covariance: PackedBase,
     gates: GpsGates,
-    gps_learned: [f64; 2],
+    gps_learned: [f64; 3],
     angular_rate_radps: Vector<Body>,
     recent: RecentMotion,
 }
@@ -32,7 +32,7 @@ impl Sector {
             biases: [0.0; BASE - GYRO_BIAS],
             covariance: PackedBase::ZERO,
             gates: GpsGates::NONE,
-            gps_learned: [1.0; 2],
+            gps_learned: [1.0; 3],
             angular_rate_radps: Vector::ZERO,
             recent: RecentMotion::NONE,
         }

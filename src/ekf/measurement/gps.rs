@@ -104,8 +104,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gates.set_astray(astray);
     }
 
-    /// Moves the learned size of the GPS errors, used where fixes state none, by what this fix's
-    /// innovations were against what was expected of them.
+    /// Moves the learned size of the GPS errors by what this fix's innovations were against what was
+    /// expected of them. What a fix states of its velocity is believed no smaller than it is found to be.
     ///
     /// # Source
     /// Equation (M7) of docs/equations.md.
@@ -114,6 +114,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let learned = match axis.channel {
                 Channel::PositionNorth | Channel::PositionEast => &mut self.gps_learned[0],
                 Channel::VelocityNorth | Channel::VelocityEast => &mut self.gps_learned[1],
+                Channel::VelocityDown => &mut self.gps_learned[2],
                 _ => continue,
             };
             let surprise = square(axis.normalised()).min(LEARNED_MOST);
@@ -129,13 +130,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (M5) of docs/equations.md.
     fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
         let model = self.config.gps;
-        let [learned_m, learned_mps] = self.gps_learned.map(libm::sqrt);
+        let [learned_m, level, vertical] = self.gps_learned.map(libm::sqrt);
+        let learned_mps = [level, level, vertical];
+        let by = |sigma: [f64; 3], least: f64| -> [f64; 3] {
+            core::array::from_fn(|axis| sigma[axis] * learned_mps[axis].max(least))
+        };
         let position = fix
             .position_sigma_m
             .map_or(model.position_sigma_m().map(|sigma| sigma * learned_m), Vector::to_array);
         let velocity = fix
             .velocity_sigma_mps
-            .map_or(model.velocity_sigma_mps().map(|sigma| sigma * learned_mps), Vector::to_array);
+            .map_or(by(model.velocity_sigma_mps(), 0.0), |stated| by(stated.to_array(), 1.0));
         let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
             let slow = if state.is_some() { share } else { 0.0 };
             let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));

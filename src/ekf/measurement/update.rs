@@ -115,16 +115,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Channel::PositionNorth => self.covariance.add_variance(POSITION, opened),
             Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),
             Channel::PositionDown => self.covariance.add_variance(POSITION + 2, opened),
+            // What tilt does to the vertical velocity is of the second order.
+            Channel::VelocityDown | Channel::RestVelocityDown => {
+                self.covariance.add_variance(VELOCITY + 2, opened);
+            }
             Channel::VelocityNorth
             | Channel::VelocityEast
-            | Channel::VelocityDown
             | Channel::RestVelocityNorth
-            | Channel::RestVelocityEast
-            | Channel::RestVelocityDown => {
+            | Channel::RestVelocityEast => {
                 let state = match axis.channel {
                     Channel::VelocityNorth | Channel::RestVelocityNorth => VELOCITY,
-                    Channel::VelocityEast | Channel::RestVelocityEast => VELOCITY + 1,
-                    _ => VELOCITY + 2,
+                    _ => VELOCITY + 1,
                 };
                 self.covariance.add_variance(state, opened);
                 // A velocity this far off came through the attitude.
