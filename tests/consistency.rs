@@ -7,7 +7,7 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::BASE;
-use hovernav::ekf::{BaseEkf, EkfConfig, ImuModel, Verdict};
+use hovernav::ekf::{BaseEkf, EkfConfig, GpsModel, ImuModel, Verdict};
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
@@ -53,7 +53,10 @@ fn mounting() -> Mounting {
 }
 
 fn ekf_config() -> EkfConfig {
-    EkfConfig::default().with_imu(imu_model())
+    let mut gps = GpsModel::default();
+    // The simulated receiver takes its velocity at a moment.
+    gps.velocity_smoothing_s = 0.0;
+    EkfConfig::default().with_imu(imu_model()).with_gps(gps)
 }
 
 /// The same unit for the simulation; `noisy` or only with its biases, which are the same for the

@@ -459,6 +459,8 @@ typedef struct HovernavGpsModel {
     double velocity_wander_share;
     // Correlation time of the velocity's slow error, s.
     double velocity_wander_time_s;
+    // Time over which a receiver may have taken its velocity, one-sigma, s.
+    double velocity_smoothing_s;
     // Share by which one innovation moves a one-sigma that no fix states, 0 to 1.
     double learning_rate;
     // One-sigma of the time between a fix's position and its velocity, s.

@@ -168,8 +168,11 @@ settings! {
         velocity_wander_share = 0.45,
         /// Correlation time of the velocity's slow error, s.
         velocity_wander_time_s = 15.0,
-        /// Where fixes state no one-sigma, its size is learned from the innovations: the share by
-        /// which one innovation moves it.
+        /// Time over which a receiver may have taken its velocity, one-sigma, s: what an acceleration makes of
+        /// it counts as noise.
+        velocity_smoothing_s = 0.03,
+        /// Where fixes state no one-sigma, or one of velocity that is too small, its size is learned from the
+        /// innovations: the share by which one innovation moves it.
         learning_rate = 0.01,
         /// One-sigma of the time between a fix's position and its velocity, s.
         position_latency_sigma_s = 0.1,

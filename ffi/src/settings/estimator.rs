@@ -115,6 +115,8 @@ pub struct GpsModel {
     pub velocity_wander_share: f64,
     /// Correlation time of the velocity's slow error, s.
     pub velocity_wander_time_s: f64,
+    /// Time over which a receiver may have taken its velocity, one-sigma, s.
+    pub velocity_smoothing_s: f64,
     /// Share by which one innovation moves a one-sigma that no fix states, 0 to 1.
     pub learning_rate: f64,
     /// One-sigma of the time between a fix's position and its velocity, s.
@@ -220,8 +222,8 @@ mirror!(ImuModel, core_ekf::ImuModel {
 mirror!(GpsModel, core_ekf::GpsModel {
     horizontal_sigma_m vertical_sigma_m horizontal_velocity_sigma_mps vertical_velocity_sigma_mps
     position_floor_m velocity_floor_mps position_wander_share position_wander_time_s
-    velocity_wander_share velocity_wander_time_s learning_rate position_latency_sigma_s
-    delay_sigma_s
+    velocity_wander_share velocity_wander_time_s velocity_smoothing_s learning_rate
+    position_latency_sigma_s delay_sigma_s
 });
 mirror!(AttitudeModel, core_ekf::AttitudeModel {
     interval_s tilt_wander_rad heading_wander_rad wander_time_s noise_rad

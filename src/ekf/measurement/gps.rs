@@ -25,6 +25,9 @@ struct GpsNoise {
 const LEARNED_MOST: f64 = 9.0;
 const LEARNED_LEAST: f64 = 0.1;
 
+/// What a fix states is wrong by more than this, as one-sigmas go, before it is believed to be.
+const BY_CHANCE: f64 = 1.15;
+
 /// A fix may be this far ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
 
@@ -132,15 +135,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let model = self.config.gps;
         let [learned_m, level, vertical] = self.gps_learned.map(libm::sqrt);
         let learned_mps = [level, level, vertical];
-        let by = |sigma: [f64; 3], least: f64| -> [f64; 3] {
-            core::array::from_fn(|axis| sigma[axis] * learned_mps[axis].max(least))
-        };
         let position = fix
             .position_sigma_m
             .map_or(model.position_sigma_m().map(|sigma| sigma * learned_m), Vector::to_array);
-        let velocity = fix
-            .velocity_sigma_mps
-            .map_or(by(model.velocity_sigma_mps(), 0.0), |stated| by(stated.to_array(), 1.0));
+        let stated_mps = fix.velocity_sigma_mps.map(Vector::to_array);
+        let velocity: [f64; 3] = core::array::from_fn(|axis| match stated_mps {
+            Some(stated) => stated[axis] * (learned_mps[axis] / BY_CHANCE).max(1.0),
+            None => model.velocity_sigma_mps()[axis] * learned_mps[axis],
+        });
         let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
             let slow = if state.is_some() { share } else { 0.0 };
             let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
@@ -246,7 +248,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let acceleration = back.acceleration_mps2.to_array();
         for (axis, slot) in axes.iter_mut().enumerate().take(3) {
             let Some(measured) = measured[axis] else { continue };
-            let noise = noise.velocity_variance[axis] + self.lag_noise(back, 1.0);
+            let noise = noise.velocity_variance[axis]
+                + self.lag_noise(back, 1.0)
+                + square(self.config.gps.velocity_smoothing_s * acceleration[axis]);
             let innovation = measured - predicted[axis];
             let measurement = ScalarMeasurement::new(VELOCITY_AXES[axis], innovation, noise);
             let sensitivity = &mut slot.insert(measurement).sensitivity;
