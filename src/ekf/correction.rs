@@ -68,6 +68,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
         self.heading_distrusted = Some(time);
         self.gates.doubt_filter(time);
+        self.gates.doubt_heading(time);
         if let Some(first) = L::ATTITUDE_REFERENCE {
             self.covariance.set_variance(first + 2, square(self.heading_wander.0));
             if let Some(error) = self.parameters.get_mut(first + 2) {
@@ -90,6 +91,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
         let opening = Transition { attitude_noise, ..Transition::of_relaxation(relaxation) };
         self.propagate(&opening, trace);
+    }
+
+    /// Opens the gyro biases to at least this variance, (rad/s)².
+    #[inline(never)]
+    pub(super) fn open_gyro_bias(&mut self, variance: f64, trace: &mut impl Trace<T, N>) {
+        let mut relaxation = Relaxation::default();
+        for (axis, noise) in relaxation.noise.iter_mut().skip(GYRO_BIAS).take(3).enumerate() {
+            *noise = T::of((variance - self.covariance.variance(GYRO_BIAS + axis)).max(0.0));
+        }
+        self.propagate(&Transition::of_relaxation(relaxation), trace);
     }
 
     /// Opens the heading by `off_rad`, and the slow error of what gives it as far: which of the two is wrong

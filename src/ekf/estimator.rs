@@ -413,6 +413,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         {
             self.filter.continue_from(filter);
             self.filter.open_heading(FOUND_SIGMA_RAD);
+            self.filter.gates.doubt_heading(fix.time);
             self.phase = Phase::Navigating;
             self.search.watch(self.filter.state.body_to_ned);
             notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });

@@ -9,6 +9,7 @@ use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::measurement::BiasShift;
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
 use super::square;
@@ -80,6 +81,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// horizontal and vertical velocity.
     pub(super) gps_learned: [f64; 3],
     pub(super) excess: Excess,
+    pub(super) bias_shift: BiasShift,
     pub(super) samples: Samples,
     pub(super) angular_rate_radps: Vector<Body>,
     layout: PhantomData<L>,
@@ -115,6 +117,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             unrelaxed_s: 0.0,
             gps_learned: [1.0; 3],
             excess: Excess::NONE,
+            bias_shift: BiasShift::UNKNOWN,
             samples: Samples::NONE,
             angular_rate_radps: Vector::ZERO,
             layout: PhantomData,
@@ -137,6 +140,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.unrelaxed_s = 0.0;
         self.gps_learned = [1.0; 3];
         self.excess = Excess::NONE;
+        self.bias_shift = BiasShift::UNKNOWN;
         self.samples = Samples::NONE;
         self.angular_rate_radps = Vector::ZERO;
         self.set_block(GYRO_BIAS, start.gyro_bias_radps.to_array());

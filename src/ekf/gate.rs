@@ -51,6 +51,8 @@ pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
     /// The last time the filter itself was in doubt.
     doubted: Option<Time>,
+    /// When a heading was found or replaced that has yet to prove itself.
+    unproven: Option<Time>,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
 }
@@ -107,6 +109,8 @@ const LEAST_REFUSALS: u8 = 3;
 const ABSENCE_S: f64 = 2.5;
 /// A doubt of the filter explains a disagreement for this long, s.
 const DOUBT_S: f64 = 10.0;
+/// A heading that is found has proven itself after this, s.
+const UNPROVEN_S: f64 = 60.0;
 /// A spread beyond this says that the filter was on its way out before the first refusal.
 const DIVERGING: f32 = 4.0;
 /// Weight of the newest innovation in the spread.
@@ -124,11 +128,17 @@ const HEADING_S: f64 = 120.0;
 
 impl Gates {
     /// Gates that have seen nothing.
-    pub const NONE: Self = Self { gates: [Gate::NONE; Group::COUNT], doubted: None, astray: false };
+    pub const NONE: Self =
+        Self { gates: [Gate::NONE; Group::COUNT], doubted: None, unproven: None, astray: false };
 
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
     pub fn doubt_filter(&mut self, time: Time) {
         self.doubted = Some(time);
+    }
+
+    /// A heading was found or replaced: where fixes disagree in the time after it, the heading is wrong.
+    pub fn doubt_heading(&mut self, time: Time) {
+        self.unproven = Some(time);
     }
 
     /// Whether the inertial samples had trouble of late.
@@ -203,7 +213,8 @@ impl Gates {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.agrees(Group::Baro, time);
-        let doubted = self.doubts_filter(time);
+        let is_unproven = self.unproven.is_some_and(|found| time - found < UNPROVEN_S);
+        let doubted = self.doubts_filter(time) || is_unproven;
         let velocity_agrees = match group {
             Group::HorizontalPosition => self.is_open(Group::HorizontalVelocity, time),
             Group::VerticalPosition => self.is_open(Group::VerticalVelocity, time),

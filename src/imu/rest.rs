@@ -15,6 +15,10 @@ pub struct Rest {
     before: Option<[f64; AXES]>,
     /// Mean velocity of the fixes of late, north and east, m/s, and when the last came.
     fixes: Option<(Time, [f64; 2])>,
+    /// Whether the last second was one of rest.
+    rests: bool,
+    /// Whether the last sample ended the second after a rest.
+    moves_off: bool,
 }
 
 /// Rates, then forces.
@@ -94,7 +98,8 @@ fn limits(gyro: f64, accel: f64) -> [f64; AXES] {
 
 impl Rest {
     /// Nothing seen yet.
-    pub const NONE: Self = Self { second: Second::EMPTY, before: None, fixes: None };
+    pub const NONE: Self =
+        Self { second: Second::EMPTY, before: None, fixes: None, rests: false, moves_off: false };
 
     /// Takes in the horizontal velocity of a fix, north and east, m/s, or that it has none.
     pub fn fix(&mut self, time: Time, velocity_mps: Option<[f64; 2]>) {
@@ -102,6 +107,10 @@ impl Rest {
             self.fixes = None;
             return;
         };
+        if libm::hypot(now[0], now[1]) > FIX_MPS {
+            self.fixes = None;
+            return;
+        }
         let Some((then, mean)) = &mut self.fixes else {
             self.fixes = Some((time, now));
             return;
@@ -111,15 +120,12 @@ impl Rest {
             *mean += share * (now - *mean);
         }
         *then = time;
-        let is_slow = libm::hypot(now[0], now[1]) < FIX_MPS;
-        if !is_slow {
-            self.fixes = None;
-        }
     }
 
     /// Takes in a sample, `interval_s` after the one before. Gives the mean angular rate, rad/s, of a
     /// second that ends with it, if the vehicle rested through that second and the one before.
     pub fn push(&mut self, time: Time, rates: &MeanRates, interval_s: f64) -> Option<Vector<Body>> {
+        self.moves_off = false;
         if interval_s > LONGEST_INTERVAL_S {
             (self.second, self.before) = (Second::EMPTY, None);
             return None;
@@ -131,6 +137,18 @@ impl Rest {
         if self.second.length_s < 1.0 {
             return None;
         }
+        let rate = self.rate_at_rest(time);
+        self.moves_off = self.rests && rate.is_none();
+        self.rests = rate.is_some();
+        rate
+    }
+
+    /// Whether the last sample ended the first second after a rest in which the vehicle did not rest.
+    pub fn moves_off(&self) -> bool {
+        self.moves_off
+    }
+
+    fn rate_at_rest(&mut self, time: Time) -> Option<Vector<Body>> {
         let means = core::mem::replace(&mut self.second, Second::EMPTY).still_means();
         let before = core::mem::replace(&mut self.before, means);
         let (means, before) = means.zip(before)?;

@@ -6,6 +6,7 @@ use super::super::filter::Ekf;
 use super::super::gate::GpsGates;
 use super::super::history::RecentMotion;
 use super::super::layout::{ATTITUDE, BASE, Base, GYRO_BIAS};
+use super::super::measurement::BiasShift;
 use super::super::solution::{Estimate, Solution};
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::ins::{Mounting, NavState};
@@ -49,6 +50,7 @@ impl Sector {
         filter.gps_learned = self.gps_learned;
         // A wrong heading makes innovations alike as well.
         filter.excess = Excess::NONE;
+        filter.bias_shift = BiasShift::UNKNOWN;
         filter.angular_rate_radps = self.angular_rate_radps;
         filter.history.set_recent(&self.recent);
     }

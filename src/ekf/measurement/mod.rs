@@ -9,6 +9,7 @@ mod rest;
 mod update;
 
 pub use report::{Aid, Report, Unusable};
+pub(super) use rest::BiasShift;
 use update::ScalarMeasurement;
 
 #[cfg(test)]

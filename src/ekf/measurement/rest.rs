@@ -20,6 +20,35 @@ const RATES: [Channel; 3] = [Channel::RestRateX, Channel::RestRateY, Channel::Re
 const VELOCITIES: [Channel; 3] =
     [Channel::RestVelocityNorth, Channel::RestVelocityEast, Channel::RestVelocityDown];
 
+/// How far gyro biases move between rest and motion: as far as is assumed of them, until a rest after a
+/// motion has shown less.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct BiasShift {
+    /// Variance, (rad/s)²; none before the first rest that came after a motion.
+    learned: Option<f64>,
+    /// Whether the last second but one was of rest, or nothing is known of it.
+    rests: bool,
+}
+
+impl BiasShift {
+    /// Nothing is learned yet.
+    pub const UNKNOWN: Self = Self { learned: None, rests: true };
+
+    /// Variance to which the biases open when a rest ends.
+    fn variance(&self, assumed: f64) -> f64 {
+        self.learned.map_or(assumed, |learned| learned.min(assumed))
+    }
+
+    /// Takes in the largest square of what a rest finds the biases to be off.
+    fn learn(&mut self, found: f64) {
+        let before = self.learned.unwrap_or(found);
+        self.learned = Some(before + NEWEST * (found - before));
+    }
+}
+
+/// Weight of the newest rest.
+const NEWEST: f64 = 0.5;
+
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Takes in that the vehicle rests, where the samples up to the last and the fixes have said so for two
     /// seconds; once a second, and after [`predict`](Self::predict). `None` where it does not rest.
@@ -27,10 +56,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (M11) of docs/equations.md.
     pub fn update_at_rest(&mut self, trace: &mut impl Trace<T, N>) -> Option<Report> {
+        if self.samples.rest.moves_off() {
+            let assumed = square(self.config.imu.gyro_bias_sigma_radps);
+            self.open_gyro_bias(self.bias_shift.variance(assumed), trace);
+            self.bias_shift.rests = false;
+        }
         let rate = self.samples.resting_rate_radps.take()?;
         self.relax(trace);
         let earth = Local::at(&self.state.position).earth_rate_radps;
         let off = (rate - self.state.body_to_ned.inverse() * earth).to_array();
+        if !core::mem::replace(&mut self.bias_shift.rests, true) {
+            let bias = self.block(GYRO_BIAS);
+            let stepped = off.iter().zip(bias).map(|(rate, bias)| square(rate - bias));
+            self.bias_shift.learn(stepped.fold(0.0, f64::max));
+        }
         let velocity = self.state.velocity_mps.to_array();
         let mut axes = [const { None }; 6];
         let (rates, velocities) = axes.split_at_mut(3);
