@@ -3,7 +3,7 @@
 use super::estimator_config::EstimatorConfig;
 use super::filter::Ekf;
 use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
-use super::layout::{ATTITUDE, Full, Layout};
+use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
@@ -444,6 +444,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         }
         let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
         filter.turn_heading(fix.time, turn_rad, sigma_rad);
+        trace.reset(ATTITUDE..POSITION);
+        if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
+            trace.reset(heading..heading + 1);
+        }
         self.search.watch(filter.state.body_to_ned);
         trace.turned(Vector::new(0.0, 0.0, turn_rad));
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });

@@ -292,6 +292,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if gap_s > LONGEST_BRIDGE_S {
             self.state.time = sample.time;
             self.reset_covariance();
+            trace.reset(0..N);
             return Ok(Prediction::Reset(ResetCause::LongGap { length_s: gap_s }));
         }
         self.watch_samples(sample, increment.interval_s, gap);
@@ -302,6 +303,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         if !stepped {
             self.reset_covariance();
+            trace.reset(0..N);
             return Ok(Prediction::Reset(ResetCause::Diverged));
         }
         let local = Local::at(&self.state.position);

@@ -15,8 +15,9 @@
 //!
 //! What the filter does beside updates and propagations needs no record. Its corrections move the
 //! estimate but not the error's statistics: λ tells by how much each estimate was off *at its own
-//! time*. To open a state or to add to a variance is process noise under the identity as transition.
-//! A rejected axis did nothing.
+//! time*. To add to a variance is process noise under the identity as transition. A rejected axis did
+//! nothing. Where states are opened anew, their correlations cut, nothing later tells of what they were: their
+//! rows of λ and Λ become zero.
 //!
 //! The smoother is as linear as the filter: it takes the forward run's transitions and sensitivities
 //! as they are.
@@ -37,6 +38,7 @@
 )]
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::covariance::{Covariance, Gain, Relaxation, Sensitivity, Transition};
 use super::filter::Ekf;
@@ -87,6 +89,7 @@ enum Record {
     Propagated,
     Updated,
     Sampled,
+    Reset { first: u8, end: u8 },
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -129,6 +132,11 @@ impl<L: Layout<N>, const N: usize> Trace<f64, N> for Smoother<L, N> {
     fn updated(&mut self, sensitivity: &Sensitivity<f64>, gain: &Gain<f64, N>, innovation: f64) {
         self.order.push(Record::Updated);
         self.updates.push(Update { sensitivity: *sensitivity, gain: *gain, innovation });
+    }
+
+    fn reset(&mut self, states: Range<usize>) {
+        let bounded = |state: usize| u8::try_from(state.min(N)).unwrap_or(u8::MAX);
+        self.order.push(Record::Reset { first: bounded(states.start), end: bounded(states.end) });
     }
 }
 
@@ -190,6 +198,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
                         adjoint.back_over_update(&update);
                     }
                 }
+                Record::Reset { first, end } => adjoint.forget(first.into()..end.into()),
                 Record::Sampled => {
                     if let Some((sample, filter)) = self.samples.pop().zip(self.filter.as_mut()) {
                         let kept = self.covariances.len().saturating_sub(Self::KEPT);
@@ -241,6 +250,20 @@ impl<const N: usize> Adjoint<N> {
         pull_back::<L, N, N>(step, &mut self.information);
         // Rounding would else tear the halves apart over a long log.
         mirror(&mut self.information);
+    }
+
+    /// Nothing that comes after tells of what these states were.
+    ///
+    /// # Source
+    /// Equation (B2) of docs/equations.md, the rows of Φ that belong to them being zero.
+    fn forget(&mut self, states: Range<usize>) {
+        for state in states.filter(|&state| state < N) {
+            self.vector[state] = [0.0];
+            self.information[state] = [0.0; N];
+            for row in &mut self.information {
+                row[state] = 0.0;
+            }
+        }
     }
 
     /// With a = Λ k the new Λ is Λ − h aᵀ − a hᵀ + (kᵀa + 1/s) h hᵀ, of which h has few terms.

@@ -1,5 +1,7 @@
 //! A filter watched at work: what the smoother records.
 
+use core::ops::Range;
+
 use super::covariance::{Gain, Sensitivity, Transition};
 use crate::frames::{Ned, Vector};
 
@@ -9,6 +11,11 @@ pub trait Trace<T, const N: usize> {
     fn propagated(&mut self, step: &Transition<T, N>);
     /// A scalar measurement was taken in.
     fn updated(&mut self, sensitivity: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64);
+    /// Some states were opened anew, and nothing that is found out of them from now on tells of what they were
+    /// before.
+    fn reset(&mut self, states: Range<usize>) {
+        let _ = states;
+    }
     /// The attitude was turned by a rotation vector in NED, rad: a wrong heading was replaced.
     fn turned(&mut self, turn_rad: Vector<Ned>) {
         let _ = turn_rad;

@@ -101,6 +101,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         joint.settle(&mut self.covariance);
         report.covariance_reset = self.correct(&correction);
+        if report.covariance_reset {
+            trace.reset(0..N);
+        }
         report
     }
 
