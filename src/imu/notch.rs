@@ -204,6 +204,9 @@ impl Notch {
 
     /// The sample without the rotor, dated back by the [`delay`](Self::delay_s). One that is not later than
     /// the one before, or not finite, comes out as it went in, for the filter to refuse.
+    ///
+    /// # Source
+    /// Equation (S15) of docs/equations.md.
     #[must_use]
     pub fn filter(&mut self, sample: &ImuSample) -> ImuSample {
         let elapsed_s = self.last.map(|(time, ..)| sample.time - time);

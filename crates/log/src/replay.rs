@@ -8,6 +8,7 @@ use hovernav::ekf::{
     Aid, Ekf, Estimator, EstimatorConfig, FullEkf, HeadingSearch, Notice, Smoother, Solution,
 };
 use hovernav::event::Event;
+use hovernav::imu::Notch;
 use hovernav::ins::{HeadingSource, Start};
 use hovernav::time::Time;
 
@@ -58,6 +59,10 @@ pub struct UnusedReadings {
     pub magnetometer: usize,
     /// Barometric heights.
     pub baro: usize,
+    /// Headings of two antennas.
+    pub second_antenna: usize,
+    /// Distances to the ground.
+    pub rangefinder: usize,
 }
 
 impl UnusedReadings {
@@ -67,6 +72,8 @@ impl UnusedReadings {
             Aid::Attitude => self.attitude += 1,
             Aid::Magnetometer => self.magnetometer += 1,
             Aid::Baro => self.baro += 1,
+            Aid::SecondAntenna => self.second_antenna += 1,
+            Aid::Rangefinder => self.rangefinder += 1,
             _ => {}
         }
     }
@@ -138,6 +145,10 @@ impl Dataset {
         let mut fixes = self.fixes.iter().peekable();
         let mut baro = self.baro.iter().peekable();
         let mut magnetometer = self.magnetometer.iter().peekable();
+        let mut headings = self.headings.iter().peekable();
+        let mut ranges = self.ranges.iter().peekable();
+        let mut rotor = self.rotor.iter().peekable();
+        let mut notch = self.manifest.imu.notch.map(Notch::new);
         let mut order = if self.has_order() { self.order.iter() } else { [].iter() };
         std::iter::from_fn(move || {
             let source = order.next().copied().or_else(|| {
@@ -146,12 +157,22 @@ impl Dataset {
                     (Source::Gps, fixes.peek().map(|fix| fix.time.offset_by(latency_s))),
                     (Source::Baro, baro.peek().map(|(time, _)| *time)),
                     (Source::Magnetometer, magnetometer.peek().map(|(time, _)| *time)),
+                    (Source::AntennaHeading, headings.peek().map(|heading| heading.time)),
+                    (Source::Range, ranges.peek().map(|reading| reading.time)),
                 ];
                 let present = times.into_iter().filter_map(|(source, time)| Some((source, time?)));
                 present.min_by_key(|(_, time)| *time).map(|(source, _)| source)
             })?;
             match source {
-                Source::Imu => imu.next().map(|sample| Event::Imu(*sample)),
+                Source::Imu => imu.next().map(|sample| {
+                    let Some(notch) = &mut notch else { return Event::Imu(*sample) };
+                    while let Some((_, rotor_hz)) = rotor.next_if(|row| row.0 <= sample.time) {
+                        notch.set_frequency_hz(*rotor_hz);
+                    }
+                    Event::Imu(notch.filter(sample))
+                }),
+                Source::AntennaHeading => headings.next().copied().map(Event::AntennaHeading),
+                Source::Range => ranges.next().copied().map(Event::Range),
                 Source::Gps => fixes.next().map(|fix| Event::Gps(*fix)),
                 Source::Baro => baro.next().map(|&(time, height_m)| Event::Baro { time, height_m }),
                 Source::Magnetometer => magnetometer
@@ -168,6 +189,8 @@ impl Dataset {
             && count(Source::Gps) == self.fixes.len()
             && count(Source::Baro) == self.baro.len()
             && count(Source::Magnetometer) == self.magnetometer.len()
+            && count(Source::AntennaHeading) == self.headings.len()
+            && count(Source::Range) == self.ranges.len()
     }
 
     /// Runs the estimator over the log. `progress` is called with the number of inertial samples done.
