@@ -10,6 +10,7 @@ pub(super) enum Topic {
     Magnetometer,
     AirData,
     SensorBaro,
+    Distance,
     Sticks,
     Attitude,
     LocalPosition,
@@ -18,9 +19,9 @@ pub(super) enum Topic {
 
 impl Topic {
     /// Columns of the widest topic, at least.
-    pub const WIDTH: usize = 20;
+    pub const WIDTH: usize = 22;
 
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 12] = [
         Self::SensorCombined,
         Self::VehicleImu,
         Self::VehicleGps,
@@ -28,6 +29,7 @@ impl Topic {
         Self::Magnetometer,
         Self::AirData,
         Self::SensorBaro,
+        Self::Distance,
         Self::Sticks,
         Self::Attitude,
         Self::LocalPosition,
@@ -49,6 +51,7 @@ impl Topic {
             Self::Magnetometer => "vehicle_magnetometer",
             Self::AirData => "vehicle_air_data",
             Self::SensorBaro => "sensor_baro",
+            Self::Distance => "distance_sensor",
             Self::Sticks => "manual_control_setpoint",
             Self::Attitude => "vehicle_attitude",
             Self::LocalPosition => "vehicle_local_position",
@@ -112,6 +115,8 @@ impl Topic {
                 "fix_type",
                 "satellites_used",
                 "time_utc_usec",
+                "heading",
+                "heading_accuracy",
             ],
             Self::Magnetometer => &[
                 "timestamp",
@@ -122,6 +127,15 @@ impl Topic {
             ],
             Self::AirData => &["timestamp", "timestamp_sample", "baro_alt_meter"],
             Self::SensorBaro => &["timestamp", "timestamp_sample", "pressure"],
+            Self::Distance => &[
+                "timestamp",
+                "current_distance",
+                "variance",
+                "signal_quality",
+                "orientation",
+                "min_distance",
+                "max_distance",
+            ],
             Self::Sticks => &["timestamp", "roll", "pitch", "throttle", "yaw", "y", "x", "z", "r"],
             Self::Attitude => &["timestamp", "timestamp_sample", "q[0]", "q[1]", "q[2]", "q[3]"],
             Self::LocalPosition => &[
