@@ -1,7 +1,7 @@
 //! One stream of everything the sensors say, in order of arrival.
 
 use crate::frames::{Body, Vector};
-use crate::gps::Fix;
+use crate::gps::{AntennaHeading, Fix};
 use crate::imu::ImuSample;
 use crate::time::Time;
 
@@ -26,6 +26,31 @@ pub enum Event {
         /// Magnetic field in body axes, gauss.
         field_gauss: Vector<Body>,
     },
+    /// The heading of two GPS antennas.
+    AntennaHeading(AntennaHeading),
+    /// A distance to the ground.
+    Range(RangeReading),
+}
+
+/// What a rangefinder that looks at the ground says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeReading {
+    /// When it was true.
+    pub time: Time,
+    /// Distance along the beam, from the sensor to what it hits, m.
+    pub range_m: f64,
+    /// Its one-sigma, m, where the sensor tells.
+    pub sigma_m: Option<f64>,
+    /// How good the sensor takes it to be, from 0, not valid, to 1, where it tells.
+    pub quality: Option<f64>,
+}
+
+impl RangeReading {
+    /// A distance of which the sensor says no more.
+    #[must_use]
+    pub const fn new(time: Time, range_m: f64) -> Self {
+        Self { time, range_m, sigma_m: None, quality: None }
+    }
 }
 
 impl Event {
@@ -35,6 +60,8 @@ impl Event {
         match self {
             Self::Imu(sample) => sample.time,
             Self::Gps(fix) => fix.time,
+            Self::AntennaHeading(heading) => heading.time,
+            Self::Range(reading) => reading.time,
             Self::Baro { time, .. } | Self::Magnetometer { time, .. } => *time,
         }
     }

@@ -15,7 +15,7 @@ use crate::gps::quality::{Failures, Limits, QualityCheck};
 use crate::gps::tsip;
 #[cfg(feature = "ubx")]
 use crate::gps::ubx;
-use crate::gps::{MessageCounts, Protocol, Receiver, ReceiverFix};
+use crate::gps::{AntennaHeading, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading};
 use crate::time::Time;
 
 /// What the inertial unit is and how it is to run.
@@ -235,6 +235,10 @@ impl Sensors {
         }
         while let Some(fix) = self.receiver.read(&mut bytes, arrival) {
             self.fix(fix, &mut emit);
+        }
+        if let Some(ReceiverHeading { heading, .. }) = self.receiver.take_antenna_heading() {
+            let time = heading.time.offset_by(-self.gps.latency_s);
+            emit(SensorOutput::Event(Event::AntennaHeading(AntennaHeading { time, ..heading })));
         }
         if let Some(command) = self.receiver_set_up.poll(&mut self.receiver, arrival) {
             emit(SensorOutput::WriteGps(command));

@@ -5,8 +5,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use hovernav::earth::Geodetic;
+use hovernav::event::RangeReading;
 use hovernav::frames::{EulerAngles, Vector};
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Manifest};
@@ -204,6 +205,12 @@ proptest! {
         prop_assert_eq!(&read.manifest, &dataset.manifest);
         prop_assert_eq!(&read.baro, &dataset.baro);
         prop_assert_eq!(&read.magnetometer, &dataset.magnetometer);
+        prop_assert_eq!(&read.ranges, &dataset.ranges);
+        prop_assert_eq!(&read.rotor, &dataset.rotor);
+        for (read, written) in read.headings.iter().zip(&dataset.headings) {
+            prop_assert!((read.heading_rad - written.heading_rad).abs() < 1e-14);
+        }
+        prop_assert_eq!(read.headings.len(), dataset.headings.len());
         prop_assert_eq!(&read.controls, &dataset.controls);
         prop_assert_eq!(read.imu.len(), dataset.imu.len());
         for (read, written) in read.imu.iter().zip(&dataset.imu) {
@@ -300,6 +307,12 @@ fn dataset() -> impl Strategy<Value = Dataset> {
                 manifest,
                 baro: vec![(time, 1000.0 * sticks[0])],
                 magnetometer: vec![(time, Vector::new(sticks[0], sticks[1], sticks[2]))],
+                ranges: vec![RangeReading {
+                    quality: Some(sticks[3].abs()),
+                    ..RangeReading::new(time, 10.0 * sticks[1].abs())
+                }],
+                headings: vec![AntennaHeading::new(time, 3.0 * sticks[2], None)],
+                rotor: vec![(time, 30.0 * sticks[0].abs())],
                 controls: vec![(time, sticks)],
                 injected: vec![sticks],
                 imu,

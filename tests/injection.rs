@@ -41,7 +41,9 @@ fn campaign(flights: Vec<Flight>, cells: &[&str], seeds: u64) -> Vec<Outcome> {
 
 #[test]
 fn every_fault_changes_its_own_file_and_no_other() {
-    for entry in &CATALOGUE {
+    // The flight has neither a rangefinder nor a second antenna: see tests/aid_faults.rs.
+    let absent = |name: &str| name.starts_with("range-") || name.starts_with("heading-");
+    for entry in CATALOGUE.iter().filter(|entry| !absent(entry.name)) {
         let expected: &[&str] = match entry.name {
             name if name.starts_with("lever-") => &["dataset.toml"],
             "gps-time" | "outage" | "frozen-fix" | "no-velocity" | "swap-latlon" | "radians" => {

@@ -5,9 +5,9 @@ use hovernav::ekf::{
     BaseEkf, Channel, Ekf, EkfConfig, Estimator, EstimatorConfig, FullEkf, ImuFault, Innovation,
     Notice, Prediction, Report, ResetCause, Solution, Unusable, Verdict, layout,
 };
-use hovernav::event::Event;
+use hovernav::event::{Event, RangeReading};
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{Mounting, NavState, Start};
 use hovernav::time::Time;
@@ -551,8 +551,17 @@ fn event() -> impl Strategy<Value = (f64, Event)> {
         value(400.0, 3.0).prop_map(|height_m| Event::Baro { time: Time::ZERO, height_m }),
         vector([0.2, 0.0, 0.4], 0.1)
             .prop_map(|field_gauss| Event::Magnetometer { time: Time::ZERO, field_gauss }),
+        (value(5.0, 3.0), prop::option::of(value(0.05, 0.04)))
+            .prop_map(|(range_m, sigma_m)| RangeReading {
+                sigma_m,
+                ..RangeReading::new(Time::ZERO, range_m)
+            })
+            .prop_map(Event::Range),
+        (value(1.0, 3.0), prop::option::of(value(0.01, 0.01)))
+            .prop_map(|(heading, sigma)| AntennaHeading::new(Time::ZERO, heading, sigma))
+            .prop_map(Event::AntennaHeading),
     ];
-    (step, prop_oneof![12 => imu, 4 => gps, 1 => other])
+    (step, prop_oneof![12 => imu, 4 => gps, 2 => other])
 }
 
 fn at(event: Event, time: Time) -> Event {
@@ -561,6 +570,8 @@ fn at(event: Event, time: Time) -> Event {
         Event::Gps(fix) => Event::Gps(Fix { time, ..fix }),
         Event::Baro { height_m, .. } => Event::Baro { time, height_m },
         Event::Magnetometer { field_gauss, .. } => Event::Magnetometer { time, field_gauss },
+        Event::Range(reading) => Event::Range(RangeReading { time, ..reading }),
+        Event::AntennaHeading(heading) => Event::AntennaHeading(AntennaHeading { time, ..heading }),
     }
 }
 

@@ -6,9 +6,9 @@ use std::process::Command;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Base, Full};
 use hovernav::ekf::{Estimator, EstimatorConfig, HeadingSearch, NoHeadingSearch, Notice};
-use hovernav::event::Event;
+use hovernav::event::{Event, RangeReading};
 use hovernav::frames::{EulerAngles, Rotation, Vector};
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
@@ -52,6 +52,7 @@ fn fly(estimator: &mut Estimator, samples: u32) -> bool {
                 },
             )
         };
+        let had_found = found;
         let notify = &mut |notice| found |= matches!(notice, Notice::HeadingFound { .. });
         estimator.push(&Event::Imu(sample), &mut *notify);
         if step % 10 == 0 {
@@ -68,6 +69,11 @@ fn fly(estimator: &mut Estimator, samples: u32) -> bool {
             estimator.push(&Event::Baro { time, height_m: 520.0 }, &mut *notify);
             let field_gauss = body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.43);
             estimator.push(&Event::Magnetometer { time, field_gauss }, &mut *notify);
+            estimator.push(&Event::Range(RangeReading::new(time, 20.0)), &mut *notify);
+            if had_found {
+                let heading = AntennaHeading::new(time, turn_radps * seconds, None);
+                estimator.push(&Event::AntennaHeading(heading), &mut *notify);
+            }
         }
         black_box(estimator.solution());
     }

@@ -52,7 +52,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: grows with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 1
+#define HOVERNAV_ABI 2
 
 // Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 // much it is in this one.
@@ -64,7 +64,7 @@
 // Alignment of an object's memory, bytes.
 #define HOVERNAV_ALIGNMENT 16
 
-// In HovernavAlignment.heading: the first there is of the unit's own, the magnetometer's, none.
+// In HovernavAlignment.heading: the first there is of two antennas', the unit's own, the magnetometer's, none.
 #define HOVERNAV_HEADING_ANY 0
 
 // The unit's own attitude.
@@ -78,6 +78,9 @@
 
 // None: found in motion.
 #define HOVERNAV_HEADING_UNKNOWN 4
+
+// Two GPS antennas.
+#define HOVERNAV_HEADING_SECOND_ANTENNA 5
 
 // In HovernavLinesConfig.dmu_mode: rates, accelerations and field.
 #define HOVERNAV_DMU_SCALED 1
@@ -254,6 +257,10 @@ enum {
     HOVERNAV_AID_MAGNETOMETER = 3,
     // The barometer.
     HOVERNAV_AID_BARO = 4,
+    // The rangefinder.
+    HOVERNAV_AID_RANGEFINDER = 5,
+    // The second antenna.
+    HOVERNAV_AID_SECOND_ANTENNA = 6,
 };
 
 // Why a measurement or a sample was not used.
@@ -277,10 +284,19 @@ enum {
     HOVERNAV_UNUSED_REASON_HEADING_UNKNOWN = 7,
     // A sample not later than the one before.
     HOVERNAV_UNUSED_REASON_NOT_LATER = 8,
-    // A sample that repeats the one before to the bit: the unit was not measuring.
+    // A sample that repeats the one before to the bit, or a distance that stays the same though the vehicle
+    // moves: the sensor was not measuring.
     HOVERNAV_UNUSED_REASON_STUCK = 9,
     // A reason that this header does not know.
     HOVERNAV_UNUSED_REASON_OTHER = 10,
+    // A distance out of the rangefinder's reach, or that the sensor does not vouch for; no fault.
+    HOVERNAV_UNUSED_REASON_OUT_OF_RANGE = 11,
+    // The beam of the rangefinder leads away from the ground; no fault.
+    HOVERNAV_UNUSED_REASON_TOO_TILTED = 12,
+    // Two antennas further apart, or closer, than they are mounted.
+    HOVERNAV_UNUSED_REASON_WRONG_BASELINE = 13,
+    // A heading of two antennas that points the other way.
+    HOVERNAV_UNUSED_REASON_REVERSED = 14,
 };
 
 // What an axis of an update compared.
@@ -318,6 +334,10 @@ enum {
     HOVERNAV_CHANNEL_REST_VELOCITY_EAST = 14,
     // Velocity of a vehicle at rest, down, m/s.
     HOVERNAV_CHANNEL_REST_VELOCITY_DOWN = 15,
+    // Distance to the ground, m.
+    HOVERNAV_CHANNEL_RANGE = 16,
+    // Heading of two antennas, rad.
+    HOVERNAV_CHANNEL_BASELINE_HEADING = 17,
 };
 
 // What became of an axis of an update.
@@ -517,6 +537,56 @@ typedef struct HovernavGateModel {
     double lockout_s;
 } HovernavGateModel;
 
+// Errors of a distance to the ground, and of the ground.
+typedef struct HovernavRangeModel {
+    // Shortest distance that the sensor measures, m.
+    double least_m;
+    // Longest distance that the sensor measures, m.
+    double most_m;
+    // Readings below this quality are not used.
+    double least_quality;
+    // One-sigma of its white error where a reading does not say, m.
+    double noise_m;
+    // Share of the distance that adds to it.
+    double noise_share;
+    // One-sigma by which the ground rises or falls over a metre, m.
+    double ground_walk_m;
+} HovernavRangeModel;
+
+// A rangefinder that looks at the ground.
+typedef struct HovernavRangefinder {
+    // The sensor from the point of the solution, body axes, m.
+    double lever_arm_m[3];
+    // Where its beam leads, body axes, of length one; 0, 0, 1 is straight down.
+    double beam[3];
+    // What it measures, and how the ground varies.
+    struct HovernavRangeModel model;
+} HovernavRangefinder;
+
+// Errors of the heading of two antennas.
+typedef struct HovernavAntennaHeadingModel {
+    // Shortest time between two uses, s.
+    double interval_s;
+    // One-sigma where a reading does not say, rad.
+    double sigma_rad;
+    // Least one-sigma, rad.
+    double floor_rad;
+    // Share of the one-sigma that wanders slowly.
+    double wander_share;
+    // Correlation time of what wanders, s.
+    double wander_time_s;
+    // A baseline that differs by more than this from the one that is mounted, m, is refused.
+    double length_tolerance_m;
+} HovernavAntennaHeadingModel;
+
+// The second of two GPS antennas that give a heading.
+typedef struct HovernavSecondAntenna {
+    // From the first antenna to the second, body axes, m; all zero where the headings are of the vehicle itself.
+    double baseline_m[3];
+    // How good its heading is.
+    struct HovernavAntennaHeadingModel model;
+} HovernavSecondAntenna;
+
 // What is good enough to fly by: one-sigma and times.
 typedef struct HovernavHealthLimits {
     // Roll and pitch, rad.
@@ -551,6 +621,10 @@ typedef struct HovernavConfig {
     uint32_t use_magnetometer;
     // 1 if the barometer is used, else 0.
     uint32_t use_baro;
+    // 1 if the rangefinder is used, else 0.
+    uint32_t use_rangefinder;
+    // 1 if the heading of two antennas is used, else 0.
+    uint32_t use_second_antenna;
     // How it starts.
     struct HovernavAlignment alignment;
     // Inertial sensors.
@@ -565,6 +639,10 @@ typedef struct HovernavConfig {
     struct HovernavBaroModel baro;
     // Gates and recovery.
     struct HovernavGateModel gate;
+    // The rangefinder.
+    struct HovernavRangefinder rangefinder;
+    // The second antenna.
+    struct HovernavSecondAntenna second_antenna;
     // What hovernav_get_health() finds good enough.
     struct HovernavHealthLimits health;
 } HovernavConfig;
@@ -1087,6 +1165,24 @@ HovernavStatus hovernav_push_baro(struct Hovernav *nav, int64_t time_ns, double 
 HovernavStatus hovernav_push_magnetometer(struct Hovernav *nav,
                                           int64_t time_ns,
                                           const double *field_gauss);
+
+// Takes in a distance to the ground along the beam of the rangefinder, m, true at `time_ns`. `sigma_m`
+// is its one-sigma, m, and `quality` how good the sensor takes it to be, from 0, not valid, to 1; NaN where it does
+// not tell.
+HovernavStatus hovernav_push_range(struct Hovernav *nav,
+                                   int64_t time_ns,
+                                   double range_m,
+                                   double sigma_m,
+                                   double quality);
+
+// Takes in the heading of two GPS antennas, from the first to the second, clockwise from true north,
+// rad, true at `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` the length of the baseline as found, m;
+// NaN where the receiver does not tell.
+HovernavStatus hovernav_push_antenna_heading(struct Hovernav *nav,
+                                             int64_t time_ns,
+                                             double heading_rad,
+                                             double sigma_rad,
+                                             double length_m);
 
 // Gives the solution at the last inertial sample; HOVERNAV_STATUS_NOT_YET until alignment has ended.
 HovernavStatus hovernav_get_solution(struct Hovernav *nav,

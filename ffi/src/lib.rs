@@ -33,6 +33,8 @@ pub mod settings;
 
 mod measurements;
 
+mod aids;
+
 mod solution;
 
 mod health;
@@ -43,6 +45,7 @@ mod autopilot;
 
 mod lines;
 
+pub use aids::*;
 pub use autopilot::*;
 pub use health::*;
 pub use lines::*;

@@ -55,6 +55,10 @@ pub enum Aid {
     Magnetometer = 3,
     /// The barometer.
     Baro = 4,
+    /// The rangefinder.
+    Rangefinder = 5,
+    /// The second antenna.
+    SecondAntenna = 6,
 }
 
 /// Why a measurement or a sample was not used.
@@ -79,10 +83,19 @@ pub enum UnusedReason {
     HeadingUnknown = 7,
     /// A sample not later than the one before.
     NotLater = 8,
-    /// A sample that repeats the one before to the bit: the unit was not measuring.
+    /// A sample that repeats the one before to the bit, or a distance that stays the same though the vehicle
+    /// moves: the sensor was not measuring.
     Stuck = 9,
     /// A reason that this header does not know.
     Other = 10,
+    /// A distance out of the rangefinder's reach, or that the sensor does not vouch for; no fault.
+    OutOfRange = 11,
+    /// The beam of the rangefinder leads away from the ground; no fault.
+    TooTilted = 12,
+    /// Two antennas further apart, or closer, than they are mounted.
+    WrongBaseline = 13,
+    /// A heading of two antennas that points the other way.
+    Reversed = 14,
 }
 
 /// What an axis of an update compared.
@@ -121,6 +134,10 @@ pub enum Channel {
     RestVelocityEast = 14,
     /// Velocity of a vehicle at rest, down, m/s.
     RestVelocityDown = 15,
+    /// Distance to the ground, m.
+    Range = 16,
+    /// Heading of two antennas, rad.
+    BaselineHeading = 17,
 }
 
 /// What became of an axis of an update.
@@ -186,6 +203,8 @@ const fn channel(channel: CoreChannel) -> Channel {
         CoreChannel::Pitch => Channel::Pitch,
         CoreChannel::Yaw => Channel::Yaw,
         CoreChannel::BaroHeight => Channel::BaroHeight,
+        CoreChannel::Range => Channel::Range,
+        CoreChannel::BaselineHeading => Channel::BaselineHeading,
         CoreChannel::RestRateX => Channel::RestRateX,
         CoreChannel::RestRateY => Channel::RestRateY,
         CoreChannel::RestRateZ => Channel::RestRateZ,
@@ -214,6 +233,8 @@ const fn aid(aid: CoreAid) -> Aid {
         CoreAid::Attitude => Aid::Attitude,
         CoreAid::Magnetometer => Aid::Magnetometer,
         CoreAid::Baro => Aid::Baro,
+        CoreAid::Rangefinder => Aid::Rangefinder,
+        CoreAid::SecondAntenna => Aid::SecondAntenna,
         _ => Aid::None,
     }
 }
@@ -224,6 +245,11 @@ const fn unusable(reason: Unusable) -> UnusedReason {
         Unusable::TooOld => UnusedReason::TooOld,
         Unusable::AheadOfImu => UnusedReason::AheadOfImu,
         Unusable::Repeated => UnusedReason::Repeated,
+        Unusable::OutOfRange => UnusedReason::OutOfRange,
+        Unusable::TooTilted => UnusedReason::TooTilted,
+        Unusable::Stuck => UnusedReason::Stuck,
+        Unusable::WrongBaseline => UnusedReason::WrongBaseline,
+        Unusable::Reversed => UnusedReason::Reversed,
         Unusable::TooSoon => UnusedReason::TooSoon,
         Unusable::NoState => UnusedReason::NoState,
         Unusable::HeadingUnknown => UnusedReason::HeadingUnknown,

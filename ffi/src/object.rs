@@ -15,7 +15,7 @@ use crate::settings::Config;
 use crate::status::{Fault, Status};
 
 /// Version of the binary interface: grows with every change of a structure, a code or a function.
-pub const HOVERNAV_ABI: u32 = 1;
+pub const HOVERNAV_ABI: u32 = 2;
 
 /// Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 /// much it is in this one.

@@ -154,6 +154,8 @@ fn what_is_no_object_is_refused_by_every_function() {
                 hovernav_push_imu(nav, &sample),
                 hovernav_push_fix(nav, &fix),
                 hovernav_push_baro(nav, 0, 0.0),
+                hovernav_push_range(nav, 0, 1.0, f64::NAN, f64::NAN),
+                hovernav_push_antenna_heading(nav, 0, 1.0, f64::NAN, f64::NAN),
                 hovernav_push_magnetometer(nav, 0, field.as_ptr()),
                 hovernav_get_solution(nav, solution.as_mut_ptr()),
                 hovernav_get_covariance(nav, covariance.as_mut_ptr()),
@@ -166,7 +168,7 @@ fn what_is_no_object_is_refused_by_every_function() {
                 hovernav_push_gps_bytes(nav, null(), 0, 0, result.as_mut_ptr()),
             ]
         };
-        assert_eq!(answers, [status; 13]);
+        assert_eq!(answers, [status; 15]);
     }
 }
 

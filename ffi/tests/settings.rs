@@ -2,9 +2,10 @@
 
 use hovernav::autopilot::{Gains as CoreGains, HealthLimits, HoverConfig};
 use hovernav::ekf::EstimatorConfig;
+use hovernav::frames::Vector;
 use hovernav_c::settings::{
-    Alignment, AttitudeModel, AutopilotConfig, BaroModel, Config, GateModel, GpsModel, ImuModel,
-    MagnetometerModel,
+    Alignment, AntennaHeadingModel, AttitudeModel, AutopilotConfig, BaroModel, Config, GateModel,
+    GpsModel, ImuModel, MagnetometerModel, RangeModel,
 };
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;
@@ -26,7 +27,8 @@ fn doubles<T>() -> usize {
 
 #[test]
 fn no_setting_of_the_filter_is_missing() {
-    let ekf = EstimatorConfig::default().ekf;
+    let all = EstimatorConfig::default();
+    let ekf = all.ekf;
     let pairs = [
         ("imu", numbers(&to_value(ekf.imu).unwrap()), doubles::<ImuModel>()),
         ("gps", numbers(&to_value(ekf.gps).unwrap()), doubles::<GpsModel>()),
@@ -38,6 +40,12 @@ fn no_setting_of_the_filter_is_missing() {
         ),
         ("baro", numbers(&to_value(ekf.baro).unwrap()), doubles::<BaroModel>()),
         ("gate", numbers(&to_value(ekf.gate).unwrap()), doubles::<GateModel>()),
+        ("range", numbers(&to_value(all.rangefinder.model).unwrap()), doubles::<RangeModel>()),
+        (
+            "antenna heading",
+            numbers(&to_value(all.antenna_heading).unwrap()),
+            doubles::<AntennaHeadingModel>(),
+        ),
         // The two declinations are not read from files.
         (
             "alignment",
@@ -63,6 +71,11 @@ fn a_configuration_survives_the_way_to_c_and_back() {
     config.ekf.gps.delay_sigma_s = 0.0625;
     config.alignment.declination_rad = 0.01;
     config.aiding.baro = false;
+    config.aiding.second_antenna = false;
+    config.alignment.baseline_m = Some(Vector::new(0.0, 0.75, 0.0));
+    config.rangefinder.lever_arm_m = Vector::new(0.1, 0.0, 0.25);
+    config.rangefinder.model.most_m = 40.0;
+    config.antenna_heading.floor_rad = 0.01;
     let mut health = HealthLimits::default();
     health.age_s = 0.5;
     let back = Config::of(&config, &health).checked().unwrap();

@@ -224,6 +224,43 @@ settings! {
 }
 
 settings! {
+    /// Errors of a distance to the ground, and of the ground.
+    RangeModel {
+        /// Shortest distance that the sensor measures, m.
+        least_m = 0.1,
+        /// Longest distance that the sensor measures, m.
+        most_m = 100.0,
+        /// Readings below this quality are not used.
+        least_quality = 0.1,
+        /// One-sigma of its white error where a reading does not say, m.
+        noise_m = 0.05,
+        /// Share of the distance that adds to it.
+        noise_share = 0.01,
+        /// One-sigma by which the ground rises or falls over a metre, m; over more it grows with the
+        /// square root of the way.
+        ground_walk_m = 0.1,
+    }
+}
+
+settings! {
+    /// Errors of the heading of two antennas.
+    AntennaHeadingModel {
+        /// Shortest time between two uses, s.
+        interval_s = 0.1,
+        /// One-sigma where a reading does not say, rad.
+        sigma_rad = 0.01,
+        /// Least one-sigma, rad: what the mounting of the antennas leaves.
+        floor_rad = 0.003,
+        /// Share of the one-sigma that wanders slowly; the rest, in squares, is white.
+        wander_share = 0.7,
+        /// Correlation time of what wanders, s.
+        wander_time_s = 10.0,
+        /// A baseline that differs by more than this from the one that is mounted, m, is refused.
+        length_tolerance_m = 0.1,
+    }
+}
+
+settings! {
     /// When a measurement is refused, and when a filter that refuses everything is reopened.
     GateConfig {
         /// Innovations beyond this many one-sigma are refused.

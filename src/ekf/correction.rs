@@ -3,6 +3,7 @@
 use super::covariance::{Relaxation, Transition};
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::measurement::Ground;
 use super::process::MOST_HIDDEN_RAD;
 use super::scalar::Scalar;
 use super::square;
@@ -51,6 +52,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(ACCEL_BIAS, [self.config.imu.accel_bias_sigma_mps2; 3]);
         self.open_blocks();
         self.gps_wander = None;
+        self.ground = Ground::UNKNOWN;
     }
 
     /// Opens the heading to at least `sigma_rad`.
@@ -67,6 +69,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
         self.heading_distrusted = Some(time);
+        self.antenna_heading.distrusted = Some(time);
         self.gates.doubt_filter(time);
         self.gates.doubt_heading(time);
         if let Some(first) = L::ATTITUDE_REFERENCE {
@@ -128,14 +131,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Whether what gives the heading is trusted, at an innovation of `off_rad`: after a turn against it
     /// only once it has agreed for a while.
     pub(super) fn trusts_heading(&mut self, time: Time, off_rad: f64) -> bool {
-        let Some(disagreed) = self.heading_distrusted else { return true };
-        if libm::fabs(off_rad) > DISAGREED_RAD {
-            self.heading_distrusted = Some(time);
-        } else if time - disagreed > AGREED_S {
-            self.heading_distrusted = None;
-        }
-        self.heading_distrusted.is_none()
+        is_trusted(&mut self.heading_distrusted, time, off_rad)
     }
+}
+
+/// Whether a source of heading is trusted, at an innovation of `off_rad`, that was last found wrong when
+/// `distrusted` says.
+pub(super) fn is_trusted(distrusted: &mut Option<Time>, time: Time, off_rad: f64) -> bool {
+    let Some(disagreed) = *distrusted else { return true };
+    if libm::fabs(off_rad) > DISAGREED_RAD {
+        *distrusted = Some(time);
+    } else if time - disagreed > AGREED_S {
+        *distrusted = None;
+    }
+    distrusted.is_none()
 }
 
 /// One-sigmas of roll and pitch, rad, and of velocity, m/s, after the heading was turned.

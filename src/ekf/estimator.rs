@@ -1,5 +1,7 @@
 //! The whole estimator: alignment, the search for a heading, and the filter, behind one call.
 
+mod aids;
+
 use super::estimator_config::EstimatorConfig;
 use super::filter::Ekf;
 use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
@@ -256,6 +258,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             Event::Magnetometer { time, field_gauss } => {
                 self.magnetometer(*time, *field_gauss, trace, &mut notify);
             }
+            Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, &mut notify),
+            Event::Range(reading) => self.range(reading, trace, &mut notify),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Settings of the whole estimator: mounting, alignment, filter, aids.
 
-use super::config::EkfConfig;
+use super::config::{AntennaHeadingModel, EkfConfig, RangeModel};
+use crate::frames::{Body, Vector};
 use crate::ins::{AlignmentConfig, Mounting};
 
 /// Settings of the whole estimator.
@@ -15,6 +16,10 @@ pub struct EstimatorConfig {
     pub ekf: EkfConfig,
     /// Which aids beside GPS it uses, where there are any.
     pub aiding: Aiding,
+    /// The rangefinder that looks at the ground.
+    pub rangefinder: Rangefinder,
+    /// Errors of the heading of two antennas; [`AlignmentConfig::baseline_m`] says where they are.
+    pub antenna_heading: AntennaHeadingModel,
 }
 
 impl EstimatorConfig {
@@ -45,6 +50,34 @@ impl EstimatorConfig {
         self.aiding = aiding;
         self
     }
+
+    /// With this rangefinder.
+    #[must_use]
+    pub const fn with_rangefinder(mut self, rangefinder: Rangefinder) -> Self {
+        self.rangefinder = rangefinder;
+        self
+    }
+}
+
+/// A rangefinder: where it is, where it looks, and how good it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rangefinder {
+    /// The sensor from the point of the solution, body axes, m.
+    pub lever_arm_m: Vector<Body>,
+    /// Where its beam leads, body axes, of length one; straight down where nothing is said.
+    pub beam: Vector<Body>,
+    /// What it measures, and how the ground varies.
+    pub model: RangeModel,
+}
+
+impl Default for Rangefinder {
+    fn default() -> Self {
+        Self {
+            lever_arm_m: Vector::ZERO,
+            beam: Vector::new(0.0, 0.0, 1.0),
+            model: RangeModel::default(),
+        }
+    }
 }
 
 /// Which aids beside GPS are used once aligned. To change some, take the default, all, and assign to
@@ -63,10 +96,20 @@ pub struct Aiding {
     pub magnetometer: bool,
     /// Barometric height.
     pub baro: bool,
+    /// Distance to the ground.
+    pub rangefinder: bool,
+    /// Heading of two GPS antennas.
+    pub second_antenna: bool,
 }
 
 impl Default for Aiding {
     fn default() -> Self {
-        Self { attitude: true, magnetometer: true, baro: true }
+        Self {
+            attitude: true,
+            magnetometer: true,
+            baro: true,
+            rangefinder: true,
+            second_antenna: true,
+        }
     }
 }

@@ -9,7 +9,7 @@ use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
-use super::measurement::BiasShift;
+use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
 use super::square;
@@ -71,6 +71,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// When what gives the heading last disagreed with a heading that was turned against it.
     pub(super) heading_distrusted: Option<Time>,
     pub(super) baro_offset_m: Option<f64>,
+    pub(super) ground: Ground,
+    pub(super) antenna_heading: AntennaHeadingMemory,
     /// Slow part of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
     pub(super) gps_wander: Option<[f64; 4]>,
     /// Whether the covariance was found without the wander of the GPS, by a layout that has none.
@@ -112,6 +114,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             heading_doubt_rad: 0.0,
             heading_distrusted: None,
             baro_offset_m: None,
+            ground: Ground::UNKNOWN,
+            antenna_heading: AntennaHeadingMemory::NONE,
             gps_wander: None,
             wander_unknown: false,
             unrelaxed_s: 0.0,
@@ -135,6 +139,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.heading_doubt_rad = 0.0;
         self.heading_distrusted = None;
         self.baro_offset_m = None;
+        self.ground = Ground::UNKNOWN;
+        self.antenna_heading = AntennaHeadingMemory::NONE;
         self.gps_wander = None;
         self.wander_unknown = false;
         self.unrelaxed_s = 0.0;

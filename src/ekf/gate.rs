@@ -14,6 +14,8 @@
 //! - Heights that lean to one side for seconds, of the receiver while a barometer agrees or of a barometer
 //!   while the receiver does: what leans drifts, and is refused although each innovation for itself lies
 //!   within the gate.
+//! - Distances to the ground that jumped: a roof, a tree or a false reading. Refused for as long as
+//!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then taken for another ground, never for height.
 //! - Else nobody knows, and after [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of refusals
 //!   the filter gives way. A height is not believed while a barometer denies it, and a heading only
 //!   after two minutes.
@@ -37,10 +39,12 @@ pub(super) enum Group {
     Baro,
     RestRate,
     RestVelocity,
+    Range,
+    BaselineHeading,
 }
 
 impl Group {
-    const COUNT: usize = 9;
+    const COUNT: usize = 11;
     /// The first so many are those of the GPS.
     const GPS: usize = 4;
 }
@@ -228,7 +232,9 @@ impl Gates {
         gate.refusals = gate.refusals.saturating_add(1);
         gate.filter_is_lost |= doubted;
         let patience_s = match group {
-            Group::Heading => HEADING_S,
+            Group::Heading | Group::BaselineHeading => HEADING_S,
+            // A distance that jumped and stays is another ground.
+            Group::Range => config.recovery_s,
             _ if gate.filter_is_lost => config.recovery_s,
             _ if velocity_agrees => config.fault_s,
             _ => config.lockout_s,

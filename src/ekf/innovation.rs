@@ -25,6 +25,10 @@ pub enum Channel {
     Yaw,
     /// Barometric height, m, up.
     BaroHeight,
+    /// Distance to the ground along the beam of a rangefinder, m.
+    Range,
+    /// Heading of the baseline between two GPS antennas, rad.
+    BaselineHeading,
     /// Angular rate of a vehicle at rest, forward, rad/s.
     RestRateX,
     /// Angular rate of a vehicle at rest, right, rad/s.
@@ -54,6 +58,8 @@ impl Channel {
             Self::Pitch => "pitch_rad",
             Self::Yaw => "yaw_rad",
             Self::BaroHeight => "baro_height_m",
+            Self::Range => "range_m",
+            Self::BaselineHeading => "baseline_heading_rad",
             Self::RestRateX => "rest_rate_x_radps",
             Self::RestRateY => "rest_rate_y_radps",
             Self::RestRateZ => "rest_rate_z_radps",

@@ -44,6 +44,8 @@ pub trait Layout<const N: usize>:
     const BARO: Option<usize> = None;
     /// How much earlier than its time stamp a fix holds, beyond the declared latency, s.
     const GPS_DELAY: Option<usize> = None;
+    /// Error of the height of the ground beneath the vehicle, m, up, by which a rangefinder tells height.
+    const GROUND: Option<usize> = None;
 }
 
 mod sealed {
@@ -62,6 +64,7 @@ pub(super) const fn is_sound<L: Layout<N>, const N: usize>() -> bool {
         (L::LATENCY, 1),
         (L::BARO, 1),
         (L::GPS_DELAY, 1),
+        (L::GROUND, 1),
     ];
     let mut taken = [false; N];
     let mut block = 0;
@@ -101,7 +104,7 @@ impl Layout<22> for WithScaleFactors {
 }
 
 /// What the command line runs: the base, the slow errors of GPS, attitude reference and barometer,
-/// the latency between GPS position and velocity, and the delay of both.
+/// the latency between GPS position and velocity, the delay of both, and the height of the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Full;
 
@@ -114,6 +117,7 @@ impl Layout<28> for Full {
     const LATENCY: Option<usize> = Some(24);
     const BARO: Option<usize> = Some(25);
     const GPS_DELAY: Option<usize> = Some(26);
+    const GROUND: Option<usize> = Some(27);
 }
 
 #[cfg(test)]

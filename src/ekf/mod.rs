@@ -26,10 +26,11 @@ mod stepless;
 mod trace;
 
 pub use config::{
-    AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel, MagnetometerModel,
+    AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
+    MagnetometerModel, RangeModel,
 };
 pub use estimator::{Estimator, Notice};
-pub use estimator_config::{Aiding, EstimatorConfig};
+pub use estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 pub use filter::Ekf;
 pub use heading_search::{HeadingMethod, HeadingSearch, NoHeadingSearch};
 pub use innovation::{Channel, Innovation, Verdict};

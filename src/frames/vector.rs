@@ -4,6 +4,7 @@ use core::fmt;
 use core::marker::PhantomData;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
+use super::Ned;
 use glam::DVec3;
 
 /// Three components resolved in frame `F`; the unit is in the name of whatever holds it.
@@ -80,6 +81,14 @@ impl<F> Vector<F> {
     #[must_use]
     pub fn is_finite(self) -> bool {
         self.components.is_finite()
+    }
+}
+
+impl Vector<Ned> {
+    /// Direction of the horizontal part, clockwise from north, rad.
+    #[must_use]
+    pub fn azimuth_rad(self) -> f64 {
+        libm::atan2(self.y(), self.x())
     }
 }
 

@@ -44,6 +44,7 @@
 #[cfg(any(feature = "nmea", feature = "ubx"))]
 mod cycle;
 mod fix;
+mod heading;
 mod message_counts;
 #[cfg(feature = "nmea")]
 pub mod nmea;
@@ -61,6 +62,7 @@ pub mod tsip;
 pub mod ubx;
 
 pub use fix::Fix;
+pub use heading::{AntennaHeading, ReceiverHeading};
 pub use message_counts::MessageCounts;
 pub use receiver_fix::{Correction, DilutionOfPrecision, Dimension, ReceiverFix};
 pub use receiver_time::{ReceiverTime, WEEK_FLOOR, unroll_week};

@@ -6,7 +6,7 @@ use super::nmea;
 use super::tsip;
 #[cfg(feature = "ubx")]
 use super::ubx;
-use super::{MessageCounts, ReceiverFix};
+use super::{MessageCounts, ReceiverFix, ReceiverHeading};
 use crate::time::Time;
 
 /// The language of a receiver.
@@ -76,6 +76,16 @@ impl Receiver {
             Self::Nmea(decoder) => decoder.flush(),
             #[cfg(feature = "ubx")]
             Self::Ubx(decoder) => decoder.flush(),
+        }
+    }
+
+    /// The last heading of two antennas, once; only u-blox receivers send one that is read.
+    pub fn take_antenna_heading(&mut self) -> Option<ReceiverHeading> {
+        match self {
+            #[cfg(feature = "ubx")]
+            Self::Ubx(decoder) => decoder.take_antenna_heading(),
+            #[cfg(any(feature = "tsip", feature = "nmea"))]
+            _ => None,
         }
     }
 

@@ -4,6 +4,7 @@ mod clipped;
 mod errors;
 mod integrity;
 mod motion;
+mod notch;
 mod repetition;
 mod rest;
 mod second_difference;
@@ -13,6 +14,7 @@ pub use clipped::ClippedAxes;
 pub use errors::ImuErrors;
 pub use integrity::{FullScale, Integrity, Suspicion};
 pub use motion::{MeanRates, Motion};
+pub use notch::{MOST_HARMONICS, Notch, NotchConfig, apparent_hz};
 pub use rest::Rest;
 pub use vibration::Vibration;
 

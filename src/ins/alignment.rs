@@ -9,7 +9,7 @@
 
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
-use crate::gps::Fix;
+use crate::gps::{AntennaHeading, Fix};
 use crate::imu::{ImuSample, MeanRates, Vibration};
 use crate::ins::{Mounting, NavState};
 use crate::time::Time;
@@ -22,6 +22,9 @@ use crate::time::Time;
     serde(rename_all = "lowercase")
 )]
 pub enum HeadingSource {
+    /// Two GPS antennas.
+    #[cfg_attr(feature = "serde", serde(rename = "second_antenna"))]
+    SecondAntenna,
     /// The unit's own attitude.
     Attitude,
     /// The magnetometer, levelled, and the declination.
@@ -43,9 +46,13 @@ pub enum HeadingSource {
     serde(default, deny_unknown_fields)
 )]
 pub struct AlignmentConfig {
-    /// The one source of heading to use; `None` takes the first there is of attitude, magnetometer,
-    /// nothing. Course is only used when named.
+    /// The one source of heading to use; `None` takes the first there is of two antennas, attitude,
+    /// magnetometer, nothing. Course is only used when named.
     pub heading: Option<HeadingSource>,
+    /// The second GPS antenna from the first, body axes, m; `None` where the receiver tells the heading of
+    /// the vehicle itself.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub baseline_m: Option<Vector<Body>>,
     /// Length of inertial data needed, s.
     pub duration_s: f64,
     /// What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
@@ -74,6 +81,7 @@ impl Default for AlignmentConfig {
     fn default() -> Self {
         Self {
             heading: None,
+            baseline_m: None,
             duration_s: 1.0,
             attitude_declination_rad: 0.0,
             declination_rad: 0.0,
@@ -93,6 +101,13 @@ impl AlignmentConfig {
     #[must_use]
     pub const fn with_heading(mut self, heading: HeadingSource) -> Self {
         self.heading = Some(heading);
+        self
+    }
+
+    /// With the second GPS antenna at `baseline_m` from the first, body axes, m.
+    #[must_use]
+    pub const fn with_baseline_m(mut self, baseline_m: Vector<Body>) -> Self {
+        self.baseline_m = Some(baseline_m);
         self
     }
 
@@ -158,6 +173,7 @@ pub struct Aligner {
     window: Window,
     attitude: Option<EulerAngles>,
     field_gauss: Option<Vector<Body>>,
+    antenna_heading: Option<AntennaHeading>,
 }
 
 /// Running means of the inertial samples since the window began.
@@ -227,7 +243,14 @@ impl Aligner {
     /// An aligner that has seen nothing yet.
     #[must_use]
     pub fn new(config: AlignmentConfig, mounting: Mounting) -> Self {
-        Self { config, mounting, window: Window::default(), attitude: None, field_gauss: None }
+        Self {
+            config,
+            mounting,
+            window: Window::default(),
+            attitude: None,
+            field_gauss: None,
+            antenna_heading: None,
+        }
     }
 
     /// Takes in the next event; `Some` ends the alignment, always on a fix, with a start at the time
@@ -252,8 +275,24 @@ impl Aligner {
                 None
             }
             Event::Gps(fix) => self.align(fix),
-            Event::Baro { .. } => None,
+            Event::AntennaHeading(heading) => {
+                if heading.is_finite() {
+                    self.antenna_heading = Some(*heading);
+                }
+                None
+            }
+            Event::Baro { .. } | Event::Range(_) => None,
         }
+    }
+
+    /// Heading by the two antennas at a given roll and pitch, and its one-sigma, rad, where they told one
+    /// of late.
+    fn antenna_heading(&self, time: Time, tilt: EulerAngles) -> Option<(f64, f64)> {
+        let found = self.antenna_heading.filter(|found| libm::fabs(time - found.time) < 1.0)?;
+        let level: Rotation<Body, Ned> = Rotation::from_euler(EulerAngles { yaw_rad: 0.0, ..tilt });
+        let baseline = self.config.baseline_m.unwrap_or(Vector::new(1.0, 0.0, 0.0));
+        let sigma_rad = found.sigma_rad.unwrap_or(0.0).max(LEAST_ANTENNA_SIGMA_RAD);
+        Some((found.heading_rad - (level * baseline).azimuth_rad(), sigma_rad))
     }
 
     /// Equation (A3) of docs/equations.md.
@@ -280,25 +319,28 @@ impl Aligner {
             None if at_rest => config.level_sigma_rad,
             None => config.moving_level_sigma_rad,
         };
-        let (heading, yaw_rad, yaw_sigma) =
-            if let Some(given) = given.filter(|_| allowed(HeadingSource::Attitude)) {
-                (HeadingSource::Attitude, given.yaw_rad, config.heading_sigma_rad)
-            } else if let Some(yaw) = self
-                .field_gauss
-                .filter(|_| allowed(HeadingSource::Magnetometer))
-                .and_then(|field| magnetic_heading(field, tilt))
-            {
-                let yaw = yaw + config.declination_rad;
-                (HeadingSource::Magnetometer, yaw, config.heading_sigma_rad + tilt_sigma)
-            } else if config.heading == Some(HeadingSource::Course) {
-                let [north, east] = fix.horizontal_velocity_mps?;
-                if libm::hypot(north, east) < config.course_speed_mps {
-                    return None;
-                }
-                (HeadingSource::Course, libm::atan2(east, north), config.heading_sigma_rad)
-            } else {
-                (HeadingSource::Unknown, 0.0, ANY_ANGLE_RAD)
-            };
+        let (heading, yaw_rad, yaw_sigma) = if let Some(found) =
+            self.antenna_heading(time, tilt).filter(|_| allowed(HeadingSource::SecondAntenna))
+        {
+            (HeadingSource::SecondAntenna, found.0, found.1)
+        } else if let Some(given) = given.filter(|_| allowed(HeadingSource::Attitude)) {
+            (HeadingSource::Attitude, given.yaw_rad, config.heading_sigma_rad)
+        } else if let Some(yaw) = self
+            .field_gauss
+            .filter(|_| allowed(HeadingSource::Magnetometer))
+            .and_then(|field| magnetic_heading(field, tilt))
+        {
+            let yaw = yaw + config.declination_rad;
+            (HeadingSource::Magnetometer, yaw, config.heading_sigma_rad + tilt_sigma)
+        } else if config.heading == Some(HeadingSource::Course) {
+            let [north, east] = fix.horizontal_velocity_mps?;
+            if libm::hypot(north, east) < config.course_speed_mps {
+                return None;
+            }
+            (HeadingSource::Course, libm::atan2(east, north), config.heading_sigma_rad)
+        } else {
+            (HeadingSource::Unknown, 0.0, ANY_ANGLE_RAD)
+        };
         let body_to_ned =
             Rotation::from_euler(EulerAngles { yaw_rad: wrap_angle(yaw_rad), ..tilt });
 
@@ -350,6 +392,9 @@ impl Aligner {
         })
     }
 }
+
+/// Least one-sigma of a heading of two antennas at the start, rad: the vehicle may have turned since.
+const LEAST_ANTENNA_SIGMA_RAD: f64 = 0.02;
 
 /// Least one-sigma of a gyro bias measured at rest, rad/s (0.03°/s).
 const REST_BIAS_RADPS: f64 = 5e-4;

@@ -7,6 +7,7 @@ mod quality;
 mod round_trip;
 mod tsip;
 mod ubx;
+mod ubx_relative;
 
 use hovernav::gps::{Protocol, Receiver, ReceiverFix};
 use hovernav::time::Time;

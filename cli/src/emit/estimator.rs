@@ -33,6 +33,13 @@ pub(super) fn bytes(config: &EstimatorConfig, remark: &str, form: Form) -> anyho
                 alignment,
                 (ekf.imu, ekf.gps, ekf.attitude, ekf.magnetometer, ekf.baro, ekf.gate),
                 config.aiding,
+                (
+                    config.rangefinder.lever_arm_m.to_array(),
+                    config.rangefinder.beam.to_array(),
+                    config.rangefinder.model,
+                    alignment.baseline_m.map(Vector::to_array),
+                    config.antenna_heading,
+                ),
             ))?
         }
     })
@@ -77,9 +84,24 @@ fn rust(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
         .map_or_else(|| "None".to_owned(), |source| format!("Some(HeadingSource::{source:?})"));
     lines += &format!(
         "    config.aiding.attitude = {};\n    config.aiding.magnetometer = {};\n    \
-         config.aiding.baro = {};\n    config.alignment.heading = {heading};\n",
-        aiding.attitude, aiding.magnetometer, aiding.baro
+         config.aiding.baro = {};\n    config.aiding.rangefinder = {};\n    \
+         config.aiding.second_antenna = {};\n    config.alignment.heading = {heading};\n",
+        aiding.attitude,
+        aiding.magnetometer,
+        aiding.baro,
+        aiding.rangefinder,
+        aiding.second_antenna
     );
+    let baseline_m = config.alignment.baseline_m;
+    let baseline_m = baseline_m.map_or("None".to_owned(), |arm| format!("Some({})", vector(arm)));
+    lines += &format!(
+        "    config.alignment.baseline_m = {baseline_m};\n    \
+         config.rangefinder.lever_arm_m = {};\n    config.rangefinder.beam = {};\n",
+        vector(config.rangefinder.lever_arm_m),
+        vector(config.rangefinder.beam)
+    );
+    lines += &assignments("config.rangefinder.model", &to_value(config.rangefinder.model)?);
+    lines += &assignments("config.antenna_heading", &to_value(config.antenna_heading)?);
     lines += &alignment("config.alignment", config)?;
     for (name, group) in groups(config)? {
         lines += &assignments(&format!("config.ekf.{name}"), &group);
@@ -101,6 +123,9 @@ fn c(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
     for (name, arm) in [
         ("imu_lever_arm_m", config.mounting.imu_lever_arm_m),
         ("antenna_lever_arm_m", config.mounting.antenna_lever_arm_m),
+        ("rangefinder.lever_arm_m", config.rangefinder.lever_arm_m),
+        ("rangefinder.beam", config.rangefinder.beam),
+        ("second_antenna.baseline_m", config.alignment.baseline_m.unwrap_or_default()),
     ] {
         for (axis, value) in arm.to_array().map(number).iter().enumerate() {
             lines += &format!("    config->{name}[{axis}] = {value};\n");
@@ -111,12 +136,15 @@ fn c(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
         ("attitude", aiding.attitude),
         ("magnetometer", aiding.magnetometer),
         ("baro", aiding.baro),
+        ("rangefinder", aiding.rangefinder),
+        ("second_antenna", aiding.second_antenna),
     ] {
         lines += &format!("    config->use_{name} = {};\n", u32::from(used));
     }
     let heading = match config.alignment.heading {
         None => "ANY",
         Some(HeadingSource::Attitude) => "ATTITUDE",
+        Some(HeadingSource::SecondAntenna) => "SECOND_ANTENNA",
         Some(HeadingSource::Magnetometer) => "MAGNETOMETER",
         Some(HeadingSource::Course) => "COURSE",
         Some(HeadingSource::Unknown) => "UNKNOWN",
@@ -126,6 +154,10 @@ fn c(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
     for (name, group) in groups(config)? {
         lines += &assignments(&format!("config->{name}"), &group);
     }
+    let range = to_value(config.rangefinder.model)?;
+    lines += &assignments("config->rangefinder.model", &range);
+    let heading = to_value(config.antenna_heading)?;
+    lines += &assignments("config->second_antenna.model", &heading);
     Ok(format!(
         "// {remark}\n\n\
          #ifndef HOVERNAV_ESTIMATOR_H\n#define HOVERNAV_ESTIMATOR_H\n\n\

@@ -27,6 +27,8 @@ fn labels(channel: Channel) -> (&'static str, &'static str, f64) {
         Channel::Pitch => ("Pitch", "°", DEGREES),
         Channel::Yaw => ("Yaw", "°", DEGREES),
         Channel::BaroHeight => ("Baro height", "m", 1.0),
+        Channel::Range => ("Distance to the ground", "m", 1.0),
+        Channel::BaselineHeading => ("Heading of two antennas", "°", DEGREES),
         Channel::RestRateX => ("Rate at rest, x", "°/s", DEGREES),
         Channel::RestRateY => ("Rate at rest, y", "°/s", DEGREES),
         Channel::RestRateZ => ("Rate at rest, z", "°/s", DEGREES),
@@ -42,6 +44,8 @@ const VELOCITY: [Channel; 3] =
     [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
 const ATTITUDE: [Channel; 3] = [Channel::Roll, Channel::Pitch, Channel::Yaw];
 const HEIGHT: [Channel; 1] = [Channel::BaroHeight];
+const RANGE: [Channel; 1] = [Channel::Range];
+const BASELINE: [Channel; 1] = [Channel::BaselineHeading];
 const REST: [Channel; 6] = [
     Channel::RestRateX,
     Channel::RestRateY,
@@ -50,11 +54,13 @@ const REST: [Channel; 6] = [
     Channel::RestVelocityEast,
     Channel::RestVelocityDown,
 ];
-const GROUPS: [(&str, &[Channel]); 5] = [
+const GROUPS: [(&str, &[Channel]); 7] = [
     ("Position", &POSITION),
     ("Velocity", &VELOCITY),
     ("Attitude", &ATTITUDE),
     ("Baro height", &HEIGHT),
+    ("Distance to the ground", &RANGE),
+    ("Heading of two antennas", &BASELINE),
     ("Rest", &REST),
 ];
 
@@ -64,7 +70,8 @@ fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovati
 
 /// The innovations of each channel within their 3σ bounds.
 pub fn innovations(innovations: &[Innovation], onboard: Option<&Onboard>, clock: Clock) -> Section {
-    let channels = [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT, &REST].concat();
+    let channels =
+        [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT, &RANGE, &BASELINE, &REST].concat();
     let rows = channels.into_iter().filter_map(|channel| {
         let own = of_channels(innovations, &[channel]);
         let (name, unit, scale) = labels(channel);

@@ -231,6 +231,7 @@ const fn is_gps(channel: Channel) -> bool {
 const fn heading_name(source: HeadingSource) -> &'static str {
     match source {
         HeadingSource::Attitude => "attitude",
+        HeadingSource::SecondAntenna => "second antenna",
         HeadingSource::Magnetometer => "magnetometer",
         HeadingSource::Course => "course",
         HeadingSource::Unknown => "unknown",

@@ -7,9 +7,13 @@ use std::hint::black_box;
 use std::path::Path;
 use std::process::Command;
 
-use hovernav::ekf::Ekf;
 use hovernav::ekf::layout::{Base, Full, Layout};
+use hovernav::ekf::{AntennaHeadingModel, Ekf, Rangefinder};
+use hovernav::event::RangeReading;
 use hovernav::frames::Rotation;
+use hovernav::gps::AntennaHeading;
+use hovernav::imu::{Notch, NotchConfig};
+use hovernav::time::Time;
 
 use crate::flight::Flight;
 use crate::kernels::{arms, covariance, settled, transition, update};
@@ -25,10 +29,15 @@ pub struct Work {
 
 impl Work {
     /// Everything that is counted.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 14] = [
         Self { name: "inertial step", states: 26 },
         Self { name: "fix: position and velocity", states: 26 },
         Self { name: "attitude", states: 26 },
+        Self { name: "magnetic heading", states: 26 },
+        Self { name: "barometer", states: 26 },
+        Self { name: "distance to the ground", states: 26 },
+        Self { name: "heading of two antennas", states: 26 },
+        Self { name: "notch, two harmonics", states: 26 },
         Self { name: "covariance, one step", states: 26 },
         Self { name: "covariance, three axes", states: 26 },
         Self { name: "inertial step", states: 15 },
@@ -53,28 +62,49 @@ impl Work {
         let (filter, mut flight) = settled::<L, N>()?;
         let (sample, fix) = (flight.sample(1_000), flight.fix(1_000));
         let reference = Rotation::from_euler(Flight::angles(999));
+        let (field, height_m) = (Flight::field_gauss(999), flight.height_m());
+        let time = Flight::time(999) + 0.2;
+        let (range, rangefinder) = (RangeReading::new(time, 7.0), Rangefinder::default());
+        let (model, heading) = (AntennaHeadingModel::default(), antenna_heading(time));
+        let mut notch = Notch::new(NotchConfig::at_hz(26.6).with_harmonics(2));
+        (0..100).for_each(|cycle| _ = notch.filter(&flight.sample(900 + cycle)));
         let (p, step, arms) = (covariance::<L, N>(), transition(), arms());
         let mut copy: Box<Ekf<L, N>> = Box::new(filter.clone());
         for _ in 0..times {
             (*copy).clone_from(&filter);
-            let mut p = p;
-            black_box((&mut copy, &mut p));
+            let (mut p, mut notch) = (p, notch);
+            black_box((&mut copy, &mut p, &mut notch));
             if !black_box(works) {
                 continue;
             }
             match self.name {
                 "inertial step" => _ = black_box(copy.predict(black_box(&sample))),
                 "fix: position and velocity" => _ = black_box(copy.update_gps(black_box(&fix))),
-                "attitude" => {
-                    let time = Flight::time(999) + 0.2;
-                    _ = black_box(copy.update_attitude(time, reference, &mut ()));
+                "attitude" => _ = black_box(copy.update_attitude(time, reference, &mut ())),
+                "magnetic heading" => {
+                    _ = black_box(copy.update_magnetic_heading(time, field, 0.0, &mut ()));
                 }
+                "barometer" => _ = black_box(copy.update_baro(time, height_m, &mut ())),
+                "distance to the ground" => {
+                    let rangefinder = black_box(&rangefinder);
+                    _ = black_box(copy.update_range(black_box(&range), rangefinder, &mut ()));
+                }
+                "heading of two antennas" => {
+                    let heading = black_box(&heading);
+                    _ = black_box(copy.update_antenna_heading(heading, None, &model, &mut ()));
+                }
+                "notch, two harmonics" => _ = black_box(notch.filter(black_box(&sample))),
                 "covariance, one step" => black_box(&mut p).propagate::<L>(black_box(&step)),
                 _ => update(black_box(&mut p), black_box(&arms)),
             }
         }
         Ok(())
     }
+}
+
+/// A heading of two antennas that the made-up flight has at the end of its settling.
+fn antenna_heading(time: Time) -> AntennaHeading {
+    AntennaHeading::new(time, Flight::angles(999).yaw_rad, None)
 }
 
 /// Instructions that `command` takes under valgrind.

@@ -7,8 +7,9 @@ use crate::onboard::{Onboard, OnboardInnovation, OnboardMoment};
 use crate::open::Log;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Channel;
+use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Vector};
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 use hovernav_log::{
@@ -27,6 +28,8 @@ pub(crate) struct Assembly {
     fixes: Rows<Fix>,
     baro: Rows<(Time, f64)>,
     magnetometer: Rows<(Time, Vector<Body>)>,
+    headings: Rows<AntennaHeading>,
+    ranges: Rows<RangeReading>,
     controls: Rows<(Time, [f64; 4])>,
     moments: Vec<OnboardMoment>,
     innovations: Vec<OnboardInnovation>,
@@ -49,6 +52,8 @@ impl Assembly {
             fixes: Rows::new(),
             baro: Rows::new(),
             magnetometer: Rows::new(),
+            headings: Rows::new(),
+            ranges: Rows::new(),
             controls: Rows::new(),
             moments: Vec::new(),
             innovations: Vec::new(),
@@ -115,6 +120,26 @@ impl Assembly {
         }
     }
 
+    /// Adds a heading of two antennas.
+    pub fn heading(&mut self, place: u64, heading: AntennaHeading) {
+        let sound = |value: Option<f64>| value.filter(|value| *value > 0.0 && value.is_finite());
+        let (sigma_rad, length_m) = (sound(heading.sigma_rad), sound(heading.length_m));
+        match heading.heading_rad.is_finite() {
+            true => self.headings.push(place, AntennaHeading { sigma_rad, length_m, ..heading }),
+            false => self.other_remarks.count("left out: no heading", place),
+        }
+    }
+
+    /// Adds a distance to the ground; `quality` runs from 0 to 1.
+    pub fn range(&mut self, place: u64, reading: RangeReading) {
+        let sigma_m = reading.sigma_m.filter(|sigma_m| *sigma_m > 0.0 && *sigma_m < 1e3);
+        let quality = reading.quality.filter(|quality| (0.0..=1.0).contains(quality));
+        match (0.0..=1e4).contains(&reading.range_m) {
+            true => self.ranges.push(place, RangeReading { sigma_m, quality, ..reading }),
+            false => self.other_remarks.count("left out: no distance", place),
+        }
+    }
+
     /// Adds stick positions: lateral, longitudinal, collective, pedal.
     pub fn controls(&mut self, place: u64, time: Time, sticks: [f64; 4]) {
         // A stick that is not there is left out in silence: it says nothing of the flight.
@@ -171,6 +196,8 @@ impl Assembly {
         let others = &mut self.other_remarks;
         let (baro, _) = self.baro.in_time_order(|row| row.0, path, others)?;
         let (magnetometer, _) = self.magnetometer.in_time_order(|row| row.0, path, others)?;
+        let (headings, _) = self.headings.in_time_order(|row| row.time, path, others)?;
+        let (ranges, _) = self.ranges.in_time_order(|row| row.time, path, others)?;
         let (controls, _) = self.controls.in_time_order(|row| row.0, path, others)?;
         if imu.is_empty() && fixes.is_empty() {
             let mut reason = format!("a {format} without inertial samples and without fixes");
@@ -197,6 +224,8 @@ impl Assembly {
             fixes,
             baro,
             magnetometer,
+            headings,
+            ranges,
             controls,
             warnings,
             notes,

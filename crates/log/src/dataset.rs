@@ -1,8 +1,9 @@
 //! A recorded flight in memory.
 
 use crate::manifest::Manifest;
+use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Vector};
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
@@ -17,6 +18,10 @@ pub enum Source {
     Baro,
     /// [`Dataset::magnetometer`].
     Magnetometer,
+    /// [`Dataset::headings`].
+    AntennaHeading,
+    /// [`Dataset::ranges`].
+    Range,
 }
 
 /// A recorded flight in memory, in time order, and what was wrong with its files.
@@ -32,6 +37,12 @@ pub struct Dataset {
     pub baro: Vec<(Time, f64)>,
     /// Samples of a magnetometer apart from the inertial unit, gauss.
     pub magnetometer: Vec<(Time, Vector<Body>)>,
+    /// Headings of two GPS antennas.
+    pub headings: Vec<AntennaHeading>,
+    /// Distances to the ground.
+    pub ranges: Vec<RangeReading>,
+    /// Speed of the rotor, Hz, for the notch that the manifest may ask for.
+    pub rotor: Vec<(Time, f64)>,
     /// Stick positions: lateral, longitudinal, collective, pedal, each −1…1 about trim.
     pub controls: Vec<(Time, [f64; 4])>,
     /// What of each of the [`controls`](Self::controls) is a test input of the autopilot's, in their order;

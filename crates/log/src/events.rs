@@ -4,10 +4,10 @@ use std::iter::Peekable;
 use std::slice::Iter;
 
 use crate::dataset::{Dataset, Source};
-use hovernav::event::Event;
+use hovernav::event::{Event, RangeReading};
 use hovernav::frames::{Body, Vector};
-use hovernav::gps::Fix;
-use hovernav::imu::ImuSample;
+use hovernav::gps::{AntennaHeading, Fix};
+use hovernav::imu::{ImuSample, Notch};
 use hovernav::time::Time;
 
 /// The events of a dataset in order of arrival; a clone goes on from where it was cloned.
@@ -19,6 +19,10 @@ pub struct Events<'a> {
     fixes: Peekable<Iter<'a, Fix>>,
     baro: Peekable<Iter<'a, (Time, f64)>>,
     magnetometer: Peekable<Iter<'a, (Time, Vector<Body>)>>,
+    headings: Peekable<Iter<'a, AntennaHeading>>,
+    ranges: Peekable<Iter<'a, RangeReading>>,
+    rotor: Peekable<Iter<'a, (Time, f64)>>,
+    notch: Option<Notch>,
 }
 
 impl Dataset {
@@ -33,6 +37,10 @@ impl Dataset {
             fixes: self.fixes.iter().peekable(),
             baro: self.baro.iter().peekable(),
             magnetometer: self.magnetometer.iter().peekable(),
+            headings: self.headings.iter().peekable(),
+            ranges: self.ranges.iter().peekable(),
+            rotor: self.rotor.iter().peekable(),
+            notch: self.manifest.imu.notch.map(Notch::new),
         }
     }
 
@@ -43,6 +51,8 @@ impl Dataset {
             && count(Source::Gps) == self.fixes.len()
             && count(Source::Baro) == self.baro.len()
             && count(Source::Magnetometer) == self.magnetometer.len()
+            && count(Source::AntennaHeading) == self.headings.len()
+            && count(Source::Range) == self.ranges.len()
     }
 }
 
@@ -55,9 +65,21 @@ impl Events<'_> {
             (Source::Gps, self.fixes.peek().map(|fix| fix.time.offset_by(latency_s))),
             (Source::Baro, self.baro.peek().map(|(time, _)| *time)),
             (Source::Magnetometer, self.magnetometer.peek().map(|(time, _)| *time)),
+            (Source::AntennaHeading, self.headings.peek().map(|heading| heading.time)),
+            (Source::Range, self.ranges.peek().map(|reading| reading.time)),
         ];
         let present = times.into_iter().filter_map(|(source, time)| Some((source, time?)));
         present.min_by_key(|(_, time)| *time).map(|(source, _)| source)
+    }
+
+    /// The next inertial sample, less the rotor's vibration where there is a notch.
+    fn sample(&mut self) -> Option<ImuSample> {
+        let sample = self.imu.next()?;
+        let Some(notch) = &mut self.notch else { return Some(*sample) };
+        while let Some((_, rotor_hz)) = self.rotor.next_if(|(time, _)| *time <= sample.time) {
+            notch.set_frequency_hz(*rotor_hz);
+        }
+        Some(notch.filter(sample))
     }
 }
 
@@ -66,7 +88,9 @@ impl Iterator for Events<'_> {
 
     fn next(&mut self) -> Option<Event> {
         match self.order.next().copied().or_else(|| self.earliest())? {
-            Source::Imu => self.imu.next().map(|sample| Event::Imu(*sample)),
+            Source::Imu => self.sample().map(Event::Imu),
+            Source::AntennaHeading => self.headings.next().copied().map(Event::AntennaHeading),
+            Source::Range => self.ranges.next().copied().map(Event::Range),
             Source::Gps => self.fixes.next().map(|fix| Event::Gps(*fix)),
             Source::Baro => {
                 self.baro.next().map(|&(time, height_m)| Event::Baro { time, height_m })

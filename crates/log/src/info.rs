@@ -67,6 +67,9 @@ pub(crate) fn sensors(dataset: &Dataset) -> Vec<(&'static str, Vec<Time>)> {
         ("gps", dataset.fixes.iter().map(|fix| fix.time).collect()),
         ("baro", dataset.baro.iter().map(|row| row.0).collect()),
         ("magnetometer", dataset.magnetometer.iter().map(|row| row.0).collect()),
+        ("second antenna", dataset.headings.iter().map(|heading| heading.time).collect()),
+        ("rangefinder", dataset.ranges.iter().map(|reading| reading.time).collect()),
+        ("rotor", dataset.rotor.iter().map(|row| row.0).collect()),
         ("controls", dataset.controls.iter().map(|row| row.0).collect()),
     ];
     sensors.retain(|(_, times)| !times.is_empty());

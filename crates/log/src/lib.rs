@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
 
+mod aid_sections;
+mod aids;
 mod auxiliary;
 mod axes;
 mod clock;
@@ -40,6 +42,7 @@ mod truth;
 mod vibration_lines;
 mod write;
 
+pub use aid_sections::{RangefinderSection, SecondAntennaSection};
 pub use auxiliary::pressure_altitude_m;
 pub use axes::{AccelUnit, Axes, GyroUnit};
 pub use clock::{Rows, median_interval_s};

@@ -5,9 +5,11 @@ use std::path::Path;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use toml::value::Datetime;
 
+use crate::aid_sections::{RangefinderSection, SecondAntennaSection, notch};
 use crate::axes::{AccelUnit, Axes, GyroUnit, Reading, rotation_of};
 use crate::error::LogError;
 use hovernav::frames::{Body, Vector};
+use hovernav::imu::NotchConfig;
 use hovernav_toml::TomlError;
 
 /// The manifest's file in a dataset directory.
@@ -53,6 +55,12 @@ pub struct Manifest {
     pub imu: ImuSection,
     /// The GPS receiver.
     pub gps: GpsSection,
+    /// The second GPS antenna.
+    #[serde(skip_serializing_if = "is_default")]
+    pub second_antenna: SecondAntennaSection,
+    /// The rangefinder.
+    #[serde(skip_serializing_if = "is_default")]
+    pub rangefinder: RangefinderSection,
     /// The reference to score against.
     pub reference: ReferenceSection,
     /// What the solution speaks of.
@@ -120,6 +128,9 @@ pub struct ImuSection {
     /// specific force.
     #[serde(skip_serializing_if = "is_default")]
     pub accel_is_gravity: bool,
+    /// A notch that takes the rotor's vibration out of the samples: at one frequency, or at that of `rotor.csv`.
+    #[serde(deserialize_with = "notch", skip_serializing_if = "Option::is_none")]
+    pub notch: Option<NotchConfig>,
 }
 
 impl ImuSection {
@@ -313,7 +324,7 @@ fn date<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Datetime>, 
     }
 }
 
-mod lever_arm {
+pub(crate) mod lever_arm {
     use super::{Body, Deserialize, Deserializer, Serialize, Serializer, Vector, de};
 
     /// No vehicle of this kind is larger, m.

@@ -6,7 +6,7 @@ use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::manifest::{MANIFEST_FILE, Manifest};
 use crate::record::Record;
-use crate::{auxiliary, gps, imu};
+use crate::{aids, auxiliary, gps, imu};
 use hovernav_toml::TomlError;
 
 /// The dataset that `log` is, a directory or a flight record, and the record itself if it is one.
@@ -68,7 +68,22 @@ impl Dataset {
         let fixes = gps::read(dir, manifest.gps.latency_s, &mut warnings)?;
         let baro = auxiliary::read_baro(dir, &mut warnings)?;
         let magnetometer = auxiliary::read_magnetometer(dir, &mut warnings)?;
+        let headings = aids::read_headings(dir, &mut warnings)?;
+        let ranges = aids::read_ranges(dir, &mut warnings)?;
+        let rotor = aids::read_rotor(dir, &mut warnings)?;
         let controls = auxiliary::read_controls(dir, &mut warnings)?;
-        Ok(Self { manifest, imu, fixes, baro, magnetometer, controls, warnings, ..Self::default() })
+        Ok(Self {
+            manifest,
+            imu,
+            fixes,
+            baro,
+            magnetometer,
+            headings,
+            ranges,
+            rotor,
+            controls,
+            warnings,
+            ..Self::default()
+        })
     }
 }

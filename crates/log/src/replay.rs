@@ -60,6 +60,10 @@ pub struct UnusedReadings {
     pub magnetometer: usize,
     /// Barometric heights.
     pub baro: usize,
+    /// Headings of two antennas.
+    pub second_antenna: usize,
+    /// Distances to the ground.
+    pub rangefinder: usize,
 }
 
 impl UnusedReadings {
@@ -69,6 +73,8 @@ impl UnusedReadings {
             Aid::Attitude => self.attitude += 1,
             Aid::Magnetometer => self.magnetometer += 1,
             Aid::Baro => self.baro += 1,
+            Aid::SecondAntenna => self.second_antenna += 1,
+            Aid::Rangefinder => self.rangefinder += 1,
             _ => {}
         }
     }

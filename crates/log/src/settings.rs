@@ -11,7 +11,7 @@ use crate::error::LogError;
 use crate::magnetic_field::{MagneticField, decimal_year};
 use crate::manifest::{HeadingReference, MANIFEST_FILE, Manifest, Point};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
-use hovernav::ekf::EstimatorConfig;
+use hovernav::ekf::{EstimatorConfig, Rangefinder};
 use hovernav::ins::Mounting;
 use hovernav_toml::TomlError;
 
@@ -130,6 +130,8 @@ impl Manifest {
             ekf.magnetometer.out_of_range(),
             ekf.baro.out_of_range(),
             ekf.gate.out_of_range(),
+            self.rangefinder.model.out_of_range(),
+            self.second_antenna.model.out_of_range(),
         ];
         if let Some((key, value)) = wrong.into_iter().flatten().next() {
             return Err(refused(format!(
@@ -140,6 +142,15 @@ impl Manifest {
         config.mounting = Mounting::default()
             .with_imu_lever_arm_m(self.lever_arm_m(Point::Imu) - cg)
             .with_antenna_lever_arm_m(self.lever_arm_m(Point::Antenna) - cg);
+
+        config.rangefinder = Rangefinder {
+            lever_arm_m: self.rangefinder.lever_arm_m - cg,
+            beam: self.rangefinder.beam,
+            model: self.rangefinder.model,
+        };
+        config.antenna_heading = self.second_antenna.model;
+        config.alignment.baseline_m =
+            self.second_antenna.baseline_m(self.lever_arm_m(Point::Antenna));
 
         let attitude_magnetic = imu.heading_reference == HeadingReference::Magnetic;
         // A declination that is given counts whatever the data hold: settings before a flight and after

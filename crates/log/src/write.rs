@@ -35,6 +35,7 @@ impl Dataset {
         self.write_fixes(dir)?;
         self.write_baro(dir)?;
         self.write_magnetometer(dir)?;
+        self.write_aids(dir)?;
         self.write_controls(dir)?;
         write_reference(dir, reference)
     }
@@ -166,7 +167,7 @@ fn position_fields(position: &Geodetic) -> [f64; 3] {
 }
 
 /// Writes `rows` to `file`, if there are any or an earlier file must give way.
-fn write_table<T>(
+pub(crate) fn write_table<T>(
     dir: &Path,
     file: &str,
     columns: &[&'static str],

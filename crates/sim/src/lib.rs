@@ -12,6 +12,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod aids;
 mod axes;
 mod baro;
 pub mod campaign;
@@ -33,6 +34,7 @@ mod vehicle;
 mod vibration;
 mod wind;
 
+pub use aids::{AntennasConfig, RangefinderConfig, SimulatedAntennas, SimulatedRangefinder};
 pub use axes::HorizontalVertical;
 pub use baro::{BaroConfig, SimulatedBaro};
 pub use check::ConfigError;

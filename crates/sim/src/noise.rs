@@ -20,6 +20,8 @@ pub(super) enum Stream {
     Baro,
     Campaign,
     Fault,
+    Range,
+    Antennas,
 }
 
 /// Independent standard normal deviates.

@@ -5,12 +5,13 @@ use hovernav::ekf as core_ekf;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::ins::{AlignmentConfig, HeadingSource, Mounting};
 
+use super::aids::{Rangefinder, SecondAntenna};
 use super::{HealthLimits, flag, mirror, within};
 use crate::access::output;
 use crate::object::HOVERNAV_ABI;
 use crate::status::{Fault, Status};
 
-/// In HovernavAlignment.heading: the first there is of the unit's own, the magnetometer's, none.
+/// In HovernavAlignment.heading: the first there is of two antennas', the unit's own, the magnetometer's, none.
 pub const HOVERNAV_HEADING_ANY: u32 = 0;
 /// The unit's own attitude.
 pub const HOVERNAV_HEADING_ATTITUDE: u32 = 1;
@@ -20,6 +21,8 @@ pub const HOVERNAV_HEADING_MAGNETOMETER: u32 = 2;
 pub const HOVERNAV_HEADING_COURSE: u32 = 3;
 /// None: found in motion.
 pub const HOVERNAV_HEADING_UNKNOWN: u32 = 4;
+/// Two GPS antennas.
+pub const HOVERNAV_HEADING_SECOND_ANTENNA: u32 = 5;
 
 /// How the estimator starts.
 #[derive(Clone, Copy, Debug)]
@@ -195,6 +198,10 @@ pub struct Config {
     pub use_magnetometer: u32,
     /// 1 if the barometer is used, else 0.
     pub use_baro: u32,
+    /// 1 if the rangefinder is used, else 0.
+    pub use_rangefinder: u32,
+    /// 1 if the heading of two antennas is used, else 0.
+    pub use_second_antenna: u32,
     /// How it starts.
     pub alignment: Alignment,
     /// Inertial sensors.
@@ -209,6 +216,10 @@ pub struct Config {
     pub baro: BaroModel,
     /// Gates and recovery.
     pub gate: GateModel,
+    /// The rangefinder.
+    pub rangefinder: Rangefinder,
+    /// The second antenna.
+    pub second_antenna: SecondAntenna,
     /// What hovernav_get_health() finds good enough.
     pub health: HealthLimits,
 }
@@ -242,6 +253,7 @@ impl Alignment {
             HOVERNAV_HEADING_MAGNETOMETER => Some(HeadingSource::Magnetometer),
             HOVERNAV_HEADING_COURSE => Some(HeadingSource::Course),
             HOVERNAV_HEADING_UNKNOWN => Some(HeadingSource::Unknown),
+            HOVERNAV_HEADING_SECOND_ANTENNA => Some(HeadingSource::SecondAntenna),
             other => {
                 let what = ["alignment.heading"];
                 return Err(Fault::new(&what, f64::from(other), "one of HOVERNAV_HEADING_"));
@@ -273,6 +285,7 @@ impl Alignment {
                 Some(HeadingSource::Magnetometer) => HOVERNAV_HEADING_MAGNETOMETER,
                 Some(HeadingSource::Course) => HOVERNAV_HEADING_COURSE,
                 Some(HeadingSource::Unknown) => HOVERNAV_HEADING_UNKNOWN,
+                Some(HeadingSource::SecondAntenna) => HOVERNAV_HEADING_SECOND_ANTENNA,
             },
             duration_s: core.duration_s,
             attitude_declination_rad: core.attitude_declination_rad,
@@ -308,6 +321,8 @@ impl Config {
             use_attitude: u32::from(estimator.aiding.attitude),
             use_magnetometer: u32::from(estimator.aiding.magnetometer),
             use_baro: u32::from(estimator.aiding.baro),
+            use_rangefinder: u32::from(estimator.aiding.rangefinder),
+            use_second_antenna: u32::from(estimator.aiding.second_antenna),
             alignment: Alignment::of(&estimator.alignment),
             imu: (&ekf.imu).into(),
             gps: (&ekf.gps).into(),
@@ -315,6 +330,8 @@ impl Config {
             magnetometer: (&ekf.magnetometer).into(),
             baro: (&ekf.baro).into(),
             gate: (&ekf.gate).into(),
+            rangefinder: Rangefinder::of(estimator),
+            second_antenna: SecondAntenna::of(estimator),
             health: health.into(),
         }
     }
@@ -327,6 +344,8 @@ impl Config {
         for (what, arm) in [
             ("imu_lever_arm_m", self.imu_lever_arm_m),
             ("antenna_lever_arm_m", self.antenna_lever_arm_m),
+            ("rangefinder.lever_arm_m", self.rangefinder.lever_arm_m),
+            ("second_antenna.baseline_m", self.second_antenna.baseline_m),
         ] {
             if let Some(found) = arm.into_iter().find(|value| !(-1e3..=1e3).contains(value)) {
                 return Err(Fault::new(&[what], found, "-1000 to 1000 m"));
@@ -339,7 +358,11 @@ impl Config {
         estimator.aiding.attitude = flag("use_attitude", self.use_attitude)?;
         estimator.aiding.magnetometer = flag("use_magnetometer", self.use_magnetometer)?;
         estimator.aiding.baro = flag("use_baro", self.use_baro)?;
+        estimator.aiding.rangefinder = flag("use_rangefinder", self.use_rangefinder)?;
+        estimator.aiding.second_antenna = flag("use_second_antenna", self.use_second_antenna)?;
         self.alignment.put(&mut estimator.alignment)?;
+        self.rangefinder.put(&mut estimator)?;
+        self.second_antenna.put(&mut estimator)?;
         let ekf = &mut estimator.ekf;
         self.imu.put(&mut ekf.imu);
         self.gps.put(&mut ekf.gps);

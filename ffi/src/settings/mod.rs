@@ -1,6 +1,8 @@
 //! Settings as plain structures: each mirrors one of the core's, field by field, and starts from its
 //! defaults.
 
+mod aids;
+
 mod estimator;
 
 mod autopilot;
@@ -11,6 +13,7 @@ mod lines;
 
 use crate::status::Fault;
 
+pub use aids::*;
 pub use autopilot::*;
 pub use estimator::*;
 pub use gains::*;

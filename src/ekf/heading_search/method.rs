@@ -34,6 +34,12 @@ pub(in super::super) mod sealed {
         fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault>;
         fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable>;
         fn found(&mut self) -> Option<FoundHeading<'_>>;
+        /// The filter whose baseline points nearest to `heading_rad`.
+        fn found_at(
+            &mut self,
+            baseline: Vector<Body>,
+            heading_rad: f64,
+        ) -> Option<FoundHeading<'_>>;
         fn solution(&self) -> Option<Solution>;
         fn time(&self) -> Time;
         /// Begins anew to watch the heading of a filter, from its level.
@@ -67,6 +73,9 @@ impl sealed::Method for HeadingSearch {
     }
     fn found(&mut self) -> Option<FoundHeading<'_>> {
         self.found()
+    }
+    fn found_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<FoundHeading<'_>> {
+        self.found_at(baseline, heading_rad)
     }
     fn solution(&self) -> Option<Solution> {
         self.solution()
@@ -105,6 +114,9 @@ impl sealed::Method for NoHeadingSearch {
         Err(Unusable::HeadingUnknown)
     }
     fn found(&mut self) -> Option<FoundHeading<'_>> {
+        None
+    }
+    fn found_at(&mut self, _: Vector<Body>, _: f64) -> Option<FoundHeading<'_>> {
         None
     }
     fn solution(&self) -> Option<Solution> {

@@ -33,7 +33,7 @@ use super::measurement::{Report, Unusable};
 use super::prediction::{ImuFault, Prediction};
 use super::solution::Solution;
 use super::square;
-use crate::frames::{Ned, Vector, wrap_angle};
+use crate::frames::{Body, Ned, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::imu::ImuSample;
 use crate::ins::{Mounting, Start};
@@ -56,6 +56,10 @@ const FOUND_SPEED_MPS: f64 = 5.0;
 /// A slower vehicle's heading counts as found when the monitor agrees within this, rad, for so long, s.
 const BORNE_OUT_RAD: f64 = 0.26;
 const BORNE_OUT_S: f64 = 5.0;
+
+/// A heading of two antennas is not believed where the fixes leave it less than this share of the
+/// best sector's weight.
+const LEAST_SHARE: f64 = 0.01;
 
 /// What the one-sigma of a fix is multiplied by for filters that have no states for its slow errors.
 const WHITENED: f64 = 1.7;
@@ -258,6 +262,27 @@ impl HeadingSearch {
         let sector = self.leader();
         self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
         Some(FoundHeading { filter: &self.filter, sector, sigma_rad })
+    }
+
+    /// The filter in whose attitude a baseline of the body points nearest to `heading_rad`, clockwise from
+    /// north; none where the fixes have spoken against it.
+    pub(super) fn found_at(
+        &mut self,
+        baseline: Vector<Body>,
+        heading_rad: f64,
+    ) -> Option<FoundHeading<'_>> {
+        let most = self.best()?.weight;
+        let off = |sector: &Sector| {
+            let heading = (sector.body_to_ned() * baseline).azimuth_rad();
+            libm::fabs(wrap_angle(heading_rad - heading))
+        };
+        let near = self.sectors.iter().zip(0..).filter_map(|(slot, number)| {
+            let sector = slot.as_ref().filter(|sector| sector.weight > LEAST_SHARE * most)?;
+            Some((off(sector), number)).filter(|(off, _)| *off < 2.0 * SECTOR_SIGMA_RAD)
+        });
+        let (_, sector) = near.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
+        Some(FoundHeading { filter: &self.filter, sector, sigma_rad: SECTOR_SIGMA_RAD })
     }
 
     /// The number of the sector that leads, counted clockwise from the start's heading.

@@ -1,13 +1,17 @@
 //! Measurements, a file per sensor, and the sequential scalar update they share.
 
+mod antenna_heading;
 mod attitude;
 mod baro;
 mod gps;
 mod magnetic;
+mod range;
 mod report;
 mod rest;
 mod update;
 
+pub(super) use antenna_heading::AntennaHeadingMemory;
+pub(super) use range::Ground;
 pub use report::{Aid, Report, Unusable};
 pub(super) use rest::BiasShift;
 use update::ScalarMeasurement;

@@ -98,14 +98,29 @@ pub enum Unusable {
     NoState,
     /// The heading is still searched for, with nothing but fixes.
     HeadingUnknown,
+    /// A distance outside what the rangefinder can measure, or one that the sensor itself does not vouch for.
+    OutOfRange,
+    /// The beam of the rangefinder leads too far away from straight down.
+    TooTilted,
+    /// The same distance to the last bit, though the vehicle has moved: the rangefinder repeats itself.
+    Stuck,
+    /// Two antennas further apart, or closer, than they are mounted: a wrong ambiguity.
+    WrongBaseline,
+    /// A heading of two antennas that points the other way, as with the antennas exchanged.
+    Reversed,
 }
 
 impl Unusable {
     /// Whether it says that something is wrong. A reading that comes too soon, before there is a
-    /// heading, or for which the filter has no state, is left out by design.
+    /// heading, from out of a rangefinder's reach, or for which the filter has no state, is left out by design.
     #[must_use]
     pub const fn is_fault(self) -> bool {
-        matches!(self, Self::NotFinite | Self::TooOld | Self::AheadOfImu | Self::Repeated)
+        match self {
+            Self::NotFinite | Self::TooOld | Self::AheadOfImu | Self::Repeated => true,
+            Self::Stuck | Self::WrongBaseline | Self::Reversed => true,
+            Self::TooSoon | Self::NoState | Self::HeadingUnknown => false,
+            Self::OutOfRange | Self::TooTilted => false,
+        }
     }
 }
 
@@ -121,6 +136,10 @@ pub enum Aid {
     Magnetometer,
     /// The barometer.
     Baro,
+    /// The rangefinder that looks at the ground.
+    Rangefinder,
+    /// The second antenna of the GPS.
+    SecondAntenna,
 }
 
 impl fmt::Display for Aid {
@@ -130,6 +149,8 @@ impl fmt::Display for Aid {
             Self::Attitude => "attitude",
             Self::Magnetometer => "magnetic field",
             Self::Baro => "barometric height",
+            Self::Rangefinder => "distance to the ground",
+            Self::SecondAntenna => "heading of two antennas",
         })
     }
 }
@@ -144,6 +165,11 @@ impl fmt::Display for Unusable {
             Self::TooSoon => "too soon after the last to be worth anything",
             Self::NoState => "the filter has no state for it",
             Self::HeadingUnknown => "the heading is still searched for",
+            Self::OutOfRange => "out of the sensor's reach, or not valid",
+            Self::TooTilted => "the beam leads away from the ground",
+            Self::Stuck => "the same distance again, though moving",
+            Self::WrongBaseline => "the antennas are not so far apart",
+            Self::Reversed => "the other way round, as with antennas exchanged",
         })
     }
 }

@@ -1,13 +1,14 @@
 //! Each measurement's sensitivity against numeric differentiation of its own prediction.
 
-use super::super::config::EkfConfig;
+use super::super::config::{AntennaHeadingModel, EkfConfig};
 use super::super::covariance::{Covariance, Gain, Sensitivity, Transition};
 use super::super::layout::{Full, GYRO_BIAS, Layout};
-use super::super::{FullEkf, Trace};
+use super::super::{FullEkf, Rangefinder, Trace};
 use super::*;
 use crate::earth::Geodetic;
+use crate::event::RangeReading;
 use crate::frames::{EulerAngles, Ned, Rotation, Vector};
-use crate::gps::Fix;
+use crate::gps::{AntennaHeading, Fix};
 use crate::imu::{ImuSample, Motion};
 use crate::ins::{Mounting, NavState, Start};
 use crate::time::Time;
@@ -254,4 +255,46 @@ fn a_barometer_sees_the_height_and_its_own_slow_error() {
     assert_eq!(errors.len(), 1);
     assert_exact(&errors, |_, _| 2e-6);
     assert_eq!(<Full as Layout<N>>::BARO, Some(25));
+}
+
+#[test]
+fn a_distance_to_the_ground_sees_height_tilt_and_the_ground() {
+    // Steep beams and a long arm: what tilts the vehicle moves the spot along the ground.
+    for beam in [Vector::new(0.0, 0.0, 1.0), Vector::new(0.3, -0.2, 0.9)] {
+        let rangefinder = Rangefinder {
+            lever_arm_m: Vector::new(0.4, -0.1, 0.2),
+            beam: beam * (1.0 / beam.norm()),
+            ..Rangefinder::default()
+        };
+        let now = filter_now();
+        let errors = errors(&|filter, rows| {
+            let range_m = 12.0;
+            let arm = rangefinder.lever_arm_m - mounting().imu_lever_arm_m;
+            let hit = now.body_to_ned * (arm + rangefinder.beam * range_m);
+            filter.ground.height_m = Some(now.position.height_m - hit.z());
+            let reading = RangeReading::new(filter.state.time, range_m);
+            filter.update_range(&reading, &rangefinder, rows).unwrap()
+        });
+        assert_eq!(errors.len(), 1);
+        assert_exact(&errors, |_, _| 1e-4);
+    }
+    assert_eq!(<Full as Layout<N>>::GROUND, Some(27));
+}
+
+#[test]
+fn a_heading_of_two_antennas_sees_the_heading_and_leaves_what_a_sloping_baseline_makes_of_the_tilt()
+{
+    let now = filter_now();
+    for baseline in [Vector::new(0.0, 1.0, 0.0), Vector::new(0.5, -0.3, 0.2)] {
+        let in_ned = now.body_to_ned * baseline;
+        let slope = libm::fabs(in_ned.z()) / libm::hypot(in_ned.x(), in_ned.y());
+        let errors = errors(&|filter, rows| {
+            let reading = AntennaHeading::new(filter.state.time, in_ned.azimuth_rad(), Some(0.01));
+            let model = AntennaHeadingModel::default();
+            filter.update_antenna_heading(&reading, Some(baseline), &model, rows).unwrap()
+        });
+        assert_eq!(errors.len(), 1);
+        assert!((libm::hypot(errors[0][0], errors[0][1]) - slope).abs() < 1e-5);
+        assert_exact(&errors, |_, state| if state < 2 { slope + 1e-5 } else { 1e-5 });
+    }
 }

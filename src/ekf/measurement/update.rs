@@ -136,7 +136,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
                 self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
             }
-            Channel::Roll | Channel::Pitch | Channel::Yaw => {
+            Channel::Roll | Channel::Pitch | Channel::Yaw | Channel::BaselineHeading => {
                 for state in 0..3 {
                     self.covariance.add_variance(ATTITUDE + state, opened);
                 }
@@ -146,6 +146,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Channel::RestRateZ => self.covariance.add_variance(GYRO_BIAS + 2, opened),
             Channel::BaroHeight => {
                 if let Some(state) = L::BARO {
+                    self.covariance.add_variance(state, opened);
+                }
+            }
+            Channel::Range => {
+                if let Some(state) = L::GROUND {
                     self.covariance.add_variance(state, opened);
                 }
             }

@@ -4,12 +4,13 @@ use super::framer::Framer;
 use super::message::{
     Content, FixStatus, GpsTime, Position, Pvt, Report, Solution, Velocity, known_dilution,
 };
+use super::relative::{self, NAV_RELPOSNED};
 use super::values::{Impossible, gps_time, height, horizontal, on_all_axes, pvt_fix, set_heights};
 use crate::earth::Geodetic;
 use crate::frames::{Ecef, Vector};
 use crate::gps::cycle::{Cycle, Kinds};
 use crate::gps::receiver_fix::{Horizontal, plausible_velocity};
-use crate::gps::{Correction, MessageCounts, ReceiverFix};
+use crate::gps::{Correction, MessageCounts, ReceiverFix, ReceiverHeading};
 use crate::time::Time;
 
 const POSITION: Kinds = 1;
@@ -57,6 +58,7 @@ pub struct Decoder {
     leap_seconds: Option<i8>,
     answer: Option<Acknowledgement>,
     ready: Option<ReceiverFix>,
+    heading: Option<ReceiverHeading>,
     counts: MessageCounts,
 }
 
@@ -82,6 +84,13 @@ impl Decoder {
         loop {
             let message = self.framer.next(bytes, arrival)?;
             let started = message.arrival;
+            if (message.class, message.id) == NAV_RELPOSNED
+                && let Some(heading) = relative::read(message.payload, started)
+            {
+                self.counts.read = self.counts.read.saturating_add(1);
+                self.heading = heading.or(self.heading);
+                continue;
+            }
             let Some(report) = Report::read(message.class, message.id, message.payload) else {
                 self.counts.damaged = self.counts.damaged.saturating_add(1);
                 continue;
@@ -101,6 +110,12 @@ impl Decoder {
     /// silent until the next, or a log is at its end.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         self.ready.take().or_else(|| self.finish())
+    }
+
+    /// The last heading of two antennas, once: NAV-RELPOSNED, where it has a valid heading with ambiguities
+    /// that are whole numbers.
+    pub fn take_antenna_heading(&mut self) -> Option<ReceiverHeading> {
+        self.heading.take()
     }
 
     /// The last answer to a configuration message, once.

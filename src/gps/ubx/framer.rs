@@ -10,7 +10,7 @@ const HEADER: usize = 6;
 const MAX_MESSAGE: usize = HEADER + 92 + 2;
 
 /// The messages that are read: class, id and the lengths they can have.
-const KNOWN: [(u8, u8, &[u16]); 9] = [
+const KNOWN: [(u8, u8, &[u16]); 10] = [
     (0x01, 0x02, &[28]),
     (0x01, 0x03, &[16]),
     (0x01, 0x04, &[18]),
@@ -18,6 +18,7 @@ const KNOWN: [(u8, u8, &[u16]); 9] = [
     (0x01, 0x07, &[84, 92]),
     (0x01, 0x12, &[36]),
     (0x01, 0x20, &[16]),
+    (0x01, 0x3C, &[64]),
     (0x05, 0x00, &[2]),
     (0x05, 0x01, &[2]),
 ];

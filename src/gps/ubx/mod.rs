@@ -10,6 +10,7 @@ mod configuration;
 mod decoder;
 mod framer;
 mod message;
+mod relative;
 mod values;
 
 pub use configuration::{Configuration, ConfigurationError, Message};

@@ -32,8 +32,10 @@ impl Innovations {
                 &mut self.velocity
             }
             Channel::Roll | Channel::Pitch => &mut self.attitude,
-            Channel::Yaw => &mut self.heading,
+            Channel::Yaw | Channel::BaselineHeading => &mut self.heading,
             Channel::BaroHeight => &mut self.baro,
+            // The frame has no place for it.
+            Channel::Range => return,
             Channel::RestRateX | Channel::RestRateY | Channel::RestRateZ => return,
             Channel::RestVelocityNorth | Channel::RestVelocityEast | Channel::RestVelocityDown => {
                 return;

@@ -18,7 +18,7 @@ use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::flight_control::{ControlInputs, ControlNotice, FlightControl};
-use hovernav::imu::ImuSample;
+use hovernav::imu::{ImuSample, Notch};
 use hovernav::sensors::SensorOutput;
 use hovernav::servo::Signal;
 use hovernav::telemetry::{GpsSummary, Snapshot, Supplement, SystemMode};
@@ -43,6 +43,8 @@ const FIX_FRESH_S: f64 = 3.0;
 /// It is handed what the sensors say and the time, and neither reads a line nor waits for one.
 pub struct FlightLoop {
     pub log: EventLog,
+    /// Takes the rotor out of the samples that the estimator and the autopilot hear.
+    notch: Option<Notch>,
     estimator: Estimator<Full, 28>,
     /// The estimate at the last sample.
     solution: Option<Solution>,
@@ -106,6 +108,7 @@ impl FlightLoop {
         snapshot.status.recorder = true;
         Ok(Self {
             log: EventLog::new(Recorder::create(record, &header)?, notifications, downlinks),
+            notch: config.navigation.imu.notch.map(Notch::new),
             estimator,
             solution: None,
             stepless: SteplessSolution::default(),
@@ -171,8 +174,10 @@ impl FlightLoop {
                 if let Event::Imu(sample) = event {
                     self.sample_cycle(now, &event, &sample);
                 } else {
-                    self.report.fixes += 1;
-                    self.last_fix = Some(now);
+                    if let Event::Gps(_) = event {
+                        self.report.fixes += 1;
+                        self.last_fix = Some(now);
+                    }
                     self.estimate(now, &event);
                 }
             }
@@ -205,7 +210,8 @@ impl FlightLoop {
             self.report.jitter.add((period_s - interval_s).abs());
         }
         self.report.cycles += 1;
-        self.estimate(now, event);
+        let filtered = self.notch.as_mut().map(|notch| Event::Imu(notch.filter(sample)));
+        self.estimate(now, filtered.as_ref().unwrap_or(event));
         self.snapshot = self.snapshot.with_imu(sample, interval_s);
         self.solution = self.estimator.solution();
         self.flown = self.solution.map(|solution| self.stepless.solution(&solution));

@@ -10,6 +10,7 @@ pub(super) enum Message {
     Gps,
     GpsAccuracy,
     Baro,
+    Rangefinder,
     Magnetometer,
     RcIn,
     Attitude,
@@ -28,14 +29,15 @@ const ONE: f64 = 1.0;
 
 impl Message {
     /// Columns of the widest message, at least.
-    pub const WIDTH: usize = 20;
+    pub const WIDTH: usize = 22;
 
-    const ALL: [Self; 13] = [
+    const ALL: [Self; 14] = [
         Self::Imu,
         Self::Imt,
         Self::Gps,
         Self::GpsAccuracy,
         Self::Baro,
+        Self::Rangefinder,
         Self::Magnetometer,
         Self::RcIn,
         Self::Attitude,
@@ -54,6 +56,7 @@ impl Message {
             Self::Gps => &["GPS"],
             Self::GpsAccuracy => &["GPA"],
             Self::Baro => &["BARO", "BAR"],
+            Self::Rangefinder => &["RFND"],
             Self::Magnetometer => &["MAG"],
             Self::RcIn => &["RCIN"],
             Self::Attitude => &["ATT"],
@@ -147,6 +150,7 @@ impl Message {
                 ("GMS", MILLI),
                 ("EPH", ONE),
                 ("EPV", ONE),
+                ("Yaw", ONE),
             ],
             Self::GpsAccuracy => &[
                 ("TimeUS", MICRO),
@@ -155,8 +159,18 @@ impl Message {
                 ("VAcc", ONE),
                 ("SAcc", ONE),
                 ("VV", ONE),
+                ("YAcc", ONE),
             ],
             Self::Baro => &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Alt", ONE)],
+            Self::Rangefinder => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("Dist", ONE),
+                ("Dist1", ONE),
+                ("Stat", ONE),
+                ("Orient", ONE),
+                ("Quality", ONE),
+            ],
             Self::Magnetometer => &[
                 ("TimeUS", MICRO),
                 ("TimeMS", MILLI),

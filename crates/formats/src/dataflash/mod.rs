@@ -36,7 +36,7 @@ struct Survey {
 }
 
 /// Parameters that are read.
-const PARAMETERS: [&str; 4] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT"];
+const PARAMETERS: [&str; 5] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT", "RNGFND"];
 /// As many parameters as anyone has.
 const MOST_PARAMETERS: usize = 10_000;
 /// Reads a DataFlash log, of bytes or text as `format` says.
@@ -126,6 +126,7 @@ impl Survey {
         let gps = chosen("GPS", &[Message::Gps], options.gps)?;
         let baro = chosen("barometer", &[Message::Baro], options.baro)?;
         let magnetometer = chosen("magnetometer", &[Message::Magnetometer], options.magnetometer)?;
+        let rangefinder = chosen("rangefinder", &[Message::Rangefinder], None)?;
         let trim = |channel: usize| {
             let name = format!("RC{channel}_TRIM");
             self.parameter(&[&name])
@@ -145,6 +146,7 @@ impl Survey {
             gps: gps.map(|(_, instance)| instance),
             baro: baro.map(|(_, instance)| instance),
             magnetometer: magnetometer.map(|(_, instance)| instance),
+            rangefinder: rangefinder.map(|(_, instance)| instance),
             has_quaternion: self.counts.contains_key(&(Message::Quaternion, 0)),
             start_s: self.start_s.unwrap_or(0.0),
             latency_s: if is_given { latency_s } else { USUAL_LATENCY_S },
@@ -196,6 +198,10 @@ impl Survey {
         let (imu, old) = (format!("INS_POS{unit}_"), format!("GPS_POS{receiver}_"));
         manifest.imu.lever_arm_m = arm([&imu, &imu]);
         manifest.gps.antenna_lever_arm_m = arm([&old, &format!("GPS{receiver}_POS_")]);
+        if let Some(rangefinder) = rows.rangefinder {
+            let place = format!("RNGFND{}_POS_", rangefinder + 1);
+            manifest.rangefinder.lever_arm_m = arm([&place, &place]);
+        }
         manifest.gps.latency_s = rows.latency_s;
         manifest.date = rows
             .gps_time

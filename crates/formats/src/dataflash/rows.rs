@@ -7,9 +7,10 @@ use crate::integrals::Integrals;
 use crate::onboard::{OnboardInnovation, OnboardMoment};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Channel;
+use hovernav::event::RangeReading;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::glam::DQuat;
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
@@ -21,6 +22,7 @@ pub(super) struct Rows {
     pub gps: Option<usize>,
     pub baro: Option<usize>,
     pub magnetometer: Option<usize>,
+    pub rangefinder: Option<usize>,
     /// Whether onboard attitudes come as quaternions.
     pub has_quaternion: bool,
     /// The clock at the start of the log, s.
@@ -39,6 +41,8 @@ pub(super) struct Rows {
     pub current_s: f64,
     /// The fix before, which may wait for its accuracies.
     pub pending: Option<(u64, f64, Fix)>,
+    /// The heading by two antennas that came with it.
+    pub pending_heading: Option<AntennaHeading>,
 }
 
 /// What receivers call fixes, from this on: a height is measured from three.
@@ -66,6 +70,9 @@ impl Rows {
             }
             Message::GpsAccuracy if self.gps == Some(instance) => self.accuracy(row, clock_s),
             Message::Baro if self.baro == Some(instance) => to.baro(place, time, row[2]),
+            Message::Rangefinder if self.rangefinder == Some(instance) => {
+                distance(row, time, place, to);
+            }
             Message::Magnetometer if self.magnetometer == Some(instance) => {
                 to.magnetometer(place, time, [row[2], row[3], row[4]]);
             }
@@ -134,7 +141,8 @@ impl Rows {
         let &[_, _, _, status, fix_type, lat, lng, lon, height_m, ref rest @ ..] = row else {
             return;
         };
-        let &[speed, course, vz, vn, ve, vd, satellites, week, in_week_s, eph, epv] = rest else {
+        let &[speed, course, vz, vn, ve, vd, satellites, week, in_week_s, eph, epv, yaw, ..] = rest
+        else {
             return;
         };
         let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
@@ -164,11 +172,14 @@ impl Rows {
             ..Fix::at(time, position)
         };
         self.pending = Some((place, clock_s, fix));
+        // Zero where there is none; true north is 360.
+        self.pending_heading =
+            (yaw > 0.0 && yaw <= 360.0).then(|| AntennaHeading::new(time, yaw.to_radians(), None));
     }
 
     /// The accuracies of the fix before, where they are of the same moment.
     fn accuracy(&mut self, row: &[f64], clock_s: f64) {
-        let &[_, _, horizontal, vertical, speed, has_vertical, ..] = row else { return };
+        let &[_, _, horizontal, vertical, speed, has_vertical, yaw, ..] = row else { return };
         let Some((_, of_s, fix)) = &mut self.pending else { return };
         if (clock_s - *of_s).abs() > 0.05 {
             return;
@@ -182,12 +193,18 @@ impl Rows {
         if has_vertical == 0.0 {
             fix.down_velocity_mps = None;
         }
+        if let Some(heading) = &mut self.pending_heading {
+            heading.sigma_rad = (yaw > 0.0).then(|| yaw.to_radians());
+        }
     }
 
     /// Hands on the fix that waited for its accuracies.
     pub fn flush(&mut self, to: &mut Assembly) {
         if let Some((place, _, fix)) = self.pending.take() {
             to.fix(place, fix);
+            if let Some(heading) = self.pending_heading.take() {
+                to.heading(place, heading);
+            }
         }
     }
 }
@@ -208,6 +225,21 @@ fn innovations(row: &[f64], time: Time, to: &mut Assembly) {
         let innovation = scale * row[column];
         to.innovation(OnboardInnovation { time, channel, innovation, sigma: None });
     }
+}
+
+/// What ArduPilot calls a sensor that looks down, and a reading that is good.
+const DOWNWARD: f64 = 25.0;
+const GOOD: f64 = 4.0;
+
+fn distance(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
+    let &[_, _, distance, first, state, orientation, percent, ..] = row else { return };
+    if !(orientation.is_nan() || orientation == DOWNWARD) {
+        return;
+    }
+    let range_m = if distance.is_nan() { first } else { distance };
+    let bad = state < GOOD;
+    let quality = if bad { Some(0.0) } else { Some(percent / 100.0) };
+    to.range(place, RangeReading { quality, ..RangeReading::new(time, range_m) });
 }
 
 fn imu(row: &[f64], time: Time, place: u64, to: &mut Assembly) {

@@ -1,5 +1,6 @@
 //! A receiver's stream: the fixes in it, on its own clock.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -12,7 +13,8 @@ use crate::window::Input;
 use hovernav::gps::quality::{Limits, QualityCheck};
 use hovernav::gps::tsip::{self, Framer, Report};
 use hovernav::gps::{
-    Fix, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverTime, WEEK_FLOOR,
+    AntennaHeading, Fix, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading,
+    ReceiverTime, WEEK_FLOOR,
 };
 use hovernav::time::Time;
 use hovernav_log::{LogError, Manifest};
@@ -22,6 +24,7 @@ struct Heard {
     protocol: Protocol,
     receiver: Receiver,
     fixes: Vec<(u64, ReceiverFix)>,
+    headings: Vec<(u64, ReceiverHeading)>,
 }
 
 pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
@@ -34,12 +37,17 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
             other => Receiver::new(other),
         },
         fixes: Vec::new(),
+        headings: Vec::new(),
     });
     for_each_piece(input, |bytes, offset| {
-        for Heard { receiver, fixes, .. } in &mut heard {
+        for Heard { receiver, fixes, headings, .. } in &mut heard {
             let mut rest = bytes;
-            while let Some(fix) = receiver.read(&mut rest, Time::ZERO) {
-                fixes.push((offset + (bytes.len() - rest.len()) as u64, fix));
+            loop {
+                let fix = receiver.read(&mut rest, Time::ZERO);
+                let place = offset + (bytes.len() - rest.len()) as u64;
+                headings.extend(receiver.take_antenna_heading().map(|heading| (place, heading)));
+                let Some(fix) = fix else { break };
+                fixes.push((place, fix));
             }
         }
     })?;
@@ -71,12 +79,16 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
         "raw bytes of a receiver that speaks {name}: {read} messages read, {unknown} of no use, \
          {damaged} damaged, {impossible} with a value that cannot be, {no_fix} epochs without a fix"
     ));
-    let manifest = gather(&best.fixes, &mut assembly);
+    let manifest = gather(&best.fixes, &best.headings, &mut assembly);
     assembly.finish(input.path, Format::Raw, manifest, "")
 }
 
 /// Gives the fixes to the assembly, times from the first of them on.
-fn gather(fixes: &[(u64, ReceiverFix)], assembly: &mut Assembly) -> Manifest {
+fn gather(
+    fixes: &[(u64, ReceiverFix)],
+    headings: &[(u64, ReceiverHeading)],
+    assembly: &mut Assembly,
+) -> Manifest {
     let mut manifest = Manifest::default();
     let first_utc = fixes.iter().find_map(|(_, fix)| fix.time?.unix_ns());
     if let Some(unix_ns) = first_utc {
@@ -98,6 +110,7 @@ fn gather(fixes: &[(u64, ReceiverFix)], assembly: &mut Assembly) -> Manifest {
     let (mut seconds, mut before) = (0.0, None::<ReceiverTime>);
     let (mut without_time, mut above_sea, mut without_height) = (0usize, 0usize, 0usize);
     let mut last_height_m = 0.0;
+    let mut epochs = HashMap::new();
     for (index, (place, fix)) in fixes.iter().enumerate() {
         let step_s = fix.time.zip(before).and_then(|(now, before)| now.since(&before));
         without_time += usize::from(fix.time.is_none());
@@ -113,6 +126,10 @@ fn gather(fixes: &[(u64, ReceiverFix)], assembly: &mut Assembly) -> Manifest {
         }
         above_sea += usize::from(fix.height_m.is_none() && fix.altitude_msl_m.is_some());
         let time = Time::from_seconds(seconds).unwrap_or_default();
+        if let Some(ReceiverTime::Gps { time_of_week_ns, .. }) = fix.time {
+            // Of an epoch known to the millisecond; the fix may be some nanoseconds before it.
+            epochs.insert((time_of_week_ns + 500_000) / 1_000_000, time);
+        }
         // A fix without a height is at the last one, and says that this is not measured.
         let flat = fix.height_m.is_none() && fix.altitude_msl_m.is_none();
         let mut fix = fix.with_geoid_separation(0.0);
@@ -123,6 +140,12 @@ fn gather(fixes: &[(u64, ReceiverFix)], assembly: &mut Assembly) -> Manifest {
             assembly.fix(*place, Fix { two_dimensional, ..fix });
         }
         without_height += usize::from(flat);
+    }
+    for (place, ReceiverHeading { time_of_week_ms, heading }) in headings {
+        // One without a fix has no time on this clock.
+        if let Some(&time) = epochs.get(&u64::from(*time_of_week_ms)) {
+            assembly.heading(*place, AntennaHeading { time, ..*heading });
+        }
     }
     if without_height > 0 {
         assembly.say(format!("{without_height} fixes without a height: two-dimensional"));

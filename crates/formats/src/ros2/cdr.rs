@@ -59,6 +59,10 @@ impl<'a> Cdr<'a> {
         self.take().map(u32::from_le_bytes)
     }
 
+    pub fn f32(&mut self) -> Option<f32> {
+        self.take().map(f32::from_le_bytes)
+    }
+
     pub fn f64(&mut self) -> Option<f64> {
         self.take().map(f64::from_le_bytes)
     }

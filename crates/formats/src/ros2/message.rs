@@ -17,6 +17,7 @@ pub(super) enum Kind {
     Field,
     Pressure,
     Odometry,
+    Range,
 }
 
 impl Kind {
@@ -30,6 +31,7 @@ impl Kind {
             | "geometry_msgs/TwistWithCovarianceStamped" => Self::VelocityCovariance,
             "sensor_msgs/msg/MagneticField" | "sensor_msgs/MagneticField" => Self::Field,
             "sensor_msgs/msg/FluidPressure" | "sensor_msgs/FluidPressure" => Self::Pressure,
+            "sensor_msgs/msg/Range" | "sensor_msgs/Range" => Self::Range,
             "nav_msgs/msg/Odometry" | "nav_msgs/Odometry" => Self::Odometry,
             _ => return None,
         })
@@ -133,4 +135,13 @@ pub(super) fn odometry(cdr: &mut Cdr<'_>) -> Option<Odometry> {
     let [x, y, z, w] = cdr.f64s()?;
     let _covariance: [f64; 36] = cdr.f64s()?;
     Some(Odometry { orientation: [w, x, y, z], velocity_mps: cdr.f64s()? })
+}
+
+/// `sensor_msgs/Range`: the distance, m, and how good it is, none outside the sensor's own limits.
+pub(super) fn range(cdr: &mut Cdr<'_>) -> Option<(f64, f64)> {
+    let _radiation = cdr.u8()?;
+    let _field_of_view = cdr.f32()?;
+    let (least_m, most_m, range_m) = (cdr.f32()?, cdr.f32()?, cdr.f32()?);
+    let valid = range_m >= least_m && range_m <= most_m;
+    Some((f64::from(range_m), f64::from(u8::from(valid))))
 }

@@ -17,6 +17,7 @@ use crate::window::Input;
 use cdr::Cdr;
 use container::for_each_record;
 use hovernav::earth::Geodetic;
+use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Ned, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
@@ -104,6 +105,12 @@ impl Gathered {
             Kind::Pressure => {
                 let height_m = pressure_altitude_m(cdr.f64()?);
                 self.assembly.baro(place, time, height_m.unwrap_or(f64::NAN));
+            }
+            Kind::Range => {
+                let (range_m, quality) = message::range(cdr)?;
+                let quality = Some(quality);
+                let reading = RangeReading { quality, ..RangeReading::new(time, range_m) };
+                self.assembly.range(place, reading);
             }
             Kind::Odometry => {
                 let odometry = message::odometry(cdr)?;

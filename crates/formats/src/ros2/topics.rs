@@ -63,6 +63,7 @@ impl Topics {
             (&[Kind::Field], options.magnetometer),
             (&[Kind::Pressure], options.baro),
             (&[Kind::Odometry], None),
+            (&[Kind::Range], None),
         ] {
             let of_kind: Vec<&Topic> =
                 found.iter().filter(|topic| kinds.contains(&topic.kind)).collect();

@@ -20,6 +20,8 @@ pub(super) enum Message {
     AttitudeQuaternion,
     ScaledPressure,
     RcChannels,
+    DistanceSensor,
+    Rangefinder,
 }
 
 /// A type of number.
@@ -46,7 +48,7 @@ impl Message {
     /// Fields of the longest message.
     pub const WIDTH: usize = 13;
 
-    const ALL: [Self; 14] = [
+    const ALL: [Self; 16] = [
         Self::SystemTime,
         Self::HighresImu,
         Self::RawImu,
@@ -61,6 +63,8 @@ impl Message {
         Self::AttitudeQuaternion,
         Self::ScaledPressure,
         Self::RcChannels,
+        Self::DistanceSensor,
+        Self::Rangefinder,
     ];
 
     /// The message of this number, if it is read.
@@ -84,6 +88,8 @@ impl Message {
             Self::ScaledImu2 => 116,
             Self::Gps2Raw => 124,
             Self::ScaledImu3 => 129,
+            Self::DistanceSensor => 132,
+            Self::Rangefinder => 173,
         }
     }
 
@@ -104,6 +110,8 @@ impl Message {
             Self::ScaledImu2 => 76,
             Self::Gps2Raw => 87,
             Self::ScaledImu3 => 46,
+            Self::DistanceSensor => 85,
+            Self::Rangefinder => 83,
         }
     }
 
@@ -124,6 +132,8 @@ impl Message {
             Self::ScaledImu2 => "SCALED_IMU2",
             Self::Gps2Raw => "GPS2_RAW",
             Self::ScaledImu3 => "SCALED_IMU3",
+            Self::DistanceSensor => "DISTANCE_SENSOR",
+            Self::Rangefinder => "RANGEFINDER",
         }
     }
 
@@ -184,6 +194,7 @@ impl Message {
                 (34, U32, MILLI),
                 (38, U32, MILLI),
                 (42, U32, MILLI),
+                (50, U16, CENTI),
             ],
             Self::Gps2Raw => &[
                 (0, U64, MICRO),
@@ -198,6 +209,7 @@ impl Message {
                 (41, U32, MILLI),
                 (45, U32, MILLI),
                 (49, U32, MILLI),
+                (35, U16, CENTI),
             ],
             Self::GlobalPosition => &[
                 (0, U32, MILLI),
@@ -216,6 +228,17 @@ impl Message {
                 &[(0, U32, MILLI), (4, F32, 1.0), (8, F32, 1.0), (12, F32, 1.0), (16, F32, 1.0)]
             }
             Self::ScaledPressure => &[(0, U32, MILLI), (4, F32, 100.0)],
+            Self::DistanceSensor => &[
+                (0, U32, MILLI),
+                (4, U16, CENTI),
+                (6, U16, CENTI),
+                (8, U16, CENTI),
+                (12, U8, 1.0),
+                (13, U8, 1.0),
+                (38, U8, CENTI),
+            ],
+            // It has no time of its own.
+            Self::Rangefinder => &[(8, F32, 1.0), (0, F32, 1.0)],
             Self::RcChannels => {
                 &[(0, U32, MILLI), (4, U16, 1.0), (6, U16, 1.0), (8, U16, 1.0), (10, U16, 1.0)]
             }

@@ -145,6 +145,8 @@ impl Survey {
         ];
         let imu = chosen("inertial unit", &imu, options.imu)?;
         let gps = chosen("GPS", &[(Message::GpsRaw, 0), (Message::Gps2Raw, 1)], options.gps)?;
+        let rangefinder = [(Message::DistanceSensor, 0), (Message::Rangefinder, 1)];
+        let rangefinder = chosen("rangefinder", &rangefinder, None)?;
         if gps.is_some() {
             to.note(format!(
                 "GPS: the log does not say how late fixes are: {USUAL_LATENCY_S} s taken, as of u-blox \
@@ -152,6 +154,7 @@ impl Survey {
             ));
         }
         let latency_s = USUAL_LATENCY_S;
-        Ok(Rows { sender, imu, gps, latency_s, boot_s: self.boot_s, ..Rows::default() })
+        let boot_s = self.boot_s;
+        Ok(Rows { sender, imu, gps, rangefinder, latency_s, boot_s, ..Rows::default() })
     }
 }

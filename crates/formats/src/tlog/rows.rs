@@ -5,9 +5,10 @@ use super::message::Message;
 use crate::assembly::Assembly;
 use crate::onboard::OnboardMoment;
 use hovernav::earth::Geodetic;
+use hovernav::event::RangeReading;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::glam::DQuat;
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::pressure_altitude_m;
@@ -19,6 +20,7 @@ pub(super) struct Rows {
     pub sender: (u8, u8),
     pub imu: Option<Message>,
     pub gps: Option<Message>,
+    pub rangefinder: Option<Message>,
     /// How much earlier than its message a fix is valid, s.
     pub latency_s: f64,
     /// Fixes with heights above mean sea level only.
@@ -47,7 +49,12 @@ impl Rows {
         if sender != self.sender {
             return;
         }
-        let Some(time) = self.time(message, row[0], stamp_s) else { return };
+        let clock_s = match (message, self.boot_s) {
+            (Message::Rangefinder, Some(boot_s)) => stamp_s - boot_s,
+            (Message::Rangefinder, None) => return,
+            _ => row[0],
+        };
+        let Some(time) = self.time(message, clock_s, stamp_s) else { return };
         match message {
             Message::SystemTime => {}
             Message::HighresImu
@@ -92,6 +99,11 @@ impl Rows {
             Message::ScaledPressure => {
                 to.baro(place, time, pressure_altitude_m(row[1]).unwrap_or(f64::NAN));
             }
+            Message::DistanceSensor | Message::Rangefinder => {
+                if self.rangefinder == Some(message) {
+                    distance(message, row, time, place, to);
+                }
+            }
             Message::RcChannels => {
                 let stick = |pulse_us: f64| (pulse_us - 1500.0) / 500.0;
                 let [_, roll, pitch, throttle, yaw, ..] = *row;
@@ -122,7 +134,14 @@ impl Rows {
         else {
             return;
         };
-        let &[ellipsoid_m, horizontal_m, vertical_m, speed_sigma, ..] = more else { return };
+        let &[ellipsoid_m, horizontal_m, vertical_m, speed_sigma, yaw_deg, ..] = more else {
+            return;
+        };
+        // Zero where there is none; true north is 360.
+        if yaw_deg > 0.0 && yaw_deg <= 360.0 {
+            let time = time.offset_by(-self.latency_s);
+            to.heading(place, AntennaHeading::new(time, yaw_deg.to_radians(), None));
+        }
         if fix_type < TWO_DIMENSIONS {
             return to.fix_left_out(place, "left out: no fix");
         }
@@ -153,6 +172,31 @@ impl Rows {
             },
         );
     }
+}
+
+/// What MAVLink calls a sensor that looks down, and a variance that is not known, cm².
+const DOWNWARD: f64 = 25.0;
+const UNKNOWN_VARIANCE: f64 = 255.0;
+/// The quality of a reading that is not valid; 0 is not known.
+const INVALID: f64 = 0.01;
+
+fn distance(message: Message, row: &[f64], time: Time, place: u64, to: &mut Assembly) {
+    if message == Message::Rangefinder {
+        return to.range(place, RangeReading::new(time, row[1]));
+    }
+    let &[_, least_m, most_m, range_m, orientation, variance, quality, ..] = row else { return };
+    if orientation != DOWNWARD {
+        return;
+    }
+    let within = (least_m..=most_m).contains(&range_m);
+    let quality = match quality {
+        _ if !within => Some(0.0),
+        INVALID => Some(0.0),
+        quality => Some(quality).filter(|quality| *quality > 0.0),
+    };
+    let known = variance > 0.0 && variance < UNKNOWN_VARIANCE;
+    let sigma_m = known.then(|| 0.01 * variance.sqrt());
+    to.range(place, RangeReading { time, range_m, sigma_m, quality });
 }
 
 fn imu(message: Message, row: &[f64], time: Time, place: u64, to: &mut Assembly) {

@@ -15,6 +15,7 @@ pub(super) struct Choice {
     pub gps: Option<(Topic, u8)>,
     pub magnetometer: Option<(Topic, u8)>,
     pub baro: Option<(Topic, u8)>,
+    pub rangefinder: Option<(Topic, u8)>,
 }
 
 impl Choice {
@@ -58,6 +59,7 @@ impl Choice {
         let baro = chosen("barometer", &[Topic::AirData, Topic::SensorBaro], options.baro)?;
         // What single magnetometers measure is not in body axes.
         let magnetometer = chosen("magnetometer", &[Topic::Magnetometer], options.magnetometer)?;
-        Ok((Self { imu, gps, magnetometer, baro }, sentences))
+        let rangefinder = chosen("rangefinder", &[Topic::Distance], None)?;
+        Ok((Self { imu, gps, magnetometer, baro, rangefinder }, sentences))
     }
 }

@@ -90,6 +90,7 @@ fn is_read(choice: &Choice, topic: Topic, instance: u8) -> bool {
         Topic::VehicleGps | Topic::SensorGps => choice.gps == found,
         Topic::Magnetometer => choice.magnetometer == found,
         Topic::AirData | Topic::SensorBaro => choice.baro == found,
+        Topic::Distance => choice.rangefinder == found,
         Topic::Sticks
         | Topic::Attitude
         | Topic::LocalPosition
@@ -182,6 +183,7 @@ fn manifest(survey: &Survey, rows: &Rows) -> Manifest {
     };
     manifest.imu.lever_arm_m = arm("EKF2_IMU_POS_");
     manifest.gps.antenna_lever_arm_m = arm("EKF2_GPS_POS_");
+    manifest.rangefinder.lever_arm_m = arm("EKF2_RNG_POS_");
     manifest.gps.latency_s = rows.latency_s;
     manifest.date = rows.utc_s.and_then(crate::utc::date).and_then(|date| date.parse().ok());
     manifest

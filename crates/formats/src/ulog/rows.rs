@@ -6,9 +6,10 @@ use crate::assembly::Assembly;
 use crate::integrals::Integrals;
 use crate::onboard::OnboardMoment;
 use hovernav::earth::Geodetic;
+use hovernav::event::RangeReading;
 use hovernav::frames::{Rotation, Vector};
 use hovernav::glam::DQuat;
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::pressure_altitude_m;
@@ -76,6 +77,9 @@ const LEAST_PA: f64 = 2_000.0;
 const TWO_DIMENSIONS: f64 = 2.0;
 const THREE_DIMENSIONS: f64 = 3.0;
 
+/// What PX4 calls a sensor that looks down.
+const DOWNWARD: f64 = 25.0;
+
 impl Rows {
     /// Takes in a row of `topic`, found at byte `place`.
     pub fn take(&mut self, topic: Topic, row: &[f64; Topic::WIDTH], place: u64, to: &mut Assembly) {
@@ -101,6 +105,7 @@ impl Rows {
                     to.baro(place, time, height_m);
                 }
             }
+            Topic::Distance => self.distance(row, place, to),
             Topic::Sticks => self.sticks(row, place, to),
             Topic::Attitude => {
                 let [t, sample, w, x, y, z, ..] = *row;
@@ -231,7 +236,16 @@ impl Rows {
         else {
             return;
         };
-        let &[eph, epv, speed_sigma, fix_type, satellites, utc_us, ..] = rest else { return };
+        let &[eph, epv, speed_sigma, fix_type, satellites, utc_us, ref antennas @ ..] = rest else {
+            return;
+        };
+        // Of the vehicle: PX4 has taken off how the antennas stand to it.
+        if let (Some(time), &[heading_rad, sigma_rad, ..]) = (self.time(t), antennas)
+            && heading_rad.is_finite()
+        {
+            let time = time.offset_by(-self.latency_s);
+            to.heading(place, AntennaHeading::new(time, heading_rad, Some(sigma_rad)));
+        }
         if fix_type < TWO_DIMENSIONS {
             return to.fix_left_out(place, "left out: no fix");
         }
@@ -268,6 +282,17 @@ impl Rows {
                 satellites: (satellites >= 0.0).then_some(satellites as u8),
             },
         );
+    }
+
+    fn distance(&self, row: &[f64], place: u64, to: &mut Assembly) {
+        let &[t, range_m, variance, percent, orientation, least_m, most_m, ..] = row else {
+            return;
+        };
+        let Some(time) = self.time(t).filter(|_| orientation == DOWNWARD) else { return };
+        // A quality of −1 is not known. Outside its own limits the sensor measures nothing.
+        let within = !(range_m < least_m || range_m > most_m);
+        let quality = if within { Some(percent / 100.0) } else { Some(0.0) };
+        to.range(place, RangeReading { time, range_m, sigma_m: Some(variance.sqrt()), quality });
     }
 
     fn sticks(&self, row: &[f64], place: u64, to: &mut Assembly) {

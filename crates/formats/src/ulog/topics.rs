@@ -10,6 +10,7 @@ pub(super) enum Topic {
     Magnetometer,
     AirData,
     SensorBaro,
+    Distance,
     Sticks,
     Attitude,
     LocalPosition,
@@ -22,9 +23,9 @@ pub(super) enum Topic {
 
 impl Topic {
     /// Columns of the widest topic, at least.
-    pub const WIDTH: usize = 20;
+    pub const WIDTH: usize = 22;
 
-    const ALL: [Self; 14] = [
+    const ALL: [Self; 15] = [
         Self::SensorCombined,
         Self::VehicleImu,
         Self::VehicleGps,
@@ -32,6 +33,7 @@ impl Topic {
         Self::Magnetometer,
         Self::AirData,
         Self::SensorBaro,
+        Self::Distance,
         Self::Sticks,
         Self::Attitude,
         Self::LocalPosition,
@@ -56,6 +58,7 @@ impl Topic {
             Self::Magnetometer => "vehicle_magnetometer",
             Self::AirData => "vehicle_air_data",
             Self::SensorBaro => "sensor_baro",
+            Self::Distance => "distance_sensor",
             Self::Sticks => "manual_control_setpoint",
             Self::Attitude => "vehicle_attitude",
             Self::LocalPosition => "vehicle_local_position",
@@ -122,6 +125,8 @@ impl Topic {
                 "fix_type",
                 "satellites_used",
                 "time_utc_usec",
+                "heading",
+                "heading_accuracy",
             ],
             Self::Magnetometer => &[
                 "timestamp",
@@ -132,6 +137,15 @@ impl Topic {
             ],
             Self::AirData => &["timestamp", "timestamp_sample", "baro_alt_meter"],
             Self::SensorBaro => &["timestamp", "timestamp_sample", "pressure"],
+            Self::Distance => &[
+                "timestamp",
+                "current_distance",
+                "variance",
+                "signal_quality",
+                "orientation",
+                "min_distance",
+                "max_distance",
+            ],
             Self::Sticks => &["timestamp", "roll", "pitch", "throttle", "yaw", "y", "x", "z", "r"],
             Self::Attitude => &["timestamp", "timestamp_sample", "q[0]", "q[1]", "q[2]", "q[3]"],
             Self::LocalPosition => &[

@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use hovernav_log::{FlyConfig, Manifest};
+use hovernav_log::{FlyConfig, Manifest, RangefinderSection, SecondAntennaSection};
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 use walk::{Defaults, Key, Walk};
@@ -51,7 +51,8 @@ fn toml_of(value: &impl Serialize) -> toml::Value {
 /// What the types are worth by default.
 fn defaults() -> Defaults {
     use hovernav::ekf::{
-        Aiding, AttitudeModel, BaroModel, GateConfig, GpsModel, ImuModel, MagnetometerModel,
+        Aiding, AntennaHeadingModel, AttitudeModel, BaroModel, GateConfig, GpsModel, ImuModel,
+        MagnetometerModel, RangeModel,
     };
     let manifest = toml_of(&Manifest::default());
     let fly = toml_of(&FlyConfig::default());
@@ -64,6 +65,11 @@ fn defaults() -> Defaults {
         ("MagnetometerModel", toml_of(&MagnetometerModel::default())),
         ("BaroModel", toml_of(&BaroModel::default())),
         ("GateConfig", toml_of(&GateConfig::default())),
+        ("RangeModel", toml_of(&RangeModel::default())),
+        ("AntennaHeadingModel", toml_of(&AntennaHeadingModel::default())),
+        ("NotchConfig", toml_of(&hovernav::imu::NotchConfig::default())),
+        ("RangefinderSection", toml_of(&RangefinderSection::default())),
+        ("SecondAntennaSection", toml_of(&SecondAntennaSection::default())),
         ("Limits", toml_of(&hovernav::gps::quality::Limits::default())),
         ("SwitchConfig", toml_of(&hovernav::servo::SwitchConfig::default())),
         ("SignalConfig", toml_of(&hovernav::servo::SignalConfig::default())),

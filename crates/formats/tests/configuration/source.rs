@@ -37,6 +37,7 @@ const PLACES: &[&str] = &[
     "crates/formats/src/text",
     "src/ekf",
     "src/ins",
+    "src/imu/notch.rs",
     "src/gps/quality.rs",
     "src/controls",
     "src/servo",

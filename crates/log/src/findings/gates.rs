@@ -21,7 +21,7 @@ struct Group {
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-const GROUPS: [Group; 7] = [
+const GROUPS: [Group; 8] = [
     Group {
         channels: &[Channel::PositionNorth, Channel::PositionEast],
         sensor: "gps",
@@ -71,6 +71,14 @@ const GROUPS: [Group; 7] = [
         large: 25.0,
     },
     Group {
+        channels: &[Channel::BaselineHeading],
+        sensor: "second antenna",
+        name: "heading",
+        unit: "°",
+        scale: DEGREES,
+        large: 15.0,
+    },
+    Group {
         channels: &[Channel::BaroHeight],
         sensor: "barometer",
         name: "height",
@@ -96,7 +104,7 @@ const AFTERMATH_S: f64 = 10.0;
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let groups: Vec<Vec<Compared>> = GROUPS.iter().map(|group| compared(log, group)).collect();
     // What one receiver says is refused together, whichever of its groups begins.
-    for sensor in [0..4, 4..5, 5..6, 6..7] {
+    for sensor in [0..4, 4..5, 5..6, 6..7, 7..8] {
         let mut refused: Vec<(f64, f64)> = groups[sensor.clone()]
             .iter()
             .flatten()
@@ -119,7 +127,7 @@ fn refusal(
 ) -> Finding {
     let within = |at: &&Compared| (span.start_s..=span.end_s).contains(&at.time_s);
     let (mut parts, mut reopened, mut large, mut is_refused) =
-        (Vec::new(), None, false, [false; 7]);
+        (Vec::new(), None, false, [false; 8]);
     for index in sensor.clone() {
         let (group, heard) = (&GROUPS[index], groups[index].iter().filter(within));
         let refused: Vec<&Compared> =
@@ -194,6 +202,9 @@ fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
 
 /// Why a group was refused from `start_s` on, as far as can be told.
 fn cause(log: &Judged<'_>, group: &Group, start_s: f64, velocity_agrees: bool) -> String {
+    if group.sensor == "second antenna" {
+        return "a wrong ambiguity, a reflection or a wrong heading".into();
+    }
     if group.name == "heading" {
         return "a magnetic disturbance or a wrong heading".into();
     }

@@ -5,6 +5,7 @@
 
 mod fixes;
 mod gates;
+mod ground;
 mod heading;
 mod inertial;
 mod lever_arm;
@@ -34,6 +35,7 @@ impl Dataset {
         inertial::find(&log, &mut findings);
         fixes::find(&log, &mut findings);
         gates::find(&log, &mut findings);
+        ground::find(&log, &mut findings);
         heading::find(&log, &mut findings);
         slow::find(&log, &mut findings);
         steps::find(&log, &mut findings);

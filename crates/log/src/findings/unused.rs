@@ -9,18 +9,28 @@ use crate::finding::{Finding, Severity};
 /// Readings closer than this, s, are one event.
 const APART_S: f64 = 5.0;
 
-const AIDS: [(Aid, &str); 4] = [
+const AIDS: [(Aid, &str); 6] = [
     (Aid::Gps, "gps"),
     (Aid::Attitude, "inertial unit"),
     (Aid::Magnetometer, "magnetometer"),
     (Aid::Baro, "barometer"),
+    (Aid::SecondAntenna, "second antenna"),
+    (Aid::Rangefinder, "rangefinder"),
+];
+
+const REASONS: [Unusable; 7] = [
+    Unusable::NotFinite,
+    Unusable::TooOld,
+    Unusable::AheadOfImu,
+    Unusable::Repeated,
+    Unusable::Stuck,
+    Unusable::WrongBaseline,
+    Unusable::Reversed,
 ];
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     for (aid, sensor) in AIDS {
-        for reason in
-            [Unusable::NotFinite, Unusable::TooOld, Unusable::AheadOfImu, Unusable::Repeated]
-        {
+        for reason in REASONS {
             let moments = log.run.notices.iter().filter_map(|notice| match notice {
                 Notice::NotUsed { time, aid: of, reason: why } if (*of, *why) == (aid, reason) => {
                     Some((time.seconds(), 0.0))
@@ -41,7 +51,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     start_s: span.start_s,
                     end_s: span.end_s,
                     sensor,
-                    kind: if reason == Unusable::Repeated { "frozen fix" } else { "unusable" },
+                    kind: kind(reason),
                     severity: Severity::Warning,
                     count: span.count,
                     words: format!(
@@ -56,6 +66,16 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
+const fn kind(reason: Unusable) -> &'static str {
+    match reason {
+        Unusable::Repeated => "frozen fix",
+        Unusable::Stuck => "stuck",
+        Unusable::WrongBaseline => "wrong baseline",
+        Unusable::Reversed => "reversed",
+        _ => "unusable",
+    }
+}
+
 const fn in_words(reason: Unusable) -> &'static str {
     match reason {
         Unusable::NotFinite => "not finite, or beyond what can be",
@@ -63,6 +83,11 @@ const fn in_words(reason: Unusable) -> &'static str {
             "older than the filter remembers, as a wrong clock or latency makes them"
         }
         Unusable::AheadOfImu => "ahead of the inertial samples, as a wrong clock makes them",
+        Unusable::Stuck => "the same distance to the last bit, though the vehicle moved",
+        Unusable::WrongBaseline => {
+            "the antennas found further apart, or closer, than they are mounted"
+        }
+        Unusable::Reversed => "pointing backwards, as with the two antennas exchanged",
         _ => "frozen, the fix before again though moving",
     }
 }

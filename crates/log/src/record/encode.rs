@@ -118,6 +118,7 @@ impl<W: Write> MessageWriter<W> {
             Notice::Aligned(alignment) => {
                 let heading = match alignment.heading {
                     HeadingSource::Attitude => "heading from the unit's attitude",
+                    HeadingSource::SecondAntenna => "heading from two antennas",
                     HeadingSource::Magnetometer => "heading from the magnetometer",
                     HeadingSource::Course => "heading from the course",
                     HeadingSource::Unknown => "heading not known yet",

@@ -54,6 +54,10 @@ impl Record {
                     dataset.fixes.push(fix);
                     dataset.order.push(Source::Gps);
                 }
+                SensorOutput::Event(Event::AntennaHeading(heading)) => {
+                    dataset.headings.push(heading);
+                    dataset.order.push(Source::AntennaHeading);
+                }
                 _ => {}
             };
             match call {

@@ -38,6 +38,12 @@ pub enum Kind {
     MagVectorOnly,
     LeverArm,
     LeverSign,
+    RangeStuck,
+    RangeOutliers,
+    RangeStep,
+    RangeGone,
+    HeadingTurn,
+    HeadingGone,
 }
 
 /// What a fault's value may be.
@@ -102,11 +108,13 @@ const SIGNS: &[&str] = &["xyz", "x", "y", "z", "xy", "yz", "xz"];
 const PAIRS: &[&str] = &["xy", "yz", "xz"];
 const SETUP: &[&str] = &["sign", "axis", "axes", "gravity", "mount"];
 const GLITCH: &[&str] = &["glitch", "jump", "position", "gps", "fix"];
+const RANGE: &[&str] = &["rangefinder"];
+const ANTENNAS: &[&str] = &["second antenna"];
 const MAGNETIC: &[&str] = &["magnet", "heading", "yaw", "field"];
 
 /// All kinds of faults.
 #[rustfmt::skip]
-pub const CATALOGUE: [Entry; 32] = [
+pub const CATALOGUE: [Entry; 38] = [
     entry(Kind::Vibration, "vibration", (Number(0.0, 4.0, 20.0), "×"), Throughout,
         "what is faster than about 2 Hz in rates and forces becomes so many times as strong: the log's own, from 2 to 10 s earlier, is added; below 1 it is taken away in part", &["vibrat", "shak"]),
     entry(Kind::ClipAccel, "clip-accel", (Number(0.1, 2.0, 100.0), "g"), Throughout,
@@ -171,6 +179,18 @@ pub const CATALOGUE: [Entry; 32] = [
         "dataset.toml has the antenna displaced by this, in any horizontal body direction", &["lever arm", "antenna"]),
     entry(Kind::LeverSign, "lever-sign", (Values::None, ""), Throughout,
         "dataset.toml has the antenna's lever arm with the wrong sign", &["lever arm", "antenna"]),
+    entry(Kind::RangeStuck, "range-stuck", (Values::None, ""), For(20.0),
+        "the rangefinder repeats its last distance", RANGE),
+    entry(Kind::RangeOutliers, "range-outliers", (Number(0.0, 20.0, 100.0), "%"), For(60.0),
+        "this share of the distances is any, up to twice the true one", RANGE),
+    entry(Kind::RangeStep, "range-step", (Number(-100.0, -3.0, 100.0), "m"), For(15.0),
+        "distances are longer by this, shorter where negative, as over a pit or a roof", RANGE),
+    entry(Kind::RangeGone, "range-gone", (Values::None, ""), For(30.0),
+        "no distances", RANGE),
+    entry(Kind::HeadingTurn, "heading-turn", (Number(-180.0, 180.0, 180.0), "°"), For(60.0),
+        "the heading of two antennas is off by this", ANTENNAS),
+    entry(Kind::HeadingGone, "heading-gone", (Values::None, ""), For(30.0),
+        "no heading of two antennas", ANTENNAS),
 ];
 
 impl Kind {

@@ -10,7 +10,7 @@ use super::inertial::Inertial;
 use super::satellite::Satellite;
 use super::table::Table;
 use super::window::Window;
-use super::{magnetic, setup};
+use super::{aids, magnetic, setup};
 use crate::noise::{Noise, Stream};
 
 const MANIFEST: &str = "dataset.toml";
@@ -18,10 +18,14 @@ const IMU: &str = "imu.csv";
 const GPS: &str = "gps.csv";
 const MAG: &str = "mag.csv";
 const BARO: &str = "baro.csv";
+const RANGE: &str = "range.csv";
+const HEADING: &str = "heading.csv";
+const ROTOR: &str = "rotor.csv";
 /// What a faulty copy says of its faults.
 const FAULTS: &str = "faults.json";
 /// Files of a dataset that would be taken for the copy's own if they were there before.
-const OWN: [&str; 7] = [MANIFEST, IMU, GPS, MAG, BARO, "controls.csv", "reference.csv"];
+const OWN: [&str; 10] =
+    [MANIFEST, IMU, GPS, MAG, BARO, RANGE, HEADING, ROTOR, "controls.csv", "reference.csv"];
 
 /// Why a log has no faulty copy.
 #[derive(Debug, thiserror::Error)]
@@ -58,6 +62,8 @@ pub struct Log {
     imu: Table,
     gps: Option<Table>,
     mag: Option<Table>,
+    range: Option<Table>,
+    heading: Option<Table>,
 }
 
 /// A fault as it was made.
@@ -111,7 +117,9 @@ impl Log {
             None => Manifest::default(),
         };
         let (gps, mag) = (Table::read(&dir.join(GPS))?, Table::read(&dir.join(MAG))?);
-        Ok(Self { dir: dir.to_path_buf(), manifest_text, manifest, imu, gps, mag })
+        let (range, heading) = (Table::read(&dir.join(RANGE))?, Table::read(&dir.join(HEADING))?);
+        let dir = dir.to_path_buf();
+        Ok(Self { dir, manifest_text, manifest, imu, gps, mag, range, heading })
     }
 
     /// The last moment of the inertial unit, s.
@@ -165,6 +173,16 @@ impl Log {
         }
         if let Some(mut satellite) = self.gps.as_mut().and_then(Satellite::of)
             && satellite.make(fault, window, noise)
+        {
+            return Ok(());
+        }
+        if let Some(range) = &mut self.range
+            && aids::make_range(range, fault, window, noise)
+        {
+            return Ok(());
+        }
+        if let Some(heading) = &mut self.heading
+            && aids::make_heading(heading, fault, window)
         {
             return Ok(());
         }
@@ -222,12 +240,15 @@ impl FaultyLog {
             std::fs::write(&path, text).map_err(|source| LogError::Io { path, source })?;
         }
         self.log.imu.write(&out.join(IMU))?;
-        let baro = self.log.dir.join(BARO);
-        if baro.exists() {
-            let io = |source| LogError::Io { path: baro.clone(), source };
-            std::fs::copy(&baro, out.join(BARO)).map_err(io)?;
+        for file in [BARO, ROTOR] {
+            let from = self.log.dir.join(file);
+            if from.exists() {
+                let io = |source| LogError::Io { path: from.clone(), source };
+                std::fs::copy(&from, out.join(file)).map_err(io)?;
+            }
         }
-        for (table, file) in [(&self.log.gps, GPS), (&self.log.mag, MAG)] {
+        let Log { gps, mag, range, heading, .. } = &self.log;
+        for (table, file) in [(gps, GPS), (mag, MAG), (range, RANGE), (heading, HEADING)] {
             if let Some(table) = table {
                 table.write(&out.join(file))?;
             }

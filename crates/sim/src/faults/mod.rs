@@ -3,6 +3,7 @@
 //! [`Log::open`] reads a dataset, [`Log::with_faults`] puts [`Fault`]s in it, and [`FaultyLog::write`]
 //! makes a dataset of it again. What no fault touches keeps its bytes, field by field.
 
+mod aids;
 mod campaign;
 mod catalogue;
 mod fault;

@@ -1,5 +1,6 @@
 //! A flight to be flown.
 
+use crate::aids::{AntennasConfig, RangefinderConfig};
 use crate::baro::BaroConfig;
 use crate::check::ConfigError;
 use crate::dmu::DmuConfig;
@@ -81,6 +82,10 @@ pub struct FlightConfig {
     pub gps: GpsConfig,
     /// The barometer, if there is one.
     pub baro: Option<BaroConfig>,
+    /// The rangefinder, if there is one.
+    pub rangefinder: Option<RangefinderConfig>,
+    /// Two antennas that give a heading, if there are.
+    pub antennas: Option<AntennasConfig>,
     /// The estimator; `None` takes what the sensors' own configurations say.
     pub estimator: Option<EstimatorConfig>,
     /// What the autopilot flies on.
@@ -161,6 +166,8 @@ impl FlightConfig {
             dmu: DmuConfig::default(),
             gps: GpsConfig::default(),
             baro: Some(BaroConfig::default()),
+            rangefinder: None,
+            antennas: None,
             estimator: None,
             feedback: Feedback::Estimator,
             autopilot,
@@ -185,6 +192,13 @@ impl FlightConfig {
         // The heading that a unit computes for itself wanders by degrees within a minute, the error
         // of its magnetometer stays: a hover is held by the one that stays.
         let unit_attitude = self.dmu.magnetometer.is_none();
+        if let Some(rangefinder) = &self.rangefinder {
+            manifest.rangefinder.lever_arm_m = rangefinder.lever_arm_m;
+        }
+        if let Some(antennas) = &self.antennas {
+            let second_m = self.gps.lever_arm_m + antennas.baseline_m;
+            manifest.second_antenna.lever_arm_m = Some(second_m);
+        }
         manifest.aiding.insert("attitude".into(), unit_attitude.into());
         manifest
     }

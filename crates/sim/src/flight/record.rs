@@ -3,8 +3,9 @@
 use hovernav::autopilot::{ExcitationAbort, Mode, Transition};
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
+use hovernav::event::RangeReading;
 use hovernav::frames::{Ned, Vector};
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Manifest, Truth};
@@ -39,6 +40,10 @@ pub struct Flight {
     pub fixes: Vec<Fix>,
     /// Barometric heights, m.
     pub baro: Vec<(Time, f64)>,
+    /// Distances to the ground.
+    pub ranges: Vec<RangeReading>,
+    /// Headings of two antennas.
+    pub headings: Vec<AntennaHeading>,
     /// What happened, one sample per inertial sample.
     pub samples: Vec<FlightSample>,
     /// Every change of mode.
@@ -61,6 +66,8 @@ impl Flight {
             imu: self.imu.clone(),
             fixes: self.fixes.clone(),
             baro: self.baro.clone(),
+            ranges: self.ranges.clone(),
+            headings: self.headings.clone(),
             controls: self
                 .samples
                 .iter()

@@ -3,6 +3,7 @@
 use super::config::{Feedback, FlightConfig, FlightError, FlightEvent};
 use super::record::{Flight, FlightSample};
 use crate::State;
+use crate::aids::{SimulatedAntennas, SimulatedRangefinder};
 use crate::baro::SimulatedBaro;
 use crate::check::positive;
 use crate::dmu::{DmuOutput, ImuTruth, SimulatedDmu};
@@ -46,8 +47,12 @@ struct RunningFlight<'a> {
     dmu: SimulatedDmu,
     gps: SimulatedGps,
     baro: Option<SimulatedBaro>,
+    rangefinder: Option<(SimulatedRangefinder, f64)>,
+    antennas: Option<(SimulatedAntennas, f64)>,
     next_fix: u64,
     next_baro: u64,
+    next_range: u64,
+    next_heading: u64,
     /// Fixes on their way, with the time of their arrival.
     pending_fixes: Vec<(Time, Fix)>,
     estimator: Estimator<Full, 28>,
@@ -97,9 +102,19 @@ impl<'a> RunningFlight<'a> {
                 Some(baro) => Some(SimulatedBaro::new(baro, config.seed)?),
                 None => None,
             },
+            rangefinder: match &config.rangefinder {
+                Some(set) => Some((SimulatedRangefinder::new(set, config.seed)?, set.rate_hz)),
+                None => None,
+            },
+            antennas: match &config.antennas {
+                Some(set) => Some((SimulatedAntennas::new(set, config.seed)?, set.rate_hz)),
+                None => None,
+            },
             dmu,
             next_fix: 0,
             next_baro: 0,
+            next_range: 0,
+            next_heading: 0,
             pending_fixes: Vec::new(),
             estimator: Estimator::new(settings),
             stepless: SteplessSolution::default(),
@@ -115,6 +130,8 @@ impl<'a> RunningFlight<'a> {
                 imu: Vec::with_capacity(samples),
                 fixes: Vec::new(),
                 baro: Vec::new(),
+                ranges: Vec::new(),
+                headings: Vec::new(),
                 samples: Vec::with_capacity(samples),
                 transitions: Vec::new(),
                 aborted: Vec::new(),
@@ -253,5 +270,40 @@ impl<'a> RunningFlight<'a> {
                 self.estimate(&Event::Baro { time, height_m });
             }
         }
+        self.measure_aids(time, state, listens);
     }
+
+    /// What the rangefinder and the antennas say.
+    fn measure_aids(&mut self, time: Time, state: &State, listens: bool) {
+        if let Some((rangefinder, rate_hz)) = &mut self.rangefinder
+            && is_due(&mut self.next_range, *rate_hz, time)
+        {
+            let (height_m, velocity_mps) = (state.position.height_m, state.velocity_mps);
+            let reading = rangefinder.measure(time, height_m, velocity_mps, state.body_to_ned);
+            if let Some(reading) = reading {
+                self.flight.ranges.push(reading);
+                if listens {
+                    self.estimate(&Event::Range(reading));
+                }
+            }
+        }
+        if let Some((antennas, rate_hz)) = &mut self.antennas
+            && is_due(&mut self.next_heading, *rate_hz, time)
+        {
+            let heading = antennas.measure(time, state.body_to_ned);
+            self.flight.headings.push(heading);
+            if listens {
+                self.estimate(&Event::AntennaHeading(heading));
+            }
+        }
+    }
+}
+
+/// Whether a sensor that has measured `count` times is to measure at `time`; counts it.
+fn is_due(count: &mut u64, rate_hz: f64, time: Time) -> bool {
+    let before = *count;
+    while Time::ZERO + *count as f64 / rate_hz <= time {
+        *count += 1;
+    }
+    *count > before
 }

@@ -152,6 +152,8 @@ mod tests {
             imu: Vec::new(),
             fixes: Vec::new(),
             baro: Vec::new(),
+            ranges: Vec::new(),
+            headings: Vec::new(),
             samples: vec![
                 sample(9.0, 0.9, 0.0, 9.0),
                 sample(10.0, 0.03, 0.04, 1.0),

@@ -1,0 +1,39 @@
+//! Steps of the ground, as a rangefinder saw them.
+
+use hovernav::ekf::{Channel, Notice, Verdict};
+
+use super::spans::spans;
+use super::{Judged, when};
+use crate::finding::{Finding, Severity};
+
+/// Refusals closer than this, s, are one event.
+const APART_S: f64 = 2.0;
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let axes = log.run.notices.iter().filter_map(|notice| match notice {
+        Notice::Updated(report) => report.innovations().next(),
+        _ => None,
+    });
+    let off: Vec<(f64, f64)> = axes
+        .filter(|axis| axis.channel == Channel::Range && axis.verdict != Verdict::Accepted)
+        .map(|axis| (axis.time.seconds(), axis.innovation.abs()))
+        .collect();
+    for span in spans(off.iter().copied(), APART_S) {
+        let within = |at: &&(f64, f64)| (span.start_s..=span.end_s).contains(&at.0);
+        let largest_m = off.iter().filter(within).map(|at| at.1).fold(0.0, f64::max);
+        findings.push(Finding {
+            start_s: span.start_s,
+            end_s: span.end_s,
+            sensor: "rangefinder",
+            kind: "step of the ground",
+            severity: Severity::Info,
+            count: span.count,
+            words: format!(
+                "rangefinder: the distance jumped by up to {largest_m:.1} m {}, {} readings: refused, \
+                 and where it lasted taken for another ground, not for height",
+                when(span.start_s, span.end_s),
+                span.count
+            ),
+        });
+    }
+}

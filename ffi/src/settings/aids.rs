@@ -1,0 +1,112 @@
+//! Settings of the rangefinder and of the second antenna.
+
+use hovernav::ekf as core_ekf;
+use hovernav::ekf::EstimatorConfig;
+use hovernav::frames::Vector;
+
+use super::{mirror, within};
+use crate::status::Fault;
+
+/// Errors of a distance to the ground, and of the ground.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RangeModel {
+    /// Shortest distance that the sensor measures, m.
+    pub least_m: f64,
+    /// Longest distance that the sensor measures, m.
+    pub most_m: f64,
+    /// Readings below this quality are not used.
+    pub least_quality: f64,
+    /// One-sigma of its white error where a reading does not say, m.
+    pub noise_m: f64,
+    /// Share of the distance that adds to it.
+    pub noise_share: f64,
+    /// One-sigma by which the ground rises or falls over a metre, m.
+    pub ground_walk_m: f64,
+}
+
+/// Errors of the heading of two antennas.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct AntennaHeadingModel {
+    /// Shortest time between two uses, s.
+    pub interval_s: f64,
+    /// One-sigma where a reading does not say, rad.
+    pub sigma_rad: f64,
+    /// Least one-sigma, rad.
+    pub floor_rad: f64,
+    /// Share of the one-sigma that wanders slowly.
+    pub wander_share: f64,
+    /// Correlation time of what wanders, s.
+    pub wander_time_s: f64,
+    /// A baseline that differs by more than this from the one that is mounted, m, is refused.
+    pub length_tolerance_m: f64,
+}
+
+mirror!(RangeModel, core_ekf::RangeModel {
+    least_m most_m least_quality noise_m noise_share ground_walk_m
+});
+mirror!(AntennaHeadingModel, core_ekf::AntennaHeadingModel {
+    interval_s sigma_rad floor_rad wander_share wander_time_s length_tolerance_m
+});
+
+/// A rangefinder that looks at the ground.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Rangefinder {
+    /// The sensor from the point of the solution, body axes, m.
+    pub lever_arm_m: [f64; 3],
+    /// Where its beam leads, body axes, of length one; 0, 0, 1 is straight down.
+    pub beam: [f64; 3],
+    /// What it measures, and how the ground varies.
+    pub model: RangeModel,
+}
+
+/// The second of two GPS antennas that give a heading.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct SecondAntenna {
+    /// From the first antenna to the second, body axes, m; all zero where the headings are of the vehicle itself.
+    pub baseline_m: [f64; 3],
+    /// How good its heading is.
+    pub model: AntennaHeadingModel,
+}
+
+impl Rangefinder {
+    pub(super) fn of(core: &EstimatorConfig) -> Self {
+        let core_ekf::Rangefinder { lever_arm_m, beam, model } = &core.rangefinder;
+        Self { lever_arm_m: lever_arm_m.to_array(), beam: beam.to_array(), model: model.into() }
+    }
+
+    pub(super) fn put(&self, into: &mut EstimatorConfig) -> Result<(), Fault> {
+        let beam = Vector::from(self.beam);
+        let length = beam.norm();
+        if !(0.99..=1.01).contains(&length) {
+            return Err(Fault::new(&["rangefinder.beam"], length, "a vector of length 1"));
+        }
+        let into = &mut into.rangefinder;
+        (into.lever_arm_m, into.beam) = (self.lever_arm_m.into(), beam);
+        within!("rangefinder.model", self.model, 0.0, 1e6, "0 to 1e6";
+            least_m most_m least_quality noise_m noise_share ground_walk_m);
+        self.model.put(&mut into.model);
+        Ok(())
+    }
+}
+
+impl SecondAntenna {
+    pub(super) fn of(core: &EstimatorConfig) -> Self {
+        Self {
+            baseline_m: core.alignment.baseline_m.unwrap_or_default().to_array(),
+            model: (&core.antenna_heading).into(),
+        }
+    }
+
+    pub(super) fn put(&self, into: &mut EstimatorConfig) -> Result<(), Fault> {
+        let is_mounted = self.baseline_m.iter().any(|component| *component != 0.0);
+        into.alignment.baseline_m = is_mounted.then(|| self.baseline_m.into());
+        within!("second_antenna.model", self.model, 0.0, 1e6, "0 to 1e6";
+            interval_s sigma_rad floor_rad wander_share wander_time_s length_tolerance_m);
+        self.model.put(&mut into.antenna_heading);
+        Ok(())
+    }
+}
