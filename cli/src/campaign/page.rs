@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
-use hovernav_sim::campaign::{Campaign, CampaignResult, Outcome, SensorGrade, UNCERTAIN};
+use hovernav_sim::campaign::{
+    Campaign, CampaignResult, HoverBounds, Outcome, SensorGrade, UNCERTAIN,
+};
 
 use super::table::{Measure, PERCENTILES, count};
-use crate::page::{Axis, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow};
+use crate::page::{
+    Axis, Fact, Figure, Level, Page, Role, Row, Section, Series, Table, TableRow, Verdict,
+};
 
 const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 
@@ -51,7 +55,7 @@ pub fn write(path: &Path, campaign: &Campaign, results: &[CampaignResult]) -> an
         warnings.push("fewer than 100 flights: the outer percentiles mean little".into());
     }
     let page = Page {
-        verdict: None,
+        verdict: Some(verdict(campaign, results)),
         title: "Campaign",
         headlines: &headlines,
         warnings: &warnings,
@@ -61,6 +65,30 @@ pub fn write(path: &Path, campaign: &Campaign, results: &[CampaignResult]) -> an
         time: None,
     };
     page.write(path)
+}
+
+/// How many of the flights ended in a hover, and what counts as one.
+fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
+    let of = |outcome| count(results, outcome, None);
+    let (crashed, hovered) = (of(Outcome::Crashed), of(Outcome::Hovered));
+    let (level, words) = if crashed > 0 {
+        (Level::Bad, format!("{crashed} of {} flights crashed.", results.len()))
+    } else if hovered < results.len() {
+        (
+            Level::Care,
+            format!("No flight crashed; {hovered} of {} hover at the end.", results.len()),
+        )
+    } else {
+        (Level::Good, "Every flight hovers at the end.".into())
+    };
+    let HoverBounds { lasts_s, speed_mps, tilt_rad, distance_m } = campaign.hover;
+    let bounds = format!(
+        "A hover holds a position and stays for its last {lasts_s:.0} s below {speed_mps} m/s and {:.0}° of \
+         tilt, within {distance_m:.0} m of where it was at {:.0} s.",
+        tilt_rad.to_degrees(),
+        campaign.judged_from_s
+    );
+    Verdict { level, words, points: vec![bounds] }
 }
 
 fn percentiles(results: &[CampaignResult]) -> Table {

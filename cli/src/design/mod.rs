@@ -1,5 +1,6 @@
 //! `hovernav design`: from a model to the autopilot's gains, checked at the loop's own rate.
 
+mod handling;
 mod page;
 mod summary;
 mod words;
@@ -47,7 +48,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (design, search) = match &arguments.weights {
         None => {
             let start = HoverDesign::for_model(&model);
+            let working = output::Working::on("searching for weights");
             let search = start.searched(&model, &Wanted::default());
+            drop(working);
             let search = search.with_context(|| arguments.model.clone())?;
             (search.design.clone(), Some(search))
         }

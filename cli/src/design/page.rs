@@ -9,9 +9,10 @@ use hovernav_design::{
 };
 use hovernav_model::StateSpace;
 
+use super::handling::handling;
 use super::words::findings;
 use crate::page::{
-    Axis, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis,
+    Axis, Fact, Figure, Level, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis, Verdict,
 };
 
 pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
@@ -58,7 +59,8 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
             ),
         ),
     ];
-    let mut sections = vec![disturbances(checked), open_loop(checked), closed_loop(checked)];
+    let mut sections =
+        vec![disturbances(checked), handling(checked), open_loop(checked), closed_loop(checked)];
     if let Some(printed) = &checked.printed {
         let section = Section::new(
             "printed",
@@ -71,7 +73,7 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
     }
     sections.extend([poles(checked)?, loci(checked)?, frequency_responses(checked)?]);
     let page = Page {
-        verdict: None,
+        verdict: Some(verdict(checked)),
         title: &format!("Autopilot for {}", checked.model.name()),
         headlines: &headlines,
         warnings: &checked.warnings,
@@ -86,6 +88,22 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
         }),
     };
     page.write(path)
+}
+
+/// What the design comes to: as good as the weakest of the modes that fly.
+fn verdict(checked: &CheckedDesign) -> Verdict {
+    let unstable = checked.spectral_radius >= 1.0
+        || checked.modes.iter().any(|(_, margins)| margins.is_none());
+    let (level, words) = match (unstable, checked.warnings.is_empty()) {
+        (true, _) => (Level::Bad, "Do not fly it: a mode is unstable."),
+        (false, false) => (Level::Care, "Usable with care: it lacks some of what is asked of it."),
+        (false, true) => (Level::Good, "Good: every mode has the margins asked for."),
+    };
+    Verdict {
+        level,
+        words: words.into(),
+        points: checked.warnings.iter().take(3).cloned().collect(),
+    }
 }
 
 fn margins(checked: &CheckedDesign) -> Table {
@@ -239,6 +257,10 @@ fn with_responses(
             .collect();
         if with_sticks {
             let mut row = Row { limits: Some([-300.0, 300.0]), ..Row::new("Sticks", "%") };
+            let span = [0.0, time.last().copied().unwrap_or_default()];
+            for stop in [-100.0, 100.0] {
+                row = row.with(Series::curve(Role::Limit, span.map(|s| (s, stop))).named("stop"));
+            }
             for (stick, name) in NAMES.into_iter().enumerate() {
                 let values: Vec<f64> =
                     response.sticks.iter().map(|sticks| 100.0 * sticks[stick]).collect();
@@ -265,14 +287,22 @@ fn plane(rows: Row) -> Figure {
 
 fn poles(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let held = hovernav_design::zero_order_hold(&checked.model, checked.design.period_s, 0.0)?;
-    let open = held.modes()?.modes.into_iter().map(|mode| mode.eigenvalue);
-    let closed = checked.closed.closed_poles()?.into_iter();
-    let open = Series::points(Role::AlternativePole, open.map(|pole| (pole.re, pole.im)));
-    let closed = Series::points(Role::Pole, closed.map(|pole| (pole.re, pole.im)));
-    let row = Row::new("Imaginary part", "")
-        .with(unit_circle())
-        .with(open.named("model alone"))
-        .with(closed.named("closed loop"));
+    let open: Vec<_> = held
+        .modes()?
+        .modes
+        .into_iter()
+        .map(|mode| (mode.eigenvalue.re, mode.eigenvalue.im))
+        .collect();
+    let closed: Vec<_> =
+        checked.closed.closed_poles()?.into_iter().map(|pole| (pole.re, pole.im)).collect();
+    let row = || {
+        let open = Series::points(Role::AlternativePole, open.iter().copied());
+        let closed = Series::points(Role::Pole, closed.iter().copied());
+        Row::new("Imaginary part", "")
+            .with(unit_circle())
+            .with(open.named("model alone"))
+            .with(closed.named("closed loop"))
+    };
     let section = Section::new(
         "poles",
         "Poles",
@@ -282,7 +312,9 @@ fn poles(checked: &CheckedDesign) -> anyhow::Result<Section> {
             1.0 / checked.design.period_s
         ),
     );
-    Ok(section.with(plane(row)))
+    let near = Axis::plane("Real part", "").within([0.7, 1.02]);
+    let near = Figure::against(near, [Row { limits: Some([-0.11, 0.11]), ..row() }]);
+    Ok(section.with(plane(row())).with(near.captioned("Near 1: the slow modes")))
 }
 
 fn loci(checked: &CheckedDesign) -> anyhow::Result<Section> {
@@ -316,15 +348,19 @@ fn loci(checked: &CheckedDesign) -> anyhow::Result<Section> {
     Ok(section)
 }
 
+/// A figure for each loop: one margin is lost in four curves.
 fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
-    let mut gain = Row { limits: Some([-60.0, 60.0]), ..Row::new("Gain", "dB") };
-    let mut phase = Row { limits: Some([-540.0, 180.0]), ..Row::new("Phase", "°") };
     let nyquist = PI / checked.design.period_s;
     let frequencies = logarithmic_frequencies(0.02, nyquist, 400);
     let ends = [frequencies[0], nyquist];
-    gain = gain.with(Series::curve(Role::Limit, ends.map(|f| (f, 0.0))).named("critical"));
-    phase = phase.with(Series::curve(Role::Limit, ends.map(|f| (f, -180.0))).named("critical"));
-    for (role, channel) in ROLES.into_iter().zip(&checked.margins.channels) {
+    let mut section = Section::new(
+        "bode",
+        "Bode",
+        "Gain and phase around each loop, broken at its actuator with the others closed: how far the \
+         phase is from −180° where the gain is 0 dB is the phase margin, how far the gain from 0 dB \
+         where the phase is −180° the gain margin. The marks are the margins of the table.",
+    );
+    for channel in &checked.margins.channels {
         let model: StateSpace = checked.closed.channel(&channel.name)?;
         let response = bode(&model, &channel.name, 0, &frequencies)?;
         // The turn in which the crossover lies is the one to read a margin in.
@@ -332,21 +368,32 @@ fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
         let at = frequencies.partition_point(|&frequency| frequency < crossover);
         let turns = response.get(at).map_or(0.0, |(_, phase)| ((phase + 180.0) / 360.0).round());
         let points = || frequencies.iter().zip(&response);
-        gain = gain.with(
-            Series::curve(role, points().map(|(&f, &(db, _))| (f, db))).named(&*channel.name),
+        let critical =
+            |level: f64| Series::curve(Role::Limit, ends.map(|f| (f, level))).named("critical");
+        let crossings = channel.gain_up.iter().chain(&channel.gain_down);
+        let gain_margins =
+            crossings.map(|crossing| (crossing.frequency_radps, -20.0 * crossing.margin.log10()));
+        let phase_margin = channel
+            .phase
+            .iter()
+            .map(|phase| (phase.frequency_radps, phase.margin.to_degrees() - 180.0));
+        let gain = Row { limits: Some([-60.0, 60.0]), ..Row::new("Gain", "dB") }
+            .with(critical(0.0))
+            .with(Series::curve(Role::Model, points().map(|(&f, &(db, _))| (f, db))))
+            .with(Series::points(Role::Pole, gain_margins).named("gain margin"));
+        let degrees = points().map(|(&f, &(_, degrees))| (f, degrees - 360.0 * turns));
+        let phase = Row { limits: Some([-540.0, 180.0]), ..Row::new("Phase", "°") }
+            .with(critical(-180.0))
+            .with(Series::curve(Role::Model, degrees))
+            .with(Series::points(Role::Pole, phase_margin).named("phase margin"));
+        let axis = Axis::logarithmic("Frequency", "rad/s");
+        let caption = format!(
+            "{}: {:.1} dB, {:.1}°",
+            channel.name,
+            channel.smallest_gain_db(),
+            channel.phase_deg()
         );
-        phase = phase.with(
-            Series::curve(role, points().map(|(&f, &(_, degrees))| (f, degrees - 360.0 * turns)))
-                .named(&*channel.name),
-        );
+        section = section.with(Figure::against(axis, [gain, phase]).captioned(caption));
     }
-    let section = Section::new(
-        "bode",
-        "Bode",
-        "Gain and phase around each loop, broken at its actuator with the others closed: how far the \
-         phase is from −180° where the gain is 0 dB is the phase margin, how far the gain from 0 dB \
-         where the phase is −180° the gain margin.",
-    );
-    let axis = Axis::logarithmic("Frequency", "rad/s");
-    Ok(section.with(Figure::against(axis, [gain, phase])))
+    Ok(section)
 }

@@ -51,6 +51,19 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
             (mode.name().to_owned(), margins.as_ref().map_or(Value::Null, weakest))
         })
         .collect();
+    let handling: serde_json::Map<String, Value> = checked
+        .handling
+        .iter()
+        .map(|found| {
+            let value = json!({
+                "disturbance_rejection_bandwidth_radps": found.rejection_bandwidth_radps,
+                "disturbance_rejection_peak_db": found.rejection_peak_db,
+                "bandwidth_radps": found.bandwidth_radps,
+                "phase_delay_s": found.phase_delay_s,
+            });
+            (found.output.clone(), value)
+        })
+        .collect();
     let mut summary = json!({
         "tool": "hovernav",
         "version": env!("CARGO_PKG_VERSION"),
@@ -69,6 +82,7 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
             "phase_deg": checked.margins.disk_phase_rad().to_degrees(),
         },
         "modes": modes,
+        "handling": handling,
         "at_outputs": checked.at_outputs.as_ref().map(weakest),
         "sensitivity_peak": checked.margins.sensitivity.value,
         "disturbances": disturbances(&checked.responses),

@@ -59,7 +59,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         part("gps.csv").display()
     );
     let config = dataset.settings()?;
+    let working = output::Working::on("estimating");
     let SmoothedRun { forward, solutions } = dataset.smooth(&config, |_| ());
+    drop(working);
     ensure!(
         !solutions.is_empty(),
         "{}: no solution to identify from: alignment found no fix with {} s of inertial samples \
@@ -70,7 +72,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     // The velocity held from fix to fix is there for comparison: its failure is a finding too.
     let with = |velocity| identify(&dataset, &solutions, arguments.model, velocity);
+    let working = output::Working::on("identifying");
     let (found, held) = rayon::join(|| with(Velocity::Estimated), || with(Velocity::HeldGps));
+    drop(working);
     let found = found.with_context(|| log.display().to_string())?;
     let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)?;
     let vehicle = found.identified.vehicle()?;
@@ -87,12 +91,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::create(&out)?;
     vehicle.write(&out.join("model.toml"))?;
     if !arguments.no_report {
-        let (facts, headlines) = (summary.facts(), words::headlines(&found, &summary));
+        let (facts, headlines) = (summary.facts(), words::headlines(&found));
         let page = IdentificationPage {
             title: &format!("{}: {} model", dataset.manifest.name, found.kind),
             facts: &facts,
             headlines: &headlines,
             warnings: summary.warnings(),
+            verdict: words::verdict(&summary),
             dataset: &dataset,
             found: &found,
             held: held.as_ref(),

@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use hovernav_model::Grade;
 use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Status;
 
 use super::summary::Summary;
-use crate::page::Fact;
+use crate::page::{Fact, Level, Verdict};
 
 impl Summary {
     /// The facts of the run, for the page and the terminal.
@@ -103,15 +104,92 @@ pub fn in_words(
     text
 }
 
+/// The verdict at the head of the page.
+pub fn verdict(summary: &Summary) -> Verdict {
+    let (level, words) = match summary.verdict {
+        Grade::Good => (Level::Good, "Good: a control design can lean on this model."),
+        Grade::Care => (Level::Care, "Usable with care: read the reasons before you design on it."),
+        Grade::DoNotFly => (Level::Bad, "Do not fly by it."),
+    };
+    Verdict { level, words: words.into(), points: summary.reasons.clone() }
+}
+
+/// What a parameter is, for those who do not think in symbols; empty where its unit says enough.
+pub fn meaning(name: &str) -> &'static str {
+    const MEANINGS: [(&str, &str); 42] = [
+        ("Nr", "yaw damping"),
+        ("Nped", "yaw by pedal"),
+        ("Ncol", "yaw by collective"),
+        ("Nv", "yaw by sideways speed"),
+        ("Zw", "heave damping"),
+        ("Zcol", "heave by collective"),
+        ("Xu", "drag forward"),
+        ("Yv", "drag sideways"),
+        ("Lu", "roll by forward speed"),
+        ("Lv", "roll by sideways speed"),
+        ("Mu", "pitch by forward speed"),
+        ("Mv", "pitch by sideways speed"),
+        ("Lp", "roll damping"),
+        ("Lq", "roll by pitch rate"),
+        ("Mp", "pitch by roll rate"),
+        ("Mq", "pitch damping"),
+        ("Llat", "roll by lateral stick"),
+        ("Llon", "roll by longitudinal stick"),
+        ("Mlat", "pitch by lateral stick"),
+        ("Mlon", "pitch by longitudinal stick"),
+        ("tau_f", "time constant of the rotor\u{2019}s flapping"),
+        ("Ab", "flapping back by flapping sideways"),
+        ("Ba", "flapping sideways by flapping back"),
+        ("Alon", "flapping by longitudinal stick"),
+        ("Blat", "flapping by lateral stick"),
+        ("Lb", "roll by flapping: the rotor\u{2019}s spring"),
+        ("Ma", "pitch by flapping: the rotor\u{2019}s spring"),
+        ("Ac", "flapping back by the bar"),
+        ("Bd", "flapping sideways by the bar"),
+        ("tau_s", "time constant of the bar"),
+        ("Clon", "bar by longitudinal stick"),
+        ("Dlat", "bar by lateral stick"),
+        ("tau_lat", "delay of the lateral stick"),
+        ("tau_lon", "delay of the longitudinal stick"),
+        ("tau_col", "delay of the collective"),
+        ("tau_ped", "delay of the pedal"),
+        ("lag_lat", "lag of the lateral servo"),
+        ("lag_lon", "lag of the longitudinal servo"),
+        ("lag_col", "lag of the collective\u{2019}s servo"),
+        ("lag_ped", "lag of the tail servo"),
+        ("tau_gust", "time constant of gusts along the ground"),
+        ("tau_gust_w", "time constant of vertical gusts"),
+    ];
+    MEANINGS.iter().find(|(own, _)| *own == name).map_or("", |(_, meaning)| meaning)
+}
+
+/// A delay below zero, explained; nothing where there is none.
+pub fn early_sticks(found: &Identification) -> Option<String> {
+    let inputs = found.identified.structure.inputs.iter();
+    let early: Vec<String> = inputs
+        .filter_map(|input| {
+            let delay_s = found.identified.delay(input)?.value;
+            (delay_s < 0.0).then(|| format!("{input} {:.0} ms", -1e3 * delay_s))
+        })
+        .collect();
+    (!early.is_empty()).then(|| {
+        format!(
+            "A delay below zero is no answer before its cause: the stick moved that long before the sample \
+             that recorded it ({}), as it does where a stick moves on between samples and the last value is \
+             kept.",
+            early.join(", ")
+        )
+    })
+}
+
 /// The few numbers to see first: a fit never without the bounds behind it.
-pub fn headlines(found: &Identification, summary: &Summary) -> Vec<Fact> {
+pub fn headlines(found: &Identification) -> Vec<Fact> {
     let fit = found.fit();
     let channels = fit.channels().0.iter();
     let fits = channels.map(|channel| format!("{} {:.0}", channel.name, channel.percent));
     let over = if found.validation.is_some() { "held-back flight" } else { "fitted flight" };
     let fits = fits.collect::<Vec<_>>().join(" · ");
     vec![
-        Fact::new("verdict", summary.verdict.to_string()),
         Fact::new(&format!("fit, %, free runs of {:.1} s over {over}", fit.window_s()), fits),
         Fact::new("bounds of the parameters, 1σ", bounds_in_words(found)),
     ]

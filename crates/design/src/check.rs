@@ -2,6 +2,7 @@
 
 use super::disturbance::{DisturbanceResponse, TABLE_6_1};
 use super::error::DesignError;
+use super::handling::HandlingQualities;
 use super::hover::{FlightMode, HoverDesign};
 use super::margins::{Loop, Margins};
 use super::thesis::PrintedDesign;
@@ -26,6 +27,8 @@ pub struct CheckedDesign {
     pub modes: Vec<(FlightMode, Option<Margins>)>,
     /// And cut at what is measured, holding velocity.
     pub at_outputs: Option<Margins>,
+    /// Handling qualities of phi, theta and psi, holding attitude.
+    pub handling: Vec<HandlingQualities>,
     /// Spectral radius of the closed loop.
     pub spectral_radius: f64,
     /// What becomes of [`TABLE_6_1`] with the sticks at trim.
@@ -77,6 +80,11 @@ impl CheckedDesign {
         let modes = FlightMode::ALL.into_iter().map(in_mode).collect::<Result<Vec<_>, _>>()?;
         let at_outputs =
             design.close_at_outputs(&model, &gains, FlightMode::Velocity)?.margins().ok();
+        let holding = design.close_at_outputs(&model, &gains, FlightMode::Attitude)?;
+        let handling = ["phi", "theta", "psi"]
+            .into_iter()
+            .map(|output| HandlingQualities::of(&holding, output))
+            .collect::<Result<_, _>>()?;
         let printed = (model == shipped::thesis())
             .then(|| CheckedPrintedDesign::new(design.period_s))
             .transpose()?;
@@ -91,9 +99,10 @@ impl CheckedDesign {
             for channel in &margins.channels {
                 let (gain_db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());
                 if gain_db < LEAST_GAIN_DB || phase_deg < LEAST_PHASE_DEG {
+                    // Two digits: one that falls short by little would read as what is expected.
                     warnings.push(format!(
-                        "holding {}, the {} loop has {gain_db:.1} dB and {phase_deg:.1}°, expected \
-                         {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°",
+                        "holding {}, the {} loop has {gain_db:.2} dB and {phase_deg:.2}°, expected at \
+                         least {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°",
                         mode.name(),
                         channel.name
                     ));
@@ -124,6 +133,7 @@ impl CheckedDesign {
             margins,
             modes,
             at_outputs,
+            handling,
             spectral_radius,
             open_responses,
             responses,

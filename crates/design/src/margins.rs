@@ -292,7 +292,7 @@ impl Loop {
     }
 
     /// (I + L)⁻¹ at a frequency.
-    fn sensitivity(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
+    pub(super) fn sensitivity(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
         let mut around = self.open.linear().frequency_response(frequency_radps)?;
         for index in 0..around.nrows() {
             around[(index, index)] += Complex::ONE;

@@ -55,13 +55,13 @@ pub struct SimulatedServo {
 }
 
 impl SimulatedServo {
-    /// A servo standing at `position`.
+    /// A servo standing at `position`, at its stop beyond ±1.
     ///
     /// # Errors
     /// [`ConfigError`] names the value of `config` that no servo can have.
     pub fn new(config: &ServoConfig, position: f64) -> Result<Self, ConfigError> {
         config.check()?;
-        Ok(Self { config: *config, position })
+        Ok(Self { config: *config, position: position.clamp(-1.0, 1.0) })
     }
 
     /// Where it stands after `interval_s` under `command`.

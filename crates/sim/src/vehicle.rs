@@ -9,7 +9,9 @@ use super::state::State;
 use hovernav::controls::Sticks;
 use hovernav::earth::{Geodetic, Local};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use hovernav_model::helicopter::{Helicopter, HelicopterState, StateDerivative};
+use hovernav_model::helicopter::{
+    Helicopter, HelicopterError, HelicopterParameters, HelicopterState, StateDerivative,
+};
 
 /// What stands around the airframe. The default is that of the thesis's helicopter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +67,8 @@ pub struct Vehicle {
     config: VehicleConfig,
     helicopter: Helicopter,
     servos: [SimulatedServo; 4],
+    /// Those that no longer move.
+    jammed: [bool; 4],
     motion: HelicopterState,
     position: Geodetic,
     /// Rotor speed over its nominal.
@@ -146,15 +150,21 @@ impl Vehicle {
         heading_rad: f64,
     ) -> Result<Self, ConfigError> {
         config.check()?;
-        let servo = SimulatedServo::new(&config.servo, 0.0)?;
-        let tail = SimulatedServo::new(&config.tail_servo, 0.0)?;
+        let [lateral, longitudinal, collective, pedal] = helicopter.hover_sticks().to_array();
+        let servo = |at| SimulatedServo::new(&config.servo, at);
         let mut motion = *helicopter.hover();
         let hover = motion.body_to_ned.euler();
         motion.body_to_ned = Rotation::from_euler(EulerAngles { yaw_rad: heading_rad, ..hover });
         Ok(Self {
             config: *config,
             helicopter,
-            servos: [servo, servo, servo, tail],
+            servos: [
+                servo(lateral)?,
+                servo(longitudinal)?,
+                servo(collective)?,
+                SimulatedServo::new(&config.tail_servo, pedal)?,
+            ],
+            jammed: [false; 4],
             motion,
             position,
             rotor_speed: 1.0,
@@ -185,6 +195,24 @@ impl Vehicle {
         self.pushes.push(Push { disturbance: *disturbance, elapsed_s: 0.0 });
     }
 
+    /// The servo of `stick`, lateral, longitudinal, collective or pedal, stays where it stands from now on. One
+    /// of another number is none.
+    pub fn jam(&mut self, stick: usize) {
+        if let Some(jammed) = self.jammed.get_mut(stick) {
+            *jammed = true;
+        }
+    }
+
+    /// The vehicle weighs `mass_kg` from now on, inertia and rigging as before.
+    ///
+    /// # Errors
+    /// [`HelicopterError`] for a mass that this helicopter cannot carry.
+    pub fn set_mass(&mut self, mass_kg: f64) -> Result<(), HelicopterError> {
+        let parameters = HelicopterParameters { mass_kg, ..*self.helicopter.parameters() };
+        self.helicopter = self.helicopter.with_parameters(parameters)?;
+        Ok(())
+    }
+
     /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays where
     /// it is.
     pub fn step(&mut self, sticks: Sticks, wind_mps: Vector<Ned>, interval_s: f64) {
@@ -195,7 +223,8 @@ impl Vehicle {
         let steps = (interval_s / self.config.step_s).ceil().max(1.0);
         let step_s = interval_s / steps;
         for _ in 0..steps as usize {
-            for (servo, command) in self.servos.iter_mut().zip(sticks.to_array()) {
+            let servos = self.servos.iter_mut().zip(self.jammed).filter(|(_, jammed)| !jammed);
+            for ((servo, _), command) in servos.zip(sticks.to_array()) {
                 servo.step(command, step_s);
             }
             self.integrate(step_s);
@@ -227,13 +256,14 @@ impl Vehicle {
     /// The airframe's derivative with the rotor at its speed and the ground under the skids.
     fn derivative(&self, motion: &HelicopterState) -> StateDerivative {
         let mut change = self.helicopter.derivative(motion, &self.servos(), self.wind_mps);
+        let height_m = self.position.height_m - self.config.ground_m;
         // Lift goes with the square of the rotor's speed.
-        let lost = change.specific_force_mps2 * (self.rotor_speed * self.rotor_speed - 1.0);
-        change.velocity_mps2 += lost;
-        change.specific_force_mps2 += lost;
+        let lift = self.rotor_speed * self.rotor_speed * self.ground_effect(motion, height_m);
+        let more = change.specific_force_mps2 * (lift - 1.0);
+        change.velocity_mps2 += more;
+        change.specific_force_mps2 += more;
         change.velocity_mps2 += self.pushed.0;
         change.specific_force_mps2 += self.pushed.0;
-        let height_m = self.position.height_m - self.config.ground_m;
         if height_m < 1.0 {
             let (force, moment) = skids::reaction(motion, height_m);
             let parameters = self.helicopter.parameters();
@@ -244,6 +274,30 @@ impl Vehicle {
             change.rate_radps2 += Vector::claim(moment.components() / inertia);
         }
         change
+    }
+
+    /// Lift near the ground over lift away from it: 1 above three radii of the rotor, and less of it with
+    /// speed, which leaves the ground's cushion behind.
+    ///
+    /// # Source
+    /// Cheeseman and Bennett (1955), *The effect of the ground on a helicopter rotor in forward flight*, ARC
+    /// R&M 3021. Equation (V18) of docs/equations.md.
+    fn ground_effect(&self, motion: &HelicopterState, height_m: f64) -> f64 {
+        /// In radii: above the first there is none, below the second no more.
+        const REACH: f64 = 3.0;
+        const LEAST: f64 = 0.5;
+        let parameters = self.helicopter.parameters();
+        let rotor = &parameters.main_rotor;
+        let radii = (height_m + parameters.hub_height_m) / rotor.radius_m;
+        if radii >= REACH {
+            return 1.0;
+        }
+        let quarter = |radii: f64| 1.0 / (16.0 * radii * radii);
+        let weight_n = parameters.mass_kg * parameters.gravity_mps2;
+        let momentum_kgps2 = 2.0 * parameters.air_density_kgpm3 * rotor.disc_area_m2();
+        let [u, v, _] = motion.velocity_mps.to_array();
+        let advance = (u * u + v * v) * momentum_kgps2 / weight_n;
+        1.0 / (1.0 - (quarter(radii.max(LEAST)) - quarter(REACH)) / (1.0 + advance))
     }
 
     fn strikes(&self) -> bool {

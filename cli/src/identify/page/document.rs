@@ -10,7 +10,7 @@ use super::histories::{histories, residuals, runs_of};
 use super::parameters::{fits, parameters};
 use super::poles::poles;
 use super::responses::responses;
-use crate::page::{Fact, Page, Section};
+use crate::page::{Fact, Page, Section, Verdict};
 
 /// What the page of an identification shows.
 pub struct IdentificationPage<'a> {
@@ -18,6 +18,7 @@ pub struct IdentificationPage<'a> {
     pub facts: &'a [Fact],
     pub headlines: &'a [Fact],
     pub warnings: &'a [String],
+    pub verdict: Verdict,
     pub dataset: &'a Dataset,
     pub found: &'a Identification,
     /// The same from held GPS velocity, or why there is none.
@@ -51,7 +52,7 @@ impl<'a> IdentificationPage<'a> {
         sections.push(poles(found, self.held.ok())?);
         sections.push(compared(self.dataset, found, self.held));
         Ok(Page {
-            verdict: None,
+            verdict: Some(self.verdict.clone()),
             title: self.title,
             headlines: self.headlines,
             warnings: self.warnings,

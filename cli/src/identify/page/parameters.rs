@@ -3,7 +3,7 @@
 use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Estimate;
 
-use super::super::words::bounds_in_words;
+use super::super::words::{bounds_in_words, early_sticks, meaning};
 use crate::page::{Section, Table, TableRow, digits};
 
 /// Fits beside what noise alone would allow, with the parameters' bounds in the caption.
@@ -24,8 +24,9 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
     });
     Table {
         caption: format!(
-            "Fit of free runs of {:.1} s, what a perfect model would reach in this noise, residual \
-             (RMS), and the fit from held GPS velocity. Bounds of the parameters (1σ): {}",
+            "Fit of free runs of {:.1} s, what a perfect model would reach in the mean of flights with the \
+             noise that was found, residual (RMS), and the fit from held GPS velocity. A fit above the \
+             noise floor says that these seconds were calmer than the flight. Bounds of the parameters (1σ): {}",
             fit.window_s(),
             bounds_in_words(found)
         ),
@@ -38,7 +39,8 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
 pub fn parameters(found: &Identification, held: Option<&Identification>) -> Section {
     let held = |name: &str| held?.identified.estimates.get(name);
     let rows = found.parameters().iter().map(|estimate| {
-        let mut numbers = vec![digits(estimate.value), estimate.unit.clone()];
+        let mut numbers =
+            vec![meaning(&estimate.name).into(), digits(estimate.value), estimate.unit.clone()];
         numbers.extend(if estimate.is_estimated() {
             [
                 format!("±{}", digits(estimate.bound)),
@@ -51,8 +53,16 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
         numbers.push(held(&estimate.name).map_or_else(|| "–".into(), in_short));
         TableRow { name: estimate.name.clone(), numbers }
     });
-    let heads =
-        ["", "Value", "Unit", "Bound (1σ)", "Bound", "Insensitivity", "From held GPS velocity"];
+    let heads = [
+        "",
+        "What it is",
+        "Value",
+        "Unit",
+        "Bound (1σ)",
+        "Bound",
+        "Insensitivity",
+        "From held GPS velocity",
+    ];
     let table = Table {
         caption: "Continuous-time derivatives per full stick".into(),
         heads: heads.map(Into::into).into(),
@@ -81,6 +91,10 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
     )
     .with(table);
     let section = if pairs.is_empty() { section } else { section.with(table_of_pairs) };
+    let section = match early_sticks(found) {
+        Some(early) => section.with(vec![early]),
+        None => section,
+    };
     match found.identified.log.is_empty() {
         true => section.with(vec!["No parameter was dropped.".to_owned()]),
         false => section.with(found.identified.log.clone()),

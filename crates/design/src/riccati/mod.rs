@@ -64,7 +64,8 @@ pub fn care(
 /// is not.
 ///
 /// The start is the structured doubling algorithm; where R is singular to rounding, Newton's rule
-/// from the gain of a regular problem.
+/// from the gain of a regular problem, and where the cost is too indefinite for that doubling about a
+/// multiple of the identity.
 ///
 /// # Errors
 /// As [`care`].
@@ -85,14 +86,7 @@ pub fn dare(
     let s = s.unwrap_or(&none);
     check_problem(a, b, q, r, s)?;
     let equation = Equation { a, b, q, r, s, discrete: true, r_inverse: None };
-    let solution = well_inverted(r)
-        .and_then(|r_inverse| {
-            let weighted = b * &r_inverse;
-            let own = a - &weighted * s.transpose();
-            let cost = q - s * &r_inverse * s.transpose();
-            let g = symmetric(&(weighted * b.transpose()));
-            dare_by_doubling(own, g, symmetric(&cost), START_TOLERANCE)
-        })
+    let solution = doubled(&equation)
         .and_then(|x| equation.refined(x))
         .or_else(|| {
             let (q, r) = (DMatrix::identity(n, n), DMatrix::identity(m, m));
@@ -100,8 +94,45 @@ pub fn dare(
                 Equation { a, b, q: &q, r: &r, s: &none, discrete: true, r_inverse: None };
             let x = dare_by_doubling(a.clone(), b * b.transpose(), q.clone(), START_TOLERANCE)?;
             equation.descended(regular.gain(&x)?)
+        })
+        .or_else(|| {
+            SHIFTS.into_iter().find_map(|shift| {
+                let solution = equation.refined(doubled_about(&equation, shift)?)?;
+                equation.is_inside(&solution.gain).then_some(solution)
+            })
         });
     solution.ok_or_else(|| equation.reason())
+}
+
+/// The solution by structured doubling; `None` where R is singular to rounding or it does not converge.
+fn doubled(equation: &Equation<'_>) -> Option<DMatrix<f64>> {
+    let Equation { a, b, q, r, s, .. } = equation;
+    let r_inverse = well_inverted(r)?;
+    let weighted = *b * &r_inverse;
+    let own = *a - &weighted * s.transpose();
+    let cost = *q - *s * &r_inverse * s.transpose();
+    let g = symmetric(&(weighted * b.transpose()));
+    dare_by_doubling(own, g, symmetric(&cost), START_TOLERANCE)
+}
+
+/// Multiples of |R| over |B|², or of 1 where R is zero, that [`doubled_about`] is tried with.
+const SHIFTS: [f64; 4] = [1.0, -1.0, 7.0, -7.0];
+
+/// The solution as X₀ + Y with X₀ a multiple of the identity: Y solves an equation of the same kind, whose
+/// R + BᵀX₀B is regular though R is not.
+///
+/// # Source
+/// Equation (L18) of docs/equations.md.
+fn doubled_about(equation: &Equation<'_>, shift: f64) -> Option<DMatrix<f64>> {
+    let Equation { a, b, q, r, s, .. } = equation;
+    let n = a.nrows();
+    let size = if r.amax() > 0.0 { r.norm() / b.norm_squared() } else { 1.0 };
+    let about = DMatrix::identity(n, n) * (shift * size);
+    let onto = &about * *b;
+    let q = symmetric(&(*q + a.transpose() * &about * *a - &about));
+    let (r, s) = (symmetric(&(*r + b.tr_mul(&onto))), *s + a.tr_mul(&onto));
+    let shifted = Equation { q: &q, r: &r, s: &s, r_inverse: None, ..*equation };
+    Some(about + doubled(&shifted)?)
 }
 
 fn check_problem(

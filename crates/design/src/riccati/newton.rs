@@ -137,7 +137,7 @@ impl Equation<'_> {
     }
 
     /// Whether the closed loop is stable by more than rounding and slow convergence can feign.
-    fn is_inside(&self, gain: &DMatrix<f64>) -> bool {
+    pub fn is_inside(&self, gain: &DMatrix<f64>) -> bool {
         let closed = self.a - self.b * gain;
         let border = if self.discrete { 1.0 - 1e-8 } else { -1e-8 * closed.norm() };
         eigenvalues(&closed).is_ok_and(|poles| {

@@ -118,13 +118,15 @@ pub enum HelicopterError {
     },
 }
 
-/// A helicopter: its parameters, and its sticks rigged so that all at zero is hover in calm air.
+/// A helicopter: its parameters, and how its sticks are rigged. [`Helicopter::new`] rigs them so that all at
+/// zero is hover in calm air.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Helicopter {
     parameters: HelicopterParameters,
     constants: Constants,
     rigging: Rigging,
     hover: HelicopterState,
+    hover_sticks: Sticks,
 }
 
 impl Helicopter {
@@ -134,10 +136,17 @@ impl Helicopter {
         &self.parameters
     }
 
-    /// Hover in calm air heading north, at which all sticks are zero.
+    /// Hover in calm air heading north, the sticks at [`hover_sticks`](Self::hover_sticks).
     #[must_use]
     pub fn hover(&self) -> &HelicopterState {
         &self.hover
+    }
+
+    /// Where the sticks are in hover: all at zero where it was rigged for these parameters. Beyond ±1 it
+    /// cannot hover.
+    #[must_use]
+    pub const fn hover_sticks(&self) -> Sticks {
+        self.hover_sticks
     }
 
     /// How `state` moves under `controls` in a wind of `wind_mps`. Takes no memory, never panics;

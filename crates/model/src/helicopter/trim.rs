@@ -53,6 +53,7 @@ impl Helicopter {
                 lateral_rad: 0.0,
             },
             hover: level,
+            hover_sticks: Sticks::NEUTRAL,
         };
         // The sticks that trim are folded into the rigging until none are needed.
         for _ in 0..MOST_STEPS {
@@ -75,6 +76,25 @@ impl Helicopter {
         helicopter.hover.longitudinal_bar_rad = 0.0;
         helicopter.hover.lateral_bar_rad = 0.0;
         Ok(helicopter)
+    }
+
+    /// A helicopter of `parameters` whose controls are rigged as this one's are: heavier, lighter, or not
+    /// quite what it was rigged for. Its hover takes sticks.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_parameters(
+        &self,
+        parameters: HelicopterParameters,
+    ) -> Result<Self, HelicopterError> {
+        if let Some((name, value)) = parameters.out_of_range() {
+            return Err(HelicopterError::Parameter { name, value });
+        }
+        let constants = Constants::new(&parameters);
+        let mut other = Self { parameters, constants, ..self.clone() };
+        let (hover, sticks) = other.steady(Vector::ZERO, Vector::ZERO, 0.0)?;
+        (other.hover, other.hover_sticks) = (hover, Sticks::from_array(sticks));
+        Ok(other)
     }
 
     /// Steady straight flight over the ground at `velocity_mps` in a steady wind of `wind_mps`,

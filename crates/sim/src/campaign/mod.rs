@@ -30,9 +30,10 @@ use std::ops::Range;
 
 use super::axes::HorizontalVertical;
 use super::dmu::DmuConfig;
-use super::flight::{FlightConfig, FlightError, HoverStatistics};
+use super::flight::{Flight, FlightConfig, FlightError, HoverStatistics};
 use super::noise::{Noise, Stream};
 use hovernav::autopilot::{HoverConfig, Mode};
+use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav_log::statistics::quantile;
 
@@ -56,10 +57,48 @@ pub struct Campaign {
     pub least_gust_mps: f64,
     /// The sensors, each as often.
     pub grades: Vec<SensorGrade>,
+    /// What counts as a hover at the end.
+    pub hover: HoverBounds,
     /// Share of the flights that lose GPS once.
     pub outage_share: f64,
     /// For how long, shortest and longest, s.
     pub outage_s: Range<f64>,
+}
+
+/// What counts as a hover: over the last [`lasts_s`](Self::lasts_s) of a flight, against the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HoverBounds {
+    /// How long it is looked at, s.
+    pub lasts_s: f64,
+    /// Fastest motion over the ground, m/s.
+    pub speed_mps: f64,
+    /// Steepest tilt, √(roll² + pitch²), rad.
+    pub tilt_rad: f64,
+    /// Farthest from where it was when it was first judged, m: what a receiver's place may wander within.
+    pub distance_m: f64,
+}
+
+impl Default for HoverBounds {
+    /// 5 s, 1.5 m/s, 15°, 15 m.
+    fn default() -> Self {
+        Self { lasts_s: 5.0, speed_mps: 1.5, tilt_rad: 0.26, distance_m: 15.0 }
+    }
+}
+
+impl HoverBounds {
+    /// Whether `flight` ended in a hover that began at `station`.
+    fn hold(&self, flight: &Flight, station: &Geodetic) -> bool {
+        let end_s = flight.samples.last().map_or(0.0, |sample| sample.truth.time.seconds());
+        let from_s = end_s - self.lasts_s;
+        let worst = flight.excursion(from_s, f64::INFINITY);
+        let last = flight.samples.iter().filter(|sample| sample.truth.time.seconds() >= from_s);
+        let distance_m = last
+            .map(|sample| sample.truth.position.displacement_from(station).norm())
+            .fold(0.0, f64::max);
+        worst.speed_mps <= self.speed_mps
+            && worst.tilt_rad <= self.tilt_rad
+            && distance_m <= self.distance_m
+    }
 }
 
 /// One flight's share of chance.
@@ -82,9 +121,9 @@ pub struct Draw {
 /// How one flight ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Holds its position.
+    /// Holds its position, within [`HoverBounds`].
     Hovered,
-    /// Flies, in a mode that does not hold position.
+    /// Flies, but holds no position, or not within the bounds.
     Degraded,
     /// Was never given to the autopilot, which had nothing to fly on.
     NotEngaged,
@@ -139,6 +178,7 @@ impl Campaign {
             gust_share: 0.25,
             least_gust_mps: 0.3,
             grades: SensorGrade::ALL.to_vec(),
+            hover: HoverBounds::default(),
             outage_share: 0.25,
             outage_s: 5.0..20.0,
         }
@@ -175,6 +215,8 @@ impl Campaign {
         let [north, east] = draw.wind_mps;
         let mut flight = FlightConfig {
             helicopter: airframe::airframe(&self.nominal.helicopter, &draw.factors),
+            // Rigged for what it was taken for: what it weighs more shows in the sticks.
+            rigged_for: Some(self.nominal.rigged_for.unwrap_or(self.nominal.helicopter)),
             dmu: DmuConfig { rate_hz: self.nominal.dmu.rate_hz, ..dmu },
             gps,
             duration_s: self.duration_s,
@@ -203,7 +245,11 @@ impl Campaign {
         let station = judged.first().map(|sample| sample.truth.position);
         let outcome = match flight.samples.last().map(|sample| sample.mode) {
             _ if flight.crashed_s.is_some() => Outcome::Crashed,
-            Some(Mode::Position) => Outcome::Hovered,
+            Some(Mode::Position)
+                if station.is_some_and(|station| self.hover.hold(&flight, &station)) =>
+            {
+                Outcome::Hovered
+            }
             Some(Mode::Manual) | None => Outcome::NotEngaged,
             Some(_) => Outcome::Degraded,
         };

@@ -41,6 +41,10 @@ pub enum FlightEvent {
     PilotSticks(Sticks),
     /// The autopilot flies a test input.
     Excite(Excitation),
+    /// The servo of a stick, 0 lateral to 3 pedal, stays where it is.
+    Jam(usize),
+    /// The vehicle weighs this from now on, kg: fuel burnt, a load dropped.
+    Mass(f64),
     /// This is added to the sticks from now on, whoever flies: a test input. The sticks that are
     /// recorded hold it.
     AddSticks(Sticks),
@@ -72,6 +76,9 @@ impl FlightEvent {
 pub struct FlightConfig {
     /// The airframe.
     pub helicopter: HelicopterParameters,
+    /// The airframe whose hover leaves every stick at zero; `None` for `helicopter` itself. The autopilot
+    /// starts from sticks at trim, so what differs has to be found in flight.
+    pub rigged_for: Option<HelicopterParameters>,
     /// Servos, governor and ground.
     pub vehicle: VehicleConfig,
     /// Wind and gusts.
@@ -161,6 +168,7 @@ impl FlightConfig {
     pub fn new(autopilot: HoverConfig) -> Self {
         Self {
             helicopter: HelicopterParameters::raptor60(),
+            rigged_for: None,
             vehicle: VehicleConfig::default(),
             wind: WindConfig::default(),
             dmu: DmuConfig::default(),

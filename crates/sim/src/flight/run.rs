@@ -87,7 +87,16 @@ impl<'a> RunningFlight<'a> {
             Some(settings) => settings,
             None => config.settings()?,
         };
-        let helicopter = Helicopter::new(config.helicopter)?;
+        let helicopter = match config.rigged_for {
+            None => Helicopter::new(config.helicopter)?,
+            Some(rigged_for) => Helicopter::new(rigged_for)?.with_parameters(config.helicopter)?,
+        };
+        // The pilot has trimmed this helicopter; the autopilot learns its trim from the pilot.
+        let mut pilot = config.autopilot;
+        let (trim, hover) = (pilot.trim.sticks.to_array(), helicopter.hover_sticks().to_array());
+        pilot.trim.sticks = Sticks::from_array(std::array::from_fn(|stick| {
+            (trim[stick] + hover[stick]).clamp(-1.0, 1.0)
+        }));
         let samples = (config.duration_s / period_s) as usize + 1;
         Ok(Self {
             vehicle: Vehicle::hovering(
@@ -118,13 +127,13 @@ impl<'a> RunningFlight<'a> {
             pending_fixes: Vec::new(),
             estimator: Estimator::new(settings),
             stepless: SteplessSolution::default(),
-            pilot: HoverAutopilot::new(config.autopilot)?,
-            pilot_sticks: config.autopilot.trim.sticks,
+            pilot: HoverAutopilot::new(pilot)?,
+            pilot_sticks: pilot.trim.sticks,
             autopilot: HoverAutopilot::new(config.autopilot)?,
             engaged: true,
             added: Sticks::NEUTRAL,
             events: config.events.iter(),
-            acting: config.autopilot.trim.sticks,
+            acting: pilot.trim.sticks,
             flight: Flight {
                 manifest,
                 imu: Vec::with_capacity(samples),
@@ -211,6 +220,8 @@ impl<'a> RunningFlight<'a> {
                 .map_err(|source| FlightError::Excitation { time_s, source })?,
             FlightEvent::Disturb(disturbance) => self.vehicle.disturb(&disturbance),
             FlightEvent::Push(disturbance) => self.vehicle.push(&disturbance),
+            FlightEvent::Jam(stick) => self.vehicle.jam(stick),
+            FlightEvent::Mass(mass_kg) => self.vehicle.set_mass(mass_kg)?,
             FlightEvent::Engage(engaged) => self.engaged = engaged,
             FlightEvent::PilotSticks(sticks) => self.pilot_sticks = sticks,
             FlightEvent::AddSticks(sticks) => self.added = sticks,

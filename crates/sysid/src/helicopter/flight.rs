@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::identify::IdentifyError;
 use crate::record::preprocess::{LowPass, PreprocessError, filtered};
-use crate::record::{Experiment, STICKS, TestPoint};
+use crate::record::{Experiment, STICKS, TestPoint, Tone, notch_delay_s, without_tones};
 use hovernav::ekf::Solution;
 use hovernav::gps::Fix;
 use hovernav::time::Time;
@@ -108,6 +108,16 @@ impl FlightRecord {
         let experiment =
             Experiment::new(name, period_s, names(&STICKS), names(&measured), inputs, outputs)?;
         Ok(Self { start: first.time, experiment, heading_rad })
+    }
+
+    /// The record without `tones`: see [`without_tones`].
+    pub(super) fn without_tones(&self, tones: &[Tone], filled: &[&str]) -> Self {
+        let later_s = notch_delay_s(tones, self.experiment.period_s);
+        Self {
+            start: self.start.offset_by(-later_s),
+            experiment: without_tones(&self.experiment, tones, filled),
+            heading_rad: self.heading_rad.clone(),
+        }
     }
 
     /// The record at the longest whole multiple of its period up to `longest_s`, low-passed for it.

@@ -13,7 +13,7 @@ use crate::methods::structure::Structure;
 use crate::record::preprocess::PreprocessError;
 use crate::record::{Experiment, ExperimentError};
 use crate::record::{STICKS, TestPoint, find_test_points};
-use crate::record::{Tone, find_tones, without_tones};
+use crate::record::{Tone, find_tones};
 use hovernav::ekf::Solution;
 use hovernav_log::Dataset;
 
@@ -28,6 +28,8 @@ const LEAST_MOVE: f64 = 0.02;
 const LONGEST_PERIOD_S: f64 = 0.045;
 /// Below this a line may be the helicopter's own mode, Hz.
 const LEAST_TONE_HZ: f64 = 5.0;
+/// Whose bands are filled again where a tone was taken out: what accelerometers were integrated to.
+pub(super) const FILLED: [&str; 3] = ["u", "v", "w"];
 /// Over which residuals may be correlated, s: about a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
 
@@ -122,7 +124,7 @@ pub fn identify(
 ) -> Result<Identification, IdentifyError> {
     let mut record = FlightRecord::new(dataset, solutions, velocity)?;
     let tones = find_tones(&record.experiment, LEAST_TONE_HZ);
-    record.experiment = without_tones(&record.experiment, &tones);
+    record = record.without_tones(&tones, &FILLED);
     let record = record.thinned(LONGEST_PERIOD_S).map_err(IdentifyError::Preprocess)?;
     let end = record.start.offset_by(record.experiment.duration_s());
     let mut test_points = find_test_points(&dataset.controls);

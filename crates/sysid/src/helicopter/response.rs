@@ -8,7 +8,6 @@ use super::flight::FlightRecord;
 use super::identify::Identification;
 use crate::methods::frequency::{Band, ResponseSettings, frequency_response};
 use crate::record::STICKS;
-use crate::record::without_tones;
 
 /// The on-axis response to one stick, flown and modelled, at the same frequencies.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,10 +68,7 @@ const POINTS: usize = 60;
 /// points, those held back included.
 #[must_use]
 pub fn stick_responses(found: &Identification, record: &FlightRecord) -> Vec<StickResponse> {
-    let clean = FlightRecord {
-        experiment: without_tones(&record.experiment, &found.tones),
-        ..record.clone()
-    };
+    let clean = record.without_tones(&found.tones, &[]);
     (0..STICKS.len()).filter_map(|stick| stick_response(found, &clean, stick)).collect()
 }
 

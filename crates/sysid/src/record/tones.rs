@@ -3,8 +3,19 @@
 //! A rotor's harmonics alias to lines among the dynamics. A predictor takes them for process noise
 //! and doubts everything else at that frequency. Every signal of a record, inputs included, goes
 //! through the same notches, so that what a linear model says between them stays true.
+//!
+//! A pilot or an autopilot answers to the noise, so the notches look back only: one that looked ahead
+//! would make what a stick does depend on noise still to come, and bias what is identified. A notch takes
+//! the noise of its band along with the tone. Where the predictor's own noise cannot be white, as that of a
+//! velocity, one that found it quiet there would take the whole spectrum's upper end for quiet and slow
+//! disturbances for large: noise as loud as beside the tone is put in its place.
 
 use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Matrix2, Vector2};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng as _;
+use rand_distr::{Distribution as _, StandardNormal};
 
 use crate::record::experiment::Experiment;
 
@@ -37,17 +48,13 @@ const NOTCH_HZ: f64 = 0.5;
 #[must_use]
 pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
     let bin_hz = 1.0 / (SEGMENT as f64 * record.period_s);
-    let reach = (NEIGHBOURHOOD_HZ / bin_hz).ceil() as usize;
     let mut stands_out = vec![false; SEGMENT / 2];
     for column in record.outputs.column_iter() {
         let changes: Vec<f64> =
             column.as_slice().windows(2).map(|pair| pair[1] - pair[0]).collect();
         let spectrum = spectrum(&changes);
         for (bin, marked) in stands_out.iter_mut().enumerate() {
-            let around = bin.saturating_sub(reach)..(bin + reach + 1).min(spectrum.len());
-            let mut around = spectrum.get(around).map_or_else(Vec::new, <[f64]>::to_vec);
-            around.sort_by(f64::total_cmp);
-            let usual = around.get(around.len() / 2).copied().unwrap_or(f64::INFINITY);
+            let usual = median_around(&spectrum, bin, bin_hz);
             *marked |= bin as f64 * bin_hz >= least_hz
                 && spectrum.get(bin).is_some_and(|power| *power > PROMINENCE * usual);
         }
@@ -79,45 +86,134 @@ pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
     tones
 }
 
-/// The record with every signal through a notch at each tone, forward and backward: no phase.
+/// The record with every signal twice through a notch at each tone, and in the outputs named `filled` noise
+/// in its place, as loud as beside it, of a fixed seed.
+///
+/// What is slow comes later by [`notch_delay_s`] in every signal alike.
 #[must_use]
-pub fn without_tones(record: &Experiment, tones: &[Tone]) -> Experiment {
+pub fn without_tones(record: &Experiment, tones: &[Tone], filled: &[&str]) -> Experiment {
     let mut clean = record.clone();
-    let columns = clean.inputs.column_iter_mut().chain(clean.outputs.column_iter_mut());
-    for mut column in columns {
-        let mean = column.mean();
-        let mut signal: Vec<f64> = column.iter().map(|value| value - mean).collect();
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    for mut column in clean.inputs.column_iter_mut() {
+        notch_all(column.as_mut_slice(), tones, record.period_s);
+    }
+    for (name, mut column) in record.output_names.iter().zip(clean.outputs.column_iter_mut()) {
+        if !filled.contains(&name.as_str()) {
+            notch_all(column.as_mut_slice(), tones, record.period_s);
+            continue;
+        }
+        let changes: Vec<f64> =
+            column.as_slice().windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let power = spectrum(&changes);
+        let mut filling = vec![0.0; column.len()];
         for tone in tones {
-            for _ in 0..2 {
-                notch(&mut signal, *tone, record.period_s);
-                signal.reverse();
+            let signal = column.as_mut_slice();
+            notch_twice(signal, *tone, record.period_s);
+            notch_twice(&mut filling, *tone, record.period_s);
+            let sigma = change_sigma(&power, *tone, record.period_s);
+            let noise: Vec<f64> = (0..signal.len())
+                .scan(0.0, |level, _| {
+                    let change: f64 = StandardNormal.sample(&mut random);
+                    *level = FADING * *level + sigma * change;
+                    Some(*level)
+                })
+                .collect();
+            let mut beside = noise.clone();
+            notch_twice(&mut beside, *tone, record.period_s);
+            for ((filling, noise), beside) in filling.iter_mut().zip(noise).zip(beside) {
+                *filling += noise - beside;
             }
         }
-        for (value, filtered) in column.iter_mut().zip(signal) {
-            *value = filtered + mean;
-        }
+        column.iter_mut().zip(filling).for_each(|(value, filling)| *value += filling);
     }
     clean
 }
 
+/// How much later everything slow is after [`without_tones`], s.
+#[must_use]
+pub fn notch_delay_s(tones: &[Tone], period_s: f64) -> f64 {
+    let samples = tones.iter().map(|tone| {
+        let (radius, cosine) = tone.poles(period_s);
+        let remaining = 1.0 - 2.0 * radius * cosine + radius * radius;
+        2.0 * (1.0 - 2.0 * radius * (radius - cosine) / remaining)
+    });
+    period_s * samples.sum::<f64>()
+}
+
+impl Tone {
+    /// Radius and cosine of the angle of its notch's poles.
+    fn poles(self, period_s: f64) -> (f64, f64) {
+        let radius = (1.0 - PI * self.width_hz * period_s).max(0.0);
+        (radius, (TAU * self.frequency_hz * period_s).cos())
+    }
+}
+
+/// What is left after a sample of the noise that fills a notch: slow against any tone.
+const FADING: f64 = 0.999;
+
+/// σ of white changes as loud as the changes whose spectrum is `power` are beside `tone`.
+fn change_sigma(power: &[f64], tone: Tone, period_s: f64) -> f64 {
+    let bin_hz = 1.0 / (SEGMENT as f64 * period_s);
+    median_around(power, (tone.frequency_hz / bin_hz) as usize, bin_hz).sqrt()
+}
+
+/// The median of `power` within the neighbourhood of `bin`; 0 of none.
+fn median_around(power: &[f64], bin: usize, bin_hz: f64) -> f64 {
+    let reach = (NEIGHBOURHOOD_HZ / bin_hz).ceil() as usize;
+    let around = bin.saturating_sub(reach)..(bin + reach + 1).min(power.len());
+    let mut around = power.get(around).map_or_else(Vec::new, <[f64]>::to_vec);
+    around.sort_by(f64::total_cmp);
+    around.get(around.len() / 2).copied().unwrap_or_default()
+}
+
+fn notch_all(signal: &mut [f64], tones: &[Tone], period_s: f64) {
+    tones.iter().for_each(|tone| notch_twice(signal, *tone, period_s));
+}
+
+fn notch_twice(signal: &mut [f64], tone: Tone, period_s: f64) {
+    for _ in 0..2 {
+        notch(signal, tone, period_s);
+    }
+}
+
 /// Two zeros on the unit circle, two poles of the tone's width inside: 1 at zero frequency.
 fn notch(signal: &mut [f64], tone: Tone, period_s: f64) {
-    let cosine = (TAU * tone.frequency_hz * period_s).cos();
-    let radius = (1.0 - PI * tone.width_hz * period_s).max(0.0);
+    let (radius, cosine) = tone.poles(period_s);
     let (late, later) = (-2.0 * radius * cosine, radius * radius);
     let gain = (1.0 + late + later) / (2.0 - 2.0 * cosine);
     // At rest at the first value, so that nothing rings there.
     let first = signal.first().copied().unwrap_or(0.0);
     let (mut in_1, mut in_2, mut out_1, mut out_2) = (first, first, first, first);
-    for value in signal {
+    for value in signal.iter_mut() {
         let input = *value;
         let output = gain * (input - 2.0 * cosine * in_1 + in_2) - late * out_1 - later * out_2;
         (in_2, in_1, out_2, out_1) = (in_1, input, out_1, output);
         *value = output;
     }
+    still(signal, radius, TAU * tone.frequency_hz * period_s);
 }
 
-/// Welch's mean periodogram, Hann window, halves overlapping; its scale is of no matter here.
+/// Takes off what a notch of poles of `radius` at `angle` rings with from its start: the record begins amid the
+/// tone, the filter at rest. Fitted to changes, which slow motion hardly has.
+fn still(signal: &mut [f64], radius: f64, angle: f64) {
+    let ringing = |sample: usize| {
+        let size = radius.powi(sample as i32);
+        let (sin, cos) = (angle * sample as f64).sin_cos();
+        [size * cos, size * sin]
+    };
+    let (mut own, mut found) = (Matrix2::zeros(), Vector2::zeros());
+    for (sample, pair) in signal.windows(2).enumerate() {
+        let change = Vector2::from(ringing(sample + 1)) - Vector2::from(ringing(sample));
+        own += change * change.transpose();
+        found += change * (pair[1] - pair[0]);
+    }
+    let Some(amplitude) = own.try_inverse().map(|inverse| inverse * found) else { return };
+    for (sample, value) in signal.iter_mut().enumerate() {
+        *value -= amplitude.dot(&Vector2::from(ringing(sample)));
+    }
+}
+
+/// Welch's mean periodogram, Hann window, halves overlapping: of white noise, its variance.
 fn spectrum(signal: &[f64]) -> Vec<f64> {
     let mut power = vec![0.0; SEGMENT / 2];
     if signal.len() < 2 * SEGMENT {
@@ -125,6 +221,7 @@ fn spectrum(signal: &[f64]) -> Vec<f64> {
     }
     let mut planner = rustfft::FftPlanner::new();
     let transform = planner.plan_fft_forward(SEGMENT);
+    let mut segments = 0.0;
     for start in (0..=signal.len() - SEGMENT).step_by(SEGMENT / 2) {
         let mut piece: Vec<rustfft::num_complex::Complex<f64>> = (0..SEGMENT)
             .map(|sample| {
@@ -136,7 +233,10 @@ fn spectrum(signal: &[f64]) -> Vec<f64> {
         for (power, value) in power.iter_mut().zip(&piece) {
             *power += value.norm_sqr();
         }
+        segments += 1.0;
     }
+    // The sum of a Hann window's squares is 3/8 of its length.
+    power.iter_mut().for_each(|power| *power /= 0.375 * SEGMENT as f64 * segments);
     power
 }
 
@@ -164,10 +264,13 @@ mod tests {
         let tones = find_tones(&record(0.05), 3.0);
         assert_eq!(tones.len(), 1, "{tones:?}");
         assert!((tones[0].frequency_hz - 6.3).abs() < 0.1, "{tones:?}");
-        let clean = without_tones(&record(0.05), &tones);
+        let clean = without_tones(&record(0.05), &tones, &["y"]);
         let truth = record(0.0);
+        let later = notch_delay_s(&tones, 0.03) / 0.03;
+        assert!((0.0..1.0).contains(&later), "{later}");
         for sample in 200..3800 {
-            let left = clean.outputs[(sample, 0)] - truth.outputs[(sample, 0)];
+            let [now, before] = [0, 1].map(|back| truth.outputs[(sample - back, 0)]);
+            let left = clean.outputs[(sample, 0)] - (now + later * (before - now));
             assert!(left.abs() < 0.003, "{left} at {sample}");
         }
     }

@@ -1,0 +1,57 @@
+//! The handling qualities of a design, on its page.
+
+use hovernav_design::{CheckedDesign, HandlingQualities};
+
+use crate::page::{Section, Table, TableRow};
+
+/// Level 1 of large helicopters in hover: rejection bandwidth, rad/s, of phi, theta, psi, and the peak, dB.
+///
+/// # Source
+/// Blanken, Lusardi, Ivler, Tischler and others (2009), *An investigation of rotorcraft stability-phase margin
+/// requirements in hover*, AHS 65th Forum.
+const LEVEL_1_RADPS: [f64; 3] = [0.9, 0.5, 0.7];
+const LEVEL_1_PEAK_DB: f64 = 5.0;
+
+/// What holding attitude is worth, beside what large helicopters ask for.
+pub fn handling(checked: &CheckedDesign) -> Section {
+    let number = |value: Option<f64>, digits: usize| {
+        value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
+    };
+    let row = |(found, least): (&HandlingQualities, f64)| TableRow {
+        name: match found.output.as_str() {
+            "phi" => "roll",
+            "theta" => "pitch",
+            _ => "heading",
+        }
+        .into(),
+        numbers: vec![
+            number(found.rejection_bandwidth_radps, 2),
+            format!("{least}"),
+            format!("{:.1}", found.rejection_peak_db),
+            format!("{LEVEL_1_PEAK_DB}"),
+            number(found.bandwidth_radps, 1),
+            number(found.phase_delay_s.map(|delay_s| 1e3 * delay_s), 0),
+        ],
+    };
+    let heads = [
+        "",
+        "Rejection bandwidth, rad/s",
+        "at least",
+        "Rejection peak, dB",
+        "at most",
+        "Bandwidth, rad/s",
+        "Phase delay, ms",
+    ];
+    Section::new(
+        "handling",
+        "Handling qualities",
+        "Holding attitude: up to which frequency a disturbance of the attitude is held down, by how much it \
+         is made worse at most, and how fast the attitude follows a command. The limits are those of level 1 \
+         for helicopters of tons in hover; a small one answers faster and should be well within.",
+    )
+    .with(Table {
+        caption: "Disturbance rejection, bandwidth and phase delay of each attitude, the others closed".into(),
+        heads: heads.map(Into::into).into(),
+        rows: checked.handling.iter().zip(LEVEL_1_RADPS).map(row).collect(),
+    })
+}
