@@ -20,18 +20,11 @@ fn config() -> HoverConfig {
 /// A vehicle that hovers and is known to.
 fn hovering() -> Solution {
     Solution {
-        time: Time::ZERO,
-        position: Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap(),
-        velocity_mps: Vector::ZERO,
         body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(3.0, 0.5, 40.0)),
-        angular_rate_radps: Vector::ZERO,
         position_sigma_m: Vector::new(1.0, 1.0, 1.5),
         velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
         attitude_sigma_rad: [0.01, 0.01, 0.03],
-        gyro_bias_radps: Vector::ZERO,
-        accel_bias_mps2: Vector::ZERO,
-        gyro_bias_sigma_radps: Vector::ZERO,
-        accel_bias_sigma_mps2: Vector::ZERO,
+        ..Solution::at_rest(Time::ZERO, Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap())
     }
 }
 

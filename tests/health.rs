@@ -98,18 +98,11 @@ fn dead_reckoning_is_told_with_its_start() {
 fn what_was_not_good_enough_has_to_be_well_within_its_limit() {
     let mut monitor = HealthMonitor::new(HealthLimits::default());
     let solution = Solution {
-        time: Time::ZERO,
-        position: Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap(),
-        velocity_mps: Vector::ZERO,
         body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(3.0, 0.5, 40.0)),
-        angular_rate_radps: Vector::ZERO,
         position_sigma_m: Vector::new(1.0, 1.0, 1.5),
         velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
         attitude_sigma_rad: [0.01, 0.01, 0.03],
-        gyro_bias_radps: Vector::ZERO,
-        accel_bias_mps2: Vector::ZERO,
-        gyro_bias_sigma_radps: Vector::ZERO,
-        accel_bias_sigma_mps2: Vector::ZERO,
+        ..Solution::at_rest(Time::ZERO, Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap())
     };
     let mut trust_at = |sigma_mps: f64| {
         let velocity_sigma_mps = Vector::new(sigma_mps, 0.1, 0.1);

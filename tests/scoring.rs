@@ -19,18 +19,11 @@ fn seconds(seconds: f64) -> Time {
 
 fn solution(time_s: f64) -> Solution {
     Solution {
-        time: seconds(time_s),
-        position: Geodetic::from_degrees(45.0, -93.0, 250.0).unwrap(),
-        velocity_mps: Vector::ZERO,
         body_to_ned: Rotation::IDENTITY,
-        angular_rate_radps: Vector::ZERO,
         position_sigma_m: Vector::new(1.0, 1.0, 2.0),
         velocity_sigma_mps: Vector::new(0.1, 0.1, 0.2),
         attitude_sigma_rad: [0.01, 0.01, 0.02],
-        gyro_bias_radps: Vector::ZERO,
-        accel_bias_mps2: Vector::ZERO,
-        gyro_bias_sigma_radps: Vector::ZERO,
-        accel_bias_sigma_mps2: Vector::ZERO,
+        ..Solution::at_rest(seconds(time_s), Geodetic::from_degrees(45.0, -93.0, 250.0).unwrap())
     }
 }
 

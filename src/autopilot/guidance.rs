@@ -296,24 +296,10 @@ fn within_size(value: f64, size: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::ekf::Solution;
-    use crate::frames::{EulerAngles, Rotation};
     use crate::time::Time;
 
     fn at(position: Geodetic, velocity_mps: Vector<Ned>) -> Solution {
-        Solution {
-            time: Time::ZERO,
-            position,
-            velocity_mps,
-            body_to_ned: Rotation::from_euler(EulerAngles::default()),
-            angular_rate_radps: Vector::ZERO,
-            gyro_bias_radps: Vector::ZERO,
-            accel_bias_mps2: Vector::ZERO,
-            position_sigma_m: Vector::ZERO,
-            velocity_sigma_mps: Vector::ZERO,
-            attitude_sigma_rad: [0.0; 3],
-            gyro_bias_sigma_radps: Vector::ZERO,
-            accel_bias_sigma_mps2: Vector::ZERO,
-        }
+        Solution { velocity_mps, ..Solution::at_rest(Time::ZERO, position) }
     }
 
     /// From 3 m/s to a stop, then back from a place that jumps by 4 m: acceleration and its change stay

@@ -70,19 +70,14 @@ pub struct Outputs {
 /// let mut autopilot = HoverAutopilot::new(HoverConfig::new(0.03, gains))?;
 ///
 /// // What the estimator says of a vehicle that hovers but rolls to the right at 0.2 rad/s.
+/// let place = Geodetic::from_degrees(1.35, 103.82, 50.0).expect("a place on Earth");
 /// let rolling = |time| Solution {
-///     time,
-///     position: Geodetic::from_degrees(1.35, 103.82, 50.0).expect("a place on Earth"),
-///     velocity_mps: Vector::ZERO,
 ///     body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 40.0)),
 ///     angular_rate_radps: Vector::new(0.2, 0.0, 0.0),
-///     gyro_bias_radps: Vector::ZERO,
-///     accel_bias_mps2: Vector::ZERO,
 ///     position_sigma_m: Vector::new(1.0, 1.0, 1.5),
 ///     velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
 ///     attitude_sigma_rad: [0.01, 0.01, 0.03],
-///     gyro_bias_sigma_radps: Vector::ZERO,
-///     accel_bias_sigma_mps2: Vector::ZERO,
+///     ..Solution::at_rest(time, place)
 /// };
 /// let pilot = Some(Sticks { collective: 0.1, ..Sticks::NEUTRAL });
 /// let mut now = Time::ZERO;

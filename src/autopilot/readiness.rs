@@ -335,18 +335,13 @@ mod tests {
 
     fn hovering() -> Solution {
         Solution {
-            time: Time::ZERO,
-            position: Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap(),
             velocity_mps: Vector::new(0.3, -0.2, 0.1),
             body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(3.0, -1.0, 40.0)),
             angular_rate_radps: Vector::new(0.05, 0.02, -0.1),
-            gyro_bias_radps: Vector::ZERO,
-            accel_bias_mps2: Vector::ZERO,
             position_sigma_m: Vector::new(1.0, 1.0, 1.5),
             velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
             attitude_sigma_rad: [0.01, 0.01, 0.03],
-            gyro_bias_sigma_radps: Vector::ZERO,
-            accel_bias_sigma_mps2: Vector::ZERO,
+            ..Solution::at_rest(Time::ZERO, Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap())
         }
     }
 

@@ -81,7 +81,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) unrelaxed_s: f64,
     /// Learned size of the GPS errors against what is stated or configured: variances of position and of
     /// horizontal and vertical velocity.
-    pub(super) gps_learned: [f64; 3],
+    pub(super) gps_learned: [f32; 3],
     pub(super) excess: Excess,
     pub(super) bias_shift: BiasShift,
     pub(super) samples: Samples,

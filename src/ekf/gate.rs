@@ -53,10 +53,10 @@ impl Group {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
-    /// The last time the filter itself was in doubt.
-    doubted: Option<Time>,
-    /// When a heading was found or replaced that has yet to prove itself.
-    unproven: Option<Time>,
+    /// Until when the filter itself is in doubt.
+    doubted_until: Time,
+    /// Until when a heading that was found or replaced has yet to prove itself.
+    unproven_until: Time,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
 }
@@ -99,18 +99,20 @@ impl Gate {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GpsGates {
     gates: [Gate; Group::GPS],
-    doubted: Option<Time>,
+    doubted_until: Time,
 }
 
 impl GpsGates {
     /// Gates that have seen nothing.
-    pub const NONE: Self = Self { gates: [Gate::NONE; Group::GPS], doubted: None };
+    pub const NONE: Self = Self { gates: [Gate::NONE; Group::GPS], doubted_until: NEVER };
 }
 
 /// Fewer refusals than this never reopen, however far apart they are.
 const LEAST_REFUSALS: u8 = 3;
 /// Without a measurement for this long, s, the filter may have gone anywhere.
 const ABSENCE_S: f64 = 2.5;
+/// Before every time there is.
+const NEVER: Time = Time::from_nanoseconds(i64::MIN);
 /// A doubt of the filter explains a disagreement for this long, s.
 const DOUBT_S: f64 = 10.0;
 /// A heading that is found has proven itself after this, s.
@@ -132,22 +134,26 @@ const HEADING_S: f64 = 120.0;
 
 impl Gates {
     /// Gates that have seen nothing.
-    pub const NONE: Self =
-        Self { gates: [Gate::NONE; Group::COUNT], doubted: None, unproven: None, astray: false };
+    pub const NONE: Self = Self {
+        gates: [Gate::NONE; Group::COUNT],
+        doubted_until: NEVER,
+        unproven_until: NEVER,
+        astray: false,
+    };
 
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
     pub fn doubt_filter(&mut self, time: Time) {
-        self.doubted = Some(time);
+        self.doubted_until = time + DOUBT_S;
     }
 
     /// A heading was found or replaced: where fixes disagree in the time after it, the heading is wrong.
     pub fn doubt_heading(&mut self, time: Time) {
-        self.unproven = Some(time);
+        self.unproven_until = time + UNPROVEN_S;
     }
 
     /// Whether the inertial samples had trouble of late.
     pub fn doubts_filter(&self, time: Time) -> bool {
-        self.doubted.is_some_and(|doubted| time - doubted < DOUBT_S)
+        time < self.doubted_until
     }
 
     /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
@@ -157,7 +163,7 @@ impl Gates {
 
     /// The gates of the GPS.
     pub fn gps(&self) -> GpsGates {
-        let mut gps = GpsGates { doubted: self.doubted, ..GpsGates::NONE };
+        let mut gps = GpsGates { doubted_until: self.doubted_until, ..GpsGates::NONE };
         for (to, from) in gps.gates.iter_mut().zip(&self.gates) {
             *to = *from;
         }
@@ -166,7 +172,7 @@ impl Gates {
 
     /// Puts the gates of the GPS back.
     pub fn set_gps(&mut self, gps: &GpsGates) {
-        self.doubted = gps.doubted;
+        self.doubted_until = gps.doubted_until;
         for (to, from) in self.gates.iter_mut().zip(&gps.gates) {
             *to = *from;
         }
@@ -217,8 +223,7 @@ impl Gates {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.agrees(Group::Baro, time);
-        let is_unproven = self.unproven.is_some_and(|found| time - found < UNPROVEN_S);
-        let doubted = self.doubts_filter(time) || is_unproven;
+        let doubted = self.doubts_filter(time) || time < self.unproven_until;
         let velocity_agrees = match group {
             Group::HorizontalPosition => self.is_open(Group::HorizontalVelocity, time),
             Group::VerticalPosition => self.is_open(Group::VerticalVelocity, time),
@@ -247,7 +252,7 @@ impl Gates {
             *gate = Gate { accepted: time, was_open: true, ..Gate::NONE };
             if matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
                 // A filter that was lost in velocity is lost in position too.
-                self.doubted = Some(time);
+                self.doubt_filter(time);
             }
         }
         reopens

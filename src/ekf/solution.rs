@@ -6,7 +6,7 @@ use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::scalar::Scalar;
 use crate::earth::Geodetic;
-use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use crate::ins::{Mounting, NavState};
 use crate::time::Time;
 
@@ -43,6 +43,26 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// At rest at `position`, level, heading north, and without error or uncertainty: what is otherwise is
+    /// filled in by struct update.
+    #[must_use]
+    pub fn at_rest(time: Time, position: Geodetic) -> Self {
+        Self {
+            time,
+            position,
+            velocity_mps: Vector::ZERO,
+            body_to_ned: Rotation::from_euler(EulerAngles::default()),
+            angular_rate_radps: Vector::ZERO,
+            position_sigma_m: Vector::ZERO,
+            velocity_sigma_mps: Vector::ZERO,
+            attitude_sigma_rad: [0.0; 3],
+            gyro_bias_radps: Vector::ZERO,
+            accel_bias_mps2: Vector::ZERO,
+            gyro_bias_sigma_radps: Vector::ZERO,
+            accel_bias_sigma_mps2: Vector::ZERO,
+        }
+    }
+
     /// u, v, w: the point's velocity in body axes, m/s.
     #[must_use]
     pub fn velocity_body_mps(&self) -> Vector<Body> {

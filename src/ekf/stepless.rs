@@ -201,20 +201,7 @@ mod tests {
     }
 
     fn at_rest() -> Solution {
-        Solution {
-            time: Time::ZERO,
-            position: Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap(),
-            velocity_mps: Vector::ZERO,
-            body_to_ned: crate::frames::Rotation::from_euler(EulerAngles::default()),
-            angular_rate_radps: Vector::ZERO,
-            gyro_bias_radps: Vector::ZERO,
-            accel_bias_mps2: Vector::ZERO,
-            position_sigma_m: Vector::ZERO,
-            velocity_sigma_mps: Vector::ZERO,
-            attitude_sigma_rad: [0.0; 3],
-            gyro_bias_sigma_radps: Vector::ZERO,
-            accel_bias_sigma_mps2: Vector::ZERO,
-        }
+        Solution::at_rest(Time::ZERO, Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap())
     }
 
     #[test]

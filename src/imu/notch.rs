@@ -155,7 +155,7 @@ impl Section {
 ///     }
 /// }
 /// assert!(left_mps2 < 0.01);
-/// assert!((notch.delay_s() - 1.02e-3).abs() < 1e-4);
+/// assert!((notch.delay_s() - 1.26e-3).abs() < 1e-5);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Notch {

@@ -76,18 +76,10 @@ impl Printed {
             Rotation::from_euler(EulerAngles { roll_rad: x[2], pitch_rad: x[3], yaw_rad: x[8] });
         let velocity: Vector<Body> = Vector::new(x[4], x[5], x[6]);
         Solution {
-            time,
-            position: Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap(),
             velocity_mps: body_to_ned * velocity,
             body_to_ned,
             angular_rate_radps: Vector::new(x[0], x[1], x[7]),
-            position_sigma_m: Vector::ZERO,
-            velocity_sigma_mps: Vector::ZERO,
-            attitude_sigma_rad: [0.0; 3],
-            gyro_bias_radps: Vector::ZERO,
-            accel_bias_mps2: Vector::ZERO,
-            gyro_bias_sigma_radps: Vector::ZERO,
-            accel_bias_sigma_mps2: Vector::ZERO,
+            ..Solution::at_rest(time, Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap())
         }
     }
 

@@ -82,24 +82,13 @@ pub fn thin(solutions: Vec<Solution>) -> Vec<Solution> {
 mod tests {
     use super::*;
     use hovernav::earth::Geodetic;
-    use hovernav::frames::{EulerAngles, Rotation, Vector};
     use hovernav::time::Time;
 
     fn solution(number: i64) -> Solution {
-        Solution {
-            time: Time::from_nanoseconds(number),
-            position: Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 },
-            velocity_mps: Vector::ZERO,
-            body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 0.0)),
-            angular_rate_radps: Vector::ZERO,
-            position_sigma_m: Vector::ZERO,
-            velocity_sigma_mps: Vector::ZERO,
-            attitude_sigma_rad: [0.0; 3],
-            gyro_bias_radps: Vector::ZERO,
-            accel_bias_mps2: Vector::ZERO,
-            gyro_bias_sigma_radps: Vector::ZERO,
-            accel_bias_sigma_mps2: Vector::ZERO,
-        }
+        Solution::at_rest(
+            Time::from_nanoseconds(number),
+            Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 },
+        )
     }
 
     fn kept(most: usize, count: i64) -> (Vec<i64>, usize) {

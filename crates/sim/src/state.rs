@@ -44,18 +44,10 @@ impl State {
     #[must_use]
     pub fn solution(&self, time: Time) -> Solution {
         Solution {
-            time,
-            position: self.position,
             velocity_mps: self.velocity_mps,
             body_to_ned: self.body_to_ned,
             angular_rate_radps: self.angular_rate_radps,
-            position_sigma_m: Vector::ZERO,
-            velocity_sigma_mps: Vector::ZERO,
-            attitude_sigma_rad: [0.0; 3],
-            gyro_bias_radps: Vector::ZERO,
-            accel_bias_mps2: Vector::ZERO,
-            gyro_bias_sigma_radps: Vector::ZERO,
-            accel_bias_sigma_mps2: Vector::ZERO,
+            ..Solution::at_rest(time, self.position)
         }
     }
 

@@ -19,7 +19,7 @@ pub(super) struct Sector {
     biases: [f64; BASE - GYRO_BIAS],
     covariance: PackedBase,
     gates: GpsGates,
-    gps_learned: [f64; 3],
+    gps_learned: [f32; 3],
     angular_rate_radps: Vector<Body>,
     recent: RecentMotion,
 }

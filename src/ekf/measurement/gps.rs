@@ -121,8 +121,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 _ => continue,
             };
             let surprise = square(axis.normalised()).min(LEARNED_MOST);
-            *learned *= 1.0 + self.config.gps.learning_rate * (surprise - 1.0);
-            *learned = learned.clamp(LEARNED_LEAST, LEARNED_MOST);
+            let share = 1.0 + self.config.gps.learning_rate * (surprise - 1.0);
+            *learned = (f64::from(*learned) * share).clamp(LEARNED_LEAST, LEARNED_MOST) as f32;
         }
     }
 
@@ -133,7 +133,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (M5) of docs/equations.md.
     fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
         let model = self.config.gps;
-        let [learned_m, level, vertical] = self.gps_learned.map(libm::sqrt);
+        let [learned_m, level, vertical] =
+            self.gps_learned.map(|variance| libm::sqrt(f64::from(variance)));
         let learned_mps = [level, level, vertical];
         let position = fix
             .position_sigma_m
@@ -141,7 +142,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let stated_mps = fix.velocity_sigma_mps.map(Vector::to_array);
         let velocity: [f64; 3] = core::array::from_fn(|axis| match stated_mps {
             Some(stated) => stated[axis] * (learned_mps[axis] / BY_CHANCE).max(1.0),
-            None => model.velocity_sigma_mps()[axis] * learned_mps[axis],
+            // No better vertically than the level velocity, which is seen far better, has shown.
+            None => model.velocity_sigma_mps()[axis] * learned_mps[axis].max(level),
         });
         let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
             let slow = if state.is_some() { share } else { 0.0 };

@@ -24,25 +24,25 @@ const VELOCITIES: [Channel; 3] =
 /// motion has shown less.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct BiasShift {
-    /// Variance, (rad/s)²; none before the first rest that came after a motion.
-    learned: Option<f64>,
+    /// Variance, (rad/s)²; without bound before the first rest that came after a motion.
+    learned: f32,
     /// Whether the last second but one was of rest, or nothing is known of it.
     rests: bool,
 }
 
 impl BiasShift {
     /// Nothing is learned yet.
-    pub const UNKNOWN: Self = Self { learned: None, rests: true };
+    pub const UNKNOWN: Self = Self { learned: f32::INFINITY, rests: true };
 
     /// Variance to which the biases open when a rest ends.
     fn variance(&self, assumed: f64) -> f64 {
-        self.learned.map_or(assumed, |learned| learned.min(assumed))
+        f64::from(self.learned).min(assumed)
     }
 
     /// Takes in the largest square of what a rest finds the biases to be off.
     fn learn(&mut self, found: f64) {
-        let before = self.learned.unwrap_or(found);
-        self.learned = Some(before + NEWEST * (found - before));
+        let before = if self.learned.is_finite() { f64::from(self.learned) } else { found };
+        self.learned = (before + NEWEST * (found - before)) as f32;
     }
 }
 

@@ -133,6 +133,10 @@ pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Op
     if disagreement(run).is_some_and(|[_, found]| found < SUSPECT) {
         return None;
     }
+    // A wrong set-up makes accelerations of its own, which must not excuse the fixes that deny it.
+    let mut config = *config;
+    config.ekf.gps.velocity_smoothing_s = 0.0;
+    let config = &config;
     let mut part = dataset.clone();
     let first_fix = part.fixes.first()?.time.offset_by(-5.0);
     part.imu.retain(|sample| sample.time >= first_fix);
