@@ -265,8 +265,9 @@ impl Plant {
     }
 
     /// Bytes of the inertial unit go out `now`.
-    pub const fn unit_sent(&mut self, now: Time) {
-        self.unit_sent_at = Some(now);
+    pub fn unit_sent(&mut self, now: Time) {
+        // Before the flight begins no time passes.
+        self.unit_sent_at = (now >= Time::ZERO).then_some(now);
     }
 
     /// Takes what the flight computer sent towards the servos.
