@@ -95,6 +95,16 @@ impl Default for GuidanceConfig {
 }
 
 impl GuidanceConfig {
+    /// Where the two poles stand, 1/s, by which the velocity asked for follows the one that is wanted, at a
+    /// sample period: stable at any.
+    ///
+    /// # Source
+    /// λ of equation (C6) of docs/equations.md.
+    #[must_use]
+    pub fn follows_per_s(period_s: f64) -> f64 {
+        FOLLOWS_PER_S.min(0.5 / period_s)
+    }
+
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let gain = "0 to 2 1/s";
         within("guidance.position_gain_per_s", self.position_gain_per_s, 0.0, 2.0, gain)?;
@@ -216,8 +226,7 @@ impl Guidance {
     /// acceleration jumps, whatever jumps in what is wanted.
     fn follow(&mut self, wanted: Vector<Ned>) {
         let Reference { velocity_mps, acceleration_mps2, .. } = self.reference;
-        // Stable at any period.
-        let rate_per_s = FOLLOWS_PER_S.min(0.5 / self.period_s);
+        let rate_per_s = GuidanceConfig::follows_per_s(self.period_s);
         let jerk = (wanted - velocity_mps) * (rate_per_s * rate_per_s)
             - acceleration_mps2 * (2.0 * rate_per_s);
         let jerk = within_sizes(jerk, HARDEST_JERK_MPS3, HARDEST_JERK_MPS3);

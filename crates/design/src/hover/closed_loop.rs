@@ -7,6 +7,7 @@ use super::plant::{places, stepped};
 use crate::disturbance::FreeResponse;
 use crate::{DISTURBED, DesignError, DisturbanceResponse, Loop};
 use hovernav::autopilot::{Gains, GuidanceConfig, PidGains, RegulatorGains};
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav_model::linalg::exponential;
 use hovernav_model::{LinearModel, Signal, StateSpace, TimeDomain};
 
@@ -71,7 +72,9 @@ pub(super) fn parts(
     let servos_s = [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s];
     let LinearModel { a: step, b: input, .. } = stepped(&flown, &servos_s, design.period_s)?;
     let moving = step.nrows();
-    let size = moving + 4;
+    // Guidance: a velocity and an acceleration asked for along each axis.
+    let guided = if mode == FlightMode::Position { 6 } else { 0 };
+    let size = moving + 4 + guided;
     let mut a = DMatrix::zeros(size, size);
     a.view_mut((0, 0), (moving, moving)).copy_from(&step);
     a.view_mut((0, moving), (moving, 4)).copy_from(&input);
@@ -90,9 +93,29 @@ pub(super) fn parts(
             guidance.position_gain_per_s,
             guidance.height_gain_per_s,
         ];
-        // Off by x, the velocity asked for is −k x: what the loops see is the velocity plus k x.
+        let period_s = design.period_s;
+        let rate = GuidanceConfig::follows_per_s(period_s);
         for (axis, gain_per_s) in towards.into_iter().enumerate() {
-            c[(4 + axis, whole.states().len() + axis)] = gain_per_s;
+            let place = whole.states().len() + axis;
+            let velocity = moving + 4 + 2 * axis;
+            let acceleration = velocity + 1;
+            // Off by x, the velocity wanted is −k x; what is asked for follows it.
+            a[(acceleration, place)] = -period_s * rate * rate * gain_per_s;
+            a[(acceleration, velocity)] = -period_s * rate * rate;
+            a[(acceleration, acceleration)] = 1.0 - 2.0 * rate * period_s;
+            a[(velocity, velocity)] = 1.0;
+            for state in [place, velocity, acceleration] {
+                a[(velocity, state)] += period_s * a[(acceleration, state)];
+                // The loops see what is off from the velocity, and from the tilt of the acceleration, that
+                // are asked for now.
+                c[(4 + axis, state)] = -a[(velocity, state)];
+                let tilt = a[(acceleration, state)] / STANDARD_GRAVITY_MPS2;
+                match axis {
+                    0 => c[(3, state)] += tilt,
+                    1 => c[(2, state)] -= tilt,
+                    _ => {}
+                }
+            }
         }
     }
     let plant = StateSpace::new("plant", time, numbered(size), sticks.clone(), a, b)?
