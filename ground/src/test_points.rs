@@ -24,7 +24,7 @@ const BEGINS_PCT: f64 = 5.0;
 /// And is back within this, %.
 const ENDS_PCT: f64 = 3.0;
 /// Longer is no step but a new trim, s.
-const LONGEST_S: f64 = 6.0;
+const LONGEST_S: f64 = 4.0;
 /// Shorter or smaller is ordinary flying, s and %.
 const SHORTEST_S: f64 = 0.4;
 const LEAST_PCT: f64 = 7.0;
@@ -310,6 +310,11 @@ mod tests {
     /// Flies the lateral stick through `steps`, size and duration, 6 s apart, and answers with a
     /// first-order roll rate.
     fn flown(steps: &[(f64, f64)], noise: f64) -> TestPoints {
+        heard_from(0.0, steps, noise)
+    }
+
+    /// The same, of which nothing is heard before `first_s`.
+    fn heard_from(first_s: f64, steps: &[(f64, f64)], noise: f64) -> TestPoints {
         let (mut store, mut points) = (Store::new(100_000), TestPoints::default());
         let (mut rate, mut seed) = (0.0, 1u32);
         for k in 0..(33 * (10 + 6 * steps.len())) {
@@ -330,11 +335,21 @@ mod tests {
                 (Id::RateP, rate + noise * random),
             ];
             let batch = Batch { time_s, values };
+            if time_s < first_s {
+                continue;
+            }
             store.push(&batch);
             points.hear(&batch);
         }
         points.judge(&store);
         points
+    }
+
+    #[test]
+    fn a_link_that_comes_back_during_a_step_does_not_turn_steps_and_trim_around() {
+        let points = heard_from(5.7, &[(12.0, 1.5); 6], 0.02);
+        let lateral = &points.progress()[0];
+        assert_eq!((lateral.good, lateral.verdict.as_str()), (3, "good"), "{lateral:?}");
     }
 
     #[test]
