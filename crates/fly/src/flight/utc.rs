@@ -13,15 +13,16 @@ const OFF_S: f64 = 2.0;
 /// UTC from what comes of the receiver, at the flight's own clock.
 #[derive(Clone, Copy, Debug)]
 pub struct UtcClock {
-    /// UTC since the start of 1970 less the flight's clock, ns: by this computer, and by the receiver.
+    /// UTC since the start of 1970 less the flight's clock, ns: by this computer, and as the receiver was last
+    /// told to have it.
     system_ns: i64,
-    receiver_ns: Option<i64>,
+    told_ns: Option<i64>,
 }
 
 impl UtcClock {
     /// By this computer it is `unix_ns` after the start of 1970 at `now` of the flight's clock.
     pub const fn new(now: Time, unix_ns: i64) -> Self {
-        Self { system_ns: unix_ns.saturating_sub(now.nanoseconds()), receiver_ns: None }
+        Self { system_ns: unix_ns.saturating_sub(now.nanoseconds()), told_ns: None }
     }
 
     /// UTC less the flight's clock, ns, where a fix of the moment `unix_ns`, which came at `arrival`, is the
@@ -31,12 +32,10 @@ impl UtcClock {
     pub fn hear(&mut self, arrival: Time, unix_ns: i64) -> Option<i64> {
         let offset_ns = unix_ns.saturating_sub(arrival.nanoseconds());
         let moved = |before: i64| offset_ns.saturating_sub(before).saturating_abs() > MOVED_NS;
-        let is_news = self.receiver_ns.is_none_or(moved);
-        // Of two that agree, the fix that was less late is nearer.
-        self.receiver_ns = match self.receiver_ns {
-            Some(before) if !is_news => Some(before.max(offset_ns)),
-            _ => Some(offset_ns),
-        };
+        let is_news = self.told_ns.is_none_or(moved);
+        if is_news {
+            self.told_ns = Some(offset_ns);
+        }
         is_news.then_some(offset_ns)
     }
 
