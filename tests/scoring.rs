@@ -243,6 +243,22 @@ fn axes_the_reference_does_not_speak_of_are_absent() {
     assert_eq!(score.axis(Axis::Yaw).unwrap().within_3_sigma, Some(1.0));
 }
 
+#[test]
+fn what_the_reference_errs_by_itself_is_not_held_against_the_sigmas() {
+    let text = "t_s,vn_mps,ve_mps,vd_mps\n1.0,0.5,0.5,0.5\n1.2,0.5,0.5,0.5\n";
+    let solutions = [1.0, 1.1, 1.2].map(solution);
+    let ratios = |manifest: &str| {
+        let score = score(&solutions, &reference(text, manifest), seconds(1.0));
+        let axis = score.axis(Axis::VelocityNorth).unwrap();
+        (axis.within_3_sigma.unwrap(), axis.error_over_sigma.unwrap())
+    };
+    // Off by 0.5 m/s at a sigma of 0.1, and of a reference of 0.24 beside it.
+    let (within, ratio) = ratios("");
+    assert!(within == 0.0 && (ratio - 5.0).abs() < 1e-12);
+    let (within, ratio) = ratios("[reference]\nvelocity_sigma_mps = 0.24");
+    assert!(within == 1.0 && (ratio - 0.5 / 0.26).abs() < 1e-12, "{ratio}");
+}
+
 /// A reference at rest for 100 s, and solutions at 10 Hz that drift north by `drift_m(t)`.
 fn drifting(drift_m: impl Fn(f64) -> f64) -> (Vec<Solution>, Reference) {
     let rows =

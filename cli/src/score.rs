@@ -7,7 +7,7 @@ use std::str::FromStr;
 use anyhow::{Context as _, bail, ensure};
 use hovernav::earth::Geodetic;
 use hovernav_log::{
-    Alignment, Axis, Dataset, LocalAxes, Reference, Score, Statistics, Trajectory, score,
+    Alignment, Axis, AxisScore, Dataset, LocalAxes, Reference, Score, Statistics, Trajectory, score,
 };
 use serde_json::{Value, json};
 
@@ -165,9 +165,10 @@ fn in_json(
 ) -> Value {
     let error: serde_json::Map<String, Value> =
         found.axes.iter().map(|axis| (axis.axis.name().into(), json!(axis.statistics))).collect();
-    let within = found.axes.iter().filter_map(|axis| Some((axis, axis.within_3_sigma?)));
-    let within: serde_json::Map<String, Value> =
-        within.map(|(axis, share)| (axis.axis.name().into(), json!(share))).collect();
+    let of_axes = |pick: fn(&AxisScore) -> Option<f64>| -> serde_json::Map<String, Value> {
+        let known = found.axes.iter().filter_map(|axis| Some((axis, pick(axis)?)));
+        known.map(|(axis, value)| (axis.axis.name().into(), json!(value))).collect()
+    };
     let samples = found.axes.iter().map(|axis| axis.samples).max();
     json!({
         "tool": "hovernav",
@@ -183,7 +184,8 @@ fn in_json(
             "rms_m": aligned.rms_m,
         })),
         "error": error,
-        "within_3_sigma": within,
+        "within_3_sigma": of_axes(|axis| axis.within_3_sigma),
+        "error_over_sigma": of_axes(|axis| axis.error_over_sigma),
         "warnings": warnings,
     })
 }
@@ -207,17 +209,18 @@ fn in_words(found: &Score, aligned: Option<Alignment>) -> String {
     }
     let _ = writeln!(
         text,
-        "{:<18} {:>9} {:>9} {:>9} {:>9} {:>9} {:>10}",
-        "error", "rmse", "median", "p95", "max", "samples", "inside 3σ"
+        "{:<18} {:>9} {:>9} {:>9} {:>9} {:>9} {:>10} {:>8}",
+        "error", "rmse", "median", "p95", "max", "samples", "inside 3σ", "error/σ"
     );
     for axis in Axis::ALL.iter().filter_map(|axis| found.axis(*axis)) {
         let Statistics { rmse, median, p95, max } = axis.statistics;
         let inside =
             axis.within_3_sigma.map_or("–".into(), |share| format!("{:.1} %", 100.0 * share));
+        let ratio = axis.error_over_sigma.map_or("–".into(), |ratio| format!("{ratio:.2}"));
         let (name, samples) = (axis.axis.name(), axis.samples);
         let _ = writeln!(
             text,
-            "{name:<18} {rmse:>9.3} {median:>9.3} {p95:>9.3} {max:>9.3} {samples:>9} {inside:>10}"
+            "{name:<18} {rmse:>9.3} {median:>9.3} {p95:>9.3} {max:>9.3} {samples:>9} {inside:>10} {ratio:>8}"
         );
     }
     text

@@ -63,7 +63,10 @@ pub fn section(score: &Score, clock: Clock) -> Section {
         let errors: Vec<f64> = points.iter().map(|point| point.error).collect();
         let bounds: Vec<f64> =
             points.iter().map(|point| point.sigma.map_or(f64::NAN, |sigma| 3.0 * sigma)).collect();
-        let note = score.within_3_sigma.map(|share| format!("{:.1} % inside ±3σ", 100.0 * share));
+        let note = score
+            .within_3_sigma
+            .zip(score.error_over_sigma)
+            .map(|(share, ratio)| format!("{:.1} % inside ±3σ, error/σ {ratio:.2}", 100.0 * share));
         let row = Row { note, ..Row::new(name, unit) };
         Some(row.with(Series::bound(&times, &bounds)).with(Series::line(
             Role::Error,

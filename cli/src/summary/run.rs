@@ -6,7 +6,9 @@ use std::path::Path;
 use hovernav::ekf::{Channel, Notice, Verdict};
 use hovernav::ins::HeadingSource;
 use hovernav_formats::{InnovationSizes, OnboardDifference};
-use hovernav_log::{Dataset, Finding, Run, Score, Statistics, UnusedReadings, sentences};
+use hovernav_log::{
+    AxisScore, Dataset, Finding, Run, Score, Statistics, UnusedReadings, sentences,
+};
 use serde::Serialize;
 
 use super::reproduction::ReproductionSummary;
@@ -44,6 +46,8 @@ pub struct RunSummary {
     pub(super) error: Option<BTreeMap<&'static str, Statistics>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     within_3_sigma: Option<BTreeMap<&'static str, f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error_over_sigma: Option<BTreeMap<&'static str, f64>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) outages: Vec<OutageDrift>,
     /// Of the largest horizontal drift in each outage.
@@ -124,6 +128,7 @@ impl RunSummary {
             onboard_innovations: BTreeMap::new(),
             error: None,
             within_3_sigma: None,
+            error_over_sigma: None,
             outages: Vec::new(),
             outage_drift_m: None,
             notes: dataset.notes.clone(),
@@ -206,13 +211,11 @@ impl RunSummary {
         let Some(score) = score else { return };
         self.error =
             Some(score.axes.iter().map(|axis| (axis.axis.name(), axis.statistics)).collect());
-        self.within_3_sigma = Some(
-            score
-                .axes
-                .iter()
-                .filter_map(|axis| Some((axis.axis.name(), axis.within_3_sigma?)))
-                .collect(),
-        );
+        let of_axes = |pick: fn(&AxisScore) -> Option<f64>| {
+            score.axes.iter().filter_map(|axis| Some((axis.axis.name(), pick(axis)?))).collect()
+        };
+        self.within_3_sigma = Some(of_axes(|axis| axis.within_3_sigma));
+        self.error_over_sigma = Some(of_axes(|axis| axis.error_over_sigma));
     }
 }
 

@@ -177,11 +177,27 @@ pub struct ReferenceSection {
     /// How long after the first inertial sample scoring begins, s.
     #[serde(deserialize_with = "skip")]
     pub skip_s: f64,
+    /// One-sigma of the reference's own position, each axis, m; what it errs is not held against the filter's sigmas.
+    #[serde(deserialize_with = "own_sigma")]
+    pub position_sigma_m: f64,
+    /// One-sigma of its own velocity, each axis, m/s.
+    #[serde(deserialize_with = "own_sigma")]
+    pub velocity_sigma_mps: f64,
+    /// One-sigma of its own roll, pitch and yaw, degrees.
+    #[serde(deserialize_with = "own_sigma")]
+    pub attitude_sigma_deg: f64,
 }
 
 impl Default for ReferenceSection {
     fn default() -> Self {
-        Self { point: Point::default(), quality: String::new(), skip_s: 30.0 }
+        Self {
+            point: Point::default(),
+            quality: String::new(),
+            skip_s: 30.0,
+            position_sigma_m: 0.0,
+            velocity_sigma_mps: 0.0,
+            attitude_sigma_deg: 0.0,
+        }
     }
 }
 
@@ -306,6 +322,10 @@ fn mounting<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::E
 
 fn skip<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     in_range(deserializer, 0.0..=1e6)
+}
+
+fn own_sigma<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    in_range(deserializer, 0.0..=1e3)
 }
 
 fn solution_point<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Point, D::Error> {

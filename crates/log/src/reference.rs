@@ -50,6 +50,12 @@ pub struct Reference {
     pub from_solution_point_m: Vector<Body>,
     /// How long after the first inertial sample scoring begins, s.
     pub skip_s: f64,
+    /// One-sigma of its own position, each axis, m; zero where it is taken for the truth.
+    pub position_sigma_m: f64,
+    /// One-sigma of its own velocity, each axis, m/s.
+    pub velocity_sigma_mps: f64,
+    /// One-sigma of its own roll, pitch and yaw, degrees.
+    pub attitude_sigma_deg: f64,
     /// What was repaired or left out while reading, one plain sentence each.
     pub warnings: Vec<String>,
 }
@@ -110,6 +116,9 @@ impl Reference {
             body_velocity: Series::of(&rows, |[.., u, v, w]| [u, v, w]),
             from_solution_point_m: point - manifest.lever_arm_m(manifest.solution.point),
             skip_s: manifest.reference.skip_s,
+            position_sigma_m: manifest.reference.position_sigma_m,
+            velocity_sigma_mps: manifest.reference.velocity_sigma_mps,
+            attitude_sigma_deg: manifest.reference.attitude_sigma_deg,
             warnings: remarks.into_warnings().collect(),
         }))
     }
@@ -134,6 +143,9 @@ impl Reference {
             body_velocity: of(&|_| [f64::NAN; 3]),
             from_solution_point_m: Vector::ZERO,
             skip_s: 0.0,
+            position_sigma_m: 0.0,
+            velocity_sigma_mps: 0.0,
+            attitude_sigma_deg: 0.0,
             warnings: trajectory.warnings.clone(),
         }
     }

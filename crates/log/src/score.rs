@@ -102,8 +102,11 @@ pub struct AxisScore {
     /// Samples compared.
     pub samples: usize,
     /// Fraction of samples whose error is within three of the filter's own sigmas, where it gives
-    /// one: 0.997 of a filter that knows itself.
+    /// one, the reference's added in squares: 0.997 of a filter that knows itself.
     pub within_3_sigma: Option<f64>,
+    /// Root of the mean square of error over the same sigma: 1 of a filter that knows itself. None where a
+    /// sigma is zero.
+    pub error_over_sigma: Option<f64>,
     /// The error over time, thinned to at most 2 000 points that keep its peaks.
     pub series: Vec<ErrorPoint>,
 }
@@ -137,6 +140,18 @@ const SERIES_POINTS: usize = 2000;
 
 /// Fraction of an outage the reference must cover for its drift to count.
 const LEAST_COVERAGE: f64 = 0.9;
+
+impl Reference {
+    /// One-sigma of the reference itself in `axis`, in the unit of [`Axis::name`].
+    #[must_use]
+    pub const fn own_sigma(&self, axis: Axis) -> f64 {
+        match axis {
+            Axis::North | Axis::East | Axis::Down | Axis::Horizontal => self.position_sigma_m,
+            Axis::Roll | Axis::Pitch | Axis::Yaw => self.attitude_sigma_deg,
+            _ => self.velocity_sigma_mps,
+        }
+    }
+}
 
 impl Score {
     /// The score in `axis`, if the reference speaks of it.
@@ -188,7 +203,7 @@ pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> 
     let axes = Axis::ALL.into_iter().zip(columns).filter_map(|(axis, points)| {
         let is_attitude = matches!(axis, Axis::Roll | Axis::Pitch | Axis::Yaw);
         let from = if is_attitude { heading_known.unwrap_or(from) } else { from };
-        score_axis(axis, &points, from)
+        score_axis(axis, &points, from, reference.own_sigma(axis))
     });
     Score { from, heading_known, axes: axes.collect() }
 }
@@ -235,19 +250,23 @@ pub fn outage_drift(
     is_covered.then(|| distances.iter().map(|(_, distance)| *distance).fold(0.0, f64::max))
 }
 
-fn score_axis(axis: Axis, points: &[ErrorPoint], from: Time) -> Option<AxisScore> {
+fn score_axis(axis: Axis, points: &[ErrorPoint], from: Time, own_sigma: f64) -> Option<AxisScore> {
     let scored = &points[points.partition_point(|point| point.time < from)..];
     let errors: Vec<f64> = scored.iter().map(|point| point.error).collect();
-    let with_sigma: Vec<bool> = scored
+    let with_sigma: Vec<(f64, f64)> = scored
         .iter()
-        .filter_map(|point| point.sigma.map(|sigma| point.error.abs() <= 3.0 * sigma))
+        .filter_map(|point| Some((point.error, point.sigma?.hypot(own_sigma))))
         .collect();
-    let within = with_sigma.iter().filter(|within| **within).count();
+    let samples = with_sigma.len() as f64;
+    let within = with_sigma.iter().filter(|(error, sigma)| error.abs() <= 3.0 * sigma).count();
+    let squares: f64 = with_sigma.iter().map(|(error, sigma)| (error / sigma).powi(2)).sum();
+    let error_over_sigma = (squares / samples).sqrt();
     Some(AxisScore {
         axis,
         statistics: Statistics::of(&errors)?,
         samples: errors.len(),
-        within_3_sigma: (!with_sigma.is_empty()).then(|| within as f64 / with_sigma.len() as f64),
+        within_3_sigma: (!with_sigma.is_empty()).then(|| within as f64 / samples),
+        error_over_sigma: error_over_sigma.is_finite().then_some(error_over_sigma),
         series: thinned(points),
     })
 }

@@ -159,6 +159,7 @@ fn scored(errors: &[[[f64; 3]; 3]], solutions: &[Solution]) -> Score {
                 statistics: Statistics::of(&errors).unwrap(),
                 samples: errors.len(),
                 within_3_sigma: Some(0.987),
+                error_over_sigma: Some(1.1),
                 series,
             }
         })
