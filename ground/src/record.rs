@@ -1,7 +1,7 @@
 //! Records: MCAP files of what was heard, written by a thread of their own and readable up to the last
 //! moment before whatever ends it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions};
 use serde::Serialize;
@@ -290,6 +291,36 @@ fn values(batch: &Batch) -> Map<String, Value> {
     batch.values.iter().map(named).collect()
 }
 
+/// The channels and messages of the file, in chunks or not; an error ends them. The rest is passed over
+/// unread, for the crate panics over an attachment that ends within its own head.
+fn records(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'static>, McapError>> {
+    let options = LinearReaderOptions::default()
+        .with_skip_end_magic(true)
+        .with_record_length_limit(bytes.len());
+    let mut reader = LinearReader::new_with_options(options);
+    let mut rest = bytes;
+    std::iter::from_fn(move || {
+        loop {
+            match reader.next_event()? {
+                Ok(LinearReadEvent::ReadRequest(need)) => {
+                    let (piece, after) = rest.split_at(need.min(rest.len()));
+                    reader.insert(piece.len()).copy_from_slice(piece);
+                    reader.notify_read(piece.len());
+                    rest = after;
+                }
+                Ok(LinearReadEvent::Record {
+                    data,
+                    opcode: opcode @ (op::CHANNEL | op::MESSAGE),
+                }) => {
+                    return Some(mcap::parse_record(opcode, data).map(Record::into_owned));
+                }
+                Ok(LinearReadEvent::Record { .. }) => {}
+                Err(error) => return Some(Err(error)),
+            }
+        }
+    })
+}
+
 /// Reads a record, also one that was cut off at any byte, and whether it was.
 ///
 /// # Errors
@@ -302,22 +333,32 @@ pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
     }
     let bytes = std::fs::read(path).map_err(failed)?;
     let not = |found: String| RecordError::NotARecord { path: path.to_path_buf(), found };
-    let options = mcap::read::Options::IgnoreEndMagic;
-    let messages = mcap::MessageStream::new_with_options(&bytes, options.into())
-        .map_err(|error| not(error.to_string()))?;
+    if !bytes.starts_with(mcap::MAGIC) {
+        return Err(not("a file that does not begin as MCAP does".into()));
+    }
     let mut store = Store::new(usize::MAX);
-    let mut topics = std::collections::BTreeSet::new();
+    let mut names = BTreeMap::new();
+    let mut topics = BTreeSet::new();
     let mut is_cut = false;
-    for message in messages {
-        // What follows a damaged message cannot be told apart any more.
-        let Ok(message) = message else {
-            is_cut = true;
-            break;
+    for record in records(&bytes) {
+        let (header, data) = match record {
+            Ok(Record::Channel(channel)) => {
+                names.insert(channel.id, channel.topic);
+                continue;
+            }
+            Ok(Record::Message { header, data }) => (header, data),
+            Ok(_) => continue,
+            // What follows a damaged record cannot be told apart any more.
+            Err(_) => {
+                is_cut = true;
+                break;
+            }
         };
-        let time_s = message.log_time as f64 * 1e-9;
-        match message.channel.topic.as_str() {
+        let Some(topic) = names.get(&header.channel_id) else { continue };
+        let time_s = header.log_time as f64 * 1e-9;
+        match topic.as_str() {
             TELEMETRY => {
-                let Ok(values) = serde_json::from_slice::<Map<String, Value>>(&message.data) else {
+                let Ok(values) = serde_json::from_slice::<Map<String, Value>>(&data) else {
                     is_cut = true;
                     break;
                 };
@@ -328,19 +369,19 @@ pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
                 store.push(&Batch { time_s, values: values.iter().filter_map(known).collect() });
             }
             TEXTS => {
-                if let Ok(text) = serde_json::from_slice(&message.data) {
+                if let Ok(text) = serde_json::from_slice(&data) {
                     store.say(text);
                 }
             }
             MARKERS => {
-                if let Ok(marker) = serde_json::from_slice(&message.data) {
+                if let Ok(marker) = serde_json::from_slice(&data) {
                     store.mark(marker);
                 }
             }
             _ => {}
         }
         if topics.len() < 16 {
-            topics.insert(message.channel.topic.clone());
+            topics.insert(topic.clone());
         }
     }
     let is_ended = bytes.ends_with(mcap::MAGIC);

@@ -135,6 +135,18 @@ fn damaged_bytes_neither_panic_nor_hang() {
 }
 
 #[test]
+fn an_attachment_shorter_than_its_own_head_is_no_end() {
+    // 32 bytes are enough for the attachment's head and not for its checksum.
+    let attachment: Vec<u8> = [&[9_u8][..], &32_u64.to_le_bytes(), &[0; 32]].concat();
+    let seed = mcap_file();
+    let whole = open_bytes(&seed, Path::new("log"), &Options::default()).unwrap();
+    let mut bytes = seed.clone();
+    bytes.splice(8..8, attachment);
+    let log = open_bytes(&bytes, Path::new("log"), &Options::default()).unwrap();
+    assert_eq!(log.dataset.imu.len(), whole.dataset.imu.len());
+}
+
+#[test]
 fn damaged_text_neither_panics_nor_hangs() {
     let place = tempfile::tempdir().unwrap();
     let file = place.path().join("flight.csv");

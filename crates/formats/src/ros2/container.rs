@@ -51,8 +51,8 @@ pub(super) fn for_each_record(
         let Some(body) = bytes.get(FRAME..FRAME + length) else {
             return cut(format!("cut off within a record of {length} bytes"));
         };
-        match mcap::parse_record(opcode, body) {
-            Ok(Record::Chunk { header, data }) => {
+        match parsed(opcode, body) {
+            Some(Ok(Record::Chunk { header, data })) => {
                 let records = match unpacked(&header, &data) {
                     Ok(records) => records,
                     Err(reason) => return cut(reason),
@@ -61,11 +61,19 @@ pub(super) fn for_each_record(
                     return cut(reason);
                 }
             }
-            Ok(record) => take(record, offset)?,
-            Err(error) => return cut(error.to_string()),
+            Some(Ok(record)) => take(record, offset)?,
+            Some(Err(error)) => return cut(error.to_string()),
+            None => {}
         }
         window.consume(FRAME + length);
     }
+}
+
+/// A record of a kind that tells something here; others are passed over unread, for the crate panics over
+/// an attachment that ends within its own head.
+fn parsed(opcode: u8, body: &[u8]) -> Option<mcap::McapResult<Record<'_>>> {
+    let is_of_use = matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK);
+    is_of_use.then(|| mcap::parse_record(opcode, body))
 }
 
 /// The opcode and length at the head of a record.
@@ -118,9 +126,10 @@ fn of_chunk(
         let Some(body) = body else {
             return Ok(Some(format!("a record of {length} bytes, beyond its chunk")));
         };
-        match mcap::parse_record(opcode, body) {
-            Ok(record) => take(record)?,
-            Err(error) => return Ok(Some(error.to_string())),
+        match parsed(opcode, body) {
+            Some(Ok(record)) => take(record)?,
+            Some(Err(error)) => return Ok(Some(error.to_string())),
+            None => {}
         }
         rest = &rest[FRAME + body.len()..];
     }
