@@ -126,12 +126,13 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     // A record's solutions are in memory, and each is compared.
     let keep = if record.is_some() { Keep::All } else { Keep::Thinned };
     let mut files = Files::new(arguments, &dataset.manifest.name, out);
-    let mut smoothed = Vec::new();
+    let (mut smoothed, mut denied) = (Vec::new(), Vec::new());
     let mut forward = None;
     if arguments.smooth {
         memory::check_smoothing(log, &dataset)?;
-        let SmoothedRun { forward: run, solutions } =
+        let SmoothedRun { forward: run, solutions, denied: found } =
             dataset.smooth_keeping(&config, keep, &progress);
+        denied = found;
         // Where nothing was smoothed, the causal solution is written as without asking.
         forward = Some(run).filter(|_| !solutions.is_empty());
         solutions.iter().try_for_each(|solution| files.push(solution))?;
@@ -167,6 +168,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         let warning = "nothing was smoothed, as the heading was not found: the solution is causal";
         summary.warnings.push(warning.into());
     }
+    summary.add_findings(denied);
     summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
     summary.reproduction = record
         .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())

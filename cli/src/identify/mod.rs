@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use hovernav_formats::{Log, Options};
-use hovernav_log::{Dataset, SmoothedRun};
+use hovernav_log::{Dataset, SmoothedRun, sentences};
 use hovernav_model::Grade;
 use hovernav_sysid::helicopter::Kind;
 use hovernav_sysid::helicopter::flight_warnings;
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
     let config = dataset.settings()?;
     let working = output::Working::on("estimating");
-    let SmoothedRun { forward, solutions } = dataset.smooth(&config, |_| ());
+    let SmoothedRun { forward, solutions, denied } = dataset.smooth(&config, |_| ());
     drop(working);
     ensure!(
         !solutions.is_empty(),
@@ -83,6 +83,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let vehicle = vehicle.with_source(&source(&dataset, &found)).with_verdict(verdict.clone());
 
     let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref(), verdict.clone());
+    summary.warn(sentences(&denied));
     summary.warn(flight_warnings(&flight.experiment, arguments.model));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
     summary.warn(pattern.iter().map(ToString::to_string));

@@ -203,6 +203,13 @@ impl RunSummary {
         }
     }
 
+    /// Adds what was found apart from the run.
+    pub fn add_findings(&mut self, findings: Vec<Finding>) {
+        self.warnings.extend(sentences(&findings));
+        self.findings.extend(findings);
+        self.findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    }
+
     /// Adds the scores against a reference and the drift in each outage.
     pub fn set_scores(&mut self, score: Option<&Score>, drifts: Vec<OutageDrift>) {
         let known: Vec<f64> = drifts.iter().filter_map(|outage| outage.max_horizontal_m).collect();

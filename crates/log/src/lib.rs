@@ -8,6 +8,7 @@ mod clock;
 pub mod consistency;
 mod csv_writer;
 mod dataset;
+mod denied;
 mod error;
 mod events;
 mod finding;

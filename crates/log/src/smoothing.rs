@@ -8,7 +8,9 @@ use std::mem::size_of;
 use std::ops::ControlFlow;
 
 use crate::dataset::Dataset;
+use crate::denied::{Denied, denied};
 use crate::events::Events;
+use crate::finding::Finding;
 use crate::kept::Keep;
 use crate::replay::Run;
 use hovernav::ekf::layout::Full;
@@ -26,6 +28,8 @@ pub struct SmoothedRun {
     /// The smoothed solutions, at the times of the forward run's; none where nothing could be
     /// smoothed, see [`Dataset::smooth`].
     pub solutions: Vec<Solution>,
+    /// Where the fixes deny what smoothing gave, so that the filter's own solutions stand there.
+    pub denied: Vec<Finding>,
 }
 
 /// Samples of a block, at least: what the smoother keeps of so many is 16 MB.
@@ -48,6 +52,9 @@ impl Dataset {
     /// never found, nothing is smoothed: to choose a heading would be to guess, and to guess
     /// with confidence. `progress` is called with the number of inertial samples that the forward run
     /// under way has done. Of the forward run's solutions those stay in memory that `keep` says.
+    ///
+    /// Where the fixes deny the smoothed path, the filter's own solutions stand in
+    /// its place, and a finding says so: the step at either end is the size of the contradiction.
     ///
     /// See [`Smoother`] for the method, [`smoothing_bytes`](Self::smoothing_bytes) for the memory.
     pub fn smooth_keeping(
@@ -94,18 +101,19 @@ impl Dataset {
             Notice::Aligned(alignment) => Some(*alignment),
             _ => None,
         });
-        let mut start = None;
+        let (mut start, mut second) = (None, None);
         if let Some(alignment) = aligned.filter(|by| by.heading == HeadingSource::Unknown) {
             let found = forward.notices.iter().find_map(|notice| match notice {
                 Notice::HeadingFound { sector, .. } => Some(*sector),
                 _ => None,
             });
             let Some(sector) = found else {
-                return SmoothedRun { forward, solutions: Vec::new() };
+                return SmoothedRun { forward, ..SmoothedRun::default() };
             };
             start = Some(HeadingSearch::sector_start(alignment.start, sector));
             checkpoints.clear();
-            self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints);
+            second =
+                Some(self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints));
         }
         let mut solutions = Vec::with_capacity(self.imu.len());
         let mut after = Adjoint::default();
@@ -126,7 +134,26 @@ impl Dataset {
             solutions.extend(smoother.smooth_before(&mut after).into_iter().rev());
         }
         solutions.reverse();
-        SmoothedRun { forward, solutions }
+        let denied = denied(self, second.as_ref().unwrap_or(&forward), &solutions);
+        if !denied.is_empty() {
+            self.put_forward(config, &denied, &mut solutions);
+        }
+        SmoothedRun { forward, solutions, denied: denied.iter().map(Denied::finding).collect() }
+    }
+
+    /// Puts the forward run's solutions in the place of those that are denied.
+    fn put_forward(&self, config: &EstimatorConfig, denied: &[Denied], solutions: &mut [Solution]) {
+        let mut estimator = Estimator::<Full, 28>::new(*config);
+        for event in self.events() {
+            estimator.push(&event, |_| ());
+            let Event::Imu(sample) = event else { continue };
+            if denied.iter().any(|span| span.covers(sample.time))
+                && let Some(solution) = estimator.solution()
+                && let Ok(at) = solutions.binary_search_by_key(&solution.time, |s| s.time)
+            {
+                solutions[at] = solution;
+            }
+        }
     }
 
     /// A forward run that leaves a checkpoint before the first sample of every block; from `start` where

@@ -12,11 +12,14 @@ use crate::statistics::quantile;
 const DISTURBED: f64 = 0.25;
 /// A doubt of less than this, rad (10°), is chance now and then.
 const DOUBTED_RAD: f64 = 0.175;
+/// Doubts no further apart than this, s, are one.
+const ONE_DOUBT_S: f64 = 30.0;
 /// A disturbance shorter than this, s, passes with the noise.
 const LASTING_S: f64 = 3.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     start(log, findings);
+    doubts(log, findings);
     disturbances(log, findings);
 }
 
@@ -58,22 +61,6 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     sigma_rad.to_degrees()
                 ),
             }),
-            Notice::HeadingDoubted { time, off_rad, sigma_rad } => findings.push(Finding {
-                start_s: time.seconds(),
-                end_s: time.seconds(),
-                sensor: "filter",
-                kind: "heading in doubt",
-                severity: if off_rad.abs() > DOUBTED_RAD { Severity::Warning } else { Severity::Info },
-                count: 1,
-                words: format!(
-                    "the heading was {:.0}° off at {:.1} s by what the fixes say, sure to {:.0}°: an error \
-                     of the attitude or magnetometer that gave it, or of the mounting; it and its source \
-                     are less sure from then on",
-                    off_rad.to_degrees(),
-                    time.seconds(),
-                    sigma_rad.to_degrees()
-                ),
-            }),
             _ => {}
         }
     }
@@ -93,6 +80,32 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             when(start_s, end_s)
         ),
     });
+}
+
+/// Where the fixes doubted the heading without denying it.
+fn doubts(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let doubts = log.run.notices.iter().filter_map(|notice| match notice {
+        Notice::HeadingDoubted { time, off_rad, .. } => Some((time.seconds(), off_rad.abs())),
+        _ => None,
+    });
+    for span in spans(doubts, ONE_DOUBT_S) {
+        let times = if span.count > 1 { format!(" ({} times)", span.count) } else { String::new() };
+        findings.push(Finding {
+            start_s: span.start_s,
+            end_s: span.end_s,
+            sensor: "filter",
+            kind: "heading in doubt",
+            severity: if span.largest > DOUBTED_RAD { Severity::Warning } else { Severity::Info },
+            count: span.count,
+            words: format!(
+                "the heading was up to {:.0}° off {} by what the fixes say{times}: an error of the attitude or \
+                 magnetometer that gave it, or of the mounting, or a drift to the side; it and its source are \
+                 less sure from then on",
+                span.largest.to_degrees(),
+                when(span.start_s, span.end_s),
+            ),
+        });
+    }
 }
 
 /// Where the magnetic field is not the Earth's.
