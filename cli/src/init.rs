@@ -23,7 +23,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let proposal = Proposal::of(file)?;
     let out = out.clone().unwrap_or_else(|| default_directory(&file[0]));
     ensure!(!out.is_file(), "{}: is a file, expected a directory for --out", out.display());
-    crate::output::print(&proposal);
+    crate::output::say_text(&proposal);
     proposal.write(&out, *force)?;
     let shown = out.display();
     crate::output::say(format_args!("\nwrote {shown}/mapping.toml and {shown}/dataset.toml"));

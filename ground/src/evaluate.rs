@@ -5,12 +5,12 @@ use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-use chrono::{DateTime, Datelike as _};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
+use hovernav_log::utc::moment;
 use hovernav_log::{Dataset, Manifest};
 use serde::Serialize;
 
@@ -53,11 +53,7 @@ pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
         all.iter().all(|value| value.is_finite()).then(|| Vector::new(all[0], all[1], all[2]))
     };
     let mut dataset = Dataset { manifest: manifest.clone(), ..Dataset::default() };
-    // The magnetic model asks for it.
-    let day = DateTime::from_timestamp_secs(from_s as i64);
-    dataset.manifest.date = day.and_then(|day| {
-        format!("{:04}-{:02}-{:02}", day.year(), day.month(), day.day()).parse().ok()
-    });
+    dataset.manifest.date = moment((1e9 * from_s) as i64);
     let (mut before, mut fix_before) = (None, f64::NEG_INFINITY);
     for (time_s, _) in store.series(Id::RateP).between(f64::NEG_INFINITY, f64::INFINITY) {
         let rates = three([Id::RateP, Id::RateQ, Id::RateR], time_s, 1f64.to_radians());

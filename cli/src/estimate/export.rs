@@ -9,6 +9,7 @@ use anyhow::Context as _;
 use clap::error::ErrorKind;
 use hovernav::ekf::Solution;
 use hovernav_export::{Export, ExportError, ExportFormat, LAYOUT};
+use hovernav_log::Manifest;
 
 /// A format by its name, or `-`: standard output.
 #[derive(Clone, Copy, PartialEq)]
@@ -70,12 +71,19 @@ pub struct Exports {
 
 impl Exports {
     /// Begins what was asked for beside `solution.csv` in `out`, or on standard output.
-    pub fn begin(asked: &[ExportArgument], name: &str, out: &Path) -> anyhow::Result<Self> {
+    pub fn begin(
+        asked: &[ExportArgument],
+        manifest: &Manifest,
+        out: &Path,
+    ) -> anyhow::Result<Self> {
+        let name = &manifest.name;
+        let utc_at_zero_ns = manifest.utc_at_zero_ns().unwrap_or_default();
         let mut exports = Self::default();
         for format in formats(asked) {
             if is_piped(asked) {
                 let path = PathBuf::from("standard output");
-                let export = Export::new(format, name, BufWriter::new(io::stdout()));
+                let export =
+                    Export::new(format, name, utc_at_zero_ns, BufWriter::new(io::stdout()));
                 exports.is_unread = is_unread(export.as_ref().err());
                 if !exports.is_unread {
                     exports.files.push((path, export?));
@@ -85,7 +93,8 @@ impl Exports {
             let path = out.join(format.file_name());
             let failed = || format!("cannot write {}", path.display());
             let file = File::create(&path).with_context(failed)?;
-            let export = Export::new(format, name, BufWriter::new(file)).with_context(failed)?;
+            let export = Export::new(format, name, utc_at_zero_ns, BufWriter::new(file))
+                .with_context(failed)?;
             if format == ExportFormat::Mcap {
                 let layout = out.join("solution.foxglove-layout.json");
                 std::fs::write(&layout, LAYOUT)

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
-use hovernav_log::SolutionWriter;
+use hovernav_log::{Manifest, SolutionWriter};
 
 use super::export::Exports;
 use super::{Arguments, columns};
@@ -14,16 +14,16 @@ use crate::output;
 /// none, nothing is written.
 pub struct Files<'a> {
     arguments: &'a Arguments,
-    name: &'a str,
+    manifest: &'a Manifest,
     out: &'a Path,
     rate: Option<Rate>,
     open: Option<(SolutionWriter, Exports)>,
 }
 
 impl<'a> Files<'a> {
-    pub fn new(arguments: &'a Arguments, name: &'a str, out: &'a Path) -> Self {
+    pub fn new(arguments: &'a Arguments, manifest: &'a Manifest, out: &'a Path) -> Self {
         let rate = arguments.rate.map(Rate::of);
-        Self { arguments, name, out, rate, open: None }
+        Self { arguments, manifest, out, rate, open: None }
     }
 
     /// Writes `solution`, unless it comes sooner than the rate asked for.
@@ -35,7 +35,7 @@ impl<'a> Files<'a> {
             output::create(self.out)?;
             let extra = columns::of(&self.arguments.columns);
             let csv = SolutionWriter::new(&self.out.join("solution.csv"), &extra);
-            let exports = Exports::begin(&self.arguments.export, self.name, self.out)?;
+            let exports = Exports::begin(&self.arguments.export, self.manifest, self.out)?;
             self.open = Some((csv, exports));
         }
         if let Some((csv, exports)) = &mut self.open {

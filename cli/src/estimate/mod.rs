@@ -125,7 +125,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     };
     // A record's solutions are in memory, and each is compared.
     let keep = if record.is_some() { Keep::All } else { Keep::Thinned };
-    let mut files = Files::new(arguments, &dataset.manifest.name, out);
+    let mut files = Files::new(arguments, &dataset.manifest, out);
     let (mut smoothed, mut denied) = (Vec::new(), Vec::new());
     let mut forward = None;
     if arguments.smooth {

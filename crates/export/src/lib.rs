@@ -15,6 +15,7 @@ use std::io::{self, Write};
 use std::str::FromStr;
 
 use hovernav::ekf::Solution;
+use hovernav::time::Time;
 
 pub use mcap_file::LAYOUT;
 
@@ -105,20 +106,27 @@ trait Sink {
 
 /// A solution on its way to a file, moment by moment: no more than a stretch of it is in memory, of KML
 /// the places of five moments a second.
-pub struct Export<'w>(Box<dyn Sink + 'w>);
+pub struct Export<'w> {
+    sink: Box<dyn Sink + 'w>,
+    /// What is added to the times, ns.
+    later_ns: i64,
+}
 
 impl<'w> Export<'w> {
-    /// Begins a file of this `format`, called `name` where the format has a place for it.
+    /// Begins a file of this `format`, called `name` where the format has a place for it. Formats that date their
+    /// moments take `utc_at_zero_ns` for the time, ns since the start of 1970 UTC, at which the solutions' clock
+    /// reads zero: 0 of a clock that counts from then itself, or of which it is not known.
     ///
     /// # Errors
     /// [`ExportError`].
     pub fn new(
         format: ExportFormat,
         name: &str,
+        utc_at_zero_ns: i64,
         out: impl Write + Send + 'w,
     ) -> Result<Self, ExportError> {
         let out: Out<'w> = Box::new(out);
-        Ok(Self(match format {
+        let sink: Box<dyn Sink + 'w> = match format {
             #[cfg(feature = "parquet")]
             ExportFormat::Parquet => Box::new(parquet_file::Parquet::new(out)?),
             #[cfg(not(feature = "parquet"))]
@@ -129,7 +137,13 @@ impl<'w> Export<'w> {
             ExportFormat::Tum => Box::new(trajectory::Tum::new(out)),
             ExportFormat::Euroc => Box::new(trajectory::Euroc::new(out)?),
             ExportFormat::Mcap => Box::new(mcap_file::Mcap::new(out)?),
-        }))
+        };
+        // The others have the log's own clock, which what they are compared with has, too.
+        let is_dated = matches!(
+            format,
+            ExportFormat::Kml | ExportFormat::Gpx | ExportFormat::Pos | ExportFormat::Mcap
+        );
+        Ok(Self { sink, later_ns: if is_dated { utc_at_zero_ns } else { 0 } })
     }
 
     /// Adds a solution, later than the one before.
@@ -137,7 +151,8 @@ impl<'w> Export<'w> {
     /// # Errors
     /// [`ExportError`].
     pub fn push(&mut self, solution: &Solution) -> Result<(), ExportError> {
-        self.0.push(solution)
+        let time = solution.time.nanoseconds().saturating_add(self.later_ns);
+        self.sink.push(&Solution { time: Time::from_nanoseconds(time), ..*solution })
     }
 
     /// Ends the file.
@@ -145,6 +160,6 @@ impl<'w> Export<'w> {
     /// # Errors
     /// [`ExportError`]; of MCAP also where there was no solution.
     pub fn finish(self) -> Result<(), ExportError> {
-        self.0.finish()
+        self.sink.finish()
     }
 }

@@ -6,7 +6,7 @@ use chrono::{DateTime, SecondsFormat, Utc};
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
 
-/// The moment as a date: the clock's seconds since the start of 1970.
+/// The moment as a date: time since the start of 1970.
 pub fn date(time: Time) -> DateTime<Utc> {
     DateTime::from_timestamp_nanos(time.nanoseconds())
 }

@@ -44,7 +44,7 @@ fn the_programs_that_exports_are_for_read_them() {
     let mut exports: Vec<Export<'_>> = formats
         .map(|format| {
             let file = File::create(place.path().join(format.file_name())).unwrap();
-            Export::new(format, "A <flight> & more", BufWriter::new(file)).unwrap()
+            Export::new(format, "A <flight> & more", 0, BufWriter::new(file)).unwrap()
         })
         .collect();
     let each = |solution: &_| exports.iter_mut().try_for_each(|export| export.push(solution));

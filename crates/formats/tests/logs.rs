@@ -58,7 +58,7 @@ fn remarks_say_what_a_log_lacks() {
         assert!(says(&log, "vehicle_gps_position 0 (397 messages) is read"));
         let marked = log.dataset.imu.iter().filter(|sample| sample.clipped.accel[2]).count();
         assert_eq!(marked, 146);
-        let date = log.dataset.manifest.date.map(|date| date.to_string());
+        let date = log.dataset.manifest.date.and_then(|date| Some(date.date?.to_string()));
         assert_eq!(date.as_deref(), Some("2025-02-10"));
         assert_eq!(log.dataset.manifest.gps.latency_s, 0.11);
     }

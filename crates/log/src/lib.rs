@@ -40,6 +40,7 @@ mod survey;
 mod table;
 mod trajectory;
 mod truth;
+pub mod utc;
 mod vibration_lines;
 mod write;
 

@@ -48,7 +48,8 @@ pub struct Manifest {
     /// A note on the clock.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub time: String,
-    /// Day of the flight, which the magnetic model asks for.
+    /// Day of the flight, which the magnetic model asks for; with a time of day, when the log's clock reads zero, in
+    /// UTC, which the dates in exports ask for.
     #[serde(deserialize_with = "date", skip_serializing_if = "Option::is_none")]
     pub date: Option<Datetime>,
     /// The inertial unit.

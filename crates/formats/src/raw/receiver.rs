@@ -17,6 +17,7 @@ use hovernav::gps::{
     ReceiverTime, WEEK_FLOOR,
 };
 use hovernav::time::Time;
+use hovernav_log::utc::moment;
 use hovernav_log::{LogError, Manifest};
 
 /// Fixes of one protocol in the stream.
@@ -94,7 +95,7 @@ fn gather(
     if let Some(unix_ns) = first_utc {
         let utc_s = unix_ns as f64 * 1e-9;
         let day = utc::date(utc_s);
-        manifest.date = day.as_deref().and_then(|day| day.parse().ok());
+        manifest.date = moment(unix_ns);
         let of_day_s = utc_s.rem_euclid(86_400.0);
         let (hour, minute) = (of_day_s / 3600.0, of_day_s / 60.0 % 60.0);
         manifest.time = format!(

@@ -12,7 +12,6 @@ use crate::axes;
 use crate::format::Format;
 use crate::onboard::OnboardMoment;
 use crate::open::{Log, Options};
-use crate::utc;
 use crate::window::Input;
 use cdr::Cdr;
 use container::for_each_record;
@@ -22,6 +21,7 @@ use hovernav::frames::{Body, Ned, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
+use hovernav_log::utc::moment;
 use hovernav_log::{LogError, Manifest, pressure_altitude_m};
 use message::{Header, Kind};
 use topics::Topics;
@@ -189,7 +189,7 @@ impl Gathered {
             });
         }
         let utc_s = self.origin_ns.unwrap_or_default() as f64 * 1e-9;
-        let date = utc::date(utc_s).and_then(|day| day.parse().ok());
+        let date = self.origin_ns.and_then(moment);
         let time = format!("s from {utc_s:.6} s of the log's own clock on");
         let manifest = Manifest { date, time, ..Manifest::default() };
         self.assembly.finish(input.path, Format::Ros2, manifest, "odometry")

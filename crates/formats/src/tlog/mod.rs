@@ -17,6 +17,7 @@ use crate::latency::USUAL_LATENCY_S;
 use crate::open::{Log, Options};
 use crate::window::Input;
 use frames::{Damages, Frame};
+use hovernav_log::utc::moment;
 use hovernav_log::{LogError, Manifest};
 use message::Message;
 use rows::Rows;
@@ -70,8 +71,7 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
         ..Manifest::default()
     };
     manifest.gps.latency_s = rows.latency_s;
-    manifest.date =
-        survey.first_stamp_s.and_then(crate::utc::date).and_then(|date| date.parse().ok());
+    manifest.date = survey.first_stamp_s.and_then(|stamp_s| moment((1e9 * stamp_s) as i64));
     let mut log = assembly.finish(path, Format::Tlog, manifest, "estimator")?;
     remark_points(&mut log.dataset);
     Ok(log)

@@ -19,6 +19,7 @@ use crate::open::{Log, Options};
 use crate::window::Input;
 use choice::Choice;
 use hovernav::frames::Vector;
+use hovernav_log::utc::moment;
 use hovernav_log::{LogError, Manifest};
 use messages::Messages;
 use rows::{Clipping, Rows};
@@ -185,6 +186,6 @@ fn manifest(survey: &Survey, rows: &Rows) -> Manifest {
     manifest.gps.antenna_lever_arm_m = arm("EKF2_GPS_POS_");
     manifest.rangefinder.lever_arm_m = arm("EKF2_RNG_POS_");
     manifest.gps.latency_s = rows.latency_s;
-    manifest.date = rows.utc_s.and_then(crate::utc::date).and_then(|date| date.parse().ok());
+    manifest.date = rows.utc_at_zero_ns.and_then(moment);
     manifest
 }

@@ -35,8 +35,8 @@ pub(super) struct Rows {
     pub gyro_clipping: Clipping,
     /// Fixes with heights above mean sea level only.
     pub without_ellipsoid: usize,
-    /// UTC of the first fix that has it, s since 1970.
-    pub utc_s: Option<f64>,
+    /// UTC of the log's zero by the first fix that has it, ns since 1970.
+    pub utc_at_zero_ns: Option<i64>,
     /// Height of mean sea level above the ellipsoid, by the last fix, m.
     undulation_m: f64,
     last_magnetometer: Option<Time>,
@@ -265,8 +265,9 @@ impl Rows {
         } else {
             self.without_ellipsoid += 1;
         }
-        if self.utc_s.is_none() && utc_us > 0.0 {
-            self.utc_s = Some(utc_us / 1e6);
+        if utc_us > 0.0 {
+            let utc_ns = (1e3 * utc_us) as i64;
+            self.utc_at_zero_ns.get_or_insert(utc_ns.saturating_sub(time.nanoseconds()));
         }
         let has_velocity = velocity_valid != 0.0 && [vn, ve, vd].iter().all(|v| v.is_finite());
         to.fix(

@@ -3,6 +3,7 @@
 use super::read::{Call, Record};
 use crate::dataset::{Dataset, Source};
 use crate::error::LogError;
+use crate::utc;
 use hovernav::ekf::Solution;
 use hovernav::event::Event;
 use hovernav::sensors::{SensorOutput, Sensors};
@@ -43,6 +44,9 @@ impl Record {
             warnings: self.warnings.clone(),
             ..Dataset::default()
         };
+        // The flight's clock reads zero where the computer was started.
+        let zero_ns = self.header.start_unix_ns.saturating_sub(self.header.start.nanoseconds());
+        dataset.manifest.date = utc::moment(zero_ns).or(dataset.manifest.date);
         let mut sensors = Sensors::new(dmu, gps, self.header.start);
         for (time, call) in &self.calls {
             let take = |report| match report {
