@@ -127,8 +127,6 @@ impl HeadingSearch {
         self.for_each(|filter, _| {
             filter.samples = samples;
             verdict = filter.predict(sample);
-            // The next sector's filter, in the same memory, does not know since when this one waits.
-            filter.relax(&mut ());
             filter.update_at_rest(&mut ());
             Ok::<(), ImuFault>(())
         })?;
@@ -151,9 +149,12 @@ impl HeadingSearch {
         mut step: impl FnMut(&mut Ekf<Base, 16>, &Sector) -> Result<(), E>,
     ) -> Result<(), E> {
         let before: Cursor = self.filter.history.cursor();
+        let unrelaxed_s = self.filter.unrelaxed_s;
         let mut forgotten = false;
         for sector in self.sectors.iter_mut().flatten() {
             self.filter.history.set_cursor(before);
+            // All sectors have waited equally long, and relax in the same step.
+            self.filter.unrelaxed_s = unrelaxed_s;
             sector.load(&mut self.filter);
             let result = step(&mut self.filter, sector);
             sector.store(&self.filter);
