@@ -2,7 +2,6 @@
 
 pub mod covariance;
 pub mod layout;
-pub mod scalar;
 
 mod config;
 mod correction;
@@ -25,6 +24,7 @@ mod solution;
 mod stepless;
 mod trace;
 
+pub use crate::scalar;
 pub use config::{
     AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
     MagnetometerModel, RangeModel,
