@@ -42,6 +42,8 @@ pub trait Scalar:
     fn sincos(self) -> (Self, Self);
     /// The angle of the point (`x`, `self`), rad, in [−π, π].
     fn atan2(self, x: Self) -> Self;
+    /// The length of the hypotenuse over these sides.
+    fn hypot(self, other: Self) -> Self;
     /// e to this power.
     fn exp(self) -> Self;
     /// Natural logarithm.
@@ -63,7 +65,7 @@ mod sealed {
 }
 
 macro_rules! scalar {
-    ($T:ident, $most_information:literal, $sqrt:ident, $sincos:ident, $atan2:ident, $exp:ident, $ln:ident, $round:ident) => {
+    ($T:ident, $most_information:literal, $sqrt:ident, $sincos:ident, $atan2:ident, $hypot:ident, $exp:ident, $ln:ident, $round:ident) => {
         impl Scalar for $T {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -98,6 +100,10 @@ macro_rules! scalar {
                 libm::$atan2(self, x)
             }
             #[inline(always)]
+            fn hypot(self, other: Self) -> Self {
+                libm::$hypot(self, other)
+            }
+            #[inline(always)]
             fn exp(self) -> Self {
                 libm::$exp(self)
             }
@@ -125,5 +131,5 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, 2896.0, sqrtf, sincosf, atan2f, expf, logf, roundf);
-scalar!(f64, 67_108_864.0, sqrt, sincos, atan2, exp, log, round);
+scalar!(f32, 2896.0, sqrtf, sincosf, atan2f, hypotf, expf, logf, roundf);
+scalar!(f64, 67_108_864.0, sqrt, sincos, atan2, hypot, exp, log, round);

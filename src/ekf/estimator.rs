@@ -282,7 +282,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
         self.phase = Phase::Navigating;
-        self.search.watch(self.filter.state.body_to_ned);
+        self.search.watch(self.filter.state.body_to_ned.cast());
     }
 
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
@@ -334,11 +334,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
                 }
             }
             Ok(Prediction::BridgedGap { length_s }) => {
-                self.search.watch(self.filter.state.body_to_ned);
+                self.search.watch(self.filter.state.body_to_ned.cast());
                 notify(Notice::GapBridged { time, length_s });
             }
             Ok(Prediction::Reset(cause)) => {
-                self.search.watch(self.filter.state.body_to_ned);
+                self.search.watch(self.filter.state.body_to_ned.cast());
                 notify(Notice::CovarianceReset { time, cause });
             }
             Err(fault) => {
@@ -381,8 +381,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         let mean = sample.motion.mean_rates(interval_s);
         let errors = self.filter.imu_errors();
         self.search.feel(
-            mean.angular_rate_radps - errors.gyro_bias_radps,
-            mean.specific_force_mps2 - errors.accel_bias_mps2,
+            mean.angular_rate_radps - errors.gyro_bias_radps.cast(),
+            mean.specific_force_mps2 - errors.accel_bias_mps2.cast(),
             interval_s,
         );
     }
@@ -419,7 +419,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             self.filter.open_heading(FOUND_SIGMA_RAD);
             self.filter.gates.doubt_heading(fix.time);
             self.phase = Phase::Navigating;
-            self.search.watch(self.filter.state.body_to_ned);
+            self.search.watch(self.filter.state.body_to_ned.cast());
             notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });
         } else if self.phase == Phase::Navigating {
             self.watch_heading(fix, trace, notify);
@@ -436,7 +436,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         let filter = &mut self.filter;
         let own_sigma_rad = libm::sqrt(filter.covariance.variance(ATTITUDE + 2).max(0.0));
         let gps = &self.config.ekf.gps;
-        let Some(better) = self.search.better(fix, gps, filter.state.body_to_ned, own_sigma_rad)
+        let Some(better) =
+            self.search.better(fix, gps, filter.state.body_to_ned.cast(), own_sigma_rad)
         else {
             return;
         };
@@ -452,7 +453,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);
         }
-        self.search.watch(filter.state.body_to_ned);
+        self.search.watch(filter.state.body_to_ned.cast());
         trace.turned(Vector::new(0.0, 0.0, turn_rad));
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
     }
@@ -466,7 +467,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         notify: &mut impl FnMut(Notice),
     ) {
         let yaw_rad = angles.yaw_rad + self.config.alignment.attitude_declination_rad;
-        let reference = Rotation::from_euler(EulerAngles { yaw_rad, ..angles });
+        let reference = Rotation::of_angles(EulerAngles { yaw_rad, ..angles });
         let result =
             self.navigating().and_then(|filter| filter.update_attitude(time, reference, trace));
         notify(Notice::of_update(time, Aid::Attitude, result));

@@ -49,6 +49,6 @@ pub type BaseEkf = Ekf<layout::Base, 16>;
 /// Every block of states, covariance in `f64`: what the command line runs.
 pub type FullEkf = Ekf<layout::Full, 28>;
 
-const fn square(value: f64) -> f64 {
+fn square<T: scalar::Scalar>(value: T) -> T {
     value * value
 }

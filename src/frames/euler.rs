@@ -89,7 +89,7 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
         let sin_pitch = self.sin_pitch();
         if is_upright(sin_pitch) {
             let twice = if sin_pitch < T::ZERO { two } else { -two };
-            return T::of(wrap_angle((twice * x.atan2(w)).wide()));
+            return wrap_angle(twice * x.atan2(w));
         }
         (two * (w * z + x * y)).atan2(T::ONE - two * (y * y + z * z))
     }
@@ -110,8 +110,11 @@ fn is_upright<T: Scalar>(sin_pitch: T) -> bool {
 
 /// An angle brought into (−π, π]. NaN and infinities give NaN.
 #[must_use]
-pub fn wrap_angle(angle_rad: f64) -> f64 {
+pub fn wrap_angle<T: Scalar>(angle_rad: T) -> T {
     use core::f64::consts::{PI, TAU};
-    let wrapped = libm::remainder(angle_rad, TAU);
-    if wrapped <= -PI { wrapped + TAU } else { wrapped }
+    if angle_rad.abs() < T::of(PI) {
+        return angle_rad;
+    }
+    let wrapped = libm::remainder(angle_rad.wide(), TAU);
+    T::of(if wrapped <= -PI { wrapped + TAU } else { wrapped })
 }

@@ -21,6 +21,12 @@ use crate::time::Time;
 pub struct LeverArm<T = f64>(pub Vector<Body, T>);
 
 impl<T: Scalar> LeverArm<T> {
+    /// The same lever arm in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> LeverArm<U> {
+        LeverArm(self.0.cast())
+    }
+
     /// The point's position, given the unit's position and attitude.
     ///
     /// # Source

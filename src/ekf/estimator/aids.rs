@@ -47,7 +47,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
                 self.filter.continue_from(filter);
                 self.filter.open_heading(sigma_rad);
                 self.phase = Phase::Navigating;
-                self.search.watch(self.filter.state.body_to_ned);
+                self.search.watch(self.filter.state.body_to_ned.cast());
                 notify(Notice::HeadingFound { time: reading.time, sector, sigma_rad });
             }
         }

@@ -148,7 +148,7 @@ impl HeadingSearch {
         &mut self,
         mut step: impl FnMut(&mut Ekf<Base, 16>, &Sector) -> Result<(), E>,
     ) -> Result<(), E> {
-        let before: Cursor = self.filter.history.cursor();
+        let before: Cursor<f64> = self.filter.history.cursor();
         let unrelaxed_s = self.filter.unrelaxed_s;
         let mut forgotten = false;
         for sector in self.sectors.iter_mut().flatten() {

@@ -21,7 +21,7 @@ pub(super) struct Sector {
     gates: GpsGates,
     gps_learned: [f32; 3],
     angular_rate_radps: Vector<Body>,
-    recent: RecentMotion,
+    recent: RecentMotion<f64>,
 }
 
 impl Sector {
