@@ -167,7 +167,7 @@ impl Notice {
 /// # Ok::<(), &str>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch> {
+pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T>> {
     config: EstimatorConfig,
     phase: Phase,
     aligner: Aligner,
@@ -202,7 +202,7 @@ const SUSPECT_S: f64 = 1.0;
 /// Fixes that may wait for the inertial sample after them.
 const HELD: usize = 4;
 
-impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, T, H> {
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// An estimator that has seen nothing yet.
     #[must_use]
     pub fn new(config: EstimatorConfig) -> Self {
@@ -282,7 +282,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
         self.phase = Phase::Navigating;
-        self.search.watch(self.filter.state.body_to_ned.cast());
+        self.search.watch(self.filter.state.body_to_ned);
     }
 
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
@@ -330,15 +330,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         match result {
             Ok(Prediction::Stepped) => {
                 if self.phase == Phase::Navigating {
-                    self.feel(sample, time - before);
+                    self.feel(sample, time.seconds_since(before));
                 }
             }
             Ok(Prediction::BridgedGap { length_s }) => {
-                self.search.watch(self.filter.state.body_to_ned.cast());
+                self.search.watch(self.filter.state.body_to_ned);
                 notify(Notice::GapBridged { time, length_s });
             }
             Ok(Prediction::Reset(cause)) => {
-                self.search.watch(self.filter.state.body_to_ned.cast());
+                self.search.watch(self.filter.state.body_to_ned);
                 notify(Notice::CovarianceReset { time, cause });
             }
             Err(fault) => {
@@ -356,6 +356,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             && (suspicion.is_clipped() || suspicion.stuck || suspicion.shaken)
         {
             if self.suspected.is_none_or(|last| time - last > SUSPECT_S) {
+                let suspicion = suspicion.cast();
                 notify(Notice::SampleSuspect { time, suspicion });
             }
             self.suspected = Some(time);
@@ -377,12 +378,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
     }
 
     /// Lets the watch over the heading feel a sample.
-    fn feel(&mut self, sample: &ImuSample, interval_s: f64) {
-        let mean = sample.motion.mean_rates(interval_s);
+    fn feel(&mut self, sample: &ImuSample, interval_s: T) {
+        let mean = sample.motion.cast().mean_rates(interval_s);
         let errors = self.filter.imu_errors();
         self.search.feel(
-            mean.angular_rate_radps - errors.gyro_bias_radps.cast(),
-            mean.specific_force_mps2 - errors.accel_bias_mps2.cast(),
+            mean.angular_rate_radps - errors.gyro_bias_radps,
+            mean.specific_force_mps2 - errors.accel_bias_mps2,
             interval_s,
         );
     }
@@ -419,7 +420,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             self.filter.open_heading(FOUND_SIGMA_RAD);
             self.filter.gates.doubt_heading(fix.time);
             self.phase = Phase::Navigating;
-            self.search.watch(self.filter.state.body_to_ned.cast());
+            self.search.watch(self.filter.state.body_to_ned);
             notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });
         } else if self.phase == Phase::Navigating {
             self.watch_heading(fix, trace, notify);
@@ -434,10 +435,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         notify: &mut impl FnMut(Notice),
     ) {
         let filter = &mut self.filter;
-        let own_sigma_rad = libm::sqrt(filter.covariance.variance(ATTITUDE + 2).max(0.0));
+        let heading = ATTITUDE + 2;
+        let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
         let gps = &self.config.ekf.gps;
-        let Some(better) =
-            self.search.better(fix, gps, filter.state.body_to_ned.cast(), own_sigma_rad)
+        let Some(better) = self.search.better(fix, gps, filter.state.body_to_ned, own_sigma_rad)
         else {
             return;
         };
@@ -453,7 +454,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);
         }
-        self.search.watch(filter.state.body_to_ned.cast());
+        self.search.watch(filter.state.body_to_ned);
         trace.turned(Vector::new(0.0, 0.0, turn_rad));
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
     }

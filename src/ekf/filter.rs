@@ -24,32 +24,18 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Samples<T> {
     pub integrator: Integrator<T>,
-    pub gyro_vibration: Vibration,
-    pub accel_vibration: Vibration,
-    pub integrity: Integrity,
+    pub gyro_vibration: Vibration<T>,
+    pub accel_vibration: Vibration<T>,
+    pub integrity: Integrity<T>,
     /// What is known against the last sample.
-    pub suspicion: Suspicion,
+    pub suspicion: Suspicion<T>,
     pub force_sum: ForceSum<T>,
-    pub rest: Rest,
+    pub rest: Rest<T>,
     /// Mean rate of a second of rest that ended with the last sample.
-    pub resting_rate_radps: Option<Vector<Body>>,
+    pub resting_rate_radps: Option<Vector<Body, T>>,
 }
 
 impl<T: Scalar> Samples<T> {
-    /// The same in numbers of another type.
-    fn cast<U: Scalar>(&self) -> Samples<U> {
-        Samples {
-            integrator: self.integrator.cast(),
-            gyro_vibration: self.gyro_vibration,
-            accel_vibration: self.accel_vibration,
-            integrity: self.integrity,
-            suspicion: self.suspicion,
-            force_sum: self.force_sum.cast(),
-            rest: self.rest,
-            resting_rate_radps: self.resting_rate_radps,
-        }
-    }
-
     const NONE: Self = Self {
         integrator: Integrator::EMPTY,
         gyro_vibration: Vibration::NONE,
@@ -177,10 +163,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Starts anew, in place, at the state of a filter of another layout: base states and their
     /// covariance go over, blocks open anew.
-    pub(super) fn continue_from<M: Layout<K>, const K: usize, U: Scalar>(
-        &mut self,
-        other: &Ekf<M, K, U>,
-    ) {
+    pub(super) fn continue_from<M: Layout<K>, const K: usize>(&mut self, other: &Ekf<M, K, T>) {
         self.restart(&Start {
             state: other.state.cast(),
             attitude_sigma_rad: Vector::ZERO,
@@ -190,10 +173,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_bias_sigma_radps: None,
         });
         self.history.copy_from(&other.history);
-        self.samples = other.samples.cast();
-        self.angular_rate_radps = other.angular_rate_radps.cast();
+        self.samples = other.samples;
+        self.angular_rate_radps = other.angular_rate_radps;
         for (to, from) in self.parameters.iter_mut().zip(&other.parameters).take(BASE) {
-            *to = T::of(from.wide());
+            *to = *from;
         }
         self.covariance.take_over(&other.covariance, BASE);
         self.gps_learned = other.gps_learned;
@@ -295,7 +278,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if sample.time <= self.samples.integrator.time().unwrap_or(self.state.time) {
             return Err(ImuFault::NotLater);
         }
-        if self.samples.integrity.is_stuck(&sample.motion) {
+        let motion = sample.motion.cast();
+        if self.samples.integrity.is_stuck(&motion) {
             return Err(ImuFault::Stuck);
         }
         let errors = self.imu_errors();
@@ -304,7 +288,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             // The first sample's rates hold since the start.
             None => {
                 let interval_s = sample.time.seconds_since(self.state.time);
-                Increment::of_first_sample(&sample.motion.cast(), interval_s, &errors)
+                Increment::of_first_sample(&motion, interval_s, &errors)
             }
         };
         let gap_s = increment.interval_s.wide();
@@ -315,7 +299,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             trace.reset(0..N);
             return Ok(Prediction::Reset(ResetCause::LongGap { length_s: gap_s }));
         }
-        self.watch_samples(sample, gap_s, gap);
+        self.watch_samples(sample, &motion, increment.interval_s, gap);
         let stepped = if gap {
             self.coast(sample.time, trace)
         } else {
@@ -328,7 +312,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let local = Local::about(&self.state.position);
         let ground = local.earth_rate_radps + local.transport_rate(self.state.velocity_mps);
-        let rate = increment.angular_rate(&sample.motion.cast(), &errors);
+        let rate = increment.angular_rate(&motion, &errors);
         self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
         Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }

@@ -41,18 +41,6 @@ impl<T: Scalar> ForceSum<T> {
         denied: Time::ZERO,
     };
 
-    /// The same sum in numbers of another type.
-    pub fn cast<U: Scalar>(&self) -> ForceSum<U> {
-        ForceSum {
-            last: self.last,
-            force_mps: self.force_mps.cast(),
-            whole: self.whole,
-            stray_mps: self.stray_mps,
-            farthest_mps: self.farthest_mps,
-            denied: self.denied,
-        }
-    }
-
     /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
     pub fn add(&mut self, force_mps: Vector<Ned, T>, whole: bool) {
         self.force_mps += force_mps;

@@ -41,17 +41,6 @@ struct EntryMotion<T> {
     fall_mps: Vector<Ned, T>,
 }
 
-impl<T: Scalar> Entry<T> {
-    fn cast<U: Scalar>(&self) -> Entry<U> {
-        let motion = EntryMotion {
-            rotation_rad: self.motion.rotation_rad.cast(),
-            force_mps: self.motion.force_mps.cast(),
-            fall_mps: self.motion.fall_mps.cast(),
-        };
-        Entry { end: self.end, interval_s: U::of(self.interval_s.wide()), motion }
-    }
-}
-
 /// Ring of the last entries, newest last.
 #[derive(Clone, Debug)]
 pub(super) struct History<T> {
@@ -172,10 +161,8 @@ impl<T: Scalar> History<T> {
     }
 
     /// Takes over what another filter remembers.
-    pub fn copy_from<U: Scalar>(&mut self, other: &History<U>) {
-        for (to, from) in self.entries.iter_mut().zip(&other.entries) {
-            *to = from.cast();
-        }
+    pub fn copy_from(&mut self, other: &Self) {
+        self.entries.copy_from_slice(&other.entries);
         (self.next, self.len) = (other.next, other.len);
     }
 

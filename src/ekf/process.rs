@@ -7,17 +7,23 @@ use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::scalar::Scalar;
 use super::square;
 use crate::frames::{Body, Ned, Rotation};
-use crate::imu::{FullScale, ImuSample};
+use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    pub(super) fn watch_samples(&mut self, sample: &ImuSample, interval_s: f64, gap: bool) {
+    pub(super) fn watch_samples(
+        &mut self,
+        sample: &ImuSample,
+        motion: &Motion<T>,
+        interval_s: T,
+        gap: bool,
+    ) {
         if gap {
             self.samples.gyro_vibration.interrupt();
             self.samples.accel_vibration.interrupt();
             self.samples.integrity.interrupt();
         }
-        let mean = sample.motion.mean_rates(interval_s);
+        let mean = motion.mean_rates(interval_s);
         self.samples.gyro_vibration.push(mean.angular_rate_radps, interval_s);
         self.samples.accel_vibration.push(mean.specific_force_mps2, interval_s);
         let scale = FullScale {
@@ -138,10 +144,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let scaled =
             |factors: [T; 3]| c.map(|row| core::array::from_fn(|axis| row[axis] * factors[axis]));
         let over_s = T::of(self.excess.factor()) * interval_s;
-        let sensed = |walk: f64, share: f64, alike_s: T, vibration: [f64; 3]| {
+        let sensed = |walk: f64, share: f64, alike_s: T, vibration: [T; 3]| {
             let (walk, share) = (square(T::of(walk)), square(T::of(share)));
             let alike_s = alike_s.max(interval_s);
-            vibration.map(|variance| walk.max(share * T::of(variance) * alike_s) * over_s)
+            vibration.map(|variance| walk.max(share * variance * alike_s) * over_s)
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
@@ -172,8 +178,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             force: advance.from_specific_force_mps.to_array(),
             scaled_rotation: scaled(increment.rotation_rad.to_array()),
             scaled_velocity: scaled(increment.velocity_mps.to_array()),
-            attitude_noise: turned(&c, sum(gyro, suspicion.angle_variance.map(T::of))),
-            velocity_noise: turned(&c, sum(accel, suspicion.velocity_variance.map(T::of))),
+            attitude_noise: turned(&c, sum(gyro, suspicion.angle_variance)),
+            velocity_noise: turned(&c, sum(accel, suspicion.velocity_variance)),
             position_noise: [T::ZERO; 3],
             relaxation,
         }

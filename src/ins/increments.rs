@@ -71,18 +71,6 @@ impl<T: Scalar> Integrator<T> {
     /// No sample yet.
     pub const EMPTY: Self = Self { previous: None };
 
-    /// The same in numbers of another type.
-    #[must_use]
-    pub fn cast<U: Scalar>(&self) -> Integrator<U> {
-        Integrator {
-            previous: self.previous.map(|Previous { time, motion, interval_s }| Previous {
-                time,
-                motion: motion.cast(),
-                interval_s: U::of(interval_s.wide()),
-            }),
-        }
-    }
-
     /// The time of the last sample taken in.
     #[must_use]
     pub fn time(&self) -> Option<Time> {

@@ -10,7 +10,7 @@ use crate::event::RangeReading;
 use crate::frames::Vector;
 use crate::gps::AntennaHeading;
 
-impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, T, H> {
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     #[inline(never)]
     pub(super) fn range(
         &mut self,
@@ -47,7 +47,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
                 self.filter.continue_from(filter);
                 self.filter.open_heading(sigma_rad);
                 self.phase = Phase::Navigating;
-                self.search.watch(self.filter.state.body_to_ned.cast());
+                self.search.watch(self.filter.state.body_to_ned);
                 notify(Notice::HeadingFound { time: reading.time, sector, sigma_rad });
             }
         }

@@ -64,7 +64,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let rate = self.samples.resting_rate_radps.take()?;
         self.relax(trace);
         let earth = Local::about(&self.state.position).earth_rate_radps;
-        let off = (rate.cast() - self.state.body_to_ned.inverse() * earth).to_array();
+        let off = (rate - self.state.body_to_ned.inverse() * earth).to_array();
         if !core::mem::replace(&mut self.bias_shift.rests, true) {
             let bias = self.block(GYRO_BIAS);
             let stepped = off.iter().zip(bias).map(|(&rate, bias)| square((rate - bias).wide()));
