@@ -54,12 +54,7 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
     pub fn project(&mut self, covariance: &Covariance<T, N>, first: usize) {
         for b in first..MOST {
             let Some(sensitivity) = self.sensitivities[b] else { continue };
-            let mut projected = [T::ZERO; N];
-            for (state, derivative) in sensitivity.terms() {
-                if let Some(row) = covariance.rows.get(state) {
-                    add_scaled(&mut projected, derivative, row);
-                }
-            }
+            let projected = covariance.project_on(sensitivity);
             for a in first..=b {
                 if let Some(other) = self.sensitivities[a] {
                     self.seen[a][b] = other.dot(&projected);
@@ -123,8 +118,8 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
             add_scaled(other, -shares[b], projected);
             self.innovations[b] -= shares[b] * innovation;
             let own = self.seen[index.min(MOST - 1)];
-            for (value, &seen) in self.seen[b].iter_mut().zip(&own).skip(b) {
-                *value -= shares[b] * seen;
+            for c in b..MOST {
+                self.seen[b][c] -= shares[b] * own[c];
             }
         }
         self.pending[index.min(MOST - 1)] = inverse;

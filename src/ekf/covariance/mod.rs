@@ -134,10 +134,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// variance with the next step or measurement.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        self.rows
-            .iter()
-            .enumerate()
-            .all(|(index, row)| row.get(index).is_some_and(|&v| v >= T::ZERO && v.is_finite()))
+        let mut variances = self.rows.as_flattened().iter().step_by(N + 1);
+        variances.all(|&variance| variance >= T::ZERO && variance.is_finite())
     }
 }
 

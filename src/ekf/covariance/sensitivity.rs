@@ -58,8 +58,18 @@ impl<T: Scalar> Sensitivity<T> {
 
     /// The states and their derivatives.
     pub fn terms(&self) -> impl Iterator<Item = (usize, T)> + '_ {
-        let terms = self.states.iter().zip(&self.derivatives).take(usize::from(self.count));
-        terms.map(|(&state, &derivative)| (usize::from(state), derivative))
+        let (states, derivatives) = self.parts();
+        states.iter().zip(derivatives).map(|(&state, &derivative)| (usize::from(state), derivative))
+    }
+
+    /// The states, and the derivatives beside them.
+    #[inline(always)]
+    pub(super) fn parts(&self) -> (&[u8], &[T]) {
+        let count = usize::from(self.count).min(TERMS);
+        (
+            self.states.get(..count).unwrap_or_default(),
+            self.derivatives.get(..count).unwrap_or_default(),
+        )
     }
 
     /// H x.

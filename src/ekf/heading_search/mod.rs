@@ -123,6 +123,8 @@ impl<T: Scalar> HeadingSearch<T> {
     ///
     /// # Errors
     /// As [`Ekf::predict`]; all filters judge a sample alike.
+    // Its frame, and that of the filter's step, need not stand beneath a fix that waited for the sample.
+    #[inline(never)]
     pub(super) fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         let mut verdict = Ok(Prediction::Stepped);
         let samples = self.filter.samples;
