@@ -54,13 +54,12 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
     pub fn project(&mut self, covariance: &Covariance<T, N>, first: usize) {
         for b in first..MOST {
             let Some(sensitivity) = self.sensitivities[b] else { continue };
-            let projected = covariance.project_on(sensitivity);
+            self.projected[b] = covariance.project_on(sensitivity);
             for a in first..=b {
                 if let Some(other) = self.sensitivities[a] {
-                    self.seen[a][b] = other.dot(&projected);
+                    self.seen[a][b] = other.dot(&self.projected[b]);
                 }
             }
-            self.projected[b] = projected;
         }
     }
 
