@@ -1,6 +1,5 @@
 //! The attitude of a reference system: the inertial unit's own.
 
-use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::Channel;
@@ -69,18 +68,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off))
         };
         let left = (reference * self.state.body_to_ned.inverse()).rotation_vector() - wander;
-        let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
+        let noise = square(T::of(model.noise_rad));
+        let mut scalars = core::array::from_fn(|_| None);
         let used = axes.iter().filter(|axis| axis.0 != Channel::Yaw || trusts_heading);
         for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(used) {
-            *slot = Some(ScalarMeasurement {
-                channel,
-                group: if channel == Channel::Yaw { Group::Heading } else { Group::Tilt },
-                innovation: left.dot(direction.into()),
-                noise: square(T::of(model.noise_rad)),
-                sensitivity: Sensitivity::default()
-                    .with_block(ATTITUDE, seen)
-                    .with_block(first, direction),
-            });
+            let group = if channel == Channel::Yaw { Group::Heading } else { Group::Tilt };
+            let innovation = left.dot(direction.into());
+            let measurement = ScalarMeasurement::new((channel, group), innovation, noise);
+            let sensitivity = &mut slot.insert(measurement).sensitivity;
+            sensitivity.add_block(ATTITUDE, seen);
+            sensitivity.add_block(first, direction);
         }
         Ok(self.update_sequentially(time, &scalars, trace))
     }
