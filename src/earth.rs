@@ -14,6 +14,7 @@ use core::f64::consts::FRAC_PI_2;
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::frames::{Ecef, Ned, Rotation, Vector, wrap_angle};
+use crate::scalar::Scalar;
 
 /// Equatorial radius, m (TR8350.2 table 3.1: defining).
 pub const SEMI_MAJOR_AXIS_M: f64 = 6_378_137.0;
@@ -173,8 +174,8 @@ impl Geodetic {
     /// filter corrections and lever arms. Below 80° of latitude the error, which grows with the
     /// square of the distance, is under 1 µm within 1 m and under 6 mm within 100 m.
     #[must_use]
-    pub fn displaced(&self, displacement_m: Vector<Ned>) -> Self {
-        Local::at(self).displaced(self, displacement_m)
+    pub fn displaced<T: Scalar>(&self, displacement_m: Vector<Ned, T>) -> Self {
+        Local::about(self).displaced(self, displacement_m)
     }
 
     /// Small NED displacement from `from` to here, m, by the radii of curvature at `from`: the
@@ -187,17 +188,17 @@ impl Geodetic {
 
 /// Everything of the Earth that navigation at one place needs, from one sine and cosine.
 #[derive(Clone, Copy, Debug)]
-pub struct Local {
+pub struct Local<T = f64> {
     /// Meridian radius of curvature plus height, m: metres of northing per radian of latitude.
-    pub north_radius_m: f64,
+    pub north_radius_m: T,
     /// Prime-vertical radius of curvature plus height, m.
-    pub east_radius_m: f64,
+    pub east_radius_m: T,
     /// Normal gravity at this height, m/s², straight down.
-    pub gravity_mps2: f64,
+    pub gravity_mps2: T,
     /// Rotation of the Earth against inertial space, rad/s.
-    pub earth_rate_radps: Vector<Ned>,
-    sin_latitude: f64,
-    cos_latitude: f64,
+    pub earth_rate_radps: Vector<Ned, T>,
+    sin_latitude: T,
+    cos_latitude: T,
 }
 
 impl Local {
@@ -211,23 +212,37 @@ impl Local {
     /// Equations (E1), (E6) and (E7) of docs/equations.md.
     #[must_use]
     pub fn at(place: &Geodetic) -> Self {
-        let (sin_latitude, cos_latitude) = libm::sincos(place.latitude_rad);
+        Self::about(place)
+    }
+}
+
+impl<T: Scalar> Local<T> {
+    /// [`at`](Local::at), in numbers of any type.
+    #[must_use]
+    pub fn about(place: &Geodetic) -> Self {
+        let number = T::of;
+        let (one, three, two) = (T::ONE, number(3.0), number(2.0));
+        let (sin_latitude, cos_latitude) = number(place.latitude_rad).sincos();
+        let height_m = number(place.height_m);
         let sin_squared = sin_latitude * sin_latitude;
-        let flat = 1.0 - ECCENTRICITY_SQUARED * sin_squared;
-        let root = libm::sqrt(flat);
-        let prime_vertical_m = SEMI_MAJOR_AXIS_M / root;
-        let meridian_m = prime_vertical_m * (1.0 - ECCENTRICITY_SQUARED) / flat;
-        let surface_gravity = EQUATORIAL_GRAVITY_MPS2 * (1.0 + SOMIGLIANA_K * sin_squared) / root;
-        let h = place.height_m * (1.0 / SEMI_MAJOR_AXIS_M);
-        let slope = 1.0 + FLATTENING + GRAVITY_RATIO_M - 2.0 * FLATTENING * sin_squared;
+        let flat = one - number(ECCENTRICITY_SQUARED) * sin_squared;
+        let root = flat.sqrt();
+        let prime_vertical_m = number(SEMI_MAJOR_AXIS_M) / root;
+        let meridian_m = prime_vertical_m * number(1.0 - ECCENTRICITY_SQUARED) / flat;
+        let surface_gravity =
+            number(EQUATORIAL_GRAVITY_MPS2) * (one + number(SOMIGLIANA_K) * sin_squared) / root;
+        let h = height_m * number(1.0 / SEMI_MAJOR_AXIS_M);
+        let slope =
+            number(1.0 + FLATTENING + GRAVITY_RATIO_M) - number(2.0 * FLATTENING) * sin_squared;
+        let earth_rate = number(EARTH_RATE_RADPS);
         Self {
-            north_radius_m: meridian_m + place.height_m,
-            east_radius_m: prime_vertical_m + place.height_m,
-            gravity_mps2: surface_gravity * (1.0 - 2.0 * slope * h + 3.0 * h * h),
+            north_radius_m: meridian_m + height_m,
+            east_radius_m: prime_vertical_m + height_m,
+            gravity_mps2: surface_gravity * (one - two * slope * h + three * h * h),
             earth_rate_radps: Vector::new(
-                EARTH_RATE_RADPS * cos_latitude,
-                0.0,
-                -EARTH_RATE_RADPS * sin_latitude,
+                earth_rate * cos_latitude,
+                T::ZERO,
+                -earth_rate * sin_latitude,
             ),
             sin_latitude,
             cos_latitude,
@@ -239,7 +254,7 @@ impl Local {
     /// # Source
     /// Equation (E8) of docs/equations.md.
     #[must_use]
-    pub fn transport_rate(&self, velocity_mps: Vector<Ned>) -> Vector<Ned> {
+    pub fn transport_rate(&self, velocity_mps: Vector<Ned, T>) -> Vector<Ned, T> {
         let about_north = velocity_mps.y() / self.east_radius_m;
         Vector::new(
             about_north,
@@ -253,10 +268,11 @@ impl Local {
     /// # Source
     /// Equation (E9) of docs/equations.md.
     #[must_use]
-    pub fn displaced(&self, from: &Geodetic, displacement_m: Vector<Ned>) -> Geodetic {
+    pub fn displaced(&self, from: &Geodetic, displacement_m: Vector<Ned, T>) -> Geodetic {
         let across_m = self.east_radius_m * self.cos_latitude;
-        let latitude_rad = from.latitude_rad + displacement_m.x() / self.north_radius_m;
-        let longitude_rad = from.longitude_rad + displacement_m.y() / across_m;
+        // Angles of a small displacement lose nothing in single precision; the sums are exact.
+        let latitude_rad = from.latitude_rad + (displacement_m.x() / self.north_radius_m).wide();
+        let longitude_rad = from.longitude_rad + (displacement_m.y() / across_m).wide();
         Geodetic {
             latitude_rad: latitude_rad.clamp(-FRAC_PI_2, FRAC_PI_2),
             longitude_rad: if libm::fabs(longitude_rad) >= core::f64::consts::PI {
@@ -264,7 +280,7 @@ impl Local {
             } else {
                 longitude_rad
             },
-            height_m: from.height_m - displacement_m.z(),
+            height_m: from.height_m - displacement_m.z().wide(),
         }
     }
 
@@ -274,9 +290,10 @@ impl Local {
     /// # Source
     /// Equation (E10) of docs/equations.md.
     #[must_use]
-    pub fn carried(&self, from: &Geodetic, travel_m: Vector<Ned>) -> Geodetic {
-        let half_climb_m = -0.5 * travel_m.z();
-        let half_north_rad = 0.5 * travel_m.x() / (self.north_radius_m + half_climb_m);
+    pub fn carried(&self, from: &Geodetic, travel_m: Vector<Ned, T>) -> Geodetic {
+        let half = T::of(0.5);
+        let half_climb_m = -half * travel_m.z();
+        let half_north_rad = half * travel_m.x() / (self.north_radius_m + half_climb_m);
         let middle = Self {
             north_radius_m: self.north_radius_m + half_climb_m,
             east_radius_m: self.east_radius_m + half_climb_m,
@@ -288,13 +305,13 @@ impl Local {
 
     /// Small displacement between two places; `self` must be the Earth at or near them.
     #[must_use]
-    pub fn displacement(&self, from: &Geodetic, to: &Geodetic) -> Vector<Ned> {
+    pub fn displacement(&self, from: &Geodetic, to: &Geodetic) -> Vector<Ned, T> {
         Vector::new(
-            (to.latitude_rad - from.latitude_rad) * self.north_radius_m,
-            wrap_angle(to.longitude_rad - from.longitude_rad)
+            T::of(to.latitude_rad - from.latitude_rad) * self.north_radius_m,
+            T::of(wrap_angle(to.longitude_rad - from.longitude_rad))
                 * self.east_radius_m
                 * self.cos_latitude,
-            from.height_m - to.height_m,
+            T::of(from.height_m - to.height_m),
         )
     }
 }

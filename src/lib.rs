@@ -15,7 +15,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`time`], [`frames`], [`earth`] | the ground: a clock, vectors that know their frame, the ellipsoid |
+//! | [`scalar`], [`time`], [`frames`], [`earth`] | the ground: a number type, a clock, vectors that know their frame, the ellipsoid |
 //! | [`imu`], [`controls`] | a sample of an inertial unit; sticks and channels, named once |
 //! | [`dmu`], [`gps`], [`event`] | the Crossbow unit, GPS receivers, and one stream of what sensors say |
 //! | [`sensors`] | both conversations at once: from a line's bytes to events |
@@ -59,6 +59,7 @@ pub mod frames;
 pub mod gps;
 pub mod imu;
 pub mod ins;
+pub mod scalar;
 #[cfg(any(feature = "nmea", feature = "tsip", feature = "ubx"))]
 pub mod sensors;
 pub mod servo;

@@ -6,6 +6,8 @@
 use core::fmt;
 use core::ops::{Add, Sub};
 
+use crate::scalar::Scalar;
+
 /// A moment on the clock of a data set or a flight, in nanoseconds since that clock's zero.
 ///
 /// Holds ±292 years. The zero is the log's own: only differences carry meaning.
@@ -48,15 +50,21 @@ impl Time {
     /// Seconds since the clock's zero, correctly rounded within ±104 days of it: 15 s are 15.0.
     #[must_use]
     pub fn seconds(self) -> f64 {
-        // 1e9 is exact in binary, 1e-9 is not.
-        self.0 as f64 / 1e9
+        f64::of_nanoseconds(self.0)
+    }
+
+    /// Seconds since `earlier`, negative if that is later, in numbers of any type.
+    #[must_use]
+    #[inline]
+    pub fn seconds_since<T: Scalar>(self, earlier: Self) -> T {
+        T::of_nanoseconds(self.0.saturating_sub(earlier.0))
     }
 
     /// This moment shifted by `seconds`, which may be negative; saturates at the ends of the range,
     /// and a NaN shifts by nothing.
     #[must_use]
-    pub fn offset_by(self, seconds: f64) -> Self {
-        Self(self.0.saturating_add(libm::round(seconds * 1e9) as i64))
+    pub fn offset_by(self, seconds: impl Scalar) -> Self {
+        Self(self.0.saturating_add(seconds.to_nanoseconds()))
     }
 }
 
@@ -65,7 +73,7 @@ impl Sub for Time {
 
     /// Seconds from `earlier` to `self`, negative if it is later.
     fn sub(self, earlier: Self) -> f64 {
-        Self(self.0.saturating_sub(earlier.0)).seconds()
+        self.seconds_since(earlier)
     }
 }
 

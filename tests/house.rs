@@ -67,8 +67,9 @@ fn packages_form_no_cycle_and_nothing_is_built_on_the_command() {
 
 /// The modules of the flight core in the order of the tour in `src/lib.rs`, first what is no part of
 /// it: none imports one that stands after it.
-const TOUR: [&str; 16] = [
+const TOUR: [&str; 17] = [
     "buffer",
+    "scalar",
     "time",
     "frames",
     "earth",

@@ -21,8 +21,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K1) of docs/equations.md.
     pub(super) fn correct(&mut self, correction: &[T; N]) -> bool {
-        let at = |state: usize| correction.get(state).map_or(0.0, |value| value.wide());
-        let block = |first: usize| Vector::<Ned>::new(at(first), at(first + 1), at(first + 2));
+        let at = |state: usize| correction.get(state).copied().unwrap_or(T::ZERO);
+        let block = |first: usize| Vector::<Ned, T>::new(at(first), at(first + 1), at(first + 2));
         let corrected = NavState {
             time: self.state.time,
             position: self.state.position.displaced(block(POSITION)),
@@ -34,8 +34,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return true;
         }
         self.state = corrected;
-        for (parameter, value) in self.parameters.iter_mut().zip(correction).skip(GYRO_BIAS) {
-            *parameter += value.wide();
+        for (parameter, &value) in self.parameters.iter_mut().zip(correction).skip(GYRO_BIAS) {
+            *parameter += value;
         }
         false
     }
@@ -64,7 +64,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Turns the heading, to a one-sigma of `sigma_rad`, and opens what hung together with the wrong
     /// one. What gave the heading is not trusted until it agrees again.
     pub(super) fn turn_heading(&mut self, time: Time, turn_rad: f64, sigma_rad: f64) {
-        let turn = Vector::new(0.0, 0.0, turn_rad);
+        let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad));
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
         self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
@@ -75,7 +75,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if let Some(first) = L::ATTITUDE_REFERENCE {
             self.covariance.set_variance(first + 2, square(self.heading_wander.0));
             if let Some(error) = self.parameters.get_mut(first + 2) {
-                *error = 0.0;
+                *error = T::ZERO;
             }
         }
     }
@@ -124,6 +124,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// One-sigma of the slow error of what gives the heading, `usual_rad` where nothing is known against it,
     /// `elapsed_s` after the last time that it was asked for.
     pub(super) fn heading_wander_rad(&mut self, usual_rad: f64, elapsed_s: f64) -> f64 {
+        if self.heading_doubt_rad == 0.0 {
+            return usual_rad;
+        }
         self.heading_doubt_rad *= libm::exp(-elapsed_s.clamp(0.0, DOUBT_S) / DOUBT_S);
         libm::hypot(usual_rad, self.heading_doubt_rad)
     }

@@ -167,7 +167,7 @@ impl Notice {
 /// # Ok::<(), &str>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch> {
+pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T>> {
     config: EstimatorConfig,
     phase: Phase,
     aligner: Aligner,
@@ -202,7 +202,7 @@ const SUSPECT_S: f64 = 1.0;
 /// Fixes that may wait for the inertial sample after them.
 const HELD: usize = 4;
 
-impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, T, H> {
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// An estimator that has seen nothing yet.
     #[must_use]
     pub fn new(config: EstimatorConfig) -> Self {
@@ -330,7 +330,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         match result {
             Ok(Prediction::Stepped) => {
                 if self.phase == Phase::Navigating {
-                    self.feel(sample, time - before);
+                    self.feel(sample, time.seconds_since(before));
                 }
             }
             Ok(Prediction::BridgedGap { length_s }) => {
@@ -356,6 +356,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
             && (suspicion.is_clipped() || suspicion.stuck || suspicion.shaken)
         {
             if self.suspected.is_none_or(|last| time - last > SUSPECT_S) {
+                let suspicion = suspicion.cast();
                 notify(Notice::SampleSuspect { time, suspicion });
             }
             self.suspected = Some(time);
@@ -377,8 +378,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
     }
 
     /// Lets the watch over the heading feel a sample.
-    fn feel(&mut self, sample: &ImuSample, interval_s: f64) {
-        let mean = sample.motion.mean_rates(interval_s);
+    fn feel(&mut self, sample: &ImuSample, interval_s: T) {
+        let mean = sample.motion.cast().mean_rates(interval_s);
         let errors = self.filter.imu_errors();
         self.search.feel(
             mean.angular_rate_radps - errors.gyro_bias_radps,
@@ -434,7 +435,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         notify: &mut impl FnMut(Notice),
     ) {
         let filter = &mut self.filter;
-        let own_sigma_rad = libm::sqrt(filter.covariance.variance(ATTITUDE + 2).max(0.0));
+        let heading = ATTITUDE + 2;
+        let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
         let gps = &self.config.ekf.gps;
         let Some(better) = self.search.better(fix, gps, filter.state.body_to_ned, own_sigma_rad)
         else {
@@ -466,7 +468,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, 
         notify: &mut impl FnMut(Notice),
     ) {
         let yaw_rad = angles.yaw_rad + self.config.alignment.attitude_declination_rad;
-        let reference = Rotation::from_euler(EulerAngles { yaw_rad, ..angles });
+        let reference = Rotation::of_angles(EulerAngles { yaw_rad, ..angles });
         let result =
             self.navigating().and_then(|filter| filter.update_attitude(time, reference, trace));
         notify(Notice::of_update(time, Aid::Attitude, result));

@@ -22,20 +22,20 @@ use crate::time::Time;
 
 /// What is remembered of the samples themselves, whatever a filter makes of them.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Samples {
-    pub integrator: Integrator,
-    pub gyro_vibration: Vibration,
-    pub accel_vibration: Vibration,
-    pub integrity: Integrity,
+pub(super) struct Samples<T> {
+    pub integrator: Integrator<T>,
+    pub gyro_vibration: Vibration<T>,
+    pub accel_vibration: Vibration<T>,
+    pub integrity: Integrity<T>,
     /// What is known against the last sample.
-    pub suspicion: Suspicion,
-    pub force_sum: ForceSum,
-    pub rest: Rest,
+    pub suspicion: Suspicion<T>,
+    pub force_sum: ForceSum<T>,
+    pub rest: Rest<T>,
     /// Mean rate of a second of rest that ended with the last sample.
-    pub resting_rate_radps: Option<Vector<Body>>,
+    pub resting_rate_radps: Option<Vector<Body, T>>,
 }
 
-impl Samples {
+impl<T: Scalar> Samples<T> {
     const NONE: Self = Self {
         integrator: Integrator::EMPTY,
         gyro_vibration: Vibration::NONE,
@@ -57,11 +57,11 @@ impl Samples {
 pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) config: EkfConfig,
     pub(super) mounting: Mounting,
-    pub(super) state: NavState,
+    pub(super) state: NavState<T>,
     /// Estimates of the states that are parameters; the first nine are not used.
-    pub(super) parameters: [f64; N],
+    pub(super) parameters: [T; N],
     pub(super) covariance: Covariance<T, N>,
-    pub(super) history: History,
+    pub(super) history: History<T>,
     pub(super) gates: Gates,
     pub(super) attitude_used: Option<Time>,
     /// The slow error of what last gave the heading: one-sigma, rad, and correlation time, s.
@@ -78,14 +78,14 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Whether the covariance was found without the wander of the GPS, by a layout that has none.
     pub(super) wander_unknown: bool,
     /// How long the parameters have not relaxed, s.
-    pub(super) unrelaxed_s: f64,
+    pub(super) unrelaxed_s: T,
     /// Learned size of the GPS errors against what is stated or configured: variances of position and of
     /// horizontal and vertical velocity.
     pub(super) gps_learned: [f32; 3],
     pub(super) excess: Excess,
     pub(super) bias_shift: BiasShift,
-    pub(super) samples: Samples,
-    pub(super) angular_rate_radps: Vector<Body>,
+    pub(super) samples: Samples<T>,
+    pub(super) angular_rate_radps: Vector<Body, T>,
     layout: PhantomData<L>,
 }
 
@@ -105,7 +105,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             config,
             mounting,
             state: NavState::ORIGIN,
-            parameters: [0.0; N],
+            parameters: [T::ZERO; N],
             covariance: Covariance::zero(),
             history: History::EMPTY,
             gates: Gates::NONE,
@@ -118,7 +118,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             antenna_heading: AntennaHeadingMemory::NONE,
             gps_wander: None,
             wander_unknown: false,
-            unrelaxed_s: 0.0,
+            unrelaxed_s: T::ZERO,
             gps_learned: [1.0; 3],
             excess: Excess::NONE,
             bias_shift: BiasShift::UNKNOWN,
@@ -130,8 +130,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Starts anew, in place, where alignment ended.
     pub(super) fn restart(&mut self, start: &Start) {
-        self.state = start.state;
-        self.parameters.fill(0.0);
+        self.state = start.state.cast();
+        self.parameters.fill(T::ZERO);
         self.covariance.clear();
         self.history.clear();
         self.gates = Gates::NONE;
@@ -143,13 +143,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.antenna_heading = AntennaHeadingMemory::NONE;
         self.gps_wander = None;
         self.wander_unknown = false;
-        self.unrelaxed_s = 0.0;
+        self.unrelaxed_s = T::ZERO;
         self.gps_learned = [1.0; 3];
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
         self.samples = Samples::NONE;
         self.angular_rate_radps = Vector::ZERO;
-        self.set_block(GYRO_BIAS, start.gyro_bias_radps.to_array());
+        self.set_block(GYRO_BIAS, start.gyro_bias_radps.cast().to_array());
         self.open(ATTITUDE, start.attitude_sigma_rad.to_array());
         self.open(VELOCITY, start.velocity_sigma_mps.to_array());
         self.open(POSITION, start.position_sigma_m.to_array());
@@ -163,12 +163,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Starts anew, in place, at the state of a filter of another layout: base states and their
     /// covariance go over, blocks open anew.
-    pub(super) fn continue_from<M: Layout<K>, const K: usize, U: Scalar>(
-        &mut self,
-        other: &Ekf<M, K, U>,
-    ) {
+    pub(super) fn continue_from<M: Layout<K>, const K: usize>(&mut self, other: &Ekf<M, K, T>) {
         self.restart(&Start {
-            state: other.state,
+            state: other.state.cast(),
             attitude_sigma_rad: Vector::ZERO,
             velocity_sigma_mps: Vector::ZERO,
             position_sigma_m: Vector::ZERO,
@@ -281,7 +278,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if sample.time <= self.samples.integrator.time().unwrap_or(self.state.time) {
             return Err(ImuFault::NotLater);
         }
-        if self.samples.integrity.is_stuck(&sample.motion) {
+        let motion = sample.motion.cast();
+        if self.samples.integrity.is_stuck(&motion) {
             return Err(ImuFault::Stuck);
         }
         let errors = self.imu_errors();
@@ -289,11 +287,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Some(increment) => increment,
             // The first sample's rates hold since the start.
             None => {
-                let interval_s = sample.time - self.state.time;
-                Increment::of_first_sample(&sample.motion, interval_s, &errors)
+                let interval_s = sample.time.seconds_since(self.state.time);
+                Increment::of_first_sample(&motion, interval_s, &errors)
             }
         };
-        let gap_s = increment.interval_s;
+        let gap_s = increment.interval_s.wide();
         let gap = gap_s > self.config.imu.gap_s;
         if gap_s > LONGEST_BRIDGE_S {
             self.state.time = sample.time;
@@ -301,7 +299,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             trace.reset(0..N);
             return Ok(Prediction::Reset(ResetCause::LongGap { length_s: gap_s }));
         }
-        self.watch_samples(sample, increment.interval_s, gap);
+        self.watch_samples(sample, &motion, increment.interval_s, gap);
         let stepped = if gap {
             self.coast(sample.time, trace)
         } else {
@@ -312,16 +310,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             trace.reset(0..N);
             return Ok(Prediction::Reset(ResetCause::Diverged));
         }
-        let local = Local::at(&self.state.position);
+        let local = Local::about(&self.state.position);
         let ground = local.earth_rate_radps + local.transport_rate(self.state.velocity_mps);
-        let rate = increment.angular_rate(&sample.motion, &errors);
+        let rate = increment.angular_rate(&motion, &errors);
         self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
         Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }
 
     /// One step of the mechanization and of the covariance; false, the state as it was but for its time,
     /// where it would lead off the Earth.
-    fn step(&mut self, time: Time, increment: &Increment, trace: &mut impl Trace<T, N>) -> bool {
+    fn step(&mut self, time: Time, increment: &Increment<T>, trace: &mut impl Trace<T, N>) -> bool {
         let before = self.state;
         let advance = self.state.advance(time, increment);
         if !self.state.is_valid() {
@@ -340,7 +338,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// as in [`step`](Self::step).
     fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> bool {
         let before = self.state;
-        let interval_s = time - self.state.time;
+        let interval_s = time.seconds_since(self.state.time);
         self.gates.doubt_filter(time);
         let rotation_rad = self.state.coast(time, self.angular_rate_radps);
         if !self.state.is_valid() {
@@ -368,18 +366,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     fn decay(&mut self, relaxation: &Relaxation<T, N>) {
-        for (parameter, decay) in self.parameters.iter_mut().zip(&relaxation.decay).skip(GYRO_BIAS)
+        for (parameter, &decay) in self.parameters.iter_mut().zip(&relaxation.decay).skip(GYRO_BIAS)
         {
-            *parameter *= decay.wide();
+            *parameter = *parameter * decay;
         }
     }
 
     /// Brings the parameters to the present, for a measurement to be compared with.
     #[inline(never)]
     pub(super) fn relax(&mut self, trace: &mut impl Trace<T, N>) {
-        if self.unrelaxed_s > 0.0 {
+        if self.unrelaxed_s > T::ZERO {
             let relaxation = self.relaxation(self.unrelaxed_s);
-            self.unrelaxed_s = 0.0;
+            self.unrelaxed_s = T::ZERO;
             self.covariance.relax(&relaxation);
             self.decay(&relaxation);
             trace.propagated(&Transition::of_relaxation(relaxation));
@@ -388,21 +386,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// What is known of the inertial unit's own errors.
     #[must_use]
-    pub fn imu_errors(&self) -> ImuErrors {
+    pub fn imu_errors(&self) -> ImuErrors<T> {
         ImuErrors {
             gyro_bias_radps: self.block(GYRO_BIAS).into(),
             accel_bias_mps2: self.block(ACCEL_BIAS).into(),
-            gyro_scale: L::GYRO_SCALE.map_or([0.0; 3], |first| self.block(first)),
-            accel_scale: L::ACCEL_SCALE.map_or([0.0; 3], |first| self.block(first)),
+            gyro_scale: L::GYRO_SCALE.map_or([T::ZERO; 3], |first| self.block(first)),
+            accel_scale: L::ACCEL_SCALE.map_or([T::ZERO; 3], |first| self.block(first)),
         }
     }
 
     /// The estimates of three consecutive parameters.
-    pub(super) fn block(&self, first: usize) -> [f64; 3] {
-        core::array::from_fn(|axis| self.parameters.get(first + axis).copied().unwrap_or(0.0))
+    pub(super) fn block(&self, first: usize) -> [T; 3] {
+        core::array::from_fn(|axis| self.estimate(first + axis))
     }
 
-    fn set_block(&mut self, first: usize, values: [f64; 3]) {
+    fn set_block(&mut self, first: usize, values: [T; 3]) {
         for (axis, value) in values.into_iter().enumerate() {
             if let Some(parameter) = self.parameters.get_mut(first + axis) {
                 *parameter = value;
@@ -414,12 +412,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// none or is not there.
     #[must_use]
     pub fn parameter(&self, state: usize) -> f64 {
-        self.parameters.get(state).copied().unwrap_or(0.0)
+        self.estimate(state).wide()
+    }
+
+    /// [`parameter`](Self::parameter), in the filter's own numbers.
+    pub(super) fn estimate(&self, state: usize) -> T {
+        self.parameters.get(state).copied().unwrap_or(T::ZERO)
     }
 
     /// The state of the inertial unit.
     #[must_use]
-    pub const fn state(&self) -> &NavState {
+    pub const fn state(&self) -> &NavState<T> {
         &self.state
     }
 
@@ -452,7 +455,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Gravity at the present place, m/s², for whoever wants to level by it.
     #[must_use]
     pub fn gravity_mps2(&self) -> f64 {
-        Local::at(&self.state.position).gravity_mps2
+        Local::<T>::about(&self.state.position).gravity_mps2.wide()
     }
 }
 

@@ -2,15 +2,16 @@
 
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Velocity changes by specific force since the last fix, added up in axes that need not be north's:
 /// an attitude that is off turns the sum, and leaves its length.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ForceSum {
+pub(super) struct ForceSum<T> {
     /// Time and velocity of the last fix that told all of it.
     last: Option<(Time, Vector<Ned>)>,
-    force_mps: Vector<Ned>,
+    force_mps: Vector<Ned, T>,
     /// Whether the samples since are all there, and none stood at full scale.
     whole: bool,
     /// By how much the fixes' velocity has changed that was not felt, and the most of it.
@@ -29,7 +30,7 @@ const TIMING: f64 = 0.3;
 /// Fixes that changed as was not felt are astray for this long, s, unless they come back by half.
 const ASTRAY_S: f64 = 15.0;
 
-impl ForceSum {
+impl<T: Scalar> ForceSum<T> {
     /// Nothing seen yet.
     pub const NONE: Self = Self {
         last: None,
@@ -41,7 +42,7 @@ impl ForceSum {
     };
 
     /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
-    pub fn add(&mut self, force_mps: Vector<Ned>, whole: bool) {
+    pub fn add(&mut self, force_mps: Vector<Ned, T>, whole: bool) {
         self.force_mps += force_mps;
         self.whole &= whole;
     }
@@ -53,7 +54,7 @@ impl ForceSum {
     /// Equation (K15) of docs/equations.md.
     pub fn is_astray(&mut self, fix: &Fix, sigma_mps: [f64; 3], gravity_mps2: f64) -> bool {
         let Some(velocity) = fix.velocity_mps() else { return false };
-        let (last, force_mps, whole) = (self.last, self.force_mps, self.whole);
+        let (last, force_mps, whole) = (self.last, self.force_mps.cast(), self.whole);
         (self.last, self.force_mps, self.whole) = (Some((fix.time, velocity)), Vector::ZERO, true);
         if let Some((time, before)) = last
             && whole
@@ -97,7 +98,7 @@ mod tests {
 
     /// Whether a change of velocity over a second is denied, when this was felt.
     fn denied(change: [f64; 3], felt: [f64; 3], whole: bool) -> bool {
-        let mut sum = ForceSum::NONE;
+        let mut sum = ForceSum::<f64>::NONE;
         let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
         let fix = |second: f64, [north, east, down]: [f64; 3]| Fix {
             horizontal_velocity_mps: Some([north, east]),

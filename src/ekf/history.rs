@@ -5,11 +5,10 @@
 //! sensitivity with it. Nothing is rolled back and no past covariance is kept; what is neglected is
 //! the noise the sensors added in between, which the caller adds to the measurement's.
 
-use glam::{DMat3, DVec3};
-
 use crate::earth::Local;
 use crate::frames::{Body, Ned, Vector};
 use crate::ins::{Advance, Increment, NavState};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Number of entries kept.
@@ -25,27 +24,27 @@ const ACCELERATION_S: f64 = 0.06;
 
 /// What happened between two moments.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct Entry<T> {
     end: Time,
-    interval_s: f64,
-    motion: EntryMotion,
+    interval_s: T,
+    motion: EntryMotion<T>,
 }
 
 /// The motion of an entry, which depends on the biases of the filter that saw it.
 #[derive(Clone, Copy, Debug)]
-struct EntryMotion {
+struct EntryMotion<T> {
     /// Rotation vector from the body axes at the end to those at the start.
-    rotation_rad: Vector<Body>,
+    rotation_rad: Vector<Body, T>,
     /// Velocity change by specific force, body axes at the start.
-    force_mps: Vector<Body>,
+    force_mps: Vector<Body, T>,
     /// Velocity change by all else; none where there were no inertial samples and the state coasted.
-    fall_mps: Vector<Ned>,
+    fall_mps: Vector<Ned, T>,
 }
 
 /// Ring of the last entries, newest last.
 #[derive(Clone, Debug)]
-pub(super) struct History {
-    entries: [Entry; CAPACITY],
+pub(super) struct History<T> {
+    entries: [Entry<T>; CAPACITY],
     next: usize,
     len: usize,
 }
@@ -55,44 +54,44 @@ const RECENT: usize = 3;
 
 /// The newest entries' motion, newest first: see [`History::recent`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RecentMotion([EntryMotion; RECENT]);
+pub(super) struct RecentMotion<T>([EntryMotion<T>; RECENT]);
 
-impl RecentMotion {
+impl<T: Scalar> RecentMotion<T> {
     /// No motion.
     pub const NONE: Self = Self([EntryMotion::NONE; RECENT]);
 }
 
 /// Where a ring stands, with the extent of its newest entry, which may still grow.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cursor {
+pub(super) struct Cursor<T> {
     next: usize,
     len: usize,
-    newest: Option<(Time, f64)>,
+    newest: Option<(Time, T)>,
 }
 
 /// The present state as it must have been at an earlier moment, and how its errors hang together
 /// with the present ones.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LookBack {
+pub(super) struct LookBack<T> {
     /// The state then.
-    pub state: NavState,
+    pub state: NavState<T>,
     /// Angular rate of the body then, rad/s.
-    pub angular_rate_radps: Vector<Body>,
+    pub angular_rate_radps: Vector<Body, T>,
     /// Acceleration then, low-passed, m/s².
-    pub acceleration_mps2: Vector<Ned>,
+    pub acceleration_mps2: Vector<Ned, T>,
     /// How long ago it was, s.
-    pub age_s: f64,
+    pub age_s: T,
     /// How much of that lies in a gap of the inertial samples, s.
-    pub hidden_s: f64,
+    pub hidden_s: T,
     /// Velocity change by specific force since then, m/s.
-    pub force_mps: DVec3,
+    pub force_mps: Vector<Ned, T>,
     /// Its integral from then to now, m.
-    pub force_m: DVec3,
-    /// Integral of the direction cosines since then, s.
-    pub turn_s: DMat3,
+    pub force_m: Vector<Ned, T>,
+    /// Integral of the direction cosines since then, rows north, east, down, s.
+    pub turn_s: [[T; 3]; 3],
 }
 
-impl EntryMotion {
+impl<T: Scalar> EntryMotion<T> {
     const NONE: Self =
         Self { rotation_rad: Vector::ZERO, force_mps: Vector::ZERO, fall_mps: Vector::ZERO };
 
@@ -101,25 +100,25 @@ impl EntryMotion {
     }
 }
 
-impl History {
+impl<T: Scalar> History<T> {
     /// A memory of nothing.
     pub const EMPTY: Self = {
-        let entry = Entry { end: Time::ZERO, interval_s: 0.0, motion: EntryMotion::NONE };
+        let entry = Entry { end: Time::ZERO, interval_s: T::ZERO, motion: EntryMotion::NONE };
         Self { entries: [entry; CAPACITY], next: 0, len: 0 }
     };
 
     /// Takes in one step of the mechanization that ended at `end`.
-    pub fn push(&mut self, end: Time, increment: &Increment, advance: &Advance) {
+    pub fn push(&mut self, end: Time, increment: &Increment<T>, advance: &Advance<T>) {
         let fall_mps = advance.velocity_mps - advance.from_specific_force_mps;
         if let Some(Entry { end: entry_end, interval_s, motion }) = self.newest_mut(0)
-            && *interval_s + increment.interval_s <= ENTRY_S
+            && *interval_s + increment.interval_s <= T::of(ENTRY_S)
         {
             *entry_end = end;
             *interval_s += increment.interval_s;
             // Second order in the rotation within an entry: enough for 10 ms.
             let (turned, turn) = (motion.rotation_rad, increment.rotation_rad);
             motion.force_mps += increment.velocity_mps + turned.cross(increment.velocity_mps);
-            motion.rotation_rad = turned + turn + turned.cross(turn) * 0.5;
+            motion.rotation_rad = turned + turn + turned.cross(turn) * T::of(0.5);
             motion.fall_mps += fall_mps;
             return;
         }
@@ -138,7 +137,7 @@ impl History {
     }
 
     /// Takes in a gap in the samples that ended at `end`, over which the state coasted.
-    pub fn coast(&mut self, end: Time, interval_s: f64, rotation_rad: Vector<Body>) {
+    pub fn coast(&mut self, end: Time, interval_s: T, rotation_rad: Vector<Body, T>) {
         if let Some(slot) = self.entries.get_mut(self.next) {
             let motion = EntryMotion { rotation_rad, ..EntryMotion::NONE };
             *slot = Entry { end, interval_s, motion };
@@ -168,13 +167,13 @@ impl History {
     }
 
     /// Where the ring stands.
-    pub fn cursor(&self) -> Cursor {
+    pub fn cursor(&self) -> Cursor<T> {
         let newest = self.newest(0).map(|entry| (entry.end, entry.interval_s));
         Cursor { next: self.next, len: self.len, newest }
     }
 
     /// Puts the ring back to where it stood one step ago, but for the motion of the newest entry.
-    pub fn set_cursor(&mut self, cursor: Cursor) {
+    pub fn set_cursor(&mut self, cursor: Cursor<T>) {
         (self.next, self.len) = (cursor.next, cursor.len);
         if let (Some(entry), Some((end, interval_s))) = (self.newest_mut(0), cursor.newest) {
             (entry.end, entry.interval_s) = (end, interval_s);
@@ -182,7 +181,7 @@ impl History {
     }
 
     /// The motion of the newest entries.
-    pub fn recent(&self) -> RecentMotion {
+    pub fn recent(&self) -> RecentMotion<T> {
         RecentMotion(core::array::from_fn(|back| {
             self.newest(back).map_or(EntryMotion::NONE, |entry| entry.motion)
         }))
@@ -190,7 +189,7 @@ impl History {
 
     /// Replaces the motion of the newest entries by that of another filter, which took the same
     /// steps.
-    pub fn set_recent(&mut self, recent: &RecentMotion) {
+    pub fn set_recent(&mut self, recent: &RecentMotion<T>) {
         for (back, motion) in recent.0.iter().enumerate() {
             if let Some(entry) = self.newest_mut(back) {
                 entry.motion = *motion;
@@ -202,16 +201,16 @@ impl History {
         (back < self.len).then(|| (self.next + CAPACITY - 1 - back) % CAPACITY)
     }
 
-    fn newest(&self, back: usize) -> Option<&Entry> {
+    fn newest(&self, back: usize) -> Option<&Entry<T>> {
         self.entries.get(self.slot(back)?)
     }
 
-    fn newest_mut(&mut self, back: usize) -> Option<&mut Entry> {
+    fn newest_mut(&mut self, back: usize) -> Option<&mut Entry<T>> {
         let slot = self.slot(back)?;
         self.entries.get_mut(slot)
     }
 
-    fn newest_first(&self) -> impl Iterator<Item = &Entry> {
+    fn newest_first(&self) -> impl Iterator<Item = &Entry<T>> {
         (0..CAPACITY).map_while(move |back| self.newest(back))
     }
 
@@ -220,85 +219,92 @@ impl History {
     ///
     /// # Source
     /// Equations (M1) and (M2) of docs/equations.md.
-    pub fn look_back(&self, now: &NavState, time: Time) -> Option<LookBack> {
+    pub fn look_back(&self, now: &NavState<T>, time: Time) -> Option<LookBack<T>> {
         let mut back = LookBack {
             state: *now,
             angular_rate_radps: Vector::ZERO,
             acceleration_mps2: Vector::ZERO,
-            age_s: 0.0,
-            hidden_s: 0.0,
-            force_mps: DVec3::ZERO,
-            force_m: DVec3::ZERO,
-            turn_s: DMat3::ZERO,
+            age_s: T::ZERO,
+            hidden_s: T::ZERO,
+            force_mps: Vector::ZERO,
+            force_m: Vector::ZERO,
+            turn_s: [[T::ZERO; 3]; 3],
         };
         let mut travel_m = Vector::ZERO;
         let mut entries = self.newest_first();
         let mut change = Change::default();
         while let Some(entry) = entries.next() {
-            back.angular_rate_radps = entry.motion.rotation_rad * (1.0 / entry.interval_s);
-            let share = ((back.state.time - time) / entry.interval_s).min(1.0);
+            back.angular_rate_radps = entry.motion.rotation_rad * (T::ONE / entry.interval_s);
+            let left_s: T = back.state.time.seconds_since(time);
+            let share = (left_s / entry.interval_s).min(T::ONE);
             travel_m += back.step(entry, share);
             // What is stepped over in part counts whole, with the attitude about which it lies.
-            if back.state.time - time <= ACCELERATION_S {
+            if back.state.time.seconds_since::<T>(time) <= T::of(ACCELERATION_S) {
                 change.add(&back.state, entry);
             }
-            if back.state.time <= time || share < 1.0 {
+            if back.state.time <= time || share < T::ONE {
                 let mut earlier = back.state;
-                let rest = entry.motion.rotation_rad * -(1.0 - share);
+                let rest = entry.motion.rotation_rad * -(T::ONE - share);
                 earlier.body_to_ned = earlier.body_to_ned.turned_in_from(rest);
-                for entry in entries.take_while(|entry| time - entry.end <= ACCELERATION_S) {
+                for entry in entries
+                    .take_while(|entry| time.seconds_since::<T>(entry.end) <= T::of(ACCELERATION_S))
+                {
                     let rotation_rad = entry.motion.rotation_rad;
                     earlier.body_to_ned = earlier.body_to_ned.turned_in_from(-rotation_rad);
                     change.add(&earlier, entry);
                 }
                 back.acceleration_mps2 = change.mean();
-                back.state.position = Local::at(&now.position).carried(&now.position, travel_m);
+                back.state.position = Local::about(&now.position).carried(&now.position, travel_m);
                 return Some(back);
             }
         }
         // Without history only the present can be asked for.
-        (back.age_s == 0.0 && time == now.time).then_some(back)
+        (back.age_s == T::ZERO && time == now.time).then_some(back)
     }
 }
 
 /// Velocity changes of some entries, added up.
 #[derive(Clone, Copy, Debug, Default)]
-struct Change {
-    velocity_mps: Vector<Ned>,
-    interval_s: f64,
+struct Change<T> {
+    velocity_mps: Vector<Ned, T>,
+    interval_s: T,
 }
 
-impl Change {
+impl<T: Scalar> Change<T> {
     /// Adds an entry that starts at about `state`.
-    fn add(&mut self, state: &NavState, entry: &Entry) {
+    fn add(&mut self, state: &NavState<T>, entry: &Entry<T>) {
         self.velocity_mps += state.body_to_ned * entry.motion.force_mps + entry.motion.fall_mps;
         self.interval_s += entry.interval_s;
     }
 
-    fn mean(&self) -> Vector<Ned> {
-        self.velocity_mps * (1.0 / self.interval_s.max(1e-3))
+    fn mean(&self) -> Vector<Ned, T> {
+        self.velocity_mps * (T::ONE / self.interval_s.max(T::of(1e-3)))
     }
 }
 
-impl LookBack {
+impl<T: Scalar> LookBack<T> {
     /// Back by `share` of an entry, negative shares lead forward; gives the way that position has to
     /// go, m, for the caller to do in one go.
-    fn step(&mut self, entry: &Entry, share: f64) -> Vector<Ned> {
+    fn step(&mut self, entry: &Entry<T>, share: T) -> Vector<Ned, T> {
         let interval_s = share * entry.interval_s;
         let state = &mut self.state;
         state.body_to_ned = state.body_to_ned.turned_in_from(entry.motion.rotation_rad * -share);
         // Resolved in the axes at the start of what is stepped over, also for a part of the entry.
-        let force = (state.body_to_ned * entry.motion.force_mps).components() * share;
+        let force = state.body_to_ned * entry.motion.force_mps * share;
         let after = state.velocity_mps;
-        state.velocity_mps -= Vector::claim(force) + entry.motion.fall_mps * share;
-        let travel_m = (after + state.velocity_mps) * (-0.5 * interval_s);
+        state.velocity_mps -= force + entry.motion.fall_mps * share;
+        let travel_m = (after + state.velocity_mps) * (T::of(-0.5) * interval_s);
         state.time = state.time.offset_by(-interval_s);
-        self.force_m += (self.force_mps + force * 0.5) * interval_s;
+        self.force_m += (self.force_mps + force * T::of(0.5)) * interval_s;
         self.force_mps += force;
         if entry.motion.is_coasted() {
-            self.hidden_s += interval_s.max(0.0);
+            self.hidden_s += interval_s.max(T::ZERO);
         } else {
-            self.turn_s += state.body_to_ned.matrix() * interval_s;
+            for (sum, row) in self.turn_s.iter_mut().zip(state.body_to_ned.rows()) {
+                for (sum, cosine) in sum.iter_mut().zip(row) {
+                    *sum += cosine * interval_s;
+                }
+            }
         }
         self.age_s += interval_s;
         travel_m

@@ -57,10 +57,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[must_use]
     pub fn joint_covariance(&self) -> JointCovariance {
         let lever_arm = self.mounting.solution_from_imu();
-        let body_to_ned = self.state.body_to_ned;
+        let body_to_ned = self.state.body_to_ned.cast();
         let arms = [
             body_to_ned * lever_arm.0,
-            body_to_ned * lever_arm.relative_velocity(self.angular_rate_radps),
+            body_to_ned * lever_arm.relative_velocity(self.angular_rate_radps.cast()),
             Vector::ZERO,
         ];
         // δ(point) = δ(unit) − [arm ×] ψ: the unit's error, and two of attitude with their factors.

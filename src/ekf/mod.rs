@@ -2,7 +2,6 @@
 
 pub mod covariance;
 pub mod layout;
-pub mod scalar;
 
 mod config;
 mod correction;
@@ -25,6 +24,7 @@ mod solution;
 mod stepless;
 mod trace;
 
+pub use crate::scalar;
 pub use config::{
     AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
     MagnetometerModel, RangeModel,
@@ -49,6 +49,6 @@ pub type BaseEkf = Ekf<layout::Base, 16>;
 /// Every block of states, covariance in `f64`: what the command line runs.
 pub type FullEkf = Ekf<layout::Full, 28>;
 
-const fn square(value: f64) -> f64 {
+fn square<T: scalar::Scalar>(value: T) -> T {
     value * value
 }

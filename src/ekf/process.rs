@@ -7,17 +7,23 @@ use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::scalar::Scalar;
 use super::square;
 use crate::frames::{Body, Ned, Rotation};
-use crate::imu::{FullScale, ImuSample};
+use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    pub(super) fn watch_samples(&mut self, sample: &ImuSample, interval_s: f64, gap: bool) {
+    pub(super) fn watch_samples(
+        &mut self,
+        sample: &ImuSample,
+        motion: &Motion<T>,
+        interval_s: T,
+        gap: bool,
+    ) {
         if gap {
             self.samples.gyro_vibration.interrupt();
             self.samples.accel_vibration.interrupt();
             self.samples.integrity.interrupt();
         }
-        let mean = sample.motion.mean_rates(interval_s);
+        let mean = motion.mean_rates(interval_s);
         self.samples.gyro_vibration.push(mean.angular_rate_radps, interval_s);
         self.samples.accel_vibration.push(mean.specific_force_mps2, interval_s);
         let scale = FullScale {
@@ -36,23 +42,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K5) of docs/equations.md.
-    pub(super) fn relaxation(&self, interval_s: f64) -> Relaxation<T, N> {
+    pub(super) fn relaxation(&self, interval_s: T) -> Relaxation<T, N> {
         let imu = &self.config.imu;
         let Relaxation { mut decay, mut noise } = Relaxation::default();
         let mut markov = |first: usize, sigmas: &[f64], time_s: f64| {
-            let lost = interval_s / time_s;
+            let lost = interval_s / T::of(time_s);
             // To the third order the series is exact to 1e-8 there, and costs a tenth.
-            let left = if lost < 0.02 {
-                1.0 - lost * (1.0 - lost * (1.0 / 2.0 - lost * (1.0 / 6.0)))
+            let left = if lost < T::of(0.02) {
+                T::ONE - lost * (T::ONE - lost * (T::of(0.5) - lost * T::of(1.0 / 6.0)))
             } else {
-                libm::exp(-lost)
+                (-lost).exp()
             };
             for (axis, &sigma) in sigmas.iter().enumerate() {
                 if let (Some(decay), Some(noise)) =
                     (decay.get_mut(first + axis), noise.get_mut(first + axis))
                 {
-                    *decay = T::of(left);
-                    *noise = T::of(square(sigma) * (1.0 - left * left));
+                    *decay = left;
+                    *noise = square(T::of(sigma)) * (T::ONE - left * left);
                 }
             }
         };
@@ -84,11 +90,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// How the parameters relax with a step of `interval_s`; `None`, while too little time has come
     /// together for it to matter, or for the covariance to be gone over whole.
-    fn relaxation_due(&mut self, interval_s: f64) -> Option<Relaxation<T, N>> {
+    fn relaxation_due(&mut self, interval_s: T) -> Option<Relaxation<T, N>> {
         self.unrelaxed_s += interval_s;
         let since_s = self.unrelaxed_s;
-        (since_s >= RELAXED_EVERY_S).then(|| {
-            self.unrelaxed_s = 0.0;
+        (since_s >= T::of(RELAXED_EVERY_S)).then(|| {
+            self.unrelaxed_s = T::ZERO;
             self.relaxation(since_s)
         })
     }
@@ -98,8 +104,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K13) of docs/equations.md.
-    pub(super) fn coasting(&mut self, interval_s: f64) -> Transition<T, N> {
+    pub(super) fn coasting(&mut self, interval_s: T) -> Transition<T, N> {
         let relaxation = self.relaxation_due(interval_s);
+        let interval_s = interval_s.wide();
         let imu = &self.config.imu;
         let velocity = imu.gap_acceleration_mps2 * interval_s;
         let turn = imu.gap_rate_radps * interval_s;
@@ -126,20 +133,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (K4) of docs/equations.md.
     pub(super) fn transition(
         &mut self,
-        increment: &Increment,
-        advance: &Advance,
-        body_to_ned: Rotation<Body, Ned>,
+        increment: &Increment<T>,
+        advance: &Advance<T>,
+        body_to_ned: Rotation<Body, Ned, T>,
     ) -> Transition<T, N> {
         let interval_s = increment.interval_s;
         let relaxation = self.relaxation_due(interval_s);
         let imu = &self.config.imu;
-        let c = body_to_ned.matrix().transpose().to_cols_array_2d();
+        let c = body_to_ned.rows();
         let scaled =
-            |factors: [f64; 3]| c.map(|row| core::array::from_fn(|k| T::of(row[k] * factors[k])));
-        let sensed = |walk: f64, share: f64, alike_s: f64, vibration: [f64; 3]| {
+            |factors: [T; 3]| c.map(|row| core::array::from_fn(|axis| row[axis] * factors[axis]));
+        let over_s = T::of(self.excess.factor()) * interval_s;
+        let sensed = |walk: f64, share: f64, alike_s: T, vibration: [T; 3]| {
+            let (walk, share) = (square(T::of(walk)), square(T::of(share)));
             let alike_s = alike_s.max(interval_s);
-            let over_s = self.excess.factor() * interval_s;
-            vibration.map(|variance| square(walk).max(square(share) * variance * alike_s) * over_s)
+            vibration.map(|variance| walk.max(share * variance * alike_s) * over_s)
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
@@ -150,34 +158,35 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let accel = sensed(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
-            imu.accel_vibration_time_s,
+            T::of(imu.accel_vibration_time_s),
             self.samples.accel_vibration.variance(),
         );
         // Rates of two samples, so that vibration does not count as turning.
         let turning = match L::GYRO_SCALE {
-            Some(_) => 0.0,
+            Some(_) => T::ZERO,
             None => {
-                square(imu.turn_error_share)
-                    * increment.rotation_rad.dot(self.angular_rate_radps).max(0.0)
-                    * imu.turn_error_time_s
+                square(T::of(imu.turn_error_share))
+                    * increment.rotation_rad.dot(self.angular_rate_radps).max(T::ZERO)
+                    * T::of(imu.turn_error_time_s)
             }
         };
         let gyro = sum(gyro, [turning; 3]);
+        let suspicion = &self.samples.suspicion;
         Transition {
-            interval_s: T::of(interval_s),
+            interval_s,
             turn: scaled([interval_s; 3]),
-            force: advance.from_specific_force_mps.to_array().map(T::of),
+            force: advance.from_specific_force_mps.to_array(),
             scaled_rotation: scaled(increment.rotation_rad.to_array()),
             scaled_velocity: scaled(increment.velocity_mps.to_array()),
-            attitude_noise: turned(&c, sum(gyro, self.samples.suspicion.angle_variance)),
-            velocity_noise: turned(&c, sum(accel, self.samples.suspicion.velocity_variance)),
+            attitude_noise: turned(&c, sum(gyro, suspicion.angle_variance)),
+            velocity_noise: turned(&c, sum(accel, suspicion.velocity_variance)),
             position_noise: [T::ZERO; 3],
             relaxation,
         }
     }
 }
 
-fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+fn sum<T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
@@ -191,13 +200,11 @@ const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
 pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 
 /// C diag(v) Cᵀ, upper triangle by rows.
-fn turned<T: Scalar>(c: &[[f64; 3]; 3], variance: [f64; 3]) -> [T; 6] {
+fn turned<T: Scalar>(c: &[[T; 3]; 3], variance: [T; 3]) -> [T; 6] {
     let entry = |i: usize, j: usize| {
-        T::of(
-            c[i][0] * variance[0] * c[j][0]
-                + c[i][1] * variance[1] * c[j][1]
-                + c[i][2] * variance[2] * c[j][2],
-        )
+        c[i][0] * variance[0] * c[j][0]
+            + c[i][1] * variance[1] * c[j][1]
+            + c[i][2] * variance[2] * c[j][2]
     };
     [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)]
 }

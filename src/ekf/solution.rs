@@ -88,62 +88,66 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
 /// What a solution is made of.
 pub(super) struct Estimate<'a, T, const N: usize> {
-    pub state: &'a NavState,
+    pub state: &'a NavState<T>,
     pub covariance: &'a Covariance<T, N>,
-    pub angular_rate_radps: Vector<Body>,
-    pub gyro_bias_radps: Vector<Body>,
-    pub accel_bias_mps2: Vector<Body>,
+    pub angular_rate_radps: Vector<Body, T>,
+    pub gyro_bias_radps: Vector<Body, T>,
+    pub accel_bias_mps2: Vector<Body, T>,
 }
 
 impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
     /// The solution at its point.
     pub fn solution(&self, mounting: &Mounting) -> Solution {
-        let lever_arm = mounting.solution_from_imu();
+        let lever_arm = mounting.solution_from_imu().cast::<T>();
         let state = self.state;
         let relative_velocity = lever_arm.relative_velocity(self.angular_rate_radps);
         Solution {
             time: state.time,
             position: lever_arm.position(&state.position, state.body_to_ned),
-            velocity_mps: lever_arm.velocity(
-                state.velocity_mps,
-                state.body_to_ned,
-                self.angular_rate_radps,
-            ),
-            body_to_ned: state.body_to_ned,
-            angular_rate_radps: self.angular_rate_radps,
+            velocity_mps: lever_arm
+                .velocity(state.velocity_mps, state.body_to_ned, self.angular_rate_radps)
+                .cast(),
+            body_to_ned: state.body_to_ned.cast(),
+            angular_rate_radps: self.angular_rate_radps.cast(),
             position_sigma_m: self.point_sigma(POSITION, lever_arm.0),
             velocity_sigma_mps: self.point_sigma(VELOCITY, relative_velocity),
             attitude_sigma_rad: self.euler_sigma(),
-            gyro_bias_radps: self.gyro_bias_radps,
-            accel_bias_mps2: self.accel_bias_mps2,
+            gyro_bias_radps: self.gyro_bias_radps.cast(),
+            accel_bias_mps2: self.accel_bias_mps2.cast(),
             gyro_bias_sigma_radps: self.sigma_block(GYRO_BIAS).into(),
             accel_bias_sigma_mps2: self.sigma_block(ACCEL_BIAS).into(),
         }
     }
 
     fn sigma_block(&self, first: usize) -> [f64; 3] {
-        core::array::from_fn(|axis| libm::sqrt(self.covariance.variance(first + axis).max(0.0)))
+        core::array::from_fn(|axis| {
+            let state = first + axis;
+            self.covariance.value(state, state).max(T::ZERO).sqrt().wide()
+        })
     }
 
     /// One-sigma of a position or velocity moved by a body vector that turns with the attitude.
     ///
     /// # Source
     /// Equation (K11) of docs/equations.md.
-    fn point_sigma(&self, first: usize, moved_by: Vector<Body>) -> Vector<Ned> {
+    fn point_sigma(&self, first: usize, moved_by: Vector<Body, T>) -> Vector<Ned> {
         let arm = (self.state.body_to_ned * moved_by).to_array();
         let p = self.covariance;
         let sigma = |axis: usize| {
             // δ(point) = δ(unit) − [arm ×] ψ.
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let terms =
-                [(first + axis, 1.0), (ATTITUDE + next, arm[last]), (ATTITUDE + last, -arm[next])];
-            let mut variance = 0.0;
+            let terms = [
+                (first + axis, T::ONE),
+                (ATTITUDE + next, arm[last]),
+                (ATTITUDE + last, -arm[next]),
+            ];
+            let mut variance = T::ZERO;
             for (i, a) in terms {
                 for (j, b) in terms {
-                    variance += a * b * p.entry(i, j);
+                    variance += a * b * p.value(i, j);
                 }
             }
-            libm::sqrt(variance.max(0.0))
+            variance.max(T::ZERO).sqrt().wide()
         };
         Vector::new(sigma(0), sigma(1), sigma(2))
     }
@@ -154,27 +158,27 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
     /// Equation (K12) of docs/equations.md.
     fn euler_sigma(&self) -> [f64; 3] {
         // Sines and cosines stand in the direction of the nose.
-        let nose = self.state.body_to_ned.matrix().x_axis;
-        let level = libm::sqrt(nose.x * nose.x + nose.y * nose.y);
+        let [[north, ..], [east, ..], [down, ..]] = self.state.body_to_ned.rows();
+        let level = (north * north + east * east).sqrt();
         // Upright, yaw is any; the limit bounds what one over its cosine does to roll and yaw.
         let (sin_yaw, cos_yaw) =
-            if level > 1e-6 { (nose.y / level, nose.x / level) } else { (0.0, 1.0) };
-        let cos_pitch = level.max(0.02);
-        let tan_pitch = -nose.z / cos_pitch;
+            if level > T::of(1e-6) { (east / level, north / level) } else { (T::ZERO, T::ONE) };
+        let cos_pitch = level.max(T::of(0.02));
+        let tan_pitch = -down / cos_pitch;
         let rows = [
-            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, 0.0],
-            [-sin_yaw, cos_yaw, 0.0],
-            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, 1.0],
+            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, T::ZERO],
+            [-sin_yaw, cos_yaw, T::ZERO],
+            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, T::ONE],
         ];
         let p = self.covariance.block(ATTITUDE, ATTITUDE);
         rows.map(|row| {
-            let mut variance = 0.0;
-            for (a, line) in row.iter().zip(&p) {
-                for (b, value) in row.iter().zip(line) {
+            let mut variance = T::ZERO;
+            for (&a, line) in row.iter().zip(&p) {
+                for (&b, &value) in row.iter().zip(line) {
                     variance += a * b * value;
                 }
             }
-            libm::sqrt(variance.max(0.0)).min(core::f64::consts::PI)
+            variance.max(T::ZERO).sqrt().wide().min(core::f64::consts::PI)
         })
     }
 }

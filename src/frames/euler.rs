@@ -1,8 +1,7 @@
 //! Roll, pitch and yaw.
 
-use glam::DQuat;
-
 use super::{Body, Ned, Rotation};
+use crate::scalar::Scalar;
 
 /// Roll, pitch and yaw of the 3-2-1 sequence: yaw about down, then pitch, then roll.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,15 +44,7 @@ impl Rotation<Body, Ned> {
     /// Equation (F5) of docs/equations.md.
     #[must_use]
     pub fn from_euler(angles: EulerAngles) -> Self {
-        let (sin_r, cos_r) = libm::sincos(0.5 * angles.roll_rad);
-        let (sin_p, cos_p) = libm::sincos(0.5 * angles.pitch_rad);
-        let (sin_y, cos_y) = libm::sincos(0.5 * angles.yaw_rad);
-        Self::claim(DQuat::from_xyzw(
-            sin_r * cos_p * cos_y - cos_r * sin_p * sin_y,
-            cos_r * sin_p * cos_y + sin_r * cos_p * sin_y,
-            cos_r * cos_p * sin_y - sin_r * sin_p * cos_y,
-            cos_r * cos_p * cos_y + sin_r * sin_p * sin_y,
-        ))
+        Self::of_angles(angles)
     }
 
     /// Roll, pitch and yaw of this attitude. At ±90° of pitch, where only the sum or difference of
@@ -63,23 +54,67 @@ impl Rotation<Body, Ned> {
     /// Equation (F6) of docs/equations.md.
     #[must_use]
     pub fn euler(self) -> EulerAngles {
-        let DQuat { x, y, z, w } = self.quaternion();
-        let sin_pitch = (2.0 * (w * y - x * z)).clamp(-1.0, 1.0);
-        if libm::fabs(sin_pitch) > 1.0 - 1e-12 {
-            let yaw_rad = wrap_angle(-2.0 * libm::copysign(1.0, sin_pitch) * libm::atan2(x, w));
-            return EulerAngles { roll_rad: 0.0, pitch_rad: libm::asin(sin_pitch), yaw_rad };
+        let [x, y, z, w] = self.to_array();
+        let sin_pitch = self.sin_pitch();
+        let (yaw_rad, pitch_rad) = (self.heading_rad(), libm::asin(sin_pitch));
+        if is_upright(sin_pitch) {
+            return EulerAngles { roll_rad: 0.0, pitch_rad, yaw_rad };
         }
-        EulerAngles {
-            roll_rad: libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            pitch_rad: libm::asin(sin_pitch),
-            yaw_rad: libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-        }
+        let roll_rad = libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y));
+        EulerAngles { roll_rad, pitch_rad, yaw_rad }
     }
 }
+
+impl<T: Scalar> Rotation<Body, Ned, T> {
+    /// [`from_euler`](Rotation::from_euler), in numbers of any type.
+    #[must_use]
+    pub fn of_angles(angles: EulerAngles) -> Self {
+        let half = |angle_rad: f64| T::of(0.5 * angle_rad).sincos();
+        let (sin_r, cos_r) = half(angles.roll_rad);
+        let (sin_p, cos_p) = half(angles.pitch_rad);
+        let (sin_y, cos_y) = half(angles.yaw_rad);
+        Self::of_array([
+            sin_r * cos_p * cos_y - cos_r * sin_p * sin_y,
+            cos_r * sin_p * cos_y + sin_r * cos_p * sin_y,
+            cos_r * cos_p * sin_y - sin_r * sin_p * cos_y,
+            cos_r * cos_p * cos_y + sin_r * sin_p * sin_y,
+        ])
+    }
+
+    /// The yaw of [`euler`](Rotation::euler) alone, rad.
+    #[must_use]
+    pub fn heading_rad(self) -> T {
+        let [x, y, z, w] = self.to_array();
+        let two = T::of(2.0);
+        let sin_pitch = self.sin_pitch();
+        if is_upright(sin_pitch) {
+            let twice = if sin_pitch < T::ZERO { two } else { -two };
+            return wrap_angle(twice * x.atan2(w));
+        }
+        (two * (w * z + x * y)).atan2(T::ONE - two * (y * y + z * z))
+    }
+
+    fn sin_pitch(self) -> T {
+        let [x, y, z, w] = self.to_array();
+        let sine = T::of(2.0) * (w * y - x * z);
+        // Written so that a NaN stays one.
+        let within = if sine > T::ONE { T::ONE } else { sine };
+        if within < -T::ONE { -T::ONE } else { within }
+    }
+}
+
+/// Whether only the sum or difference of roll and yaw exists.
+fn is_upright<T: Scalar>(sin_pitch: T) -> bool {
+    sin_pitch.abs() > T::of(1.0 - 1e-12)
+}
+
 /// An angle brought into (−π, π]. NaN and infinities give NaN.
 #[must_use]
-pub fn wrap_angle(angle_rad: f64) -> f64 {
+pub fn wrap_angle<T: Scalar>(angle_rad: T) -> T {
     use core::f64::consts::{PI, TAU};
-    let wrapped = libm::remainder(angle_rad, TAU);
-    if wrapped <= -PI { wrapped + TAU } else { wrapped }
+    if angle_rad.abs() < T::of(PI) {
+        return angle_rad;
+    }
+    let wrapped = libm::remainder(angle_rad.wide(), TAU);
+    T::of(if wrapped <= -PI { wrapped + TAU } else { wrapped })
 }

@@ -36,7 +36,6 @@ mod tests {
     use super::rotation::quaternion_of;
     use super::*;
     use core::f64::consts::{FRAC_PI_2, PI};
-    use glam::DVec3;
     use proptest::prelude::*;
 
     fn angle_between<A, B>(a: Rotation<A, B>, b: Rotation<A, B>) -> f64 {
@@ -87,9 +86,9 @@ mod tests {
     #[test]
     fn the_series_meets_sine_and_cosine_where_they_change_over() {
         for angle in [0.0999, 0.1001] {
-            let q = quaternion_of(DVec3::new(angle, 0.0, 0.0));
-            assert!((q.x - libm::sin(0.5 * angle)).abs() < 1e-16);
-            assert!((q.w - libm::cos(0.5 * angle)).abs() < 1.2e-16);
+            let [x, _, _, w] = quaternion_of(Vector::<Ned>::new(angle, 0.0, 0.0));
+            assert!((x - libm::sin(0.5 * angle)).abs() < 1e-16);
+            assert!((w - libm::cos(0.5 * angle)).abs() < 1.2e-16);
         }
     }
 

@@ -6,6 +6,7 @@ use super::repetition::Repetition;
 use super::second_difference::SecondDifference;
 use super::{ClippedAxes, MeanRates, Motion};
 use crate::frames::{Body, Vector};
+use crate::scalar::Scalar;
 
 /// The greatest readings a unit can give; zero where it is not known, and then learned from readings
 /// that repeat their own maximum.
@@ -19,7 +20,7 @@ pub struct FullScale {
 
 /// What is known against the last sample: see [`Integrity::push`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Suspicion {
+pub struct Suspicion<T = f64> {
     /// Which gyros stand at their full scale.
     pub gyro_clipped: [bool; 3],
     /// Which accelerometers stand at their full scale.
@@ -29,21 +30,34 @@ pub struct Suspicion {
     /// Whether the unit takes blows, far beyond its vibration of the last seconds.
     pub shaken: bool,
     /// Variance that the sample's interval adds to the integral of rate beside the usual noise, rad².
-    pub angle_variance: [f64; 3],
+    pub angle_variance: [T; 3],
     /// Variance that it adds to the integral of specific force, (m/s)².
-    pub velocity_variance: [f64; 3],
+    pub velocity_variance: [T; 3],
 }
 
-impl Suspicion {
+impl<T: Scalar> Suspicion<T> {
     /// Nothing known against a sample.
     pub const NONE: Self = Self {
         gyro_clipped: [false; 3],
         accel_clipped: [false; 3],
         stuck: false,
         shaken: false,
-        angle_variance: [0.0; 3],
-        velocity_variance: [0.0; 3],
+        angle_variance: [T::ZERO; 3],
+        velocity_variance: [T::ZERO; 3],
     };
+
+    /// The same in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> Suspicion<U> {
+        Suspicion {
+            gyro_clipped: self.gyro_clipped,
+            accel_clipped: self.accel_clipped,
+            stuck: self.stuck,
+            shaken: self.shaken,
+            angle_variance: self.angle_variance.map(|variance| U::of(variance.wide())),
+            velocity_variance: self.velocity_variance.map(|variance| U::of(variance.wide())),
+        }
+    }
 
     /// Whether any sensor stands at its full scale.
     #[must_use]
@@ -74,11 +88,11 @@ impl fmt::Display for Suspicion {
 /// spaced: what exceeds full scale, what shakes for a moment, and what was lost on the line leaves an
 /// error of full size.
 #[derive(Clone, Copy, Debug)]
-pub struct Integrity {
-    gyro: Triad,
-    accel: Triad,
-    typical_interval_s: f64,
-    last: Option<Motion>,
+pub struct Integrity<T = f64> {
+    gyro: Triad<T>,
+    accel: Triad<T>,
+    typical_interval_s: T,
+    last: Option<Motion<T>>,
     repeated: u8,
 }
 
@@ -117,37 +131,37 @@ const BURST_S: f64 = 0.3;
 const LONGEST_BURST_S: f64 = 0.5;
 
 #[derive(Clone, Copy, Debug)]
-struct Triad {
-    difference: SecondDifference,
-    now: [f64; 3],
-    usual: [f64; 3],
-    largest: [f64; 3],
+struct Triad<T> {
+    difference: SecondDifference<T>,
+    now: [T; 3],
+    usual: [T; 3],
+    largest: [T; 3],
     repeats: [u32; 3],
     /// For how long each has been clipped of late, s.
-    clipped_s: [f64; 3],
-    repetition: Repetition,
-    seen_s: f64,
+    clipped_s: [T; 3],
+    repetition: Repetition<T>,
+    seen_s: T,
 }
 
-impl Triad {
+impl<T: Scalar> Triad<T> {
     const NONE: Self = Self {
         difference: SecondDifference::NONE,
-        now: [0.0; 3],
-        usual: [0.0; 3],
-        largest: [0.0; 3],
+        now: [T::ZERO; 3],
+        usual: [T::ZERO; 3],
+        largest: [T::ZERO; 3],
         repeats: [0; 3],
-        clipped_s: [0.0; 3],
+        clipped_s: [T::ZERO; 3],
         repetition: Repetition::NONE,
-        seen_s: 0.0,
+        seen_s: T::ZERO,
     };
 }
 
-impl Integrity {
+impl<T: Scalar> Integrity<T> {
     /// Nothing seen yet.
     pub const NONE: Self = Self {
         gyro: Triad::NONE,
         accel: Triad::NONE,
-        typical_interval_s: 0.0,
+        typical_interval_s: T::ZERO,
         last: None,
         repeated: 0,
     };
@@ -155,8 +169,8 @@ impl Integrity {
     /// Whether a sample repeats the two before in all six readings although the unit vibrates: its
     /// registers were not written, and it tells nothing. One repetition is how a log that was sampled
     /// faster than its unit looks.
-    pub fn is_stuck(&mut self, motion: &Motion) -> bool {
-        let vibrates = self.accel.usual.iter().any(|&variance| variance > LEAST_VIBRATION);
+    pub fn is_stuck(&mut self, motion: &Motion<T>) -> bool {
+        let vibrates = self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
         self.repeated =
             if self.last == Some(*motion) { self.repeated.saturating_add(1) } else { 0 };
         self.last = Some(*motion);
@@ -170,18 +184,19 @@ impl Integrity {
     /// Equation (S13) of docs/equations.md.
     pub fn push(
         &mut self,
-        rates: &MeanRates,
+        rates: &MeanRates<T>,
         marks: &ClippedAxes,
-        interval_s: f64,
+        interval_s: T,
         scale: &FullScale,
-    ) -> Suspicion {
-        if self.typical_interval_s == 0.0 {
+    ) -> Suspicion<T> {
+        if self.typical_interval_s == T::ZERO {
             self.typical_interval_s = interval_s;
         }
         // Half a percent a sample, and no more for an interval that is itself unusual.
         let typical = self.typical_interval_s;
-        self.typical_interval_s += 0.005 * (interval_s.min(1.5 * typical) - typical);
-        let late_s = (interval_s - 1.5 * typical).max(0.0);
+        let longest = T::of(1.5) * typical;
+        self.typical_interval_s += T::of(0.005) * (interval_s.min(longest) - typical);
+        let late_s = (interval_s - longest).max(T::ZERO);
 
         let gyro = self.gyro.push(
             (rates.angular_rate_radps, marks.gyro),
@@ -212,20 +227,22 @@ impl Integrity {
     }
 }
 
-impl Triad {
+impl<T: Scalar> Triad<T> {
     fn push(
         &mut self,
-        (sample, marks): (Vector<Body>, [bool; 3]),
-        interval_s: f64,
+        (sample, marks): (Vector<Body, T>, [bool; 3]),
+        interval_s: T,
         (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
-        (late_s, stuck_sigma): (f64, f64),
-    ) -> ([bool; 3], bool, [f64; 3], bool) {
+        (late_s, stuck_sigma): (T, f64),
+    ) -> ([bool; 3], bool, [T; 3], bool) {
+        let number = T::of;
+        let square = |value: T| value * value;
         let values = sample.to_array();
         let bend = self.difference.push(sample).unwrap_or_default();
         // A plain mean until the memory is filled.
-        self.seen_s = USUAL_S.min(self.seen_s + interval_s);
-        let (known, usual_weight) = (self.seen_s > LEAST_SEEN_S, interval_s / self.seen_s);
-        let (mut clipped, mut shaken, mut variance) = ([false; 3], false, [0.0; 3]);
+        self.seen_s = number(USUAL_S).min(self.seen_s + interval_s);
+        let (known, usual_weight) = (self.seen_s > number(LEAST_SEEN_S), interval_s / self.seen_s);
+        let (mut clipped, mut shaken, mut variance) = ([false; 3], false, [T::ZERO; 3]);
         let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
         let axes = axes.zip(&mut self.repeats).zip(&mut self.clipped_s);
         let values = values.into_iter().zip(bend).zip(marks);
@@ -235,53 +252,58 @@ impl Triad {
             (((value, bend), marked), (clipped, variance)),
         ) in axes.zip(values.zip(results))
         {
-            let size = libm::fabs(value);
+            let size = value.abs();
             if size > *largest {
                 (*largest, *repeats) = (size, 1);
             } else if size == *largest {
                 *repeats = repeats.saturating_add(1);
             }
-            let learned = *repeats >= REPEATS && *largest >= least_scale && size == *largest;
-            *clipped = marked || learned || (scale > 0.0 && size >= 0.998 * scale);
+            let learned =
+                *repeats >= REPEATS && *largest >= number(least_scale) && size == *largest;
+            *clipped = marked || learned || (scale > 0.0 && size >= number(0.998 * scale));
 
-            let strength = bend * bend / 6.0;
-            *now += (interval_s / NOW_S).min(1.0) * (strength - *now);
-            let quiet = usual.max(least_shaking * least_shaking);
-            let shock = known && *now > SHOCK * quiet;
-            shaken |= known && *now > BLOW * quiet && *now > least_blow * least_blow;
+            let strength = bend * bend / number(6.0);
+            *now += (interval_s / number(NOW_S)).min(T::ONE) * (strength - *now);
+            let quiet = usual.max(square(number(least_shaking)));
+            let shock = known && *now > number(SHOCK) * quiet;
+            shaken |= known && *now > number(BLOW) * quiet && *now > square(number(least_blow));
             // A shock enters the usual slowly; what goes on for seconds becomes it.
-            *usual += usual_weight.min(1.0) * (*now - *usual);
+            *usual += usual_weight.min(T::ONE) * (*now - *usual);
 
             // What is cut off is cut off on the same side for as long as the burst lasts.
-            let mut hidden = 0.0;
+            let mut hidden = T::ZERO;
             if *clipped {
-                let beyond = BEYOND_SCALE * size;
-                let together_s = 2.0 * *clipped_s + interval_s;
+                let beyond = number(BEYOND_SCALE) * size;
+                let together_s = number(2.0) * *clipped_s + interval_s;
                 hidden = now.max(beyond * beyond) * interval_s * together_s;
-                *clipped_s = (*clipped_s + interval_s).min(LONGEST_BURST_S);
+                *clipped_s = (*clipped_s + interval_s).min(number(LONGEST_BURST_S));
             } else {
-                *clipped_s *= (1.0 - interval_s / BURST_S).max(0.0);
+                *clipped_s = *clipped_s * (T::ONE - interval_s / number(BURST_S)).max(T::ZERO);
             }
             if shock {
                 hidden += *now * interval_s * interval_s;
             }
             // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
             *variance = hidden
-                + 0.5 * usual.max(*now) * late_s * late_s
-                + if late_s > 0.0 { bend * bend * late_s * late_s / 36.0 } else { 0.0 };
+                + number(0.5) * usual.max(*now) * late_s * late_s
+                + if late_s > T::ZERO {
+                    bend * bend * late_s * late_s / number(36.0)
+                } else {
+                    T::ZERO
+                };
         }
         // An axis that nothing ever moved is none.
         let mut stuck_s = self.repetition.push(sample.to_array(), interval_s);
         for (stuck_s, usual) in stuck_s.iter_mut().zip(&self.usual) {
-            if *usual <= 0.01 * least_shaking * least_shaking {
-                *stuck_s = 0.0;
+            if *usual <= number(0.01 * least_shaking * least_shaking) {
+                *stuck_s = T::ZERO;
             }
         }
-        for (variance, stuck_s) in variance.iter_mut().zip(stuck_s).filter(|(_, s)| *s > 0.0) {
-            let together_s = 2.0 * stuck_s.min(LONGEST_STUCK_S) + interval_s;
-            *variance += stuck_sigma * stuck_sigma * interval_s * together_s;
+        for (variance, stuck_s) in variance.iter_mut().zip(stuck_s).filter(|(_, s)| *s > T::ZERO) {
+            let together_s = number(2.0) * stuck_s.min(number(LONGEST_STUCK_S)) + interval_s;
+            *variance += square(number(stuck_sigma)) * interval_s * together_s;
         }
-        (clipped, shaken, variance, stuck_s.iter().any(|&s| s > 0.0))
+        (clipped, shaken, variance, stuck_s.iter().any(|&s| s > T::ZERO))
     }
 }
 
@@ -309,7 +331,7 @@ mod tests {
 
     #[test]
     fn steady_vibration_is_no_suspicion() {
-        let (mut integrity, mut next) = (Integrity::NONE, noise());
+        let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
         for k in 0..3000 {
             let found = integrity.push(
                 &rates(3.0 * next(), 0.1 * next()),
@@ -326,7 +348,7 @@ mod tests {
     fn readings_at_a_known_or_learned_full_scale_are_clipped() {
         let known = FullScale { accel_mps2: 20.0, gyro_radps: 0.0 };
         for (scale, from) in [(known, 0), (FullScale::default(), 40)] {
-            let (mut integrity, mut next) = (Integrity::NONE, noise());
+            let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
             for k in 0..400 {
                 let force = (40.0 * next()).clamp(-20.0, 20.0);
                 let found = integrity.push(&rates(force, 0.0), &ClippedAxes::NONE, 0.01, &scale);
@@ -340,7 +362,7 @@ mod tests {
 
     #[test]
     fn a_burst_that_the_unit_marks_hides_one_error_and_not_many() {
-        let (mut integrity, mut next) = (Integrity::NONE, noise());
+        let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
         let mut hidden = |marked: bool| {
             let marks = ClippedAxes { accel: [marked, false, false], ..ClippedAxes::NONE };
             let force = 3.0 * next();
@@ -360,7 +382,7 @@ mod tests {
     #[test]
     fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
         for (strength, expected) in [(3.0, true), (0.0, false)] {
-            let (mut integrity, mut next) = (Integrity::NONE, noise());
+            let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
             let mut stuck = |force: f64| {
                 let rates = rates(strength * force, 0.0);
                 let motion = Motion::Rates {
@@ -384,7 +406,7 @@ mod tests {
 
     #[test]
     fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
-        let (mut integrity, mut next) = (Integrity::NONE, noise());
+        let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
         let mut push = |force: f64, interval_s: f64| {
             integrity.push(
                 &rates(force, 0.0),

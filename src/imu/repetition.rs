@@ -1,14 +1,17 @@
 //! Single axes that repeat themselves.
 
+use crate::scalar::Scalar;
+
 /// Watches the readings of a triad for an axis whose register is not written any more.
 ///
 /// A unit of coarse steps repeats readings by chance; how often it does is learned, and a run that such
 /// chance does not explain is a fault.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Repetition {
-    last: [f64; 3],
+pub(super) struct Repetition<T> {
+    /// The readings before; none at first.
+    last: Option<[T; 3]>,
     /// For how long each axis has repeated itself, s, and how often.
-    run_s: [f64; 3],
+    run_s: [T; 3],
     count: [f32; 3],
     /// Share of readings that repeat the one before.
     share: [f32; 3],
@@ -23,30 +26,32 @@ const FIRST_SHARE: f32 = 0.8;
 /// Chance makes no run of less than this probability: its natural logarithm.
 const IMPROBABLE: f32 = -20.0;
 
-impl Repetition {
+impl<T: Scalar> Repetition<T> {
     /// Nothing seen yet.
     pub const NONE: Self =
-        Self { last: [f64::NAN; 3], run_s: [0.0; 3], count: [0.0; 3], share: [FIRST_SHARE; 3] };
+        Self { last: None, run_s: [T::ZERO; 3], count: [0.0; 3], share: [FIRST_SHARE; 3] };
 
     /// Takes in readings `interval_s` after those before. Gives for how long each axis has been stuck, s;
     /// zero of one that is not.
-    pub fn push(&mut self, values: [f64; 3], interval_s: f64) -> [f64; 3] {
-        let mut stuck_s = [0.0; 3];
-        let axes = self.last.iter_mut().zip(&mut self.run_s).zip(&mut self.count);
-        let axes = axes.zip(&mut self.share).zip(values.into_iter().zip(&mut stuck_s));
-        for ((((last, run_s), count), share), (value, stuck_s)) in axes {
-            let repeats = value == *last;
-            *last = value;
+    pub fn push(&mut self, values: [T; 3], interval_s: T) -> [T; 3] {
+        let mut stuck_s = [T::ZERO; 3];
+        let last = self.last.replace(values);
+        let repeats: [bool; 3] = core::array::from_fn(|axis| {
+            last.is_some_and(|last| last.get(axis) == values.get(axis))
+        });
+        let axes = repeats.into_iter().zip(&mut self.run_s).zip(&mut self.count);
+        let axes = axes.zip(&mut self.share).zip(&mut stuck_s);
+        for ((((repeats, run_s), count), share), stuck_s) in axes {
             if repeats {
                 *count += 1.0;
                 *run_s += interval_s;
             } else {
-                (*count, *run_s) = (0.0, 0.0);
+                (*count, *run_s) = (0.0, T::ZERO);
             }
             if repeats && *count * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
                 *stuck_s = *run_s;
             } else {
-                let newest = (interval_s / MEMORY_S).min(1.0) as f32;
+                let newest = (interval_s / T::of(MEMORY_S)).min(T::ONE).wide() as f32;
                 *share += newest * (f32::from(u8::from(repeats)) - *share);
             }
         }

@@ -2,6 +2,7 @@
 
 use super::MeanRates;
 use crate::frames::{Body, Vector};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Watches for rest: seconds in which nothing shakes, nothing changes and no fix moves.
@@ -9,10 +10,10 @@ use crate::time::Time;
 /// An engine, a rotor or a road shakes a unit by more than 0.1 m/s²; a vehicle that is carried, or floats,
 /// turns by more than its gyros' noise. Where the fixes have no velocity there is no rest.
 #[derive(Clone, Copy, Debug)]
-pub struct Rest {
-    second: Second,
+pub struct Rest<T = f64> {
+    second: Second<T>,
     /// Means of the second before, where that was still.
-    before: Option<[f64; AXES]>,
+    before: Option<[T; AXES]>,
     /// Mean velocity of the fixes of late, north and east, m/s, and when the last came.
     fixes: Option<(Time, [f64; 2])>,
     /// Whether the last second was one of rest.
@@ -44,28 +45,28 @@ const LONGEST_INTERVAL_S: f64 = 0.1;
 
 /// Sums over the second under way, of what exceeds its first sample.
 #[derive(Clone, Copy, Debug)]
-struct Second {
-    length_s: f64,
-    count: f64,
-    first: [f64; AXES],
-    sum: [f64; AXES],
-    squares: [f64; AXES],
+struct Second<T> {
+    length_s: T,
+    count: T,
+    first: [T; AXES],
+    sum: [T; AXES],
+    squares: [T; AXES],
 }
 
-impl Second {
+impl<T: Scalar> Second<T> {
     const EMPTY: Self = Self {
-        length_s: 0.0,
-        count: 0.0,
-        first: [0.0; AXES],
-        sum: [0.0; AXES],
-        squares: [0.0; AXES],
+        length_s: T::ZERO,
+        count: T::ZERO,
+        first: [T::ZERO; AXES],
+        sum: [T::ZERO; AXES],
+        squares: [T::ZERO; AXES],
     };
 
-    fn add(&mut self, values: [f64; AXES]) {
-        if self.count == 0.0 {
+    fn add(&mut self, values: [T; AXES]) {
+        if self.count == T::ZERO {
             self.first = values;
         }
-        self.count += 1.0;
+        self.count += T::ONE;
         let sums = self.sum.iter_mut().zip(&mut self.squares).zip(self.first);
         for (((sum, square), first), value) in sums.zip(values) {
             let above = value - first;
@@ -75,10 +76,11 @@ impl Second {
     }
 
     /// Means, where no axis shook.
-    fn still_means(&self) -> Option<[f64; AXES]> {
+    fn still_means(&self) -> Option<[T; AXES]> {
         let mut means = self.first;
-        let sums = self.sum.iter().zip(&self.squares).zip(limits(STILL_RADPS, STILL_MPS2));
-        for (mean, ((sum, squares), limit)) in means.iter_mut().zip(sums) {
+        let still: [T; AXES] = limits(STILL_RADPS, STILL_MPS2);
+        let sums = self.sum.iter().zip(&self.squares).zip(still);
+        for (mean, ((&sum, &squares), limit)) in means.iter_mut().zip(sums) {
             let above = sum / self.count;
             // Written so that a NaN is not still.
             let is_still = squares / self.count - above * above < limit * limit;
@@ -92,11 +94,12 @@ impl Second {
 }
 
 /// A limit for each axis.
-fn limits(gyro: f64, accel: f64) -> [f64; AXES] {
+fn limits<T: Scalar>(gyro: f64, accel: f64) -> [T; AXES] {
+    let (gyro, accel) = (T::of(gyro), T::of(accel));
     [gyro, gyro, gyro, accel, accel, accel]
 }
 
-impl Rest {
+impl<T: Scalar> Rest<T> {
     /// Nothing seen yet.
     pub const NONE: Self =
         Self { second: Second::EMPTY, before: None, fixes: None, rests: false, moves_off: false };
@@ -124,9 +127,14 @@ impl Rest {
 
     /// Takes in a sample, `interval_s` after the one before. Gives the mean angular rate, rad/s, of a
     /// second that ends with it, if the vehicle rested through that second and the one before.
-    pub fn push(&mut self, time: Time, rates: &MeanRates, interval_s: f64) -> Option<Vector<Body>> {
+    pub fn push(
+        &mut self,
+        time: Time,
+        rates: &MeanRates<T>,
+        interval_s: T,
+    ) -> Option<Vector<Body, T>> {
         self.moves_off = false;
-        if interval_s > LONGEST_INTERVAL_S {
+        if interval_s > T::of(LONGEST_INTERVAL_S) {
             (self.second, self.before) = (Second::EMPTY, None);
             return None;
         }
@@ -134,7 +142,7 @@ impl Rest {
         let [x, y, z] = rates.specific_force_mps2.to_array();
         self.second.add([p, q, r, x, y, z]);
         self.second.length_s += interval_s;
-        if self.second.length_s < 1.0 {
+        if self.second.length_s < T::ONE {
             return None;
         }
         let rate = self.rate_at_rest(time);
@@ -148,19 +156,19 @@ impl Rest {
         self.moves_off
     }
 
-    fn rate_at_rest(&mut self, time: Time) -> Option<Vector<Body>> {
+    fn rate_at_rest(&mut self, time: Time) -> Option<Vector<Body, T>> {
         let means = core::mem::replace(&mut self.second, Second::EMPTY).still_means();
         let before = core::mem::replace(&mut self.before, means);
         let (means, before) = means.zip(before)?;
         let steady = (means.iter().zip(before))
             .zip(limits(STEADY_RADPS, STEADY_MPS2))
-            .all(|((mean, before), limit)| libm::fabs(mean - before) < limit);
+            .all(|((&mean, before), limit)| (mean - before).abs() < limit);
         let [p, q, r, ..] = means;
         let rate = Vector::new(p, q, r);
         let slow = self.fixes.is_some_and(|(last, mean)| {
             time - last < FIX_S && libm::hypot(mean[0], mean[1]) < FIX_MEAN_MPS
         });
-        (steady && slow && rate.norm() < LARGEST_BIAS_RADPS).then_some(rate)
+        (steady && slow && rate.norm() < T::of(LARGEST_BIAS_RADPS)).then_some(rate)
     }
 }
 
@@ -171,7 +179,7 @@ mod tests {
     /// How many of twenty seconds count as rest: a unit shaken by this much, turning at this rate, at fixes
     /// of this speed.
     fn rests(shake: f64, turn_radps: f64, fix_mps: Option<f64>) -> usize {
-        let mut rest = Rest::NONE;
+        let mut rest = Rest::<f64>::NONE;
         let mut count = 0;
         for k in 0..1000 {
             let time = Time::from_nanoseconds(k * 20_000_000);
@@ -204,7 +212,7 @@ mod tests {
 
     #[test]
     fn what_starts_to_turn_rests_no_longer() {
-        let mut rest = Rest::NONE;
+        let mut rest = Rest::<f64>::NONE;
         for k in 0..1000 {
             let time = Time::from_nanoseconds(k * 20_000_000);
             rest.fix(time, Some([0.0, 0.05]));

@@ -12,28 +12,29 @@
 
 use crate::frames::{Body, Vector};
 use crate::imu::{ImuErrors, ImuSample, Motion};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// What the unit went through between two samples, compensated and ready for the mechanization.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Increment {
+pub struct Increment<T = f64> {
     /// Length of the interval, s, positive.
-    pub interval_s: f64,
+    pub interval_s: T,
     /// Rotation vector from the body axes at the end to those at the start, rad.
-    pub rotation_rad: Vector<Body>,
+    pub rotation_rad: Vector<Body, T>,
     /// Integral of specific force, m/s, resolved in the body axes at the start.
-    pub velocity_mps: Vector<Body>,
+    pub velocity_mps: Vector<Body, T>,
 }
 
-impl Increment {
+impl<T: Scalar> Increment<T> {
     /// The increment of a sample that has none before it, its rates taken to hold all through
     /// `interval_s`.
     #[must_use]
-    pub fn of_first_sample(motion: &Motion, interval_s: f64, errors: &ImuErrors) -> Self {
+    pub fn of_first_sample(motion: &Motion<T>, interval_s: T, errors: &ImuErrors<T>) -> Self {
         let (rotation_rad, velocity_mps) = match *motion {
             Motion::Rates { angular_rate_radps, specific_force_mps2 } => (
-                errors.rate(angular_rate_radps, 1.0) * interval_s,
-                errors.force(specific_force_mps2, 1.0) * interval_s,
+                errors.rate(angular_rate_radps, T::ONE) * interval_s,
+                errors.force(specific_force_mps2, T::ONE) * interval_s,
             ),
             Motion::Increments { angle_rad, velocity_mps } => {
                 (errors.rate(angle_rad, interval_s), errors.force(velocity_mps, interval_s))
@@ -45,28 +46,28 @@ impl Increment {
     /// Angular rate at the end of the interval, rad/s, of the sample that ended it; of increments the
     /// mean over the interval.
     #[must_use]
-    pub fn angular_rate(&self, motion: &Motion, errors: &ImuErrors) -> Vector<Body> {
+    pub fn angular_rate(&self, motion: &Motion<T>, errors: &ImuErrors<T>) -> Vector<Body, T> {
         match *motion {
-            Motion::Rates { angular_rate_radps, .. } => errors.rate(angular_rate_radps, 1.0),
-            Motion::Increments { .. } => self.rotation_rad * (1.0 / self.interval_s),
+            Motion::Rates { angular_rate_radps, .. } => errors.rate(angular_rate_radps, T::ONE),
+            Motion::Increments { .. } => self.rotation_rad * (T::ONE / self.interval_s),
         }
     }
 }
 
 /// Turns samples into [`Increment`]s; remembers the sample before, which coning and sculling need.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Integrator {
-    previous: Option<Previous>,
+pub struct Integrator<T = f64> {
+    previous: Option<Previous<T>>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Previous {
+struct Previous<T> {
     time: Time,
-    motion: Motion,
-    interval_s: f64,
+    motion: Motion<T>,
+    interval_s: T,
 }
 
-impl Integrator {
+impl<T: Scalar> Integrator<T> {
     /// No sample yet.
     pub const EMPTY: Self = Self { previous: None };
 
@@ -84,28 +85,28 @@ impl Integrator {
     ///
     /// `None` for the first sample, and, leaving the integrator as it was, for a sample that is not
     /// finite or not later than the one before.
-    pub fn push(&mut self, sample: &ImuSample, errors: &ImuErrors) -> Option<Increment> {
-        if !sample.motion.is_finite() {
+    pub fn push(&mut self, sample: &ImuSample, errors: &ImuErrors<T>) -> Option<Increment<T>> {
+        let (time, motion) = (sample.time, sample.motion.cast::<T>());
+        if !motion.is_finite() {
             return None;
         }
         let Some(previous) = self.previous else {
-            self.previous =
-                Some(Previous { time: sample.time, motion: sample.motion, interval_s: 0.0 });
+            self.previous = Some(Previous { time, motion, interval_s: T::ZERO });
             return None;
         };
-        if sample.time <= previous.time {
+        if time <= previous.time {
             return None;
         }
-        let interval_s = sample.time - previous.time;
-        self.previous = Some(Previous { time: sample.time, motion: sample.motion, interval_s });
-        Some(match (previous.motion, sample.motion) {
+        let interval_s = time.seconds_since(previous.time);
+        self.previous = Some(Previous { time, motion, interval_s });
+        Some(match (previous.motion, motion) {
             (
                 Motion::Rates { angular_rate_radps: w0, specific_force_mps2: f0 },
                 Motion::Rates { angular_rate_radps: w1, specific_force_mps2: f1 },
             ) => from_rates(
                 interval_s,
-                [errors.rate(w0, 1.0), errors.rate(w1, 1.0)],
-                [errors.force(f0, 1.0), errors.force(f1, 1.0)],
+                [errors.rate(w0, T::ONE), errors.rate(w1, T::ONE)],
+                [errors.force(f0, T::ONE), errors.force(f1, T::ONE)],
             ),
             (Motion::Rates { .. }, Motion::Increments { angle_rad, velocity_mps }) => {
                 let angle = errors.rate(angle_rad, interval_s);
@@ -120,7 +121,7 @@ impl Integrator {
                 let velocity = errors.force(velocity_mps, interval_s);
                 // The interval before stands in by its mean rate where its length was another; the
                 // first increment of a log has no known length.
-                let (angle_before, velocity_before) = if previous.interval_s > 0.0 {
+                let (angle_before, velocity_before) = if previous.interval_s > T::ZERO {
                     let scale = interval_s / previous.interval_s;
                     (
                         errors.rate(angle_before * scale, interval_s),
@@ -134,7 +135,11 @@ impl Integrator {
             (
                 Motion::Increments { .. },
                 Motion::Rates { angular_rate_radps: rate, specific_force_mps2: force },
-            ) => from_rates(interval_s, [errors.rate(rate, 1.0); 2], [errors.force(force, 1.0); 2]),
+            ) => from_rates(
+                interval_s,
+                [errors.rate(rate, T::ONE); 2],
+                [errors.force(force, T::ONE); 2],
+            ),
         })
     }
 }
@@ -143,19 +148,24 @@ impl Integrator {
 ///
 /// # Source
 /// Equations (S2) and (S3) of docs/equations.md.
-fn from_rates(interval_s: f64, w: [Vector<Body>; 2], f: [Vector<Body>; 2]) -> Increment {
-    let angle = (w[0] + w[1]) * (0.5 * interval_s);
-    let velocity = (f[0] + f[1]) * (0.5 * interval_s);
+fn from_rates<T: Scalar>(
+    interval_s: T,
+    w: [Vector<Body, T>; 2],
+    f: [Vector<Body, T>; 2],
+) -> Increment<T> {
+    let number = T::of;
+    let angle = (w[0] + w[1]) * (number(0.5) * interval_s);
+    let velocity = (f[0] + f[1]) * (number(0.5) * interval_s);
     let square = interval_s * interval_s;
     let (dw, df) = (w[1] - w[0], f[1] - f[0]);
-    let turning =
-        w[0].cross(f[0] * 0.5 + df * (1.0 / 3.0)) + dw.cross(f[0] * (1.0 / 6.0) + df * (1.0 / 8.0));
+    let turning = w[0].cross(f[0] * number(0.5) + df * number(1.0 / 3.0))
+        + dw.cross(f[0] * number(1.0 / 6.0) + df * number(1.0 / 8.0));
     Increment {
         interval_s,
-        rotation_rad: angle + w[0].cross(w[1]) * (square / 12.0),
+        rotation_rad: angle + w[0].cross(w[1]) * (square / number(12.0)),
         velocity_mps: velocity
             + turning * square
-            + angle.cross(angle.cross(velocity)) * (1.0 / 6.0),
+            + angle.cross(angle.cross(velocity)) * number(1.0 / 6.0),
     }
 }
 
@@ -163,18 +173,19 @@ fn from_rates(interval_s: f64, w: [Vector<Body>; 2], f: [Vector<Body>; 2]) -> In
 ///
 /// # Source
 /// Equations (S4) and (S5) of docs/equations.md.
-fn from_increments(
-    interval_s: f64,
-    angle: [Vector<Body>; 2],
-    velocity: [Vector<Body>; 2],
-) -> Increment {
+fn from_increments<T: Scalar>(
+    interval_s: T,
+    angle: [Vector<Body, T>; 2],
+    velocity: [Vector<Body, T>; 2],
+) -> Increment<T> {
     let sculling = angle[0].cross(velocity[1]) + velocity[0].cross(angle[1]);
+    let twelfth = T::of(1.0 / 12.0);
     Increment {
         interval_s,
-        rotation_rad: angle[1] + angle[0].cross(angle[1]) * (1.0 / 12.0),
+        rotation_rad: angle[1] + angle[0].cross(angle[1]) * twelfth,
         velocity_mps: velocity[1]
-            + angle[1].cross(velocity[1]) * 0.5
-            + sculling * (1.0 / 12.0)
-            + angle[1].cross(angle[1].cross(velocity[1])) * (1.0 / 6.0),
+            + angle[1].cross(velocity[1]) * T::of(0.5)
+            + sculling * twelfth
+            + angle[1].cross(angle[1].cross(velocity[1])) * T::of(1.0 / 6.0),
     }
 }

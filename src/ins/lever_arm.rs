@@ -13,19 +13,26 @@
 
 use crate::earth::Geodetic;
 use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// A displacement from the inertial unit to another point fixed in the body, m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LeverArm(pub Vector<Body>);
+pub struct LeverArm<T = f64>(pub Vector<Body, T>);
 
-impl LeverArm {
+impl<T: Scalar> LeverArm<T> {
+    /// The same lever arm in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> LeverArm<U> {
+        LeverArm(self.0.cast())
+    }
+
     /// The point's position, given the unit's position and attitude.
     ///
     /// # Source
     /// Equation (S9) of docs/equations.md.
     #[must_use]
-    pub fn position(&self, unit: &Geodetic, body_to_ned: Rotation<Body, Ned>) -> Geodetic {
+    pub fn position(&self, unit: &Geodetic, body_to_ned: Rotation<Body, Ned, T>) -> Geodetic {
         unit.displaced(body_to_ned * self.0)
     }
 
@@ -34,16 +41,16 @@ impl LeverArm {
     #[must_use]
     pub fn velocity(
         &self,
-        unit_mps: Vector<Ned>,
-        body_to_ned: Rotation<Body, Ned>,
-        angular_rate_radps: Vector<Body>,
-    ) -> Vector<Ned> {
+        unit_mps: Vector<Ned, T>,
+        body_to_ned: Rotation<Body, Ned, T>,
+        angular_rate_radps: Vector<Body, T>,
+    ) -> Vector<Ned, T> {
         unit_mps + body_to_ned * self.relative_velocity(angular_rate_radps)
     }
 
     /// The point's velocity relative to the unit, ω × ℓ, body axes, m/s.
     #[must_use]
-    pub fn relative_velocity(&self, angular_rate_radps: Vector<Body>) -> Vector<Body> {
+    pub fn relative_velocity(&self, angular_rate_radps: Vector<Body, T>) -> Vector<Body, T> {
         angular_rate_radps.cross(self.0)
     }
 
@@ -55,10 +62,10 @@ impl LeverArm {
     #[must_use]
     pub fn specific_force(
         &self,
-        unit_mps2: Vector<Body>,
-        angular_rate_radps: Vector<Body>,
-        angular_acceleration_radps2: Vector<Body>,
-    ) -> Vector<Body> {
+        unit_mps2: Vector<Body, T>,
+        angular_rate_radps: Vector<Body, T>,
+        angular_acceleration_radps2: Vector<Body, T>,
+    ) -> Vector<Body, T> {
         unit_mps2
             + angular_acceleration_radps2.cross(self.0)
             + angular_rate_radps.cross(self.relative_velocity(angular_rate_radps))

@@ -3,19 +3,20 @@
 use crate::earth::{Geodetic, Local};
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::ins::Increment;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Where the inertial unit is, how fast it goes, how it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NavState {
+pub struct NavState<T = f64> {
     /// When.
     pub time: Time,
     /// Position of the inertial unit.
     pub position: Geodetic,
     /// Its velocity over the ground, m/s.
-    pub velocity_mps: Vector<Ned>,
+    pub velocity_mps: Vector<Ned, T>,
     /// Its attitude.
-    pub body_to_ned: Rotation<Body, Ned>,
+    pub body_to_ned: Rotation<Body, Ned, T>,
 }
 
 /// How long the rate of a controlled vehicle is like itself, s.
@@ -26,16 +27,16 @@ const FASTEST_MPS: f64 = 1e4;
 
 /// What one step of the mechanization went through: what the covariance and a look back need.
 #[derive(Clone, Copy, Debug)]
-pub struct Advance {
+pub struct Advance<T = f64> {
     /// Velocity change by specific force alone, m/s.
-    pub from_specific_force_mps: Vector<Ned>,
+    pub from_specific_force_mps: Vector<Ned, T>,
     /// Whole velocity change: specific force, gravity, Coriolis, m/s.
-    pub velocity_mps: Vector<Ned>,
+    pub velocity_mps: Vector<Ned, T>,
     /// Rotation of the NED axes against inertial space during the step, rad.
-    pub frame_rotation_rad: Vector<Ned>,
+    pub frame_rotation_rad: Vector<Ned, T>,
 }
 
-impl NavState {
+impl<T: Scalar> NavState<T> {
     /// At rest where the prime meridian meets the equator, level, nose to the north.
     pub const ORIGIN: Self = Self {
         time: Time::ZERO,
@@ -43,6 +44,17 @@ impl NavState {
         velocity_mps: Vector::ZERO,
         body_to_ned: Rotation::IDENTITY,
     };
+
+    /// The same state in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> NavState<U> {
+        NavState {
+            time: self.time,
+            position: self.position,
+            velocity_mps: self.velocity_mps.cast(),
+            body_to_ned: self.body_to_ned.cast(),
+        }
+    }
 
     /// Carries the state over one increment that ends at `time`.
     ///
@@ -56,24 +68,26 @@ impl NavState {
     /// # Source
     /// Groves, second edition, section 5.5 (precision local-navigation-frame equations).
     /// Equations (S6), (S7) and (S8) of docs/equations.md.
-    pub fn advance(&mut self, time: Time, increment: &Increment) -> Advance {
+    pub fn advance(&mut self, time: Time, increment: &Increment<T>) -> Advance<T> {
+        let half = T::of(0.5);
         let interval_s = increment.interval_s;
-        let earth = Local::at(&self.position);
+        let earth = Local::about(&self.position);
         let force_start = self.body_to_ned * increment.velocity_mps;
         let start = self.velocity_mps;
 
         let gravity_mid =
-            earth.gravity_mps2 * (1.0 + start.z() * interval_s / earth.north_radius_m);
-        let fall = Vector::new(0.0, 0.0, gravity_mid * interval_s);
-        let velocity_mid = start + (force_start + fall) * 0.5;
+            earth.gravity_mps2 * (T::ONE + start.z() * interval_s / earth.north_radius_m);
+        let fall = Vector::new(T::ZERO, T::ZERO, gravity_mid * interval_s);
+        let velocity_mid = start + (force_start + fall) * half;
         let transport = earth.transport_rate(velocity_mid);
         let frame_rotation_rad = (earth.earth_rate_radps + transport) * interval_s;
-        let coriolis = (earth.earth_rate_radps * 2.0 + transport).cross(velocity_mid) * interval_s;
-        let from_specific_force_mps = force_start - frame_rotation_rad.cross(force_start) * 0.5;
+        let coriolis =
+            (earth.earth_rate_radps * T::of(2.0) + transport).cross(velocity_mid) * interval_s;
+        let from_specific_force_mps = force_start - frame_rotation_rad.cross(force_start) * half;
         let velocity_mps = from_specific_force_mps + fall - coriolis;
 
         self.velocity_mps = start + velocity_mps;
-        let travel = (start + self.velocity_mps) * (0.5 * interval_s);
+        let travel = (start + self.velocity_mps) * (half * interval_s);
         self.position = earth.carried(&self.position, travel);
         self.body_to_ned = self
             .body_to_ned
@@ -92,11 +106,11 @@ impl NavState {
     ///
     /// # Source
     /// Equation (S14) of docs/equations.md.
-    pub fn coast(&mut self, time: Time, angular_rate_radps: Vector<Body>) -> Vector<Body> {
-        let interval_s = time - self.time;
+    pub fn coast(&mut self, time: Time, angular_rate_radps: Vector<Body, T>) -> Vector<Body, T> {
+        let interval_s: T = time.seconds_since(self.time);
         self.position =
-            Local::at(&self.position).carried(&self.position, self.velocity_mps * interval_s);
-        let lasting_s = RATE_MEMORY_S * -libm::expm1(-interval_s / RATE_MEMORY_S);
+            Local::about(&self.position).carried(&self.position, self.velocity_mps * interval_s);
+        let lasting_s = T::of(RATE_MEMORY_S * -libm::expm1(-interval_s.wide() / RATE_MEMORY_S));
         let rotation_rad = angular_rate_radps * lasting_s;
         self.body_to_ned = self.body_to_ned.turned_in_from(rotation_rad).renormalised();
         self.time = time;
@@ -107,7 +121,7 @@ impl NavState {
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.position.is_navigable()
-            && self.velocity_mps.norm() <= FASTEST_MPS
-            && self.body_to_ned.quaternion().is_finite()
+            && self.velocity_mps.norm() <= T::of(FASTEST_MPS)
+            && self.body_to_ned.is_finite()
     }
 }

@@ -178,7 +178,7 @@ impl Outcome {
 
 /// Flies at most `most` samples. `clock` tells a count that grows with the instructions, and `note`
 /// hears how far it went in each call.
-pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod>(
+pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
     estimator: &mut Estimator<L, N, T, H>,
     autopilot: &mut HoverAutopilot,
     most: usize,
@@ -241,7 +241,7 @@ macro_rules! variants {
         $fly!("26 states, f32", Full, 28, f32, NoHeadingSearch, config, 1_980);
         $fly!("15 states, f64", Base, 16, f64, NoHeadingSearch, config, 1_980);
         $fly!("15 states, f32", Base, 16, f32, NoHeadingSearch, config, 1_980);
-        $fly!("search, f64", Full, 28, f64, HeadingSearch, config_without_heading, 330);
-        $fly!("search, f32", Full, 28, f32, HeadingSearch, config_without_heading, 330);
+        $fly!("search, f64", Full, 28, f64, HeadingSearch<f64>, config_without_heading, 330);
+        $fly!("search, f32", Full, 28, f32, HeadingSearch<f32>, config_without_heading, 330);
     };
 }

@@ -24,7 +24,7 @@ pub struct Joint<'a, T, const N: usize> {
     /// H P Hᵀ: of each with itself and with those behind it.
     seen: [[T; MOST]; MOST],
     /// What is left of each innovation after those before it.
-    innovations: [f64; MOST],
+    innovations: [T; MOST],
     /// The inverse innovation variance of those taken in that the covariance does not know of yet, zero
     /// of all others.
     pending: [T; MOST],
@@ -37,7 +37,7 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
     #[inline(always)]
     pub const fn new(
         sensitivities: [Option<&'a Sensitivity<T>>; MOST],
-        innovations: [f64; MOST],
+        innovations: [T; MOST],
     ) -> Self {
         Self {
             sensitivities,
@@ -54,18 +54,12 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
     pub fn project(&mut self, covariance: &Covariance<T, N>, first: usize) {
         for b in first..MOST {
             let Some(sensitivity) = self.sensitivities[b] else { continue };
-            let mut projected = [T::ZERO; N];
-            for (state, derivative) in sensitivity.terms() {
-                if let Some(row) = covariance.rows.get(state) {
-                    add_scaled(&mut projected, derivative, row);
-                }
-            }
+            self.projected[b] = covariance.project_on(sensitivity);
             for a in first..=b {
                 if let Some(other) = self.sensitivities[a] {
-                    self.seen[a][b] = other.dot(&projected);
+                    self.seen[a][b] = other.dot(&self.projected[b]);
                 }
             }
-            self.projected[b] = projected;
         }
     }
 
@@ -79,8 +73,8 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
 
     /// What is left of a measurement's innovation after those taken in.
     #[must_use]
-    pub fn innovation(&self, index: usize) -> f64 {
-        self.innovations.get(index).copied().unwrap_or(0.0)
+    pub fn innovation(&self, index: usize) -> T {
+        self.innovations.get(index).copied().unwrap_or(T::ZERO)
     }
 
     /// Takes in a measurement of variance `noise`; the gain is returned for the state's correction.
@@ -121,10 +115,10 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
                 continue;
             };
             add_scaled(other, -shares[b], projected);
-            self.innovations[b] -= shares[b].wide() * innovation;
+            self.innovations[b] -= shares[b] * innovation;
             let own = self.seen[index.min(MOST - 1)];
-            for (value, &seen) in self.seen[b].iter_mut().zip(&own).skip(b) {
-                *value -= shares[b] * seen;
+            for c in b..MOST {
+                self.seen[b][c] -= shares[b] * own[c];
             }
         }
         self.pending[index.min(MOST - 1)] = inverse;
@@ -148,7 +142,7 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         let innovation = self.innovation(index);
         for b in index + 1..MOST {
             if let Some(other) = self.sensitivities[b] {
-                self.innovations[b] -= other.dot(&gain.gain).wide() * innovation;
+                self.innovations[b] -= other.dot(&gain.gain) * innovation;
             }
         }
         self.project(covariance, index + 1);

@@ -69,7 +69,12 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// Covariance of two states; zero for a state that is not there.
     #[must_use]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
-        self.rows.get(row).and_then(|row| row.get(column)).map_or(0.0, |value| value.wide())
+        self.value(row, column).wide()
+    }
+
+    /// [`entry`](Self::entry), in the covariance's own numbers.
+    pub(super) fn value(&self, row: usize, column: usize) -> T {
+        self.rows.get(row).and_then(|row| row.get(column)).copied().unwrap_or(T::ZERO)
     }
 
     /// Sets a variance and forgets the state's correlations.
@@ -115,11 +120,11 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
 
     /// The 3×3 block at two states' starts, row by row.
     #[must_use]
-    pub fn block(&self, row: usize, column: usize) -> [[f64; 3]; 3] {
-        let mut block = [[0.0; 3]; 3];
+    pub fn block(&self, row: usize, column: usize) -> [[T; 3]; 3] {
+        let mut block = [[T::ZERO; 3]; 3];
         for (i, line) in block.iter_mut().enumerate() {
             for (j, value) in line.iter_mut().enumerate() {
-                *value = self.entry(row + i, column + j);
+                *value = self.value(row + i, column + j);
             }
         }
         block
@@ -129,9 +134,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// variance with the next step or measurement.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        self.rows.iter().enumerate().all(|(index, row)| {
-            row.get(index).is_some_and(|v| (0.0..f64::INFINITY).contains(&v.wide()))
-        })
+        let mut variances = self.rows.as_flattened().iter().step_by(N + 1);
+        variances.all(|&variance| variance >= T::ZERO && variance.is_finite())
     }
 }
 

@@ -1,6 +1,7 @@
 //! The covariance of the base states in half the memory, where many filters are kept.
 
 use super::super::layout::BASE;
+use super::super::scalar::Scalar;
 use super::Covariance;
 
 /// The upper triangle of the base states' covariance, row by row.
@@ -11,7 +12,7 @@ impl PackedBase {
     pub const ZERO: Self = Self([0.0; BASE * (BASE + 1) / 2]);
 
     /// Keeps a filter's base states.
-    pub fn pack<const N: usize>(&mut self, covariance: &Covariance<f64, N>) {
+    pub fn pack<T: Scalar, const N: usize>(&mut self, covariance: &Covariance<T, N>) {
         let mut rest = &mut self.0[..];
         for (state, row) in covariance.rows.iter().enumerate().take(BASE) {
             let (Some(from), Some((to, after))) =
@@ -20,14 +21,14 @@ impl PackedBase {
                 return;
             };
             for (to, &from) in to.iter_mut().zip(from) {
-                *to = from as f32;
+                *to = from.wide() as f32;
             }
             rest = after;
         }
     }
 
     /// Puts the base states back into a filter.
-    pub fn unpack<const N: usize>(&self, covariance: &mut Covariance<f64, N>) {
+    pub fn unpack<T: Scalar, const N: usize>(&self, covariance: &mut Covariance<T, N>) {
         let mut rest = &self.0[..];
         for state in 0..BASE {
             let (Some((from, after)), Some((row, below))) = (
@@ -38,12 +39,12 @@ impl PackedBase {
             };
             if let Some(to) = row.get_mut(state..BASE) {
                 for (to, &from) in to.iter_mut().zip(from) {
-                    *to = from.into();
+                    *to = T::of(from.into());
                 }
             }
             for (row, &entry) in below.iter_mut().zip(from.iter().skip(1)) {
                 if let Some(mirror) = row.get_mut(state) {
-                    *mirror = entry.into();
+                    *mirror = T::of(entry.into());
                 }
             }
             rest = after;

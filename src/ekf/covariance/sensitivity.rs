@@ -23,34 +23,34 @@ impl<T: Scalar> Sensitivity<T> {
     /// Adds ∂z/∂x of one state. A state may be named more than once: the terms add up. At most 20;
     /// zeros do not count, and cost nothing later.
     #[must_use]
-    pub fn with(mut self, state: usize, derivative: f64) -> Self {
+    pub fn with(mut self, state: usize, derivative: T) -> Self {
         self.add(state, derivative);
         self
     }
 
     /// Adds the derivatives of three consecutive states.
     #[must_use]
-    pub fn with_block(mut self, first: usize, derivatives: [f64; 3]) -> Self {
+    pub fn with_block(mut self, first: usize, derivatives: [T; 3]) -> Self {
         self.add_block(first, derivatives);
         self
     }
 
     /// [`with`](Self::with), in place.
-    pub fn add(&mut self, state: usize, derivative: f64) {
-        if derivative == 0.0 {
+    pub fn add(&mut self, state: usize, derivative: T) {
+        if derivative == T::ZERO {
             return;
         }
         let term = usize::from(self.count);
         if let (Some(index), Some(slot), Ok(state)) =
             (self.states.get_mut(term), self.derivatives.get_mut(term), u8::try_from(state))
         {
-            (*index, *slot) = (state, T::of(derivative));
+            (*index, *slot) = (state, derivative);
             self.count += 1;
         }
     }
 
     /// [`with_block`](Self::with_block), in place.
-    pub fn add_block(&mut self, first: usize, derivatives: [f64; 3]) {
+    pub fn add_block(&mut self, first: usize, derivatives: [T; 3]) {
         for (axis, derivative) in derivatives.into_iter().enumerate() {
             self.add(first + axis, derivative);
         }
@@ -58,8 +58,18 @@ impl<T: Scalar> Sensitivity<T> {
 
     /// The states and their derivatives.
     pub fn terms(&self) -> impl Iterator<Item = (usize, T)> + '_ {
-        let terms = self.states.iter().zip(&self.derivatives).take(usize::from(self.count));
-        terms.map(|(&state, &derivative)| (usize::from(state), derivative))
+        let (states, derivatives) = self.parts();
+        states.iter().zip(derivatives).map(|(&state, &derivative)| (usize::from(state), derivative))
+    }
+
+    /// The states, and the derivatives beside them.
+    #[inline(always)]
+    pub(super) fn parts(&self) -> (&[u8], &[T]) {
+        let count = usize::from(self.count).min(TERMS);
+        (
+            self.states.get(..count).unwrap_or_default(),
+            self.derivatives.get(..count).unwrap_or_default(),
+        )
     }
 
     /// H x.

@@ -162,7 +162,7 @@ fn random_sensitivity<T: Scalar>(
 ) -> Sensitivity<T> {
     (0..terms).fold(Sensitivity::default(), |sensitivity, _| {
         let state = ((next() + 1.0) * 0.5 * states as f64) as usize;
-        sensitivity.with(state.min(states - 1), next())
+        sensitivity.with(state.min(states - 1), T::of(next()))
     })
 }
 
@@ -276,7 +276,7 @@ fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
     let mut next = numbers(seed);
     (0..60).all(|_| {
         let sensitivity = (0..mixed).fold(Sensitivity::default(), |sensitivity, state| {
-            sensitivity.with(state, 1.0 + next())
+            sensitivity.with(state, (1.0 + next()) as f32)
         });
         let (projected, variance) = covariance.project(&sensitivity);
         match form {

@@ -10,7 +10,7 @@ use crate::event::RangeReading;
 use crate::frames::Vector;
 use crate::gps::AntennaHeading;
 
-impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod> Estimator<L, N, T, H> {
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     #[inline(never)]
     pub(super) fn range(
         &mut self,

@@ -3,6 +3,7 @@
 use super::super::config::{EkfConfig, GpsModel};
 use super::super::measurement::{Report, Unusable};
 use super::super::prediction::{ImuFault, Prediction};
+use super::super::scalar::Scalar;
 use super::super::solution::Solution;
 use super::{BetterHeading, FoundHeading, HeadingSearch};
 use crate::frames::{Body, Ned, Rotation, Vector};
@@ -13,51 +14,51 @@ use crate::time::Time;
 
 /// How an [`Estimator`](super::super::Estimator) finds a heading that nothing gives at the start:
 /// [`HeadingSearch`], or not at all, [`NoHeadingSearch`]. Sealed.
-pub trait HeadingMethod: sealed::Method {}
+pub trait HeadingMethod<T = f64>: sealed::Method<T> {}
 
 /// No search, and no memory for one: alignment waits until a sensor, or the course where the
 /// configuration names it, gives a heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoHeadingSearch;
 
-impl HeadingMethod for HeadingSearch {}
-impl HeadingMethod for NoHeadingSearch {}
+impl<T: Scalar> HeadingMethod<T> for HeadingSearch<T> {}
+impl<T: Scalar> HeadingMethod<T> for NoHeadingSearch {}
 
 pub(in super::super) mod sealed {
     use super::*;
 
-    pub trait Method {
+    pub trait Method<T> {
         /// Whether there is a search.
         const SEARCHES: bool;
         fn unstarted(config: EkfConfig, mounting: Mounting) -> Self;
         fn start(&mut self, start: &Start);
         fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault>;
         fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable>;
-        fn found(&mut self) -> Option<FoundHeading<'_>>;
+        fn found(&mut self) -> Option<FoundHeading<'_, T>>;
         /// The filter whose baseline points nearest to `heading_rad`.
         fn found_at(
             &mut self,
             baseline: Vector<Body>,
             heading_rad: f64,
-        ) -> Option<FoundHeading<'_>>;
+        ) -> Option<FoundHeading<'_, T>>;
         fn solution(&self) -> Option<Solution>;
         fn time(&self) -> Time;
         /// Begins anew to watch the heading of a filter, from its level.
-        fn watch(&mut self, body_to_ned: Rotation<Body, Ned>);
+        fn watch(&mut self, body_to_ned: Rotation<Body, Ned, T>);
         /// What the filter felt over a sample's interval, less bias.
-        fn feel(&mut self, rate_radps: Vector<Body>, force_mps2: Vector<Body>, interval_s: f64);
+        fn feel(&mut self, rate_radps: Vector<Body, T>, force_mps2: Vector<Body, T>, interval_s: T);
         /// A better heading than that of the filter, of this one-sigma, where the fixes bear out another one.
         fn better(
             &mut self,
             fix: &Fix,
             gps: &GpsModel,
-            body_to_ned: Rotation<Body, Ned>,
-            sigma_rad: f64,
+            body_to_ned: Rotation<Body, Ned, T>,
+            sigma_rad: T,
         ) -> Option<BetterHeading>;
     }
 }
 
-impl sealed::Method for HeadingSearch {
+impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     const SEARCHES: bool = true;
     fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
         Self::unstarted(config, mounting)
@@ -71,10 +72,14 @@ impl sealed::Method for HeadingSearch {
     fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
         self.update_gps(fix)
     }
-    fn found(&mut self) -> Option<FoundHeading<'_>> {
+    fn found(&mut self) -> Option<FoundHeading<'_, T>> {
         self.found()
     }
-    fn found_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<FoundHeading<'_>> {
+    fn found_at(
+        &mut self,
+        baseline: Vector<Body>,
+        heading_rad: f64,
+    ) -> Option<FoundHeading<'_, T>> {
         self.found_at(baseline, heading_rad)
     }
     fn solution(&self) -> Option<Solution> {
@@ -83,25 +88,25 @@ impl sealed::Method for HeadingSearch {
     fn time(&self) -> Time {
         self.time()
     }
-    fn watch(&mut self, body_to_ned: Rotation<Body, Ned>) {
+    fn watch(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
         self.monitor.restart(body_to_ned);
     }
-    fn feel(&mut self, rate_radps: Vector<Body>, force_mps2: Vector<Body>, interval_s: f64) {
+    fn feel(&mut self, rate_radps: Vector<Body, T>, force_mps2: Vector<Body, T>, interval_s: T) {
         self.monitor.feel(rate_radps, force_mps2, interval_s);
     }
     fn better(
         &mut self,
         fix: &Fix,
         gps: &GpsModel,
-        body_to_ned: Rotation<Body, Ned>,
-        sigma_rad: f64,
+        body_to_ned: Rotation<Body, Ned, T>,
+        sigma_rad: T,
     ) -> Option<BetterHeading> {
         self.monitor.fix(fix, gps);
         self.monitor.judge(fix.time, body_to_ned, sigma_rad)
     }
 }
 
-impl sealed::Method for NoHeadingSearch {
+impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     const SEARCHES: bool = false;
     fn unstarted(_: EkfConfig, _: Mounting) -> Self {
         Self
@@ -113,10 +118,10 @@ impl sealed::Method for NoHeadingSearch {
     fn update_gps(&mut self, _: &Fix) -> Result<Report, Unusable> {
         Err(Unusable::HeadingUnknown)
     }
-    fn found(&mut self) -> Option<FoundHeading<'_>> {
+    fn found(&mut self) -> Option<FoundHeading<'_, T>> {
         None
     }
-    fn found_at(&mut self, _: Vector<Body>, _: f64) -> Option<FoundHeading<'_>> {
+    fn found_at(&mut self, _: Vector<Body>, _: f64) -> Option<FoundHeading<'_, T>> {
         None
     }
     fn solution(&self) -> Option<Solution> {
@@ -125,14 +130,14 @@ impl sealed::Method for NoHeadingSearch {
     fn time(&self) -> Time {
         Time::ZERO
     }
-    fn watch(&mut self, _: Rotation<Body, Ned>) {}
-    fn feel(&mut self, _: Vector<Body>, _: Vector<Body>, _: f64) {}
+    fn watch(&mut self, _: Rotation<Body, Ned, T>) {}
+    fn feel(&mut self, _: Vector<Body, T>, _: Vector<Body, T>, _: T) {}
     fn better(
         &mut self,
         _: &Fix,
         _: &GpsModel,
-        _: Rotation<Body, Ned>,
-        _: f64,
+        _: Rotation<Body, Ned, T>,
+        _: T,
     ) -> Option<BetterHeading> {
         None
     }

@@ -31,6 +31,7 @@ use super::history::Cursor;
 use super::layout::Base;
 use super::measurement::{Report, Unusable};
 use super::prediction::{ImuFault, Prediction};
+use super::scalar::Scalar;
 use super::solution::Solution;
 use super::square;
 use crate::frames::{Body, Ned, Vector, wrap_angle};
@@ -66,20 +67,36 @@ const WHITENED: f64 = 1.7;
 
 /// A bank of filters that differ in heading.
 #[derive(Clone, Debug)]
-pub struct HeadingSearch {
-    sectors: [Option<Sector>; SECTORS],
+pub struct HeadingSearch<T = f64> {
+    sectors: [Option<Sector<T>>; SECTORS],
     /// Steps for each sector in turn.
-    filter: Ekf<Base, 16>,
+    filter: Ekf<Base, 16, T>,
     last_fix: Option<Time>,
     /// Whether the vehicle has been fast enough for its heading to count as found.
     fast: bool,
     /// Since when the monitor has borne out the leader.
     borne_out: Option<Time>,
     /// Watches the heading once there is one.
-    monitor: Monitor,
+    monitor: Monitor<T>,
 }
 
 impl HeadingSearch {
+    /// Where the filter of one sector starts when the search starts at `start`; sectors are counted
+    /// clockwise from the start's heading.
+    ///
+    /// # Source
+    /// Equation (H1) of docs/equations.md.
+    #[must_use]
+    pub fn sector_start(mut start: Start, sector: usize) -> Start {
+        let turn = Vector::new(0.0, 0.0, 2.0 * SECTOR_SIGMA_RAD * sector as f64);
+        let [north, east, _] = start.attitude_sigma_rad.to_array();
+        start.state.body_to_ned = start.state.body_to_ned.turned_in_to(turn);
+        start.attitude_sigma_rad = Vector::new(north, east, SECTOR_SIGMA_RAD);
+        start
+    }
+}
+
+impl<T: Scalar> HeadingSearch<T> {
     /// A search that is still to start.
     pub(super) const fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
         Self {
@@ -95,31 +112,19 @@ impl HeadingSearch {
     /// Starts, in place, to search all around from a start of unknown heading.
     pub(super) fn start(&mut self, start: &Start) {
         (self.last_fix, self.fast, self.borne_out) = (None, false, None);
-        self.monitor.restart(start.state.body_to_ned);
+        self.monitor.restart(start.state.body_to_ned.cast());
         for (sector, slot) in self.sectors.iter_mut().enumerate() {
-            self.filter.restart(&Self::sector_start(*start, sector));
+            self.filter.restart(&HeadingSearch::sector_start(*start, sector));
             slot.insert(Sector::new(1.0 / SECTORS as f64)).store(&self.filter);
         }
-    }
-
-    /// Where the filter of one sector starts when the search starts at `start`; sectors are counted
-    /// clockwise from the start's heading.
-    ///
-    /// # Source
-    /// Equation (H1) of docs/equations.md.
-    #[must_use]
-    pub fn sector_start(mut start: Start, sector: usize) -> Start {
-        let turn = Vector::new(0.0, 0.0, 2.0 * SECTOR_SIGMA_RAD * sector as f64);
-        let [north, east, _] = start.attitude_sigma_rad.to_array();
-        start.state.body_to_ned = start.state.body_to_ned.turned_in_to(turn);
-        start.attitude_sigma_rad = Vector::new(north, east, SECTOR_SIGMA_RAD);
-        start
     }
 
     /// Advances every filter to the next inertial sample.
     ///
     /// # Errors
     /// As [`Ekf::predict`]; all filters judge a sample alike.
+    // Its frame, and that of the filter's step, need not stand beneath a fix that waited for the sample.
+    #[inline(never)]
     pub(super) fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         let mut verdict = Ok(Prediction::Stepped);
         let samples = self.filter.samples;
@@ -127,15 +132,13 @@ impl HeadingSearch {
         self.for_each(|filter, _| {
             filter.samples = samples;
             verdict = filter.predict(sample);
-            // The next sector's filter, in the same memory, does not know since when this one waits.
-            filter.relax(&mut ());
             filter.update_at_rest(&mut ());
             Ok::<(), ImuFault>(())
         })?;
         match verdict {
             Ok(Prediction::Stepped) => {
-                let interval_s = sample.time - before;
-                let mean = sample.motion.mean_rates(interval_s);
+                let interval_s = sample.time.seconds_since(before);
+                let mean = sample.motion.cast().mean_rates(interval_s);
                 let errors = self.filter.imu_errors();
                 let rate = mean.angular_rate_radps - errors.gyro_bias_radps;
                 self.monitor.feel(rate, mean.specific_force_mps2, interval_s);
@@ -148,12 +151,15 @@ impl HeadingSearch {
     /// Lets the shared filter be each sector's in turn, until one fails.
     fn for_each<E>(
         &mut self,
-        mut step: impl FnMut(&mut Ekf<Base, 16>, &Sector) -> Result<(), E>,
+        mut step: impl FnMut(&mut Ekf<Base, 16, T>, &Sector<T>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let before: Cursor = self.filter.history.cursor();
+        let before: Cursor<T> = self.filter.history.cursor();
+        let unrelaxed_s = self.filter.unrelaxed_s;
         let mut forgotten = false;
         for sector in self.sectors.iter_mut().flatten() {
             self.filter.history.set_cursor(before);
+            // All sectors have waited equally long, and relax in the same step.
+            self.filter.unrelaxed_s = unrelaxed_s;
             sector.load(&mut self.filter);
             let result = step(&mut self.filter, sector);
             sector.store(&self.filter);
@@ -227,7 +233,7 @@ impl HeadingSearch {
         since.is_some_and(|(since, now)| now - since >= BORNE_OUT_S)
     }
 
-    fn best(&self) -> Option<&Sector> {
+    fn best(&self) -> Option<&Sector<T>> {
         self.sectors.iter().flatten().max_by(|a, b| a.weight.total_cmp(&b.weight))
     }
 
@@ -246,7 +252,7 @@ impl HeadingSearch {
         let (mut weights, mut variance) = (0.0, 0.0);
         for sector in self.sectors.iter().flatten() {
             let off = wrap_angle(sector.heading_rad() - middle);
-            variance += sector.weight * (sector.heading_variance() + square(off));
+            variance += sector.weight * (sector.heading_variance() + square(off.wide()));
             weights += sector.weight;
         }
         libm::sqrt(variance / weights).min(core::f64::consts::PI)
@@ -254,7 +260,7 @@ impl HeadingSearch {
 
     /// The best filter, once the heading is found: the sectors left agree, and the vehicle has been
     /// fast enough for its motion to tell.
-    pub(super) fn found(&mut self) -> Option<FoundHeading<'_>> {
+    pub(super) fn found(&mut self) -> Option<FoundHeading<'_, T>> {
         let sigma_rad = self.heading_sigma_rad();
         if !((self.fast || self.is_borne_out()) && sigma_rad < FOUND_RAD) {
             return None;
@@ -270,10 +276,10 @@ impl HeadingSearch {
         &mut self,
         baseline: Vector<Body>,
         heading_rad: f64,
-    ) -> Option<FoundHeading<'_>> {
+    ) -> Option<FoundHeading<'_, T>> {
         let most = self.best()?.weight;
-        let off = |sector: &Sector| {
-            let heading = (sector.body_to_ned() * baseline).azimuth_rad();
+        let off = |sector: &Sector<T>| {
+            let heading = (sector.body_to_ned() * baseline.cast()).azimuth_rad().wide();
             libm::fabs(wrap_angle(heading_rad - heading))
         };
         let near = self.sectors.iter().zip(0..).filter_map(|(slot, number)| {
@@ -287,7 +293,7 @@ impl HeadingSearch {
 
     /// The number of the sector that leads, counted clockwise from the start's heading.
     fn leader(&self) -> usize {
-        let leads = |slot: &Option<Sector>| slot.as_ref().map_or(0.0, |sector| sector.weight);
+        let leads = |slot: &Option<Sector<T>>| slot.as_ref().map_or(0.0, |sector| sector.weight);
         (0..SECTORS)
             .zip(&self.sectors)
             .max_by(|a, b| leads(a.1).total_cmp(&leads(b.1)))
@@ -307,8 +313,8 @@ impl HeadingSearch {
 
 /// What a search has found.
 #[derive(Debug)]
-pub struct FoundHeading<'a> {
-    pub filter: &'a Ekf<Base, 16>,
+pub struct FoundHeading<'a, T> {
+    pub filter: &'a Ekf<Base, 16, T>,
     pub sector: usize,
     pub sigma_rad: f64,
 }

@@ -13,6 +13,7 @@
 #![expect(clippy::indexing_slicing, reason = "indices below the constant lengths of the arrays")]
 
 use super::super::config::GpsModel;
+use super::super::scalar::Scalar;
 use super::super::square;
 use super::{SECTOR_SIGMA_RAD, SECTORS, WHITENED, information_shares};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
@@ -53,19 +54,19 @@ const LONGEST_S: f64 = 5.0;
 
 /// A guess at the direction of the level axes.
 #[derive(Clone, Copy, Debug)]
-struct Guess {
+struct Guess<T> {
     weight: f64,
-    state: [f64; STATES],
-    covariance: [[f64; STATES]; STATES],
+    state: [T; STATES],
+    covariance: [[T; STATES]; STATES],
 }
 
 /// The guesses, and what was felt since the last fix.
 #[derive(Clone, Debug)]
-pub(super) struct Monitor {
-    guesses: [Guess; SECTORS],
-    body_to_level: Rotation<Body, Ned>,
-    felt_mps: Vector<Ned>,
-    felt_s: f64,
+pub(super) struct Monitor<T> {
+    guesses: [Guess<T>; SECTORS],
+    body_to_level: Rotation<Body, Ned, T>,
+    felt_mps: Vector<Ned, T>,
+    felt_s: T,
     /// The fix that the guesses hold at; none before the first.
     last_fix: Option<Time>,
     /// Since when, and at how many fixes, the heading has been wrong.
@@ -83,25 +84,25 @@ pub struct BetterHeading {
     pub replaces: bool,
 }
 
-impl Guess {
+impl<T: Scalar> Guess<T> {
     const NONE: Self =
-        Self { weight: 0.0, state: [0.0; STATES], covariance: [[0.0; STATES]; STATES] };
+        Self { weight: 0.0, state: [T::ZERO; STATES], covariance: [[T::ZERO; STATES]; STATES] };
 
     /// A guess that starts at a fix.
     fn start(direction_rad: f64, velocity_mps: [f64; 2], sigma_mps: f64) -> Self {
         let mut guess = Self { weight: 1.0 / SECTORS as f64, ..Self::NONE };
-        guess.state = [velocity_mps[0], velocity_mps[1], direction_rad, 0.0, 0.0];
+        guess.state = [velocity_mps[0], velocity_mps[1], direction_rad, 0.0, 0.0].map(T::of);
         let (velocity, level) = (square(sigma_mps), square(LEVEL_SIGMA_MPS2));
         let sigmas = [velocity, velocity, square(SECTOR_SIGMA_RAD), level, level];
         for (state, variance) in sigmas.into_iter().enumerate() {
-            guess.covariance[state][state] = variance;
+            guess.covariance[state][state] = T::of(variance);
         }
         guess
     }
 
     /// Equation (H5) of docs/equations.md.
-    fn predict(&mut self, felt_mps: [f64; 2], felt_s: f64) {
-        let (sin, cos) = libm::sincos(self.state[DIRECTION]);
+    fn predict(&mut self, felt_mps: [T; 2], felt_s: T) {
+        let (sin, cos) = self.state[DIRECTION].sincos();
         let x = felt_mps[0] + self.state[LEVEL] * felt_s;
         let y = felt_mps[1] + self.state[LEVEL + 1] * felt_s;
         let change = [cos * x - sin * y, sin * x + cos * y];
@@ -110,8 +111,10 @@ impl Guess {
             [[-change[1], cos * felt_s, -sin * felt_s], [change[0], sin * felt_s, cos * felt_s]];
         let p = &mut self.covariance;
         for (axis, row) in rows.iter().enumerate() {
-            let moved: [f64; STATES] = core::array::from_fn(|column| {
-                (0..3).map(|k| row[k] * p[DIRECTION + k][column]).sum::<f64>()
+            let moved: [T; STATES] = core::array::from_fn(|column| {
+                row[0] * p[DIRECTION][column]
+                    + row[1] * p[DIRECTION + 1][column]
+                    + row[2] * p[DIRECTION + 2][column]
             });
             for (value, moved) in p[axis].iter_mut().zip(moved) {
                 *value += moved;
@@ -119,14 +122,15 @@ impl Guess {
         }
         for line in p.iter_mut() {
             for (axis, row) in rows.iter().enumerate() {
-                let moved: f64 = (0..3).map(|k| row[k] * line[DIRECTION + k]).sum();
-                line[axis] += moved;
+                line[axis] += row[0] * line[DIRECTION]
+                    + row[1] * line[DIRECTION + 1]
+                    + row[2] * line[DIRECTION + 2];
             }
         }
-        let shaken = square(VELOCITY_WALK_MPS) * felt_s
-            + square(TIMING) * (square(felt_mps[0]) + square(felt_mps[1]));
-        let level = square(LEVEL_WALK_MPS2) * felt_s;
-        let noise = [shaken, shaken, square(DIRECTION_WALK_RAD) * felt_s, level, level];
+        let shaken = T::of(square(VELOCITY_WALK_MPS)) * felt_s
+            + T::of(square(TIMING)) * (square(felt_mps[0]) + square(felt_mps[1]));
+        let level = T::of(square(LEVEL_WALK_MPS2)) * felt_s;
+        let noise = [shaken, shaken, T::of(square(DIRECTION_WALK_RAD)) * felt_s, level, level];
         for (state, variance) in noise.into_iter().enumerate() {
             p[state][state] += variance;
         }
@@ -135,13 +139,13 @@ impl Guess {
     }
 
     /// Takes in a velocity; gives the squared innovations and the logarithms of their variances.
-    fn update(&mut self, velocity_mps: [f64; 2], variance: f64) -> f64 {
-        let mut surprise = 0.0;
+    fn update(&mut self, velocity_mps: [T; 2], variance: T) -> T {
+        let mut surprise = T::ZERO;
         for (axis, measured) in velocity_mps.into_iter().enumerate() {
-            let seen: [f64; STATES] = core::array::from_fn(|state| self.covariance[state][axis]);
+            let seen: [T; STATES] = core::array::from_fn(|state| self.covariance[state][axis]);
             let total = seen[axis] + variance;
             let innovation = measured - self.state[axis];
-            surprise += square(innovation) / total + libm::log(total);
+            surprise += square(innovation) / total + total.ln();
             for row in 0..STATES {
                 self.state[row] += seen[row] / total * innovation;
                 for column in 0..STATES {
@@ -155,29 +159,34 @@ impl Guess {
     /// Whether rounding has left it a covariance.
     fn is_sound(&self) -> bool {
         self.state.iter().all(|value| value.is_finite())
-            && (0..STATES).all(|state| self.covariance[state][state] >= 0.0)
+            && (0..STATES).all(|state| self.covariance[state][state] >= T::ZERO)
     }
 }
 
-impl Monitor {
+impl<T: Scalar> Monitor<T> {
     pub const NONE: Self = Self {
         guesses: [Guess::NONE; SECTORS],
         body_to_level: Rotation::IDENTITY,
         felt_mps: Vector::ZERO,
-        felt_s: 0.0,
+        felt_s: T::ZERO,
         last_fix: None,
         wrong: None,
     };
 
     /// Begins anew at the next fix, from a level attitude.
-    pub fn restart(&mut self, body_to_level: Rotation<Body, Ned>) {
+    pub fn restart(&mut self, body_to_level: Rotation<Body, Ned, T>) {
         *self = Self { body_to_level, ..Self::NONE };
     }
 
     /// Takes in what was felt over a sample's interval, less bias.
-    pub fn feel(&mut self, rate_radps: Vector<Body>, force_mps2: Vector<Body>, interval_s: f64) {
+    pub fn feel(
+        &mut self,
+        rate_radps: Vector<Body, T>,
+        force_mps2: Vector<Body, T>,
+        interval_s: T,
+    ) {
         let turn_rad = rate_radps * interval_s;
-        let halfway = self.body_to_level.turned_in_from(turn_rad * 0.5);
+        let halfway = self.body_to_level.turned_in_from(turn_rad * T::of(0.5));
         self.felt_mps += halfway * force_mps2 * interval_s;
         self.felt_s += interval_s;
         self.body_to_level = self.body_to_level.turned_in_from(turn_rad);
@@ -191,17 +200,18 @@ impl Monitor {
         let sigma_mps = WHITENED * sigma_mps.max(gps.velocity_floor_mps);
         let interval_s = self.last_fix.map(|last| fix.time - last);
         let (felt_mps, felt_s) = (self.felt_mps.to_array(), self.felt_s);
-        (self.felt_mps, self.felt_s) = (Vector::ZERO, 0.0);
+        (self.felt_mps, self.felt_s) = (Vector::ZERO, T::ZERO);
         let Some(interval_s) = interval_s.filter(|s| (0.0..=LONGEST_S).contains(s)) else {
             self.begin(fix.time, velocity_mps, sigma_mps);
             return;
         };
         self.last_fix = Some(fix.time);
         let [_, share] = information_shares(fix, gps, interval_s.clamp(0.05, 10.0));
+        let variance = square(T::of(sigma_mps));
         let mut surprises = [0.0; SECTORS];
         for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
             guess.predict([felt_mps[0], felt_mps[1]], felt_s);
-            *surprise = share * guess.update(velocity_mps, square(sigma_mps));
+            *surprise = share * guess.update(velocity_mps.map(T::of), variance).wide();
         }
         if !self.guesses.iter().all(Guess::is_sound) {
             self.restart(self.body_to_level);
@@ -229,29 +239,32 @@ impl Monitor {
 
     /// Turns the level axes by what the guesses agree they are off.
     fn level(&mut self) {
-        let mut off = [0.0; 2];
+        let mut off = [T::ZERO; 2];
         for guess in &self.guesses {
-            off[0] += guess.weight * guess.state[LEVEL];
-            off[1] += guess.weight * guess.state[LEVEL + 1];
+            let weight = T::of(guess.weight);
+            off[0] += weight * guess.state[LEVEL];
+            off[1] += weight * guess.state[LEVEL + 1];
         }
         for guess in &mut self.guesses {
             guess.state[LEVEL] -= off[0];
             guess.state[LEVEL + 1] -= off[1];
         }
-        let turn = Vector::new(off[1] / GRAVITY_MPS2, -off[0] / GRAVITY_MPS2, 0.0);
+        let gravity_mps2 = T::of(GRAVITY_MPS2);
+        let turn = Vector::new(off[1] / gravity_mps2, -off[0] / gravity_mps2, T::ZERO);
         self.body_to_level = self.body_to_level.turned_in_to(turn).renormalised();
     }
 
     /// The direction of the level axes and its one-sigma, rad, over all guesses.
     fn direction(&self) -> (f64, f64) {
         let best = self.guesses.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
-        let middle = best.map_or(0.0, |best| best.state[DIRECTION]);
+        let middle = best.map_or(0.0, |best| best.state[DIRECTION].wide());
         let (mut weights, mut off, mut variance) = (0.0, 0.0, 0.0);
         for guess in &self.guesses {
-            let apart = wrap_angle(guess.state[DIRECTION] - middle);
+            let apart = wrap_angle(guess.state[DIRECTION].wide() - middle);
             weights += guess.weight;
             off += guess.weight * apart;
-            variance += guess.weight * (guess.covariance[DIRECTION][DIRECTION] + square(apart));
+            variance +=
+                guess.weight * (guess.covariance[DIRECTION][DIRECTION].wide() + square(apart));
         }
         let off = off / weights;
         (middle + off, libm::sqrt((variance / weights - square(off)).max(0.0)))
@@ -259,11 +272,12 @@ impl Monitor {
 
     /// By how much an attitude's heading has to turn, clockwise, and one-sigma, rad, by what the guesses
     /// agree on; `None` while they do not.
-    pub fn off(&self, body_to_ned: Rotation<Body, Ned>) -> Option<BetterHeading> {
+    pub fn off(&self, body_to_ned: Rotation<Body, Ned, T>) -> Option<BetterHeading> {
         self.last_fix?;
         let (direction_rad, sigma_rad) = self.direction();
-        let [x, y, _] = (body_to_ned * self.body_to_level.inverse()).matrix().to_cols_array_2d();
-        let turn_rad = wrap_angle(direction_rad - libm::atan2(x[1] - y[0], x[0] + y[1]));
+        let [north, east, _] = (body_to_ned * self.body_to_level.inverse()).rows();
+        let own_rad = (east[0] - north[1]).atan2(north[0] + east[1]).wide();
+        let turn_rad = wrap_angle(direction_rad - own_rad);
         let replaces = libm::fabs(turn_rad) > WRONG_RAD.max(WRONG_SIGMAS * sigma_rad);
         (sigma_rad < AGREED_RAD).then_some(BetterHeading { turn_rad, sigma_rad, replaces })
     }
@@ -273,11 +287,11 @@ impl Monitor {
     pub fn judge(
         &mut self,
         time: Time,
-        body_to_ned: Rotation<Body, Ned>,
-        own_sigma_rad: f64,
+        body_to_ned: Rotation<Body, Ned, T>,
+        own_sigma_rad: T,
     ) -> Option<BetterHeading> {
         let is_doubtful = |off: &BetterHeading| {
-            let sigma_rad = libm::hypot(off.sigma_rad, own_sigma_rad);
+            let sigma_rad = libm::hypot(off.sigma_rad, own_sigma_rad.wide());
             off.replaces || libm::fabs(off.turn_rad) > DOUBTED_RAD.max(DOUBTED_SIGMAS * sigma_rad)
         };
         let Some(better) = self.off(body_to_ned).filter(is_doubtful) else {

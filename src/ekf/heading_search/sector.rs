@@ -7,30 +7,31 @@ use super::super::gate::GpsGates;
 use super::super::history::RecentMotion;
 use super::super::layout::{ATTITUDE, BASE, Base, GYRO_BIAS};
 use super::super::measurement::BiasShift;
+use super::super::scalar::Scalar;
 use super::super::solution::{Estimate, Solution};
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::ins::{Mounting, NavState};
 
 /// One filter of the bank, while another uses what they share.
 #[derive(Clone, Debug)]
-pub(super) struct Sector {
+pub(super) struct Sector<T> {
     pub weight: f64,
-    state: NavState,
-    biases: [f64; BASE - GYRO_BIAS],
+    state: NavState<T>,
+    biases: [T; BASE - GYRO_BIAS],
     covariance: PackedBase,
     gates: GpsGates,
     gps_learned: [f32; 3],
-    angular_rate_radps: Vector<Body>,
-    recent: RecentMotion,
+    angular_rate_radps: Vector<Body, T>,
+    recent: RecentMotion<T>,
 }
 
-impl Sector {
+impl<T: Scalar> Sector<T> {
     /// A sector of this weight, to be [`store`](Self::store)d into.
     pub const fn new(weight: f64) -> Self {
         Self {
             weight,
             state: NavState::ORIGIN,
-            biases: [0.0; BASE - GYRO_BIAS],
+            biases: [T::ZERO; BASE - GYRO_BIAS],
             covariance: PackedBase::ZERO,
             gates: GpsGates::NONE,
             gps_learned: [1.0; 3],
@@ -40,7 +41,7 @@ impl Sector {
     }
 
     /// Makes the shared filter this sector's.
-    pub fn load(&self, filter: &mut Ekf<Base, 16>) {
+    pub fn load(&self, filter: &mut Ekf<Base, 16, T>) {
         filter.state = self.state;
         for (parameter, bias) in filter.parameters.iter_mut().skip(GYRO_BIAS).zip(self.biases) {
             *parameter = bias;
@@ -56,7 +57,7 @@ impl Sector {
     }
 
     /// Keeps what the shared filter has become.
-    pub fn store(&mut self, filter: &Ekf<Base, 16>) {
+    pub fn store(&mut self, filter: &Ekf<Base, 16, T>) {
         self.state = filter.state;
         for (bias, &parameter) in
             self.biases.iter_mut().zip(filter.parameters.iter().skip(GYRO_BIAS))
@@ -71,13 +72,13 @@ impl Sector {
     }
 
     /// Attitude.
-    pub fn body_to_ned(&self) -> Rotation<Body, Ned> {
+    pub fn body_to_ned(&self) -> Rotation<Body, Ned, T> {
         self.state.body_to_ned
     }
 
     /// Heading, rad.
-    pub fn heading_rad(&self) -> f64 {
-        self.state.body_to_ned.euler().yaw_rad
+    pub fn heading_rad(&self) -> T {
+        self.state.body_to_ned.heading_rad()
     }
 
     /// Its variance, rad².
@@ -87,7 +88,7 @@ impl Sector {
 
     /// The solution of this sector's filter.
     pub fn solution(&self, mounting: &Mounting) -> Solution {
-        let mut covariance = Covariance::<f64, 16>::zero();
+        let mut covariance = Covariance::<T, 16>::zero();
         self.covariance.unpack(&mut covariance);
         let [p, q, r, x, y, z] = self.biases;
         let estimate = Estimate {

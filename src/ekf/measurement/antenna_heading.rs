@@ -67,7 +67,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if since_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
-        let baseline = self.state.body_to_ned * mounted.unwrap_or(FORWARD);
+        let body_to_ned = self.state.body_to_ned.cast();
+        let baseline = body_to_ned * mounted.unwrap_or(FORWARD);
         let level = libm::hypot(baseline.x(), baseline.y());
         // Written so that a NaN has none.
         let has_heading = level > LEAST_LEVEL * baseline.norm();
@@ -75,7 +76,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         let age_s = self.age_s(time)?;
-        let turned_rad = (self.state.body_to_ned * self.angular_rate_radps).z() * age_s;
+        let turned_rad = (body_to_ned * self.angular_rate_radps.cast()).z() * age_s;
         let off_rad = wrap_angle(reading.heading_rad + turned_rad - baseline.azimuth_rad());
         let own = self.covariance.variance(ATTITUDE + 2);
         if libm::fabs(off_rad) > REVERSED_RAD && own < square(SURE_RAD) {
@@ -94,8 +95,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let trusted = is_trusted(&mut self.antenna_heading.distrusted, time, off_rad);
         let mut axes = [None; 6];
         axes[0] = trusted.then(|| ScalarMeasurement {
-            sensitivity: Sensitivity::default().with(ATTITUDE + 2, 1.0),
-            ..ScalarMeasurement::new(channel, off_rad, noise)
+            sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE),
+            ..ScalarMeasurement::new(channel, T::of(off_rad), T::of(noise))
         });
         Ok(self.update_sequentially(time, &axes, trace))
     }

@@ -1,6 +1,5 @@
 //! The attitude of a reference system: the inertial unit's own.
 
-use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::Channel;
@@ -11,9 +10,6 @@ use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::time::Time;
-
-/// The direction of a rotation of the heading, north, east, down.
-pub(super) const DOWN: [f64; 3] = [0.0, 0.0, 1.0];
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Takes in an attitude from elsewhere, the unit's own: roll, pitch and heading from true north.
@@ -26,15 +22,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub fn update_attitude(
         &mut self,
         time: Time,
-        reference: Rotation<Body, Ned>,
+        reference: Rotation<Body, Ned, T>,
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
-        let heading = self.state.body_to_ned.euler().yaw_rad;
-        let (sin, cos) = libm::sincos(heading);
+        let (sin, cos) = self.state.body_to_ned.heading_rad().sincos();
+        let down = [T::ZERO, T::ZERO, T::ONE];
         let axes = [
-            (Channel::Roll, [cos, sin, 0.0], [cos, sin, 0.0]),
-            (Channel::Pitch, [-sin, cos, 0.0], [-sin, cos, 0.0]),
-            (Channel::Yaw, DOWN, DOWN),
+            (Channel::Roll, [cos, sin, T::ZERO], [cos, sin, T::ZERO]),
+            (Channel::Pitch, [-sin, cos, T::ZERO], [-sin, cos, T::ZERO]),
+            (Channel::Yaw, down, down),
         ];
         self.update_reference(time, reference, &axes, trace)
     }
@@ -44,12 +40,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn update_reference(
         &mut self,
         time: Time,
-        reference: Rotation<Body, Ned>,
-        axes: &[(Channel, [f64; 3], [f64; 3])],
+        reference: Rotation<Body, Ned, T>,
+        axes: &[(Channel, [T; 3], [T; 3])],
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)?;
-        if !reference.quaternion().is_finite() {
+        if !reference.is_finite() {
             return Err(Unusable::NotFinite);
         }
         let model = self.config.attitude;
@@ -61,29 +57,27 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.attitude_used = Some(time);
         let wander_rad = self.heading_wander_rad(model.heading_wander_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
-        let heading_off = reference.euler().yaw_rad - self.state.body_to_ned.euler().yaw_rad;
-        let wander: Vector<Ned> = self.block(first).into();
+        let heading_off = reference.heading_rad() - self.state.body_to_ned.heading_rad();
+        let wander: Vector<Ned, T> = self.block(first).into();
         let heading_off = wrap_angle(heading_off - wander.z());
-        let trusts_heading = self.trusts_heading(time, heading_off);
+        let trusts_heading = self.trusts_heading(time, heading_off.wide());
         // A heading that is far off would turn what the reference says of the tilt.
         let reference = if trusts_heading {
             reference
         } else {
-            reference.turned_in_to(Vector::new(0.0, 0.0, -heading_off))
+            reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off))
         };
         let left = (reference * self.state.body_to_ned.inverse()).rotation_vector() - wander;
-        let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
+        let noise = square(T::of(model.noise_rad));
+        let mut scalars = core::array::from_fn(|_| None);
         let used = axes.iter().filter(|axis| axis.0 != Channel::Yaw || trusts_heading);
         for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(used) {
-            *slot = Some(ScalarMeasurement {
-                channel,
-                group: if channel == Channel::Yaw { Group::Heading } else { Group::Tilt },
-                innovation: left.dot(direction.into()),
-                noise: square(model.noise_rad),
-                sensitivity: Sensitivity::default()
-                    .with_block(ATTITUDE, seen)
-                    .with_block(first, direction),
-            });
+            let group = if channel == Channel::Yaw { Group::Heading } else { Group::Tilt };
+            let innovation = left.dot(direction.into());
+            let measurement = ScalarMeasurement::new((channel, group), innovation, noise);
+            let sensitivity = &mut slot.insert(measurement).sensitivity;
+            sensitivity.add_block(ATTITUDE, seen);
+            sensitivity.add_block(first, direction);
         }
         Ok(self.update_sequentially(time, &scalars, trace))
     }

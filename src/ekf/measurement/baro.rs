@@ -41,9 +41,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         scalars[0] = Some(ScalarMeasurement {
             channel: Channel::BaroHeight,
             group: Group::Baro,
-            innovation: height_m - offset_m - own_m - self.parameter(state),
-            noise: square(self.config.baro.noise_m),
-            sensitivity: Sensitivity::default().with(POSITION + 2, -1.0).with(state, 1.0),
+            innovation: T::of(height_m - offset_m - own_m) - self.estimate(state),
+            noise: square(T::of(self.config.baro.noise_m)),
+            sensitivity: Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE),
         });
         Ok(self.update_sequentially(time, &scalars, trace))
     }

@@ -1,8 +1,6 @@
 //! GPS: position and velocity of the antenna, at the time the fix holds.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
-use glam::{DMat3, DVec3};
-
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::history::LookBack;
@@ -12,6 +10,7 @@ use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement, Unusable};
+use crate::earth::Local;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 
@@ -69,25 +68,27 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if fix.time - self.state.time > LEAD_S {
             return Err(Unusable::AheadOfImu);
         }
-        let look_back = |latency_s: f64| {
-            let past = fix.time.offset_by(-latency_s);
-            self.history.look_back(&self.state, past).ok_or(Unusable::TooOld)
-        };
-        let delay_s = L::GPS_DELAY.map_or(0.0, |state| self.parameter(state));
-        let velocity_then = look_back(delay_s)?;
+        let look_back =
+            |latency_s: T| self.history.look_back(&self.state, fix.time.offset_by(-latency_s));
+        let delay_s = L::GPS_DELAY.map_or(T::ZERO, |state| self.estimate(state));
+        // By reference: a copy of each costs as much as a sixth of the way back.
+        let velocity_then = &look_back(delay_s);
         let position_then = match L::LATENCY {
-            Some(state) => look_back(delay_s + self.parameter(state))?,
+            Some(state) => &look_back(delay_s + self.estimate(state)),
             None => velocity_then,
+        };
+        let (Some(velocity_then), Some(position_then)) = (velocity_then, position_then) else {
+            return Err(Unusable::TooOld);
         };
         self.relax(trace);
         let noise = self.gps_noise(fix);
         self.judge_change(fix);
         self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
-        let mut axes = [const { None }; 6];
+        let mut axes = core::array::from_fn(|_| None);
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         let (velocity, position) = axes.split_at_mut(3);
-        self.velocity_axes(fix, &velocity_then, &noise, velocity);
-        self.position_axes(fix, &position_then, &noise, position);
+        self.velocity_axes(fix, velocity_then, &noise, velocity);
+        self.position_axes(fix, position_then, &noise, position);
         let mut report = self.update_sequentially(fix.time, &axes, trace);
         self.learn_gps(&report);
         // What clipping or a gap has left is in the velocity, and no step of a bias.
@@ -188,32 +189,35 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn position_axes(
         &self,
         fix: &Fix,
-        back: &LookBack,
+        back: &LookBack<T>,
         noise: &GpsNoise,
         axes: &mut [Option<ScalarMeasurement<T>>],
     ) {
-        let wander: Vector<Ned> =
-            L::GPS_POSITION.map_or([0.0; 3], |first| self.block(first)).into();
-        let antenna_arm = self.mounting.antenna_from_imu();
+        let wander: Vector<Ned, T> =
+            L::GPS_POSITION.map_or([T::ZERO; 3], |first| self.block(first)).into();
+        let antenna_arm = self.mounting.antenna_from_imu().cast::<T>();
         let arm = back.state.body_to_ned * antenna_arm.0;
         let antenna = back.state.position.displaced(arm);
-        let innovation = (fix.position.displacement_from(&antenna) - wander).to_array();
+        let off = Local::about(&antenna).displacement(&antenna, &fix.position);
+        let innovation = (off - wander).to_array();
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g.
-        let arm_turn = skew(-arm.components()) * back.turn_s;
+        let arm_turn = product(skew(-arm), back.turn_s);
+        let forced = skew(-back.force_m - arm);
+        let accelerated = T::of(-0.5) * back.age_s;
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
         let velocity = (back.state.velocity_mps + swing).to_array();
         let told = if fix.two_dimensional { 2 } else { 3 };
         for (axis, slot) in axes.iter_mut().enumerate().take(told) {
-            let noise = noise.position_variance[axis] + self.lag_noise(back, back.age_s);
+            let noise = T::of(noise.position_variance[axis]) + self.lag_noise(back, back.age_s);
             let measurement = ScalarMeasurement::new(POSITION_AXES[axis], innovation[axis], noise);
             let sensitivity = &mut slot.insert(measurement).sensitivity;
-            sensitivity.add(POSITION + axis, 1.0);
+            sensitivity.add(POSITION + axis, T::ONE);
             sensitivity.add(VELOCITY + axis, -back.age_s);
-            sensitivity.add_block(ATTITUDE, row(skew(-back.force_m - arm.components()), axis));
-            sensitivity.add_block(ACCEL_BIAS, row(back.turn_s * (-0.5 * back.age_s), axis));
-            sensitivity.add_block(GYRO_BIAS, row(arm_turn, axis));
+            sensitivity.add_block(ATTITUDE, forced[axis]);
+            sensitivity.add_block(ACCEL_BIAS, back.turn_s[axis].map(|turn_s| turn_s * accelerated));
+            sensitivity.add_block(GYRO_BIAS, arm_turn[axis]);
             if let Some(first) = L::GPS_POSITION {
-                sensitivity.add(first + axis, 1.0);
+                sensitivity.add(first + axis, T::ONE);
             }
             for state in [L::LATENCY, L::GPS_DELAY].into_iter().flatten() {
                 sensitivity.add(state, -velocity[axis]);
@@ -229,39 +233,39 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn velocity_axes(
         &self,
         fix: &Fix,
-        back: &LookBack,
+        back: &LookBack<T>,
         noise: &GpsNoise,
         axes: &mut [Option<ScalarMeasurement<T>>],
     ) {
-        let wander: Vector<Ned> =
-            L::GPS_VELOCITY.map_or([0.0; 3], |first| self.block(first)).into();
-        let antenna_arm = self.mounting.antenna_from_imu();
+        let wander: Vector<Ned, T> =
+            L::GPS_VELOCITY.map_or([T::ZERO; 3], |first| self.block(first)).into();
+        let antenna_arm = self.mounting.antenna_from_imu().cast::<T>();
         let body_to_ned = back.state.body_to_ned;
         let swing = body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
         let predicted = (back.state.velocity_mps + swing + wander).to_array();
         let measured = [
-            fix.horizontal_velocity_mps.map(|velocity| velocity[0]),
-            fix.horizontal_velocity_mps.map(|velocity| velocity[1]),
-            fix.down_velocity_mps.filter(|_| !fix.two_dimensional),
+            fix.horizontal_velocity_mps.map(|velocity| T::of(velocity[0])),
+            fix.horizontal_velocity_mps.map(|velocity| T::of(velocity[1])),
+            fix.down_velocity_mps.filter(|_| !fix.two_dimensional).map(T::of),
         ];
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
-        let attitude = skew(back.force_mps - swing.components());
-        let gyro = body_to_ned.matrix() * skew(antenna_arm.0.components());
+        let attitude = skew(back.force_mps - swing);
+        let gyro = product(body_to_ned.rows(), skew(antenna_arm.0));
         let acceleration = back.acceleration_mps2.to_array();
         for (axis, slot) in axes.iter_mut().enumerate().take(3) {
             let Some(measured) = measured[axis] else { continue };
-            let noise = noise.velocity_variance[axis]
-                + self.lag_noise(back, 1.0)
-                + square(self.config.gps.velocity_smoothing_s * acceleration[axis]);
+            let noise = T::of(noise.velocity_variance[axis])
+                + self.lag_noise(back, T::ONE)
+                + square(T::of(self.config.gps.velocity_smoothing_s) * acceleration[axis]);
             let innovation = measured - predicted[axis];
             let measurement = ScalarMeasurement::new(VELOCITY_AXES[axis], innovation, noise);
             let sensitivity = &mut slot.insert(measurement).sensitivity;
-            sensitivity.add(VELOCITY + axis, 1.0);
-            sensitivity.add_block(ATTITUDE, row(attitude, axis));
-            sensitivity.add_block(ACCEL_BIAS, row(back.turn_s, axis));
-            sensitivity.add_block(GYRO_BIAS, row(gyro, axis));
+            sensitivity.add(VELOCITY + axis, T::ONE);
+            sensitivity.add_block(ATTITUDE, attitude[axis]);
+            sensitivity.add_block(ACCEL_BIAS, back.turn_s[axis]);
+            sensitivity.add_block(GYRO_BIAS, gyro[axis]);
             if let Some(first) = L::GPS_VELOCITY {
-                sensitivity.add(first + axis, 1.0);
+                sensitivity.add(first + axis, T::ONE);
             }
             if let Some(state) = L::GPS_DELAY {
                 sensitivity.add(state, -acceleration[axis]);
@@ -274,23 +278,24 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M6) of docs/equations.md.
-    fn lag_noise(&self, back: &LookBack, lever: f64) -> f64 {
+    fn lag_noise(&self, back: &LookBack<T>, lever: T) -> T {
         let imu = &self.config.imu;
-        let walk = square(imu.velocity_random_walk_mps) * back.age_s.max(0.0);
-        (walk + square(imu.gap_acceleration_mps2 * back.hidden_s)) * square(lever)
+        let walk = square(T::of(imu.velocity_random_walk_mps)) * back.age_s.max(T::ZERO);
+        (walk + square(T::of(imu.gap_acceleration_mps2) * back.hidden_s)) * square(lever)
     }
 }
 
-/// [v ×]: the matrix whose product with w is v × w.
-fn skew(v: DVec3) -> DMat3 {
-    DMat3::from_cols(
-        DVec3::new(0.0, v.z, -v.y),
-        DVec3::new(-v.z, 0.0, v.x),
-        DVec3::new(v.y, -v.x, 0.0),
-    )
+/// [v ×], row by row: the matrix whose product with w is v × w.
+fn skew<F, T: Scalar>(v: Vector<F, T>) -> [[T; 3]; 3] {
+    let [x, y, z] = v.to_array();
+    [[T::ZERO, -z, y], [z, T::ZERO, -x], [-y, x, T::ZERO]]
 }
 
-fn row(matrix: DMat3, index: usize) -> [f64; 3] {
-    let columns = matrix.to_cols_array_2d();
-    columns.map(|column| column.get(index).copied().unwrap_or(0.0))
+/// The product of two matrices, row by row.
+fn product<T: Scalar>(a: [[T; 3]; 3], b: [[T; 3]; 3]) -> [[T; 3]; 3] {
+    a.map(|row| {
+        core::array::from_fn(|column| {
+            row[0] * b[0][column] + row[1] * b[1][column] + row[2] * b[2][column]
+        })
+    })
 }

@@ -28,9 +28,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         declination_rad: f64,
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
-        let field = self.state.body_to_ned * field_gauss;
-        let horizontal = libm::hypot(field.x(), field.y());
-        if !(field.is_finite() && horizontal > 0.02 * field.norm()) {
+        let field = self.state.body_to_ned * field_gauss.cast();
+        let horizontal = field.x().hypot(field.y());
+        if !(field.is_finite() && horizontal > T::of(0.02) * field.norm()) {
             return Err(Unusable::NotFinite);
         }
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
@@ -43,21 +43,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.attitude_used = Some(time);
         // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part: an
         // error of the reference, as slow as that of the tilt, and no reason to move the tilt.
-        let dip = field.z() / horizontal;
+        let dip = (field.z() / horizontal).wide();
         let tilt_variance =
             self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1));
         let usual_rad = libm::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
-        let error = wrap_angle(declination_rad - libm::atan2(field.y(), field.x()));
-        let innovation = wrap_angle(error - self.parameter(first));
+        let error = wrap_angle(T::of(declination_rad) - field.azimuth_rad());
+        let innovation = wrap_angle(error - self.estimate(first));
         let mut axes = [None; 6];
-        axes[0] = self.trusts_heading(time, innovation).then(|| ScalarMeasurement {
+        axes[0] = self.trusts_heading(time, innovation.wide()).then(|| ScalarMeasurement {
             channel: Channel::Yaw,
             group: Group::Heading,
             innovation,
-            noise: square(model.noise_rad),
-            sensitivity: Sensitivity::default().with(ATTITUDE + 2, 1.0).with(first, 1.0),
+            noise: square(T::of(model.noise_rad)),
+            sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE).with(first, T::ONE),
         });
         Ok(self.update_sequentially(time, &axes, trace))
     }

@@ -127,11 +127,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !can_be(range_m) || !known(reading.sigma_m) || !known(reading.quality) {
             return Err(Unusable::NotFinite);
         }
-        let body_to_ned = self.state.body_to_ned;
+        let body_to_ned = self.state.body_to_ned.cast();
+        let velocity_mps = self.state.velocity_mps.cast();
         let from_imu = rangefinder.lever_arm_m - self.mounting.imu_lever_arm_m;
         let beam = body_to_ned * rangefinder.beam;
         let hit = body_to_ned * from_imu + beam * range_m;
-        let wandered_m = self.ground.see(reading, beam, hit, self.state.velocity_mps);
+        let wandered_m = self.ground.see(reading, beam, hit, velocity_mps);
         if self.ground.is_stuck(beam) {
             return Err(Unusable::Stuck);
         }
@@ -145,7 +146,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let age_s = self.age_s(time)?;
         self.relax(trace);
         // The height when the reading was true.
-        let own_m = self.state.position.height_m + self.state.velocity_mps.z() * age_s;
+        let own_m = self.state.position.height_m + velocity_mps.z() * age_s;
         let white_m = reading.sigma_m.unwrap_or(model.noise_m).max(LEAST_NOISE_M);
         let noise = square(white_m) + square(model.noise_share * range_m);
         let height_m = if let Some(height_m) = self.ground.height_m {
@@ -156,7 +157,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.covariance.set_variance(state, 0.0);
             self.open_ground(square(OPENED) * variance, trace);
             if let Some(parameter) = self.parameters.get_mut(state) {
-                *parameter = 0.0;
+                *parameter = T::ZERO;
             }
             *self.ground.height_m.insert(own_m - hit.z())
         };
@@ -164,9 +165,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // The spot lies further down than the ground there, where the reading is too long.
         let innovation = (hit.z() - (own_m - height_m - self.parameter(state))) * per_metre;
         let sensitivity = Sensitivity::default()
-            .with_block(ATTITUDE, [-hit.y() * per_metre, hit.x() * per_metre, 0.0])
-            .with(POSITION + 2, -per_metre)
-            .with(state, -per_metre);
+            .with_block(ATTITUDE, [-hit.y() * per_metre, hit.x() * per_metre, 0.0].map(T::of))
+            .with(POSITION + 2, T::of(-per_metre))
+            .with(state, T::of(-per_metre));
         let variance = self.covariance.project(&sensitivity).1.wide() + noise;
         let steps = square(STEP_SIGMAS)..=square(self.config.gate.sigmas);
         if steps.contains(&(square(innovation) / variance)) {
@@ -176,7 +177,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let channel = (Channel::Range, Group::Range);
         scalars[0] = Some(ScalarMeasurement {
             sensitivity,
-            ..ScalarMeasurement::new(channel, innovation, noise)
+            ..ScalarMeasurement::new(channel, T::of(innovation), T::of(noise))
         });
         Ok(self.update_sequentially(time, &scalars, trace))
     }

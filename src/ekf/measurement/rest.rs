@@ -63,11 +63,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let rate = self.samples.resting_rate_radps.take()?;
         self.relax(trace);
-        let earth = Local::at(&self.state.position).earth_rate_radps;
+        let earth = Local::about(&self.state.position).earth_rate_radps;
         let off = (rate - self.state.body_to_ned.inverse() * earth).to_array();
         if !core::mem::replace(&mut self.bias_shift.rests, true) {
             let bias = self.block(GYRO_BIAS);
-            let stepped = off.iter().zip(bias).map(|(rate, bias)| square(rate - bias));
+            let stepped = off.iter().zip(bias).map(|(&rate, bias)| square((rate - bias).wide()));
             self.bias_shift.learn(stepped.fold(0.0, f64::max));
         }
         let velocity = self.state.velocity_mps.to_array();
@@ -82,9 +82,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             *slot = Some(ScalarMeasurement {
                 channel,
                 group: Group::RestRate,
-                innovation: off - self.parameter(GYRO_BIAS + axis),
-                noise: square(RATE_SIGMA_RADPS),
-                sensitivity: Sensitivity::default().with(GYRO_BIAS + axis, 1.0),
+                innovation: off - self.estimate(GYRO_BIAS + axis),
+                noise: T::of(square(RATE_SIGMA_RADPS)),
+                sensitivity: Sensitivity::default().with(GYRO_BIAS + axis, T::ONE),
             });
             let (Some(slot), Some(&channel), Some(&velocity)) =
                 (velocities.get_mut(axis), VELOCITIES.get(axis), velocity.get(axis))
@@ -95,8 +95,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 channel,
                 group: Group::RestVelocity,
                 innovation: -velocity,
-                noise: square(VELOCITY_SIGMA_MPS),
-                sensitivity: Sensitivity::default().with(VELOCITY + axis, 1.0),
+                noise: T::of(square(VELOCITY_SIGMA_MPS)),
+                sensitivity: Sensitivity::default().with(VELOCITY + axis, T::ONE),
             });
         }
         Some(self.update_sequentially(self.state.time, &axes, trace))

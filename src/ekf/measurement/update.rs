@@ -16,14 +16,14 @@ use crate::time::Time;
 pub(super) struct ScalarMeasurement<T> {
     pub channel: Channel,
     pub group: Group,
-    pub innovation: f64,
-    pub noise: f64,
+    pub innovation: T,
+    pub noise: T,
     pub sensitivity: Sensitivity<T>,
 }
 
 impl<T: Scalar> ScalarMeasurement<T> {
     /// A measurement that sees no state yet.
-    pub fn new((channel, group): (Channel, Group), innovation: f64, noise: f64) -> Self {
+    pub fn new((channel, group): (Channel, Group), innovation: T, noise: T) -> Self {
         Self { channel, group, innovation, noise, sensitivity: Sensitivity::default() }
     }
 }
@@ -45,7 +45,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut correction = [T::ZERO; N];
         let sensitivities = axes.each_ref().map(|axis| axis.as_ref().map(|axis| &axis.sensitivity));
         let innovations =
-            axes.each_ref().map(|axis| axis.as_ref().map_or(0.0, |axis| axis.innovation));
+            axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.innovation));
         let mut joint = Joint::new(sensitivities, innovations);
         joint.project(&self.covariance, 0);
         let mut done: Option<Group> = None;
@@ -59,20 +59,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     axes.iter().enumerate().filter_map(|(n, other)| Some((n, other.as_ref()?)));
                 present.filter(|(_, other)| other.group == axis.group)
             };
-            let (mut largest, mut sum, mut count, mut one) = (0.0, 0.0, 0.0, 0.0);
+            let (mut largest, mut sum, mut count, mut one) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
             for (index, axis) in group() {
-                let variance = joint.variance(index).wide() + axis.noise;
+                let variance = joint.variance(index) + axis.noise;
                 let normalised = square(joint.innovation(index)) / variance;
-                largest = f64::max(largest, normalised);
-                one = joint.innovation(index) / libm::sqrt(variance);
+                largest = largest.max(normalised);
+                one = joint.innovation(index) / variance.sqrt();
                 sum += normalised;
-                count += 1.0;
+                count += T::ONE;
             }
             // Written so that a NaN is refused.
-            let leans = self.gates.leans(axis.group, time, one);
-            let fits = largest <= square(self.config.gate.sigmas) && !leans;
+            let leans = self.gates.leans(axis.group, time, one.wide());
+            let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
-                self.gates.accepted(axis.group, time, sum / count);
+                self.gates.accepted(axis.group, time, (sum / count).wide());
                 Verdict::Accepted
             } else if self.gates.refused(axis.group, time, &self.config.gate) {
                 joint.settle(&mut self.covariance);
@@ -86,16 +86,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             };
             for (index, axis) in group() {
                 let innovation = joint.innovation(index);
-                let sigma = libm::sqrt(joint.variance(index).wide() + axis.noise);
+                let sigma = (joint.variance(index) + axis.noise).sqrt();
                 if verdict != Verdict::Rejected {
-                    let noise = T::of(axis.noise);
-                    let gain = joint.take_in(&mut self.covariance, index, noise);
+                    let gain = joint.take_in(&mut self.covariance, index, axis.noise);
                     for (value, &factor) in correction.iter_mut().zip(&gain.gain) {
-                        *value += factor * T::of(innovation);
+                        *value += factor * innovation;
                     }
-                    trace.updated(&axis.sensitivity, &gain, innovation);
+                    trace.updated(&axis.sensitivity, &gain, innovation.wide());
                 }
                 let channel = axis.channel;
+                let (innovation, sigma) = (innovation.wide(), sigma.wide());
                 report.push(Innovation { time, channel, innovation, sigma, verdict });
             }
         }
@@ -113,7 +113,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (K9) of docs/equations.md.
     #[inline(never)]
     fn reopen(&mut self, axis: &ScalarMeasurement<T>) {
-        let opened = square(axis.innovation);
+        let opened = square(axis.innovation).wide();
         match axis.channel {
             Channel::PositionNorth => self.covariance.add_variance(POSITION, opened),
             Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),

@@ -55,7 +55,7 @@ pub fn estimator_without_search_push(
 
 #[unsafe(no_mangle)]
 pub fn estimator_single_push(
-    estimator: &mut Estimator<Full, 28, f32, HeadingSearch>,
+    estimator: &mut Estimator<Full, 28, f32, HeadingSearch<f32>>,
     event: &Event,
     notify: &mut dyn FnMut(Notice),
 ) {
@@ -248,7 +248,7 @@ macro_rules! objects {
 
 objects! {
     OBJECT_ESTIMATOR_FULL_F64_SEARCH: Estimator<Full, 28, f64, HeadingSearch>,
-    OBJECT_ESTIMATOR_FULL_F32_SEARCH: Estimator<Full, 28, f32, HeadingSearch>,
+    OBJECT_ESTIMATOR_FULL_F32_SEARCH: Estimator<Full, 28, f32, HeadingSearch<f32>>,
     OBJECT_ESTIMATOR_FULL_F64: Estimator<Full, 28, f64, NoHeadingSearch>,
     OBJECT_ESTIMATOR_FULL_F32: Estimator<Full, 28, f32, NoHeadingSearch>,
     OBJECT_ESTIMATOR_BASE_F64: Estimator<Base, 16, f64, NoHeadingSearch>,

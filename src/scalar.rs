@@ -1,0 +1,135 @@
+//! The number type that a filter computes in: `f64`, or `f32` where a processor has no more.
+
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// `f32` or `f64`: what vectors, rotations and covariances are made of. Geographic positions and times are
+/// exact whatever it is: `f64` and whole nanoseconds.
+pub trait Scalar:
+    Copy
+    + PartialOrd
+    + core::fmt::Debug
+    + Default
+    + Send
+    + Sync
+    + 'static
+    + sealed::Sealed
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// What a measurement may bring, its variance by the state over its own, before the short form of
+    /// the update loses half the digits: the root of the number of steps in one.
+    const MOST_INFORMATION: Self;
+    /// The nearest number of this type.
+    fn of(value: f64) -> Self;
+    /// The same number as `f64`.
+    fn wide(self) -> f64;
+    /// So many nanoseconds as seconds.
+    fn of_nanoseconds(nanoseconds: i64) -> Self;
+    /// These seconds as whole nanoseconds, the nearest; saturates, and NaN gives none.
+    fn to_nanoseconds(self) -> i64;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Sine and cosine of an angle, rad.
+    fn sincos(self) -> (Self, Self);
+    /// The angle of the point (`x`, `self`), rad, in [−π, π].
+    fn atan2(self, x: Self) -> Self;
+    /// The length of the hypotenuse over these sides.
+    fn hypot(self, other: Self) -> Self;
+    /// e to this power.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Without its sign.
+    fn abs(self) -> Self;
+    /// The greater of two; of a number and NaN the number.
+    fn max(self, other: Self) -> Self;
+    /// The less of two; of a number and NaN the number.
+    fn min(self, other: Self) -> Self;
+    /// Whether it is neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+macro_rules! scalar {
+    ($T:ident, $most_information:literal, $sqrt:ident, $sincos:ident, $atan2:ident, $hypot:ident, $exp:ident, $ln:ident, $round:ident) => {
+        impl Scalar for $T {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const MOST_INFORMATION: Self = $most_information;
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                value as Self
+            }
+            #[inline(always)]
+            fn wide(self) -> f64 {
+                self.into()
+            }
+            #[inline(always)]
+            fn of_nanoseconds(nanoseconds: i64) -> Self {
+                // 1e9 is exact in binary, 1e-9 is not.
+                nanoseconds as Self / 1e9
+            }
+            #[inline(always)]
+            fn to_nanoseconds(self) -> i64 {
+                libm::$round(self * 1e9) as i64
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+            #[inline(always)]
+            fn sincos(self) -> (Self, Self) {
+                libm::$sincos(self)
+            }
+            #[inline(always)]
+            fn atan2(self, x: Self) -> Self {
+                libm::$atan2(self, x)
+            }
+            #[inline(always)]
+            fn hypot(self, other: Self) -> Self {
+                libm::$hypot(self, other)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                libm::$ln(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $T::abs(self)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                $T::max(self, other)
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                $T::min(self, other)
+            }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                $T::is_finite(self)
+            }
+        }
+    };
+}
+
+scalar!(f32, 2896.0, sqrtf, sincosf, atan2f, hypotf, expf, logf, roundf);
+scalar!(f64, 67_108_864.0, sqrt, sincos, atan2, hypot, exp, log, round);
