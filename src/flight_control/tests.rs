@@ -291,3 +291,5 @@ fn settings_that_cannot_be_are_named() {
     let bad = FlightControlConfig { fence: Some(fence), ..config() };
     assert!(FlightControl::new(bad).unwrap_err().to_string().contains("fence.radius_m"));
 }
+
+mod programme;
