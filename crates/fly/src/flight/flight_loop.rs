@@ -330,6 +330,7 @@ impl FlightLoop {
             failed_checks: outputs.readiness.failed_bits(),
             pilot: outputs.pilot,
             sticks: outputs.sticks,
+            injected: outputs.injected,
             asked_velocity_mps,
             asked_heading_rad,
         };

@@ -130,6 +130,8 @@ pub struct Cycle {
     pub pilot: Option<Sticks>,
     /// The sticks of whoever flies.
     pub sticks: Option<Sticks>,
+    /// What of them is a test input.
+    pub injected: Sticks,
     /// Velocity that the loops were asked for, m/s.
     pub asked_velocity_mps: Vector<Ned>,
     /// Heading that the loops were asked for, rad.

@@ -293,6 +293,8 @@ pub struct CycleMessage {
     pub failed_checks: u16,
     pub pilot: Option<[f64; 4]>,
     pub sticks: Option<[f64; 4]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub injected: Option<[f64; 4]>,
     pub asked_velocity_ned_mps: [f64; 3],
     pub asked_heading_rad: f64,
 }
@@ -310,6 +312,7 @@ impl CycleMessage {
             failed_checks: cycle.failed_checks,
             pilot: cycle.pilot.map(Sticks::to_array),
             sticks: cycle.sticks.map(Sticks::to_array),
+            injected: (cycle.injected != Sticks::NEUTRAL).then(|| cycle.injected.to_array()),
             asked_velocity_ned_mps: cycle.asked_velocity_mps.to_array(),
             asked_heading_rad: cycle.asked_heading_rad,
         }
@@ -328,6 +331,7 @@ impl CycleMessage {
             failed_checks: self.failed_checks,
             pilot: self.pilot.map(Sticks::from_array),
             sticks: self.sticks.map(Sticks::from_array),
+            injected: self.injected.map_or(Sticks::NEUTRAL, Sticks::from_array),
             asked_velocity_mps: Vector::new(north, east, down),
             asked_heading_rad: self.asked_heading_rad,
         };
