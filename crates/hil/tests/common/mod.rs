@@ -14,10 +14,10 @@ use hovernav::autopilot::HoverConfig;
 use hovernav::gps::Protocol;
 use hovernav::time::Time;
 use hovernav_design::hover::HoverDesign;
-use hovernav_fly::{FlightReport, fly};
+use hovernav_fly::{DurationHistogram, FlightReport, fly};
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveSample, LiveStatistics, Scene};
-use hovernav_log::FlyConfig;
 use hovernav_log::record::Record;
+use hovernav_log::{FlyConfig, Manifest};
 use hovernav_model::shipped;
 use hovernav_sim::FlightConfig;
 
@@ -46,6 +46,8 @@ pub struct Setup {
     pub keys: String,
     /// Vehicle, wind, sensors, duration and seed.
     pub flight: FlightConfig,
+    /// The sensors as the flight computer has them, where it is not by its defaults.
+    pub navigation: Option<Manifest>,
 }
 
 impl Setup {
@@ -60,6 +62,7 @@ impl Setup {
             autopilot: autopilot(),
             keys: String::new(),
             flight,
+            navigation: None,
         }
     }
 }
@@ -72,6 +75,8 @@ pub struct Flown {
     pub samples: Vec<LiveSample>,
     pub crashed_s: Option<f64>,
     pub report: FlightReport,
+    /// From the inertial packet's last byte leaving the unit to the first byte at the servos.
+    pub over_lines: DurationHistogram,
 }
 
 impl Flown {
@@ -129,6 +134,9 @@ fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
         setup.keys
     );
     let mut config = FlyConfig::parse(&text, "fly.toml".as_ref()).unwrap();
+    if let Some(navigation) = &setup.navigation {
+        config.navigation = navigation.clone();
+    }
     config.load_autopilot(directory).unwrap();
     config
 }
@@ -170,6 +178,7 @@ pub fn flown(setup: &Setup) -> Flown {
         let report = computer.join().unwrap().unwrap();
         (flying.crashed_s(), report)
     });
+    let over_lines = flying.turnaround();
     let (_, samples) = flying.end().unwrap();
     let record = Record::open(&path).unwrap();
     let sticks = record.sticks_reproduced().unwrap().unwrap();
@@ -179,7 +188,7 @@ pub fn flown(setup: &Setup) -> Flown {
         setup.acts
     );
     let begun_s = begun_s.into_inner().unwrap_or_else(PoisonError::into_inner);
-    Flown { record, begun_s, samples, crashed_s, report }
+    Flown { record, begun_s, samples, crashed_s, report, over_lines }
 }
 
 /// Flies all of them at once.
