@@ -67,7 +67,7 @@ fn at(seconds: f64, share: f64) -> (f64, f64) {
 fn picture(flights: &[Flown]) -> String {
     let [left, right, top, bottom] = FRAME;
     let mut svg = String::from(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 400\" font-family=\"system-ui, \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 740 400\" font-family=\"system-ui, \
          sans-serif\" font-size=\"14\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n\
          <text x=\"70\" y=\"24\" font-size=\"16\">From the inertial packet to the servos: share of cycles \
          that take longer</text>\n",
