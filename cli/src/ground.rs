@@ -53,7 +53,7 @@ pub struct Arguments {
 enum ProtocolArgument {
     /// This project's packed frames
     Frames,
-    /// MAVLink 2
+    /// MAVLink, 1 or 2
     Mavlink,
 }
 

@@ -12,7 +12,7 @@ use crate::store::TextLevel;
 pub enum Protocol {
     /// This project's packed frames.
     Frames,
-    /// MAVLink 2.
+    /// MAVLink, 1 or 2.
     Mavlink,
 }
 

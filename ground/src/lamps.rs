@@ -163,6 +163,7 @@ pub fn control(value: impl Fn(Id) -> f64) -> Control {
         (flags.descends, "no pilot: the autopilot descends"),
         (flags.outside_fence, "the fence is reached: the autopilot goes back"),
         (flags.at_end, "a control is at its end"),
+        (flags.excited, "the autopilot flies a test input"),
     ];
     let failed = place(Id::FailedChecks).unwrap_or(0);
     Control {

@@ -1,24 +1,21 @@
-//! MAVLink 2 as channels: from this project's vehicles, and from any other that speaks the common set.
+//! MAVLink, of both versions, as channels: from this project's vehicles, and from any other that speaks the common set.
 //!
 //! Source: MAVLink, *common message set* and *packet serialization*.
+
+mod frame;
 
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use mavlink::dialects::common::{
     EstimatorStatusFlags, HighresImuUpdatedFlags, MavAutopilot, MavMessage, MavModeFlag,
     MavSeverity,
 };
-use mavlink::{MavlinkVersion, Message as _, calculate_crc};
+use mavlink::{MavlinkVersion, Message as _};
 
 use crate::channel::Id;
 use crate::frames::Values;
 use crate::store::TextLevel;
+use frame::{Begun, Frame};
 
-const MAGIC: u8 = 0xFD;
-const HEADER: usize = 10;
-const CHECKSUM: usize = 2;
-const SIGNATURE: usize = 13;
-/// The only feature of a frame that must be understood, and is: it is signed.
-const SIGNED: u8 = 1;
 /// Standard gravity, m/s²; accelerations of SCALED_IMU are in mG of it.
 const G_MPS2: f64 = 9.806_65;
 
@@ -47,6 +44,8 @@ pub struct Decoder {
     bytes: Vec<u8>,
     vehicle: Option<(u8, u8)>,
     before: Option<u8>,
+    /// The second version was heard: bytes that look like the first are none.
+    speaks_second: bool,
     attitude: Option<EulerAngles>,
     /// What became of the stream.
     pub counts: Counts,
@@ -56,47 +55,48 @@ impl Decoder {
     /// Takes bytes; `said` hears what they say.
     pub fn receive(&mut self, bytes: &[u8], mut said: impl FnMut(Said)) {
         self.bytes.extend_from_slice(bytes);
+        // Taken out so that a frame in it can be looked at while the rest of this changes.
+        let bytes = std::mem::take(&mut self.bytes);
         let mut from = 0;
-        while let Some(start) = self.bytes[from..].iter().position(|byte| *byte == MAGIC) {
+        while let Some(start) = self.next_magic(&bytes[from..]) {
             from += start;
-            let Some(&[length, flags, ..]) = self.bytes.get(from + 1..from + 3) else { break };
-            let unsigned = HEADER + usize::from(length) + CHECKSUM;
-            let whole = unsigned + if flags & SIGNED == 0 { 0 } else { SIGNATURE };
-            if flags & !SIGNED != 0 {
-                from += 1;
-                continue;
-            }
-            let Some(frame) = self.bytes.get(from..from + whole) else { break };
-            let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
-            let found = u16::from_le_bytes([frame[unsigned - 2], frame[unsigned - 1]]);
-            let known = MavMessage::extra_crc(id);
-            if calculate_crc(&frame[1..unsigned - CHECKSUM], known) != found {
-                // Of a message that nobody here knows, the checksum cannot be known either.
-                let is_known = MavMessage::default_message_from_id(id).is_some();
-                self.counts.damaged += u64::from(is_known);
-                from += 1;
-                continue;
-            }
-            let (sequence, sender) = (frame[4], (frame[5], frame[6]));
-            let payload = frame[HEADER..unsigned - CHECKSUM].to_vec();
-            from += whole;
-            if *self.vehicle.get_or_insert(sender) != sender {
-                continue;
-            }
-            let gap = |before: u8| sequence.wrapping_sub(before).wrapping_sub(1);
-            self.counts.missing += u64::from(self.before.map_or(0, gap));
-            self.before = Some(sequence);
-            self.counts.messages += 1;
-            if let Ok(message) = MavMessage::parse(MavlinkVersion::V2, id, &payload)
-                && let Some(what) = self.said(&message)
-            {
-                said(what);
+            match frame::begun(&bytes[from..]) {
+                Begun::Short => break,
+                Begun::Frame(frame) => {
+                    from += frame.length;
+                    self.frame(&frame, &mut said);
+                }
+                Begun::Damaged => {
+                    self.counts.damaged += 1;
+                    from += 1;
+                }
+                Begun::Nothing => from += 1,
             }
         }
         // What cannot begin a message any more is gone; what is left is shorter than one.
-        let keep = self.bytes[from..].iter().position(|byte| *byte == MAGIC);
-        let gone = keep.map_or(self.bytes.len(), |keep| from + keep);
+        let gone = self.next_magic(&bytes[from..]).map_or(bytes.len(), |keep| from + keep);
+        self.bytes = bytes;
         self.bytes.drain(..gone);
+    }
+
+    fn next_magic(&self, bytes: &[u8]) -> Option<usize> {
+        bytes.iter().position(|byte| frame::is_magic(*byte, !self.speaks_second))
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>, said: &mut impl FnMut(Said)) {
+        self.speaks_second |= frame.version == MavlinkVersion::V2;
+        if *self.vehicle.get_or_insert(frame.sender) != frame.sender {
+            return;
+        }
+        let gap = |before: u8| frame.sequence.wrapping_sub(before).wrapping_sub(1);
+        self.counts.missing += u64::from(self.before.map_or(0, gap));
+        self.before = Some(frame.sequence);
+        self.counts.messages += 1;
+        if let Ok(message) = MavMessage::parse(frame.version, frame.id, frame.payload)
+            && let Some(what) = self.said(&message)
+        {
+            said(what);
+        }
     }
 
     fn said(&mut self, message: &MavMessage) -> Option<Said> {
@@ -253,5 +253,60 @@ impl Decoder {
             }
             _ => return None,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mavlink::dialects::common::{ATTITUDE_DATA, STATUSTEXT_DATA};
+    use mavlink::{MavHeader, write_v1_msg, write_v2_msg};
+
+    fn attitude(sequence: u8, roll: f32) -> (MavHeader, MavMessage) {
+        let header = MavHeader { sequence, system_id: 1, component_id: 1 };
+        (header, MavMessage::ATTITUDE(ATTITUDE_DATA { roll, ..ATTITUDE_DATA::default() }))
+    }
+
+    /// What a stream says, handed over in pieces of three bytes, and what became of it.
+    fn heard(stream: &[u8]) -> (Vec<f64>, Counts) {
+        let mut decoder = Decoder::default();
+        let mut rolls = Vec::new();
+        for piece in stream.chunks(3) {
+            decoder.receive(piece, |said| {
+                if let Said::Values(_, values) = said {
+                    let roll = values.iter().find(|(id, _)| *id == Id::Roll);
+                    rolls.extend(roll.and_then(|(_, value)| *value));
+                }
+            });
+        }
+        (rolls, decoder.counts)
+    }
+
+    #[test]
+    fn an_old_autopilot_that_speaks_the_first_version_is_heard() {
+        let mut stream = vec![0xFE, 0x00, 0xFD, 0x41];
+        for sequence in 0..20 {
+            let (header, message) = attitude(sequence, 0.5);
+            write_v1_msg(&mut stream, header, &message).unwrap();
+        }
+        let text = MavMessage::STATUSTEXT(STATUSTEXT_DATA::default());
+        write_v1_msg(&mut stream, attitude(20, 0.0).0, &text).unwrap();
+        let (rolls, counts) = heard(&stream);
+        assert_eq!((rolls.len(), counts.messages, counts.missing), (20, 21, 0));
+        assert!(rolls.iter().all(|roll| (roll - 0.5f64.to_degrees()).abs() < 1e-4));
+    }
+
+    #[test]
+    fn one_that_goes_over_to_the_second_version_is_heard_on() {
+        let mut stream = Vec::new();
+        for sequence in 0..20 {
+            let (header, message) = attitude(sequence, 0.1);
+            match sequence {
+                0..10 => write_v1_msg(&mut stream, header, &message).unwrap(),
+                _ => write_v2_msg(&mut stream, header, &message).unwrap(),
+            };
+        }
+        let (rolls, counts) = heard(&stream);
+        assert_eq!((rolls.len(), counts.missing, counts.damaged), (20, 0, 0));
     }
 }

@@ -15,7 +15,7 @@ pub struct Excitation {
     pub limits: ExcitationLimits,
 }
 
-/// Beyond which a test input is ended at once and the autopilot flies alone.
+/// Beyond which a test input is ended at once and the autopilot flies alone, and how fast it moves the stick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExcitationLimits {
     /// Roll and pitch, rad.
@@ -24,12 +24,15 @@ pub struct ExcitationLimits {
     pub rate_radps: f64,
     /// Speed over ground, m/s.
     pub speed_mps: f64,
+    /// How fast the stick is moved for it, full travels a second; the input rises and falls no faster, and
+    /// is over when it is back.
+    pub stick_rate_per_s: f64,
 }
 
 impl Default for ExcitationLimits {
-    /// 20°, 115 °/s and 2.5 m/s: what a model of hover holds for.
+    /// 20°, 115 °/s and 2.5 m/s: what a model of hover holds for. The stick moves at any rate.
     fn default() -> Self {
-        Self { tilt_rad: 0.35, rate_radps: 2.0, speed_mps: 2.5 }
+        Self { tilt_rad: 0.35, rate_radps: 2.0, speed_mps: 2.5, stick_rate_per_s: f64::INFINITY }
     }
 }
 
@@ -37,6 +40,8 @@ impl Default for ExcitationLimits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ExcitationAbort {
+    /// The pilot moved a stick.
+    Stick,
     /// The autopilot no longer holds velocity: the pilot took over, or the estimate is not good enough.
     Mode,
     /// Roll or pitch beyond the limit.
@@ -45,6 +50,18 @@ pub enum ExcitationAbort {
     Rate,
     /// Speed beyond the limit.
     Speed,
+}
+
+impl core::fmt::Display for ExcitationAbort {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Stick => "the pilot moved a stick",
+            Self::Mode => "velocity is no longer held",
+            Self::Tilt => "roll or pitch went beyond its limit",
+            Self::Rate => "an angular rate went beyond its limit",
+            Self::Speed => "the speed went beyond its limit",
+        })
+    }
 }
 
 /// Why a test input is refused.
@@ -86,13 +103,6 @@ impl Excitation {
     /// # Errors
     /// [`ExcitationError::Value`] with the first number that is out of range.
     pub fn check(&self) -> Result<(), ExcitationError> {
-        let within = |what, found: f64, lowest: f64, highest: f64, expected| {
-            if found >= lowest && found <= highest {
-                Ok(())
-            } else {
-                Err(ExcitationError::Value { what, found, expected })
-            }
-        };
         for stick in self.direction.to_array() {
             within("direction", stick, -1.0, 1.0, "-1 to 1 on each stick")?;
         }
@@ -103,17 +113,53 @@ impl Excitation {
             within("last frequency", last_hz, first_hz, 20.0, "the first to 20 Hz")?;
             within("fade", fade_s, 0.0, 300.0, "0 to 300 s")?;
         }
-        let ExcitationLimits { tilt_rad, rate_radps, speed_mps } = self.limits;
-        within("limit of tilt", tilt_rad, 0.0, 0.8, "0 to 0.8 rad")?;
-        within("limit of rate", rate_radps, 0.0, 10.0, "0 to 10 rad/s")?;
-        within("limit of speed", speed_mps, 0.0, 20.0, "0 to 20 m/s")
+        self.limits.check()
     }
 }
 
-/// The test input under way.
+impl ExcitationLimits {
+    /// Refuses limits that keep nothing or let nothing be flown.
+    ///
+    /// # Errors
+    /// [`ExcitationError::Value`] with the first number that is out of range.
+    pub fn check(&self) -> Result<(), ExcitationError> {
+        let Self { tilt_rad, rate_radps, speed_mps, stick_rate_per_s } = *self;
+        within("limit of tilt", tilt_rad, 0.0, 0.8, "0 to 0.8 rad")?;
+        within("limit of rate", rate_radps, 0.0, 10.0, "0 to 10 rad/s")?;
+        within("limit of speed", speed_mps, 0.0, 20.0, "0 to 20 m/s")?;
+        let expected = "at least 0.1 a second";
+        within("rate of the stick", stick_rate_per_s, 0.1, f64::INFINITY, expected)
+    }
+}
+
+/// Refuses a number outside `lowest` to `highest`, and NaN.
+pub(super) fn within(
+    what: &'static str,
+    found: f64,
+    lowest: f64,
+    highest: f64,
+    expected: &'static str,
+) -> Result<(), ExcitationError> {
+    if found >= lowest && found <= highest {
+        Ok(())
+    } else {
+        Err(ExcitationError::Value { what, found, expected })
+    }
+}
+
+/// A test input under way.
+#[derive(Clone, Copy, Debug)]
+struct Running {
+    excitation: Excitation,
+    elapsed_s: f64,
+    /// What was added last, along its direction.
+    level: f64,
+}
+
+/// The test input under way, if there is one.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Exciter {
-    running: Option<(Excitation, f64)>,
+    running: Option<Running>,
 }
 
 impl Exciter {
@@ -122,7 +168,7 @@ impl Exciter {
             return Err(ExcitationError::Busy);
         }
         excitation.check()?;
-        self.running = Some((excitation, 0.0));
+        self.running = Some(Running { excitation, elapsed_s: 0.0, level: 0.0 });
         Ok(())
     }
 
@@ -141,19 +187,29 @@ impl Exciter {
         flown: Option<&Solution>,
         period_s: f64,
     ) -> (Sticks, Option<ExcitationAbort>) {
-        let Some((excitation, elapsed_s)) = self.running else { return (Sticks::NEUTRAL, None) };
-        if let Some(abort) = excitation.limits.crossed(flown) {
+        let Some(running) = self.running else { return (Sticks::NEUTRAL, None) };
+        let Running { excitation: Excitation { direction, maneuver, limits }, elapsed_s, level } =
+            running;
+        if let Some(abort) = limits.crossed(flown) {
             self.running = None;
             return (Sticks::NEUTRAL, Some(abort));
         }
-        let next_s = elapsed_s + period_s;
-        let lasts = elapsed_s < excitation.maneuver.duration_s();
-        self.running = lasts.then_some((excitation, next_s));
-        (excitation.direction.scaled(excitation.maneuver.at(elapsed_s)), None)
+        let wanted = maneuver.at(elapsed_s);
+        let travel = limits.stick_rate_per_s * period_s;
+        let next = if (wanted - level).abs() <= travel {
+            wanted
+        } else {
+            level + libm::copysign(travel, wanted - level)
+        };
+        let lasts = elapsed_s < maneuver.duration_s() || next != 0.0;
+        let elapsed_s = elapsed_s + period_s;
+        self.running = lasts.then_some(Running { elapsed_s, level: next, ..running });
+        (direction.scaled(next), None)
     }
 }
 
 impl ExcitationLimits {
+    /// What of them the estimate is beyond; `None` counts as no velocity held.
     fn crossed(&self, flown: Option<&Solution>) -> Option<ExcitationAbort> {
         let Some(solution) = flown else { return Some(ExcitationAbort::Mode) };
         let angles = solution.body_to_ned.euler();

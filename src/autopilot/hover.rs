@@ -246,7 +246,7 @@ impl HoverAutopilot {
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
         let limits = self.config.limits;
         self.sticks = match self.mode() {
-            Mode::Manual => limits.in_range(faded),
+            Mode::Manual => limits.in_range_beside(faded, wanted),
             _ => limits.reachable(faded, self.sticks, period_s),
         };
         // The loops hear of a test input by what it does to the vehicle, as of a gust.

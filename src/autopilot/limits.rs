@@ -50,6 +50,15 @@ impl StickLimits {
         wanted.zip(self.lowest, f64::max).zip(self.highest, f64::min)
     }
 
+    /// `wanted` brought into the range, which reaches to the sticks of the pilot, `own`, where they are
+    /// beyond it: the pilot has no limits but the servos'.
+    #[must_use]
+    pub fn in_range_beside(&self, wanted: Sticks, own: Sticks) -> Sticks {
+        wanted
+            .zip(self.lowest.zip(own, f64::min), f64::max)
+            .zip(self.highest.zip(own, f64::max), f64::min)
+    }
+
     /// `wanted` brought into the range, and within what the controls can move in `period_s` from
     /// `last`.
     ///

@@ -2,7 +2,9 @@
 
 use core::fmt;
 
-use crate::autopilot::{self, HoverConfig, ReadinessLimits, SteeringConfig};
+use crate::autopilot::{
+    self, ExcitationError, ExcitationProgramme, HoverConfig, ReadinessLimits, SteeringConfig,
+};
 use crate::controls::Channels;
 use crate::earth::Geodetic;
 use crate::servo::{self, ChannelConfig, SignalConfig, Swashplate, SwitchConfig, within};
@@ -62,6 +64,8 @@ pub struct FlightControlConfig {
     pub failsafe: FailsafeConfig,
     /// How far it may go.
     pub fence: Option<Fence>,
+    /// Test inputs that it flies by itself.
+    pub excitation: Option<ExcitationProgramme>,
     /// The servos.
     pub channels: Channels<ChannelConfig>,
     /// How they carry the swashplate.
@@ -81,6 +85,7 @@ impl FlightControlConfig {
             hold_throttle: false,
             failsafe: FailsafeConfig::default(),
             fence: None,
+            excitation: None,
             channels: Channels::default(),
             swashplate: Swashplate::default(),
         }
@@ -106,6 +111,7 @@ impl FlightControlConfig {
             let (from, to) = (0.1, self.hover.guidance.climb_mps);
             within("failsafe.descent_mps", failsafe.descent_mps, from, to)?;
         }
+        self.excitation.iter().try_for_each(ExcitationProgramme::check)?;
         if let Some(fence) = &self.fence {
             within("fence.radius_m", fence.radius_m, 5.0, 10_000.0)?;
             within("fence.height_m", fence.height_m, 5.0, 1_000.0)?;
@@ -125,6 +131,8 @@ pub enum FlightControlError {
     Autopilot(autopilot::ConfigError),
     /// A value of the servos, the switch or the failsafes.
     Servo(servo::ConfigError),
+    /// A value of the test inputs.
+    Excitation(ExcitationError),
     /// The fence's middle is no place one can navigate at.
     Centre,
 }
@@ -134,6 +142,7 @@ impl fmt::Display for FlightControlError {
         match self {
             Self::Autopilot(error) => error.fmt(f),
             Self::Servo(error) => error.fmt(f),
+            Self::Excitation(error) => error.fmt(f),
             Self::Centre => f.write_str("the fence's middle is no place to navigate at"),
         }
     }
@@ -150,5 +159,11 @@ impl From<autopilot::ConfigError> for FlightControlError {
 impl From<servo::ConfigError> for FlightControlError {
     fn from(error: servo::ConfigError) -> Self {
         Self::Servo(error)
+    }
+}
+
+impl From<ExcitationError> for FlightControlError {
+    fn from(error: ExcitationError) -> Self {
+        Self::Excitation(error)
     }
 }

@@ -25,8 +25,8 @@ pub use config::{FailsafeConfig, Fence, FlightControlConfig, FlightControlError}
 pub use notice::{ControlNotice, HandedBack};
 
 use crate::autopilot::{
-    Engagement, EngagementChange, HoverAutopilot, Inputs, Mode, Observed, Readiness, Reason,
-    SetPoint, Steering,
+    Engagement, EngagementChange, ExcitationAbort, HoverAutopilot, Inputs, Mode, Observed,
+    ProgrammeFlight, Readiness, Reason, SetPoint, Steering,
 };
 use crate::controls::{Channels, Sticks};
 use crate::earth::Geodetic;
@@ -65,6 +65,8 @@ pub struct ControlInputs<'a> {
 pub struct ControlOutputs {
     /// Where the controls go.
     pub sticks: Option<Sticks>,
+    /// What of them is a test input that the autopilot flies.
+    pub injected: Sticks,
     /// The pilot's own sticks, where all four are fresh and the pilot's.
     pub pilot: Option<Sticks>,
     /// Widths for the servos, ms, not limited; NaN where nobody commands.
@@ -95,6 +97,7 @@ pub struct FlightControl {
     switch: Switch,
     engagement: Engagement,
     steering: Option<Steering>,
+    programme: Option<ProgrammeFlight>,
     throttle_ms: f64,
     before: Option<Time>,
     period_s: Option<f64>,
@@ -120,6 +123,7 @@ impl FlightControl {
                 Some(steering) => Some(Steering::new(steering, neutral)?),
                 None => None,
             },
+            programme: config.excitation.map(ProgrammeFlight::new),
             throttle_ms: f64::NAN,
             before: None,
             period_s: None,
@@ -231,10 +235,14 @@ impl FlightControl {
         );
         let switch_on = self.engage(inputs, &at_stick, elapsed_s, &readiness, &mut notify);
         self.request(inputs, pilot, &mut notify);
+        self.fly_programme(pilot, elapsed_s, &mut notify);
 
         let engaged = self.engagement.is_engaged();
         let outputs =
             self.autopilot.step(&Inputs { now, solution: inputs.solution, pilot, engage: engaged });
+        if let Some(why) = outputs.aborted {
+            self.end_programme(why, &mut notify);
+        }
         if let Some(transition) = outputs.transition {
             notify(ControlNotice::Mode(transition));
             if engaged && transition.to == Mode::Manual && transition.reason == Reason::Override {
@@ -249,6 +257,7 @@ impl FlightControl {
         let (sticks, widths_ms) = self.command(flies, outputs.sticks, outputs.mode, &at_stick);
         ControlOutputs {
             sticks,
+            injected: if flies { outputs.injected } else { Sticks::NEUTRAL },
             pilot,
             widths_ms,
             signal,
@@ -289,6 +298,9 @@ impl FlightControl {
                 if let (Some(steering), Some(pilot)) = (&mut self.steering, pilot.sticks) {
                     steering.engage(pilot);
                 }
+                if let (Some(programme), Some(pilot)) = (&mut self.programme, pilot.sticks) {
+                    programme.engage(pilot);
+                }
                 (self.outside, self.descends) = (false, false);
                 notify(ControlNotice::Engaged);
             }
@@ -306,6 +318,30 @@ impl FlightControl {
         // As if refused: the switch must be opened before it counts again.
         self.engagement = Engagement::Refused;
         notify(ControlNotice::HandedBack(why));
+    }
+
+    /// Test inputs, while nothing but holding is asked for.
+    fn fly_programme(
+        &mut self,
+        pilot: Option<Sticks>,
+        elapsed_s: f64,
+        notify: &mut impl FnMut(ControlNotice),
+    ) {
+        let may_go_on =
+            self.engagement.is_engaged() && self.pilot_lost_s.is_none() && !self.outside;
+        let Self { programme, autopilot, .. } = self;
+        let change = programme
+            .as_mut()
+            .and_then(|programme| programme.step(autopilot, pilot, may_go_on, elapsed_s));
+        if let Some(change) = change {
+            notify(ControlNotice::TestInputs(change));
+        }
+    }
+
+    fn end_programme(&mut self, why: ExcitationAbort, notify: &mut impl FnMut(ControlNotice)) {
+        if let Some(change) = self.programme.as_mut().and_then(|programme| programme.end(why)) {
+            notify(ControlNotice::TestInputs(change));
+        }
     }
 
     /// What the autopilot is asked to do: by the fence before the loss of the pilot before the sticks.

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::autopilot::{Readiness, Transition};
+use crate::autopilot::{ProgrammeChange, Readiness, Transition};
 
 /// Why the autopilot gave the sticks back though the switch is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +43,8 @@ pub enum ControlNotice {
     FenceLeft,
     /// A stick has been at its end for too long; attitude comes first there.
     Saturated,
+    /// A test input begins, or there are no more.
+    TestInputs(ProgrammeChange),
 }
 
 impl fmt::Display for ControlNotice {
@@ -71,6 +73,7 @@ impl fmt::Display for ControlNotice {
             Self::Descends => f.write_str("no pilot: the autopilot descends"),
             Self::FenceReached => f.write_str("the fence is reached: the autopilot goes back"),
             Self::FenceLeft => f.write_str("inside the fence again"),
+            Self::TestInputs(change) => change.fmt(f),
             Self::Saturated => f.write_str("a control is at its end"),
         }
     }

@@ -119,6 +119,16 @@ fn the_pilots_pulses_pass_to_the_last_bit_until_the_switch_is_closed_and_after_i
 }
 
 #[test]
+fn limits_of_the_autopilot_are_none_of_the_pilots() {
+    let mut narrow = config();
+    narrow.hover.limits.highest = Sticks::from_array([0.02; 4]);
+    let mut bench = Bench::new(narrow);
+    let full = Channels { pedal: 2.05, ..bench.pilot_ms.unwrap() };
+    bench.pilot_ms = Some(full);
+    assert_eq!(bench.cycles(3).widths_ms, full);
+}
+
+#[test]
 fn taking_over_and_giving_back_moves_no_control_by_a_step() {
     let mut bench = Bench::new(config());
     bench.cycles(20);
@@ -281,3 +291,5 @@ fn settings_that_cannot_be_are_named() {
     let bad = FlightControlConfig { fence: Some(fence), ..config() };
     assert!(FlightControl::new(bad).unwrap_err().to_string().contains("fence.radius_m"));
 }
+
+mod programme;

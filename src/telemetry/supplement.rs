@@ -36,6 +36,8 @@ pub struct ControlFlags {
     pub outside_fence: bool,
     /// A stick is at its end.
     pub at_end: bool,
+    /// The autopilot flies a test input.
+    pub excited: bool,
 }
 
 impl ControlFlags {
@@ -50,13 +52,14 @@ impl ControlFlags {
             self.descends,
             self.outside_fence,
             self.at_end,
+            self.excited,
         ]
         .into_iter()
         .rev()
         .fold(0, |bits, flag| bits << 1 | u8::from(flag))
     }
 
-    /// The inverse of [`ControlFlags::bits`]; bits beyond the fields are ignored.
+    /// The inverse of [`ControlFlags::bits`].
     #[must_use]
     pub const fn from_bits(bits: u8) -> Self {
         Self {
@@ -67,6 +70,7 @@ impl ControlFlags {
             descends: bits & 1 << 4 != 0,
             outside_fence: bits & 1 << 5 != 0,
             at_end: bits & 1 << 6 != 0,
+            excited: bits & 1 << 7 != 0,
         }
     }
 }
@@ -148,6 +152,7 @@ impl Supplement {
                 descends: control.descends(),
                 outside_fence: control.is_outside_fence(),
                 at_end: control.is_at_end(),
+                excited: control.autopilot().is_excited(),
             },
             failed_checks: outputs.readiness.failed_bits(),
             asked_velocity_mps: outputs.mode.holds_velocity().then_some(velocity_mps),

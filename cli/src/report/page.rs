@@ -226,13 +226,15 @@ impl RecordPage<'_> {
 
     fn timing(&self) -> Section {
         let work = |cycle: &Cycle| cycle.work_s.map_or(f64::NAN, |work_s| 1e3 * work_s);
+        let to_servos = |cycle: &Cycle| cycle.turnaround_s.map_or(f64::NAN, |took_s| 1e3 * took_s);
         let rows = [
             Row::new("Work", "ms").with(self.cycles(Role::Estimate, work).named("work")),
+            Row::new("To the servos", "ms").with(self.cycles(Role::Estimate, to_servos)),
             Row::new("Late in a row", "")
                 .with(self.cycles(Role::Input, |cycle| f64::from(cycle.late_cycles))),
         ];
-        let explanation =
-            "What the work of each cycle took, and how many cycles in a row were late.";
+        let explanation = "What the work of each cycle took, how long of it until the servos had their command, and how many \
+             cycles in a row were late.";
         Section::new("timing", "Timing of the loop", explanation).with(Figure::against_time(rows))
     }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use hovernav_log::Dataset;
-use hovernav_log::record::{Level, Record, Reproduction, StickReproduction};
+use hovernav_log::record::{Cycle, Level, Record, Reproduction, StickReproduction};
 use serde::Serialize;
 
 use crate::page::Fact;
@@ -45,6 +45,10 @@ pub struct RecordSummary {
     work_p50_s: Option<f64>,
     work_p99_s: Option<f64>,
     work_max_s: Option<f64>,
+    /// From an inertial packet to the servos, s.
+    turnaround_p50_s: Option<f64>,
+    turnaround_p99_9_s: Option<f64>,
+    turnaround_max_s: Option<f64>,
     pub modes: Vec<ModeSpan>,
     pub events: Vec<EventSummary>,
     pub warnings: Vec<String>,
@@ -60,12 +64,8 @@ impl RecordSummary {
     ) -> Self {
         let modes = spans(record);
         let flown = || modes.iter().filter(|span| span.mode != "manual");
-        let mut work: Vec<f64> =
-            record.cycles.iter().filter_map(|recorded| recorded.cycle.work_s).collect();
-        work.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            work.get(((work.len().max(1) - 1) as f64 * share).round() as usize).copied()
-        };
+        let work = sorted(record, |cycle| cycle.work_s);
+        let turnaround = sorted(record, |cycle| cycle.turnaround_s);
         let events = record.events.iter().map(|event| EventSummary {
             time_s: event.time.seconds(),
             level: level_name(event.level),
@@ -88,9 +88,12 @@ impl RecordSummary {
                 .windows(2)
                 .filter(|pair| pair[0].mode == "manual" && pair[1].mode != "manual")
                 .count(),
-            work_p50_s: at(0.5),
-            work_p99_s: at(0.99),
-            work_max_s: at(1.0),
+            work_p50_s: quantile(&work, 0.5),
+            work_p99_s: quantile(&work, 0.99),
+            work_max_s: quantile(&work, 1.0),
+            turnaround_p50_s: quantile(&turnaround, 0.5),
+            turnaround_p99_9_s: quantile(&turnaround, 0.999),
+            turnaround_max_s: quantile(&turnaround, 1.0),
             events: events.collect(),
             warnings: record.warnings.clone(),
             modes,
@@ -102,6 +105,8 @@ impl RecordSummary {
             seconds.map_or("–".into(), |seconds| format!("{:.2}", 1e3 * seconds))
         };
         let work = [self.work_p50_s, self.work_p99_s, self.work_max_s].map(ms);
+        let turnaround =
+            [self.turnaround_p50_s, self.turnaround_p99_9_s, self.turnaround_max_s].map(ms);
         vec![
             Fact::new("input", self.input.display()),
             Fact::new("duration", format!("{:.1} s", self.duration_s)),
@@ -112,6 +117,10 @@ impl RecordSummary {
                 format!("{:.1} s in {} engagements", self.autopilot_s, self.engagements),
             ),
             Fact::new("work of a cycle, median / p99 / most", format!("{} ms", work.join(" / "))),
+            Fact::new(
+                "packet to servos, median / p99.9 / most",
+                format!("{} ms", turnaround.join(" / ")),
+            ),
             Fact::new("replay", &self.replay),
         ]
     }
@@ -138,6 +147,19 @@ pub fn level_name(level: Level) -> &'static str {
         Level::Warning => "warning",
         Level::Error => "error",
     }
+}
+
+/// What `of` says of the cycles, in rising order.
+fn sorted(record: &Record, of: impl Fn(&Cycle) -> Option<f64>) -> Vec<f64> {
+    let mut values: Vec<f64> =
+        record.cycles.iter().filter_map(|recorded| of(&recorded.cycle)).collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// The value that the given share of `sorted` does not exceed.
+fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    sorted.get(((sorted.len().max(1) - 1) as f64 * share).round() as usize).copied()
 }
 
 /// The modes one after the other.

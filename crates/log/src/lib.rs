@@ -70,9 +70,10 @@ pub use score::{
 pub use settings::Declination;
 pub use setup::{
     AccelerationSign, AutopilotFileError, AutopilotSection, CaptureSection, DmuMode, DmuSection,
-    FenceSection, FlyConfig, FlyConfigError, LineSection, MavlinkConfig, MavlinkRates,
-    MavlinkSection, PilotRole, PwmLine, ReceiverProtocol, ReceiverSection, RecordSection,
-    ServoSection, SiteSection, TelemetrySection, ThrottleSource, read_autopilot, write_autopilot,
+    ExcitationSection, FenceSection, FlyConfig, FlyConfigError, InputKind, InputSection,
+    LineSection, MavlinkConfig, MavlinkRates, MavlinkSection, PilotRole, PwmLine, ReceiverProtocol,
+    ReceiverSection, RecordSection, ServoSection, SiteSection, StickName, TelemetrySection,
+    ThrottleSource, read_autopilot, write_autopilot,
 };
 pub use smoothing::SmoothedRun;
 pub use solution::{

@@ -59,6 +59,8 @@ pub struct FlightLoop {
     control: Option<FlightControl>,
     mode: Mode,
     servos_good: bool,
+    /// From the last packet of the inertial unit to the servos, s.
+    turnaround_s: Option<f64>,
     /// Cycles that were late, one after the other.
     late_cycles: u8,
     timer: CycleTimer,
@@ -119,6 +121,7 @@ impl FlightLoop {
             control,
             mode: Mode::Manual,
             servos_good: true,
+            turnaround_s: None,
             late_cycles: 0,
             timer: CycleTimer::new(cycle_s, start),
             cycle_s,
@@ -259,9 +262,11 @@ impl FlightLoop {
         let pilot = servos.poll(now, |event| event.log(log, now));
         let (sticks, command_ms) = self.decide(&pilot, now, has_sample);
         let Self { servos, log, .. } = self;
-        let (commanded_ms, servos_good) =
-            servos.send(&command_ms, &pilot, now, |event| event.log(log, now));
+        let sent = servos.send(&command_ms, &pilot, now, |event| event.log(log, now));
+        let (commanded_ms, servos_good) = (sent.widths_ms, sent.good);
         self.servos_good = servos_good;
+        self.turnaround_s = sent.at.filter(|_| has_sample).map(|at| at - now);
+        self.turnaround_s.iter().for_each(|took_s| self.report.turnaround.add(*took_s));
         if commanded_ms != self.snapshot.commanded_ms || pilot.widths_ms != self.snapshot.pilot_ms {
             let ms = |width_ms: Option<f64>| width_ms.unwrap_or(f64::NAN) as f32;
             let entry = Entry::Servo {
@@ -325,11 +330,13 @@ impl FlightLoop {
             servos_good: inputs.servos_good,
             late_cycles: inputs.late_cycles,
             work_s: self.snapshot.timing.work_s,
+            turnaround_s: self.turnaround_s,
             mode: outputs.mode,
             switch_on: outputs.switch_on,
             failed_checks: outputs.readiness.failed_bits(),
             pilot: outputs.pilot,
             sticks: outputs.sticks,
+            injected: outputs.injected,
             asked_velocity_mps,
             asked_heading_rad,
         };

@@ -3,7 +3,7 @@
 use std::io;
 
 use crate::serial::PortEvent;
-use hovernav::autopilot::{Health, Trust};
+use hovernav::autopilot::{Health, ProgrammeChange, Trust};
 use hovernav::ekf::Notice;
 use hovernav::flight_control::ControlNotice;
 use hovernav::sensors::SensorOutput;
@@ -118,7 +118,10 @@ pub fn control_level(notice: &ControlNotice) -> Level {
         | ControlNotice::Released
         | ControlNotice::PilotBack
         | ControlNotice::FenceLeft
-        | ControlNotice::Mode(_) => Level::Info,
+        | ControlNotice::Mode(_)
+        | ControlNotice::TestInputs(ProgrammeChange::Begins { .. } | ProgrammeChange::Done) => {
+            Level::Info
+        }
         ControlNotice::PilotLost | ControlNotice::Descends => Level::Error,
         _ => Level::Warning,
     }

@@ -20,6 +20,9 @@ pub struct FlightReport {
     pub fixes: u64,
     /// Busy time of each cycle: all the loop does between two waits, from one sample to the next.
     pub work: DurationHistogram,
+    /// From reading the last byte of an inertial packet to the servos having their command: decoding,
+    /// estimator, autopilot and the writing of it, without the waking of the loop.
+    pub turnaround: DurationHistogram,
     /// Between two packets' arrivals, less the time between their samples by the unit's own timer.
     pub jitter: DurationHistogram,
     /// How late the loop woke where it had asked to be woken at a time.
@@ -54,6 +57,7 @@ impl fmt::Display for FlightReport {
         writeln!(f, "  missed deadlines  {}", self.missed_deadlines)?;
         for (name, histogram) in [
             ("loop body", &self.work),
+            ("packet to servos", &self.turnaround),
             ("packet jitter", &self.jitter),
             ("late wake-up", &self.wake_latency),
         ] {

@@ -94,8 +94,19 @@ enum ServoOutput {
     Stream(StreamOutput),
 }
 
+/// What became of a command.
+pub struct Sent {
+    /// What the servos are sent, ms; `None` before the pilot's first pulses.
+    pub widths_ms: Channels<Option<f64>>,
+    /// Whether they took it.
+    pub good: bool,
+    /// When they had it; `None` where nothing is sent.
+    pub at: Option<Time>,
+}
+
 /// The pilot, the limits and the servos.
 pub struct Servos {
+    clock: Clock,
     pilot: PilotInput,
     signal: SignalConfig,
     channels: Channels<ChannelConfig>,
@@ -138,6 +149,7 @@ impl Servos {
             None => ServoOutput::Absent,
         };
         Ok(Self {
+            clock,
             pilot,
             signal: section.signal,
             channels: section.channels,
@@ -186,15 +198,14 @@ impl Servos {
         }
     }
 
-    /// Sends widths, ms, to the servos within range and rate, once the pilot has been there; what they
-    /// are sent, and whether they took it.
+    /// Sends widths, ms, to the servos within range and rate, once the pilot has been there.
     pub fn send(
         &mut self,
         command_ms: &Channels<f64>,
         pilot: &PilotState,
         now: Time,
         mut on_event: impl FnMut(ServoEvent<'_>),
-    ) -> (Channels<Option<f64>>, bool) {
+    ) -> Sent {
         if let ServoOutput::Stream(output) = &mut self.output
             && let Some(event) = output.poll(now)
         {
@@ -202,7 +213,7 @@ impl Servos {
         }
         if !self.started {
             if pilot.signal != Some(Signal::Good) {
-                return (Channels::default(), true);
+                return Sent { widths_ms: Channels::default(), good: true, at: None };
             }
             self.started = true;
             self.limiter.start_from(command_ms);
@@ -218,12 +229,14 @@ impl Servos {
             }
         };
         let good = written.is_ok();
+        let drives = !matches!(self.output, ServoOutput::Absent);
+        let at = (good && drives).then(|| self.clock.now());
         let failure = written.err().or_else(|| self.source_failure.take());
         let failed_before = std::mem::replace(&mut self.failed, failure.is_some());
         if let Some(failure) = failure.filter(|_| !failed_before) {
             on_event(ServoEvent::Failed(failure));
         }
-        (limited_ms.map(Some), good)
+        Sent { widths_ms: limited_ms.map(Some), good, at }
     }
 
     /// The pilot's sticks; `None` unless all four are fresh.

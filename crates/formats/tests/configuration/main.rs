@@ -77,6 +77,7 @@ fn defaults() -> Defaults {
         ("ReadinessLimits", toml_of(&hovernav::autopilot::ReadinessLimits::default())),
         ("SteeringConfig", toml_of(&hovernav::autopilot::SteeringConfig::default())),
         ("FailsafeConfig", toml_of(&hovernav::flight_control::FailsafeConfig::default())),
+        ("ExcitationSection", toml_of(&hovernav_log::ExcitationSection::default())),
         ("MavlinkConfig", toml_of(&hovernav_log::MavlinkConfig::default())),
         ("MavlinkRates", toml_of(&hovernav_log::MavlinkRates::default())),
     ]);
@@ -135,6 +136,7 @@ fn page() -> String {
                 let title = match (file, of) {
                     (_, "") => "Outside all sections".to_owned(),
                     ("mapping.toml", "table") => "`[[table]]`".to_owned(),
+                    (_, "autopilot.excitation.inputs") => format!("`[[{of}]]`"),
                     _ => format!("`[{of}]`"),
                 };
                 let _ = write!(

@@ -119,6 +119,9 @@ pub struct Cycle {
     pub late_cycles: u8,
     /// What the work of the cycle before took, s.
     pub work_s: Option<f64>,
+    /// How long the cycle before took from reading its inertial packet to the servos having their command,
+    /// s.
+    pub turnaround_s: Option<f64>,
     /// What the autopilot is doing.
     pub mode: Mode,
     /// Whether the pilot's switch is closed.
@@ -130,6 +133,8 @@ pub struct Cycle {
     pub pilot: Option<Sticks>,
     /// The sticks of whoever flies.
     pub sticks: Option<Sticks>,
+    /// What of them is a test input.
+    pub injected: Sticks,
     /// Velocity that the loops were asked for, m/s.
     pub asked_velocity_mps: Vector<Ned>,
     /// Heading that the loops were asked for, rad.

@@ -288,11 +288,15 @@ pub struct CycleMessage {
     pub servos_good: bool,
     pub late_cycles: u8,
     pub work_s: Option<f64>,
+    #[serde(default)]
+    pub turnaround_s: Option<f64>,
     pub mode: String,
     pub switch_on: bool,
     pub failed_checks: u16,
     pub pilot: Option<[f64; 4]>,
     pub sticks: Option<[f64; 4]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub injected: Option<[f64; 4]>,
     pub asked_velocity_ned_mps: [f64; 3],
     pub asked_heading_rad: f64,
 }
@@ -305,11 +309,13 @@ impl CycleMessage {
             servos_good: cycle.servos_good,
             late_cycles: cycle.late_cycles,
             work_s: cycle.work_s,
+            turnaround_s: cycle.turnaround_s,
             mode: cycle.mode.name().into(),
             switch_on: cycle.switch_on,
             failed_checks: cycle.failed_checks,
             pilot: cycle.pilot.map(Sticks::to_array),
             sticks: cycle.sticks.map(Sticks::to_array),
+            injected: (cycle.injected != Sticks::NEUTRAL).then(|| cycle.injected.to_array()),
             asked_velocity_ned_mps: cycle.asked_velocity_mps.to_array(),
             asked_heading_rad: cycle.asked_heading_rad,
         }
@@ -323,11 +329,13 @@ impl CycleMessage {
             servos_good: self.servos_good,
             late_cycles: self.late_cycles,
             work_s: self.work_s,
+            turnaround_s: self.turnaround_s,
             mode: Mode::ALL.into_iter().find(|mode| mode.name() == self.mode)?,
             switch_on: self.switch_on,
             failed_checks: self.failed_checks,
             pilot: self.pilot.map(Sticks::from_array),
             sticks: self.sticks.map(Sticks::from_array),
+            injected: self.injected.map_or(Sticks::NEUTRAL, Sticks::from_array),
             asked_velocity_mps: Vector::new(north, east, down),
             asked_heading_rad: self.asked_heading_rad,
         };

@@ -4,6 +4,7 @@ use super::read::{Call, Record};
 use crate::dataset::{Dataset, Source};
 use crate::error::LogError;
 use crate::utc;
+use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
 use hovernav::event::Event;
 use hovernav::sensors::{SensorOutput, Sensors};
@@ -41,6 +42,7 @@ impl Record {
         let mut dataset = Dataset {
             manifest: self.header.config.navigation.clone(),
             controls: self.controls.clone(),
+            injected: self.injected(),
             warnings: self.warnings.clone(),
             ..Dataset::default()
         };
@@ -74,6 +76,23 @@ impl Record {
             }
         }
         Ok(dataset)
+    }
+
+    /// What of each of the sticks was a test input; empty where none was flown.
+    fn injected(&self) -> Vec<[f64; 4]> {
+        let mut injected: Vec<(Time, [f64; 4])> = self
+            .cycles
+            .iter()
+            .filter(|recorded| recorded.cycle.injected != Sticks::NEUTRAL)
+            .map(|recorded| (recorded.time, recorded.cycle.injected.to_array()))
+            .collect();
+        if injected.is_empty() {
+            return Vec::new();
+        }
+        injected.sort_by_key(|(time, _)| *time);
+        let at = |time: &Time| injected.binary_search_by_key(time, |(time, _)| *time);
+        let of = |time| at(time).map_or([0.0; 4], |index| injected[index].1);
+        self.controls.iter().map(|(time, _)| of(time)).collect()
     }
 
     /// Compares the `replayed` solutions with the flown ones, bit for bit. Solutions that the record

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::autopilot::read_autopilot;
+use super::excitation_section::ExcitationSection;
 use super::fly_config::FlyConfigError;
 use super::sections::{CaptureSection, ServoSection, SiteSection};
 use hovernav::autopilot::{HoverConfig, ReadinessLimits, SteeringConfig};
@@ -44,6 +45,9 @@ pub struct AutopilotSection {
     /// How far from `[site]` it may go; without, anywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fence: Option<FenceSection>,
+    /// Test inputs that it flies by itself; without, none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excitation: Option<ExcitationSection>,
     /// The autopilot as it flies: what the file says and this section changes. Filled in when a flight
     /// begins, so that its record is whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -144,6 +148,7 @@ impl AutopilotSection {
         config.hold_throttle = self.throttle == ThrottleSource::Hold;
         config.failsafe = self.failsafe;
         config.fence = fence;
+        config.excitation = self.excitation.as_ref().and_then(|section| section.programme().ok());
         config.channels = servo.channels;
         config.swashplate = servo.swashplate;
         Some(config)
@@ -171,6 +176,9 @@ impl AutopilotSection {
         }
         if let Err(error) = self.steering.check() {
             return refuse("steering", &error);
+        }
+        if let Some(Err(error)) = self.excitation.as_ref().map(ExcitationSection::programme) {
+            return refuse("excitation", &error);
         }
         let travel = self.override_travel;
         if !(travel > self.steering.full_stick && travel <= 1.0) {

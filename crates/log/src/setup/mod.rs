@@ -2,6 +2,7 @@
 
 mod autopilot;
 mod autopilot_section;
+mod excitation_section;
 mod fly_config;
 mod mavlink;
 mod ranges;
@@ -9,6 +10,7 @@ mod sections;
 
 pub use autopilot::{AutopilotFileError, read_autopilot, write_autopilot};
 pub use autopilot_section::{AutopilotSection, FenceSection, PilotRole, ThrottleSource};
+pub use excitation_section::{ExcitationSection, InputKind, InputSection, StickName};
 pub use fly_config::{FlyConfig, FlyConfigError};
 pub use mavlink::{MavlinkConfig, MavlinkRates};
 pub use sections::{

@@ -1,0 +1,202 @@
+//! A flight computer and the simulated helicopter at the two ends of pseudo-terminals, in one process and
+//! in real time.
+// Each test uses its part.
+#![allow(dead_code)]
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::sync_channel;
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use hovernav::autopilot::HoverConfig;
+use hovernav::gps::Protocol;
+use hovernav::time::Time;
+use hovernav_design::hover::HoverDesign;
+use hovernav_fly::{DurationHistogram, FlightReport, fly};
+use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveSample, LiveStatistics, Scene};
+use hovernav_log::record::Record;
+use hovernav_log::{FlyConfig, Manifest};
+use hovernav_model::shipped;
+use hovernav_sim::FlightConfig;
+
+/// More cycles that were late than this, and the machine is too busy to fly in real time.
+const MOST_LATE: u64 = 3;
+
+/// The 60-class helicopter's autopilot.
+pub fn autopilot() -> HoverConfig {
+    static DESIGNED: OnceLock<HoverConfig> = OnceLock::new();
+    *DESIGNED.get_or_init(|| {
+        let model = shipped::open("raptor60").unwrap();
+        let design = HoverDesign::for_model(&model);
+        HoverConfig::new(design.period_s, design.synthesise(&model).unwrap())
+    })
+}
+
+/// A flight to be flown over the lines.
+pub struct Setup {
+    /// What happens.
+    pub acts: Vec<String>,
+    /// What the sticks do while the autopilot flies: `override` or `steer`.
+    pub pilot: &'static str,
+    /// The autopilot.
+    pub autopilot: HoverConfig,
+    /// More of `fly.toml`, from a section's head on.
+    pub keys: String,
+    /// Vehicle, wind, sensors, duration and seed.
+    pub flight: FlightConfig,
+    /// The sensors as the flight computer has them, where it is not by its defaults.
+    pub navigation: Option<Manifest>,
+}
+
+impl Setup {
+    /// A flight of `duration_s` in which `acts` happen.
+    pub fn new(duration_s: f64, acts: &[&str]) -> Self {
+        let mut flight = FlightConfig::new(autopilot());
+        flight.duration_s = duration_s;
+        flight.start.height_m = 60.0;
+        Self {
+            acts: acts.iter().map(|act| (*act).to_owned()).collect(),
+            pilot: "override",
+            autopilot: autopilot(),
+            keys: String::new(),
+            flight,
+            navigation: None,
+        }
+    }
+}
+
+/// A flight that was flown.
+pub struct Flown {
+    pub record: Record,
+    /// When the flight computer's clock began, on the clock of the vehicle, s.
+    begun_s: f64,
+    pub samples: Vec<LiveSample>,
+    pub crashed_s: Option<f64>,
+    pub report: FlightReport,
+    /// From the inertial packet's last byte leaving the unit to the first byte at the servos.
+    pub over_lines: DurationHistogram,
+}
+
+impl Flown {
+    /// A time of the flight computer on the vehicle's clock, s.
+    pub fn second(&self, time: Time) -> f64 {
+        self.begun_s + time.seconds()
+    }
+
+    /// What was told, when on the vehicle's clock, s.
+    pub fn told(&self) -> impl Iterator<Item = (f64, &str)> {
+        self.record.events.iter().map(|event| (self.second(event.time), event.text.as_str()))
+    }
+
+    /// When this was first told.
+    pub fn at(&self, text: &str) -> Option<f64> {
+        self.told().find(|(_, told)| told.contains(text)).map(|(second, _)| second)
+    }
+
+    /// How long after second `start_s` this was told.
+    pub fn after(&self, start_s: f64, text: &str) -> f64 {
+        let mut told =
+            self.told().filter(|(second, told)| *second > start_s - 0.1 && told.contains(text));
+        let first = told.next().unwrap_or_else(|| {
+            panic!("\"{text}\" after {start_s} s in {:#?}", self.told().collect::<Vec<_>>())
+        });
+        first.0 - start_s
+    }
+
+    /// Whether the machine let it fly in real time.
+    pub fn is_in_time(&self) -> bool {
+        self.report.missed_deadlines <= MOST_LATE
+    }
+
+    pub fn statistics(&self) -> LiveStatistics {
+        LiveStatistics::of(&self.samples)
+    }
+}
+
+fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
+    let at = |name: &str| directory.join(name).display().to_string();
+    let file = directory.join("autopilot.toml");
+    hovernav_log::write_autopilot(&setup.autopilot, &file, "").unwrap();
+    let text = format!(
+        "[dmu]\nport = '{}'\n[receiver]\nport = '{}'\nprotocol = 'ubx'\n\
+         [servo.capture]\nserial = {{ port = '{}' }}\n[servo.stream]\nport = '{}'\n\
+         [servo.channels.throttle]\nfailsafe_ms = 1.0\n\
+         [autopilot]\nfile = 'autopilot.toml'\npilot = '{}'\n\
+         [navigation.imu]\nlever_arm_m = [0.0, 0.0, 0.28]\nmagnetic_declination_deg = 0.14\n\
+         [navigation.gps]\nantenna_lever_arm_m = [-0.35, 0.0, 0.2]\n{}",
+        at("dmu"),
+        at("gps"),
+        at("pilot"),
+        at("servos"),
+        setup.pilot,
+        setup.keys
+    );
+    let mut config = FlyConfig::parse(&text, "fly.toml".as_ref()).unwrap();
+    if let Some(navigation) = &setup.navigation {
+        config.navigation = navigation.clone();
+    }
+    config.load_autopilot(directory).unwrap();
+    config
+}
+
+/// Flies it. The record must give the same sticks again, to the bit.
+pub fn flown(setup: &Setup) -> Flown {
+    let directory = tempfile::tempdir().unwrap();
+    let config = configuration(directory.path(), setup);
+    let mut flight = setup.flight.clone();
+    flight.dmu.lever_arm_m = config.navigation.imu.lever_arm_m;
+    flight.gps.lever_arm_m = config.navigation.gps.antenna_lever_arm_m;
+    let live = LiveConfig {
+        flight,
+        calibration: config.sensors().unwrap().0.calibration,
+        channels: config.servo.channels,
+        swashplate: config.servo.swashplate,
+        scene: Scene { acts: setup.acts.iter().map(|act| act.parse().unwrap()).collect() },
+    };
+    let lines = LinePaths::within(directory.path());
+    let flying = LiveFlight::start(live, Protocol::Ubx, &lines).unwrap();
+    let (sender, notifications) = sync_channel(4096);
+    let stop = AtomicBool::new(false);
+    let path = directory.path().join("flight.mcap");
+    // What is told is heard at once or later: the shortest way tells how far the clocks are apart.
+    let begun_s = Mutex::new(f64::INFINITY);
+    let (crashed_s, report) = thread::scope(|scope| {
+        let computer = scope.spawn(|| fly(&config, &path, &stop, sender));
+        scope.spawn(|| {
+            for told in notifications {
+                let apart_s = flying.elapsed_s().map(|elapsed_s| elapsed_s - told.time.seconds());
+                let mut begun_s = begun_s.lock().unwrap_or_else(PoisonError::into_inner);
+                *begun_s = begun_s.min(apart_s.unwrap_or(f64::INFINITY));
+            }
+        });
+        while !flying.is_finished() && !computer.is_finished() {
+            thread::sleep(Duration::from_millis(20));
+        }
+        stop.store(true, Ordering::Relaxed);
+        let report = computer.join().unwrap().unwrap();
+        (flying.crashed_s(), report)
+    });
+    let over_lines = flying.turnaround();
+    let (_, samples) = flying.end().unwrap();
+    let record = Record::open(&path).unwrap();
+    let sticks = record.sticks_reproduced().unwrap().unwrap();
+    assert!(
+        sticks.compared > 300 && sticks.first_difference.is_none(),
+        "{:?}: {sticks:?}",
+        setup.acts
+    );
+    let begun_s = begun_s.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Flown { record, begun_s, samples, crashed_s, report, over_lines }
+}
+
+/// Flies all of them at once.
+pub fn all_flown<T: Sync>(flights: &[T], setup: impl Fn(&T) -> Setup + Sync) -> Vec<Flown> {
+    thread::scope(|scope| {
+        let setup = &setup;
+        let running: Vec<_> =
+            flights.iter().map(|flight| scope.spawn(move || flown(&setup(flight)))).collect();
+        running.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}

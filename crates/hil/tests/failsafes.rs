@@ -1,0 +1,427 @@
+//! Every failsafe of docs/flying.md flown over the lines: in hover, while a stick steers, and as the
+//! autopilot has just taken over. The record tells what was done, when and why.
+
+mod common;
+
+use common::{Flown, Setup, all_flown, autopilot};
+use hovernav::autopilot::Mode;
+use hovernav::earth::Geodetic;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, Solution, SteplessSolution};
+use hovernav::event::Event;
+use hovernav::frames::Vector;
+use hovernav_hil::LiveSample;
+
+/// A cycle, s.
+const CYCLE_S: f64 = 1.0 / 33.0;
+/// What the lines add: an act falls between two of the pilot's packets, which take 23 ms, and the clocks are
+/// known to some milliseconds.
+const LINES_S: f64 = 0.06;
+/// Without pulses for this long the pilot is lost: the default of `signal.stale_after_s`.
+const STALE_S: f64 = 0.1;
+/// The default of `health.age_s`.
+const AGE_S: f64 = 0.2;
+const FENCE_M: f64 = 5.0;
+
+/// When it happens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Moment {
+    /// The autopilot has held a hover for six seconds.
+    Hover,
+    /// The pilot has a stick forward, and it goes there.
+    Manoeuvre,
+    /// It took over a quarter of a second ago.
+    Engagement,
+}
+
+impl Moment {
+    const ALL: [Self; 3] = [Self::Hover, Self::Manoeuvre, Self::Engagement];
+
+    fn second(self) -> f64 {
+        if self == Self::Engagement { 8.35 } else { 14.0 }
+    }
+}
+
+/// What came of a loss.
+struct Response {
+    what: &'static str,
+    /// The delay that is promised, s.
+    within_s: f64,
+    /// The delay that was measured, s.
+    after_s: f64,
+}
+
+fn response(what: &'static str, within_s: f64, after_s: f64) -> Response {
+    Response { what, within_s, after_s }
+}
+
+/// A row of the table.
+struct Failsafe {
+    name: &'static str,
+    /// How long it is watched, s.
+    watched_s: f64,
+    /// Makes it happen at this moment.
+    stage: fn(&mut Setup, Moment),
+    /// What came of it.
+    measure: fn(&Flown, Moment) -> Vec<Response>,
+    /// Whether nobody is left to keep it in the air.
+    may_crash: bool,
+}
+
+const FAILSAFES: [Failsafe; 12] = [
+    Failsafe {
+        name: "pilot's signal, by silence",
+        watched_s: 13.0,
+        stage: |setup, moment| pilot_lost(setup, moment, "pilot-lost"),
+        measure: pilot_lost_response,
+        may_crash: false,
+    },
+    Failsafe {
+        name: "pilot's signal, by the receiver's word",
+        watched_s: 13.0,
+        stage: |setup, moment| pilot_lost(setup, moment, "failsafe"),
+        measure: pilot_lost_response,
+        may_crash: false,
+    },
+    Failsafe {
+        name: "aux channel alone",
+        watched_s: 4.0,
+        stage: |setup, moment| happens(setup, moment, "aux-lost", 2.0),
+        measure: |flown, moment| {
+            let told_s = flown.after(moment.second(), "the pilot flies: the switch is open");
+            vec![
+                response("the pilot flies", STALE_S + CYCLE_S, told_s),
+                hand_back(flown, moment, told_s),
+            ]
+        },
+        may_crash: false,
+    },
+    Failsafe {
+        name: "position, then velocity",
+        watched_s: 50.0,
+        stage: |setup, moment| {
+            // As they are, velocity is lost before position.
+            setup.autopilot.health.position_sigma_m = 3.3;
+            setup.autopilot.transfer.patience_s = 6.0;
+            happens(setup, moment, "gps-cut", 60.0);
+        },
+        measure: |flown, moment| {
+            let limits = autopilot_of(flown).health;
+            let beyond = |is: &dyn Fn(&Solution) -> bool| {
+                let from =
+                    flown.record.solutions.iter().find(|solution| {
+                        flown.second(solution.time) > moment.second() && is(solution)
+                    });
+                flown.second(from.expect("beyond its limit").time)
+            };
+            let position =
+                beyond(&|solution| greatest(solution.position_sigma_m) > limits.position_sigma_m);
+            let velocity = beyond(&|solution| {
+                let [north, east, _] = solution.velocity_sigma_mps.to_array();
+                north.max(east) > limits.velocity_sigma_mps
+            });
+            let held = mode_from(flown, position, Mode::Velocity);
+            let attitude = mode_from(flown, velocity, Mode::Attitude);
+            let descent = mode_from(flown, attitude, Mode::Descent);
+            vec![
+                response("velocity is held", CYCLE_S, held - position),
+                response("attitude is held", CYCLE_S, attitude - velocity),
+                response("it descends", 6.0 + CYCLE_S, descent - attitude),
+            ]
+        },
+        may_crash: false,
+    },
+    Failsafe {
+        name: "receiver that repeats itself",
+        watched_s: 6.0,
+        stage: |setup, moment| happens(setup, moment, "frozen-fix", 4.0),
+        measure: |flown, moment| {
+            let attitude = mode_from(flown, moment.second(), Mode::Attitude);
+            vec![response("attitude is held", 2.2 + CYCLE_S, attitude - moment.second())]
+        },
+        may_crash: false,
+    },
+    Failsafe {
+        name: "inertial unit, by its wire",
+        watched_s: 5.0,
+        stage: |setup, moment| happens(setup, moment, "dmu-cut", 3.0),
+        measure: no_attitude,
+        may_crash: false,
+    },
+    Failsafe {
+        name: "inertial unit, by its port",
+        watched_s: 5.0,
+        stage: |setup, moment| happens(setup, moment, "dmu-pulled", 3.0),
+        measure: no_attitude,
+        may_crash: false,
+    },
+    Failsafe {
+        name: "inertial unit, by repeating itself",
+        watched_s: 5.0,
+        stage: |setup, moment| happens(setup, moment, "frozen-imu", 3.0),
+        measure: no_attitude,
+        may_crash: false,
+    },
+    Failsafe {
+        name: "inertial unit without a pilot",
+        watched_s: 2.0,
+        stage: |setup, moment| {
+            happens(setup, moment, "pilot-lost", 2.0);
+            happens(setup, moment, "dmu-cut", 2.0);
+        },
+        measure: |flown, moment| {
+            let neutral = mode_from(flown, moment.second(), Mode::Neutral);
+            vec![response("sticks go to trim", AGE_S + CYCLE_S, neutral - moment.second())]
+        },
+        may_crash: true,
+    },
+    Failsafe {
+        name: "the fence",
+        watched_s: 20.0,
+        stage: |setup, moment| {
+            if moment == Moment::Manoeuvre {
+                setup.acts.push("stick-longitudinal=0.3@14.5:6".to_owned());
+            }
+            // In hover gusts carry it over; just engaged it is outside already.
+            let south_m = match moment {
+                Moment::Hover => 4.6,
+                Moment::Manoeuvre => 1.0,
+                Moment::Engagement => 7.0,
+            };
+            let middle = middle(setup, south_m);
+            let (latitude_rad, longitude_rad) = (middle.latitude_rad, middle.longitude_rad);
+            setup.keys = format!(
+                "[site]\nlatitude_deg = {:.9}\nlongitude_deg = {:.9}\nheight_m = 0.0\n\
+                 [autopilot.fence]\nradius_m = {FENCE_M:?}\nheight_m = 100.0\n",
+                latitude_rad.to_degrees(),
+                longitude_rad.to_degrees()
+            );
+        },
+        measure: |flown, _| {
+            let site = flown.record.header.config.site.expect("a site");
+            let middle = Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, 0.0);
+            let middle = middle.expect("a place");
+            let engaged_s = flown.at("the autopilot flies").expect("engaged");
+            let crossed = stepless(flown).into_iter().find(|solution| {
+                let [north, east, _] = solution.position.displacement_from(&middle).to_array();
+                flown.second(solution.time) > engaged_s - CYCLE_S && north.hypot(east) >= FENCE_M
+            });
+            let crossed_s = flown.second(crossed.expect("it reached the fence").time);
+            let told = "the fence is reached: the autopilot goes back";
+            vec![response("it goes back", CYCLE_S, flown.after(crossed_s, told))]
+        },
+        may_crash: false,
+    },
+    Failsafe {
+        name: "a control at its end",
+        watched_s: 8.0,
+        stage: |setup, moment| {
+            // Less than a turn asks for.
+            setup.pilot = "steer";
+            setup.autopilot.limits.lowest.pedal = -0.02;
+            setup.autopilot.limits.highest.pedal = 0.02;
+            happens(setup, moment, "stick-pedal=0.6", 6.0);
+        },
+        measure: |flown, _| {
+            let limits = autopilot_of(flown).limits;
+            let told_s = flown.at("a control is at its end").expect("told");
+            let mut since_s = None;
+            for recorded in &flown.record.cycles {
+                let second = flown.second(recorded.time);
+                if second > told_s {
+                    break;
+                }
+                let pedal = recorded.cycle.sticks.map_or(0.0, |sticks| sticks.pedal);
+                let at_end = recorded.cycle.mode != Mode::Manual
+                    && (pedal >= 0.995 * limits.highest.pedal
+                        || pedal <= 0.995 * limits.lowest.pedal);
+                since_s = at_end.then(|| since_s.unwrap_or(second));
+            }
+            let since_s = since_s.expect("at its end");
+            vec![response("told", 1.0 + CYCLE_S, told_s - since_s)]
+        },
+        may_crash: false,
+    },
+    Failsafe {
+        name: "pilot's signal while the pilot flies",
+        watched_s: 2.0,
+        stage: |setup, moment| {
+            let released_s = moment.second() - 0.25;
+            setup.acts = match moment {
+                Moment::Hover => vec![],
+                Moment::Manoeuvre => vec!["stick-lateral=0.05@13.8:1".to_owned()],
+                Moment::Engagement => vec![format!("engage@6:{}", released_s - 6.0)],
+            };
+            setup.keys =
+                "[servo]\nhold_s = 0.5\n[servo.channels.lateral]\nfailsafe_ms = 1.6\n".into();
+            happens(setup, moment, "pilot-lost", 2.0);
+        },
+        measure: |flown, moment| {
+            let lost_s = moment.second() + STALE_S + CYCLE_S + LINES_S;
+            let lateral = |sample: &LiveSample| sample.commanded.lateral;
+            let mut held = flown.samples.iter().filter(|sample| second(sample) > lost_s);
+            let first = lateral(held.next().expect("a sample"));
+            let left = held.find(|sample| (lateral(sample) - first).abs() > 1e-6);
+            let left_s = second(left.expect("it goes to its failsafe width"));
+            let told_s = flown.after(moment.second(), "no pulses of the pilot's");
+            let held_s = left_s - moment.second() - told_s;
+            vec![
+                response("widths are held", STALE_S + CYCLE_S, told_s),
+                response("channels go to failsafe_ms", 0.5 + 2.0 * CYCLE_S, held_s),
+            ]
+        },
+        may_crash: true,
+    },
+];
+
+fn happens(setup: &mut Setup, moment: Moment, act: &str, lasts_s: f64) {
+    setup.acts.push(format!("{act}@{}:{lasts_s}", moment.second()));
+}
+
+fn pilot_lost(setup: &mut Setup, moment: Moment, act: &str) {
+    setup.keys = "[autopilot.failsafe]\npilot_lost_hold_s = 2.0\n".into();
+    happens(setup, moment, act, 10.0);
+}
+
+fn pilot_lost_response(flown: &Flown, moment: Moment) -> Vec<Response> {
+    let lost_s = moment.second();
+    let held_s = flown.after(lost_s, "the pilot's signal is lost: the autopilot holds");
+    let descends_s = flown.after(lost_s, "no pilot: the autopilot descends");
+    let back_s = flown.after(lost_s + 10.0, "the pilot's signal is back");
+    let sinks_mps = flown.samples.iter().filter_map(|sample| {
+        let at_s = second(sample) - lost_s;
+        (4.0..10.0).contains(&at_s).then(|| sample.truth.velocity_mps.z())
+    });
+    let (sum, count) = sinks_mps.fold((0.0, 0.0), |(sum, count), sink| (sum + sink, count + 1.0));
+    let sinks_mps = sum / count;
+    // It is asked for 0.5 m/s, and the estimate of a 1 Hz receiver errs by a quarter of a metre per second.
+    assert!((0.1..0.9).contains(&sinks_mps), "sinks at {sinks_mps} m/s");
+    vec![
+        response("it holds", STALE_S + CYCLE_S, held_s),
+        response("it descends", 2.0 + 2.0 * CYCLE_S, descends_s - held_s),
+        response("it holds again with the signal", CYCLE_S, back_s),
+    ]
+}
+
+fn no_attitude(flown: &Flown, moment: Moment) -> Vec<Response> {
+    let told_s = flown.after(moment.second(), "the pilot flies: the attitude is not known");
+    vec![response("the pilot flies", AGE_S + CYCLE_S, told_s), hand_back(flown, moment, told_s)]
+}
+
+/// After the word of it the servos follow the pilot, to 2 % of travel: what is left fades with 0.25 s, and
+/// the pilot, who had the hands off, moves the sticks meanwhile.
+fn hand_back(flown: &Flown, moment: Moment, told_s: f64) -> Response {
+    // Until then a stick of the manoeuvre is forward.
+    let told_s =
+        (moment.second() + told_s).max(if moment == Moment::Manoeuvre { 14.5 } else { 0.0 });
+    let follows = flown.samples.iter().find(|sample| {
+        let mut pairs = sample.commanded.to_array().into_iter().zip(sample.pilot.to_array());
+        second(sample) > told_s && pairs.all(|(one, other)| (one - other).abs() < 0.02)
+    });
+    response("servos follow the pilot", 0.8, second(follows.expect("the pilot flies")) - told_s)
+}
+
+fn second(sample: &LiveSample) -> f64 {
+    sample.truth.time.seconds()
+}
+
+fn greatest<F>(vector: Vector<F>) -> f64 {
+    vector.to_array().into_iter().fold(0.0, f64::max)
+}
+
+fn autopilot_of(flown: &Flown) -> hovernav::autopilot::HoverConfig {
+    let section = flown.record.header.config.autopilot.as_ref().expect("an autopilot");
+    section.flown.expect("what flew")
+}
+
+/// The first cycle after `from_s`, s, in this mode.
+fn mode_from(flown: &Flown, from_s: f64, mode: Mode) -> f64 {
+    let seconds = flown.record.cycles.iter().filter(|recorded| recorded.cycle.mode == mode);
+    let mut seconds = seconds.map(|recorded| flown.second(recorded.time));
+    seconds.find(|second| *second > from_s - CYCLE_S).unwrap_or_else(|| {
+        panic!("never {mode:?}: {:#?}", flown.told().collect::<Vec<_>>());
+    })
+}
+
+/// A place so far south of where the flight begins, on the ground.
+fn middle(setup: &Setup, south_m: f64) -> Geodetic {
+    let start = Geodetic { height_m: 0.0, ..setup.flight.start };
+    start.displaced(Vector::new(-south_m, 0.0, 0.0))
+}
+
+/// The estimate without steps, as flight control had it.
+fn stepless(flown: &Flown) -> Vec<Solution> {
+    let record = &flown.record;
+    let mut estimator = Estimator::<Full, 28>::new(record.header.settings().unwrap());
+    let mut stepless = SteplessSolution::default();
+    let mut solutions = Vec::new();
+    for event in record.dataset().unwrap().events() {
+        estimator.push_traced(&event, &mut stepless, |_| {});
+        if matches!(event, Event::Imu(_)) {
+            solutions.extend(estimator.solution().map(|solution| stepless.solution(&solution)));
+        }
+    }
+    solutions
+}
+
+fn staged(failsafe: &Failsafe, moment: Moment) -> Setup {
+    let length_s = moment.second() + failsafe.watched_s + 1.0;
+    let mut setup = Setup::new(length_s, &[&format!("engage@8:{}", length_s - 9.0)]);
+    setup.autopilot = autopilot();
+    if moment == Moment::Manoeuvre {
+        setup.pilot = "steer";
+        setup.acts.push("stick-longitudinal=0.3@12.5:2".to_owned());
+    }
+    (failsafe.stage)(&mut setup, moment);
+    setup
+}
+
+/// Flies every failsafe at `moments`, all at once; `false` where the machine was too busy.
+fn every_failsafe(failsafes: &[&Failsafe], moments: &[Moment]) -> bool {
+    let scenes: Vec<(&Failsafe, Moment)> = failsafes
+        .iter()
+        .flat_map(|failsafe| moments.iter().map(|moment| (*failsafe, *moment)))
+        .collect();
+    let flights = all_flown(&scenes, |(failsafe, moment)| staged(failsafe, *moment));
+    let busy = flights.iter().filter(|flown| !flown.is_in_time()).count();
+    if busy > 0 {
+        println!("skipped: in {busy} flights the machine was too busy to fly in real time");
+        return false;
+    }
+    let mut late = Vec::new();
+    for ((failsafe, moment), flown) in scenes.iter().zip(&flights) {
+        let Failsafe { name, may_crash, .. } = failsafe;
+        assert!(
+            *may_crash || flown.crashed_s.is_none(),
+            "{name}, {moment:?}: {:#?}",
+            flown.record.events
+        );
+        for Response { what, within_s, after_s } in (failsafe.measure)(flown, *moment) {
+            println!("{name:<38} {moment:<12?} {what:<32} within {within_s:.2} s: {after_s:.3} s");
+            if !(-LINES_S..within_s + LINES_S).contains(&after_s) {
+                late.push(format!("{name}, {moment:?}: {what} after {after_s:.3} s"));
+            }
+        }
+    }
+    assert!(late.is_empty(), "{late:#?}");
+    true
+}
+
+#[test]
+fn what_other_scenes_leave_out_answers_within_its_delay() {
+    let wanted = ["position, then velocity", "receiver that repeats itself", "the fence"];
+    let more = ["inertial unit without a pilot", "a control at its end"];
+    let also = ["pilot's signal while the pilot flies"];
+    let is_wanted = |name: &str| [&wanted[..], &more, &also].concat().contains(&name);
+    let failsafes: Vec<&Failsafe> =
+        FAILSAFES.iter().filter(|failsafe| is_wanted(failsafe.name)).collect();
+    every_failsafe(&failsafes, &[Moment::Hover]);
+}
+
+/// The whole table, in a minute and a quarter. `chrt -f 40` keeps other programs from making it too late.
+#[test]
+#[ignore = "needs a quiet machine"]
+fn every_failsafe_answers_within_its_delay_at_three_moments() {
+    let failsafes: Vec<&Failsafe> = FAILSAFES.iter().collect();
+    assert!(every_failsafe(&failsafes, &Moment::ALL), "the machine was too busy");
+}

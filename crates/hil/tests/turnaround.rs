@@ -1,0 +1,117 @@
+//! How long the flight computer takes from the last byte of an inertial packet to the servos, its own time
+//! apart from the waking of both ends by the system.
+
+mod common;
+
+use std::fmt::Write as _;
+use std::fs;
+
+use common::{Flown, Setup, all_flown};
+use hovernav_fly::DurationHistogram;
+
+/// The curves: name, colour, and which of a flight's times.
+type Curve = (&'static str, &'static str, fn(&Flown) -> &DurationHistogram);
+
+const CURVES: [Curve; 2] = [
+    ("our own time", "#0072b2", |flown| &flown.report.turnaround),
+    ("over the lines, with the waking of both ends", "#d55e00", |flown| &flown.over_lines),
+];
+
+/// Half a minute of every flight is flown by hand, so that both ways to the servos are counted.
+#[test]
+#[ignore = "takes five minutes and a quiet machine"]
+fn the_servos_have_their_command_within_a_millisecond_of_the_packet() {
+    let flights = all_flown(&[1, 2, 3, 4], |seed| {
+        let mut setup = Setup::new(300.0, &["engage@30:260"]);
+        setup.flight.seed = *seed;
+        setup
+    });
+    let mut own_s = Vec::new();
+    for (name, _, of) in CURVES {
+        for flown in &flights {
+            let took = of(flown);
+            let [median, p99, p99_9] = [0.5, 0.99, 0.999].map(|part| 1e3 * took.quantile_s(part));
+            println!(
+                "{name:<45} {} cycles: median {median:.3} ms, p99 {p99:.3}, p99.9 {p99_9:.3}, longest {:.3}",
+                took.count(),
+                1e3 * took.longest_s()
+            );
+        }
+        own_s.push(flights.iter().map(|flown| of(flown).quantile_s(0.999)).fold(0.0, f64::max));
+    }
+    if std::env::var_os("HOVERNAV_DRAW").is_some() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/turnaround.svg");
+        fs::write(path, picture(&flights)).unwrap();
+    }
+    assert!(own_s[0] <= 1e-3, "{own_s:?}");
+}
+
+/// Left, right, top and bottom of the plot.
+const FRAME: [f64; 4] = [70.0, 700.0, 50.0, 330.0];
+/// The powers of ten that the axes span: seconds, and the share of cycles that take longer.
+const SECONDS: (i32, i32) = (-5, -1);
+const SHARES: (i32, i32) = (-4, 0);
+
+fn at(seconds: f64, share: f64) -> (f64, f64) {
+    let [left, right, top, bottom] = FRAME;
+    let along = |value: f64, (from, to): (i32, i32)| {
+        ((value.log10() - f64::from(from)) / f64::from(to - from)).clamp(0.0, 1.0)
+    };
+    (
+        left + along(seconds, SECONDS) * (right - left),
+        bottom - along(share, SHARES) * (bottom - top),
+    )
+}
+
+/// Which share of the cycles takes longer, against how long.
+fn picture(flights: &[Flown]) -> String {
+    let [left, right, top, bottom] = FRAME;
+    let mut svg = String::from(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 740 400\" font-family=\"system-ui, \
+         sans-serif\" font-size=\"14\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n\
+         <text x=\"70\" y=\"24\" font-size=\"16\">From the inertial packet to the servos: share of cycles \
+         that take longer</text>\n",
+    );
+    let times = ["10 µs", "100 µs", "1 ms", "10 ms", "100 ms"];
+    for (power, label) in (SECONDS.0..).zip(times) {
+        let (x, _) = at(10f64.powi(power), 1.0);
+        let _ = writeln!(
+            svg,
+            "<path d=\"M{x:.1} {top} V{bottom}\" stroke=\"#cccccc\"/>\n\
+             <text x=\"{x:.1}\" y=\"352\" text-anchor=\"middle\">{label}</text>"
+        );
+    }
+    for (power, label) in (SHARES.0..).zip(["0.01 %", "0.1 %", "1 %", "10 %", "100 %"]) {
+        let (_, y) = at(1.0, 10f64.powi(power));
+        let _ = writeln!(
+            svg,
+            "<path d=\"M{left} {y:.1} H{right}\" stroke=\"#cccccc\"/>\n\
+             <text x=\"62\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
+            y + 5.0
+        );
+    }
+    for (number, (name, colour, of)) in CURVES.into_iter().enumerate() {
+        for flown in flights {
+            let points: Vec<String> = (0..=160)
+                .map(|step| 10f64.powf(-f64::from(step) / 40.0))
+                .map(|share| {
+                    let (x, y) = at(of(flown).quantile_s(1.0 - share), share);
+                    format!("{x:.1},{y:.1}")
+                })
+                .collect();
+            let _ = writeln!(
+                svg,
+                "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\"/>",
+                points.join(" ")
+            );
+        }
+        let x = 80.0 + 130.0 * number as f64;
+        let _ = writeln!(
+            svg,
+            "<path d=\"M{x} 378 h24\" stroke=\"{colour}\" stroke-width=\"3\"/>\n\
+             <text x=\"{}\" y=\"383\">{name}</text>",
+            x + 32.0
+        );
+    }
+    svg + "</svg>\n"
+}

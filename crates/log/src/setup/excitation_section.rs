@@ -1,0 +1,186 @@
+//! `[autopilot.excitation]` of `fly.toml`: test inputs that the autopilot flies by itself.
+
+use serde::{Deserialize, Serialize};
+
+use hovernav::autopilot::{ExcitationLimits, ExcitationProgramme, Maneuver, TestInput};
+use hovernav::controls::Channel;
+
+/// `[autopilot.excitation]`: test inputs for an identification flight. The autopilot flies them by itself
+/// while it holds, one after the other.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ExcitationSection {
+    /// From engagement to the first input, s, 2 to 600.
+    pub first_s: f64,
+    /// From the end of one to the beginning of the next, s, 1 to 600.
+    pub pause_s: f64,
+    /// A pilot's stick this far from where it was at engagement ends all of them until the next
+    /// engagement, 0.01 to 0.5.
+    pub dead_band: f64,
+    /// How fast a stick is moved for them, full travels a second, at least 0.1.
+    pub stick_rate_per_s: f64,
+    /// Roll or pitch beyond this ends them, rad, up to 0.8.
+    pub tilt_rad: f64,
+    /// An angular rate beyond this ends them, rad/s, up to 10.
+    pub rate_radps: f64,
+    /// A speed over ground beyond this ends them, m/s, up to 20.
+    pub speed_mps: f64,
+    /// The inputs, in the order in which they are flown; with their repetitions 1 to 16.
+    pub inputs: Vec<InputSection>,
+}
+
+impl Default for ExcitationSection {
+    fn default() -> Self {
+        let limits = ExcitationLimits::default();
+        Self {
+            first_s: 15.0,
+            pause_s: 8.0,
+            dead_band: 0.05,
+            stick_rate_per_s: 4.0,
+            tilt_rad: limits.tilt_rad,
+            rate_radps: limits.rate_radps,
+            speed_mps: limits.speed_mps,
+            inputs: Vec::new(),
+        }
+    }
+}
+
+/// `[[autopilot.excitation.inputs]]`: one test input.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputSection {
+    /// The stick that is moved.
+    pub stick: StickName,
+    /// How it is moved.
+    pub kind: InputKind,
+    /// By how much from where it stands, share of full stick, −0.5 to 0.5; 0.1 where not set.
+    #[serde(default = "amplitude")]
+    pub amplitude: f64,
+    /// How long a step is held (1.5 where not set), a doublet each way (1), a unit of a 3-2-1-1 (0.5), a
+    /// whole sweep (60), s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_s: Option<f64>,
+    /// Where a sweep begins, Hz, 0.01 to 20; 0.1 where not set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_hz: Option<f64>,
+    /// Where a sweep ends, Hz, up to 20; 3 where not set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_hz: Option<f64>,
+    /// How often it is flown, 1 to 16; once where not set.
+    #[serde(default = "once")]
+    pub times: u8,
+}
+
+const fn amplitude() -> f64 {
+    0.1
+}
+
+const fn once() -> u8 {
+    1
+}
+
+/// A stick of the helicopter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StickName {
+    /// Lateral cyclic.
+    Lateral,
+    /// Longitudinal cyclic.
+    Longitudinal,
+    /// Collective.
+    Collective,
+    /// Pedal.
+    Pedal,
+}
+
+/// How a stick is moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub enum InputKind {
+    /// There, held, and back.
+    #[serde(rename = "step")]
+    Step,
+    /// As long to one side as to the other.
+    #[serde(rename = "doublet")]
+    Doublet,
+    /// Pulses of 3, 2, 1 and 1 units to alternating sides.
+    #[serde(rename = "3211")]
+    ThreeTwoOneOne,
+    /// A sine whose frequency rises, slowly at first.
+    #[serde(rename = "sweep")]
+    Sweep,
+}
+
+/// Share of a sweep over which it fades in, and out.
+const FADE: f64 = 0.05;
+
+impl InputSection {
+    fn test_input(&self) -> TestInput {
+        let stick = match self.stick {
+            StickName::Lateral => Channel::Lateral,
+            StickName::Longitudinal => Channel::Longitudinal,
+            StickName::Collective => Channel::Collective,
+            StickName::Pedal => Channel::Pedal,
+        };
+        let amplitude = self.amplitude;
+        let length_s = |default_s| self.length_s.unwrap_or(default_s);
+        let maneuver = match self.kind {
+            InputKind::Step => Maneuver::Step { amplitude, hold_s: length_s(1.5) },
+            InputKind::Doublet => Maneuver::Doublet { amplitude, hold_s: length_s(1.0) },
+            InputKind::ThreeTwoOneOne => {
+                Maneuver::ThreeTwoOneOne { amplitude, unit_s: length_s(0.5) }
+            }
+            InputKind::Sweep => Maneuver::Sweep {
+                amplitude,
+                first_hz: self.first_hz.unwrap_or(0.1),
+                last_hz: self.last_hz.unwrap_or(3.0),
+                duration_s: length_s(60.0),
+                fade_s: FADE * length_s(60.0),
+            },
+        };
+        TestInput { stick, maneuver }
+    }
+
+    /// What is set that has no meaning for its kind.
+    fn meaningless(&self) -> Option<&'static str> {
+        let sweeps = self.kind == InputKind::Sweep;
+        let first = self.first_hz.map(|_| "first_hz");
+        first.or(self.last_hz.map(|_| "last_hz")).filter(|_| !sweeps)
+    }
+}
+
+impl ExcitationSection {
+    /// What flight control flies.
+    ///
+    /// # Errors
+    /// In words, what was found and expected.
+    pub(super) fn programme(&self) -> Result<ExcitationProgramme, String> {
+        let flown: Vec<TestInput> = self
+            .inputs
+            .iter()
+            .flat_map(|input| (0..input.times).map(|_| input.test_input()))
+            .collect();
+        let (count, most) = (flown.len(), ExcitationProgramme::MOST);
+        if count == 0 || count > most || self.inputs.iter().any(|input| input.times == 0) {
+            return Err(format!(
+                "inputs: found {count} with their repetitions, expected 1 to {most}, each at least once"
+            ));
+        }
+        if let Some(key) = self.inputs.iter().find_map(InputSection::meaningless) {
+            return Err(format!("inputs: found {key}, expected it of a sweep alone"));
+        }
+        let programme = ExcitationProgramme {
+            inputs: std::array::from_fn(|index| flown.get(index).copied()),
+            first_s: self.first_s,
+            pause_s: self.pause_s,
+            dead_band: self.dead_band,
+            limits: ExcitationLimits {
+                tilt_rad: self.tilt_rad,
+                rate_radps: self.rate_radps,
+                speed_mps: self.speed_mps,
+                stick_rate_per_s: self.stick_rate_per_s,
+            },
+        };
+        programme.check().map_err(|error| error.to_string())?;
+        Ok(programme)
+    }
+}
