@@ -189,17 +189,20 @@ impl<'a> RunningFlight<'a> {
         });
         self.flight.transitions.extend(outputs.transition);
         self.flight.aborted.extend(outputs.aborted.map(|abort| (time_s, abort)));
-        let [added, flown] = [self.added, outputs.sticks].map(Sticks::to_array);
+        let [added, injected, flown] =
+            [self.added, outputs.injected, outputs.sticks].map(Sticks::to_array);
         let sticks = Sticks::from_array(std::array::from_fn(|stick| {
             (flown[stick] + added[stick]).clamp(-1.0, 1.0)
         }));
+        let injected =
+            Sticks::from_array(std::array::from_fn(|stick| injected[stick] + added[stick]));
         let wind_mps = self.wind.advance();
         self.flight.samples.push(FlightSample {
             truth,
             solution,
             mode: outputs.mode,
             sticks,
-            injected: outputs.injected,
+            injected,
             servos: self.vehicle.servos(),
             wind_mps,
         });
