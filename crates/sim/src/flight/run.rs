@@ -25,10 +25,19 @@ impl FlightConfig {
     /// # Errors
     /// [`FlightError`].
     pub fn fly(&self) -> Result<Flight, FlightError> {
+        self.fly_with(|_| ())
+    }
+
+    /// The same, and tells `progress` the second of the flight at each sample.
+    ///
+    /// # Errors
+    /// [`FlightError`].
+    pub fn fly_with(&self, mut progress: impl FnMut(f64)) -> Result<Flight, FlightError> {
         let mut run = RunningFlight::new(self)?;
         let last = (self.duration_s / run.period_s + 1e-6) as u64;
         for sample in 0..=last {
             run.sample(sample)?;
+            progress(sample as f64 * run.period_s);
             if run.vehicle.has_crashed() {
                 run.flight.crashed_s = Some(sample as f64 * run.period_s);
                 break;
