@@ -12,7 +12,7 @@ use hovernav_model::helicopter::{Helicopter, HelicopterParameters};
 use hovernav_model::{Grade, StateSpace, shipped};
 use hovernav_sim::{Feedback, FlightConfig, FlightEvent, WindConfig};
 use hovernav_sysid::helicopter::{
-    FlightRecord, Identification, Kind, Velocity, identify, stick_responses,
+    FlightRecord, FrequencyDomain, Identification, Kind, Velocity, identify,
 };
 
 /// Stick and the output that answers to it.
@@ -49,7 +49,7 @@ fn identified(seed: u64) -> (Identification, StateSpace) {
     let solutions = dataset.smooth(&settings, |_| ()).solutions;
     let found = identify(&dataset, &solutions, Kind::Hybrid, Velocity::Estimated).unwrap();
     let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
-    let verdict = found.verdict(&stick_responses(&found, &record));
+    let verdict = found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref());
     let vehicle = found.identified.vehicle().unwrap().with_verdict(verdict);
     (found, vehicle)
 }

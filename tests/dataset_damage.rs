@@ -224,6 +224,7 @@ proptest! {
                 prop_assert!((read.yaw_rad - written.yaw_rad).abs() < 1e-14);
             }
         }
+        prop_assert_eq!(&read.injected, &dataset.injected);
         prop_assert_eq!(read.fixes.len(), dataset.fixes.len());
         for (read, written) in read.fixes.iter().zip(&dataset.fixes) {
             prop_assert!(read.position.displacement_from(&written.position).norm() < 1e-8);

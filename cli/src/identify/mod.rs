@@ -11,10 +11,9 @@ use anyhow::{Context as _, ensure};
 use hovernav_formats::{Log, Options};
 use hovernav_log::{Dataset, SmoothedRun, sentences};
 use hovernav_model::Grade;
-use hovernav_sysid::helicopter::Kind;
-use hovernav_sysid::helicopter::flight_warnings;
-use hovernav_sysid::helicopter::stick_responses;
-use hovernav_sysid::helicopter::{FlightRecord, Identification, Velocity, identify};
+use hovernav_sysid::helicopter::{
+    FlightRecord, FrequencyDomain, Identification, Kind, Velocity, flight_warnings, identify,
+};
 
 use self::page::IdentificationPage;
 use self::summary::Summary;
@@ -74,16 +73,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let with = |velocity| identify(&dataset, &solutions, arguments.model, velocity);
     let working = output::Working::on("identifying");
     let (found, held) = rayon::join(|| with(Velocity::Estimated), || with(Velocity::HeldGps));
-    drop(working);
     let found = found.with_context(|| log.display().to_string())?;
     let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)?;
+    let frequency = FrequencyDomain::of(&found, &flight);
+    drop(working);
     let vehicle = found.identified.vehicle()?;
-    let responses = stick_responses(&found, &flight);
-    let verdict = found.verdict(&responses);
+    let verdict = found.verdict(frequency.as_ref().ok());
     let vehicle = vehicle.with_source(&source(&dataset, &found)).with_verdict(verdict.clone());
 
     let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref(), verdict.clone());
     summary.warn(sentences(&denied));
+    summary.ask_frequency(frequency.as_ref());
     summary.warn(flight_warnings(&flight.experiment, arguments.model));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
     summary.warn(pattern.iter().map(ToString::to_string));
@@ -102,13 +102,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             dataset: &dataset,
             found: &found,
             held: held.as_ref(),
-            responses: &responses,
+            frequency: frequency.as_ref(),
         };
         page.build()?.write(&out.join("report.html"))?;
     }
     summary.set_wall(started.elapsed().as_secs_f64());
     output::write_json(&summary, &out.join("summary.json"))?;
-    output::say_text(words::in_words(&summary, &found, held.as_ref().ok(), &out));
+    let (held, frequency) = (held.as_ref().ok(), frequency.as_ref());
+    output::say_text(words::in_words(&summary, &found, held, frequency, &out));
     ensure!(
         verdict.grade != Grade::DoNotFly,
         "{}: do not fly by this model: {}",

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use hovernav_log::{Dataset, Run};
 use hovernav_model::{Grade, Verdict};
-use hovernav_sysid::helicopter::{Identification, IdentifyError};
+use hovernav_sysid::helicopter::{FrequencyDomain, Identification, IdentifyError};
+use hovernav_sysid::methods::frequency::FrequencyError;
 use hovernav_sysid::methods::prediction_error::{Estimate, Fit};
 use hovernav_sysid::methods::validate::GOOD_FIT_PERCENT;
 use hovernav_sysid::record::STICKS;
@@ -27,6 +28,8 @@ pub struct Summary {
     pub(super) result: IdentificationSummary,
     /// The same identification from GPS velocity held from fix to fix, or why there is none.
     held_gps: HeldSummary,
+    /// The same flight asked in the frequency domain, or why it says nothing there.
+    frequency_domain: FrequencySummary,
     /// How far the model can be trusted.
     pub(super) verdict: Grade,
     /// Why not further.
@@ -40,6 +43,86 @@ pub struct Summary {
 enum HeldSummary {
     Found(IdentificationSummary),
     Refused { reason: String },
+}
+
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum FrequencySummary {
+    Found(Box<FrequencyFindings>),
+    Refused { reason: String },
+}
+
+#[derive(Debug, Serialize)]
+struct FrequencyFindings {
+    /// `"sticks"` or `"injected"`: what the responses rest on.
+    basis: &'static str,
+    converged: bool,
+    /// Mean cost J of the model from the time domain, and of that fitted to the responses.
+    cost: Costs,
+    parameters: Vec<BothSummary>,
+    /// Parameters that the responses do not tell.
+    untold: Vec<String>,
+    pairs: Vec<PairSummary>,
+}
+
+#[derive(Debug, Serialize)]
+struct Costs {
+    time_domain: f64,
+    frequency_domain: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct BothSummary {
+    name: String,
+    unit: String,
+    time_domain: f64,
+    time_domain_bound: f64,
+    frequency_domain: f64,
+    frequency_domain_bound: f64,
+    apart_sigma: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct PairSummary {
+    stick: String,
+    output: String,
+    points: usize,
+    cost: Costs,
+}
+
+impl FrequencyFindings {
+    fn of(found: &FrequencyDomain) -> Self {
+        let costs = |(time_domain, frequency_domain)| Costs { time_domain, frequency_domain };
+        Self {
+            basis: found.basis.name(),
+            converged: found.converged,
+            cost: costs(found.mean_cost),
+            parameters: found
+                .parameters
+                .iter()
+                .map(|own| BothSummary {
+                    name: own.name.clone(),
+                    unit: own.unit.clone(),
+                    time_domain: own.time.0,
+                    time_domain_bound: own.time.1,
+                    frequency_domain: own.frequency.0,
+                    frequency_domain_bound: own.frequency.1,
+                    apart_sigma: own.apart(),
+                })
+                .collect(),
+            untold: found.untold.clone(),
+            pairs: found
+                .costs
+                .iter()
+                .map(|pair| PairSummary {
+                    stick: pair.stick.clone(),
+                    output: pair.output.clone(),
+                    points: pair.points,
+                    cost: costs((pair.time, pair.frequency)),
+                })
+                .collect(),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -165,6 +248,7 @@ impl Summary {
                 Ok(held) => HeldSummary::Found(IdentificationSummary::of(held)),
                 Err(error) => HeldSummary::Refused { reason: error.to_string() },
             },
+            frequency_domain: FrequencySummary::Refused { reason: "it was not asked".into() },
             verdict: verdict.grade,
             reasons: verdict.reasons,
             fit: found
@@ -189,6 +273,20 @@ impl Summary {
             )]);
         }
         summary
+    }
+
+    /// With what the frequency domain says.
+    pub fn ask_frequency(&mut self, found: Result<&FrequencyDomain, &FrequencyError>) {
+        self.frequency_domain = match found {
+            Ok(found) => {
+                self.warn(found.disagreements());
+                FrequencySummary::Found(Box::new(FrequencyFindings::of(found)))
+            }
+            Err(error) => {
+                self.warn([format!("the frequency domain has no second opinion: {error}")]);
+                FrequencySummary::Refused { reason: error.to_string() }
+            }
+        };
     }
 
     /// Adds what deserves a second look.

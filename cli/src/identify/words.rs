@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use hovernav_model::Grade;
-use hovernav_sysid::helicopter::Identification;
+use hovernav_sysid::helicopter::{FrequencyDomain, Identification, PairCost};
+use hovernav_sysid::methods::frequency::FrequencyError;
 use hovernav_sysid::methods::prediction_error::Status;
 
 use super::summary::Summary;
@@ -42,6 +43,7 @@ pub fn in_words(
     summary: &Summary,
     found: &Identification,
     held: Option<&Identification>,
+    frequency: Result<&FrequencyDomain, &FrequencyError>,
     out: &Path,
 ) -> String {
     let mut text = format!("{:<40} {}\n", "verdict", summary.verdict);
@@ -92,8 +94,14 @@ pub fn in_words(
             writeln!(text, "{:>10}", estimate.status.name())
         };
     }
+    if let Some(early) = early_sticks(found) {
+        let _ = writeln!(text, "{early}");
+    }
     for (one, other, value) in found.strong_correlations(0.9) {
         let _ = writeln!(text, "correlation of {one} and {other}: {value:.3}");
+    }
+    if let Ok(frequency) = frequency {
+        text.push_str(&both_in_words(frequency));
     }
     let _ = writeln!(text);
     for warning in summary.warnings() {
@@ -101,6 +109,38 @@ pub fn in_words(
     }
     let wall_s = summary.estimate.wall_s;
     let _ = writeln!(text, "{:<40} {} ({wall_s:.3} s)", "written", out.display());
+    text
+}
+
+/// Both methods beside each other, and how far each model is from the flight's responses.
+fn both_in_words(found: &FrequencyDomain) -> String {
+    let mut text = format!(
+        "\n{:<10} {:>22} {:>22} {:>11}\n",
+        "parameter", "time domain", "frequency domain", "sigma apart"
+    );
+    for own in &found.parameters {
+        let shown = |(value, bound): (f64, f64)| format!("{value:.4} ± {bound:.4}");
+        let (time, frequency) = (shown(own.time), shown(own.frequency));
+        let mark = if own.disagrees() { "  disagree" } else { "" };
+        let _ = writeln!(
+            text,
+            "{:<10} {time:>22} {frequency:>22} {:>11.1}{mark}",
+            own.name,
+            own.apart()
+        );
+    }
+    if !found.untold.is_empty() {
+        let _ = writeln!(text, "not told by the responses: {}", found.untold.join(", "));
+    }
+    let _ = writeln!(
+        text,
+        "\n{:<22} {:>11} {:>11} {:>16}",
+        "cost J of response", "frequencies", "time domain", "frequency domain"
+    );
+    for PairCost { stick, output, points, time, frequency } in &found.costs {
+        let name = format!("{stick} to {output}");
+        let _ = writeln!(text, "{name:<22} {points:>11} {time:>11.1} {frequency:>16.1}");
+    }
     text
 }
 
@@ -200,10 +240,11 @@ pub fn bounds_in_words(found: &Identification) -> String {
     found.bounds().map_or_else(
         || "none: nothing was estimated".into(),
         |bounds| {
-            format!(
-                "median ±{:.1} %, worst ±{:.1} % ({})",
-                bounds.median_percent, bounds.worst_percent, bounds.worst
-            )
+            let worst = match bounds.worst_percent {
+                worst if worst.is_finite() => format!("worst ±{worst:.1} % ({})", bounds.worst),
+                _ => format!("worst {}, found at zero", bounds.worst),
+            };
+            format!("median ±{:.1} %, {worst}", bounds.median_percent)
         },
     )
 }

@@ -125,16 +125,24 @@ impl Page<'_> {
     }
 
     fn warnings(&self, out: &mut impl Write) -> io::Result<()> {
-        let heading = match self.warnings.len() {
-            0 => return write!(out, "<p class=\"quiet\">No warnings.</p>"),
+        if self.warnings.is_empty() {
+            return write!(out, "<p class=\"quiet\">No warnings.</p>");
+        }
+        // What the verdict says already is not said again.
+        let said = |warning: &String| {
+            self.verdict.as_ref().is_some_and(|verdict| verdict.points.contains(warning))
+        };
+        let warnings: Vec<&String> = self.warnings.iter().filter(|one| !said(one)).collect();
+        let heading = match warnings.len() {
+            0 => return Ok(()),
             1 => "1 warning".into(),
             count => format!("{count} warnings"),
         };
         writeln!(out, "<div class=\"warnings\"><h2>{heading}</h2><ul>")?;
         // So many that the figures would be far down are folded, but for the first.
-        let (shown, folded) = match self.warnings.split_at_checked(WARNINGS_SHOWN) {
+        let (shown, folded) = match warnings.split_at_checked(WARNINGS_SHOWN) {
             Some((shown, folded @ [_, _, ..])) => (shown, folded),
-            _ => (self.warnings, &[][..]),
+            _ => (&warnings[..], &[][..]),
         };
         shown.iter().try_for_each(|warning| self.warning(warning, out))?;
         write!(out, "</ul>")?;
@@ -174,7 +182,13 @@ impl Page<'_> {
             let (anchor, title) = (&section.anchor, Escaped(&section.title));
             let explanation = Escaped(&section.explanation);
             write!(out, "<section id=\"{anchor}\"><h2>{title}</h2><p>{explanation}</p>")?;
+            if let Some(what) = section.folded {
+                write!(out, "<details><summary>{}</summary>", Escaped(what))?;
+            }
             section.write_parts(out)?;
+            if section.folded.is_some() {
+                write!(out, "</details>")?;
+            }
             writeln!(out, "</section>")?;
         }
         Ok(())

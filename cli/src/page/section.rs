@@ -14,6 +14,8 @@ pub struct Section {
     pub(super) title: Cow<'static, str>,
     /// One line for a reader who has never seen such a plot.
     pub(super) explanation: String,
+    /// What stands for its parts until a reader unfolds them.
+    pub(super) folded: Option<&'static str>,
     parts: Vec<Part>,
 }
 
@@ -52,12 +54,18 @@ impl Section {
         explanation: impl Into<String>,
     ) -> Self {
         let (anchor, title) = (anchor.into(), title.into());
-        Self { anchor, title, explanation: explanation.into(), parts: Vec::new() }
+        Self { anchor, title, explanation: explanation.into(), folded: None, parts: Vec::new() }
     }
 
     /// With one more figure, table or list of notes.
     pub fn with(mut self, part: impl Into<Part>) -> Self {
         self.parts.push(part.into());
+        self
+    }
+
+    /// The same with its parts folded away behind the words `what`.
+    pub const fn folded(mut self, what: &'static str) -> Self {
+        self.folded = Some(what);
         self
     }
 

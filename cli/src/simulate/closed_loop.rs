@@ -18,6 +18,9 @@ use super::summary::{ClosedLoopSummary, Summary};
 use crate::output;
 use crate::summary::RunSummary;
 
+/// How much of the work is flying.
+const FLYING: f64 = 0.75;
+
 /// The flight that the arguments ask for.
 fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<FlightConfig> {
     let autopilot = match &arguments.autopilot {
@@ -94,13 +97,20 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(fly_config) = arguments.config.as_deref().filter(|_| arguments.lines) {
         return super::lines::run(arguments, config, fly_config);
     }
-    let flight = config.fly()?;
+    // Seconds of flight; what is estimated from the record counts as more of them.
+    let bar = output::bar((config.duration_s / FLYING).ceil() as usize);
+    let flight = config.fly_with(|second| bar.set_position(second as u64))?;
     let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
     let (mut dataset, truth) = flight.dataset();
     dataset.write(&out, &truth)?;
 
     let settings = dataset.settings()?;
-    let run = dataset.estimate(&settings, |_| {});
+    let samples = dataset.imu.len() as f64;
+    let run = dataset.estimate(&settings, |done| {
+        let share = FLYING + (1.0 - FLYING) * done as f64 / samples;
+        bar.set_position((share * config.duration_s / FLYING) as u64);
+    });
+    bar.finish_and_clear();
     let mut summary = Summary {
         run: RunSummary::new(Path::new(&dataset.manifest.vehicle), &dataset, &run, false),
         flight: ClosedLoopSummary::new(&config, &flight),

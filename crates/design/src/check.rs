@@ -3,7 +3,7 @@
 use super::disturbance::{DisturbanceResponse, TABLE_6_1};
 use super::error::DesignError;
 use super::handling::HandlingQualities;
-use super::hover::{FlightMode, HoverDesign};
+use super::hover::{Cut, FlightMode, HoverDesign};
 use super::margins::{Loop, Margins};
 use super::thesis::PrintedDesign;
 use hovernav::autopilot::Gains;
@@ -75,12 +75,12 @@ impl CheckedDesign {
         let responses = TABLE_6_1.into_iter().map(respond).collect::<Result<Vec<_>, _>>()?;
         let open_responses = TABLE_6_1.into_iter().map(drift).collect::<Result<_, _>>()?;
         let in_mode = |mode| -> Result<_, DesignError> {
-            Ok((mode, design.close_in(&model, &gains, mode)?.margins().ok()))
+            Ok((mode, design.close_in(&model, &gains, mode, Cut::Actuators)?.margins().ok()))
         };
         let modes = FlightMode::ALL.into_iter().map(in_mode).collect::<Result<Vec<_>, _>>()?;
         let at_outputs =
-            design.close_at_outputs(&model, &gains, FlightMode::Velocity)?.margins().ok();
-        let holding = design.close_at_outputs(&model, &gains, FlightMode::Attitude)?;
+            design.close_in(&model, &gains, FlightMode::Velocity, Cut::Outputs)?.margins().ok();
+        let holding = design.close_in(&model, &gains, FlightMode::Attitude, Cut::Outputs)?;
         let handling = ["phi", "theta", "psi"]
             .into_iter()
             .map(|output| HandlingQualities::of(&holding, output))

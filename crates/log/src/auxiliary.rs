@@ -68,16 +68,40 @@ pub(crate) fn read_magnetometer(
     })
 }
 
+/// The sticks, and what of them was injected where the file tells.
+#[derive(Default)]
+pub(crate) struct ControlRows {
+    pub sticks: Vec<(Time, [f64; 4])>,
+    /// As many as `sticks`, or none.
+    pub injected: Vec<[f64; 4]>,
+}
+
 pub(crate) fn read_controls(
     dir: &Path,
     warnings: &mut Vec<String>,
-) -> Result<Vec<(Time, [f64; 4])>, LogError> {
-    let Some(mut table) = Table::open(dir, CONTROLS_FILE)? else { return Ok(Vec::new()) };
-    let columns = table.require(CONTROLS)?;
+) -> Result<ControlRows, LogError> {
+    let Some(mut table) = Table::open(dir, CONTROLS_FILE)? else {
+        return Ok(ControlRows::default());
+    };
+    let sticks = table.require(CONTROLS)?;
     // Trim may lie off centre, so a full stroke from it may exceed 1, but never 2.
-    read_timed(table, CONTROLS_FILE, columns, warnings, |sticks| {
-        sticks.iter().all(|stick| stick.abs() <= 2.0).then_some(sticks)
-    })
+    let is_possible = |values: &[f64]| values.iter().all(|stick| stick.abs() <= 2.0);
+    let Some(injected) = table.find(INJECTED) else {
+        let rows = read_timed(table, CONTROLS_FILE, sticks, warnings, |sticks| {
+            is_possible(&sticks).then_some(sticks)
+        })?;
+        return Ok(ControlRows { sticks: rows, injected: Vec::new() });
+    };
+    let columns: [usize; 8] =
+        std::array::from_fn(|place| if place < 4 { sticks[place] } else { injected[place - 4] });
+    let rows = read_timed(table, CONTROLS_FILE, columns, warnings, |row| {
+        is_possible(&row).then_some(row)
+    })?;
+    let (sticks, injected) = rows
+        .into_iter()
+        .map(|(time, [a, b, c, d, e, f, g, h])| ((time, [a, b, c, d]), [e, f, g, h]))
+        .unzip();
+    Ok(ControlRows { sticks, injected })
 }
 
 /// All rows whose numbers are known and make a `value`, in time order.
@@ -90,9 +114,7 @@ fn read_timed<T, const N: usize>(
 ) -> Result<Vec<(Time, T)>, LogError> {
     let mut remarks = Remarks::new(file);
     let [time] = table.require(["t_s"])?;
-    let mut without_use = vec!["temp_degc"];
-    without_use.extend(INJECTED);
-    table.remark_unused(&without_use, &mut remarks);
+    table.remark_unused(&["temp_degc"], &mut remarks);
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {
         let time = row.time(time)?;

@@ -45,8 +45,8 @@ pub struct Dataset {
     pub rotor: Vec<(Time, f64)>,
     /// Stick positions: lateral, longitudinal, collective, pedal, each −1…1 about trim.
     pub controls: Vec<(Time, [f64; 4])>,
-    /// What of each of the [`controls`](Self::controls) is a test input of the autopilot's, in their order;
-    /// empty where none was flown. Written to `controls.csv` as `injected_lateral` and so on, not read.
+    /// What of each of the [`controls`](Self::controls) is a test input, injected beside whoever flies, in
+    /// their order; empty where none was flown. In `controls.csv` they are `injected_lateral` and so on.
     pub injected: Vec<[f64; 4]>,
     /// Which sensor's event came next, from the first to the last, as a flight record has it. Where
     /// it does not list as many as there are, events are taken in the order of their times.

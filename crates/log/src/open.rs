@@ -81,7 +81,8 @@ impl Dataset {
             headings,
             ranges,
             rotor,
-            controls,
+            controls: controls.sticks,
+            injected: controls.injected,
             warnings,
             ..Self::default()
         })

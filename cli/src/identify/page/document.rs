@@ -2,8 +2,8 @@
 
 use hovernav_log::Dataset;
 use hovernav_model::ModelError;
-use hovernav_sysid::helicopter::StickResponse;
-use hovernav_sysid::helicopter::{Identification, IdentifyError};
+use hovernav_sysid::helicopter::{FrequencyDomain, Identification, IdentifyError};
+use hovernav_sysid::methods::frequency::FrequencyError;
 
 use super::held::compared;
 use super::histories::{histories, residuals, runs_of};
@@ -23,7 +23,8 @@ pub struct IdentificationPage<'a> {
     pub found: &'a Identification,
     /// The same from held GPS velocity, or why there is none.
     pub held: Result<&'a Identification, &'a IdentifyError>,
-    pub responses: &'a [StickResponse],
+    /// The same flight in the frequency domain, or why it says nothing there.
+    pub frequency: Result<&'a FrequencyDomain, &'a FrequencyError>,
 }
 
 impl<'a> IdentificationPage<'a> {
@@ -33,7 +34,7 @@ impl<'a> IdentificationPage<'a> {
     /// Where the poles do not settle.
     pub fn build(&self) -> Result<Page<'a>, ModelError> {
         let found = self.found;
-        let mut sections = vec![parameters(self.found, self.held.ok())];
+        let mut sections = vec![parameters(self.found, self.held.ok()), responses(self.frequency)];
         let fit = found.fit();
         let (title, points) = match found.validation {
             Some(_) => ("Validation", "test points held back: the search never saw them"),
@@ -46,11 +47,12 @@ impl<'a> IdentificationPage<'a> {
             fit.window_s()
         );
         let section = Section::new("histories", title, explanation);
-        sections.push(histories(self.dataset, found, &runs).fold(section, Section::with));
-        sections.push(residuals(found, &runs));
-        sections.push(responses(self.responses));
+        let section = histories(self.dataset, found, &runs).fold(section, Section::with);
+        sections.push(section.folded("Flight and model over each test point"));
+        sections.push(residuals(found, &runs).folded("Flight less model over each test point"));
         sections.push(poles(found, self.held.ok())?);
-        sections.push(compared(self.dataset, found, self.held));
+        let held = compared(self.dataset, found, self.held);
+        sections.push(held.folded("Both fits, and the flight as the receiver saw it"));
         Ok(Page {
             verdict: Some(self.verdict.clone()),
             title: self.title,

@@ -1,25 +1,45 @@
-//! The frequency responses, to which the model was not fitted.
+//! The frequency responses, and what they say of the parameters.
 
-use hovernav_sysid::helicopter::StickResponse;
+use hovernav_sysid::helicopter::{Basis, FrequencyDomain, PairCost, StickResponse};
+use hovernav_sysid::methods::frequency::FrequencyError;
 
-use crate::page::{Axis, Figure, Role, Row, Section, Series};
+use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, digits};
 
 /// Below this, a response is not worth fitting: Tischler and Remple, section 7.5.1.
 const GOOD_COHERENCE: f64 = 0.6;
 
-/// Flight and model from each stick to the output that answers to it.
-pub fn responses(responses: &[StickResponse]) -> Section {
+/// Both methods side by side, and flight and model from each stick to the output that answers to it.
+pub fn responses(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Section {
     let section = Section::new(
         "bode",
-        "Frequency responses",
-        "The same flight seen in frequency, to which the model was not fitted: amplification and \
-         phase from stick to answer, all test points on the stick together, with twice their random \
-         error. Where the coherence is below 0.6 noise and gusts outweigh the stick: believe neither.",
+        "A second opinion: the frequency domain",
+        "The same equations fitted anew to the flight\u{2019}s frequency responses, each with the other sticks \
+         taken out. A parameter on which the two methods differ by more than three sigma is one that the flight \
+         does not settle.",
     );
-    if responses.is_empty() {
-        return section.with(vec!["No stick of this model has a test point.".to_owned()]);
+    let frequency = match frequency {
+        Ok(frequency) => frequency,
+        Err(error) => return section.with(vec![format!("There is none: {error}.")]),
+    };
+    let rests_on = match frequency.basis {
+        Basis::Sticks => {
+            "The responses rest on what the sticks did over the test points, which is right where nobody \
+             answers gusts with them."
+        }
+        Basis::Injected => {
+            "The responses rest on what was injected on the sticks beside whoever held the flight, over all \
+             of it that is near a hover: what answers gusts does not disturb them."
+        }
+    };
+    let mut notes = vec![rests_on.to_owned()];
+    if !frequency.untold.is_empty() {
+        let untold = frequency.untold.join(", ");
+        notes.push(format!(
+            "Not told by the responses, held as the time domain has them: {untold}."
+        ));
     }
-    responses.iter().fold(section, |section, response| {
+    let section = section.with(both(frequency)).with(costs(frequency)).with(notes);
+    frequency.stick_responses().iter().fold(section, |section, response| {
         let StickResponse { stick, output, unit, frequencies_hz, .. } = response;
         let points = |values: Vec<f64>| frequencies_hz.clone().into_iter().zip(values);
         let part = |curve: &[(f64, f64)], pick: fn(&(f64, f64)) -> f64| {
@@ -63,4 +83,48 @@ pub fn responses(responses: &[StickResponse]) -> Section {
         let figure = Figure::against(axis, rows);
         section.with(figure.captioned(format!("{stick} to {output}, {unit} per full stick")))
     })
+}
+
+/// Every parameter that both methods tell.
+fn both(frequency: &FrequencyDomain) -> Table {
+    let rows = frequency.parameters.iter().map(|own| {
+        let apart = match own.disagrees() {
+            true => format!("{:.1}: they disagree", own.apart()),
+            false => format!("{:.1}", own.apart()),
+        };
+        let shown = |(value, bound): (f64, f64)| format!("{} ±{}", digits(value), digits(bound));
+        let numbers = vec![shown(own.time), shown(own.frequency), own.unit.clone(), apart];
+        TableRow { name: own.name.clone(), numbers }
+    });
+    Table {
+        caption: "Parameters by both methods, ±1σ".into(),
+        heads: ["", "Time domain", "Frequency domain", "Unit", "Apart, σ"].map(Into::into).into(),
+        rows: rows.collect(),
+    }
+}
+
+/// How far each model is from each response.
+fn costs(frequency: &FrequencyDomain) -> Table {
+    let pair = |own: &PairCost| TableRow {
+        name: format!("{} to {}", own.stick, own.output),
+        numbers: vec![
+            own.points.to_string(),
+            format!("{:.1}", own.time),
+            format!("{:.1}", own.frequency),
+        ],
+    };
+    let (time, fitted) = frequency.mean_cost;
+    let mean = TableRow {
+        name: "mean".into(),
+        numbers: vec![String::new(), format!("{time:.1}"), format!("{fitted:.1}")],
+    };
+    Table {
+        caption: "Cost J of each response that is coherent: below 100 a model is good for most uses, below 50 it \
+                  is hardly told from the vehicle"
+            .into(),
+        heads: ["Response", "Frequencies", "Time domain\u{2019}s model", "Frequency domain\u{2019}s"]
+            .map(Into::into)
+            .into(),
+        rows: frequency.costs.iter().map(pair).chain([mean]).collect(),
+    }
 }

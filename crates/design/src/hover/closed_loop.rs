@@ -143,15 +143,13 @@ pub(super) fn parts(
     Ok(Parts { plant, controller })
 }
 
-/// The loops cut where the commands go to the actuators.
-pub(super) fn cut_at_actuators(
-    design: &HoverDesign,
-    whole: &StateSpace,
-    gains: &Gains,
-    mode: FlightMode,
-) -> Result<Loop, DesignError> {
-    let Parts { plant, controller } = parts(design, whole, gains, mode)?;
-    Loop::at_plant_input(&plant, &controller)
+/// Where loops are cut to see their margins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// Where the commands go to the actuators: lateral, longitudinal, collective, pedal.
+    Actuators,
+    /// At what is measured: p, q, phi, theta, u, v, w, r, psi.
+    Outputs,
 }
 
 /// `whole` with how far it is from its place, in the heading's axes: the integrals of u, v and w.
@@ -175,7 +173,8 @@ pub(super) fn respond(
     (state, size): (&str, f64),
     duration_s: f64,
 ) -> Result<DisturbanceResponse, DesignError> {
-    let cut = cut_at_actuators(design, whole, gains, FlightMode::Velocity)?;
+    let Parts { plant, controller } = parts(design, whole, gains, FlightMode::Velocity)?;
+    let cut = Loop::at_plant_input(&plant, &controller)?;
     let open = cut.open();
     // The plant moves only through its servos: nothing passes straight through.
     let sticks = -open.c();

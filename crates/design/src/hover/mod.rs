@@ -26,6 +26,6 @@ mod regulator;
 mod search;
 mod synthesis;
 
-pub use closed_loop::FlightMode;
+pub use closed_loop::{Cut, FlightMode};
 pub use config::{AttitudeWeights, HeavePoles, HoverDesign, RollPitchWeights, YawWeights};
 pub use search::{Search, Wanted};

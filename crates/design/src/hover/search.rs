@@ -1,6 +1,6 @@
 //! Weights found, not given: a bounded, seeded search for what a user asks of a loop.
 
-use super::closed_loop::FlightMode;
+use super::closed_loop::{Cut, FlightMode};
 use super::config::HoverDesign;
 use crate::{DISTURBED, DesignError, TABLE_6_1};
 use hovernav::autopilot::Gains;
@@ -223,7 +223,8 @@ fn margins_short(
     if !is_stable(design, model, gains, mode)? {
         return Ok(10.0);
     }
-    let (gain_db, phase_deg) = design.close_in(model, gains, mode)?.weakest(FREQUENCIES);
+    let (gain_db, phase_deg) =
+        design.close_in(model, gains, mode, Cut::Actuators)?.weakest(FREQUENCIES);
     let below = |found: f64, wanted: f64| (1.0 - found / wanted).max(0.0);
     Ok(25.0 * (below(gain_db, LEAST.0) + below(phase_deg, LEAST.1))
         + below(gain_db, wanted.gain_db)
@@ -237,7 +238,7 @@ fn is_stable(
     gains: &Gains,
     mode: FlightMode,
 ) -> Result<bool, DesignError> {
-    let cut = design.close_in(model, gains, mode)?;
+    let cut = design.close_in(model, gains, mode, Cut::Actuators)?;
     let open = cut.open();
     let mut step = open.a() - open.b() * open.c();
     for _ in 0..14 {

@@ -1,6 +1,6 @@
 //! Gains from a model, and the loops that they close.
 
-use super::closed_loop::{self, FlightMode};
+use super::closed_loop::{self, Cut, FlightMode, Parts};
 use super::config::{HeavePoles, HoverDesign};
 use super::plant::{normalised, other_states, rotor_states};
 use super::regulator::{self, Weights};
@@ -77,10 +77,10 @@ impl HoverDesign {
     /// # Errors
     /// [`DesignError`].
     pub fn close(&self, model: &StateSpace, gains: &Gains) -> Result<Loop, DesignError> {
-        self.close_in(model, gains, FlightMode::Velocity)
+        self.close_in(model, gains, FlightMode::Velocity, Cut::Actuators)
     }
 
-    /// The same in any `mode` that flies.
+    /// The same in any `mode` that flies, the loops cut where `cut` says.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -89,26 +89,15 @@ impl HoverDesign {
         model: &StateSpace,
         gains: &Gains,
         mode: FlightMode,
+        cut: Cut,
     ) -> Result<Loop, DesignError> {
         self.check()?;
-        closed_loop::cut_at_actuators(self, &normalised(model)?, gains, mode)
-    }
-
-    /// The loops that [`close_in`](Self::close_in) closes, cut at what is measured: p, q, phi, theta, u,
-    /// v, w, r, psi.
-    ///
-    /// # Errors
-    /// [`DesignError`].
-    pub fn close_at_outputs(
-        &self,
-        model: &StateSpace,
-        gains: &Gains,
-        mode: FlightMode,
-    ) -> Result<Loop, DesignError> {
-        self.check()?;
-        let closed_loop::Parts { plant, controller } =
+        let Parts { plant, controller } =
             closed_loop::parts(self, &normalised(model)?, gains, mode)?;
-        Loop::at_plant_output(&plant, &controller)
+        match cut {
+            Cut::Actuators => Loop::at_plant_input(&plant, &controller),
+            Cut::Outputs => Loop::at_plant_output(&plant, &controller),
+        }
     }
 
     /// What becomes of `disturbance`, a state of [`DISTURBED`](crate::DISTURBED) and by how much in its

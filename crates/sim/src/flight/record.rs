@@ -21,7 +21,7 @@ pub struct FlightSample {
     pub mode: Mode,
     /// Its command.
     pub sticks: Sticks,
-    /// What of it is a test input of the autopilot's.
+    /// What of it is a test input: of the autopilot's, or added to whoever flies.
     pub injected: Sticks,
     /// Where the servos stood.
     pub servos: Sticks,

@@ -25,10 +25,19 @@ impl FlightConfig {
     /// # Errors
     /// [`FlightError`].
     pub fn fly(&self) -> Result<Flight, FlightError> {
+        self.fly_with(|_| ())
+    }
+
+    /// The same, and tells `progress` the second of the flight at each sample.
+    ///
+    /// # Errors
+    /// [`FlightError`].
+    pub fn fly_with(&self, mut progress: impl FnMut(f64)) -> Result<Flight, FlightError> {
         let mut run = RunningFlight::new(self)?;
         let last = (self.duration_s / run.period_s + 1e-6) as u64;
         for sample in 0..=last {
             run.sample(sample)?;
+            progress(sample as f64 * run.period_s);
             if run.vehicle.has_crashed() {
                 run.flight.crashed_s = Some(sample as f64 * run.period_s);
                 break;
@@ -189,17 +198,20 @@ impl<'a> RunningFlight<'a> {
         });
         self.flight.transitions.extend(outputs.transition);
         self.flight.aborted.extend(outputs.aborted.map(|abort| (time_s, abort)));
-        let [added, flown] = [self.added, outputs.sticks].map(Sticks::to_array);
+        let [added, injected, flown] =
+            [self.added, outputs.injected, outputs.sticks].map(Sticks::to_array);
         let sticks = Sticks::from_array(std::array::from_fn(|stick| {
             (flown[stick] + added[stick]).clamp(-1.0, 1.0)
         }));
+        let injected =
+            Sticks::from_array(std::array::from_fn(|stick| injected[stick] + added[stick]));
         let wind_mps = self.wind.advance();
         self.flight.samples.push(FlightSample {
             truth,
             solution,
             mode: outputs.mode,
             sticks,
-            injected: outputs.injected,
+            injected,
             servos: self.vehicle.servos(),
             wind_mps,
         });

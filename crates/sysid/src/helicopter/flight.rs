@@ -16,12 +16,16 @@ pub const MOTION: [&str; 8] = ["u", "v", "w", "p", "q", "r", "phi", "theta"];
 /// What the kinematics of a rigid body add to the linear equations of u, v, w (m/s²), φ and θ (rad/s).
 pub(super) const KINEMATIC: [&str; 5] = ["ku", "kv", "kw", "kphi", "ktheta"];
 
+/// What an autopilot injected on each stick, in the order of [`STICKS`].
+pub(super) const INJECTED: [&str; 4] =
+    ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
+
 /// Order of the filter before samples are thinned out, and its corner as a part of half the new rate.
 const ALIAS_ORDER: usize = 8;
 const ALIAS_PART: f64 = 0.8;
 
 /// Gravity of the equations, m/s².
-const GRAVITY_MPS2: f64 = 9.81;
+pub(super) const GRAVITY_MPS2: f64 = 9.81;
 
 /// Whose velocity is identified from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +41,7 @@ pub enum Velocity {
 pub struct FlightRecord {
     /// Time of the first sample.
     pub start: Time,
-    /// Inputs are [`STICKS`]; outputs [`MOTION`], then what kinematics add to the linear equations:
+    /// Inputs are [`STICKS`], and where it was recorded what of them was injected; outputs [`MOTION`], then what kinematics add to the linear equations:
     /// ku, kv, kw, m/s², kphi and ktheta, rad/s.
     pub experiment: Experiment,
     /// Heading at each sample, rad.
@@ -78,14 +82,22 @@ impl FlightRecord {
         if dataset.controls.is_empty() {
             return Err(IdentifyError::NoControls);
         }
-        let mut inputs = DMatrix::zeros(samples, STICKS.len());
+        let injected: Vec<(Time, [f64; 4])> = dataset
+            .controls
+            .iter()
+            .zip(&dataset.injected)
+            .map(|(row, own)| (row.0, *own))
+            .collect();
+        let moved = [&dataset.controls, &injected];
+        let moved = if injected.is_empty() { &moved[..1] } else { &moved[..] };
+        let mut inputs = DMatrix::zeros(samples, STICKS.len() * moved.len());
         let mut outputs = DMatrix::zeros(samples, MOTION.len() + KINEMATIC.len());
         let mut heading_rad = Vec::with_capacity(samples);
         for sample in 0..samples {
             let time = first.time.offset_by(sample as f64 * period_s);
-            let held = held_mean(&dataset.controls, time, period_s);
-            for (stick, value) in held.into_iter().enumerate() {
-                inputs[(sample, stick)] = value;
+            let held = moved.iter().flat_map(|controls| held_mean(controls, time, period_s));
+            for (input, value) in held.enumerate() {
+                inputs[(sample, input)] = value;
             }
             let next = solutions
                 .partition_point(|solution| solution.time < time)
@@ -105,8 +117,9 @@ impl FlightRecord {
         let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
         let name = dataset.manifest.name.clone();
         let measured = [&MOTION[..], &KINEMATIC].concat();
-        let experiment =
-            Experiment::new(name, period_s, names(&STICKS), names(&measured), inputs, outputs)?;
+        let moved = [&STICKS[..], &INJECTED].concat();
+        let moved = names(&moved[..inputs.ncols()]);
+        let experiment = Experiment::new(name, period_s, moved, names(&measured), inputs, outputs)?;
         Ok(Self { start: first.time, experiment, heading_rad })
     }
 
@@ -140,16 +153,16 @@ impl FlightRecord {
         )?;
         let smooth = filtered(&self.experiment, &low_pass)?;
         let samples = smooth.samples() / every;
-        let means = DMatrix::from_fn(samples, STICKS.len(), |sample, stick| {
-            smooth.inputs.view((sample * every, stick), (every, 1)).mean()
+        let means = DMatrix::from_fn(samples, smooth.inputs.ncols(), |sample, input| {
+            smooth.inputs.view((sample * every, input), (every, 1)).mean()
         });
         let mut inputs = means.clone();
         for sample in 1..samples.saturating_sub(1) {
-            for stick in 0..STICKS.len() {
-                let bend = 2.0 * means[(sample, stick)]
-                    - means[(sample - 1, stick)]
-                    - means[(sample + 1, stick)];
-                inputs[(sample, stick)] += bend / 12.0;
+            for input in 0..means.ncols() {
+                let bend = 2.0 * means[(sample, input)]
+                    - means[(sample - 1, input)]
+                    - means[(sample + 1, input)];
+                inputs[(sample, input)] += bend / 12.0;
             }
         }
         let outputs = DMatrix::from_fn(samples, smooth.outputs.ncols(), |sample, output| {

@@ -1,13 +1,13 @@
 //! The helicopter: its equations, and the way from a recorded flight to an identified model.
 //!
 //! [`identify`] is all of it; [`flight_warnings`] says whether the flight is fit for it,
-//! [`stick_responses`] compares flight and model in the frequency domain, and the model itself, with
-//! poles and their bounds, is read off
+//! [`FrequencyDomain`] asks the same flight in the frequency domain, and the model itself, with poles and their bounds, is read off
 //! [`Identified`](crate::methods::prediction_error::Identified).
 
 mod checks;
 mod equations;
 mod flight;
+mod frequency_domain;
 mod identify;
 mod kind;
 mod response;
@@ -19,9 +19,10 @@ mod verdict;
 
 pub use checks::flight_warnings;
 pub use flight::{FlightRecord, MOTION, Velocity};
+pub use frequency_domain::{Basis, FrequencyDomain, PairCost, SideBySide};
 pub use identify::{Identification, IdentifyError, identify};
 pub use kind::{Kind, UnknownKind};
-pub use response::{StickResponse, stick_responses};
+pub use response::StickResponse;
 pub use result::BoundSummary;
 pub use vehicle::Pole;
 pub use velocity_error::{SlowError, VelocityError};

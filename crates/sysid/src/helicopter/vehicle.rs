@@ -7,7 +7,7 @@ use nalgebra::{Complex, DMatrix, Matrix2};
 use crate::methods::prediction_error::{Estimate, Identified};
 use crate::record::STICKS;
 use hovernav_model::linalg::eigenvalues;
-use hovernav_model::{ModelError, Parameter, Signal, StateSpace, TimeDomain};
+use hovernav_model::{LinearModel, ModelError, Parameter, Signal, StateSpace, TimeDomain};
 
 /// An eigenvalue of an identified vehicle with what its parameters' bounds make of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,17 +56,11 @@ impl Identified {
     pub fn vehicle(&self) -> Result<StateSpace, ModelError> {
         let structure = &self.structure;
         let kept = self.vehicle_states();
-        let matrices = structure.at(&self.values());
         let signal = |name: &String| Signal::new(name, unit_of(name));
         let states = kept.iter().map(|&state| signal(&structure.states[state])).collect();
-        let inputs = structure.inputs.iter().enumerate();
-        let (sticks, inputs): (Vec<usize>, _) = inputs
-            .filter(|(_, name)| STICKS.contains(&name.as_str()))
-            .map(|(input, name)| (input, Signal::new(name, "stick")))
-            .unzip();
+        let inputs = structure.inputs_of_pilot().map(|name| Signal::new(name, "stick")).collect();
         let time = TimeDomain::Continuous;
-        let a = matrices.a.select_rows(&kept).select_columns(&kept);
-        let b = matrices.b.select_rows(&kept).select_columns(&sticks);
+        let LinearModel { a, b, .. } = self.vehicle_at(&self.values(), &kept);
         let count = structure.parameters.len();
         let parameters = self.estimates.list.iter().take(count).map(|estimate| Parameter {
             name: estimate.name.clone(),
@@ -79,6 +73,18 @@ impl Identified {
         }
         StateSpace::new(&structure.name, time, states, inputs, a, b)?
             .with_parameters(parameters.collect(), Some(covariance))
+    }
+
+    /// How the sticks move the states `kept` of the structure, all of them outputs, were its parameters
+    /// `values`.
+    pub(super) fn vehicle_at(&self, values: &[f64], kept: &[usize]) -> LinearModel {
+        let sticks: Vec<usize> = (0..self.structure.inputs.len())
+            .filter(|&input| STICKS.contains(&self.structure.inputs[input].as_str()))
+            .collect();
+        let LinearModel { a, b, time, .. } = self.structure.at(values);
+        let a = a.select_rows(kept).select_columns(kept);
+        let b = b.select_rows(kept).select_columns(&sticks);
+        LinearModel::of_states(time, a, b)
     }
 
     /// The vehicle's poles, by rising real part, of a pair that with the positive imaginary part
@@ -149,13 +155,13 @@ impl Identified {
     }
 
     /// The structure's parameters as found.
-    fn values(&self) -> Vec<f64> {
+    pub(super) fn values(&self) -> Vec<f64> {
         let count = self.structure.parameters.len();
         self.estimates.list.iter().take(count).map(|estimate| estimate.value).collect()
     }
 
     /// Indices of the structure's parameters that were estimated.
-    fn free_parameters(&self) -> impl Iterator<Item = usize> {
+    pub(super) fn free_parameters(&self) -> impl Iterator<Item = usize> {
         let count = self.structure.parameters.len();
         self.estimates.free.iter().copied().filter(move |&index| index < count)
     }
@@ -176,7 +182,7 @@ impl Identified {
 
     /// The states that something besides noise and themselves drives: all but gusts and errors of
     /// measurement.
-    fn vehicle_states(&self) -> Vec<usize> {
+    pub(super) fn vehicle_states(&self) -> Vec<usize> {
         let structure = &self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());
         let noises = n + m..n + m + structure.noises.len();

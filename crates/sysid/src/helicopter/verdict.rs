@@ -2,8 +2,8 @@
 
 use hovernav_model::{Grade, Verdict};
 
+use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
-use super::response::StickResponse;
 use crate::methods::prediction_error::{Estimate, Status};
 
 /// What each stick does, and the rotor's springs: a design is made of these.
@@ -22,8 +22,6 @@ const SAME: f64 = 0.98;
 const DELAY_S: [f64; 2] = [-0.02, 0.15];
 /// Cost of a frequency response up to which model and flight agree: Tischler and Remple, section 11.2.
 const COST: f64 = 100.0;
-/// Below this a flight's response is not worth comparing with.
-const COHERENCE: f64 = 0.6;
 /// Correlation of innovations up to which they count as white.
 const WHITE: f64 = 0.3;
 /// Where a bound is this much of what was expected before the flight, the flight told nothing.
@@ -32,9 +30,10 @@ const UNTOLD: f64 = 0.95;
 const GROWTH_PER_S: f64 = 3.0;
 
 impl Identification {
-    /// Whether the model may be flown by. `responses` are the flight's own beside the model's.
+    /// Whether the model may be flown by. `frequency` is what the frequency domain makes of the same
+    /// flight, where it makes anything of it.
     #[must_use]
-    pub fn verdict(&self, responses: &[StickResponse]) -> Verdict {
+    pub fn verdict(&self, frequency: Option<&FrequencyDomain>) -> Verdict {
         let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
         for estimate in self.parameters() {
             judge.parameter(estimate);
@@ -51,13 +50,8 @@ impl Identification {
         if self.validation.is_none() {
             judge.say(Grade::Care, "nothing was held back to validate it on".into());
         }
-        for response in responses {
-            let (stick, output) = (response.stick, response.output);
-            if let Some(cost) = response.cost(COHERENCE).filter(|cost| *cost > COST) {
-                judge.say(Grade::Care, format!(
-                    "{stick} to {output}: the flight\u{2019}s frequency response is off the model\u{2019}s by a cost of {cost:.0}, above {COST}"
-                ));
-            }
+        if let Some(frequency) = frequency {
+            judge.second_opinion(frequency);
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
@@ -104,6 +98,18 @@ impl Judge {
     fn say(&mut self, grade: Grade, reason: String) {
         self.grade = self.grade.max(grade);
         self.reasons.push(reason);
+    }
+
+    fn second_opinion(&mut self, frequency: &FrequencyDomain) {
+        for pair in frequency.costs.iter().filter(|pair| pair.time > COST) {
+            let (stick, output, cost) = (&pair.stick, &pair.output, pair.time);
+            self.say(Grade::Care, format!(
+                "{stick} to {output}: the flight\u{2019}s frequency response is off the model\u{2019}s by a cost of {cost:.0}, above {COST}"
+            ));
+        }
+        for own in frequency.disagreements() {
+            self.say(Grade::Care, own);
+        }
     }
 
     fn parameter(&mut self, estimate: &Estimate) {

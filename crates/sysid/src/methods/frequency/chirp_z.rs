@@ -85,7 +85,16 @@ impl ChirpZ {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    fn sum(signal: &[f64], frequency: f64) -> Complex<f64> {
+        let turned = |(n, x): (usize, &f64)| {
+            Complex::from_polar(1.0, -TAU * (frequency * n as f64).fract()) * *x
+        };
+        signal.iter().enumerate().map(turned).sum()
+    }
 
     #[test]
     fn it_equals_the_sum_it_stands_for() {
@@ -96,13 +105,40 @@ mod tests {
             let fast = ChirpZ::new(signal.len(), first, step, points).transform(&signal);
             let size: f64 = signal.iter().map(|value| value.abs()).sum();
             for (k, value) in fast.iter().enumerate() {
-                let frequency = first + step * k as f64;
-                let slow: Complex<f64> = signal
-                    .iter()
-                    .enumerate()
-                    .map(|(n, x)| Complex::from_polar(*x, -TAU * (frequency * n as f64).fract()))
-                    .sum();
+                let slow = sum(&signal, first + step * k as f64);
                 assert!((value - slow).norm() < 1e-12 * size, "{k}: {value} {slow}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_signal_on_any_band_is_transformed_as_by_the_sum(
+            signal in prop::collection::vec(-1e3..1e3, 1..300),
+            first in -1.0..1.0,
+            step in -0.02..0.02,
+            points in 1..120_usize,
+        ) {
+            let fast = ChirpZ::new(signal.len(), first, step, points).transform(&signal);
+            let size: f64 = signal.iter().map(|value: &f64| value.abs()).sum();
+            prop_assert_eq!(fast.len(), points);
+            for (k, value) in fast.iter().enumerate() {
+                let slow = sum(&signal, first + step * k as f64);
+                prop_assert!((value - slow).norm() < 1e-11 * size, "{}: {} {}", k, value, slow);
+            }
+        }
+
+        #[test]
+        fn on_the_whole_circle_it_is_the_discrete_fourier_transform(
+            signal in prop::collection::vec(-1e3..1e3, 1..300),
+        ) {
+            let count = signal.len();
+            let mut fourier: Vec<_> = signal.iter().map(|&value| Complex::from(value)).collect();
+            FftPlanner::new().plan_fft_forward(count).process(&mut fourier);
+            let chirp = ChirpZ::new(count, 0.0, (count as f64).recip(), count).transform(&signal);
+            let size: f64 = signal.iter().map(|value: &f64| value.abs()).sum();
+            for (one, other) in chirp.iter().zip(&fourier) {
+                prop_assert!((one - other).norm() < 1e-11 * size, "{} {}", one, other);
             }
         }
     }

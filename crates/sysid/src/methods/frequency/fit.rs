@@ -7,23 +7,37 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::{FrequencyError, FrequencyResponse};
 use crate::methods::least_squares::{Cost, Limits, Quadratic, minimise};
 
+/// A model's responses at some frequencies, each outputs × inputs.
+pub type Responses = Vec<DMatrix<Complex<f64>>>;
+
 /// How to weigh and where to stop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseFitSettings {
     /// Points of less coherence are left out.
     pub least_coherence: f64,
+    /// Responses with fewer such points are left out.
+    pub least_points: usize,
     /// Lower bounds of the parameters; empty for none.
     pub lower: Vec<f64>,
     /// Upper bounds of the parameters; empty for none.
     pub upper: Vec<f64>,
     /// Most linearisations.
     pub iterations: usize,
+    /// The search ends where the next step promises to save less than this part of the cost at the start.
+    pub least_decrease: f64,
 }
 
 impl Default for ResponseFitSettings {
-    /// Coherence of 0.6 and above, no bounds, 100 iterations.
+    /// Coherence of 0.6 and above at any point, no bounds, 100 iterations.
     fn default() -> Self {
-        Self { least_coherence: 0.6, lower: vec![], upper: vec![], iterations: 100 }
+        Self {
+            least_coherence: 0.6,
+            least_points: 1,
+            lower: vec![],
+            upper: vec![],
+            iterations: 100,
+            least_decrease: 1e-9,
+        }
     }
 }
 
@@ -36,15 +50,24 @@ pub struct ResponseFit {
     /// doubled, since neighbouring frequencies share their windows and are not independent (Tischler
     /// & Remple, section 11.3). Infinite where the responses say nothing of a parameter.
     pub bounds: Vec<f64>,
-    /// Tischler & Remple's J of each response, outputs × inputs; NaN where no point was coherent.
-    /// Below 50 a model is hardly told from the vehicle, below 100 it is good for most uses.
-    pub costs: DMatrix<f64>,
-    /// Their mean.
-    pub cost: f64,
-    /// Points used, all responses together.
-    pub points: usize,
+    /// How far each could move alone at that cost, of the same size; never above its bound.
+    pub insensitivities: Vec<f64>,
+    /// How far the responses still are from the measured ones.
+    pub costs: ResponseCosts,
     /// Whether nothing was left to gain.
     pub converged: bool,
+}
+
+/// How far a model's responses are from measured ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResponseCosts {
+    /// Tischler & Remple's J of each response, outputs × inputs; NaN where too few points were coherent.
+    /// Below 50 a model is hardly told from the vehicle, below 100 it is good for most uses.
+    pub each: DMatrix<f64>,
+    /// Their mean.
+    pub mean: f64,
+    /// Points used of each response.
+    pub points: DMatrix<usize>,
 }
 
 /// 7.57° of phase weigh as much as 1 dB of magnitude.
@@ -52,7 +75,7 @@ const PHASE_WEIGHT: f64 = 0.017_45;
 
 /// Fits `model` to `measured` by damped least squares from `start`.
 ///
-/// `model` gives for parameters θ and a frequency ω in rad/s the responses, outputs × inputs, as
+/// `model` gives for parameters θ and frequencies ω in rad/s the responses at each, outputs × inputs, as
 /// [`FrequencyResponse::responses`]; `None` where θ is not admissible. The cost of each response is
 /// J = 20/n Σ Wγ [(Δ dB)² + 0.01745 (Δ°)²] with Wγ = (1.58 (1 − exp(−γ²)))², its mean over all
 /// responses is minimised.
@@ -68,24 +91,10 @@ pub fn fit_response(
     measured: &FrequencyResponse,
     start: &[f64],
     settings: &ResponseFitSettings,
-    model: impl Fn(&[f64], f64) -> Option<DMatrix<Complex<f64>>>,
+    model: impl Fn(&[f64], &[f64]) -> Option<Responses>,
 ) -> Result<ResponseFit, FrequencyError> {
-    let (outputs, inputs) = (measured.output_names.len(), measured.input_names.len());
-    let points = coherent_points(measured, settings.least_coherence);
-    if points.len() * 2 <= start.len() {
-        return Err(FrequencyError::TooFewPoints {
-            points: points.len(),
-            least: settings.least_coherence,
-            parameters: start.len(),
-        });
-    }
-    let misfit = Misfit {
-        frequencies_hz: &measured.frequencies_hz,
-        shape: (outputs, inputs),
-        points,
-        model,
-    };
-    let refuse = || FrequencyError::Start { outputs, inputs };
+    let misfit = Misfit::of(measured, settings, start.len(), model)?;
+    let refuse = || misfit.refusal();
     let before = misfit.cost(start).ok_or_else(refuse)?;
     let or = |bounds: &[f64], default: f64| {
         if bounds.is_empty() { vec![default; start.len()] } else { bounds.to_vec() }
@@ -95,36 +104,65 @@ pub fn fit_response(
         start,
         &or(&settings.lower, f64::NEG_INFINITY),
         &or(&settings.upper, f64::INFINITY),
-        Limits { iterations: settings.iterations, least_decrease: 1e-9 * before },
+        Limits {
+            iterations: settings.iterations,
+            least_decrease: settings.least_decrease * before,
+        },
     )
     .ok_or_else(refuse)?;
 
     let residuals = misfit.residuals(&end.theta).ok_or_else(refuse)?;
-    let mut costs = DMatrix::from_element(outputs, inputs, f64::NAN);
-    let responses = misfit.responses() as f64;
-    for (point, pair) in misfit.points.iter().zip(residuals.as_slice().chunks_exact(2)) {
-        let cost: &mut f64 = &mut costs[(point.output, point.input)];
-        let own = responses * (pair[0] * pair[0] + pair[1] * pair[1]);
-        *cost = if cost.is_nan() { own } else { *cost + own };
-    }
     let freedom = (residuals.len() - start.len()).max(1) as f64;
     let variance = residuals.norm_squared() / freedom;
-    let bounds = match end.at.information.clone().try_inverse() {
-        Some(inverse) => inverse
-            .diagonal()
-            .iter()
-            .map(|&own| if own >= 0.0 { 2.0 * (variance * own).sqrt() } else { f64::INFINITY })
-            .collect(),
-        None => vec![f64::INFINITY; start.len()],
+    let doubled = |variances: Vec<f64>| -> Vec<f64> {
+        variances.iter().map(|own| 2.0 * (variance * own).sqrt()).collect()
     };
+    let information = &end.at.information;
+    let bounds = doubled(variances(information));
+    let insensitivities = doubled(information.diagonal().iter().map(|own| own.recip()).collect());
+    let costs = misfit.costs(&residuals);
     Ok(ResponseFit {
         parameters: end.theta,
         bounds,
+        insensitivities,
         costs,
-        cost: residuals.norm_squared(),
-        points: misfit.points.len(),
         converged: end.converged,
     })
+}
+
+/// The diagonal of the inverse of `information`: infinite for a parameter of which there is none, very large
+/// for those that cannot be told from each other.
+fn variances(information: &DMatrix<f64>) -> Vec<f64> {
+    const LEAST: f64 = 1e-12;
+    let sizes = information.diagonal().map(f64::sqrt);
+    let unit = DMatrix::from_fn(sizes.len(), sizes.len(), |row, column| {
+        let size = sizes[row] * sizes[column];
+        match (size > 0.0, row == column) {
+            (true, _) => information[(row, column)] / size,
+            (false, is_own) => f64::from(u8::from(is_own)),
+        }
+    });
+    let axes = unit.symmetric_eigen();
+    let along = |row: usize| -> f64 {
+        let parts = axes.eigenvectors.row(row);
+        parts.iter().zip(&axes.eigenvalues).map(|(part, own)| part * part / own.max(LEAST)).sum()
+    };
+    (0..sizes.len()).map(|row| along(row) / sizes[row].powi(2)).collect()
+}
+
+/// How far `model` at `theta` is from `measured`, by the costs of [`fit_response`].
+///
+/// # Errors
+/// As [`fit_response`].
+pub fn response_costs(
+    measured: &FrequencyResponse,
+    theta: &[f64],
+    settings: &ResponseFitSettings,
+    model: impl Fn(&[f64], &[f64]) -> Option<Responses>,
+) -> Result<ResponseCosts, FrequencyError> {
+    let misfit = Misfit::of(measured, settings, 0, model)?;
+    let residuals = misfit.residuals(theta).ok_or_else(|| misfit.refusal())?;
+    Ok(misfit.costs(&residuals))
 }
 
 /// One coherent point of one response.
@@ -138,7 +176,7 @@ struct Point {
     weight: f64,
 }
 
-fn coherent_points(measured: &FrequencyResponse, least: f64) -> Vec<Point> {
+fn coherent_points(measured: &FrequencyResponse, settings: &ResponseFitSettings) -> Vec<Point> {
     let mut all = Vec::new();
     for output in 0..measured.output_names.len() {
         for input in 0..measured.input_names.len() {
@@ -146,7 +184,7 @@ fn coherent_points(measured: &FrequencyResponse, least: f64) -> Vec<Point> {
             for (at, response) in measured.responses.iter().enumerate() {
                 let value = response[(output, input)];
                 let coherence = measured.coherence[at][(output, input)];
-                if coherence >= least && value.norm() > 0.0 {
+                if coherence >= settings.least_coherence && value.norm() > 0.0 {
                     let weight = 1.58 * (1.0 - (-coherence).exp());
                     let magnitude_db = 20.0 * value.norm().log10();
                     all.push(Point {
@@ -158,6 +196,9 @@ fn coherent_points(measured: &FrequencyResponse, least: f64) -> Vec<Point> {
                         weight,
                     });
                 }
+            }
+            if all.len() - first < settings.least_points {
+                all.truncate(first);
             }
             let scale = (20.0 / (all.len() - first).max(1) as f64).sqrt();
             all[first..].iter_mut().for_each(|point| point.weight *= scale);
@@ -176,27 +217,53 @@ fn responses(points: &[Point]) -> usize {
         .max(1)
 }
 
-struct Misfit<'a, M> {
-    frequencies_hz: &'a [f64],
+struct Misfit<M> {
+    frequencies_radps: Vec<f64>,
     shape: (usize, usize),
     points: Vec<Point>,
     model: M,
 }
 
-impl<M: Fn(&[f64], f64) -> Option<DMatrix<Complex<f64>>>> Misfit<'_, M> {
-    fn responses(&self) -> usize {
-        responses(&self.points)
+impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
+    fn of(
+        measured: &FrequencyResponse,
+        settings: &ResponseFitSettings,
+        parameters: usize,
+        model: M,
+    ) -> Result<Self, FrequencyError> {
+        let points = coherent_points(measured, settings);
+        if points.len() * 2 <= parameters {
+            let (points, least) = (points.len(), settings.least_coherence);
+            return Err(FrequencyError::TooFewPoints { points, least, parameters });
+        }
+        let frequencies_radps = measured.frequencies_hz.iter().map(|hz| TAU * hz).collect();
+        let shape = (measured.output_names.len(), measured.input_names.len());
+        Ok(Self { frequencies_radps, shape, points, model })
+    }
+
+    fn refusal(&self) -> FrequencyError {
+        FrequencyError::Start { outputs: self.shape.0, inputs: self.shape.1 }
+    }
+
+    /// What `residuals` make of each response.
+    fn costs(&self, residuals: &DVector<f64>) -> ResponseCosts {
+        let (outputs, inputs) = self.shape;
+        let mut each = DMatrix::from_element(outputs, inputs, f64::NAN);
+        let mut points = DMatrix::zeros(outputs, inputs);
+        let responses = responses(&self.points) as f64;
+        for (point, pair) in self.points.iter().zip(residuals.as_slice().chunks_exact(2)) {
+            let at = (point.output, point.input);
+            let own = responses * (pair[0] * pair[0] + pair[1] * pair[1]);
+            each[at] = if points[at] == 0 { own } else { each[at] + own };
+            points[at] += 1;
+        }
+        ResponseCosts { each, mean: residuals.norm_squared(), points }
     }
 
     /// Weighted error in magnitude and phase of each point, in turn.
     fn residuals(&self, theta: &[f64]) -> Option<DVector<f64>> {
-        let modelled = self
-            .frequencies_hz
-            .iter()
-            .map(|frequency_hz| {
-                (self.model)(theta, TAU * frequency_hz).filter(|m| m.shape() == self.shape)
-            })
-            .collect::<Option<Vec<_>>>()?;
+        let modelled = (self.model)(theta, &self.frequencies_radps)
+            .filter(|all| all.iter().all(|one| one.shape() == self.shape))?;
         let mut residuals = Vec::with_capacity(2 * self.points.len());
         for point in &self.points {
             let value = modelled[point.at][(point.output, point.input)];
@@ -231,7 +298,7 @@ impl<M: Fn(&[f64], f64) -> Option<DMatrix<Complex<f64>>>> Misfit<'_, M> {
     }
 }
 
-impl<M: Fn(&[f64], f64) -> Option<DMatrix<Complex<f64>>>> Cost for Misfit<'_, M> {
+impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Cost for Misfit<M> {
     fn cost(&self, theta: &[f64]) -> Option<f64> {
         Some(0.5 * self.residuals(theta)?.norm_squared())
     }

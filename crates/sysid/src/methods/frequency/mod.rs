@@ -3,19 +3,23 @@
 //!
 //! A chirp-z transform gives any band in any resolution from windows of any length, so that long
 //! windows (low frequencies) and short ones (many averages) can be combined point by point. With
-//! several inputs moving at once, each response is conditioned on the others.
+//! several inputs moving at once, each response is conditioned on the others; where a controller moves them,
+//! on what was injected beside it.
 //!
 //! Source: M. Tischler & R. Remple, *Aircraft and Rotorcraft System Identification*, 2nd ed.,
 //! chapters 7 to 11; J. Bendat & A. Piersol, *Random Data*, 4th ed., chapters 7 and 9.
 
 mod chirp_z;
+mod conditioning;
 mod fit;
 mod response;
 mod spectrum;
 
 pub use chirp_z::ChirpZ;
-pub use fit::{ResponseFit, ResponseFitSettings, fit_response};
-pub use response::{FrequencyResponse, ResponseSettings, frequency_response};
+pub use fit::{
+    ResponseCosts, ResponseFit, ResponseFitSettings, Responses, fit_response, response_costs,
+};
+pub use response::{FrequencyResponse, ResponseSettings, frequency_response, joint_response};
 pub use spectrum::{Band, Spectra, SpectrumSettings, Window, spectra};
 
 use thiserror::Error;

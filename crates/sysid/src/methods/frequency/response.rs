@@ -3,6 +3,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::conditioning::{Conditioned, Counts};
 use super::spectrum::{Spectra, random_error};
 use super::{Band, FrequencyError, SpectrumSettings, Window, spectra};
 use crate::record::Experiment;
@@ -53,6 +54,62 @@ pub struct FrequencyResponse {
     pub multiple_coherence: Vec<DVector<f64>>,
     /// At each frequency the random error of each response as a part of its size.
     pub random_error: Vec<DMatrix<f64>>,
+    /// At each frequency what is left of each input's density once the others are taken out of it, in its
+    /// unit squared per Hz.
+    pub input_power: Vec<DVector<f64>>,
+}
+
+impl FrequencyResponse {
+    /// The same at about `count` of its frequencies, each as many times the one before.
+    #[must_use]
+    pub fn logarithmic(&self, count: usize) -> Self {
+        let (Some(first), Some(last)) = (self.frequencies_hz.first(), self.frequencies_hz.last())
+        else {
+            return self.clone();
+        };
+        let steps = count.max(2) - 1;
+        let mut kept: Vec<usize> = (0..=steps)
+            .map(|step| first * (last / first).powf(step as f64 / steps as f64))
+            .map(|hz| self.frequencies_hz.partition_point(|own| *own < hz * (1.0 - 1e-9)))
+            .map(|place| place.min(self.frequencies_hz.len() - 1))
+            .collect();
+        kept.dedup();
+        Self {
+            frequencies_hz: picked(&self.frequencies_hz, &kept),
+            input_names: self.input_names.clone(),
+            output_names: self.output_names.clone(),
+            responses: picked(&self.responses, &kept),
+            coherence: picked(&self.coherence, &kept),
+            multiple_coherence: picked(&self.multiple_coherence, &kept),
+            random_error: picked(&self.random_error, &kept),
+            input_power: picked(&self.input_power, &kept),
+        }
+    }
+
+    /// The same, incoherent wherever an input has less than `part` of the power that it has somewhere within
+    /// a third of an octave.
+    ///
+    /// An input that steps for T seconds has next to none at multiples of 1/T. There windows leak what is
+    /// beside, which is coherent as well, and wrong.
+    #[must_use]
+    pub fn without_gaps(mut self, part: f64) -> Self {
+        let third = 2f64.cbrt();
+        for input in 0..self.input_names.len() {
+            for (place, &own_hz) in self.frequencies_hz.iter().enumerate() {
+                let near = |hz: f64| (own_hz / third..=own_hz * third).contains(&hz);
+                let around = self.frequencies_hz.iter().zip(&self.input_power);
+                let most = around.filter(|(hz, _)| near(**hz)).map(|(_, power)| power[input]);
+                if self.input_power[place][input] < part * most.fold(0.0, f64::max) {
+                    self.coherence[place].column_mut(input).fill(0.0);
+                }
+            }
+        }
+        self
+    }
+}
+
+fn picked<T: Clone>(all: &[T], places: &[usize]) -> Vec<T> {
+    places.iter().map(|&place| all[place].clone()).collect()
 }
 
 /// The responses that the experiments, repetitions of one another, show together.
@@ -68,9 +125,48 @@ pub fn frequency_response(
     experiments: &[Experiment],
     settings: &ResponseSettings,
 ) -> Result<FrequencyResponse, FrequencyError> {
+    joint_response(experiments, &[], settings)
+}
+
+/// The same for flights that a controller holds: responses to the inputs' part that follows the
+/// `references`, those of the experiments' inputs that were injected from outside; the rest of the inputs
+/// are what the vehicle got. There must be at least as many references as inputs; with none, every input
+/// is its own reference, and this is [`frequency_response`].
+///
+/// A controller answers gusts with the inputs, so that the ratio of output to input spectra tells as much
+/// of the controller as of the vehicle. The references know nothing of the gusts.
+///
+/// # Errors
+/// As [`frequency_response`]; [`FrequencyError::Experiments`] where a reference is not among the inputs.
+///
+/// # Source
+/// Tischler & Remple, section 5.8 and chapter 9, the joint input–output method; with as many references
+/// as inputs it is the quotient of the responses of output and input to them.
+pub fn joint_response(
+    experiments: &[Experiment],
+    references: &[&str],
+    settings: &ResponseSettings,
+) -> Result<FrequencyResponse, FrequencyError> {
     let first = check_alike(experiments)?;
-    let inputs = first.inputs.ncols();
-    let records: Vec<DMatrix<f64>> = experiments.iter().map(side_by_side).collect();
+    let is_reference = |name: &&String| references.iter().any(|reference| reference == name);
+    let input_names: Vec<String> =
+        first.input_names.iter().filter(|name| !is_reference(name)).cloned().collect();
+    let counts = Counts { references: references.len(), inputs: input_names.len() };
+    if let Some(missing) =
+        references.iter().find(|name| !first.input_names.iter().any(|n| n == *name))
+    {
+        let reason = format!("`{}` has no input `{missing}` to refer to", first.name);
+        return Err(FrequencyError::Experiments { reason });
+    }
+    if counts.inputs == 0 || (counts.references > 0 && counts.references < counts.inputs) {
+        let (references, inputs) = (counts.references, counts.inputs);
+        let reason = format!("`{}` has {references} references for {inputs} inputs", first.name);
+        return Err(FrequencyError::Experiments { reason });
+    }
+    let order: Vec<&str> =
+        references.iter().copied().chain(input_names.iter().map(String::as_str)).collect();
+    let records: Vec<DMatrix<f64>> =
+        experiments.iter().map(|experiment| side_by_side(experiment, &order)).collect();
     let records: Vec<&DMatrix<f64>> = records.iter().collect();
     let windows = settings
         .windows_s
@@ -87,23 +183,24 @@ pub fn frequency_response(
 
     let frequencies_hz = settings.band.frequencies_hz();
     let mut response = FrequencyResponse {
-        input_names: first.input_names.clone(),
+        input_names: input_names.clone(),
         output_names: first.output_names.clone(),
         responses: Vec::new(),
         coherence: Vec::new(),
         multiple_coherence: Vec::new(),
         random_error: Vec::new(),
+        input_power: Vec::new(),
         frequencies_hz: frequencies_hz.clone(),
     };
     for (point, &frequency_hz) in frequencies_hz.iter().enumerate() {
         let dependent = |input: usize| FrequencyError::DependentInputs {
-            input: first.input_names[input].clone(),
+            input: order[input].to_owned(),
             frequency_hz,
         };
         let errors: Vec<f64> = windows
             .iter()
             .map(|(window_s, spectra)| {
-                window_error(*window_s, spectra, point, inputs, frequency_hz)
+                window_error(*window_s, spectra, point, counts, frequency_hz)
             })
             .collect();
         let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
@@ -119,12 +216,13 @@ pub fn frequency_response(
             density += &spectra.densities[point] * Complex::from(weight / total);
             averages += spectra.averages * weight / total;
         }
-        let conditioned = Conditioned::from(&density, inputs).map_err(dependent)?;
+        let conditioned = Conditioned::from(&density, counts).map_err(dependent)?;
         let error = |coherence| random_error(coherence, averages, windows[0].1.error_constant);
         response.random_error.push(conditioned.coherence.map(error));
         response.responses.push(conditioned.responses);
         response.coherence.push(conditioned.coherence);
         response.multiple_coherence.push(conditioned.multiple);
+        response.input_power.push(conditioned.input_power);
     }
     Ok(response)
 }
@@ -146,12 +244,14 @@ fn check_alike(experiments: &[Experiment]) -> Result<&Experiment, FrequencyError
     Ok(first)
 }
 
-fn side_by_side(experiment: &Experiment) -> DMatrix<f64> {
-    let inputs = experiment.inputs.ncols();
-    let mut record = DMatrix::zeros(experiment.samples(), inputs + experiment.outputs.ncols());
-    record.columns_mut(0, inputs).copy_from(&experiment.inputs);
-    record.columns_mut(inputs, experiment.outputs.ncols()).copy_from(&experiment.outputs);
-    record
+/// Samples × signals: the inputs in the order of `names`, then the outputs.
+fn side_by_side(experiment: &Experiment, names: &[&str]) -> DMatrix<f64> {
+    let of_inputs = names.iter().filter_map(|name| {
+        let place = experiment.input_names.iter().position(|known| known == name)?;
+        Some(experiment.inputs.column(place))
+    });
+    let columns: Vec<_> = of_inputs.chain(experiment.outputs.column_iter()).collect();
+    DMatrix::from_fn(experiment.samples(), columns.len(), |row, column| columns[column][row])
 }
 
 /// Mean random error over all responses; infinite where the window cannot see the frequency.
@@ -159,75 +259,15 @@ fn window_error(
     window_s: f64,
     spectra: &Spectra,
     point: usize,
-    inputs: usize,
+    counts: Counts,
     frequency_hz: f64,
 ) -> f64 {
     // A Hann window resolves nothing within two bins of zero.
     if window_s * frequency_hz < 1.5 {
         return f64::INFINITY;
     }
-    match Conditioned::from(&spectra.densities[point], inputs) {
+    match Conditioned::from(&spectra.densities[point], counts) {
         Ok(conditioned) => conditioned.coherence.map(|value| spectra.random_error(value)).mean(),
         Err(_) => f64::INFINITY,
-    }
-}
-
-struct Conditioned {
-    responses: DMatrix<Complex<f64>>,
-    coherence: DMatrix<f64>,
-    multiple: DVector<f64>,
-}
-
-/// An input of which the others explain all but this part cannot be told from them.
-const OWN_PART: f64 = 1e-8;
-
-impl Conditioned {
-    /// Responses and partial coherences from the spectral matrix of inputs, then outputs. The error
-    /// is the input that cannot be told from the others.
-    ///
-    /// # Source
-    /// Equation (I19) of docs/equations.md.
-    fn from(density: &DMatrix<Complex<f64>>, inputs: usize) -> Result<Self, usize> {
-        let outputs = density.nrows() - inputs;
-        let among = density.view((0, 0), (inputs, inputs)).into_owned();
-        let across = density.view((0, inputs), (inputs, outputs)).into_owned();
-        let still = |input: &usize| among[(*input, *input)].re <= 0.0;
-        if let Some(input) = (0..inputs).find(still) {
-            return Err(input);
-        }
-        // In units of each input's own power, so that units do not decide what is singular.
-        let sizes = DVector::from_fn(inputs, |input, _| among[(input, input)].re.sqrt());
-        let unit = DMatrix::from_fn(inputs, inputs, |row, column| {
-            among[(row, column)] / (sizes[row] * sizes[column])
-        });
-        let inverse = unit.try_inverse().ok_or(inputs - 1)?;
-        // What is left of each input's power once the others are taken out.
-        let own = DVector::from_fn(inputs, |input, _| 1.0 / inverse[(input, input)].re);
-        let lost = |input: &usize| own[*input].is_nan() || own[*input] < OWN_PART;
-        if let Some(input) = (0..inputs).find(lost) {
-            return Err(input);
-        }
-        let scaled =
-            DMatrix::from_fn(inputs, outputs, |row, column| across[(row, column)] / sizes[row]);
-        let gains = inverse * &scaled;
-        let mut coherence = DMatrix::zeros(outputs, inputs);
-        let mut multiple = DVector::zeros(outputs);
-        for output in 0..outputs {
-            let total = density[(inputs + output, inputs + output)].re;
-            let explained: f64 = (0..inputs)
-                .map(|input| (scaled[(input, output)].conj() * gains[(input, output)]).re)
-                .sum();
-            let left = (total - explained).max(0.0);
-            multiple[output] = if total > 0.0 { 1.0 - left / total } else { 0.0 };
-            for input in 0..inputs {
-                let share = gains[(input, output)].norm_sqr() * own[input];
-                coherence[(output, input)] =
-                    if share + left > 0.0 { share / (share + left) } else { 0.0 };
-            }
-        }
-        let responses = DMatrix::from_fn(outputs, inputs, |output, input| {
-            gains[(input, output)] / sizes[input]
-        });
-        Ok(Self { responses, coherence, multiple })
     }
 }

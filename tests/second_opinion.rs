@@ -1,0 +1,52 @@
+//! The frequency domain's second opinion: agrees with what is right, and says so of what is wrong.
+
+use hovernav_log::Dataset;
+use hovernav_model::Grade;
+use hovernav_sysid::helicopter::{
+    Basis, FlightRecord, FrequencyDomain, Identification, Kind, Velocity, identify,
+};
+
+/// The flight that every checkout has, identified as `kind`.
+fn identified(kind: Kind) -> (Identification, FlightRecord) {
+    let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover");
+    let mut dataset = Dataset::open(dir.as_ref()).unwrap();
+    let settings = dataset.settings().unwrap();
+    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let found = identify(&dataset, &solutions, kind, Velocity::Estimated).unwrap();
+    let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
+    (found, record)
+}
+
+#[test]
+fn both_methods_find_the_same_yaw_and_heave() {
+    for (kind, names) in [(Kind::Yaw, ["Nr", "Nped"]), (Kind::Heave, ["Zw", "Zcol"])] {
+        let (found, record) = identified(kind);
+        let asked = FrequencyDomain::of(&found, &record).unwrap();
+        println!("{kind}: {:.2?} {:?}", asked.parameters, asked.costs);
+        assert_eq!(asked.basis, Basis::Sticks);
+        assert!(asked.converged && asked.disagreements().next().is_none());
+        for name in names {
+            let own = asked.parameters.iter().find(|own| own.name == name).expect(name);
+            assert!(own.apart() < 3.0 && own.frequency.1 < 0.2 * own.frequency.0.abs(), "{own:?}");
+        }
+        assert!(asked.costs.iter().all(|pair| pair.time < 50.0 && pair.frequency < 50.0));
+        assert!(asked.mean_cost.1 <= asked.mean_cost.0);
+    }
+}
+
+#[test]
+fn a_derivative_that_the_flight_denies_is_named_and_enters_the_verdict() {
+    let (mut found, record) = identified(Kind::Yaw);
+    let before = found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref());
+    let list = &mut found.identified.estimates.list;
+    let pedal = list.iter_mut().find(|estimate| estimate.name == "Nped").unwrap();
+    pedal.value *= 2.0;
+    let asked = FrequencyDomain::of(&found, &record).unwrap();
+    let named: Vec<String> = asked.disagreements().collect();
+    assert!(named.iter().any(|words| words.starts_with("Nped is ")), "{named:?}");
+    let pair = asked.costs.iter().find(|pair| pair.stick == "pedal" && pair.output == "r").unwrap();
+    assert!(pair.time > 100.0 && pair.frequency < 50.0, "{pair:?}");
+    let after = found.verdict(Some(&asked));
+    assert!(after.grade >= Grade::Care);
+    assert_eq!(after.reasons.len(), before.reasons.len() + named.len() + 1, "{after:?}");
+}
