@@ -4,7 +4,7 @@ mod common;
 
 use common::{Flown, Setup, all_flown, flown};
 use hovernav_model::Grade;
-use hovernav_sysid::helicopter::{FlightRecord, Kind, Velocity, identify, stick_responses};
+use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, Kind, Velocity, identify};
 
 const PEDAL: &str = "[autopilot.excitation]\nfirst_s = 4.0\npause_s = 3.0\n\
     [[autopilot.excitation.inputs]]\nstick = 'pedal'\nkind = 'doublet'\ntimes = 2\n\
@@ -73,7 +73,8 @@ fn a_model_is_identified_from_the_record_of_a_flight_that_excites_itself() {
     for kind in [Kind::Yaw, Kind::Heave, Kind::RollPitch, Kind::Hybrid] {
         let found = identify(&dataset, &solutions, kind, Velocity::Estimated).unwrap();
         let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
-        let verdict = found.verdict(&stick_responses(&found, &flight));
+        let frequency = FrequencyDomain::of(&found, &flight);
+        let verdict = found.verdict(frequency.as_ref().ok());
         println!("{kind}: {verdict:?}");
         assert_ne!(verdict.grade, Grade::DoNotFly, "{kind}: {:?}", verdict.reasons);
     }
