@@ -18,7 +18,7 @@ const BESIDE_S: f64 = 5.0;
 /// Fewer fixes than this judge nothing.
 const LEAST_FIXES: usize = 4;
 /// A mean square this many times as large as is usual in the flight, and as expected, denies.
-const DENIED: f64 = 4.0;
+const DENIED: f64 = 6.0;
 
 /// A stretch that the fixes deny.
 #[derive(Clone, Copy, Debug, PartialEq)]
