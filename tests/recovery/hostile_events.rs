@@ -3,28 +3,13 @@
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, Solution, layout};
 use hovernav::event::{Event, RangeReading};
-use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
+use hovernav::frames::{EulerAngles, Ned, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
-use hovernav::ins::{NavState, Start};
 use hovernav::time::Time;
 use proptest::prelude::*;
 
-fn start() -> Start {
-    Start {
-        state: NavState {
-            time: Time::ZERO,
-            position: Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap(),
-            velocity_mps: Vector::ZERO,
-            body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 40.0)),
-        },
-        attitude_sigma_rad: Vector::new(0.01, 0.01, 0.05),
-        velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
-        position_sigma_m: Vector::new(1.0, 1.0, 2.0),
-        gyro_bias_radps: Vector::ZERO,
-        gyro_bias_sigma_radps: None,
-    }
-}
+use super::start;
 
 fn is_finite(solution: &Solution) -> bool {
     solution.position.latitude_rad.is_finite()
