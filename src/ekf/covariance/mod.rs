@@ -134,8 +134,10 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// variance with the next step or measurement.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        let mut variances = self.rows.as_flattened().iter().step_by(N + 1);
-        variances.all(|&variance| variance >= T::ZERO && variance.is_finite())
+        (0..N).all(|state| {
+            let variance = self.value(state, state);
+            variance >= T::ZERO && variance.is_finite()
+        })
     }
 }
 
