@@ -28,7 +28,7 @@ pub const HOVERNAV_SIZE_WITHOUT_SEARCH: usize = 26_624;
 pub const HOVERNAV_ALIGNMENT: usize = 16;
 
 #[cfg(feature = "heading-search")]
-type Search = hovernav::ekf::HeadingSearch;
+type Search = hovernav::ekf::HeadingSearch<Number>;
 #[cfg(not(feature = "heading-search"))]
 type Search = hovernav::ekf::NoHeadingSearch;
 #[cfg(not(feature = "f32"))]
