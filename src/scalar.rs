@@ -65,7 +65,7 @@ mod sealed {
 }
 
 macro_rules! scalar {
-    ($T:ident, $most_information:literal, $sqrt:ident, $sincos:ident, $atan2:ident, $hypot:ident, $exp:ident, $ln:ident, $round:ident) => {
+    ($T:ident, $most_information:literal, $sqrt:ident, $sincos:path, $atan2:ident, $hypot:ident, $exp:ident, $ln:ident, $round:ident) => {
         impl Scalar for $T {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -93,7 +93,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn sincos(self) -> (Self, Self) {
-                libm::$sincos(self)
+                $sincos(self)
             }
             #[inline(always)]
             fn atan2(self, x: Self) -> Self {
@@ -131,5 +131,65 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, 2896.0, sqrtf, sincosf, atan2f, hypotf, expf, logf, roundf);
-scalar!(f64, 67_108_864.0, sqrt, sincos, atan2, hypot, exp, log, round);
+scalar!(f32, 2896.0, sqrtf, sincos_single, atan2f, hypotf, expf, logf, roundf);
+scalar!(f64, 67_108_864.0, sqrt, libm::sincos, atan2, hypot, exp, log, round);
+
+/// Angles beyond this, rad, are left to `libm`: the reduction below is exact to rounding up to it.
+const REDUCED_RAD: f32 = 1e3;
+
+/// Sine and cosine in single precision alone, to 1e-7: that of `libm` computes in double, in software on
+/// a part that has none.
+///
+/// # Source
+/// W. J. Cody and W. Waite (1980), *Software Manual for the Elementary Functions*, chapter 8 (reduction by
+/// π/2 in parts); the coefficients are those of S. L. Moshier, *Methods and Programs for Mathematical
+/// Functions* (1989), for single precision.
+fn sincos_single(angle_rad: f32) -> (f32, f32) {
+    // Written so that a NaN goes there too.
+    let small = angle_rad.abs() <= REDUCED_RAD;
+    if !small {
+        return libm::sincosf(angle_rad);
+    }
+    let quarters = libm::roundf(angle_rad * core::f32::consts::FRAC_2_PI);
+    // π/2, of which the first parts have so few digits that their products are exact.
+    let rest =
+        angle_rad - quarters * 1.570_312_5 - quarters * 4.837_512_97e-4 - quarters * 7.549_789_4e-8;
+    let square = rest * rest;
+    let sine = rest
+        + rest * square * (-1.666_665_5e-1 + square * (8.332_161e-3 - square * 1.951_529_6e-4));
+    let cosine = 1.0 - 0.5 * square
+        + square * square * (4.166_664_6e-2 + square * (-1.388_731_6e-3 + square * 2.443_315_7e-5));
+    match quarters as i32 & 3 {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sine_and_cosine_in_single_precision_are_right_to_its_last_digits() {
+        let mut worst = 0.0f64;
+        for k in -200_000..=200_000 {
+            let angle = k as f32 * 0.005_1;
+            let (sine, cosine) = angle.sincos();
+            let (exact_sine, exact_cosine) = f64::from(angle).sin_cos();
+            let off = (sine.wide() - exact_sine).abs().max((cosine.wide() - exact_cosine).abs());
+            worst = worst.max(off);
+        }
+        assert!(worst < 1e-7, "{worst:e}");
+    }
+
+    #[test]
+    fn what_is_no_angle_has_no_sine() {
+        for angle in [f32::NAN, f32::INFINITY] {
+            let (sine, cosine) = angle.sincos();
+            assert!(sine.is_nan() && cosine.is_nan());
+        }
+        assert_eq!((-0.0f32).sincos(), (0.0, 1.0));
+    }
+}

@@ -58,7 +58,7 @@ fn errors(
 }
 
 /// Directory, and outages of so many seconds from the given times on.
-const SETS: [(&str, f64, &[f64]); 9] = [
+const SETS: [(&str, f64, &[f64]); 10] = [
     ("datasets/heli-hover", 0.0, &[]),
     (
         "../shared/datasets/car-rtk",
@@ -78,6 +78,7 @@ const SETS: [(&str, f64, &[f64]); 9] = [
     ),
     ("../shared/datasets/uav-thor75-1hz", 0.0, &[]),
     ("../shared/datasets/quad-hover-aided", 0.0, &[]),
+    ("../shared/datasets/quad-gps-glitch", 0.0, &[]),
     ("../shared/datasets/quad-gps-glitch-aided", 0.0, &[]),
     ("../shared/datasets/quad-ardupilot-5hz", 0.0, &[]),
 ];

@@ -214,12 +214,17 @@ impl<T: Scalar> History<T> {
         (0..CAPACITY).map_while(move |back| self.newest(back))
     }
 
-    /// Carries `now` back to `time`. `None` when `time` is older than the memory. A `time` after
+    /// Carries `now`, where the Earth is `earth`, back to `time`. `None` when `time` is older than the memory. A `time` after
     /// `now` carries forward at the last entry's mean specific force and rate.
     ///
     /// # Source
     /// Equations (M1) and (M2) of docs/equations.md.
-    pub fn look_back(&self, now: &NavState<T>, time: Time) -> Option<LookBack<T>> {
+    pub fn look_back(
+        &self,
+        now: &NavState<T>,
+        earth: &Local<T>,
+        time: Time,
+    ) -> Option<LookBack<T>> {
         let mut back = LookBack {
             state: *now,
             angular_rate_radps: Vector::ZERO,
@@ -254,7 +259,7 @@ impl<T: Scalar> History<T> {
                     change.add(&earlier, entry);
                 }
                 back.acceleration_mps2 = change.mean();
-                back.state.position = Local::about(&now.position).carried(&now.position, travel_m);
+                back.state.position = earth.carried(&now.position, travel_m);
                 return Some(back);
             }
         }

@@ -68,8 +68,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if fix.time - self.state.time > LEAD_S {
             return Err(Unusable::AheadOfImu);
         }
-        let look_back =
-            |latency_s: T| self.history.look_back(&self.state, fix.time.offset_by(-latency_s));
+        let earth = Local::about(&self.state.position);
+        let look_back = |latency_s: T| {
+            self.history.look_back(&self.state, &earth, fix.time.offset_by(-latency_s))
+        };
         let delay_s = L::GPS_DELAY.map_or(T::ZERO, |state| self.estimate(state));
         // By reference: a copy of each costs as much as a sixth of the way back.
         let velocity_then = &look_back(delay_s);
@@ -82,7 +84,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         self.relax(trace);
         let noise = self.gps_noise(fix);
-        self.judge_change(fix);
+        self.judge_change(fix, earth.gravity_mps2.wide());
         self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
         let mut axes = core::array::from_fn(|_| None);
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
@@ -100,10 +102,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Tells the gates whether the accelerometers deny what the fixes' velocity has done.
-    fn judge_change(&mut self, fix: &Fix) {
+    fn judge_change(&mut self, fix: &Fix, gravity_mps2: f64) {
         let model = self.config.gps.velocity_sigma_mps();
         let sigma_mps = fix.velocity_sigma_mps.map_or(model, Vector::to_array);
-        let gravity_mps2 = self.gravity_mps2();
         let astray = self.samples.force_sum.is_astray(fix, sigma_mps, gravity_mps2);
         self.gates.set_astray(astray);
     }
