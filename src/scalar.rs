@@ -153,7 +153,7 @@ fn sincos_single(angle_rad: f32) -> (f32, f32) {
     let quarters = libm::roundf(angle_rad * core::f32::consts::FRAC_2_PI);
     // π/2, of which the first parts have so few digits that their products are exact.
     let rest =
-        angle_rad - quarters * 1.570_312_5 - quarters * 4.837_512_97e-4 - quarters * 7.549_789_4e-8;
+        angle_rad - quarters * 1.570_312_5 - quarters * 4.837_513e-4 - quarters * 7.549_789_4e-8;
     let square = rest * rest;
     let sine = rest
         + rest * square * (-1.666_665_5e-1 + square * (8.332_161e-3 - square * 1.951_529_6e-4));
