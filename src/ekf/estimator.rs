@@ -125,6 +125,7 @@ impl Notice {
 /// |---|---|
 /// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 16 000 |
 /// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 40 000 |
+/// | `Estimator<Full, 28, f32>`, in single precision | at most 28 000 |
 ///
 /// and its calls at most 8 kB of stack.
 ///

@@ -50,7 +50,7 @@ impl<T: Scalar> Samples<T> {
 
 /// Error-state Kalman filter around the strapdown mechanization, closed loop.
 ///
-/// `L` chooses the error states, `N` is their padded number, `T` the covariance's number type; the
+/// `L` chooses the error states, `N` is their padded number, `T` the numbers it computes in; the
 /// aliases [`BaseEkf`](super::BaseEkf) and [`FullEkf`](super::FullEkf) name the usual choices. It
 /// allocates nothing, and every call does bounded work.
 #[derive(Clone, Debug)]

@@ -43,10 +43,10 @@ pub use solution::Solution;
 pub use stepless::SteplessSolution;
 pub use trace::Trace;
 
-/// The fifteen base states, covariance in `f64`.
+/// The fifteen base states, in `f64`.
 pub type BaseEkf = Ekf<layout::Base, 16>;
 
-/// Every block of states, covariance in `f64`: what the command line runs.
+/// Every block of states, in `f64`: what the command line runs.
 pub type FullEkf = Ekf<layout::Full, 28>;
 
 fn square<T: scalar::Scalar>(value: T) -> T {
