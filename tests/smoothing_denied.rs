@@ -31,7 +31,7 @@ fn flight(error_radps: f64) -> (Dataset, EstimatorConfig) {
         if let Motion::Rates { angular_rate_radps, .. } = &mut sample.motion
             && (50.0..51.0).contains(&sample.time.seconds())
         {
-            *angular_rate_radps = *angular_rate_radps + Vector::new(0.0, 0.0, error_radps);
+            *angular_rate_radps += Vector::new(0.0, 0.0, error_radps);
         }
     }
     (dataset, config)
