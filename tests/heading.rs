@@ -1,6 +1,7 @@
 //! A heading that the fixes do not bear out is replaced, and one that they do is left alone.
 
 use hovernav::earth::Geodetic;
+use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Rotation, Vector, wrap_angle};
@@ -117,5 +118,52 @@ fn a_heading_that_is_a_little_off_is_doubted_or_replaced_and_mended_by_the_fixes
         println!("{off_deg}°: doubted at {doubted_s} s, then at most {worst_deg:.1}° off");
         assert!(doubted_s < 150.0, "{off_deg}°: {doubted_s} s");
         assert!(worst_deg < 0.7 * off_deg.abs(), "{off_deg}°: {worst_deg}° off");
+    }
+}
+
+#[test]
+fn a_heading_that_no_motion_has_proven_is_not_known() {
+    // Carried about slowly, its unit turned by hand: the sectors come to agree on something.
+    let field = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
+    let mut plan = FlightPlan::hover_at(field, 0.7);
+    for _ in 0..12 {
+        plan = plan
+            .accelerate(Vector::new(0.8, 0.0, 0.0), 3.0)
+            .turn(2.0, 0.5)
+            .accelerate(Vector::new(-0.8, 0.0, 0.0), 3.0)
+            .hold(4.0);
+    }
+    let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
+    let trajectory = plan.build().unwrap();
+    for seed in 0..6 {
+        let recording = fly(&trajectory, &dmu, &gps, seed).unwrap();
+        let mut config = EstimatorConfig::default();
+        config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+        config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
+        config.aiding.attitude = false;
+        config.aiding.magnetometer = false;
+        let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+        let mut fixes = recording.fixes.iter().peekable();
+        let (mut found, mut worst, mut least_rad) = (false, 0.0, f64::INFINITY);
+        for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+            let mut notify = |notice| found |= matches!(notice, Notice::HeadingFound { .. });
+            while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+                estimator.push(&Event::Gps(*fix), &mut notify);
+            }
+            let bare = ImuSample { attitude: None, magnetic_field_gauss: None, ..*sample };
+            estimator.push(&Event::Imu(bare), &mut notify);
+            if let Some(solution) = estimator.solution().filter(|_| !found) {
+                let [.., sigma_rad] = solution.attitude_sigma_rad;
+                let yaw_rad = solution.body_to_ned.euler().yaw_rad;
+                let off_rad = wrap_angle(yaw_rad - truth.body_to_ned.euler().yaw_rad);
+                worst = f64::max(worst, off_rad.abs() / sigma_rad);
+                least_rad = least_rad.min(sigma_rad);
+            }
+        }
+        println!(
+            "{seed}: found: {found}; before that {:.0}° at least, {worst:.1} one-sigmas at most",
+            least_rad.to_degrees()
+        );
+        assert!(worst < 3.0, "{worst}");
     }
 }

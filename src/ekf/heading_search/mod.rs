@@ -54,6 +54,9 @@ const FOUND_RAD: f64 = 0.14;
 /// its unit in ways that slow fixes do not show, and the sectors agree on a wrong heading.
 const FOUND_SPEED_MPS: f64 = 5.0;
 
+/// Until then a heading is less sure than this, rad, whatever the sectors agree on: three of it are the circle.
+const UNPROVEN_RAD: f64 = 1.05;
+
 /// A slower vehicle's heading counts as found when the monitor agrees within this, rad, for so long, s.
 const BORNE_OUT_RAD: f64 = 0.26;
 const BORNE_OUT_S: f64 = 5.0;
@@ -227,6 +230,11 @@ impl<T: Scalar> HeadingSearch<T> {
         self.borne_out = if agrees { self.borne_out.or(Some(fix.time)) } else { None };
     }
 
+    /// Whether the motion so far can tell a heading.
+    fn is_proven(&self) -> bool {
+        self.fast || self.is_borne_out()
+    }
+
     /// Whether the monitor has borne out the leader for long enough.
     fn is_borne_out(&self) -> bool {
         let since = self.borne_out.zip(self.last_fix);
@@ -262,7 +270,7 @@ impl<T: Scalar> HeadingSearch<T> {
     /// fast enough for its motion to tell.
     pub(super) fn found(&mut self) -> Option<FoundHeading<'_, T>> {
         let sigma_rad = self.heading_sigma_rad();
-        if !((self.fast || self.is_borne_out()) && sigma_rad < FOUND_RAD) {
+        if !(self.is_proven() && sigma_rad < FOUND_RAD) {
             return None;
         }
         let sector = self.leader();
@@ -300,12 +308,14 @@ impl<T: Scalar> HeadingSearch<T> {
             .map_or(0, |(sector, _)| sector)
     }
 
-    /// The best filter's solution, its heading as unsure as all filters together are.
+    /// The best filter's solution, its heading as unsure as all filters together are, and no surer than
+    /// the motion so far allows.
     pub(super) fn solution(&self) -> Option<Solution> {
         self.best().map(|best| {
             let mut solution = best.solution(&self.filter.mounting);
-            solution.attitude_sigma_rad[2] =
-                solution.attitude_sigma_rad[2].max(self.heading_sigma_rad());
+            let least_rad = if self.is_proven() { 0.0 } else { UNPROVEN_RAD };
+            let [.., heading] = &mut solution.attitude_sigma_rad;
+            *heading = heading.max(self.heading_sigma_rad()).max(least_rad);
             solution
         })
     }
