@@ -75,11 +75,11 @@ pub fn nichols(checked: &CheckedDesign) -> anyhow::Result<Section> {
         let found = Nichols::of(&open, &channel.name, &frequencies)?;
         let zone = (0..=90).map(|step| (f64::from(step) * TAU / 90.0).sin_cos());
         let zone = zone.map(|(sin, cos)| (-180.0 + zone_deg * cos, zone_db * sin));
-        let row = Row { limits: Some([-30.0, 40.0]), ..Row::new("Gain", "dB") }
+        let row = Row { limits: Some([-20.0, 20.0]), ..Row::new("Gain", "dB") }
             .with(Series::curve(Role::Limit, zone).named("zone to keep out of"))
             .with(Series::points(Role::Pole, [(-180.0, 0.0)].into_iter()).named("instability"))
             .with(Series::curve(Role::Model, unbroken(&found.curve)));
-        let axis = Axis::linear("Phase", "°").within([-360.0, 0.0]);
+        let axis = Axis::linear("Phase", "°").within([-300.0, -60.0]);
         let [least, most] = found.disk_gain();
         let enters = if found.enters_zone() { "enters the zone" } else { "keeps out of the zone" };
         let caption = format!(
@@ -93,10 +93,11 @@ pub fn nichols(checked: &CheckedDesign) -> anyhow::Result<Section> {
     Ok(section.folded("A figure for each loop"))
 }
 
-/// The curve with a gap wherever it leaves the chart on one side and comes back on the other.
+/// What of the curve is on the chart, with a gap wherever it leaves on one side and comes back on the other.
 fn unbroken(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let mut parts = Vec::with_capacity(curve.len());
-    for part in curve.chunk_by(|one, other| (one.0 - other.0).abs() < 180.0) {
+    let shown: Vec<_> = curve.iter().copied().filter(|(_, gain)| gain.abs() < 25.0).collect();
+    let mut parts = Vec::with_capacity(shown.len());
+    for part in shown.chunk_by(|one, other| (one.0 - other.0).hypot(one.1 - other.1) < 60.0) {
         parts.extend_from_slice(part);
         parts.push((f64::NAN, f64::NAN));
     }
