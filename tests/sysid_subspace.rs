@@ -142,7 +142,7 @@ fn what_cannot_be_identified_is_refused_with_the_reason() {
     let record = flown(&coupled(), OPEN, 0.3, 600);
     let order = |order, horizon| SubspaceSettings {
         order: Some(order),
-        horizon,
+        horizon: Some(horizon),
         ..SubspaceSettings::default()
     };
     let refuse = |record: &Experiment, settings| identify(record, &settings).unwrap_err();
@@ -162,4 +162,37 @@ fn what_cannot_be_identified_is_refused_with_the_reason() {
     stuck.outputs.column_mut(0).fill(-2.0);
     let message = refuse(&stuck, order(3, 10)).to_string();
     assert!(message.contains("output `y0` is constant"), "{message}");
+}
+
+#[test]
+fn the_horizon_follows_the_order() {
+    // Four resonances and a lag seen by one output: nine states, which ten samples hardly show.
+    let mut a = DMatrix::zeros(9, 9);
+    let modes = [(0.98, 0.05), (0.95, 0.15), (0.93, 0.3), (0.9, 0.5)];
+    for (mode, (size, turn)) in modes.into_iter().enumerate() {
+        let (sin, cos) = f64::sin_cos(turn);
+        let block = size * dmatrix![cos, sin; -sin, cos];
+        a.view_mut((2 * mode, 2 * mode), (2, 2)).copy_from(&block);
+    }
+    a[(8, 8)] = 0.8;
+    let system = LinearModel {
+        a,
+        b: DMatrix::from_element(9, 1, 0.3),
+        c: DMatrix::from_fn(1, 9, |_, state| if state % 2 == 0 { 1.0 } else { 0.2 }),
+        d: DMatrix::zeros(1, 1),
+        time: TimeDomain::Discrete { period_s: 0.03 },
+    };
+    let truth = InnovationModel { system, gain: DMatrix::zeros(9, 1) };
+    let noisy = flown(&truth, OPEN, 0.3, 4000);
+    let clean = flown(&truth, OPEN, 0.0, 4000);
+    let error = |horizon| {
+        let settings = SubspaceSettings { order: Some(9), horizon, ..SubspaceSettings::default() };
+        let found = identify(&noisy, &settings).unwrap().model.system;
+        let run = found.simulate(&clean.inputs, &nalgebra::DVector::zeros(9));
+        (run - &clean.outputs).norm() / clean.outputs.norm()
+    };
+    let (own, short) = (error(None), error(Some(10)));
+    println!("error of the free run {own:.4}, with ten samples of past and future {short:.4}");
+    assert!(own < 0.2 && own < 0.8 * short);
+    assert_eq!(own, error(Some(18)));
 }

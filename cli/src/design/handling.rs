@@ -4,11 +4,12 @@ use hovernav_design::{CheckedDesign, HandlingQualities};
 
 use crate::page::{Section, Table, TableRow};
 
-/// Level 1 of large helicopters in hover: rejection bandwidth, rad/s, of phi, theta, psi, and the peak, dB.
+/// Rejection bandwidth, rad/s, of phi, theta, psi, and the peak, dB, as they are quoted for level 1 of large
+/// helicopters in hover.
 ///
 /// # Source
 /// Blanken, Lusardi, Ivler, Tischler and others (2009), *An investigation of rotorcraft stability-phase margin
-/// requirements in hover*, AHS 65th Forum.
+/// requirements in hover*, AHS 65th Forum; not checked against the paper.
 const LEVEL_1_RADPS: [f64; 3] = [0.9, 0.5, 0.7];
 const LEVEL_1_PEAK_DB: f64 = 5.0;
 
@@ -46,8 +47,10 @@ pub fn handling(checked: &CheckedDesign) -> Section {
         "handling",
         "Handling qualities",
         "Holding attitude: up to which frequency a disturbance of the attitude is held down, by how much it \
-         is made worse at most, and how fast the attitude follows a command. The limits are those of level 1 \
-         for helicopters of tons in hover; a small one answers faster and should be well within.",
+         is made worse at most, and how fast the attitude follows a command. The limits are there to compare \
+         with, and no verdict rests on them: they are the ones quoted for helicopters of tons in hover after \
+         Blanken and others (2009), not checked against the paper, and no part of ADS-33E-PRF. A small \
+         helicopter answers faster and should be well within.",
     )
     .with(Table {
         caption: "Disturbance rejection, bandwidth and phase delay of each attitude, the others closed".into(),

@@ -1,6 +1,7 @@
 //! `hovernav design`: from a model to the autopilot's gains, checked at the loop's own rate.
 
 mod handling;
+mod loops;
 mod page;
 mod summary;
 mod words;

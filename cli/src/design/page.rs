@@ -3,13 +3,10 @@
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-use hovernav_design::{
-    ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, bode, logarithmic_frequencies,
-    root_locus,
-};
-use hovernav_model::StateSpace;
+use hovernav_design::{ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, root_locus};
 
 use super::handling::handling;
+use super::loops::{frequency_responses, nichols};
 use super::words::findings;
 use crate::page::{
     Axis, Fact, Figure, Level, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis, Verdict,
@@ -59,8 +56,12 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
             ),
         ),
     ];
-    let mut sections =
-        vec![disturbances(checked), handling(checked), open_loop(checked), closed_loop(checked)];
+    let mut sections = vec![
+        disturbances(checked),
+        handling(checked),
+        closed_loop(checked).folded("Each of the nine disturbances"),
+        open_loop(checked).folded("Each of the nine disturbances"),
+    ];
     if let Some(printed) = &checked.printed {
         let section = Section::new(
             "printed",
@@ -69,9 +70,11 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
              they promise, and what becomes of them in a loop that samples.",
         );
         let section = section.with(findings(printed, rate_hz)?);
-        sections.push(with_responses(section, &printed.responses, true));
+        let section = with_responses(section, &printed.responses, true);
+        sections.push(section.folded("Findings, and each of the nine disturbances"));
     }
-    sections.extend([poles(checked)?, loci(checked)?, frequency_responses(checked)?]);
+    sections.extend([frequency_responses(checked)?, nichols(checked)?]);
+    sections.extend([poles(checked)?, loci(checked)?]);
     let page = Page {
         verdict: Some(verdict(checked)),
         title: &format!("Autopilot for {}", checked.model.name()),
@@ -344,56 +347,6 @@ fn loci(checked: &CheckedDesign) -> anyhow::Result<Section> {
         let row = mark(row, Role::AlternativePole, 0.0, "loop open");
         let row = mark(row, Role::Pole, 1.0, "as designed");
         section = section.with(plane(row).captioned(channel.name.clone()));
-    }
-    Ok(section)
-}
-
-/// A figure for each loop: one margin is lost in four curves.
-fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
-    let nyquist = PI / checked.design.period_s;
-    let frequencies = logarithmic_frequencies(0.02, nyquist, 400);
-    let ends = [frequencies[0], nyquist];
-    let mut section = Section::new(
-        "bode",
-        "Bode",
-        "Gain and phase around each loop, broken at its actuator with the others closed: how far the \
-         phase is from −180° where the gain is 0 dB is the phase margin, how far the gain from 0 dB \
-         where the phase is −180° the gain margin. The marks are the margins of the table.",
-    );
-    for channel in &checked.margins.channels {
-        let model: StateSpace = checked.closed.channel(&channel.name)?;
-        let response = bode(&model, &channel.name, 0, &frequencies)?;
-        // The turn in which the crossover lies is the one to read a margin in.
-        let crossover = channel.phase.map_or(1.0, |phase| phase.frequency_radps);
-        let at = frequencies.partition_point(|&frequency| frequency < crossover);
-        let turns = response.get(at).map_or(0.0, |(_, phase)| ((phase + 180.0) / 360.0).round());
-        let points = || frequencies.iter().zip(&response);
-        let critical =
-            |level: f64| Series::curve(Role::Limit, ends.map(|f| (f, level))).named("critical");
-        let crossings = channel.gain_up.iter().chain(&channel.gain_down);
-        let gain_margins =
-            crossings.map(|crossing| (crossing.frequency_radps, -20.0 * crossing.margin.log10()));
-        let phase_margin = channel
-            .phase
-            .iter()
-            .map(|phase| (phase.frequency_radps, phase.margin.to_degrees() - 180.0));
-        let gain = Row { limits: Some([-60.0, 60.0]), ..Row::new("Gain", "dB") }
-            .with(critical(0.0))
-            .with(Series::curve(Role::Model, points().map(|(&f, &(db, _))| (f, db))))
-            .with(Series::points(Role::Pole, gain_margins).named("gain margin"));
-        let degrees = points().map(|(&f, &(_, degrees))| (f, degrees - 360.0 * turns));
-        let phase = Row { limits: Some([-540.0, 180.0]), ..Row::new("Phase", "°") }
-            .with(critical(-180.0))
-            .with(Series::curve(Role::Model, degrees))
-            .with(Series::points(Role::Pole, phase_margin).named("phase margin"));
-        let axis = Axis::logarithmic("Frequency", "rad/s");
-        let caption = format!(
-            "{}: {:.1} dB, {:.1}°",
-            channel.name,
-            channel.smallest_gain_db(),
-            channel.phase_deg()
-        );
-        section = section.with(Figure::against(axis, [gain, phase]).captioned(caption));
     }
     Ok(section)
 }

@@ -9,7 +9,7 @@ use super::held::compared;
 use super::histories::{histories, residuals, runs_of};
 use super::parameters::{fits, parameters};
 use super::poles::poles;
-use super::responses::responses;
+use super::responses::{responses, second_opinion};
 use crate::page::{Fact, Page, Section, Verdict};
 
 /// What the page of an identification shows.
@@ -34,7 +34,8 @@ impl<'a> IdentificationPage<'a> {
     /// Where the poles do not settle.
     pub fn build(&self) -> Result<Page<'a>, ModelError> {
         let found = self.found;
-        let mut sections = vec![parameters(self.found, self.held.ok()), responses(self.frequency)];
+        let mut sections =
+            vec![parameters(self.found, self.held.ok()), second_opinion(self.frequency)];
         let fit = found.fit();
         let (title, points) = match found.validation {
             Some(_) => ("Validation", "test points held back: the search never saw them"),
@@ -50,6 +51,7 @@ impl<'a> IdentificationPage<'a> {
         let section = histories(self.dataset, found, &runs).fold(section, Section::with);
         sections.push(section.folded("Flight and model over each test point"));
         sections.push(residuals(found, &runs).folded("Flight less model over each test point"));
+        sections.push(responses(self.frequency));
         sections.push(poles(found, self.held.ok())?);
         let held = compared(self.dataset, found, self.held);
         sections.push(held.folded("Both fits, and the flight as the receiver saw it"));

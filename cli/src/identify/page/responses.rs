@@ -8,10 +8,10 @@ use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, dig
 /// Below this, a response is not worth fitting: Tischler and Remple, section 7.5.1.
 const GOOD_COHERENCE: f64 = 0.6;
 
-/// Both methods side by side, and flight and model from each stick to the output that answers to it.
-pub fn responses(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Section {
+/// Both methods side by side.
+pub fn second_opinion(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Section {
     let section = Section::new(
-        "bode",
+        "second-opinion",
         "A second opinion: the frequency domain",
         "The same equations fitted anew to the flight\u{2019}s frequency responses, each with the other sticks \
          taken out. A parameter on which the two methods differ by more than three sigma is one that the flight \
@@ -38,8 +38,24 @@ pub fn responses(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Sectio
             "Not told by the responses, held as the time domain has them: {untold}."
         ));
     }
-    let section = section.with(both(frequency)).with(costs(frequency)).with(notes);
-    frequency.stick_responses().iter().fold(section, |section, response| {
+    section.with(both(frequency)).with(costs(frequency)).with(notes)
+}
+
+/// Flight and model from each stick to the output that answers to it.
+pub fn responses(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Section {
+    let section = Section::new(
+        "bode",
+        "Frequency responses",
+        "Amplification and phase from each stick to the output that answers to it, the other sticks taken out: \
+         the flight, and the model found in the time domain, which never saw them. Where the coherence is low, \
+         or the stick has no power of its own, believe neither.",
+    );
+    let responses = frequency.map(FrequencyDomain::stick_responses).unwrap_or_default();
+    if responses.is_empty() {
+        return section.with(vec!["There are none to show.".to_owned()]);
+    }
+    let section = section.folded("A figure for each stick");
+    responses.iter().fold(section, |section, response| {
         let StickResponse { stick, output, unit, frequencies_hz, .. } = response;
         let points = |values: Vec<f64>| frequencies_hz.clone().into_iter().zip(values);
         let part = |curve: &[(f64, f64)], pick: fn(&(f64, f64)) -> f64| {

@@ -43,7 +43,7 @@ impl Output {
         let state = piece.signal(self.state).ok()?;
         let Some((kinematic, tilt, gravity_mps2)) = self.felt else { return Some(state) };
         let (kinematic, tilt) = (piece.signal(kinematic).ok()?, piece.signal(tilt).ok()?);
-        let last = state.len() - 1;
+        let last = state.len().checked_sub(1)?;
         Some(DVector::from_fn(state.len(), |sample, _| {
             let (before, after) = (sample.max(1) - 1, (sample + 1).min(last));
             let rate = (state[after] - state[before]) / (2.0 * piece.period_s);

@@ -39,7 +39,9 @@ pub fn identify(
 ) -> Result<Identified, SubspaceError> {
     let scales = Scales::of(experiment)?;
     let unit = scales.applied(experiment);
-    let projection = Projection::of(&unit, settings.horizon, settings.weighting)?;
+    let signals = unit.inputs.ncols() + unit.outputs.ncols();
+    let horizon = settings.horizon_for(unit.samples(), signals);
+    let projection = Projection::of(&unit, horizon, settings.weighting)?;
     let order = match settings.order {
         Some(order) => order,
         None => order_from(&projection.singular_values, projection.largest_order()),

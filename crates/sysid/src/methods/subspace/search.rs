@@ -126,7 +126,7 @@ impl Tried {
         let mut passes = Vec::new();
         for &weighting in &settings.weightings {
             for &horizon in &settings.horizons {
-                let feedthrough = settings.feedthrough;
+                let (horizon, feedthrough) = (Some(horizon), settings.feedthrough);
                 let pass =
                     SubspaceSettings { order, horizon, weighting, feedthrough, stable: true };
                 match identify(experiment, &pass) {

@@ -21,8 +21,9 @@ pub enum Weighting {
 pub struct SubspaceSettings {
     /// States; `None` lets the singular values decide.
     pub order: Option<usize>,
-    /// Samples of past and of future in each projection. More than the order is needed.
-    pub horizon: usize,
+    /// Samples of past and of future in each projection. More than the order is needed; `None` takes twice
+    /// the order, at least ten and at most what the record allows.
+    pub horizon: Option<usize>,
     /// The weighting.
     pub weighting: Weighting,
     /// Whether inputs act on outputs within the same sample. A plant measured at the moment its
@@ -33,11 +34,23 @@ pub struct SubspaceSettings {
     pub stable: bool,
 }
 
+/// Horizon where neither it nor an order is asked for.
+const USUAL_HORIZON: usize = 10;
+
+impl SubspaceSettings {
+    /// The horizon of a pass over `samples` samples of `signals` inputs and outputs.
+    pub(super) fn horizon_for(&self, samples: usize, signals: usize) -> usize {
+        let longest = samples / (2 * (signals + 1));
+        let wanted = self.order.map_or(USUAL_HORIZON, |order| USUAL_HORIZON.max(2 * order));
+        self.horizon.unwrap_or_else(|| wanted.min(longest.max(USUAL_HORIZON)))
+    }
+}
+
 impl Default for SubspaceSettings {
     fn default() -> Self {
         Self {
             order: None,
-            horizon: 10,
+            horizon: None,
             weighting: Weighting::Cva,
             feedthrough: true,
             stable: false,
