@@ -19,6 +19,7 @@
 //! handed: the same inputs give the same widths, so a record replays to the bit.
 
 mod config;
+mod fence;
 mod notice;
 
 pub use config::{FailsafeConfig, Fence, FlightControlConfig, FlightControlError};
@@ -32,12 +33,10 @@ use crate::controls::{Channels, Sticks};
 use crate::earth::Geodetic;
 use crate::ekf::{Notice, Solution};
 use crate::event::Event;
-use crate::frames::Vector;
 use crate::servo::{PilotPulses, Signal, Switch};
 use crate::time::Time;
+use fence::{FenceChange, FenceWatch};
 
-/// Share of the fence's radius and height inside of which it is forgotten again.
-const WELL_INSIDE: f64 = 0.8;
 /// A stick this close to its end is at it.
 const AT_END: f64 = 0.995;
 /// Share of the newest period in the mean of the loop's.
@@ -103,7 +102,7 @@ pub struct FlightControl {
     period_s: Option<f64>,
     pilot_lost_s: Option<f64>,
     descends: bool,
-    outside: bool,
+    fence: FenceWatch,
     saturated_s: f64,
 }
 
@@ -129,7 +128,7 @@ impl FlightControl {
             period_s: None,
             pilot_lost_s: None,
             descends: false,
-            outside: false,
+            fence: FenceWatch::new(config.fence),
             saturated_s: 0.0,
             config,
         })
@@ -169,7 +168,7 @@ impl FlightControl {
     /// Whether the fence was reached and the vehicle is not yet well inside again.
     #[must_use]
     pub const fn is_outside_fence(&self) -> bool {
-        self.outside
+        self.fence.is_outside()
     }
 
     /// Whether a stick of the autopilot is at its end.
@@ -182,9 +181,7 @@ impl FlightControl {
     /// `None` without a fence.
     #[must_use]
     pub fn fence_share(&self, position: &Geodetic) -> Option<f64> {
-        let fence = self.config.fence?;
-        let [north, east, down] = position.displacement_from(&fence.centre).to_array();
-        Some((libm::hypot(north, east) / fence.radius_m).max(-down / fence.height_m))
+        self.fence.share(position)
     }
 
     /// What a sensor said: see [`HoverAutopilot::hear`].
@@ -301,7 +298,8 @@ impl FlightControl {
                 if let (Some(programme), Some(pilot)) = (&mut self.programme, pilot.sticks) {
                     programme.engage(pilot);
                 }
-                (self.outside, self.descends) = (false, false);
+                self.fence.engage();
+                self.descends = false;
                 notify(ControlNotice::Engaged);
             }
             Some(EngagementChange::Refused) => notify(ControlNotice::Refused(*readiness)),
@@ -328,7 +326,7 @@ impl FlightControl {
         notify: &mut impl FnMut(ControlNotice),
     ) {
         let may_go_on =
-            self.engagement.is_engaged() && self.pilot_lost_s.is_none() && !self.outside;
+            self.engagement.is_engaged() && self.pilot_lost_s.is_none() && !self.fence.is_outside();
         let Self { programme, autopilot, .. } = self;
         let change = programme
             .as_mut()
@@ -355,7 +353,17 @@ impl FlightControl {
             return;
         }
         let steered = self.steering.as_mut().and_then(|steering| steering.set_point(pilot));
-        let home = self.fence_place(inputs.solution, notify);
+        let home = match inputs.solution.and_then(|one| self.fence.step(&one.position)) {
+            Some(FenceChange::Reached(home)) => {
+                notify(ControlNotice::FenceReached);
+                Some(home)
+            }
+            Some(FenceChange::Left) => {
+                notify(ControlNotice::FenceLeft);
+                None
+            }
+            None => None,
+        };
         let lost_s = self.pilot_lost_s.unwrap_or(0.0);
         let set_point = if lost_s > self.config.failsafe.pilot_lost_hold_s {
             if !core::mem::replace(&mut self.descends, true) {
@@ -374,33 +382,6 @@ impl FlightControl {
             // One that the guidance refuses leaves the one before, which is a hold at the worst.
             let _ = self.autopilot.set(set_point);
         }
-    }
-
-    /// Where to go when the fence is reached; once.
-    fn fence_place(
-        &mut self,
-        solution: Option<&Solution>,
-        notify: &mut impl FnMut(ControlNotice),
-    ) -> Option<SetPoint> {
-        let fence = self.config.fence?;
-        let position = solution?.position;
-        let farthest = self.fence_share(&position)?;
-        let down = position.displacement_from(&fence.centre).z();
-        if self.outside {
-            if farthest < WELL_INSIDE {
-                self.outside = false;
-                notify(ControlNotice::FenceLeft);
-            }
-            return None;
-        }
-        if farthest < 1.0 {
-            return None;
-        }
-        self.outside = true;
-        notify(ControlNotice::FenceReached);
-        let height_m = (-down).min(WELL_INSIDE * 0.9 * fence.height_m).max(0.0);
-        let position: Geodetic = fence.centre.displaced(Vector::new(0.0, 0.0, -height_m));
-        Some(SetPoint::Place { position, heading_rad: None })
     }
 
     fn watch_ends(

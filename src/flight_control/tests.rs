@@ -3,7 +3,7 @@
 use super::*;
 use crate::autopilot::{Gains, HoverConfig, SteeringConfig};
 use crate::controls::Channel;
-use crate::frames::{EulerAngles, Rotation};
+use crate::frames::{EulerAngles, Rotation, Vector};
 use crate::servo::{ChannelConfig, Swashplate, SwashplateKind};
 
 const PERIOD_S: f64 = 0.03;

@@ -1,0 +1,65 @@
+//! The watch on the fence: when it is reached, and where to go then.
+
+use super::config::Fence;
+use crate::autopilot::SetPoint;
+use crate::earth::Geodetic;
+use crate::frames::Vector;
+
+/// Share of the fence's radius and height inside of which it is forgotten again.
+const WELL_INSIDE: f64 = 0.8;
+
+/// What became of the fence in a cycle.
+pub(super) enum FenceChange {
+    /// It is reached: go there.
+    Reached(SetPoint),
+    /// The vehicle is well inside again.
+    Left,
+}
+
+/// The fence, and whether it was reached.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FenceWatch {
+    fence: Option<Fence>,
+    outside: bool,
+}
+
+impl FenceWatch {
+    pub const fn new(fence: Option<Fence>) -> Self {
+        Self { fence, outside: false }
+    }
+
+    /// Whether it was reached and the vehicle is not yet well inside again.
+    pub const fn is_outside(&self) -> bool {
+        self.outside
+    }
+
+    /// Begins anew: the next time that it is found reached is told.
+    pub const fn engage(&mut self) {
+        self.outside = false;
+    }
+
+    /// Share of the way from the middle to the side or the top, the greater, 1 at the fence; `None` without
+    /// a fence.
+    pub fn share(&self, position: &Geodetic) -> Option<f64> {
+        let fence = self.fence?;
+        let [north, east, down] = position.displacement_from(&fence.centre).to_array();
+        Some((libm::hypot(north, east) / fence.radius_m).max(-down / fence.height_m))
+    }
+
+    /// Takes in where the vehicle is.
+    pub fn step(&mut self, position: &Geodetic) -> Option<FenceChange> {
+        let (fence, share) = (self.fence?, self.share(position)?);
+        if self.outside {
+            self.outside = share >= WELL_INSIDE;
+            return (!self.outside).then_some(FenceChange::Left);
+        }
+        if share < 1.0 {
+            return None;
+        }
+        self.outside = true;
+        let up_m = -position.displacement_from(&fence.centre).z();
+        let height_m = up_m.min(WELL_INSIDE * 0.9 * fence.height_m).max(0.0);
+        let position = fence.centre.displaced(Vector::new(0.0, 0.0, -height_m));
+        Some(FenceChange::Reached(SetPoint::Place { position, heading_rad: None }))
+    }
+}
