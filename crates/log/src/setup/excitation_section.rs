@@ -184,3 +184,60 @@ impl ExcitationSection {
         Ok(programme)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FlyConfig;
+
+    fn parsed(excitation: &str) -> Result<FlyConfig, String> {
+        let text = format!(
+            "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n[servo.capture]\nserial = {{ port = 'c' }}\n\
+             [autopilot]\nfile = 'autopilot.toml'\n[autopilot.excitation]\n{excitation}"
+        );
+        FlyConfig::parse(&text, "fly.toml".as_ref()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn inputs_with_their_repetitions_become_a_programme() {
+        let text = "inputs = [{ stick = 'pedal', kind = '3211', times = 3 }, \
+                    { stick = 'lateral', kind = 'sweep', amplitude = -0.05, last_hz = 2.0 }]";
+        let section = parsed(text).unwrap().autopilot.unwrap().excitation.unwrap();
+        let programme = section.programme().unwrap();
+        let sticks: Vec<Channel> =
+            programme.inputs.iter().flatten().map(|input| input.stick).collect();
+        assert_eq!(sticks, [Channel::Pedal, Channel::Pedal, Channel::Pedal, Channel::Lateral]);
+        let sweep = Maneuver::Sweep {
+            amplitude: -0.05,
+            first_hz: 0.1,
+            last_hz: 2.0,
+            duration_s: 60.0,
+            fade_s: 3.0,
+        };
+        assert_eq!(programme.inputs[3].map(|input| input.maneuver), Some(sweep));
+    }
+
+    #[test]
+    fn what_cannot_be_flown_is_refused_with_what_was_found() {
+        let one = "inputs = [{ stick = 'pedal', kind = 'step' }]";
+        for (text, expected) in [
+            (String::new(), "found 0 with their repetitions, expected 1 to 16"),
+            (one.replace("'step'", "'step', times = 17"), "found 17 with their repetitions"),
+            (one.replace("'step'", "'step', times = 0"), "found 0 with their repetitions"),
+            (
+                one.replace("'step'", "'step', last_hz = 2.0"),
+                "found last_hz, expected it of a sweep",
+            ),
+            (one.replace("'step'", "'step', amplitude = 0.9"), "amplitude: found 0.9"),
+            (one.replace("'step'", "'step', amplitude = nan"), "amplitude: found NaN"),
+            (one.replace("'pedal'", "'throttle'"), "throttle"),
+            (one.replace("'step'", "'step', hold = 3"), "hold"),
+            (format!("{one}\nspeed_mps = nan"), "limit of speed: found NaN"),
+            (format!("{one}\nfirst_s = 0.1"), "first_s: found 0.1, expected 2 to 600 s"),
+            (format!("{one}\nstick_rate_per_s = 0"), "rate of the stick: found 0"),
+        ] {
+            let error = parsed(&text).unwrap_err();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+}
