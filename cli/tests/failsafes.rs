@@ -98,17 +98,17 @@ impl Scene {
         match self.lost {
             Lost::Telemetry => drop(ground),
             Lost::Record => {}
-            // It is let run for a sixth of the time.
+            // Let run for long enough to ask for a packet and have it, too late each time.
             Lost::Time => {
                 let signal = |name: &str| {
                     let id = computer.id().to_string();
                     assert!(Command::new("kill").args([name, &id]).status().unwrap().success());
                 };
-                for _ in 0..12 {
+                for _ in 0..20 {
                     signal("-STOP");
-                    thread::sleep(Duration::from_millis(50));
+                    thread::sleep(Duration::from_millis(26));
                     signal("-CONT");
-                    thread::sleep(Duration::from_millis(10));
+                    thread::sleep(Duration::from_millis(18));
                 }
             }
         }

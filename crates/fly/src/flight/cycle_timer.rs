@@ -53,6 +53,12 @@ impl CycleTimer {
         }
     }
 
+    /// The packet that begins this cycle came `behind_s` later after the one before than it was sent: the
+    /// loop was not let run while it waited for bytes.
+    pub fn packet_behind(&mut self, behind_s: f64) {
+        self.woke_late |= behind_s > 0.5 * self.cycle_s;
+    }
+
     /// The work of a cycle is complete when the loop next waits.
     pub fn complete_cycle(&mut self) {
         self.complete = true;
@@ -118,6 +124,11 @@ mod tests {
         timer.complete_cycle();
         assert!(timer.begin_wait(at(63)).unwrap().on_time);
         assert_eq!((timer.missed_deadlines, timer.work.count()), (2, 3));
+
+        timer.end_wait(at(120), None);
+        timer.packet_behind(0.02);
+        timer.complete_cycle();
+        assert!(!timer.begin_wait(at(121)).unwrap().on_time);
         assert!((timer.wake_latency.longest_s() - 0.02).abs() < 1e-12);
     }
 }

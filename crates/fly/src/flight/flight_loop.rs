@@ -211,6 +211,7 @@ impl FlightLoop {
             let period_s = times.arrival - before.arrival;
             self.snapshot.timing.period_s = Some(period_s);
             self.report.jitter.add((period_s - interval_s).abs());
+            self.timer.packet_behind(period_s - interval_s);
         }
         self.report.cycles += 1;
         let filtered = self.notch.as_mut().map(|notch| Event::Imu(notch.filter(sample)));
