@@ -21,8 +21,9 @@ use hovernav_log::{FlyConfig, Manifest};
 use hovernav_model::shipped;
 use hovernav_sim::FlightConfig;
 
-/// More cycles that were late than this, and the machine is too busy to fly in real time.
-const MOST_LATE: u64 = 3;
+/// More cycles that were late than this, and the machine is too busy to fly in real time: three in a row give
+/// the sticks back.
+const MOST_LATE: u64 = 2;
 
 /// The 60-class helicopter's autopilot.
 pub fn autopilot() -> HoverConfig {
