@@ -30,6 +30,9 @@ impl Default for StickLimits {
     }
 }
 
+/// Sticks of the pilot beyond this are none: a transmitter's travel at 125 %.
+pub const FARTHEST_PILOT: f64 = 1.25;
+
 impl StickLimits {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         for lowest in self.lowest.to_array() {
@@ -51,9 +54,12 @@ impl StickLimits {
     }
 
     /// `wanted` brought into the range, which reaches to the sticks of the pilot, `own`, where they are
-    /// beyond it: the pilot has no limits but the servos'.
+    /// beyond it: the pilot has no limits but the servos' and what a transmitter can give,
+    /// [`FARTHEST_PILOT`].
     #[must_use]
     pub fn in_range_beside(&self, wanted: Sticks, own: Sticks) -> Sticks {
+        let possible = |stick: f64| stick.clamp(-FARTHEST_PILOT, FARTHEST_PILOT);
+        let own = Sticks::from_array(own.to_array().map(possible));
         wanted
             .zip(self.lowest.zip(own, f64::min), f64::max)
             .zip(self.highest.zip(own, f64::max), f64::min)

@@ -37,7 +37,7 @@ pub use excitation::{Excitation, ExcitationAbort, ExcitationError, ExcitationLim
 pub use guidance::{GuidanceConfig, SetPoint, SetPointError};
 pub use health::{Distrust, Doubt, Health, HealthLimits, Trust};
 pub use hover::{HoverAutopilot, Inputs, Outputs};
-pub use limits::StickLimits;
+pub use limits::{FARTHEST_PILOT, StickLimits};
 pub use maneuver::Maneuver;
 pub use mode::{Mode, Reason, Transition};
 pub use monitor::HealthMonitor;
