@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use hovernav_model::{LinearModel, TimeDomain};
 use hovernav_sysid::methods::frequency::{
-    Band, FrequencyError, ResponseFitSettings, ResponseSettings, fit_response, frequency_response,
-    joint_response,
+    Band, FrequencyError, FrequencyResponse, ResponseFitSettings, ResponseSettings, fit_response,
+    frequency_response, joint_response,
 };
 use hovernav_sysid::record::{Experiment, Maneuver};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
@@ -69,10 +69,9 @@ fn flights(noise: f64) -> Vec<Experiment> {
     vec![flight(0, noise, 1), flight(1, noise, 2)]
 }
 
-#[test]
-fn responses_are_found_within_their_own_random_error() {
-    let settings = ResponseSettings::composite(BAND, 100.0);
-    let found = frequency_response(&flights(0.05), &settings).unwrap();
+/// How many coherent points of the plant's responses are within three times their random error, and how many
+/// there are.
+fn within_random_error(found: &FrequencyResponse) -> (usize, usize) {
     let (mut inside, mut all) = (0, 0);
     for (point, &frequency_hz) in found.frequencies_hz.iter().enumerate() {
         let truth = true_response(&plant(), frequency_hz);
@@ -87,6 +86,14 @@ fn responses_are_found_within_their_own_random_error() {
         }
     }
     println!("{inside} of {all} points within three times their random error");
+    (inside, all)
+}
+
+#[test]
+fn responses_are_found_within_their_own_random_error() {
+    let settings = ResponseSettings::composite(BAND, 100.0);
+    let found = frequency_response(&flights(0.05), &settings).unwrap();
+    let (inside, all) = within_random_error(&found);
     assert!(all > 150 && inside * 100 >= all * 90, "{inside} of {all}");
 }
 
@@ -174,19 +181,7 @@ fn under_feedback_the_injected_signal_finds_what_the_sticks_alone_do_not() {
         println!("{at:?}: bias {joint:.3} with the injected signal, {direct:.3} without");
         assert!(joint < 0.03 && direct > 3.0 * joint, "{at:?}: {joint} {direct}");
     }
-    let (mut inside, mut all) = (0, 0);
-    for (point, &frequency_hz) in joint.frequencies_hz.iter().enumerate() {
-        let truth = true_response(&plant(), frequency_hz);
-        for at in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            assert!((0.0..=1.0).contains(&joint.coherence[point][at]));
-            if joint.coherence[point][at] > 0.6 {
-                let error = (joint.responses[point][at] - truth[at]).norm() / truth[at].norm();
-                all += 1;
-                inside += usize::from(error < 3.0 * joint.random_error[point][at] + 0.02);
-            }
-        }
-    }
-    println!("{inside} of {all} points within three times their random error");
+    let (inside, all) = within_random_error(&joint);
     assert!(all > 50 && inside * 100 >= all * 90, "{inside} of {all}");
 }
 

@@ -1,5 +1,6 @@
 //! Test inputs that the autopilot flies itself: limits, and what ends them early.
 
+use super::check::{self, ConfigError};
 use super::maneuver::Maneuver;
 use crate::controls::Sticks;
 use crate::ekf::Solution;
@@ -140,11 +141,9 @@ pub(super) fn within(
     highest: f64,
     expected: &'static str,
 ) -> Result<(), ExcitationError> {
-    if found >= lowest && found <= highest {
-        Ok(())
-    } else {
-        Err(ExcitationError::Value { what, found, expected })
-    }
+    check::within(what, found, lowest, highest, expected).map_err(
+        |ConfigError { what, found, expected }| ExcitationError::Value { what, found, expected },
+    )
 }
 
 /// A test input under way.
