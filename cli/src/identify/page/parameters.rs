@@ -35,6 +35,11 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
     }
 }
 
+/// A share of a value; of zero there is none.
+fn percent(value: f64) -> String {
+    if value.is_finite() { format!("{value:.1} %") } else { "–".into() }
+}
+
 /// What was found, and how sure it is; `held` is the same from held GPS velocity.
 pub fn parameters(found: &Identification, held: Option<&Identification>) -> Section {
     let held = |name: &str| held?.identified.estimates.get(name);
@@ -44,8 +49,8 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
         numbers.extend(if estimate.is_estimated() {
             [
                 format!("±{}", digits(estimate.bound)),
-                format!("{:.1} %", estimate.bound_percent()),
-                format!("{:.1} %", estimate.insensitivity_percent()),
+                percent(estimate.bound_percent()),
+                percent(estimate.insensitivity_percent()),
             ]
         } else {
             [estimate.status.name().to_owned(), "–".into(), "–".into()]
