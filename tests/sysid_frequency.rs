@@ -35,19 +35,24 @@ fn true_response(model: &LinearModel, frequency_hz: f64) -> DMatrix<Complex<f64>
     complex(&model.c) * resolvent.try_inverse().unwrap() * complex(&model.b) + complex(&model.d)
 }
 
+/// A sweep of one stick over so many samples but for their last two seconds.
+fn sweep(samples: usize) -> Vec<f64> {
+    let sweep = Maneuver::Sweep {
+        amplitude: 1.0,
+        first_hz: 0.1,
+        last_hz: 5.0,
+        duration_s: samples as f64 * PERIOD_S - 2.0,
+        fade_s: 2.0,
+    };
+    sweep.sampled(samples, PERIOD_S, 1.0)
+}
+
 /// A sweep on one stick while the pilot moves the other a little, as pilots do.
 fn flight(swept: usize, noise: f64, seed: u64) -> Experiment {
     let samples = 5000;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-    let sweep = Maneuver::Sweep {
-        amplitude: 1.0,
-        first_hz: 0.1,
-        last_hz: 5.0,
-        duration_s: 98.0,
-        fade_s: 2.0,
-    };
-    let own = sweep.sampled(samples, PERIOD_S, 1.0);
+    let own = sweep(samples);
     let mut wander = 0.0;
     let inputs = DMatrix::from_fn(samples, 2, |k, column| {
         if column == swept {
@@ -129,14 +134,7 @@ fn held_flight(swept: usize, seed: u64) -> Experiment {
     let samples = 10_000;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-    let sweep = Maneuver::Sweep {
-        amplitude: 1.0,
-        first_hz: 0.1,
-        last_hz: 5.0,
-        duration_s: 198.0,
-        fade_s: 2.0,
-    };
-    let own = sweep.sampled(samples, PERIOD_S, 1.0);
+    let own = sweep(samples);
     let model = plant();
     let (mut inputs, mut outputs) = (DMatrix::zeros(samples, 4), DMatrix::zeros(samples, 2));
     let (mut state, mut gust) = (DVector::zeros(2), DVector::zeros(2));
