@@ -104,8 +104,8 @@ fn residuals(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -> Vec<(T
             let (before, after) = (solutions.get(next.checked_sub(1)?)?, solutions.get(next)?);
             let share = (time - before.time) / (after.time - before.time);
             let of_arm = |solution: &Solution| {
-                solution.velocity_mps
-                    + solution.body_to_ned * arm.relative_velocity(solution.angular_rate_radps)
+                let Solution { velocity_mps, body_to_ned, angular_rate_radps, .. } = *solution;
+                arm.velocity(velocity_mps, body_to_ned, angular_rate_radps)
             };
             let path = of_arm(before) * (1.0 - share) + of_arm(after) * share;
             let stated = fix.velocity_sigma_mps.map(|sigma| sigma.to_array());
