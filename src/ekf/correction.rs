@@ -1,6 +1,7 @@
 //! What moves the estimate beside its own steps: a correction, and the reset of the covariance.
 
 use super::covariance::{Relaxation, Transition};
+use super::excess::Stepped;
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::measurement::Ground;
@@ -8,6 +9,7 @@ use super::process::MOST_HIDDEN_RAD;
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
+use crate::earth::Local;
 use crate::frames::{Ned, Vector};
 use crate::ins::NavState;
 use crate::time::Time;
@@ -43,6 +45,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Opens attitude, velocity and position so wide that the next fixes decide, and forgets the
     /// history. The estimates stay; those of the sensors' errors are as sure as at the start.
     pub(super) fn reset_covariance(&mut self) {
+        self.attitude_lost = Some(self.state.time);
         self.history.clear();
         self.covariance.clear();
         self.open(ATTITUDE, [MOST_HIDDEN_RAD; 3]);
@@ -69,6 +72,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
         self.heading_distrusted = Some(time);
+        self.attitude_lost = None;
         self.antenna_heading.distrusted = Some(time);
         self.gates.doubt_filter(time);
         self.gates.doubt_heading(time);
@@ -80,20 +84,71 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Opens the biases, and the level that they have spoiled by now.
-    pub(super) fn doubt_biases(&mut self, trace: &mut impl Trace<T, N>) {
+    /// Whether an attitude or heading that is measured now has to be taken for the filter's own: the first
+    /// after a gap, of a source that nothing speaks against.
+    pub(super) fn takes_attitude(&mut self, time: Time) -> bool {
+        let lost = self.attitude_lost.take();
+        self.heading_distrusted.is_none() && lost.is_some_and(|lost| time - lost < TAKEN_S)
+    }
+
+    /// Turns the attitude to a measured one, and opens the axes about which it is measured, from `first` on:
+    /// what the measurement then corrects is its own uncertainty alone. A Kalman update of a turn that may have
+    /// been any would go by a linearisation about the wrong attitude.
+    ///
+    /// # Source
+    /// Equation (K20) of docs/equations.md.
+    pub(super) fn take_attitude(
+        &mut self,
+        turn_rad: Vector<Ned, T>,
+        first: usize,
+        trace: &mut impl Trace<T, N>,
+    ) {
+        self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn_rad).renormalised();
+        for axis in first..VELOCITY {
+            self.covariance.set_variance(axis, square(MOST_HIDDEN_RAD));
+        }
+        trace.reset(first..VELOCITY);
+        trace.turned(turn_rad.cast());
+    }
+
+    /// Opens the biases that may have stepped. Where that shows within the gate it is a small step, and the
+    /// level it has spoiled is opened with it. One that has led beyond the gate is a large one, and opened as of
+    /// [`STEPPED_S`] ago: attitude and velocity by what has come of it since, and tied to it.
+    ///
+    /// # Source
+    /// Equation (K19) of docs/equations.md.
+    pub(super) fn doubt_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
         let imu = &self.config.imu;
+        let times = match stepped {
+            Stepped { far: true, .. } => STEPPED_FAR_GYRO,
+            Stepped { level: true, .. } => 1.0,
+            _ => 0.0,
+        };
+        let gyro = times * imu.gyro_bias_sigma_radps;
         let accel = STEPPED_ACCEL * imu.accel_bias_sigma_mps2;
         let mut relaxation = Relaxation::default();
-        for (first, sigma) in [(GYRO_BIAS, imu.gyro_bias_sigma_radps), (ACCEL_BIAS, accel)] {
+        for (first, sigma) in [(GYRO_BIAS, gyro), (ACCEL_BIAS, accel)] {
             for noise in relaxation.noise.iter_mut().skip(first).take(3) {
                 *noise = T::of(square(sigma));
             }
         }
-        let tilt = T::of(square(STEPPED_TILT_RAD));
-        let attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
-        let opening = Transition { attitude_noise, ..Transition::of_relaxation(relaxation) };
-        self.propagate(&opening, trace);
+        let opening = Transition::of_relaxation(relaxation);
+        if !stepped.far {
+            let tilt = if stepped.level { T::of(square(STEPPED_TILT_RAD)) } else { T::ZERO };
+            let attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
+            self.propagate(&Transition { attitude_noise, ..opening }, trace);
+            return;
+        }
+        let rows = self.state.body_to_ned.rows();
+        let weight_mps2 = -Local::<T>::about(&self.state.position).gravity_mps2;
+        let none = Transition { relaxation: None, ..opening };
+        // Biases on attitude and velocity, and the tilt that grows with them on velocity.
+        let turned = |by_s: f64| rows.map(|row| row.map(|cosine| cosine * T::of(by_s)));
+        let forced = |by_s: f64| [T::ZERO, T::ZERO, weight_mps2 * T::of(0.5 * by_s)];
+        self.propagate(&Transition { force: forced(-STEPPED_S), ..none }, trace);
+        self.propagate(&Transition { turn: turned(-STEPPED_S), ..opening }, trace);
+        self.propagate(&Transition { turn: turned(STEPPED_S), ..none }, trace);
+        self.propagate(&Transition { force: forced(STEPPED_S), ..none }, trace);
     }
 
     /// Opens the gyro biases to at least this variance, (rad/s)².
@@ -156,9 +211,15 @@ const TURNED_VELOCITY_MPS: f64 = 2.0;
 /// A heading that was turned against is used again within this, rad, for so long, s.
 const DISAGREED_RAD: f64 = 0.3;
 const AGREED_S: f64 = 20.0;
-/// An accelerometer bias that stepped, in units of what it is usually, and the tilt that came of it, rad.
+/// What is measured later than this after a gap, s, is weighed against what the fixes have told by then.
+const TAKEN_S: f64 = 5.0;
+/// An accelerometer bias that stepped, and a gyro bias that stepped far, in units of what they are usually.
 const STEPPED_ACCEL: f64 = 3.0;
+const STEPPED_FAR_GYRO: f64 = 6.0;
+/// The tilt that has come of a small step, rad.
 const STEPPED_TILT_RAD: f64 = 0.02;
+/// A step shows after about so long, s.
+const STEPPED_S: f64 = 3.0;
 /// What spoke against a heading reference is forgotten with this time constant, s.
 const DOUBT_S: f64 = 200.0;
 

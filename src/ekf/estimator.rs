@@ -331,7 +331,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match result {
             Ok(Prediction::Stepped) => {
                 if self.phase == Phase::Navigating {
-                    self.feel(sample, time.seconds_since(before));
+                    if self.filter.samples.suspicion.hides_motion() {
+                        self.search.watch(self.filter.state.body_to_ned);
+                    } else {
+                        self.feel(sample, time.seconds_since(before));
+                    }
                 }
             }
             Ok(Prediction::BridgedGap { length_s }) => {
@@ -472,6 +476,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let reference = Rotation::of_angles(EulerAngles { yaw_rad, ..angles });
         let result =
             self.navigating().and_then(|filter| filter.update_attitude(time, reference, trace));
+        self.watch_from(&result);
         notify(Notice::of_update(time, Aid::Attitude, result));
     }
 
@@ -490,7 +495,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let result = self.navigating().and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
         });
+        self.watch_from(&result);
         notify(Notice::of_update(time, Aid::Magnetometer, result));
+    }
+
+    /// Begins anew to watch the heading where the attitude was opened for a measured one.
+    fn watch_from(&mut self, result: &Result<Report, Unusable>) {
+        if matches!(result, Ok(report) if report.any_reopened()) {
+            self.search.watch(self.filter.state.body_to_ned);
+        }
     }
 
     /// The filter, once alignment and the search for a heading are over.

@@ -6,8 +6,10 @@
 //! no knowledge of the size of the fixes' own errors, which only ever make successive ones unlike.
 //!
 //! Where they become very much alike within seconds, something has stepped: a bias, for all the filter knows.
+//! A large step leads beyond the gate before that shows; what is refused then grows from fix to fix, while what a
+//! receiver gets wrong is there at a stroke.
 
-use super::innovation::{Channel, Verdict};
+use super::innovation::{Channel, Innovation, Verdict};
 use super::measurement::Report;
 use crate::time::Time;
 
@@ -15,10 +17,25 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Excess {
     learned: f64,
-    /// Normalised innovations of velocity, north and east, at the last fix.
+    /// Normalised innovations of velocity, north and east, at the last fix, where they were accepted.
     last: Option<(Time, [f64; 2])>,
-    /// How much alike they have been in the last seconds.
-    of_late: f64,
+    /// The same of vertical velocity.
+    last_down: Option<(Time, f64)>,
+    /// How much alike they have been in the last seconds, level and vertical.
+    of_late: [f64; 2],
+    /// When level velocity was first refused, soon after it had been accepted, and how far off it was.
+    refused: Option<(Time, f64)>,
+}
+
+/// Which innovations speak of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Stepped {
+    /// Those of level velocity: of a gyro, or of an accelerometer.
+    pub level: bool,
+    /// Those of vertical velocity: of an accelerometer.
+    pub down: bool,
+    /// Those of level velocity that are refused: of a large step.
+    pub far: bool,
 }
 
 /// Share by which the likeness of two fixes a second apart moves the factor.
@@ -32,6 +49,9 @@ const MOST: f64 = 10.0;
 /// Innovations that are so much alike for so long, s, are those of a step.
 const STEP: f64 = 4.0;
 const STEP_S: f64 = 2.0;
+/// Refused innovations speak of a step when, after so long, s, they are so many times what they were.
+const GROWING_S: f64 = 0.9;
+const GROWN: f64 = 1.5;
 /// Fixes further apart than this, s, tell nothing of each other.
 const LONGEST_S: f64 = 3.0;
 /// An innovation counts no more than so many one-sigmas: outliers are no noise.
@@ -39,7 +59,8 @@ const MOST_SIGMAS: f64 = 3.0;
 
 impl Excess {
     /// The noise is what is assumed.
-    pub const NONE: Self = Self { learned: 1.0, last: None, of_late: 0.0 };
+    pub const NONE: Self =
+        Self { learned: 1.0, last: None, last_down: None, of_late: [0.0; 2], refused: None };
 
     /// The factor on variances, from 1 to 10.
     pub fn factor(&self) -> f64 {
@@ -50,36 +71,69 @@ impl Excess {
     ///
     /// # Source
     /// Equation (K18) of docs/equations.md.
-    pub fn learn(&mut self, time: Time, report: &Report) -> bool {
-        let mut now = [None; 2];
-        for axis in report.innovations() {
-            let slot = match axis.channel {
-                Channel::VelocityNorth => &mut now[0],
-                Channel::VelocityEast => &mut now[1],
-                _ => continue,
-            };
-            if axis.verdict == Verdict::Accepted {
-                *slot = Some(axis.normalised().clamp(-MOST_SIGMAS, MOST_SIGMAS));
+    pub fn learn(&mut self, time: Time, report: &Report) -> Stepped {
+        let find = |channel| report.innovations().find(|axis| axis.channel == channel);
+        let accepted = |channel| {
+            find(channel)
+                .filter(|axis| axis.verdict == Verdict::Accepted)
+                .map(|axis| axis.normalised().clamp(-MOST_SIGMAS, MOST_SIGMAS))
+        };
+        let level = accepted(Channel::VelocityNorth).zip(accepted(Channel::VelocityEast));
+        let before = core::mem::replace(&mut self.last, level.map(|(n, e)| (time, [n, e])));
+        let soon = |then: Time| Some(time - then).filter(|s| (0.0..LONGEST_S).contains(s));
+        if let (Some((north, east)), Some((then, last))) = (level, before)
+            && let Some(interval_s) = soon(then)
+        {
+            let alike = north * last[0] + east * last[1];
+            self.of_late[0] += (interval_s / STEP_S).min(1.0) * (alike - self.of_late[0]);
+            let share = RATE * interval_s.min(1.0);
+            self.learned =
+                (self.learned * (1.0 + share * (alike - USUAL))).clamp(1.0, BY_CHANCE * MOST);
+        }
+        let down = accepted(Channel::VelocityDown);
+        let last = core::mem::replace(&mut self.last_down, down.map(|down| (time, down)));
+        if let (Some(down), Some((then, last))) = (down, last)
+            && let Some(interval_s) = soon(then)
+        {
+            // A receiver's vertical velocity errs slowly too; its height then says otherwise.
+            let borne_out =
+                find(Channel::PositionDown).is_some_and(|height| height.innovation * down > 0.0);
+            let alike = if borne_out { down * last } else { 0.0 };
+            self.of_late[1] += (interval_s / STEP_S).min(1.0) * (alike - self.of_late[1]);
+        }
+        let [level, down] = self.of_late.map(|of_late| of_late > STEP);
+        for (of_late, stepped) in self.of_late.iter_mut().zip([level, down]) {
+            if stepped {
+                *of_late = 0.0;
             }
         }
-        let [Some(north), Some(east)] = now else {
-            self.last = None;
+        let refused = |channel| {
+            find(channel)
+                .filter(|axis| axis.verdict == Verdict::Rejected)
+                .map(Innovation::normalised)
+        };
+        let refused = refused(Channel::VelocityNorth).zip(refused(Channel::VelocityEast));
+        let far =
+            self.grows_far(time, refused, before.is_some_and(|(then, _)| soon(then).is_some()));
+        Stepped { level, down, far }
+    }
+
+    /// Whether innovations that are refused grow, as a bias makes them: what a receiver does is there at a
+    /// stroke.
+    fn grows_far(&mut self, time: Time, refused: Option<(f64, f64)>, began: bool) -> bool {
+        let Some((north, east)) = refused else {
+            self.refused = None;
             return false;
         };
-        if let Some((then, last)) = self.last.replace((time, [north, east])) {
-            let interval_s = time - then;
-            if (0.0..LONGEST_S).contains(&interval_s) {
-                let alike = north * last[0] + east * last[1];
-                self.of_late += (interval_s / STEP_S).min(1.0) * (alike - self.of_late);
-                let share = RATE * interval_s.min(1.0);
-                self.learned =
-                    (self.learned * (1.0 + share * (alike - USUAL))).clamp(1.0, BY_CHANCE * MOST);
-            }
+        let size = libm::hypot(north, east);
+        let Some((since, first)) = self.refused else {
+            self.refused = began.then_some((time, size));
+            return false;
+        };
+        let grown = time - since >= GROWING_S && size >= GROWN * first;
+        if grown {
+            self.refused = Some((time, size));
         }
-        let stepped = self.of_late > STEP;
-        if stepped {
-            self.of_late = 0.0;
-        }
-        stepped
+        grown
     }
 }

@@ -11,6 +11,7 @@ use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::prediction::{ImuFault, Prediction, ResetCause};
+use super::process::MOST_HIDDEN_RAD;
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
@@ -70,6 +71,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) heading_doubt_rad: f64,
     /// When what gives the heading last disagreed with a heading that was turned against it.
     pub(super) heading_distrusted: Option<Time>,
+    /// When a gap last hid where the attitude went, until one is measured.
+    pub(super) attitude_lost: Option<Time>,
     pub(super) baro_offset_m: Option<f64>,
     pub(super) ground: Ground,
     pub(super) antenna_heading: AntennaHeadingMemory,
@@ -113,6 +116,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             heading_wander: (config.attitude.heading_wander_rad, config.attitude.wander_time_s),
             heading_doubt_rad: 0.0,
             heading_distrusted: None,
+            attitude_lost: None,
             baro_offset_m: None,
             ground: Ground::UNKNOWN,
             antenna_heading: AntennaHeadingMemory::NONE,
@@ -138,6 +142,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.attitude_used = None;
         self.heading_doubt_rad = 0.0;
         self.heading_distrusted = None;
+        self.attitude_lost = None;
         self.baro_offset_m = None;
         self.ground = Ground::UNKNOWN;
         self.antenna_heading = AntennaHeadingMemory::NONE;
@@ -347,6 +352,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let transition = self.coasting(interval_s);
         self.propagate(&transition, trace);
+        if interval_s.wide() * self.config.imu.gap_rate_radps >= MOST_HIDDEN_RAD {
+            self.attitude_lost = Some(time);
+        }
         self.history.clear();
         self.history.coast(time, interval_s, rotation_rad);
         self.samples.force_sum.add(Vector::ZERO, false);

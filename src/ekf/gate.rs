@@ -4,7 +4,7 @@
 //! ever. How the refusals began tells the two apart:
 //!
 //! - Positions that agreed until one jumped away from the inertial path, while velocity goes on
-//!   agreeing: the sensor is at fault, for no vehicle and no filter moves like that. They are refused
+//!   agreeing, leaning to no side: the sensor is at fault, for no vehicle and no filter moves like that. They are refused
 //!   for as long as [`GateConfig::fault_s`](super::GateConfig::fault_s).
 //! - Fixes that disagree after an absence, after trouble with the inertial samples, or after a series
 //!   of innovations that were too large already: the filter is lost. It is reopened as soon as
@@ -53,8 +53,10 @@ impl Group {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
-    /// Until when the filter itself is in doubt.
+    /// Until when the inertial samples' trouble puts the filter itself in doubt.
     doubted_until: Time,
+    /// Until when a velocity that had to be reopened does.
+    lost_until: Time,
     /// Until when a heading that was found or replaced has yet to prove itself.
     unproven_until: Time,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
@@ -99,12 +101,12 @@ impl Gate {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GpsGates {
     gates: [Gate; Group::GPS],
-    doubted_until: Time,
+    lost_until: Time,
 }
 
 impl GpsGates {
     /// Gates that have seen nothing.
-    pub const NONE: Self = Self { gates: [Gate::NONE; Group::GPS], doubted_until: NEVER };
+    pub const NONE: Self = Self { gates: [Gate::NONE; Group::GPS], lost_until: NEVER };
 }
 
 /// Fewer refusals than this never reopen, however far apart they are.
@@ -137,6 +139,7 @@ impl Gates {
     pub const NONE: Self = Self {
         gates: [Gate::NONE; Group::COUNT],
         doubted_until: NEVER,
+        lost_until: NEVER,
         unproven_until: NEVER,
         astray: false,
     };
@@ -156,14 +159,24 @@ impl Gates {
         time < self.doubted_until
     }
 
+    /// Whether a velocity was reopened of late, which leaves innovations that are alike for a while.
+    pub fn were_reopened(&self, time: Time) -> bool {
+        time < self.lost_until
+    }
+
     /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
     pub fn set_astray(&mut self, astray: bool) {
         self.astray = astray;
     }
 
+    /// Whether it has.
+    pub fn are_astray(&self) -> bool {
+        self.astray
+    }
+
     /// The gates of the GPS.
     pub fn gps(&self) -> GpsGates {
-        let mut gps = GpsGates { doubted_until: self.doubted_until, ..GpsGates::NONE };
+        let mut gps = GpsGates { lost_until: self.lost_until, ..GpsGates::NONE };
         for (to, from) in gps.gates.iter_mut().zip(&self.gates) {
             *to = *from;
         }
@@ -172,7 +185,7 @@ impl Gates {
 
     /// Puts the gates of the GPS back.
     pub fn set_gps(&mut self, gps: &GpsGates) {
-        self.doubted_until = gps.doubted_until;
+        self.lost_until = gps.lost_until;
         for (to, from) in self.gates.iter_mut().zip(&gps.gates) {
             *to = *from;
         }
@@ -223,10 +236,12 @@ impl Gates {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.agrees(Group::Baro, time);
-        let doubted = self.doubts_filter(time) || time < self.unproven_until;
+        let doubted =
+            self.doubts_filter(time) || self.were_reopened(time) || time < self.unproven_until;
         let velocity_agrees = match group {
             Group::HorizontalPosition => self.is_open(Group::HorizontalVelocity, time),
-            Group::VerticalPosition => self.is_open(Group::VerticalVelocity, time),
+            // One that leans is on its way to where the height is.
+            Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
             _ => false,
         };
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
@@ -252,7 +267,7 @@ impl Gates {
             *gate = Gate { accepted: time, was_open: true, ..Gate::NONE };
             if matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
                 // A filter that was lost in velocity is lost in position too.
-                self.doubt_filter(time);
+                self.lost_until = time + DOUBT_S;
             }
         }
         reopens

@@ -59,6 +59,12 @@ impl<T: Scalar> Suspicion<T> {
         }
     }
 
+    /// Whether it hides how the vehicle turned or what was felt: a gyro at full scale, an axis that is stuck.
+    #[must_use]
+    pub(crate) fn hides_motion(&self) -> bool {
+        self.stuck || self.gyro_clipped.contains(&true)
+    }
+
     /// Whether any sensor stands at its full scale.
     #[must_use]
     pub fn is_clipped(&self) -> bool {

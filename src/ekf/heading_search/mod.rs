@@ -139,7 +139,7 @@ impl<T: Scalar> HeadingSearch<T> {
             Ok::<(), ImuFault>(())
         })?;
         match verdict {
-            Ok(Prediction::Stepped) => {
+            Ok(Prediction::Stepped) if !self.filter.samples.suspicion.hides_motion() => {
                 let interval_s = sample.time.seconds_since(before);
                 let mean = sample.motion.cast().mean_rates(interval_s);
                 let errors = self.filter.imu_errors();

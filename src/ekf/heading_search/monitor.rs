@@ -49,6 +49,9 @@ const DOUBTED_SIGMAS: f64 = 2.5;
 /// For at least this long, s, and so many fixes.
 const WRONG_S: f64 = 5.0;
 const WRONG_FIXES: u8 = 4;
+/// What not even the best guess is within, as a squared normalised innovation (five one-sigmas), no heading
+/// explains: the receiver or the inertial unit errs, and the guesses begin anew.
+const UNEXPLAINED: f64 = 25.0;
 /// Fixes further apart than this, s, begin anew.
 const LONGEST_S: f64 = 5.0;
 
@@ -138,14 +141,15 @@ impl<T: Scalar> Guess<T> {
         self.state[1] += change[1];
     }
 
-    /// Takes in a velocity; gives the squared innovations and the logarithms of their variances.
-    fn update(&mut self, velocity_mps: [T; 2], variance: T) -> T {
-        let mut surprise = T::ZERO;
+    /// Takes in a velocity; gives the squared normalised innovations, and the logarithms of their variances.
+    fn update(&mut self, velocity_mps: [T; 2], variance: T) -> [T; 2] {
+        let [mut squares, mut logarithms] = [T::ZERO; 2];
         for (axis, measured) in velocity_mps.into_iter().enumerate() {
             let seen: [T; STATES] = core::array::from_fn(|state| self.covariance[state][axis]);
             let total = seen[axis] + variance;
             let innovation = measured - self.state[axis];
-            surprise += square(innovation) / total + total.ln();
+            squares += square(innovation) / total;
+            logarithms += total.ln();
             for row in 0..STATES {
                 self.state[row] += seen[row] / total * innovation;
                 for column in 0..STATES {
@@ -153,7 +157,7 @@ impl<T: Scalar> Guess<T> {
                 }
             }
         }
-        surprise
+        [squares, logarithms]
     }
 
     /// Whether rounding has left it a covariance.
@@ -209,9 +213,16 @@ impl<T: Scalar> Monitor<T> {
         let [_, share] = information_shares(fix, gps, interval_s.clamp(0.05, 10.0));
         let variance = square(T::of(sigma_mps));
         let mut surprises = [0.0; SECTORS];
+        let mut least_squares = f64::INFINITY;
         for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
             guess.predict([felt_mps[0], felt_mps[1]], felt_s);
-            *surprise = share * guess.update(velocity_mps.map(T::of), variance).wide();
+            let [squares, logarithms] = guess.update(velocity_mps.map(T::of), variance);
+            *surprise = share * (squares + logarithms).wide();
+            least_squares = least_squares.min(squares.wide());
+        }
+        if least_squares > UNEXPLAINED {
+            self.begin(fix.time, velocity_mps, sigma_mps);
+            return;
         }
         if !self.guesses.iter().all(Guess::is_sound) {
             self.restart(self.body_to_level);

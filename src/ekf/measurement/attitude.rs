@@ -57,8 +57,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.attitude_used = Some(time);
         let wander_rad = self.heading_wander_rad(model.heading_wander_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
-        let heading_off = reference.heading_rad() - self.state.body_to_ned.heading_rad();
         let wander: Vector<Ned, T> = self.block(first).into();
+        let off =
+            |filter: &Self| (reference * filter.state.body_to_ned.inverse()).rotation_vector();
+        let lost = self.takes_attitude(time).then(|| off(self));
+        if let Some(off) = lost {
+            self.take_attitude(off - wander, ATTITUDE, trace);
+        }
+        let heading_off = reference.heading_rad() - self.state.body_to_ned.heading_rad();
         let heading_off = wrap_angle(heading_off - wander.z());
         let trusts_heading = self.trusts_heading(time, heading_off.wide());
         // A heading that is far off would turn what the reference says of the tilt.
@@ -79,6 +85,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             sensitivity.add_block(ATTITUDE, seen);
             sensitivity.add_block(first, direction);
         }
-        Ok(self.update_sequentially(time, &scalars, trace))
+        let mut report = self.update_sequentially(time, &scalars, trace);
+        if let Some(off) = lost {
+            report.was_taken(|axis| off.dot(axes[axis].2.into()).wide());
+        }
+        Ok(report)
     }
 }

@@ -1,6 +1,7 @@
 //! GPS: position and velocity of the antenna, at the time the fix holds.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
+use super::super::excess::Stepped;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::history::LookBack;
@@ -94,8 +95,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut report = self.update_sequentially(fix.time, &axes, trace);
         self.learn_gps(&report);
         // What clipping or a gap has left is in the velocity, and no step of a bias.
-        if self.excess.learn(fix.time, &report) && !self.gates.doubts_filter(fix.time) {
-            self.doubt_biases(trace);
+        let stepped = self.excess.learn(fix.time, &report);
+        let otherwise = self.gates.doubts_filter(fix.time)
+            || self.gates.are_astray()
+            || (self.gates.were_reopened(fix.time) && !stepped.far);
+        if stepped != Stepped::default() && !otherwise {
+            self.doubt_biases(stepped, trace);
             report.biases_doubted = true;
         }
         Ok(report)

@@ -50,7 +50,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
         let error = wrap_angle(T::of(declination_rad) - field.azimuth_rad());
-        let innovation = wrap_angle(error - self.estimate(first));
+        let off = wrap_angle(error - self.estimate(first));
+        let lost = self.takes_attitude(time);
+        if lost {
+            self.take_attitude(Vector::new(T::ZERO, T::ZERO, off), ATTITUDE + 2, trace);
+        }
+        let innovation = if lost { T::ZERO } else { off };
         let mut axes = [None; 6];
         axes[0] = self.trusts_heading(time, innovation.wide()).then(|| ScalarMeasurement {
             channel: Channel::Yaw,
@@ -59,6 +64,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             noise: square(T::of(model.noise_rad)),
             sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE).with(first, T::ONE),
         });
-        Ok(self.update_sequentially(time, &axes, trace))
+        let mut report = self.update_sequentially(time, &axes, trace);
+        if lost {
+            report.was_taken(|_| off.wide());
+        }
+        Ok(report)
     }
 }

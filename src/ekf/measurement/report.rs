@@ -73,6 +73,13 @@ impl Report {
             .sum()
     }
 
+    /// Notes that the filter was opened for it, each axis by as much as it was `off`.
+    pub(super) fn was_taken(&mut self, off: impl Fn(usize) -> f64) {
+        for (number, axis) in self.axes.iter_mut().flatten().enumerate() {
+            (axis.innovation, axis.verdict) = (off(number), Verdict::Reopened);
+        }
+    }
+
     pub(super) fn push(&mut self, innovation: Innovation) {
         if let Some(slot) = self.axes.iter_mut().find(|slot| slot.is_none()) {
             *slot = Some(innovation);

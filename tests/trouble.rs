@@ -1,0 +1,64 @@
+//! Faults of a sensor that once turned the filter away from what was right: each flight of a campaign comes
+//! through.
+
+use std::path::Path;
+
+use hovernav_sim::faults::{Campaign, Flight, Outcome};
+
+/// The flights with one fault, fifteen times each.
+fn outcomes(flight: Flight, fault: &str) -> Vec<Outcome> {
+    let cells = vec![vec![fault.parse().unwrap()]];
+    let outcomes = Campaign { flights: vec![flight], cells, seeds: 15 }.run(|| {}).unwrap();
+    outcomes.into_iter().filter(|outcome| !outcome.faults.is_empty()).collect()
+}
+
+fn heli_hover() -> Flight {
+    Flight::Dataset(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover")).into())
+}
+
+/// What a measure comes to at most, over the runs.
+fn worst(outcomes: &[Outcome], measure: impl Fn(&Outcome) -> f64) -> f64 {
+    let worst = outcomes.iter().map(measure).fold(0.0, f64::max);
+    println!("{}: {worst:.2}", outcomes[0].faults);
+    worst
+}
+
+#[test]
+fn after_a_gap_the_units_own_attitude_is_taken_whatever_the_vehicle_has_done_in_it() {
+    for gap in ["gap=10", "gap=30"] {
+        let cost_of_yaw = |outcome: &Outcome| outcome.measures.cost[3];
+        // Headings by up to 180° wrong until the end cost 54 times.
+        assert!(worst(&outcomes(Flight::Simulated, gap), cost_of_yaw) < 1.8);
+    }
+}
+
+#[test]
+fn a_yaw_gyro_that_sticks_in_a_turn_turns_nobody_against_the_heading() {
+    for flight in [heli_hover(), Flight::Simulated] {
+        let outcomes = outcomes(flight, "stuck=gz@:5");
+        assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < 30.0);
+    }
+}
+
+#[test]
+fn a_receiver_whose_velocity_runs_away_with_its_place_turns_no_heading() {
+    for flight in [heli_hover(), Flight::Simulated] {
+        let outcomes = outcomes(flight, "glitch-follow=5");
+        assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < 10.0);
+    }
+}
+
+#[test]
+fn an_accelerometer_that_steps_on_the_vertical_axis_is_found_by_the_vertical_velocity() {
+    let outcomes = outcomes(Flight::Simulated, "accel-bias=0.3");
+    // The height was refused for a minute, 117 m off.
+    assert!(worst(&outcomes, |outcome| outcome.measures.pulled_m) < 5.0);
+    assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 2.5);
+}
+
+#[test]
+fn a_gyro_whose_bias_steps_by_seven_sigmas_is_taken_in() {
+    let outcomes = outcomes(heli_hover(), "gyro-bias=2");
+    assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 5.0);
+    assert!(worst(&outcomes, |outcome| outcome.measures.tilt_rmse_deg) < 5.0);
+}
