@@ -9,6 +9,7 @@ mod translate;
 
 use std::collections::BTreeMap;
 
+use hovernav::telemetry::Sequence;
 use mavlink::dialects::common::{MavAutopilot, MavMessage};
 use mavlink::{MavlinkVersion, Message as _};
 
@@ -18,8 +19,6 @@ use translate::Translator;
 
 /// Messages that nobody here knows, of which the layout is remembered.
 const STRANGERS: usize = 256;
-/// A message that comes after so many of those sent later was only held up.
-const HELD_UP: u8 = 16;
 /// Heartbeats of another autopilot, with none of ours in between, after which that one is heard.
 const GONE: u8 = 5;
 
@@ -57,14 +56,14 @@ struct Vehicle {
     is_autopilot: bool,
     /// Heartbeats of other autopilots since its last message.
     others: u8,
-    before: Option<u8>,
+    sequence: Sequence,
     translator: Translator,
 }
 
 impl Vehicle {
     fn new(sender: (u8, u8), is_autopilot: bool) -> Self {
         let translator = Translator::default();
-        Self { sender, is_autopilot, others: 0, before: None, translator }
+        Self { sender, is_autopilot, others: 0, sequence: Sequence::default(), translator }
     }
 }
 
@@ -162,14 +161,8 @@ impl Decoder {
         };
         vehicle.others = 0;
         self.counts.messages += 1;
-        let gap = vehicle.before.map_or(0, |it| frame.sequence.wrapping_sub(it).wrapping_sub(1));
-        if gap > u8::MAX - HELD_UP {
-            // It was taken for missing when a later one overtook it.
-            self.counts.missing = self.counts.missing.saturating_sub(1);
-        } else {
-            self.counts.missing += u64::from(gap);
-            vehicle.before = Some(frame.sequence);
-        }
+        vehicle.sequence.hear(frame.sequence);
+        self.counts.missing = vehicle.sequence.missing();
         true
     }
 }

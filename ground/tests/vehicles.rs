@@ -1,11 +1,15 @@
 //! Vehicles of other makers: a real one's stream, and what makers do that this project does not.
 
+mod common;
+
 use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
+use common::browser::{Browser, chromium};
+use common::serve;
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::lamps::{Light, control, lamps};
@@ -126,6 +130,28 @@ fn its_stream_is_heard_by_udp_in_real_time() {
     assert!(rolls.len() > 7 && rolls.iter().all(|roll| (roll + 88.1).abs() < 0.1), "{rolls:?}");
     // Nothing was said to it: MAVLink knows no `#`.
     assert!(vehicle.recv(&mut [0; 16]).is_err());
+}
+
+#[test]
+fn the_page_names_its_mode_and_says_that_it_is_not_armed() {
+    let (Some(frames), Some(chromium)) = (recorded(), chromium()) else { return };
+    let served = serve(None);
+    let mut page = Browser::open(&chromium, &format!("http://{}/", served.address), 1400, 950);
+    page.wait("document.querySelectorAll('#plots .plot canvas').length === 6");
+    let (start_s, first_s) = (now_s(), frames[0].0);
+    for (time_s, frame) in frames.iter().take_while(|(time_s, _)| time_s - first_s < 6.0) {
+        let wait_s = (start_s + time_s - first_s - now_s()).max(0.0);
+        thread::sleep(Duration::from_secs_f64(wait_s));
+        lock(&served.station).receive(frame, now_s());
+    }
+    page.wait("document.getElementById('flies').textContent === 'MANUAL'");
+    page.wait("document.getElementById('lamps').innerText.includes('not armed')");
+    page.wait("document.getElementById('angles').textContent.startsWith('roll -88.1')");
+    page.wait("document.getElementById('link').textContent.includes('0 lost, 0 damaged')");
+    page.keep("mavlink");
+    page.key("2");
+    page.wait("document.getElementById('ready').textContent === 'not told'");
+    assert!(page.said.is_empty(), "{:?}", page.said);
 }
 
 /// One sender of MAVLink 2.
