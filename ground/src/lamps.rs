@@ -87,7 +87,7 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
         let (limit, unit) = (CHANNELS[id as usize].alarm.1, CHANNELS[id as usize].unit);
         let size = value(id);
         let why = match (size.is_nan(), good) {
-            (true, true) => "good enough to fly by".to_owned(),
+            (true, true) => "its estimator says so".to_owned(),
             (true, false) => "no estimate".to_owned(),
             (false, true) => format!("one-sigma {}", said(size, 2, unit)),
             _ if size > limit => {
