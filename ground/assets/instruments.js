@@ -194,6 +194,9 @@ function stroke(context, points) {
 }
 
 export function angles(node) {
-  const [roll, pitch, yaw, height] = ["roll_deg", "pitch_deg", "yaw_deg", "height_m"].map((name) => told(name, now.get(name)));
-  write(node, `roll ${roll}°  pitch ${pitch}°  heading ${yaw}°  height ${height} m`);
+  const of = (name) => told(name, now.get(name));
+  const [roll, pitch, yaw] = ["roll_deg", "pitch_deg", "yaw_deg"].map(of);
+  // Vehicles of other makers tell their altitude above sea level only.
+  const height = known(now.get("height_m")) || !known(now.get("altitude_m")) ? `height ${of("height_m")} m` : `altitude ${of("altitude_m")} m`;
+  write(node, `roll ${roll}°  pitch ${pitch}°  heading ${yaw}°  ${height}`);
 }

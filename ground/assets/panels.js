@@ -104,7 +104,7 @@ function control(state) {
   items(byId("states"), state.states, "");
   const none = state.mode === null;
   const closed = state.states.some((one) => one.includes("until it has been opened"));
-  write(byId("ready"), none ? "no autopilot heard" : closed ? "open the switch first" : state.refusals.length ? `refused: ${state.refusals.length === 1 ? "1 check fails" : `${state.refusals.length} checks fail`}` : "ready");
+  write(byId("ready"), none ? "not told" : closed ? "open the switch first" : state.refusals.length ? `refused: ${state.refusals.length === 1 ? "1 check fails" : `${state.refusals.length} checks fail`}` : "ready");
   byId("ready").className = `large ${none ? "unknown" : state.refusals.length ? "bad" : closed ? "care" : "good"}`;
   items(byId("refusals"), state.refusals, "");
 }

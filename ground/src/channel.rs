@@ -119,6 +119,8 @@ channels! {
         Latitude "lat_deg" "Latitude" "°" 8 -90 90;
         Longitude "lon_deg" "Longitude" "°" 8 -180 180;
         Height "height_m" "Height above ellipsoid" "m" 3 -1000 50000 sigma SigmaVertical;
+        Altitude "altitude_m" "Altitude above sea level" "m" 3 -1000 50000 sigma SigmaVertical;
+        AboveHome "above_home_m" "Height above home" "m" 3 -50000 50000 sigma SigmaVertical;
     }
     "Velocity" {
         VelE "vel_e_mps" "VelE, east" "m/s" 3 -400 400 sigma SigmaVelHorizontal;
@@ -195,6 +197,31 @@ channels! {
         Status "status_bits" "What works, bits" "" 0 0 65535;
         Control "control_bits" "Flight control, bits" "" 0 0 255;
         FailedChecks "failed_checks_bits" "Checks that fail, bits" "" 0 0 65535;
+        StatusKnown "status_known_bits" "What of that is told, bits" "" 0 0 65535;
+        BaseMode "mav_base_mode" "MAVLink's mode, bits" "" 0 0 255;
+        CustomMode "mav_custom_mode" "MAVLink's mode of the vehicle's own" "" 0 0 4294967295.0;
+        Autopilot "mav_autopilot" "MAVLink's kind of autopilot" "" 0 0 255;
+        VehicleKind "mav_type" "MAVLink's kind of vehicle" "" 0 0 255;
+    }
+    "Other vehicles" {
+        Radio1 "radio_1_ms" "Radio channel 1" "ms" 4 0 4;
+        Radio2 "radio_2_ms" "Radio channel 2" "ms" 4 0 4;
+        Radio3 "radio_3_ms" "Radio channel 3" "ms" 4 0 4;
+        Radio4 "radio_4_ms" "Radio channel 4" "ms" 4 0 4;
+        Radio5 "radio_5_ms" "Radio channel 5" "ms" 4 0 4;
+        Radio6 "radio_6_ms" "Radio channel 6" "ms" 4 0 4;
+        Radio7 "radio_7_ms" "Radio channel 7" "ms" 4 0 4;
+        Radio8 "radio_8_ms" "Radio channel 8" "ms" 4 0 4;
+        Output1 "output_1_ms" "Output 1" "ms" 4 0 4;
+        Output2 "output_2_ms" "Output 2" "ms" 4 0 4;
+        Output3 "output_3_ms" "Output 3" "ms" 4 0 4;
+        Output4 "output_4_ms" "Output 4" "ms" 4 0 4;
+        Output5 "output_5_ms" "Output 5" "ms" 4 0 4;
+        Output6 "output_6_ms" "Output 6" "ms" 4 0 4;
+        Output7 "output_7_ms" "Output 7" "ms" 4 0 4;
+        Output8 "output_8_ms" "Output 8" "ms" 4 0 4;
+        Battery "battery_v" "Battery" "V" 2 0 1000;
+        BatteryLeft "battery_pct" "Battery left" "%" 0 0 100 alarm 20 100;
     }
 }
 
@@ -240,6 +267,7 @@ mod tests {
                 "m/s" => "mps",
                 "°C" => "degc",
                 "%" => "pct",
+                "V" => "v",
                 "" | "σ" => "",
                 unit => unit,
             };

@@ -9,17 +9,27 @@ use crate::store::Store;
 /// A longer table is not written, rows.
 pub const LONGEST: usize = 500_000;
 
+/// A channel, and its values in order of time.
+pub type Column = (Id, Vec<Point>);
+
+/// A stretch of some channels, to be written when whoever holds the store goes on.
+#[must_use]
+pub fn columns(store: &Store, channels: &[Id], from_s: f64, to_s: f64) -> Vec<Column> {
+    let points = |id| store.series(id).between(from_s.next_down(), to_s).take(LONGEST + 1);
+    channels.iter().map(|&id| (id, points(id).collect())).collect()
+}
+
 /// The table's first column is `t_s`, seconds since the start of 1970, then one for each channel; an
 /// empty field is a value that did not come at that moment, or is not known. `None` where it would be
 /// longer than [`LONGEST`].
 #[must_use]
-pub fn table(store: &Store, channels: &[Id], from_s: f64, to_s: f64) -> Option<String> {
+pub fn table(columns: Vec<Column>) -> Option<String> {
     let mut text = String::from("t_s");
-    let mut left = Vec::with_capacity(channels.len());
-    for &id in channels {
+    let mut left = Vec::with_capacity(columns.len());
+    for (id, points) in columns {
         text.push(',');
         text.push_str(CHANNELS[id as usize].name);
-        left.push(store.series(id).between(from_s.next_down(), to_s).peekable());
+        left.push(points.into_iter().peekable());
     }
     text.push('\n');
     let mut rows = 0;
@@ -62,7 +72,7 @@ mod tests {
         ] {
             store.push(&Batch { time_s, values });
         }
-        let text = table(&store, &[Id::Pitch, Id::Roll], 1.0, 2.0).unwrap();
+        let text = table(columns(&store, &[Id::Pitch, Id::Roll], 1.0, 2.0)).unwrap();
         let expected = "t_s,pitch_deg,roll_deg\n1.000000,-2,1.5\n1.100000,,\n1.200000,3,\n";
         assert_eq!(text, expected);
     }

@@ -108,14 +108,15 @@ impl Decoder {
             }
         }
         if self.protocol != Some(Protocol::Frames) {
-            let protocol = &mut self.protocol;
             self.mavlink.receive(bytes, |said| {
-                *protocol = Some(Protocol::Mavlink);
                 arrived(match said {
                     Said::Values(time_s, values) => Arrived::Values(time_s, values),
                     Said::Text(level, text) => Arrived::Text(level, text),
                 });
             });
+            if self.mavlink.is_spoken {
+                self.protocol = Some(Protocol::Mavlink);
+            }
         }
     }
 

@@ -5,7 +5,7 @@ use hovernav::controls::{Channels, Sticks};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{Rotation, Vector};
 use hovernav::servo::{ChannelConfig, Swashplate};
-use hovernav::telemetry::{Snapshot, Supplement};
+use hovernav::telemetry::{Snapshot, StatusFlags, Supplement};
 
 use crate::channel::Id;
 
@@ -146,6 +146,7 @@ pub fn of_snapshot(snapshot: &Snapshot, rigging: &Rigging) -> Values {
         (LostFrames, count(drops.telemetry_frames)),
         (SystemMode, Some(f64::from(snapshot.mode.code()))),
         (Status, Some(f64::from(snapshot.status.bits()))),
+        (StatusKnown, Some(f64::from(StatusFlags::ALL.bits()))),
     ]);
     values
 }

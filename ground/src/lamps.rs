@@ -5,6 +5,7 @@ use hovernav::telemetry::{ControlFlags, StatusFlags};
 use serde::Serialize;
 
 use crate::channel::{CHANNELS, Id};
+use crate::mavlink::modes;
 
 /// How it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -40,82 +41,84 @@ fn said(value: f64, digits: usize, unit: &str) -> String {
     if value.is_nan() { "?".into() } else { format!("{value:.digits$} {unit}") }
 }
 
+/// What of the vehicle works, and what of that is known.
+fn statuses(value: &impl Fn(Id) -> f64) -> (StatusFlags, StatusFlags) {
+    let bits = |id| Some(value(id)).filter(|bits| !bits.is_nan()).map(|bits| bits as u16);
+    match (bits(Id::Status), bits(Id::StatusKnown)) {
+        (None, _) => (StatusFlags::default(), StatusFlags::default()),
+        // Records of before there was another vehicle than ours.
+        (Some(status), None) => (StatusFlags::from_bits(status), StatusFlags::ALL),
+        (Some(status), Some(known)) => {
+            (StatusFlags::from_bits(status), StatusFlags::from_bits(known))
+        }
+    }
+}
+
 /// The lamps, of values by channel, NaN of what is not known.
 #[must_use]
 pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
-    let bits = value(Id::Status);
-    if bits.is_nan() {
-        return [
-            "inertial unit",
-            "GPS",
-            "attitude",
-            "velocity",
-            "position",
-            "pilot",
-            "servos",
-            "loop",
-        ]
-        .map(|name| lamp(name, Light::Unknown, "nothing heard"))
-        .into();
-    }
-    let status = StatusFlags::from_bits(bits as u16);
-    let or = |good, light| if good { Light::Good } else { light };
-    let sigma = |id: Id, good: bool, light| {
-        let limit = CHANNELS[id as usize].alarm.1;
-        let unit = CHANNELS[id as usize].unit;
-        let size = value(id);
-        let why = if size.is_nan() {
-            "no estimate".to_owned()
-        } else if good {
-            format!("one-sigma {}", said(size, 2, unit))
-        } else if size > limit {
-            format!("one-sigma {}, at most {limit} {unit}", said(size, 2, unit))
-        } else {
-            format!("not to be flown by, one-sigma {}", said(size, 2, unit))
-        };
-        (or(good, light), why)
+    let (status, known) = statuses(&value);
+    let is_heard = known != StatusFlags::default() || !value(Id::BaseMode).is_nan();
+    let silent = if is_heard { "not told" } else { "nothing heard" };
+    let mut lamps = Vec::new();
+    let mut light = |name, known: bool, light, why: String| {
+        let unknown = || lamp(name, Light::Unknown, silent);
+        lamps.push(if known { lamp(name, light, why) } else { unknown() });
     };
-    let mut lamps = vec![lamp(
-        "inertial unit",
-        or(status.imu, Light::Bad),
-        if status.imu { "samples come" } else { "no samples that are believed" },
-    )];
+    let or = |good, light| if good { Light::Good } else { light };
+    let either = |good: bool, yes: &str, no: &str| if good { yes.into() } else { no.into() };
+
+    if let Some((is_armed, why)) = arming(&value, status, known) {
+        light("arming", true, or(is_armed, Light::Care), why.into());
+    }
+    let why = either(status.imu, "samples come", "no samples that are believed");
+    light("inertial unit", known.imu, or(status.imu, Light::Bad), why);
+    let fix = value(Id::GpsFix);
     let kinds =
         ["no receiver", "no fix", "2D fix", "3D fix", "differential fix", "RTK float", "RTK fixed"];
-    let kind = kinds.get(value(Id::GpsFix) as usize).copied().unwrap_or("unknown fix");
+    let kind = kinds.get(fix as usize).copied().unwrap_or("unknown fix");
     let age = said(value(Id::GpsAge), 1, "s");
     let satellites = said(value(Id::Satellites), 0, "satellites");
-    lamps.push(lamp("GPS", or(status.gps, Light::Bad), format!("{kind}, {satellites}, {age} old")));
-    let (light, why) = sigma(Id::SigmaTilt, status.attitude, Light::Bad);
-    lamps.push(lamp("attitude", light, why));
-    let (light, why) = sigma(Id::SigmaHeading, status.heading, Light::Care);
-    lamps.push(lamp("heading", light, why));
-    let (light, why) = sigma(Id::SigmaVelHorizontal, status.velocity, Light::Care);
-    lamps.push(lamp("velocity", light, why));
-    let (light, why) = sigma(Id::SigmaHorizontal, status.position, Light::Care);
-    lamps.push(lamp("position", light, why));
-    lamps.push(match (status.receiver_failsafe, status.pilot_signal) {
-        (true, _) => lamp("pilot", Light::Bad, "the receiver has lost the transmitter"),
-        (_, true) => lamp("pilot", Light::Good, "pulses are fresh"),
-        _ => lamp("pilot", Light::Bad, "no fresh pulses"),
-    });
-    lamps.push(lamp(
-        "servos",
-        or(status.servos, Light::Bad),
-        if status.servos { "take what they are sent" } else { "do not take what they are sent" },
-    ));
-    lamps.push(lamp(
-        "record aboard",
-        or(status.recorder, Light::Care),
-        if status.recorder { "the flight is being recorded" } else { "the flight is not recorded" },
-    ));
-    let overruns = value(Id::Overruns);
+    let is_good = if known.gps { status.gps } else { fix >= 3.0 };
+    let why = format!("{kind}, {satellites}, {age} old");
+    light("GPS", known.gps || !fix.is_nan(), or(is_good, Light::Bad), why);
+
+    let mut estimate = |name, known, good, id: Id, otherwise| {
+        let (limit, unit) = (CHANNELS[id as usize].alarm.1, CHANNELS[id as usize].unit);
+        let size = value(id);
+        let why = match (size.is_nan(), good) {
+            (true, true) => "its estimator says so".to_owned(),
+            (true, false) => "no estimate".to_owned(),
+            (false, true) => format!("one-sigma {}", said(size, 2, unit)),
+            _ if size > limit => {
+                format!("one-sigma {}, at most {limit} {unit}", said(size, 2, unit))
+            }
+            _ => format!("not to be flown by, one-sigma {}", said(size, 2, unit)),
+        };
+        light(name, known, or(good, otherwise), why);
+    };
+    use Light::{Bad, Care};
+    estimate("attitude", known.attitude, status.attitude, Id::SigmaTilt, Bad);
+    estimate("heading", known.heading, status.heading, Id::SigmaHeading, Care);
+    estimate("velocity", known.velocity, status.velocity, Id::SigmaVelHorizontal, Care);
+    estimate("position", known.position, status.position, Id::SigmaHorizontal, Care);
+
+    let is_lost = status.receiver_failsafe;
+    let why = match (is_lost, status.pilot_signal) {
+        (true, _) => "the receiver has lost the transmitter",
+        (_, true) => "pulses are fresh",
+        _ => "no fresh pulses",
+    };
+    let is_good = status.pilot_signal && !is_lost;
+    light("pilot", known.pilot_signal, or(is_good, Light::Bad), why.into());
+    let why = either(status.servos, "take what they are sent", "do not take what they are sent");
+    light("servos", known.servos, or(status.servos, Light::Bad), why);
+    let why = either(status.recorder, "the flight is being recorded", "the flight is not recorded");
+    light("record aboard", known.recorder, or(status.recorder, Light::Care), why);
+    let overruns = said(value(Id::Overruns), 0, "");
     let longest = said(value(Id::LongestWork), 1, "ms");
-    lamps.push(lamp(
-        "loop",
-        or(status.on_time, Light::Care),
-        format!("{} cycles late, the longest {longest} of work", said(overruns, 0, "").trim()),
-    ));
+    let why = format!("{} cycles late, the longest {longest} of work", overruns.trim());
+    light("loop", known.on_time, or(status.on_time, Light::Care), why);
     let fence = value(Id::FenceShare);
     if !fence.is_nan() {
         let light = if fence >= 100.0 {
@@ -130,11 +133,32 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
     lamps
 }
 
+/// Whether the vehicle is armed, and in words; `None` where it does not say.
+fn arming(
+    value: &impl Fn(Id) -> f64,
+    status: StatusFlags,
+    known: StatusFlags,
+) -> Option<(bool, &'static str)> {
+    const SAFETY_ARMED: u8 = 0b1000_0000;
+    let mode = value(Id::BaseMode);
+    if !mode.is_nan() {
+        let is_armed = mode as u8 & SAFETY_ARMED != 0;
+        return Some((is_armed, if is_armed { "armed" } else { "not armed" }));
+    }
+    let servos = [Id::ServoCollective, Id::ServoLongitudinal, Id::ServoLateral, Id::ServoPedal];
+    let is_driven = servos.iter().any(|id| !value(*id).is_nan());
+    known.servos.then_some(match (is_driven, status.servos) {
+        (true, true) => (true, "armed: the servos are driven"),
+        (true, false) => (false, "not armed: the servos do not take what they are sent"),
+        (false, _) => (false, "not armed: nothing is sent to the servos"),
+    })
+}
+
 /// Flight control: who flies, why, and what would refuse engagement now.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Control {
-    /// Who flies.
-    pub flies: &'static str,
+    /// Who flies; of another project's vehicle its mode.
+    pub flies: String,
     /// What the autopilot is doing; `None` where there is no autopilot.
     pub mode: Option<&'static str>,
     /// What holds now, in words.
@@ -152,8 +176,12 @@ pub fn control(value: impl Fn(Id) -> f64) -> Control {
         let number = value(id);
         (number >= 0.0).then_some(number as usize)
     };
-    let flies =
-        place(Id::SystemMode).and_then(|mode| modes.get(mode).copied()).unwrap_or("unknown");
+    let other = || {
+        let kind = [Id::Autopilot, Id::VehicleKind].map(|id| place(id).unwrap_or(0) as u8);
+        Some(modes::name(kind[0], kind[1], u32::try_from(place(Id::CustomMode)?).ok()?))
+    };
+    let own = place(Id::SystemMode).and_then(|mode| Some((*modes.get(mode)?).to_owned()));
+    let flies = own.or_else(other).unwrap_or_else(|| "unknown".into());
     let mode = place(Id::AutopilotMode).and_then(|mode| Some(Mode::ALL.get(mode)?.name()));
     let flags = ControlFlags::from_bits(place(Id::Control).unwrap_or(0) as u8);
     let states = [
@@ -201,6 +229,24 @@ mod tests {
     }
 
     #[test]
+    fn what_a_vehicle_does_not_tell_is_no_fault_of_its() {
+        let own = |id| match id {
+            Id::Status => f64::from(StatusFlags { attitude: true, ..Default::default() }.bits()),
+            Id::StatusKnown => {
+                let known = StatusFlags { attitude: true, position: true, ..Default::default() };
+                f64::from(known.bits())
+            }
+            Id::BaseMode => 0x51.into(),
+            _ => f64::NAN,
+        };
+        let lamps = lamps(own);
+        let of = |name| lamps.iter().find(|lamp| lamp.name == name).unwrap();
+        assert_eq!((of("pilot").light, of("pilot").why.as_str()), (Light::Unknown, "not told"));
+        assert_eq!((of("attitude").light, of("position").light), (Light::Good, Light::Care));
+        assert_eq!(of("arming").why, "not armed");
+    }
+
+    #[test]
     fn what_refuses_engagement_is_named() {
         let value = |id| match id {
             Id::SystemMode => 3.0,
@@ -210,7 +256,7 @@ mod tests {
             _ => f64::NAN,
         };
         let control = control(value);
-        assert_eq!((control.flies, control.mode), ("the pilot", Some("manual")));
+        assert_eq!((control.flies.as_str(), control.mode), ("the pilot", Some("manual")));
         assert_eq!(control.refusals, ["age of the last fix, s", "servos"]);
         assert_eq!(control.states, ["the switch is closed"]);
     }

@@ -9,6 +9,9 @@ pub type Point = (f64, f64);
 const GAP_PERIODS: f64 = 3.0;
 /// The shortest and the longest time without a value that is a gap, s.
 const GAP_S: (f64, f64) = (0.25, 3.0);
+/// A channel that has sent nothing for so many of its usual periods, and for so long, s, is silent.
+const SILENT_PERIODS: f64 = 4.0;
+const SILENT_S: f64 = 2.0;
 /// Values that there is room for at first.
 const LEAST: usize = 256;
 /// Share of the newest period in the usual one.
@@ -69,16 +72,22 @@ impl Series {
         self.points.push_back(point);
     }
 
-    /// The newest value that is no gap.
+    /// The newest value; none in a gap, or where at `now_s` the channel has long been silent.
     #[must_use]
-    pub fn latest(&self) -> Option<Point> {
-        self.points.back().copied().filter(|(_, value)| !value.is_nan())
+    pub fn latest(&self, now_s: f64) -> Option<Point> {
+        let longest_s = (SILENT_PERIODS * self.period_s).max(SILENT_S);
+        let &(last_s, value) = self.points.back()?;
+        (now_s - last_s <= longest_s && !value.is_nan()).then_some((last_s, value))
     }
 
-    /// The value at `time_s`: the last that is not later, none in a gap or before the first.
+    /// The value at `time_s`: the last that is not later, none in a gap, before the first or long after
+    /// the last.
     #[must_use]
     pub fn at(&self, time_s: f64) -> Option<f64> {
         let after = self.points.partition_point(|&(other_s, _)| other_s <= time_s);
+        if after == self.points.len() {
+            return self.latest(time_s).map(|(_, value)| value);
+        }
         let &(_, value) = self.points.get(after.checked_sub(1)?)?;
         Some(value).filter(|value| !value.is_nan())
     }
@@ -226,7 +235,19 @@ mod tests {
         }
         assert_eq!(series.points.len(), 1000);
         assert!(!series.push(1.0, 0.0) && !series.push(f64::NAN, 0.0));
-        assert_eq!(series.latest().unwrap().0, 99_999.0 / 33.0);
+        assert_eq!(series.latest(99_999.0 / 33.0).unwrap().0, 99_999.0 / 33.0);
+    }
+
+    #[test]
+    fn a_channel_that_falls_silent_has_no_value_any_more() {
+        let series = at_33_hz(100, |_| 1.0);
+        assert_eq!(series.at(4.0), Some(1.0));
+        assert_eq!((series.at(6.0), series.latest(6.0)), (None, None));
+        let mut slow = Series::new(100);
+        for k in 0..50 {
+            slow.push(f64::from(k), 1.0);
+        }
+        assert_eq!((slow.at(52.0), slow.at(56.0)), (Some(1.0), None));
     }
 
     #[test]

@@ -65,7 +65,9 @@ pub struct Station {
     recorder: Option<Recorder>,
     link: LinkState,
     last_frame_s: Option<f64>,
-    last_vehicle_s: Option<f64>,
+    /// By how much the last frame that told its time came after the moment it was true, s; zero for the
+    /// fastest.
+    behind_s: f64,
     silent: bool,
     /// Counts a second ago, and when that was.
     before: (f64, Counts),
@@ -83,7 +85,7 @@ impl Station {
             recorder: None,
             link: LinkState { name: link.to_owned(), wanted: true, ..LinkState::default() },
             last_frame_s: None,
-            last_vehicle_s: None,
+            behind_s: 0.0,
             silent: true,
             before: (0.0, Counts::default()),
         }
@@ -106,10 +108,10 @@ impl Station {
     }
 
     fn values(&mut self, vehicle_s: Option<f64>, values: &[(Id, Option<f64>)], arrival_s: f64) {
-        let time_s = match vehicle_s.or(self.last_vehicle_s) {
+        let time_s = match vehicle_s {
             Some(vehicle_s) => {
                 let placed = self.clock.place(vehicle_s, arrival_s);
-                self.last_vehicle_s = Some(vehicle_s);
+                self.behind_s = arrival_s - placed.time_s;
                 self.link.late += u64::from(placed.is_late);
                 self.link.delay_s = placed.delay_s;
                 if placed.jumped {
@@ -121,7 +123,7 @@ impl Station {
                 }
                 placed.time_s
             }
-            None => arrival_s,
+            None => arrival_s - self.behind_s,
         };
         let plausible =
             |&(id, value): &(Id, Option<f64>)| (id, CHANNELS[id as usize].plausible(value));

@@ -113,10 +113,11 @@ impl Store {
         &self.series[id as usize]
     }
 
-    /// The newest value of a channel; NaN where it is not known.
+    /// The newest value of a channel; NaN where it is not known, or was not sent for long while others were.
     #[must_use]
     pub fn latest(&self, id: Id) -> f64 {
-        self.series(id).latest().map_or(f64::NAN, |(_, value)| value)
+        let now_s = self.span.map_or(f64::NEG_INFINITY, |(_, to_s)| to_s);
+        self.series(id).latest(now_s).map_or(f64::NAN, |(_, value)| value)
     }
 
     /// The value of a channel at a moment; NaN where it is not known.

@@ -63,6 +63,8 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     let vehicle = Vehicle::fly(Arc::clone(&served.station));
     let mut page = Browser::open(&chromium, &format!("http://{}/", served.address), 1400, 950);
     page.wait("document.querySelectorAll('#plots .plot canvas').length === 6");
+    let painted = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? null";
+    println!("first paint after {} ms", page.eval(painted));
 
     // Six channels, each found by a word or two, with the keyboard alone.
     let searches = ["roll rate", "velu", "pilot pedal", "satellites", "gauss z", "temperature"];

@@ -214,6 +214,10 @@ fn what_is_too_long_or_too_much_ends_the_connection_and_nothing_else() {
     }
     assert!((0..10_000).any(|_| flood.0.read().is_err()));
 
+    let mut pings = Client::connect(&served, "").unwrap();
+    let ended = (0..20_000).any(|_| pings.0.send(Message::Ping(vec![1; 100].into())).is_err());
+    assert!(ended || (0..10_000).any(|_| pings.0.read().is_err()));
+
     let mut binary = Client::connect(&served, "").unwrap();
     binary.0.send(Message::binary(vec![0xFF; 4000])).unwrap();
     binary.hear("tick");

@@ -10,6 +10,7 @@ use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
+use super::sequence::Sequence;
 use super::snapshot::{
     FixKind, GpsSummary, Innovations, Sigmas, Snapshot, StatusFlags, SystemMode,
 };
@@ -321,7 +322,7 @@ pub struct FrameCounts {
     pub frames: u64,
     /// Stretches between zeros that were no frame.
     pub damaged: u64,
-    /// Frames that the numbers of those delivered show to be missing, the damaged among them.
+    /// Frames that the numbers of those delivered show to be missing, the damaged among them: [`Sequence`].
     pub missing: u64,
 }
 
@@ -334,13 +335,14 @@ pub struct Decoder {
     stuffed: [u8; STUFFED],
     /// Bytes since the last zero, those that `stuffed` has no room for included.
     length: usize,
-    before: Option<u8>,
+    sequence: Sequence,
     counts: FrameCounts,
 }
 
 impl Default for Decoder {
     fn default() -> Self {
-        Self { stuffed: [0; STUFFED], length: 0, before: None, counts: FrameCounts::default() }
+        let (sequence, counts) = (Sequence::default(), FrameCounts::default());
+        Self { stuffed: [0; STUFFED], length: 0, sequence, counts }
     }
 }
 
@@ -376,9 +378,8 @@ impl Decoder {
             .and_then(unpack);
         match &result {
             Ok((sequence, _)) => {
-                let gap = |before: u8| sequence.wrapping_sub(before).wrapping_sub(1);
-                self.counts.missing += u64::from(self.before.map_or(0, gap));
-                self.before = Some(*sequence);
+                self.sequence.hear(*sequence);
+                self.counts.missing = self.sequence.missing();
                 self.counts.frames += 1;
             }
             Err(_) => self.counts.damaged += 1,

@@ -23,12 +23,14 @@
 
 mod flow;
 pub mod frame;
+mod sequence;
 mod snapshot;
 mod supplement;
 mod text;
 mod wire;
 
 pub use flow::Flow;
+pub use sequence::Sequence;
 pub use snapshot::{
     Drops, FixKind, GpsSummary, Innovations, LoopTiming, Sigmas, Snapshot, StatusFlags, SystemMode,
 };

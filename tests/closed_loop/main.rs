@@ -4,6 +4,7 @@ mod campaign;
 mod hover;
 mod margins;
 mod printed;
+mod steps;
 
 use hovernav::autopilot::{HoverConfig, SetPoint};
 use hovernav::frames::Vector;

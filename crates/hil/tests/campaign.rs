@@ -7,7 +7,6 @@ use common::{Flown, Setup, all_flown, autopilot};
 use hovernav::frames::{Body, Vector, wrap_angle};
 use hovernav_log::Truth;
 use hovernav_sim::FlightConfig;
-use hovernav_sim::HorizontalVertical;
 use hovernav_sim::campaign::{Campaign, SensorGrade, percentile};
 
 /// Flights of the campaign, and over the lines: seeds 1 to 200 and 201 to 260.
@@ -32,15 +31,11 @@ fn campaign() -> Campaign {
     campaign
 }
 
-/// Flight `seed`, with the airframe that the autopilot is for. What a u-blox receiver states of its velocity
-/// is one number for all axes: here it is as true of each as what the campaign's receivers state.
+/// Flight `seed`, with the airframe that the autopilot is for.
 fn flight(campaign: &Campaign, seed: u64) -> FlightConfig {
     let mut draw = campaign.draw(seed);
     draw.factors.fill(1.0);
-    let mut flight = campaign.flight(&draw);
-    flight.gps.velocity_noise_mps = HorizontalVertical::new(0.2, 0.2);
-    flight.gps.velocity_wander_mps = HorizontalVertical::new(0.15, 0.15);
-    flight
+    campaign.flight(&draw)
 }
 
 fn of_campaign(flight: &FlightConfig, from_s: f64) -> [f64; 5] {

@@ -39,6 +39,9 @@ pub struct GpsConfig {
     pub velocity_wander_mps: HorizontalVertical,
     /// Correlation time of the slow error of the velocity, s.
     pub velocity_wander_time_s: f64,
+    /// Whether it states one number for the velocity of all axes, as u-blox receivers do, the root mean
+    /// square of theirs, rather than one for each.
+    pub states_one_velocity_sigma: bool,
     /// Least step of latitude and longitude, °; 0 for none.
     pub angle_resolution_deg: f64,
     /// Least step of the height, m, and of the velocity, m/s; 0 for none.
@@ -62,6 +65,7 @@ impl Default for GpsConfig {
             velocity_noise_mps: HorizontalVertical::new(0.16, 0.4),
             velocity_wander_mps: HorizontalVertical::new(0.12, 0.3),
             velocity_wander_time_s: 5.0,
+            states_one_velocity_sigma: false,
             angle_resolution_deg: 1e-9,
             resolution_m: 1e-3,
             outages_s: Vec::new(),
@@ -85,6 +89,7 @@ impl GpsConfig {
             velocity_noise_mps: HorizontalVertical::default(),
             velocity_wander_mps: HorizontalVertical::default(),
             velocity_wander_time_s: 1.0,
+            states_one_velocity_sigma: false,
             angle_resolution_deg: 0.0,
             resolution_m: 0.0,
             outages_s: Vec::new(),
@@ -132,6 +137,15 @@ impl SimulatedGps {
     pub fn new(config: &GpsConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
         let period_s = 1.0 / config.rate_hz;
+        let mut velocity = Channel::new(
+            [config.velocity_noise_mps, config.velocity_wander_mps],
+            config.velocity_wander_time_s,
+            period_s,
+            Noise::new(seed, Stream::GpsVelocity),
+        );
+        if config.states_one_velocity_sigma {
+            velocity.sigma = DVec3::splat(velocity.sigma.length() / f64::sqrt(3.0));
+        }
         Ok(Self {
             position: Channel::new(
                 [config.position_noise_m, config.position_wander_m],
@@ -139,12 +153,7 @@ impl SimulatedGps {
                 period_s,
                 Noise::new(seed, Stream::GpsPosition),
             ),
-            velocity: Channel::new(
-                [config.velocity_noise_mps, config.velocity_wander_mps],
-                config.velocity_wander_time_s,
-                period_s,
-                Noise::new(seed, Stream::GpsVelocity),
-            ),
+            velocity,
             config: config.clone(),
             last: None,
         })
@@ -222,4 +231,24 @@ impl Channel {
 
 fn to_step_of(resolution: f64, value: f64) -> f64 {
     if resolution == 0.0 { value } else { (value / resolution).round() * resolution }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_receiver_that_states_one_number_errs_as_one_that_states_three() {
+        let place = Geodetic::from_degrees(1.35, 103.82, 30.0).unwrap();
+        let fix = |states_one_velocity_sigma| {
+            let config = GpsConfig { states_one_velocity_sigma, ..GpsConfig::default() };
+            let mut gps = SimulatedGps::new(&config, 1).unwrap();
+            gps.measure(Time::ZERO, &place, Vector::ZERO).unwrap()
+        };
+        let (three, one) = (fix(false), fix(true));
+        assert_eq!(three.horizontal_velocity_mps, one.horizontal_velocity_mps);
+        let sigma = |fix: Fix| fix.velocity_sigma_mps.unwrap();
+        assert!((sigma(three).norm() - sigma(one).norm()).abs() < 1e-12);
+        assert_eq!(sigma(one).x(), sigma(one).z());
+    }
 }

@@ -1,7 +1,12 @@
 //! The frames of both versions of MAVLink.
+//!
+//! Source: MAVLink, *packet serialization*: the checksum covers the header, the payload and one byte that
+//! stands for the layout of the message.
 
 use mavlink::dialects::common::MavMessage;
 use mavlink::{MavlinkVersion, Message as _, calculate_crc};
+
+use super::ekf_status;
 
 const MAGIC_1: u8 = 0xFE;
 const MAGIC_2: u8 = 0xFD;
@@ -10,7 +15,7 @@ const SIGNATURE: usize = 13;
 /// The only feature of a frame that must be understood, and is: it is signed.
 const SIGNED: u8 = 1;
 
-/// A whole frame with a right checksum.
+/// A whole frame.
 pub struct Frame<'a> {
     pub version: MavlinkVersion,
     pub id: u32,
@@ -24,8 +29,11 @@ pub struct Frame<'a> {
 
 /// What stands where a frame could begin.
 pub enum Begun<'a> {
-    /// A frame.
+    /// A frame with a right checksum.
     Frame(Frame<'a>),
+    /// One of a message that nobody here knows, and the layout's byte with which its checksum would hold.
+    /// Of damaged bytes one in 256 looks so.
+    Stranger(Frame<'a>, u8),
     /// None, or one that is not understood.
     Nothing,
     /// One of a known message, with a wrong checksum.
@@ -65,10 +73,49 @@ pub fn begun(bytes: &[u8]) -> Begun<'_> {
         }
     };
     let found = u16::from_le_bytes([bytes[end], bytes[end + 1]]);
-    if calculate_crc(&bytes[1..end], MavMessage::extra_crc(id)) == found {
-        let payload = &bytes[header..end];
-        return Begun::Frame(Frame { version, id, sequence, sender, payload, length });
+    let (covered, payload) = (&bytes[1..end], &bytes[header..end]);
+    let frame = Frame { version, id, sequence, sender, payload, length };
+    match layout(id) {
+        Some(layout) if calculate_crc(covered, layout) == found => Begun::Frame(frame),
+        Some(_) => Begun::Damaged,
+        None => match layout_of(covered, found) {
+            Some(layout) => Begun::Stranger(frame, layout),
+            None => Begun::Nothing,
+        },
     }
-    // Of a message that nobody here knows, the checksum cannot be known either.
-    if MavMessage::default_message_from_id(id).is_some() { Begun::Damaged } else { Begun::Nothing }
+}
+
+/// The byte of the layout of a message that is known here.
+fn layout(id: u32) -> Option<u8> {
+    match id {
+        ekf_status::ID => Some(ekf_status::LAYOUT),
+        _ => MavMessage::default_message_from_id(id).map(|_| MavMessage::extra_crc(id)),
+    }
+}
+
+/// The byte of the layout with which the checksum of `covered` would be `found`.
+fn layout_of(covered: &[u8], found: u16) -> Option<u8> {
+    let before = covered.iter().fold(u16::MAX, |checksum, byte| accumulated(checksum, *byte));
+    (0..=u8::MAX).find(|layout| accumulated(before, *layout) == found)
+}
+
+/// The checksum, CRC-16/MCRF4XX, with another byte.
+const fn accumulated(checksum: u16, byte: u8) -> u16 {
+    let mixed = byte ^ (checksum & 0xFF) as u8;
+    let mixed = (mixed ^ (mixed << 4)) as u16;
+    (checksum >> 8) ^ (mixed << 8) ^ (mixed << 3) ^ (mixed >> 4)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_layout_of_a_message_is_found_from_its_checksum() {
+        let covered = b"123456789";
+        assert_eq!(covered.iter().fold(u16::MAX, |sum, byte| accumulated(sum, *byte)), 0x6F91);
+        for layout in [0, 1, 71, 255] {
+            assert_eq!(layout_of(covered, calculate_crc(covered, layout)), Some(layout));
+        }
+    }
 }

@@ -103,15 +103,16 @@ async fn converse(mut socket: WebSocket, seat: Seat) {
         tokio::select! {
             received = socket.recv() => {
                 let Some(Ok(message)) = received else { return };
+                // Also what is no request costs: pings are answered, and each message is read.
+                if !allowance.spend() {
+                    send(&mut socket, &json!({"error": "found too many requests; this connection is closed"})).await;
+                    return;
+                }
                 let text = match &message {
                     Message::Text(text) => text.as_str(),
                     Message::Close(_) => return,
                     _ => continue,
                 };
-                if !allowance.spend() {
-                    send(&mut socket, &json!({"error": "found too many requests; this connection is closed"})).await;
-                    return;
-                }
                 let answer = match Request::parse(text) {
                     // Files are read and written here: the other threads go on meanwhile.
                     Ok(request) => tokio::task::block_in_place(|| session.handle(request)),

@@ -1,6 +1,7 @@
 //! Files: a stretch as CSV, and the pages that an evaluation made.
 
 use std::path::{Component, Path as FilePath};
+use std::sync::PoisonError;
 
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
@@ -56,11 +57,13 @@ fn exported(server: &Server, stretch: &Stretch) -> Result<String, String> {
     if !(from.is_finite() && to.is_finite() && from <= to) {
         return Err(format!("found {from} to {to} s, expected a stretch"));
     }
-    let table = match &stretch.record {
-        Some(name) => csv::table(&server.shared.load(name)?.store, &channels, from, to),
-        None => csv::table(&lock(&server.shared.station).store, &channels, from, to),
+    let _alone = server.exports.lock().unwrap_or_else(PoisonError::into_inner);
+    let columns = match &stretch.record {
+        Some(name) => csv::columns(&server.shared.load(name)?.store, &channels, from, to),
+        // The vehicle is heard on while the text is written.
+        None => csv::columns(&lock(&server.shared.station).store, &channels, from, to),
     };
-    table
+    csv::table(columns)
         .ok_or_else(|| format!("found more than {} rows, expected a shorter stretch", csv::LONGEST))
 }
 

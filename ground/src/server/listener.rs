@@ -1,9 +1,10 @@
 //! Connections: so many at once and no more, and none that says nothing.
 
+use std::collections::HashMap;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::pin::Pin;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -18,15 +19,56 @@ const SILENT: Duration = Duration::from_secs(60);
 /// After a failure to accept.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// Listens, up to a number of connections; the next wait until one ends.
+/// Listens, up to a number of connections; the next wait until one ends. No address has more than three
+/// quarters of them, so that nobody keeps all others out by connecting and saying nothing.
 pub struct Limited {
     listener: TcpListener,
     room: Arc<Semaphore>,
+    seats: Seats,
 }
 
 impl Limited {
     pub fn new(listener: TcpListener, connections: usize) -> Self {
-        Self { listener, room: Arc::new(Semaphore::new(connections)) }
+        let room = Arc::new(Semaphore::new(connections));
+        let seats = Seats { of_one: connections * 3 / 4, taken: Arc::default() };
+        Self { listener, room, seats }
+    }
+}
+
+/// How many connections each address has, and may have.
+struct Seats {
+    of_one: usize,
+    taken: Arc<Mutex<HashMap<IpAddr, usize>>>,
+}
+
+impl Seats {
+    /// One for `address`; `None` where it has enough.
+    fn take(&self, address: IpAddr) -> Option<Seat> {
+        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        let count = taken.entry(address).or_default();
+        if *count >= self.of_one {
+            return None;
+        }
+        *count += 1;
+        Some(Seat { taken: Arc::clone(&self.taken), address })
+    }
+}
+
+/// A place among those of one address, given back when dropped.
+struct Seat {
+    taken: Arc<Mutex<HashMap<IpAddr, usize>>>,
+    address: IpAddr,
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(count) = taken.get_mut(&self.address) {
+            *count -= 1;
+            if *count == 0 {
+                taken.remove(&self.address);
+            }
+        }
     }
 }
 
@@ -43,10 +85,12 @@ impl Listener for Limited {
             };
             match self.listener.accept().await {
                 Ok((stream, address)) => {
+                    let Some(seat) = self.seats.take(address.ip()) else { continue };
                     // Small messages at once: what is late is of no use.
                     let _ = stream.set_nodelay(true);
                     let silence = Box::pin(sleep(SILENT));
-                    return (Connection { stream, silence, _permit: permit }, address);
+                    let connection = Connection { stream, silence, _places: (permit, seat) };
+                    return (connection, address);
                 }
                 Err(_) => sleep(RETRY).await,
             }
@@ -58,11 +102,11 @@ impl Listener for Limited {
     }
 }
 
-/// A connection that gives its place back when it ends.
+/// A connection that gives its places back when it ends.
 pub struct Connection {
     stream: TcpStream,
     silence: Pin<Box<Sleep>>,
-    _permit: OwnedSemaphorePermit,
+    _places: (OwnedSemaphorePermit, Seat),
 }
 
 impl AsyncRead for Connection {
@@ -98,5 +142,23 @@ impl AsyncWrite for Connection {
 
     fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_that_has_enough_leaves_room_for_others_and_gets_it_back() {
+        let seats = Seats { of_one: 3, taken: Arc::default() };
+        let [one, other] = [1, 2].map(|last| IpAddr::from([10, 0, 0, last]));
+        let mut held: Vec<_> = (0..3).map(|_| seats.take(one).unwrap()).collect();
+        assert!(seats.take(one).is_none());
+        assert!(seats.take(other).is_some());
+        held.pop();
+        assert!(seats.take(one).is_some());
+        held.clear();
+        assert!(seats.taken.lock().unwrap().is_empty());
     }
 }

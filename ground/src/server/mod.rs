@@ -15,8 +15,8 @@ pub use request::Request;
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::Router;
@@ -61,6 +61,8 @@ struct Server {
     shared: Arc<Shared>,
     access: Access,
     clients: AtomicUsize,
+    /// One export at a time: each may hold hundreds of megabytes.
+    exports: Mutex<()>,
 }
 
 type State = axum::extract::State<Arc<Server>>;
@@ -86,6 +88,7 @@ impl Bound {
             shared: Arc::new(shared),
             access: config.access,
             clients: AtomicUsize::new(0),
+            exports: Mutex::new(()),
         };
         Ok(Self { listener, server: Arc::new(server), address })
     }

@@ -72,6 +72,9 @@ pub struct StatusFlags {
 }
 
 impl StatusFlags {
+    /// Every one set.
+    pub const ALL: Self = Self::from_bits(u16::MAX);
+
     /// One bit each, in the order of the fields, the first lowest.
     #[must_use]
     pub fn bits(self) -> u16 {

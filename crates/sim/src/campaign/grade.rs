@@ -29,7 +29,8 @@ impl SensorGrade {
         }
     }
 
-    /// Its sensors.
+    /// Its sensors. The receiver states one number for the velocity of all axes: so does the u-blox that is
+    /// flown with over the lines, and an estimator that is told more flies better.
     #[must_use]
     pub fn sensors(self) -> (DmuConfig, GpsConfig) {
         let (errors, rate_hz) = match self {
@@ -37,8 +38,9 @@ impl SensorGrade {
             Self::Modern => (0.4, 5.0),
             Self::Poor => (2.0, 1.0),
         };
-        let (mut dmu, mut gps) =
-            (DmuConfig::default(), GpsConfig { rate_hz, ..GpsConfig::default() });
+        let mut dmu = DmuConfig::default();
+        let mut gps =
+            GpsConfig { rate_hz, states_one_velocity_sigma: true, ..GpsConfig::default() };
         let gyro = &mut dmu.gyro;
         for error in [
             &mut gyro.turn_on_bias_sigma_degps,

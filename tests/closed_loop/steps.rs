@@ -1,0 +1,208 @@
+//! What a fix does to the sticks, told apart from what gusts and vibration do.
+//!
+//! A flight is flown once. Its sensors are then heard again by the same estimator and autopilot, sample by
+//! sample, and at every fix by a twin of both that does not get that fix. What of the sticks differs is the
+//! fix's doing, gusts and all else being the same.
+
+use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
+use hovernav::controls::Sticks;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, SteplessSolution};
+use hovernav::event::Event;
+use hovernav::time::Time;
+use hovernav_sim::{Flight, FlightConfig, FlightEvent};
+
+use crate::autopilot;
+
+/// So long a fix has its effect before the next one comes, cycles.
+const AFTER: usize = 33;
+
+/// Estimator and autopilot, as the flight computer has them.
+#[derive(Clone)]
+struct Hearing {
+    estimator: Estimator<Full, 28>,
+    stepless: SteplessSolution,
+    autopilot: HoverAutopilot,
+}
+
+impl Hearing {
+    fn new(config: &FlightConfig) -> Self {
+        Self {
+            estimator: Estimator::new(config.settings().unwrap()),
+            stepless: SteplessSolution::default(),
+            autopilot: HoverAutopilot::new(config.autopilot).unwrap(),
+        }
+    }
+
+    fn hear(&mut self, event: &Event) {
+        let Self { estimator, stepless, autopilot } = self;
+        autopilot.hear(event);
+        estimator.push_traced(event, stepless, |notice| autopilot.hear_notice(&notice));
+    }
+
+    fn step(&mut self, now: Time, pilot: Sticks, engage: bool) -> Outputs {
+        let solution = self.estimator.solution().map(|own| self.stepless.solution(&own));
+        let inputs = Inputs { now, solution: solution.as_ref(), pilot: Some(pilot), engage };
+        self.autopilot.step(&inputs)
+    }
+}
+
+fn difference(one: Sticks, other: Sticks) -> [f64; 4] {
+    let (one, other) = (one.to_array(), other.to_array());
+    std::array::from_fn(|stick| one[stick] - other[stick])
+}
+
+fn largest(values: [f64; 4]) -> f64 {
+    values.into_iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+/// The largest steps of a stick from one cycle to the next, in full sticks.
+#[derive(Clone, Copy, Debug, Default)]
+struct Steps {
+    /// In cycles in which a fix is taken, and in all others.
+    at_fixes: f64,
+    between: f64,
+    /// The fix's own, in whichever cycle after it.
+    by_fixes: f64,
+    /// The same of all axes together, root mean square, of ordinary cycles.
+    usual: f64,
+    fixes: u32,
+}
+
+fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
+    let mut hearing = Hearing::new(config);
+    // Those who have not heard the newest fix, since how many cycles, and what it had done then.
+    let mut twin: Option<(Hearing, usize, [f64; 4])> = None;
+    let mut steps = Steps::default();
+    let mut pilot = flight.samples[0].sticks;
+    let mut before: Option<Sticks> = None;
+    let (mut squares, mut count) = (0.0, 0u32);
+    let mut fixes = flight.fixes.iter().peekable();
+    for (sample, imu) in flight.samples.iter().zip(&flight.imu) {
+        let now = sample.truth.time;
+        let engage = now.seconds() >= config.engage_s - 1e-9;
+        if !engage {
+            pilot = sample.sticks;
+        }
+        let mut events = vec![Event::Imu(*imu)];
+        hearing.hear(&events[0]);
+        let without = hearing.clone();
+        let fix = fixes.next_if(|fix| (fix.time - now).abs() < 1e-6);
+        if let Some(fix) = fix {
+            hearing.hear(&Event::Gps(*fix));
+        }
+        for (_, height_m) in flight.baro.iter().filter(|(measured, _)| *measured == now) {
+            events.push(Event::Baro { time: now, height_m: *height_m });
+            hearing.hear(&events[1]);
+        }
+        let flown = hearing.step(now, pilot, engage).sticks;
+        assert_eq!(flown, sample.sticks, "heard again as flown, {now}");
+
+        // Once it has settled after engagement.
+        let judged = now.seconds() > config.engage_s + 5.0;
+        let moved = before.replace(flown).map_or([0.0; 4], |before| difference(flown, before));
+        if judged {
+            let slot = if fix.is_some() { &mut steps.at_fixes } else { &mut steps.between };
+            *slot = slot.max(largest(moved));
+            if fix.is_none() {
+                squares += moved.iter().map(|value| value * value).sum::<f64>();
+                count += 1;
+            }
+        }
+        if fix.is_some() {
+            steps.fixes += u32::from(judged);
+            // It has this cycle's sample already; the barometer's height is not the fix's doing.
+            let mut other = without;
+            events[1..].iter().for_each(|event| other.hear(event));
+            let done = difference(flown, other.step(now, pilot, engage).sticks);
+            if judged {
+                steps.by_fixes = steps.by_fixes.max(largest(done));
+            }
+            twin = Some((other, 1, done));
+        } else if let Some((other, cycles, done)) = twin.as_mut().filter(|(_, k, _)| *k < AFTER) {
+            events.iter().for_each(|event| other.hear(event));
+            let now_done = difference(flown, other.step(now, pilot, engage).sticks);
+            let step = std::array::from_fn(|stick| now_done[stick] - done[stick]);
+            if judged {
+                steps.by_fixes = steps.by_fixes.max(largest(step));
+            }
+            (*cycles, *done) = (*cycles + 1, now_done);
+        }
+    }
+    steps.usual = (squares / f64::from(count)).sqrt();
+    steps
+}
+
+fn flown(seed: u64, duration_s: f64) -> Steps {
+    let config = FlightConfig { seed, duration_s, ..FlightConfig::new(autopilot()) };
+    let flight = config.fly().unwrap();
+    assert_eq!(flight.crashed_s, None);
+    let steps = steps(&config, &flight);
+    println!(
+        "seed {seed}: {} fixes, steps at them up to {:.2} %, between them {:.2} % ({:.2} % RMS), \
+         of the fixes' own doing {:.2} %",
+        steps.fixes,
+        100.0 * steps.at_fixes,
+        100.0 * steps.between,
+        100.0 * steps.usual,
+        100.0 * steps.by_fixes,
+    );
+    steps
+}
+
+#[test]
+fn no_fix_moves_a_stick_by_more_than_3_percent() {
+    for seed in 1..=3 {
+        let steps = flown(seed, 80.0);
+        assert!(steps.fixes > 40 && steps.by_fixes < 0.03, "{steps:?}");
+    }
+}
+
+/// The same of twenty whole flights.
+#[test]
+#[ignore = "a minute"]
+fn no_fix_of_twenty_flights_moves_a_stick_by_more_than_3_percent() {
+    for seed in 1..=20 {
+        let steps = flown(seed, 300.0);
+        assert!(steps.fixes > 200 && steps.by_fixes < 0.03, "{steps:?}");
+    }
+}
+
+/// The pilot flies the hover, closes the switch, and opens it 8 s later; fifty times, in gusts: whoever takes
+/// over takes the sticks from where they are.
+#[test]
+fn fifty_engagements_and_releases_move_no_stick_by_more_than_3_percent() {
+    let (engage_s, release_s) = (12.0, 20.0);
+    // In the cycle of a change, in the half second after engagement, after release, and while it flies.
+    let mut largest_step = [0.0f64; 4];
+    for seed in 1..=50 {
+        let events = vec![(release_s, FlightEvent::Engage(false))];
+        let flight = FlightConfig {
+            seed,
+            engage_s,
+            events,
+            duration_s: 20.6,
+            ..FlightConfig::new(autopilot())
+        };
+        let flight = flight.fly().unwrap();
+        assert_eq!((flight.crashed_s, flight.transitions.len()), (None, 2), "seed {seed}");
+        for pair in flight.samples.windows(2) {
+            let moved = largest(difference(pair[1].sticks, pair[0].sticks));
+            let now_s = pair[1].truth.time.seconds();
+            let place = match (now_s - engage_s, now_s - release_s) {
+                (-0.015..0.015, _) | (_, -0.015..0.015) => 0,
+                (0.0..0.5, _) => 1,
+                (_, 0.0..0.5) => 2,
+                (5.0.., ..0.0) => 3,
+                _ => continue,
+            };
+            largest_step[place] = largest_step[place].max(moved);
+        }
+    }
+    let [change, engaged, released, flown] = largest_step.map(|step| 100.0 * step);
+    println!(
+        "steps in the cycle of a change up to {change:.2} %, in the half second after engagement \
+         {engaged:.2} %, after release {released:.2} %, in flight {flown:.2} %"
+    );
+    assert!(change < 3.0 && engaged < 3.0 && released < 3.0, "{largest_step:?}");
+}
