@@ -80,9 +80,10 @@ pub fn update<const N: usize>(p: &mut Covariance<f64, N>, arms: &[Sensitivity<f6
     let mut joint = Joint::new(axes, [0.0; MOST]);
     joint.project(p, 0);
     for axis in 0..arms.len() {
-        black_box(joint.take_in(p, axis, 1.0));
+        joint.take_in(p, axis, 1.0, |_, _, _| {});
     }
-    joint.settle(p);
+    joint.settle(p, |_, _, _| {});
+    black_box(joint.correction());
 }
 
 fn time<L: Layout<N>, const N: usize>(

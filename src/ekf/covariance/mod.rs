@@ -134,9 +134,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// variance with the next step or measurement.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        (0..N).all(|state| {
-            let variance = self.value(state, state);
-            variance >= T::ZERO && variance.is_finite()
+        self.rows.iter().enumerate().all(|(state, row)| {
+            row.get(state).is_some_and(|&variance| variance >= T::ZERO && variance <= T::MAX)
         })
     }
 }

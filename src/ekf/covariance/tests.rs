@@ -218,6 +218,8 @@ proptest! {
         let mut joint = Joint::new(sensitivities.each_ref().map(Option::as_ref), innovations);
         joint.project(&covariance, 0);
         let (mut expected, mut state) = (start, SVector::<f64, 26>::zeros());
+        let (mut gains, mut found) = (Vec::new(), Vec::new());
+        let mut told = |_: &Sensitivity<f64>, gain: &Gain<f64, 26>, _: f64| found.push(gain.gain);
         for n in 0..MOST {
             let Some(sensitivity) = &sensitivities[n] else { continue };
             let h = dense_sensitivity::<f64, 26>(sensitivity);
@@ -231,13 +233,21 @@ proptest! {
             prop_assert!((joint.innovation(n) - left).abs() < 1e-6 * scale, "{} {left}", joint.innovation(n));
             if taken[n] {
                 let gain = expected * h / (variance + noise);
-                let found = joint.take_in(&mut covariance, n, noise);
-                prop_assert!(difference_of_gains(&found.gain, &gain, &start) < 1e-6);
+                joint.take_in(&mut covariance, n, noise, &mut told);
                 state += gain * left;
+                gains.push(gain);
                 expected = joseph(&expected, &h, noise);
             }
         }
-        joint.settle(&mut covariance);
+        joint.settle(&mut covariance, &mut told);
+        prop_assert!(gains.len() == found.len());
+        for (found, gain) in found.iter().zip(&gains) {
+            prop_assert!(difference_of_gains(found, gain, &start) < 1e-6);
+        }
+        for (n, &corrected) in joint.correction().iter().enumerate() {
+            let scale = start[(n, n)].sqrt() + gains.iter().map(|gain| gain[n].abs()).sum::<f64>();
+            prop_assert!((corrected - state[n]).abs() < 1e-6 * scale, "{corrected} {}", state[n]);
+        }
         prop_assert!(covariance.is_symmetric() && covariance.is_valid());
         prop_assert!(difference_from(&covariance.dense(), &expected, &start) < 1e-9);
     }
@@ -293,8 +303,8 @@ fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
                 let one = [Some(&sensitivity), None, None, None, None, None];
                 let mut joint = Joint::new(one, [0.0; MOST]);
                 joint.project(&covariance, 0);
-                let _ = joint.take_in(&mut covariance, 0, noise);
-                joint.settle(&mut covariance);
+                joint.take_in(&mut covariance, 0, noise, |_, _, _| {});
+                joint.settle(&mut covariance, |_, _, _| {});
             }
         }
         covariance.dense().cholesky().is_some()

@@ -1,6 +1,7 @@
 //! The sequential update: axis after axis, gated by groups.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 5, in arrays of six")]
 
-use super::super::covariance::{Joint, Sensitivity};
+use super::super::covariance::{Gain, Joint, Sensitivity};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::{Channel, Innovation, Verdict};
@@ -42,65 +43,66 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Report {
         let mut report = Report::default();
-        let mut correction = [T::ZERO; N];
         let sensitivities = axes.each_ref().map(|axis| axis.as_ref().map(|axis| &axis.sensitivity));
         let innovations =
             axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.innovation));
+        let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.group));
+        let noise = axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.noise));
         let mut joint = Joint::new(sensitivities, innovations);
         joint.project(&self.covariance, 0);
-        let mut done: Option<Group> = None;
-        for (first, axis) in axes.iter().enumerate() {
-            let Some(axis) = axis.as_ref().filter(|axis| done != Some(axis.group)) else {
-                continue;
-            };
-            done = Some(axis.group);
-            let group = || {
-                let present =
-                    axes.iter().enumerate().filter_map(|(n, other)| Some((n, other.as_ref()?)));
-                present.filter(|(_, other)| other.group == axis.group)
-            };
-            let (mut largest, mut sum, mut count, mut one) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
-            for (index, axis) in group() {
-                let variance = joint.variance(index) + axis.noise;
+        let mut told = |sensitivity: &Sensitivity<T>, gain: &Gain<T, N>, innovation: T| {
+            trace.updated(sensitivity, gain, innovation.wide());
+        };
+        let mut first = 0;
+        while first < axes.len() {
+            // The axes of a group stand side by side.
+            let mut end = first + 1;
+            while end < axes.len() && groups[end] == groups[first] {
+                end += 1;
+            }
+            let members = first..end;
+            first = end;
+            let Some(group) = groups[members.start] else { continue };
+            let (mut largest, mut sum) = (T::ZERO, T::ZERO);
+            for index in members.clone() {
+                let variance = joint.variance(index) + noise[index];
                 let normalised = square(joint.innovation(index)) / variance;
                 largest = largest.max(normalised);
-                one = joint.innovation(index) / variance.sqrt();
                 sum += normalised;
-                count += T::ONE;
             }
+            let leans = group.is_height() && {
+                let sigma = (joint.variance(members.start) + noise[members.start]).sqrt();
+                let normalised = joint.innovation(members.start) / sigma;
+                self.gates.leans(group, time, normalised.wide())
+            };
             // Written so that a NaN is refused.
-            let leans = self.gates.leans(axis.group, time, one.wide());
             let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
-                self.gates.accepted(axis.group, time, (sum / count).wide());
+                let count = members.len() as f64;
+                self.gates.accepted(group, time, sum.wide() / count);
                 Verdict::Accepted
-            } else if self.gates.refused(axis.group, time, &self.config.gate) {
-                joint.settle(&mut self.covariance);
-                for (_, axis) in group() {
+            } else if self.gates.refused(group, time, &self.config.gate) {
+                joint.settle(&mut self.covariance, &mut told);
+                for axis in axes.iter().take(end).skip(members.start).flatten() {
                     self.reopen(axis);
                 }
-                joint.project(&self.covariance, first);
+                joint.project(&self.covariance, members.start);
                 Verdict::Reopened
             } else {
                 Verdict::Rejected
             };
-            for (index, axis) in group() {
-                let innovation = joint.innovation(index);
-                let sigma = (joint.variance(index) + axis.noise).sqrt();
+            for index in members {
+                let Some(channel) = axes[index].as_ref().map(|axis| axis.channel) else { continue };
+                let innovation = joint.innovation(index).wide();
+                let sigma = (joint.variance(index) + noise[index]).sqrt().wide();
                 if verdict != Verdict::Rejected {
-                    let gain = joint.take_in(&mut self.covariance, index, axis.noise);
-                    for (value, &factor) in correction.iter_mut().zip(&gain.gain) {
-                        *value += factor * innovation;
-                    }
-                    trace.updated(&axis.sensitivity, &gain, innovation.wide());
+                    joint.take_in(&mut self.covariance, index, noise[index], &mut told);
                 }
-                let channel = axis.channel;
-                let (innovation, sigma) = (innovation.wide(), sigma.wide());
                 report.push(Innovation { time, channel, innovation, sigma, verdict });
             }
         }
-        joint.settle(&mut self.covariance);
-        report.covariance_reset = self.correct(&correction);
+        joint.settle(&mut self.covariance, &mut told);
+        report.covariance_reset = self.correct(joint.correction());
         if report.covariance_reset {
             trace.reset(0..N);
         }
