@@ -62,6 +62,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         fix: &Fix,
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
+        self.take_in_gps(fix, true, trace)
+    }
+
+    /// [`update_gps`](Self::update_gps) with a fix that another filter, which had these samples, was the
+    /// first to take in.
+    pub(in super::super) fn update_gps_again(&mut self, fix: &Fix) -> Result<Report, Unusable> {
+        self.take_in_gps(fix, false, &mut ())
+    }
+
+    /// [`update_gps`](Self::update_gps); `news` says whether the watch over the samples has yet to hear of
+    /// the fix.
+    fn take_in_gps(
+        &mut self,
+        fix: &Fix,
+        news: bool,
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<Report, Unusable> {
         if !fix.is_finite() {
             return Err(Unusable::NotFinite);
         }
@@ -84,8 +101,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         self.relax(trace);
         let noise = self.gps_noise(fix);
-        self.judge_change(fix, earth.gravity_mps2.wide());
-        self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
+        if news {
+            self.judge_change(fix, earth.gravity_mps2.wide());
+            self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
+        }
         let mut axes = core::array::from_fn(|_| None);
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         let (velocity, position) = axes.split_at_mut(3);
