@@ -5,11 +5,36 @@
     reason = "every index is below the number of states or of measurements, which bound the loops"
 )]
 
+use core::marker::PhantomData;
+
+use super::super::layout::Layout;
 use super::super::scalar::Scalar;
+use super::fix_sensitivity::FixSensitivity;
 use super::{Covariance, Gain, Sensitivity, add_scaled};
 
 /// Most measurements of one moment: position and velocity.
 pub const MOST: usize = 6;
+
+/// How the measurements of one moment see the state.
+#[derive(Clone, Copy, Debug)]
+pub enum Sensitivities<'a, T> {
+    /// Each by itself, those that there are.
+    Each([Option<&'a Sensitivity<T>>; MOST]),
+    /// As velocity and position of a fix.
+    Fix(&'a FixSensitivity<T>),
+}
+
+impl<T: Scalar> Sensitivities<'_, T> {
+    /// That of one measurement, if there is that one.
+    #[must_use]
+    #[inline(never)]
+    pub fn of<L: Layout<N>, const N: usize>(&self, index: usize) -> Option<Sensitivity<T>> {
+        match self {
+            Self::Each(each) => each.get(index).copied().flatten().copied(),
+            Self::Fix(fix) => Some(fix.row::<L, N>(index)),
+        }
+    }
+}
 
 /// Scalar measurements of one moment on their way into a covariance.
 ///
@@ -17,8 +42,8 @@ pub const MOST: usize = 6;
 /// all before it, H P Hᵀ is enough, a few numbers; P Hᵀ, the covariance and the state are changed once, by
 /// [`settle`](Self::settle).
 #[derive(Clone, Debug)]
-pub struct Joint<'a, T, const N: usize> {
-    sensitivities: [Option<&'a Sensitivity<T>>; MOST],
+pub struct Joint<'a, L, T, const N: usize> {
+    sensitivities: Sensitivities<'a, T>,
     /// P Hᵀ of each, before any of them.
     projected: [[T; N]; MOST],
     /// H P Hᵀ: of each with itself and with those behind it.
@@ -30,17 +55,15 @@ pub struct Joint<'a, T, const N: usize> {
     pending: [T; MOST],
     /// What those taken in make of the state, as far as they are settled.
     correction: [T; N],
+    layout: PhantomData<L>,
 }
 
-impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
+impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     /// The measurements that there are, of given `innovations`; to be [`project`](Self::project)ed from
     /// the first on.
     #[must_use]
     #[inline(always)]
-    pub const fn new(
-        sensitivities: [Option<&'a Sensitivity<T>>; MOST],
-        innovations: [T; MOST],
-    ) -> Self {
+    pub const fn new(sensitivities: Sensitivities<'a, T>, innovations: [T; MOST]) -> Self {
         Self {
             sensitivities,
             projected: [[T::ZERO; N]; MOST],
@@ -48,6 +71,7 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
             innovations,
             pending: [T::ZERO; MOST],
             correction: [T::ZERO; N],
+            layout: PhantomData,
         }
     }
 
@@ -55,12 +79,19 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
     /// than by [`settle`](Self::settle).
     #[inline(never)]
     pub fn project(&mut self, covariance: &Covariance<T, N>, first: usize) {
+        let each = match self.sensitivities {
+            Sensitivities::Each(each) => each,
+            Sensitivities::Fix(fix) => {
+                fix.project::<L, N>(covariance, &mut self.projected, &mut self.seen);
+                return;
+            }
+        };
         for b in first..MOST {
-            let Some(sensitivity) = self.sensitivities[b] else { continue };
+            let Some(sensitivity) = each[b] else { continue };
             self.projected[b] = covariance.project_on(sensitivity);
-            for a in first..=b {
-                if let Some(other) = self.sensitivities[a] {
-                    self.seen[a][b] = other.dot(&self.projected[b]);
+            for (row, other) in self.seen.iter_mut().zip(each).take(b + 1).skip(first) {
+                if let Some(other) = other {
+                    row[b] = other.dot(&self.projected[b]);
                 }
             }
         }
@@ -100,17 +131,16 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         covariance: &mut Covariance<T, N>,
         index: usize,
         noise: T,
-        mut told: impl FnMut(&Sensitivity<T>, &Gain<T, N>, T),
+        mut told: impl FnMut(usize, &Gain<T, N>, T),
     ) {
-        let Some(sensitivity) = self.sensitivities.get(index).copied().flatten() else { return };
         let variance = self.variance(index);
         if variance <= T::ZERO {
             let nothing = Gain { gain: [T::ZERO; N], innovation_variance: noise };
-            told(sensitivity, &nothing, self.innovation(index));
+            told(index, &nothing, self.innovation(index));
             return;
         }
         if variance > noise * T::MOST_INFORMATION {
-            self.take_in_stabilised(covariance, index, sensitivity, noise, told);
+            self.take_in_stabilised(covariance, index, noise, told);
             return;
         }
         let index = index.min(MOST - 1);
@@ -138,35 +168,35 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         &mut self,
         covariance: &mut Covariance<T, N>,
         index: usize,
-        sensitivity: &Sensitivity<T>,
         noise: T,
-        mut told: impl FnMut(&Sensitivity<T>, &Gain<T, N>, T),
+        mut told: impl FnMut(usize, &Gain<T, N>, T),
     ) {
+        let Some(sensitivity) = self.sensitivities.of::<L, N>(index) else { return };
         self.settle(covariance, &mut told);
         self.project(covariance, index);
         let variance = self.variance(index);
         let projected = &self.projected[index.min(MOST - 1)];
-        let gain = covariance.update(sensitivity, projected, variance, noise);
+        let gain = covariance.update(&sensitivity, projected, variance, noise);
         let innovation = self.innovation(index);
         add_scaled(&mut self.correction, innovation, &gain.gain);
         for b in index + 1..MOST {
-            if let Some(other) = self.sensitivities[b] {
+            if let Some(other) = self.sensitivities.of::<L, N>(b) {
                 self.innovations[b] -= other.dot(&gain.gain) * innovation;
             }
         }
         self.project(covariance, index + 1);
-        told(sensitivity, &gain, innovation);
+        told(index, &gain, innovation);
     }
 
     /// Changes covariance and correction by what was taken in since the last time; `told` hears each's
-    /// sensitivity, gain and innovation, in their order. Those behind must be
+    /// place, gain and innovation, in their order. Those behind must be
     /// [`project`](Self::project)ed again.
     // The frames of this and of the rest need not stand on each other.
     #[inline(never)]
     pub fn settle(
         &mut self,
         covariance: &mut Covariance<T, N>,
-        told: impl FnMut(&Sensitivity<T>, &Gain<T, N>, T),
+        told: impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let mut waiting = [0; MOST];
         let mut count = 0;
@@ -194,7 +224,7 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         &mut self,
         covariance: &mut Covariance<T, N>,
         waiting: &[usize],
-        mut told: impl FnMut(&Sensitivity<T>, &Gain<T, N>, T),
+        mut told: impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let mut shares = [[T::ZERO; K]; K];
         let (mut inverses, mut moves) = ([T::ZERO; K], [T::ZERO; K]);
@@ -236,9 +266,7 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
             let index = index.min(MOST - 1);
             let innovation_variance = self.pending[index];
             let gain = Gain { gain: projected.map(|value| value * inverse), innovation_variance };
-            if let Some(sensitivity) = self.sensitivities[index] {
-                told(sensitivity, &gain, self.innovations[index]);
-            }
+            told(index, &gain, self.innovations[index]);
         }
         covariance.subtract_squares(projected, &inverses);
     }

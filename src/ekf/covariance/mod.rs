@@ -8,13 +8,15 @@
 //! # Source
 //! Groves, second edition, equations 14.63 to 14.73 (error dynamics in NED); G. J. Bierman (1977),
 //! *Factorization Methods for Discrete Sequential Estimation*, section V.3 (stabilised update).
+mod fix_sensitivity;
 mod joint;
 mod packed;
 mod propagation;
 mod sensitivity;
 mod update;
 
-pub use joint::{Joint, MOST};
+pub use fix_sensitivity::{AxesSensitivity, FixSensitivity};
+pub use joint::{Joint, MOST, Sensitivities};
 pub(super) use packed::PackedBase;
 pub use propagation::{Relaxation, Transition};
 pub use sensitivity::Sensitivity;

@@ -1,7 +1,7 @@
 //! The sequential update: axis after axis, gated by groups.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 5, in arrays of six")]
 
-use super::super::covariance::{Gain, Joint, Sensitivity};
+use super::super::covariance::{Gain, Joint, Sensitivities, Sensitivity};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::{Channel, Innovation, Verdict};
@@ -22,6 +22,15 @@ pub(super) struct ScalarMeasurement<T> {
     pub sensitivity: Sensitivity<T>,
 }
 
+/// The same but for the sensitivity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Compared<T> {
+    pub channel: Channel,
+    pub group: Group,
+    pub innovation: T,
+    pub noise: T,
+}
+
 impl<T: Scalar> ScalarMeasurement<T> {
     /// A measurement that sees no state yet.
     pub fn new((channel, group): (Channel, Group), innovation: T, noise: T) -> Self {
@@ -30,28 +39,47 @@ impl<T: Scalar> ScalarMeasurement<T> {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole.
-    ///
-    /// # Source
-    /// Equation (K8) of docs/equations.md.
-    // Its frame is large; inlined, it would stand beneath whatever else its caller calls.
-    #[inline(never)]
+    /// [`compare`](Self::compare)s measurements that have a sensitivity each.
     pub(super) fn update_sequentially(
         &mut self,
         time: Time,
         axes: &[Option<ScalarMeasurement<T>>; 6],
         trace: &mut impl Trace<T, N>,
     ) -> Report {
-        let mut report = Report::default();
         let sensitivities = axes.each_ref().map(|axis| axis.as_ref().map(|axis| &axis.sensitivity));
+        let compared = axes.each_ref().map(|axis| {
+            let &ScalarMeasurement { channel, group, innovation, noise, .. } = axis.as_ref()?;
+            Some(Compared { channel, group, innovation, noise })
+        });
+        self.compare(time, &compared, Sensitivities::Each(sensitivities), trace)
+    }
+
+    /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole.
+    ///
+    /// # Source
+    /// Equation (K8) of docs/equations.md.
+    // Its frame is large; inlined, it would stand beneath whatever else its caller calls.
+    #[inline(never)]
+    pub(super) fn compare(
+        &mut self,
+        time: Time,
+        axes: &[Option<Compared<T>>; 6],
+        sensitivities: Sensitivities<'_, T>,
+        trace: &mut impl Trace<T, N>,
+    ) -> Report {
+        let mut report = Report::default();
         let innovations =
             axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.innovation));
         let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.group));
         let noise = axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.noise));
-        let mut joint = Joint::new(sensitivities, innovations);
+        let mut joint = Joint::<L, T, N>::new(sensitivities, innovations);
         joint.project(&self.covariance, 0);
-        let mut told = |sensitivity: &Sensitivity<T>, gain: &Gain<T, N>, innovation: T| {
-            trace.updated(sensitivity, gain, innovation.wide());
+        let mut told = |index: usize, gain: &Gain<T, N>, innovation: T| {
+            if trace.watches()
+                && let Some(sensitivity) = sensitivities.of::<L, N>(index)
+            {
+                trace.updated(&sensitivity, gain, innovation.wide());
+            }
         };
         let mut first = 0;
         while first < axes.len() {
@@ -114,7 +142,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K9) of docs/equations.md.
     #[inline(never)]
-    fn reopen(&mut self, axis: &ScalarMeasurement<T>) {
+    fn reopen(&mut self, axis: &Compared<T>) {
         let opened = square(axis.innovation).wide();
         match axis.channel {
             Channel::PositionNorth => self.covariance.add_variance(POSITION, opened),
