@@ -1,7 +1,7 @@
 //! The sensitivities of a fix's six axes: written as what they have in common, since every fix has them.
 #![expect(
     clippy::indexing_slicing,
-    reason = "axes count from 0 to 2, in arrays of three, and every state is below the number of states"
+    reason = "axes count from 0 to 2, in arrays of three; measurements from 0 to 5, in arrays of six"
 )]
 
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
@@ -99,15 +99,17 @@ impl<T: Scalar> FixSensitivity<T> {
         seen: &mut [[T; MOST]; MOST],
     ) {
         for state in 0..N {
-            let at = |of: usize| covariance.rows[of][state];
+            let at = |of: usize| covariance.value(of, state);
             let [a, b, c] = self.velocity::<L, N>(&at);
             let [d, e, f] = self.position::<L, N>(&at);
             for (projected, value) in projected.iter_mut().zip([a, b, c, d, e, f]) {
-                projected[state] = value;
+                if let Some(projected) = projected.get_mut(state) {
+                    *projected = value;
+                }
             }
         }
         for (behind, projected) in projected.iter().enumerate() {
-            let at = |of: usize| projected[of];
+            let at = |of: usize| projected.get(of).copied().unwrap_or(T::ZERO);
             let velocity = self.velocity::<L, N>(&at);
             for (row, value) in seen.iter_mut().zip(velocity) {
                 row[behind] = value;

@@ -131,7 +131,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         covariance: &mut Covariance<T, N>,
         index: usize,
         noise: T,
-        mut told: impl FnMut(usize, &Gain<T, N>, T),
+        told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let variance = self.variance(index);
         if variance <= T::ZERO {
@@ -169,10 +169,10 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         covariance: &mut Covariance<T, N>,
         index: usize,
         noise: T,
-        mut told: impl FnMut(usize, &Gain<T, N>, T),
+        told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let Some(sensitivity) = self.sensitivities.of::<L, N>(index) else { return };
-        self.settle(covariance, &mut told);
+        self.settle(covariance, told);
         self.project(covariance, index);
         let variance = self.variance(index);
         let projected = &self.projected[index.min(MOST - 1)];
@@ -196,7 +196,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     pub fn settle(
         &mut self,
         covariance: &mut Covariance<T, N>,
-        told: impl FnMut(usize, &Gain<T, N>, T),
+        told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let mut waiting = [0; MOST];
         let mut count = 0;
@@ -224,7 +224,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         &mut self,
         covariance: &mut Covariance<T, N>,
         waiting: &[usize],
-        mut told: impl FnMut(usize, &Gain<T, N>, T),
+        told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let mut shares = [[T::ZERO; K]; K];
         let (mut inverses, mut moves) = ([T::ZERO; K], [T::ZERO; K]);

@@ -304,8 +304,8 @@ fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
                 let one = [Some(&sensitivity), None, None, None, None, None];
                 let mut joint = Joint::<Base, f32, 16>::new(Sensitivities::Each(one), [0.0; MOST]);
                 joint.project(&covariance, 0);
-                joint.take_in(&mut covariance, 0, noise, |_, _, _| {});
-                joint.settle(&mut covariance, |_, _, _| {});
+                joint.take_in(&mut covariance, 0, noise, &mut |_, _, _| {});
+                joint.settle(&mut covariance, &mut |_, _, _| {});
             }
         }
         covariance.dense().cholesky().is_some()

@@ -88,7 +88,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             while end < axes.len() && groups[end] == groups[first] {
                 end += 1;
             }
-            let members = first..end;
+            // No less: said where optimising for size would not find out.
+            let members = first..end.min(axes.len());
             first = end;
             let Some(group) = groups[members.start] else { continue };
             let (mut largest, mut sum) = (T::ZERO, T::ZERO);
