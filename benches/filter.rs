@@ -32,7 +32,7 @@ fn kernels<T: Scalar, L: Layout<N>, const N: usize>(c: &mut Criterion, hover: &H
     c.bench_function(&format!("update 3 axes {name}"), |b| {
         b.iter_batched_ref(
             || start,
-            |p| fixtures::update(p, black_box(&arms)),
+            |p| fixtures::update::<T, L, N>(p, black_box(&arms)),
             BatchSize::SmallInput,
         );
     });

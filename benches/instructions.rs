@@ -78,7 +78,7 @@ mod counted {
             #[bench::three_axes(update::<$T, $L, $N>())]
             fn $update(mut case: Update<$T, $N>) -> Update<$T, $N> {
                 let (p, arms) = &mut *case;
-                fixtures::update(black_box(p), black_box(arms));
+                fixtures::update::<$T, $L, $N>(black_box(p), black_box(arms));
                 case
             }
 

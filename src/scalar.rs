@@ -25,6 +25,8 @@ pub trait Scalar:
     const ZERO: Self;
     /// One.
     const ONE: Self;
+    /// The greatest number that is finite.
+    const MAX: Self;
     /// What a measurement may bring, its variance by the state over its own, before the short form of
     /// the update loses half the digits: the root of the number of steps in one.
     const MOST_INFORMATION: Self;
@@ -69,6 +71,7 @@ macro_rules! scalar {
         impl Scalar for $T {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
+            const MAX: Self = $T::MAX;
             const MOST_INFORMATION: Self = $most_information;
             #[inline(always)]
             fn of(value: f64) -> Self {

@@ -366,6 +366,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             self.suspected = Some(time);
         }
+        if self.phase == Phase::Searching {
+            self.end_search(notify);
+        }
         for slot in 0..HELD {
             let due = self.held.get(slot).copied().flatten().filter(|fix| fix.time <= sample.time);
             if let Some(fix) = due {
@@ -418,18 +421,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Phase::Navigating => self.filter.update_gps_traced(fix, trace),
         };
         notify(Notice::of_update(fix.time, Aid::Gps, result));
-        if self.phase == Phase::Searching
-            && let Some(FoundHeading { filter, sector, sigma_rad }) = self.search.found()
-        {
-            self.filter.continue_from(filter);
-            self.filter.open_heading(FOUND_SIGMA_RAD);
-            self.filter.gates.doubt_heading(fix.time);
-            self.phase = Phase::Navigating;
-            self.search.watch(self.filter.state.body_to_ned);
-            notify(Notice::HeadingFound { time: fix.time, sector, sigma_rad });
-        } else if self.phase == Phase::Navigating {
+        if self.phase == Phase::Navigating {
             self.watch_heading(fix, trace, notify);
         }
+    }
+
+    /// Goes on with the filter whose heading the search has found, if it has.
+    #[inline(never)]
+    fn end_search(&mut self, notify: &mut impl FnMut(Notice)) {
+        let Some(FoundHeading { filter, sector, sigma_rad }) = self.search.found() else { return };
+        let time = filter.state.time;
+        self.filter.continue_from(filter);
+        self.filter.open_heading(FOUND_SIGMA_RAD);
+        self.filter.gates.doubt_heading(time);
+        self.phase = Phase::Navigating;
+        self.search.watch(self.filter.state.body_to_ned);
+        notify(Notice::HeadingFound { time, sector, sigma_rad });
     }
 
     #[inline(never)]

@@ -34,6 +34,8 @@ pub(super) struct Samples<T> {
     pub rest: Rest<T>,
     /// Mean rate of a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
+    /// The last sample that was watched: filters that share their samples watch each only once.
+    pub watched: Option<Time>,
 }
 
 impl<T: Scalar> Samples<T> {
@@ -46,6 +48,7 @@ impl<T: Scalar> Samples<T> {
         force_sum: ForceSum::NONE,
         rest: Rest::NONE,
         resting_rate_radps: None,
+        watched: None,
     };
 }
 
@@ -284,7 +287,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(ImuFault::NotLater);
         }
         let motion = sample.motion.cast();
-        if self.samples.integrity.is_stuck(&motion) {
+        let watched = self.samples.watched == Some(sample.time);
+        if !watched && self.samples.integrity.is_stuck(&motion) {
             return Err(ImuFault::Stuck);
         }
         let errors = self.imu_errors();
@@ -304,7 +308,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             trace.reset(0..N);
             return Ok(Prediction::Reset(ResetCause::LongGap { length_s: gap_s }));
         }
-        self.watch_samples(sample, &motion, increment.interval_s, gap);
+        if !watched {
+            self.watch_samples(sample, &motion, increment.interval_s, gap);
+        }
+        let suspicion = &self.samples.suspicion;
+        if suspicion.is_clipped() || suspicion.stuck || suspicion.shaken {
+            self.gates.doubt_filter(sample.time);
+        }
         let stepped = if gap {
             self.coast(sample.time, trace)
         } else {

@@ -47,6 +47,11 @@ impl Group {
     const COUNT: usize = 11;
     /// The first so many are those of the GPS.
     const GPS: usize = 4;
+
+    /// Whether it is one axis and tells height: what [`leans`](Gates::leans) is asked of.
+    pub const fn is_height(self) -> bool {
+        matches!(self, Self::VerticalPosition | Self::VerticalVelocity | Self::Baro)
+    }
 }
 
 /// What each gate has seen.
@@ -191,9 +196,9 @@ impl Gates {
         }
     }
 
-    /// Notes to which side an innovation of one axis lies. Gives whether those of a height lean so far
-    /// that they cannot be chance, while what else tells the height agrees with the filter: of receiver
-    /// and barometer the one that leans first drifts.
+    /// Notes to which side an innovation of a [height](Group::is_height) lies. Gives whether they lean so
+    /// far that they cannot be chance, while what else tells the height agrees with the filter: of
+    /// receiver and barometer the one that leans first drifts.
     pub fn leans(&mut self, group: Group, time: Time, normalised: f64) -> bool {
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
         let newest = NEWEST.min(((time - gate.accepted) / LEANING_S) as f32);

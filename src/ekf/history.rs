@@ -50,7 +50,7 @@ pub(super) struct History<T> {
 }
 
 /// How many of its newest entries a filter of a bank keeps for itself.
-const RECENT: usize = 3;
+const RECENT: usize = 2;
 
 /// The newest entries' motion, newest first: see [`History::recent`].
 #[derive(Clone, Copy, Debug)]

@@ -30,12 +30,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_radps: self.config.imu.gyro_range_radps,
             accel_mps2: self.config.imu.accel_range_mps2,
         };
-        let suspicion = self.samples.integrity.push(&mean, &sample.clipped, interval_s, &scale);
-        self.samples.suspicion = suspicion;
+        self.samples.suspicion =
+            self.samples.integrity.push(&mean, &sample.clipped, interval_s, &scale);
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
-        if suspicion.is_clipped() || suspicion.stuck || suspicion.shaken {
-            self.gates.doubt_filter(sample.time);
-        }
+        self.samples.watched = Some(sample.time);
     }
 
     /// How the parameters decay over a step, and the noise that drives them.

@@ -7,6 +7,10 @@ use crate::frames::{Ned, Vector};
 
 /// Watches a filter at work: what a smoother needs to go back over it.
 pub trait Trace<T, const N: usize> {
+    /// Whether it wants to be told of measurements at all: what it would be told is not worked out else.
+    fn watches(&self) -> bool {
+        true
+    }
     /// The covariance was propagated.
     fn propagated(&mut self, step: &Transition<T, N>);
     /// A scalar measurement was taken in.
@@ -24,6 +28,10 @@ pub trait Trace<T, const N: usize> {
 
 /// Watches nothing.
 impl<T, const N: usize> Trace<T, N> for () {
+    #[inline(always)]
+    fn watches(&self) -> bool {
+        false
+    }
     #[inline(always)]
     fn propagated(&mut self, _: &Transition<T, N>) {}
     #[inline(always)]

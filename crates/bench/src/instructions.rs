@@ -95,7 +95,7 @@ impl Work {
                 }
                 "notch, two harmonics" => _ = black_box(notch.filter(black_box(&sample))),
                 "covariance, one step" => black_box(&mut p).propagate::<L>(black_box(&step)),
-                _ => update(black_box(&mut p), black_box(&arms)),
+                _ => update::<L, N>(black_box(&mut p), black_box(&arms)),
             }
         }
         Ok(())

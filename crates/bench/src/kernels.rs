@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use hovernav::ekf::covariance::{Covariance, Joint, MOST, Sensitivity, Transition};
+use hovernav::ekf::covariance::{Covariance, Joint, MOST, Sensitivities, Sensitivity, Transition};
 use hovernav::ekf::layout::{Base, Full, Layout};
 use hovernav::ekf::{Ekf, Estimator, NoHeadingSearch};
 use hovernav::event::Event;
@@ -74,15 +74,19 @@ pub fn covariance<L: Layout<N>, const N: usize>() -> Covariance<f64, N> {
 }
 
 /// A three-axis update, each axis of unit variance.
-pub fn update<const N: usize>(p: &mut Covariance<f64, N>, arms: &[Sensitivity<f64>; 3]) {
+pub fn update<L: Layout<N>, const N: usize>(
+    p: &mut Covariance<f64, N>,
+    arms: &[Sensitivity<f64>; 3],
+) {
     let [north, east, down] = arms;
     let axes = [Some(north), Some(east), Some(down), None, None, None];
-    let mut joint = Joint::new(axes, [0.0; MOST]);
+    let mut joint = Joint::<L, f64, N>::new(Sensitivities::Each(axes), [0.0; MOST]);
     joint.project(p, 0);
     for axis in 0..arms.len() {
-        black_box(joint.take_in(p, axis, 1.0));
+        joint.take_in(p, axis, 1.0, &mut |_, _, _| {});
     }
-    joint.settle(p);
+    joint.settle(p, &mut |_, _, _| {});
+    black_box(joint.correction());
 }
 
 fn time<L: Layout<N>, const N: usize>(
@@ -127,7 +131,7 @@ fn time<L: Layout<N>, const N: usize>(
         pace.rest();
         let mut p = start;
         propagation.time(|| black_box(&mut p).propagate::<L>(black_box(&transition)));
-        axes.time(|| update(black_box(&mut p), black_box(&arms)));
+        axes.time(|| update::<L, N>(black_box(&mut p), black_box(&arms)));
     }
 
     let all = [

@@ -5,46 +5,73 @@
     reason = "every index is below the number of states or of measurements, which bound the loops"
 )]
 
+use core::marker::PhantomData;
+
+use super::super::layout::Layout;
 use super::super::scalar::Scalar;
+use super::fix_sensitivity::FixSensitivity;
 use super::{Covariance, Gain, Sensitivity, add_scaled};
 
 /// Most measurements of one moment: position and velocity.
 pub const MOST: usize = 6;
 
+/// How the measurements of one moment see the state.
+#[derive(Clone, Copy, Debug)]
+pub enum Sensitivities<'a, T> {
+    /// Each by itself, those that there are.
+    Each([Option<&'a Sensitivity<T>>; MOST]),
+    /// As velocity and position of a fix.
+    Fix(&'a FixSensitivity<T>),
+}
+
+impl<T: Scalar> Sensitivities<'_, T> {
+    /// That of one measurement, if there is that one.
+    #[must_use]
+    #[inline(never)]
+    pub fn of<L: Layout<N>, const N: usize>(&self, index: usize) -> Option<Sensitivity<T>> {
+        match self {
+            Self::Each(each) => each.get(index).copied().flatten().copied(),
+            Self::Fix(fix) => Some(fix.row::<L, N>(index)),
+        }
+    }
+}
+
 /// Scalar measurements of one moment on their way into a covariance.
 ///
-/// What one of them teaches changes the projections P Hᵀ and H P Hᵀ of those behind it, which are far
-/// fewer numbers than the covariance: so each can be judged by all before it, and the covariance is
-/// changed once, by [`settle`](Self::settle).
+/// What one of them teaches changes the projections P Hᵀ and H P Hᵀ of those behind it. To judge each by
+/// all before it, H P Hᵀ is enough, a few numbers; P Hᵀ, the covariance and the state are changed once, by
+/// [`settle`](Self::settle).
 #[derive(Clone, Debug)]
-pub struct Joint<'a, T, const N: usize> {
-    sensitivities: [Option<&'a Sensitivity<T>>; MOST],
-    /// P Hᵀ of each.
+pub struct Joint<'a, L, T, const N: usize> {
+    sensitivities: Sensitivities<'a, T>,
+    /// P Hᵀ of each, before any of them.
     projected: [[T; N]; MOST],
     /// H P Hᵀ: of each with itself and with those behind it.
     seen: [[T; MOST]; MOST],
     /// What is left of each innovation after those before it.
     innovations: [T; MOST],
-    /// The inverse innovation variance of those taken in that the covariance does not know of yet, zero
-    /// of all others.
+    /// The innovation variance of those taken in that the covariance does not know of yet, zero of all
+    /// others.
     pending: [T; MOST],
+    /// What those taken in make of the state, as far as they are settled.
+    correction: [T; N],
+    layout: PhantomData<L>,
 }
 
-impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
+impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     /// The measurements that there are, of given `innovations`; to be [`project`](Self::project)ed from
     /// the first on.
     #[must_use]
     #[inline(always)]
-    pub const fn new(
-        sensitivities: [Option<&'a Sensitivity<T>>; MOST],
-        innovations: [T; MOST],
-    ) -> Self {
+    pub const fn new(sensitivities: Sensitivities<'a, T>, innovations: [T; MOST]) -> Self {
         Self {
             sensitivities,
             projected: [[T::ZERO; N]; MOST],
             seen: [[T::ZERO; MOST]; MOST],
             innovations,
             pending: [T::ZERO; MOST],
+            correction: [T::ZERO; N],
+            layout: PhantomData,
         }
     }
 
@@ -52,12 +79,19 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
     /// than by [`settle`](Self::settle).
     #[inline(never)]
     pub fn project(&mut self, covariance: &Covariance<T, N>, first: usize) {
+        let each = match self.sensitivities {
+            Sensitivities::Each(each) => each,
+            Sensitivities::Fix(fix) => {
+                fix.project::<L, N>(covariance, &mut self.projected, &mut self.seen);
+                return;
+            }
+        };
         for b in first..MOST {
-            let Some(sensitivity) = self.sensitivities[b] else { continue };
+            let Some(sensitivity) = each[b] else { continue };
             self.projected[b] = covariance.project_on(sensitivity);
-            for a in first..=b {
-                if let Some(other) = self.sensitivities[a] {
-                    self.seen[a][b] = other.dot(&self.projected[b]);
+            for (row, other) in self.seen.iter_mut().zip(each).take(b + 1).skip(first) {
+                if let Some(other) = other {
+                    row[b] = other.dot(&self.projected[b]);
                 }
             }
         }
@@ -77,11 +111,18 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         self.innovations.get(index).copied().unwrap_or(T::ZERO)
     }
 
-    /// Takes in a measurement of variance `noise`; the gain is returned for the state's correction.
+    /// What those taken in make of the state, once they are [`settle`](Self::settle)d.
+    #[must_use]
+    pub const fn correction(&self) -> &[T; N] {
+        &self.correction
+    }
+
+    /// Takes in a measurement of variance `noise`.
     ///
     /// With v = P Hᵀ and the innovation variance S, the covariance becomes P − v vᵀ / S once it is
     /// settled: one symmetric term. In it rounding grows by S over the noise, so a measurement that
-    /// brings more than that bears is taken in by Bierman's stabilised form, at once.
+    /// brings more than that bears is taken in by Bierman's stabilised form, at once; those before it are
+    /// then settled, and told as [`settle`](Self::settle) does.
     ///
     /// # Source
     /// Equations (K6) and (K16) of docs/equations.md.
@@ -90,39 +131,35 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         covariance: &mut Covariance<T, N>,
         index: usize,
         noise: T,
-    ) -> Gain<T, N> {
-        let nothing = Gain { gain: [T::ZERO; N], innovation_variance: noise };
-        let Some(sensitivity) = self.sensitivities.get(index).copied().flatten() else {
-            return nothing;
-        };
+        told: &mut impl FnMut(usize, &Gain<T, N>, T),
+    ) {
         let variance = self.variance(index);
         if variance <= T::ZERO {
-            return nothing;
+            let nothing = Gain { gain: [T::ZERO; N], innovation_variance: noise };
+            told(index, &nothing, self.innovation(index));
+            return;
         }
         if variance > noise * T::MOST_INFORMATION {
-            return self.take_in_stabilised(covariance, index, sensitivity, noise);
+            self.take_in_stabilised(covariance, index, noise, told);
+            return;
         }
+        let index = index.min(MOST - 1);
         let innovation_variance = variance + noise;
         let inverse = T::ONE / innovation_variance;
-        let (before, behind) = self.projected.split_at_mut((index + 1).min(MOST));
-        let Some(projected) = before.last() else { return nothing };
-        let innovation = self.innovations[index.min(MOST - 1)];
-        let shares = self.seen[index.min(MOST - 1)].map(|seen| seen * inverse);
-        #[expect(clippy::needless_range_loop, reason = "by iterators it takes a sixth longer")]
+        let own = self.seen[index];
+        let innovation = self.innovations[index];
         for b in index + 1..MOST {
-            let measured = self.sensitivities[b].is_some();
-            let Some(other) = behind.get_mut(b - index - 1).filter(|_| measured) else {
-                continue;
-            };
-            add_scaled(other, -shares[b], projected);
-            self.innovations[b] -= shares[b] * innovation;
-            let own = self.seen[index.min(MOST - 1)];
+            let share = own[b] * inverse;
+            self.innovations[b] -= share * innovation;
+            #[expect(
+                clippy::needless_range_loop,
+                reason = "by iterators it takes 300 instructions more"
+            )]
             for c in b..MOST {
-                self.seen[b][c] -= shares[b] * own[c];
+                self.seen[b][c] -= share * own[c];
             }
         }
-        self.pending[index.min(MOST - 1)] = inverse;
-        Gain { gain: projected.map(|value| value * inverse), innovation_variance }
+        self.pending[index] = innovation_variance;
     }
 
     // Rare, and with a frame of its own.
@@ -131,58 +168,121 @@ impl<'a, T: Scalar, const N: usize> Joint<'a, T, N> {
         &mut self,
         covariance: &mut Covariance<T, N>,
         index: usize,
-        sensitivity: &Sensitivity<T>,
         noise: T,
-    ) -> Gain<T, N> {
-        self.settle(covariance);
+        told: &mut impl FnMut(usize, &Gain<T, N>, T),
+    ) {
+        let Some(sensitivity) = self.sensitivities.of::<L, N>(index) else { return };
+        self.settle(covariance, told);
         self.project(covariance, index);
         let variance = self.variance(index);
         let projected = &self.projected[index.min(MOST - 1)];
-        let gain = covariance.update(sensitivity, projected, variance, noise);
+        let gain = covariance.update(&sensitivity, projected, variance, noise);
         let innovation = self.innovation(index);
+        add_scaled(&mut self.correction, innovation, &gain.gain);
         for b in index + 1..MOST {
-            if let Some(other) = self.sensitivities[b] {
+            if let Some(other) = self.sensitivities.of::<L, N>(b) {
                 self.innovations[b] -= other.dot(&gain.gain) * innovation;
             }
         }
         self.project(covariance, index + 1);
-        gain
+        told(index, &gain, innovation);
     }
 
-    /// Changes the covariance by what was taken in since the last time.
+    /// Changes covariance and correction by what was taken in since the last time; `told` hears each's
+    /// place, gain and innovation, in their order. Those behind must be
+    /// [`project`](Self::project)ed again.
     // The frames of this and of the rest need not stand on each other.
     #[inline(never)]
-    pub fn settle(&mut self, covariance: &mut Covariance<T, N>) {
-        let [first, ..] = &self.projected;
-        let mut waiting = [(first, T::ZERO); MOST];
+    pub fn settle(
+        &mut self,
+        covariance: &mut Covariance<T, N>,
+        told: &mut impl FnMut(usize, &Gain<T, N>, T),
+    ) {
+        let mut waiting = [0; MOST];
         let mut count = 0;
-        for (projected, inverse) in self.projected.iter().zip(&mut self.pending) {
-            if *inverse > T::ZERO
+        for (index, &variance) in self.pending.iter().enumerate() {
+            if variance > T::ZERO
                 && let Some(slot) = waiting.get_mut(count)
             {
-                *slot = (projected, *inverse);
+                *slot = index;
                 count += 1;
-                *inverse = T::ZERO;
             }
         }
-        let [a, b, c, ..] = waiting;
+        let waiting = waiting.get(..count).unwrap_or_default();
         match count {
-            0 => {}
-            1 => covariance.subtract_squares([a]),
-            2 | 3 => covariance.subtract_squares([a, b, c]),
-            _ => covariance.subtract_squares(waiting),
+            0 => return,
+            1 => self.settle_in::<1>(covariance, waiting, told),
+            2 | 3 => self.settle_in::<3>(covariance, waiting, told),
+            _ => self.settle_in::<MOST>(covariance, waiting, told),
         }
+        self.pending = [T::ZERO; MOST];
+    }
+
+    /// [`settle`](Self::settle)s those `waiting`, at most `K`.
+    #[inline(always)]
+    fn settle_in<const K: usize>(
+        &mut self,
+        covariance: &mut Covariance<T, N>,
+        waiting: &[usize],
+        told: &mut impl FnMut(usize, &Gain<T, N>, T),
+    ) {
+        let mut shares = [[T::ZERO; K]; K];
+        let (mut inverses, mut moves) = ([T::ZERO; K], [T::ZERO; K]);
+        for (slot, &index) in waiting.iter().enumerate().take(K) {
+            let index = index.min(MOST - 1);
+            // What was refused leaves a place free.
+            if slot != index {
+                self.projected[slot] = self.projected[index];
+            }
+            let inverse = T::ONE / self.pending[index];
+            (inverses[slot], moves[slot]) = (inverse, inverse * self.innovations[index]);
+            for (share, &behind) in shares[slot].iter_mut().zip(waiting) {
+                *share = self.seen[index][behind.min(MOST - 1)] * inverse;
+            }
+        }
+        let Some(projected) = self.projected.first_chunk_mut::<K>() else { return };
+        for unused in projected.iter_mut().skip(waiting.len()) {
+            *unused = [T::ZERO; N];
+        }
+        // Each less what those before it know.
+        #[expect(
+            clippy::needless_range_loop,
+            reason = "by iterators nothing shows that it ends at N"
+        )]
+        for state in 0..N {
+            let mut left: [T; K] = core::array::from_fn(|slot| projected[slot][state]);
+            let mut correction = self.correction[state];
+            for behind in 0..K {
+                for before in 0..behind {
+                    let known = shares[before][behind] * left[before];
+                    left[behind] -= known;
+                }
+                correction += left[behind] * moves[behind];
+                projected[behind][state] = left[behind];
+            }
+            self.correction[state] = correction;
+        }
+        for ((&index, projected), &inverse) in waiting.iter().zip(projected.iter()).zip(&inverses) {
+            let index = index.min(MOST - 1);
+            let innovation_variance = self.pending[index];
+            let gain = Gain { gain: projected.map(|value| value * inverse), innovation_variance };
+            told(index, &gain, self.innovations[index]);
+        }
+        covariance.subtract_squares(projected, &inverses);
     }
 }
 
 impl<T: Scalar, const N: usize> Covariance<T, N> {
-    /// P ← P − Σ v vᵀ f over `terms` of v and f: upper triangle, and its mirror, in squares of two, which
-    /// are what vector instructions turn.
-    fn subtract_squares<const K: usize>(&mut self, terms: [(&[T; N], T); K]) {
+    /// P ← P − Σ v vᵀ f over vectors v with their factors f: upper triangle, and its mirror, in squares of
+    /// two, which are what vector instructions turn.
+    #[inline(always)]
+    fn subtract_squares<const K: usize>(&mut self, vectors: &[[T; N]; K], factors: &[T; K]) {
         let p = &mut self.rows;
         for above in 0..N / 2 {
             let i = 2 * above;
-            let scaled = terms.map(|(v, factor)| [v[i] * factor, v[i + 1] * factor]);
+            let scaled: [[T; 2]; K] = core::array::from_fn(|term| {
+                [vectors[term][i] * factors[term], vectors[term][i + 1] * factors[term]]
+            });
             for left in above..N / 2 {
                 let j = 2 * left;
                 // True of every pair: said where optimising for size would not find out.
@@ -190,7 +290,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                     break;
                 }
                 let mut square = [[p[i][j], p[i][j + 1]], [p[i + 1][j], p[i + 1][j + 1]]];
-                for ((v, _), scaled) in terms.iter().zip(&scaled) {
+                for (v, scaled) in vectors.iter().zip(&scaled) {
                     for (line, &scaled) in square.iter_mut().zip(scaled) {
                         line[0] -= scaled * v[j];
                         line[1] -= scaled * v[j + 1];

@@ -8,13 +8,15 @@
 //! # Source
 //! Groves, second edition, equations 14.63 to 14.73 (error dynamics in NED); G. J. Bierman (1977),
 //! *Factorization Methods for Discrete Sequential Estimation*, section V.3 (stabilised update).
+mod fix_sensitivity;
 mod joint;
 mod packed;
 mod propagation;
 mod sensitivity;
 mod update;
 
-pub use joint::{Joint, MOST};
+pub use fix_sensitivity::{AxesSensitivity, FixSensitivity};
+pub use joint::{Joint, MOST, Sensitivities};
 pub(super) use packed::PackedBase;
 pub use propagation::{Relaxation, Transition};
 pub use sensitivity::Sensitivity;
@@ -134,9 +136,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// variance with the next step or measurement.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        (0..N).all(|state| {
-            let variance = self.value(state, state);
-            variance >= T::ZERO && variance.is_finite()
+        self.rows.iter().enumerate().all(|(state, row)| {
+            row.get(state).is_some_and(|&variance| variance >= T::ZERO && variance <= T::MAX)
         })
     }
 }

@@ -6,7 +6,7 @@
 
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
-use super::{Covariance, add_scaled};
+use super::Covariance;
 
 /// One step of the error dynamics in discrete form: everything the propagation needs.
 #[derive(Clone, Copy, Debug)]
@@ -65,33 +65,33 @@ impl<T: Scalar, const N: usize> Transition<T, N> {
         }
     }
 
-    /// A row of Φ P times the column of Φᵀ that gives attitude.
+    /// Attitude of Φ x; `at` gives a state of x.
     #[inline(always)]
-    fn attitude<L: Layout<N>>(&self, row: &[T; N], axis: usize) -> T {
-        let mut value = row[ATTITUDE + axis];
+    fn attitude<L: Layout<N>>(&self, at: &impl Fn(usize) -> T, axis: usize) -> T {
+        let mut value = at(ATTITUDE + axis);
         for k in 0..3 {
-            value -= self.turn[axis][k] * row[GYRO_BIAS + k];
+            value -= self.turn[axis][k] * at(GYRO_BIAS + k);
         }
         if let Some(scale) = L::GYRO_SCALE {
             for k in 0..3 {
-                value -= self.scaled_rotation[axis][k] * row[scale + k];
+                value -= self.scaled_rotation[axis][k] * at(scale + k);
             }
         }
         value
     }
 
-    /// A row of Φ P times the column of Φᵀ that gives velocity.
+    /// Velocity of Φ x.
     #[inline(always)]
-    fn velocity<L: Layout<N>>(&self, row: &[T; N], axis: usize) -> T {
+    fn velocity<L: Layout<N>>(&self, at: &impl Fn(usize) -> T, axis: usize) -> T {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let mut value = row[VELOCITY + axis] + self.force[last] * row[ATTITUDE + next]
-            - self.force[next] * row[ATTITUDE + last];
+        let mut value = at(VELOCITY + axis) + self.force[last] * at(ATTITUDE + next)
+            - self.force[next] * at(ATTITUDE + last);
         for k in 0..3 {
-            value -= self.turn[axis][k] * row[ACCEL_BIAS + k];
+            value -= self.turn[axis][k] * at(ACCEL_BIAS + k);
         }
         if let Some(scale) = L::ACCEL_SCALE {
             for k in 0..3 {
-                value -= self.scaled_velocity[axis][k] * row[scale + k];
+                value -= self.scaled_velocity[axis][k] * at(scale + k);
             }
         }
         value
@@ -150,48 +150,23 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// P ← Φ P, of which nine rows change: position by the old velocity and the new, velocity by the old
-    /// attitude, so attitude comes last.
+    /// P ← Φ P, of which nine rows change, column by column.
     #[inline(always)]
     fn move_rows<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);
-        let (rows, parameters) = self.rows.split_at_mut(GYRO_BIAS);
-        for axis in 0..3 {
-            let before = rows[VELOCITY + axis];
-            let mut velocity = before;
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            add_scaled(&mut velocity, step.force[last], &rows[ATTITUDE + next]);
-            add_scaled(&mut velocity, -step.force[next], &rows[ATTITUDE + last]);
-            for k in 0..3 {
-                add_scaled(
-                    &mut velocity,
-                    -step.turn[axis][k],
-                    &parameters[ACCEL_BIAS - GYRO_BIAS + k],
-                );
-            }
-            if let Some(scale) = L::ACCEL_SCALE {
-                for k in 0..3 {
-                    let factor = -step.scaled_velocity[axis][k];
-                    add_scaled(&mut velocity, factor, &parameters[scale - GYRO_BIAS + k]);
-                }
-            }
-            let position = &mut rows[POSITION + axis];
-            for ((value, &before), &after) in position.iter_mut().zip(&before).zip(&velocity) {
-                *value += half * before;
-                *value += half * after;
-            }
-            rows[VELOCITY + axis] = velocity;
-        }
-        for axis in 0..3 {
-            let attitude = &mut rows[ATTITUDE + axis];
-            for (&turn, bias) in step.turn[axis].iter().zip(parameters.iter()) {
-                add_scaled(attitude, -turn, bias);
-            }
-            if let Some(scale) = L::GYRO_SCALE {
-                for k in 0..3 {
-                    let factor = -step.scaled_rotation[axis][k];
-                    add_scaled(attitude, factor, &parameters[scale - GYRO_BIAS + k]);
-                }
+        let p = &mut self.rows;
+        #[expect(clippy::needless_range_loop, reason = "a column is no slice")]
+        for column in 0..N {
+            let at = |state: usize| p[state][column];
+            let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude::<L>(&at, axis));
+            let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity::<L>(&at, axis));
+            let position: [T; 3] = core::array::from_fn(|axis| {
+                at(POSITION + axis) + half * at(VELOCITY + axis) + half * velocity[axis]
+            });
+            for axis in 0..3 {
+                p[ATTITUDE + axis][column] = attitude[axis];
+                p[VELOCITY + axis][column] = velocity[axis];
+                p[POSITION + axis][column] = position[axis];
             }
         }
     }
@@ -205,15 +180,16 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         let p = &mut self.rows;
         for i in (POSITION..GYRO_BIAS).rev() {
             for axis in i - POSITION..3 {
-                let value = step.velocity::<L>(&p[i], axis);
+                let value = step.velocity::<L>(&|state| p[i][state], axis);
                 let value = p[i][POSITION + axis] + half * (p[i][VELOCITY + axis] + value);
                 p[POSITION + axis][i] = value;
                 p[i][POSITION + axis] = value;
             }
         }
         for i in (0..POSITION).rev() {
-            let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity::<L>(&p[i], axis));
-            let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude::<L>(&p[i], axis));
+            let at = |state: usize| p[i][state];
+            let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity::<L>(&at, axis));
+            let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude::<L>(&at, axis));
             for axis in 0..3 {
                 let value = p[i][POSITION + axis] + half * (p[i][VELOCITY + axis] + velocity[axis]);
                 p[POSITION + axis][i] = value;

@@ -210,17 +210,20 @@ proptest! {
         noise_powers in proptest::array::uniform6(-9.0..2.0),
     ) {
         let mut next = numbers(seed);
-        let start = random_covariance::<26>(&mut next);
+        let start = random_covariance::<28>(&mut next);
         let sensitivities: [_; MOST] =
-            std::array::from_fn(|n| (n != 4).then(|| random_sensitivity::<f64>(9, 26, &mut next)));
+            std::array::from_fn(|n| (n != 4).then(|| random_sensitivity::<f64>(9, 28, &mut next)));
         let innovations = std::array::from_fn(|_| next());
-        let mut covariance = Covariance::<f64, 26>::from_dense(&start);
-        let mut joint = Joint::new(sensitivities.each_ref().map(Option::as_ref), innovations);
+        let mut covariance = Covariance::<f64, 28>::from_dense(&start);
+        let each = Sensitivities::Each(sensitivities.each_ref().map(Option::as_ref));
+        let mut joint = Joint::<Full, f64, 28>::new(each, innovations);
         joint.project(&covariance, 0);
-        let (mut expected, mut state) = (start, SVector::<f64, 26>::zeros());
+        let (mut expected, mut state) = (start, SVector::<f64, 28>::zeros());
+        let (mut gains, mut found) = (Vec::new(), Vec::new());
+        let mut told = |_: usize, gain: &Gain<f64, 28>, _: f64| found.push(gain.gain);
         for n in 0..MOST {
             let Some(sensitivity) = &sensitivities[n] else { continue };
-            let h = dense_sensitivity::<f64, 26>(sensitivity);
+            let h = dense_sensitivity::<f64, 28>(sensitivity);
             let variance = (h.transpose() * expected * h)[0];
             // Rounding is that of the covariance before.
             let before = (h.transpose() * start * h)[0];
@@ -231,13 +234,21 @@ proptest! {
             prop_assert!((joint.innovation(n) - left).abs() < 1e-6 * scale, "{} {left}", joint.innovation(n));
             if taken[n] {
                 let gain = expected * h / (variance + noise);
-                let found = joint.take_in(&mut covariance, n, noise);
-                prop_assert!(difference_of_gains(&found.gain, &gain, &start) < 1e-6);
+                joint.take_in(&mut covariance, n, noise, &mut told);
                 state += gain * left;
+                gains.push(gain);
                 expected = joseph(&expected, &h, noise);
             }
         }
-        joint.settle(&mut covariance);
+        joint.settle(&mut covariance, &mut told);
+        prop_assert!(gains.len() == found.len());
+        for (found, gain) in found.iter().zip(&gains) {
+            prop_assert!(difference_of_gains(found, gain, &start) < 1e-6);
+        }
+        for (n, &corrected) in joint.correction().iter().enumerate() {
+            let scale = start[(n, n)].sqrt() + gains.iter().map(|gain| gain[n].abs()).sum::<f64>();
+            prop_assert!((corrected - state[n]).abs() < 1e-6 * scale, "{corrected} {}", state[n]);
+        }
         prop_assert!(covariance.is_symmetric() && covariance.is_valid());
         prop_assert!(difference_from(&covariance.dense(), &expected, &start) < 1e-9);
     }
@@ -291,10 +302,10 @@ fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
             }
             Form::Joint => {
                 let one = [Some(&sensitivity), None, None, None, None, None];
-                let mut joint = Joint::new(one, [0.0; MOST]);
+                let mut joint = Joint::<Base, f32, 16>::new(Sensitivities::Each(one), [0.0; MOST]);
                 joint.project(&covariance, 0);
-                let _ = joint.take_in(&mut covariance, 0, noise);
-                joint.settle(&mut covariance);
+                joint.take_in(&mut covariance, 0, noise, &mut |_, _, _| {});
+                joint.settle(&mut covariance, &mut |_, _, _| {});
             }
         }
         covariance.dense().cholesky().is_some()

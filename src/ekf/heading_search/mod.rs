@@ -10,8 +10,12 @@
 //! What the filters have in common, a shared filter holds once: settings, samples, the
 //! history of increments. It steps for one sector after the other, each of which keeps only what is its own, half a
 //! covariance among it. A fix that is older than a sector's own newest entries of the history, about
-//! three samples, is looked back for through those of the sector that stepped last: biases differ between
+//! two samples, is looked back for through those of the sector that stepped last: biases differ between
 //! sectors by so little that a GPS does not see it.
+//!
+//! # Time
+//! A fix is taken in by one sector after the other, over the samples that follow it (`turns.rs`), and the
+//! sectors are weighed when all have it.
 //!
 //! # Source
 //! D. L. Alspach and H. W. Sorenson (1972), Nonlinear Bayesian estimation using Gaussian sum
@@ -20,13 +24,14 @@
 mod method;
 mod monitor;
 mod sector;
+mod turns;
 
 pub use method::{HeadingMethod, NoHeadingSearch};
 pub(super) use monitor::BetterHeading;
 use monitor::Monitor;
 
 use super::config::{EkfConfig, GpsModel};
-use super::filter::Ekf;
+use super::filter::{Ekf, Samples};
 use super::history::Cursor;
 use super::layout::Base;
 use super::measurement::{Report, Unusable};
@@ -40,6 +45,7 @@ use crate::imu::ImuSample;
 use crate::ins::{Mounting, Start};
 use crate::time::Time;
 use sector::Sector;
+use turns::Waiting;
 
 /// Number of sectors.
 const SECTORS: usize = 12;
@@ -75,6 +81,12 @@ pub struct HeadingSearch<T = f64> {
     /// Steps for each sector in turn.
     filter: Ekf<Base, 16, T>,
     last_fix: Option<Time>,
+    /// The fix that not all sectors have taken in yet.
+    waiting: Option<Waiting>,
+    /// Whether the sectors have been weighed since the heading was last asked for.
+    weighed: bool,
+    /// Time between the last two samples, s.
+    sample_s: f64,
     /// Whether the vehicle has been fast enough for its heading to count as found.
     fast: bool,
     /// Since when the monitor has borne out the leader.
@@ -106,6 +118,9 @@ impl<T: Scalar> HeadingSearch<T> {
             sectors: [const { None }; SECTORS],
             filter: Ekf::unstarted(config, mounting),
             last_fix: None,
+            waiting: None,
+            weighed: false,
+            sample_s: 0.0,
             fast: false,
             borne_out: None,
             monitor: Monitor::NONE,
@@ -115,6 +130,7 @@ impl<T: Scalar> HeadingSearch<T> {
     /// Starts, in place, to search all around from a start of unknown heading.
     pub(super) fn start(&mut self, start: &Start) {
         (self.last_fix, self.fast, self.borne_out) = (None, false, None);
+        (self.waiting, self.weighed) = (None, false);
         self.monitor.restart(start.state.body_to_ned.cast());
         for (sector, slot) in self.sectors.iter_mut().enumerate() {
             self.filter.restart(&HeadingSearch::sector_start(*start, sector));
@@ -122,112 +138,101 @@ impl<T: Scalar> HeadingSearch<T> {
         }
     }
 
-    /// Advances every filter to the next inertial sample.
+    /// Advances every filter to the next inertial sample, and lets some take in the fix that waits.
     ///
     /// # Errors
     /// As [`Ekf::predict`]; all filters judge a sample alike.
     // Its frame, and that of the filter's step, need not stand beneath a fix that waited for the sample.
     #[inline(never)]
     pub(super) fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
-        let mut verdict = Ok(Prediction::Stepped);
-        let samples = self.filter.samples;
         let before = self.filter.state.time;
-        self.for_each(|filter, _| {
-            filter.samples = samples;
-            verdict = filter.predict(sample);
-            filter.update_at_rest(&mut ());
-            Ok::<(), ImuFault>(())
-        })?;
+        if sample.time - before > self.filter.config.imu.gap_s {
+            self.finish_turns();
+        }
+        let verdict = self.predict_all(sample)?;
         match verdict {
-            Ok(Prediction::Stepped) if !self.filter.samples.suspicion.hides_motion() => {
-                let interval_s = sample.time.seconds_since(before);
-                let mean = sample.motion.cast().mean_rates(interval_s);
-                let errors = self.filter.imu_errors();
-                let rate = mean.angular_rate_radps - errors.gyro_bias_radps;
-                self.monitor.feel(rate, mean.specific_force_mps2, interval_s);
+            Prediction::Stepped => {
+                let interval_s: T = sample.time.seconds_since(before);
+                self.sample_s = interval_s.wide();
+                if self.filter.samples.suspicion.hides_motion() {
+                    self.monitor.restart(self.filter.state.body_to_ned);
+                } else {
+                    let mean = sample.motion.cast().mean_rates(interval_s);
+                    let errors = self.filter.imu_errors();
+                    let rate = mean.angular_rate_radps - errors.gyro_bias_radps;
+                    self.monitor.feel(rate, mean.specific_force_mps2, interval_s);
+                }
             }
             _ => self.monitor.restart(self.filter.state.body_to_ned),
         }
-        verdict
+        self.take_turns();
+        Ok(verdict)
     }
 
-    /// Lets the shared filter be each sector's in turn, until one fails.
-    fn for_each<E>(
-        &mut self,
-        mut step: impl FnMut(&mut Ekf<Base, 16, T>, &Sector<T>) -> Result<(), E>,
-    ) -> Result<(), E> {
+    /// Lets the shared filter take a sample as each sector in turn.
+    // Its frame need not stand beneath a fix that a sector takes in.
+    #[inline(never)]
+    fn predict_all(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
+        let mut verdict = Prediction::Stepped;
+        let samples = self.filter.samples;
+        let mut watched = samples;
         let before: Cursor<T> = self.filter.history.cursor();
-        let unrelaxed_s = self.filter.unrelaxed_s;
         let mut forgotten = false;
         for sector in self.sectors.iter_mut().flatten() {
-            self.filter.history.set_cursor(before);
-            // All sectors have waited equally long, and relax in the same step.
-            self.filter.unrelaxed_s = unrelaxed_s;
-            sector.load(&mut self.filter);
-            let result = step(&mut self.filter, sector);
-            sector.store(&self.filter);
-            forgotten |= self.filter.history.is_empty();
-            result?;
+            let filter = &mut self.filter;
+            filter.history.set_cursor(before);
+            filter.samples = watched;
+            sector.load(filter);
+            verdict = filter.predict(sample)?;
+            if watched.watched != filter.samples.watched {
+                // What the first has found the others need not look for; what they integrate is their own.
+                let (integrator, force_sum) = (samples.integrator, samples.force_sum);
+                watched = Samples { integrator, force_sum, ..filter.samples };
+            }
+            filter.update_at_rest(&mut ());
+            sector.store(filter);
+            forgotten |= filter.history.is_empty();
         }
         // A reset of one clears the history of all.
         if forgotten {
             self.filter.history.clear();
         }
-        Ok(())
+        Ok(verdict)
     }
 
-    /// Takes a fix into every filter, and weighs them by it. The report is the best filter's.
+    /// Takes a fix into the filter that leads, whose report is given; the others follow with the next
+    /// samples. The fix before is done first.
     ///
     /// # Errors
     /// As [`Ekf::update_gps`].
-    ///
-    /// # Source
-    /// Equation (H2) of docs/equations.md.
+    #[inline(never)]
     pub(super) fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
+        self.finish_turns();
         let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
         self.last_fix = Some(fix.time);
         self.fast |= fix.horizontal_velocity_mps.is_some_and(|[north, east]| {
             libm::hypot(north, east) > FOUND_SPEED_MPS * libm::sqrt(interval_s)
         });
-        let shares = information_shares(fix, &self.filter.config.gps, interval_s);
-        let wider = whitened(fix, &self.filter.config.gps);
-        let mut surprises = [f64::INFINITY; SECTORS];
-        let mut best: Option<(f64, Report)> = None;
-        let mut left = surprises.iter_mut();
-        self.for_each(|filter, sector| {
-            let report = filter.update_gps(&wider)?;
-            if let Some(surprise) = left.next() {
-                *surprise = report.minus_two_log_likelihood(shares);
-            }
-            if best.as_ref().is_none_or(|(weight, _)| sector.weight > *weight) {
-                best = Some((sector.weight, report));
-            }
-            Ok(())
-        })?;
-        let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
-        let mut sum = 0.0;
-        for (sector, surprise) in self.sectors.iter_mut().flatten().zip(surprises) {
-            sector.weight *= libm::exp(-0.5 * (surprise - least).min(100.0));
-            sum += sector.weight;
-        }
-        for slot in &mut self.sectors {
-            if let Some(sector) = slot {
-                sector.weight /= sum;
-                if sector.weight < LEAST_WEIGHT {
-                    *slot = None;
-                }
-            }
-        }
-        self.bear_out(fix);
-        best.map(|(_, report)| report).ok_or(Unusable::NoState)
+        let gps = self.filter.config.gps;
+        let shares = information_shares(fix, &gps, interval_s);
+        let wider = whitened(fix, &gps);
+        let leader = self.leader();
+        let sector = self.sectors.get_mut(leader).and_then(Option::as_mut);
+        let report = sector
+            .ok_or(Unusable::NoState)?
+            .lend(&mut self.filter, |filter| filter.update_gps(&wider))?;
+        self.monitor.fix(fix, &gps);
+        let mut waiting = Waiting::new(wider, shares, interval_s, self.sample_s);
+        waiting.told(leader, report.minus_two_log_likelihood(shares));
+        self.waiting = Some(waiting);
+        Ok(report)
     }
 
     /// Asks the monitor about the leader.
-    fn bear_out(&mut self, fix: &Fix) {
-        self.monitor.fix(fix, &self.filter.config.gps);
+    fn bear_out(&mut self, time: Time) {
         let off = self.best().and_then(|best| self.monitor.off(best.body_to_ned()));
         let agrees = off.is_some_and(|off| libm::fabs(off.turn_rad) < BORNE_OUT_RAD);
-        self.borne_out = if agrees { self.borne_out.or(Some(fix.time)) } else { None };
+        self.borne_out = if agrees { self.borne_out.or(Some(time)) } else { None };
     }
 
     /// Whether the motion so far can tell a heading.
@@ -267,8 +272,11 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// The best filter, once the heading is found: the sectors left agree, and the vehicle has been
-    /// fast enough for its motion to tell.
+    /// fast enough for its motion to tell. Asked once of every fix that they have been weighed by.
     pub(super) fn found(&mut self) -> Option<FoundHeading<'_, T>> {
+        if !core::mem::take(&mut self.weighed) {
+            return None;
+        }
         let sigma_rad = self.heading_sigma_rad();
         if !(self.is_proven() && sigma_rad < FOUND_RAD) {
             return None;
@@ -285,6 +293,7 @@ impl<T: Scalar> HeadingSearch<T> {
         baseline: Vector<Body>,
         heading_rad: f64,
     ) -> Option<FoundHeading<'_, T>> {
+        self.finish_turns();
         let most = self.best()?.weight;
         let off = |sector: &Sector<T>| {
             let heading = (sector.body_to_ned() * baseline.cast()).azimuth_rad().wide();

@@ -22,6 +22,8 @@ pub(super) struct Sector<T> {
     gates: GpsGates,
     gps_learned: [f32; 3],
     angular_rate_radps: Vector<Body, T>,
+    /// How long its biases have not relaxed, s.
+    unrelaxed_s: T,
     recent: RecentMotion<T>,
 }
 
@@ -36,6 +38,7 @@ impl<T: Scalar> Sector<T> {
             gates: GpsGates::NONE,
             gps_learned: [1.0; 3],
             angular_rate_radps: Vector::ZERO,
+            unrelaxed_s: T::ZERO,
             recent: RecentMotion::NONE,
         }
     }
@@ -53,6 +56,7 @@ impl<T: Scalar> Sector<T> {
         filter.excess = Excess::NONE;
         filter.bias_shift = BiasShift::UNKNOWN;
         filter.angular_rate_radps = self.angular_rate_radps;
+        filter.unrelaxed_s = self.unrelaxed_s;
         filter.history.set_recent(&self.recent);
     }
 
@@ -68,7 +72,20 @@ impl<T: Scalar> Sector<T> {
         self.gates = filter.gates.gps();
         self.gps_learned = filter.gps_learned;
         self.angular_rate_radps = filter.angular_rate_radps;
+        self.unrelaxed_s = filter.unrelaxed_s;
         self.recent = filter.history.recent();
+    }
+
+    /// Lets the shared filter be this sector's for `work` that takes no time.
+    pub fn lend<R>(
+        &mut self,
+        filter: &mut Ekf<Base, 16, T>,
+        work: impl FnOnce(&mut Ekf<Base, 16, T>) -> R,
+    ) -> R {
+        self.load(filter);
+        let result = work(filter);
+        self.store(filter);
+        result
     }
 
     /// Attitude.

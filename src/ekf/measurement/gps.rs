@@ -1,16 +1,17 @@
 //! GPS: position and velocity of the antenna, at the time the fix holds.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
+use super::super::covariance::{AxesSensitivity, FixSensitivity, Sensitivities};
 use super::super::excess::Stepped;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::history::LookBack;
 use super::super::innovation::Channel;
-use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::super::layout::{Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::{Report, ScalarMeasurement, Unusable};
+use super::{Compared, Report, Unusable};
 use crate::earth::Local;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
@@ -30,6 +31,9 @@ const BY_CHANCE: f64 = 1.15;
 
 /// A fix may be this far ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
+
+/// Three axes of a fix as they are compared, those that it tells, and what they see.
+type Axes<T> = ([Option<Compared<T>>; 3], AxesSensitivity<T>);
 
 /// Channels and groups of the axes, north, east, down.
 const POSITION_AXES: [(Channel, Group); 3] = [
@@ -63,6 +67,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         fix: &Fix,
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
+        self.take_in_gps(fix, true, trace)
+    }
+
+    /// [`update_gps`](Self::update_gps) with a fix that another filter, which had these samples, was the
+    /// first to take in.
+    pub(in super::super) fn update_gps_again(&mut self, fix: &Fix) -> Result<Report, Unusable> {
+        self.take_in_gps(fix, false, &mut ())
+    }
+
+    /// [`update_gps`](Self::update_gps); `news` says whether the watch over the samples has yet to hear of
+    /// the fix.
+    fn take_in_gps(
+        &mut self,
+        fix: &Fix,
+        news: bool,
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<Report, Unusable> {
         if !fix.is_finite() {
             return Err(Unusable::NotFinite);
         }
@@ -85,14 +106,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         self.relax(trace);
         let noise = self.gps_noise(fix);
-        self.judge_change(fix, earth.gravity_mps2.wide());
-        self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
-        let mut axes = core::array::from_fn(|_| None);
+        if news {
+            self.judge_change(fix, earth.gravity_mps2.wide());
+            self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
+        }
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
-        let (velocity, position) = axes.split_at_mut(3);
-        self.velocity_axes(fix, velocity_then, &noise, velocity);
-        self.position_axes(fix, position_then, &noise, position);
-        let mut report = self.update_sequentially(fix.time, &axes, trace);
+        let ([vn, ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
+        let ([n, e, d], position) = self.position_axes(fix, position_then, &noise);
+        let sensitivity = FixSensitivity { velocity, position, age_s: position_then.age_s };
+        let axes = [vn, ve, vd, n, e, d];
+        let mut report = self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), trace);
         self.learn_gps(&report);
         // What clipping or a gap has left is in the velocity, and no step of a bias.
         let stepped = self.excess.learn(fix.time, &report);
@@ -192,13 +215,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (M3) of docs/equations.md.
     #[inline(never)]
-    fn position_axes(
-        &self,
-        fix: &Fix,
-        back: &LookBack<T>,
-        noise: &GpsNoise,
-        axes: &mut [Option<ScalarMeasurement<T>>],
-    ) {
+    fn position_axes(&self, fix: &Fix, back: &LookBack<T>, noise: &GpsNoise) -> Axes<T> {
         let wander: Vector<Ned, T> =
             L::GPS_POSITION.map_or([T::ZERO; 3], |first| self.block(first)).into();
         let antenna_arm = self.mounting.antenna_from_imu().cast::<T>();
@@ -206,29 +223,28 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let antenna = back.state.position.displaced(arm);
         let off = Local::about(&antenna).displacement(&antenna, &fix.position);
         let innovation = (off - wander).to_array();
-        // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g.
-        let arm_turn = product(skew(-arm), back.turn_s);
-        let forced = skew(-back.force_m - arm);
         let accelerated = T::of(-0.5) * back.age_s;
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
-        let velocity = (back.state.velocity_mps + swing).to_array();
         let told = if fix.two_dimensional { 2 } else { 3 };
-        for (axis, slot) in axes.iter_mut().enumerate().take(told) {
-            let noise = T::of(noise.position_variance[axis]) + self.lag_noise(back, back.age_s);
-            let measurement = ScalarMeasurement::new(POSITION_AXES[axis], innovation[axis], noise);
-            let sensitivity = &mut slot.insert(measurement).sensitivity;
-            sensitivity.add(POSITION + axis, T::ONE);
-            sensitivity.add(VELOCITY + axis, -back.age_s);
-            sensitivity.add_block(ATTITUDE, forced[axis]);
-            sensitivity.add_block(ACCEL_BIAS, back.turn_s[axis].map(|turn_s| turn_s * accelerated));
-            sensitivity.add_block(GYRO_BIAS, arm_turn[axis]);
-            if let Some(first) = L::GPS_POSITION {
-                sensitivity.add(first + axis, T::ONE);
-            }
-            for state in [L::LATENCY, L::GPS_DELAY].into_iter().flatten() {
-                sensitivity.add(state, -velocity[axis]);
-            }
-        }
+        let lag_noise = self.lag_noise(back, back.age_s);
+        let axes = core::array::from_fn(|axis| {
+            let (channel, group) = POSITION_AXES[axis];
+            let noise = T::of(noise.position_variance[axis]) + lag_noise;
+            (axis < told).then_some(Compared {
+                channel,
+                group,
+                innovation: innovation[axis],
+                noise,
+            })
+        });
+        // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g.
+        let sensitivity = AxesSensitivity {
+            turning: (-back.force_m - arm).to_array(),
+            gyro_bias: product(skew(-arm), back.turn_s),
+            accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
+            delay: (-(back.state.velocity_mps + swing)).to_array(),
+        };
+        (axes, sensitivity)
     }
 
     /// The axes of a velocity, likewise; those that the fix does not tell stay empty.
@@ -236,13 +252,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (M4) of docs/equations.md.
     #[inline(never)]
-    fn velocity_axes(
-        &self,
-        fix: &Fix,
-        back: &LookBack<T>,
-        noise: &GpsNoise,
-        axes: &mut [Option<ScalarMeasurement<T>>],
-    ) {
+    fn velocity_axes(&self, fix: &Fix, back: &LookBack<T>, noise: &GpsNoise) -> Axes<T> {
         let wander: Vector<Ned, T> =
             L::GPS_VELOCITY.map_or([T::ZERO; 3], |first| self.block(first)).into();
         let antenna_arm = self.mounting.antenna_from_imu().cast::<T>();
@@ -254,29 +264,24 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             fix.horizontal_velocity_mps.map(|velocity| T::of(velocity[1])),
             fix.down_velocity_mps.filter(|_| !fix.two_dimensional).map(T::of),
         ];
-        // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
-        let attitude = skew(back.force_mps - swing);
-        let gyro = product(body_to_ned.rows(), skew(antenna_arm.0));
         let acceleration = back.acceleration_mps2.to_array();
-        for (axis, slot) in axes.iter_mut().enumerate().take(3) {
-            let Some(measured) = measured[axis] else { continue };
+        let lag_noise = self.lag_noise(back, T::ONE);
+        let axes = core::array::from_fn(|axis| {
+            let (channel, group) = VELOCITY_AXES[axis];
             let noise = T::of(noise.velocity_variance[axis])
-                + self.lag_noise(back, T::ONE)
+                + lag_noise
                 + square(T::of(self.config.gps.velocity_smoothing_s) * acceleration[axis]);
-            let innovation = measured - predicted[axis];
-            let measurement = ScalarMeasurement::new(VELOCITY_AXES[axis], innovation, noise);
-            let sensitivity = &mut slot.insert(measurement).sensitivity;
-            sensitivity.add(VELOCITY + axis, T::ONE);
-            sensitivity.add_block(ATTITUDE, attitude[axis]);
-            sensitivity.add_block(ACCEL_BIAS, back.turn_s[axis]);
-            sensitivity.add_block(GYRO_BIAS, gyro[axis]);
-            if let Some(first) = L::GPS_VELOCITY {
-                sensitivity.add(first + axis, T::ONE);
-            }
-            if let Some(state) = L::GPS_DELAY {
-                sensitivity.add(state, -acceleration[axis]);
-            }
-        }
+            let innovation = measured[axis]? - predicted[axis];
+            Some(Compared { channel, group, innovation, noise })
+        });
+        // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
+        let sensitivity = AxesSensitivity {
+            turning: (back.force_mps - swing).to_array(),
+            gyro_bias: product(body_to_ned.rows(), skew(antenna_arm.0)),
+            accel_bias: back.turn_s,
+            delay: acceleration.map(|acceleration| -acceleration),
+        };
+        (axes, sensitivity)
     }
 
     /// Variance that the inertial sensors' noise, or a gap in their samples, added to velocity since

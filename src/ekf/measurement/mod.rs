@@ -14,7 +14,7 @@ pub(super) use antenna_heading::AntennaHeadingMemory;
 pub(super) use range::Ground;
 pub use report::{Aid, Report, Unusable};
 pub(super) use rest::BiasShift;
-use update::ScalarMeasurement;
+use update::{Compared, ScalarMeasurement};
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,7 @@
 //! The sequential update: axis after axis, gated by groups.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 5, in arrays of six")]
 
-use super::super::covariance::{Joint, Sensitivity};
+use super::super::covariance::{Gain, Joint, Sensitivities, Sensitivity};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::{Channel, Innovation, Verdict};
@@ -21,6 +22,15 @@ pub(super) struct ScalarMeasurement<T> {
     pub sensitivity: Sensitivity<T>,
 }
 
+/// The same but for the sensitivity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Compared<T> {
+    pub channel: Channel,
+    pub group: Group,
+    pub innovation: T,
+    pub noise: T,
+}
+
 impl<T: Scalar> ScalarMeasurement<T> {
     /// A measurement that sees no state yet.
     pub fn new((channel, group): (Channel, Group), innovation: T, noise: T) -> Self {
@@ -29,78 +39,99 @@ impl<T: Scalar> ScalarMeasurement<T> {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole.
-    ///
-    /// # Source
-    /// Equation (K8) of docs/equations.md.
-    // Its frame is large; inlined, it would stand beneath whatever else its caller calls.
-    #[inline(never)]
+    /// [`compare`](Self::compare)s measurements that have a sensitivity each.
     pub(super) fn update_sequentially(
         &mut self,
         time: Time,
         axes: &[Option<ScalarMeasurement<T>>; 6],
         trace: &mut impl Trace<T, N>,
     ) -> Report {
-        let mut report = Report::default();
-        let mut correction = [T::ZERO; N];
         let sensitivities = axes.each_ref().map(|axis| axis.as_ref().map(|axis| &axis.sensitivity));
+        let compared = axes.each_ref().map(|axis| {
+            let &ScalarMeasurement { channel, group, innovation, noise, .. } = axis.as_ref()?;
+            Some(Compared { channel, group, innovation, noise })
+        });
+        self.compare(time, &compared, Sensitivities::Each(sensitivities), trace)
+    }
+
+    /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole.
+    ///
+    /// # Source
+    /// Equation (K8) of docs/equations.md.
+    // Its frame is large; inlined, it would stand beneath whatever else its caller calls.
+    #[inline(never)]
+    pub(super) fn compare(
+        &mut self,
+        time: Time,
+        axes: &[Option<Compared<T>>; 6],
+        sensitivities: Sensitivities<'_, T>,
+        trace: &mut impl Trace<T, N>,
+    ) -> Report {
+        let mut report = Report::default();
         let innovations =
             axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.innovation));
-        let mut joint = Joint::new(sensitivities, innovations);
+        let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.group));
+        let noise = axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.noise));
+        let mut joint = Joint::<L, T, N>::new(sensitivities, innovations);
         joint.project(&self.covariance, 0);
-        let mut done: Option<Group> = None;
-        for (first, axis) in axes.iter().enumerate() {
-            let Some(axis) = axis.as_ref().filter(|axis| done != Some(axis.group)) else {
-                continue;
-            };
-            done = Some(axis.group);
-            let group = || {
-                let present =
-                    axes.iter().enumerate().filter_map(|(n, other)| Some((n, other.as_ref()?)));
-                present.filter(|(_, other)| other.group == axis.group)
-            };
-            let (mut largest, mut sum, mut count, mut one) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
-            for (index, axis) in group() {
-                let variance = joint.variance(index) + axis.noise;
+        let mut told = |index: usize, gain: &Gain<T, N>, innovation: T| {
+            if trace.watches()
+                && let Some(sensitivity) = sensitivities.of::<L, N>(index)
+            {
+                trace.updated(&sensitivity, gain, innovation.wide());
+            }
+        };
+        let mut first = 0;
+        while first < axes.len() {
+            // The axes of a group stand side by side.
+            let mut end = first + 1;
+            while end < axes.len() && groups[end] == groups[first] {
+                end += 1;
+            }
+            // No less: said where optimising for size would not find out.
+            let members = first..end.min(axes.len());
+            first = end;
+            let Some(group) = groups[members.start] else { continue };
+            let (mut largest, mut sum) = (T::ZERO, T::ZERO);
+            for index in members.clone() {
+                let variance = joint.variance(index) + noise[index];
                 let normalised = square(joint.innovation(index)) / variance;
                 largest = largest.max(normalised);
-                one = joint.innovation(index) / variance.sqrt();
                 sum += normalised;
-                count += T::ONE;
             }
+            let leans = group.is_height() && {
+                let sigma = (joint.variance(members.start) + noise[members.start]).sqrt();
+                let normalised = joint.innovation(members.start) / sigma;
+                self.gates.leans(group, time, normalised.wide())
+            };
             // Written so that a NaN is refused.
-            let leans = self.gates.leans(axis.group, time, one.wide());
             let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
-                self.gates.accepted(axis.group, time, (sum / count).wide());
+                let count = members.len() as f64;
+                self.gates.accepted(group, time, sum.wide() / count);
                 Verdict::Accepted
-            } else if self.gates.refused(axis.group, time, &self.config.gate) {
-                joint.settle(&mut self.covariance);
-                for (_, axis) in group() {
+            } else if self.gates.refused(group, time, &self.config.gate) {
+                joint.settle(&mut self.covariance, &mut told);
+                for axis in axes.iter().take(end).skip(members.start).flatten() {
                     self.reopen(axis);
                 }
-                joint.project(&self.covariance, first);
+                joint.project(&self.covariance, members.start);
                 Verdict::Reopened
             } else {
                 Verdict::Rejected
             };
-            for (index, axis) in group() {
-                let innovation = joint.innovation(index);
-                let sigma = (joint.variance(index) + axis.noise).sqrt();
+            for index in members {
+                let Some(channel) = axes[index].as_ref().map(|axis| axis.channel) else { continue };
+                let innovation = joint.innovation(index).wide();
+                let sigma = (joint.variance(index) + noise[index]).sqrt().wide();
                 if verdict != Verdict::Rejected {
-                    let gain = joint.take_in(&mut self.covariance, index, axis.noise);
-                    for (value, &factor) in correction.iter_mut().zip(&gain.gain) {
-                        *value += factor * innovation;
-                    }
-                    trace.updated(&axis.sensitivity, &gain, innovation.wide());
+                    joint.take_in(&mut self.covariance, index, noise[index], &mut told);
                 }
-                let channel = axis.channel;
-                let (innovation, sigma) = (innovation.wide(), sigma.wide());
                 report.push(Innovation { time, channel, innovation, sigma, verdict });
             }
         }
-        joint.settle(&mut self.covariance);
-        report.covariance_reset = self.correct(&correction);
+        joint.settle(&mut self.covariance, &mut told);
+        report.covariance_reset = self.correct(joint.correction());
         if report.covariance_reset {
             trace.reset(0..N);
         }
@@ -112,7 +143,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K9) of docs/equations.md.
     #[inline(never)]
-    fn reopen(&mut self, axis: &ScalarMeasurement<T>) {
+    fn reopen(&mut self, axis: &Compared<T>) {
         let opened = square(axis.innovation).wide();
         match axis.channel {
             Channel::PositionNorth => self.covariance.add_variance(POSITION, opened),

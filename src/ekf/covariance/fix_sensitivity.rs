@@ -1,0 +1,138 @@
+//! The sensitivities of a fix's six axes: written as what they have in common, since every fix has them.
+#![expect(
+    clippy::indexing_slicing,
+    reason = "axes count from 0 to 2, in arrays of three; measurements from 0 to 5, in arrays of six"
+)]
+
+use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::super::scalar::Scalar;
+use super::joint::MOST;
+use super::{Covariance, Sensitivity};
+
+/// What three axes of a fix, north, east and down, see beside their own error.
+#[derive(Clone, Copy, Debug)]
+pub struct AxesSensitivity<T> {
+    /// w, where the axes see w × ψ of the attitude error.
+    pub turning: [T; 3],
+    /// By the gyro biases, a row an axis.
+    pub gyro_bias: [[T; 3]; 3],
+    /// By the accelerometer biases.
+    pub accel_bias: [[T; 3]; 3],
+    /// By the delay of the fix; of a position by its latency too.
+    pub delay: [T; 3],
+}
+
+/// The sensitivities of velocity and position of a fix.
+///
+/// # Source
+/// Equations (M3) and (M4) of docs/equations.md.
+#[derive(Clone, Copy, Debug)]
+pub struct FixSensitivity<T> {
+    /// Of the velocity.
+    pub velocity: AxesSensitivity<T>,
+    /// Of the position.
+    pub position: AxesSensitivity<T>,
+    /// How long ago the position was true, s.
+    pub age_s: T,
+}
+
+#[inline(always)]
+fn dot<T: Scalar>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> T {
+    a * x + b * y + c * z
+}
+
+impl<T: Scalar> AxesSensitivity<T> {
+    /// What the axes see of attitude and biases; `at` gives a state's error.
+    #[inline(always)]
+    fn of_motion(&self, at: &impl Fn(usize) -> T) -> [T; 3] {
+        let three = |first: usize| [at(first), at(first + 1), at(first + 2)];
+        let (turned, gyro, accel) = (three(ATTITUDE), three(GYRO_BIAS), three(ACCEL_BIAS));
+        let w = self.turning;
+        core::array::from_fn(|axis| {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            w[next] * turned[last] - w[last] * turned[next]
+                + dot(self.gyro_bias[axis], gyro)
+                + dot(self.accel_bias[axis], accel)
+        })
+    }
+}
+
+impl<T: Scalar> FixSensitivity<T> {
+    /// H x of the axes of velocity; `at` gives a state of x.
+    #[inline(always)]
+    fn velocity<L: Layout<N>, const N: usize>(&self, at: &impl Fn(usize) -> T) -> [T; 3] {
+        let seen = self.velocity.of_motion(at);
+        core::array::from_fn(|axis| {
+            let mut seen = seen[axis] + at(VELOCITY + axis);
+            if let Some(first) = L::GPS_VELOCITY {
+                seen += at(first + axis);
+            }
+            if let Some(state) = L::GPS_DELAY {
+                seen += self.velocity.delay[axis] * at(state);
+            }
+            seen
+        })
+    }
+
+    /// H x of the axes of position.
+    #[inline(always)]
+    fn position<L: Layout<N>, const N: usize>(&self, at: &impl Fn(usize) -> T) -> [T; 3] {
+        let seen = self.position.of_motion(at);
+        core::array::from_fn(|axis| {
+            let mut seen = seen[axis] + at(POSITION + axis) - self.age_s * at(VELOCITY + axis);
+            if let Some(first) = L::GPS_POSITION {
+                seen += at(first + axis);
+            }
+            for state in [L::LATENCY, L::GPS_DELAY].into_iter().flatten() {
+                seen += self.position.delay[axis] * at(state);
+            }
+            seen
+        })
+    }
+
+    /// P Hᵀ of each axis, and H P Hᵀ of each with itself and with those behind it.
+    #[inline(never)]
+    pub(super) fn project<L: Layout<N>, const N: usize>(
+        &self,
+        covariance: &Covariance<T, N>,
+        projected: &mut [[T; N]; MOST],
+        seen: &mut [[T; MOST]; MOST],
+    ) {
+        for state in 0..N {
+            let at = |of: usize| covariance.value(of, state);
+            let [a, b, c] = self.velocity::<L, N>(&at);
+            let [d, e, f] = self.position::<L, N>(&at);
+            for (projected, value) in projected.iter_mut().zip([a, b, c, d, e, f]) {
+                if let Some(projected) = projected.get_mut(state) {
+                    *projected = value;
+                }
+            }
+        }
+        for (behind, projected) in projected.iter().enumerate() {
+            let at = |of: usize| projected.get(of).copied().unwrap_or(T::ZERO);
+            let velocity = self.velocity::<L, N>(&at);
+            for (row, value) in seen.iter_mut().zip(velocity) {
+                row[behind] = value;
+            }
+            if behind >= velocity.len() {
+                let position = self.position::<L, N>(&at);
+                for (row, value) in seen.iter_mut().skip(velocity.len()).zip(position) {
+                    row[behind] = value;
+                }
+            }
+        }
+    }
+
+    /// The row of H of one axis, velocity north, east, down, position north, east, down.
+    #[inline(always)]
+    pub(super) fn row<L: Layout<N>, const N: usize>(&self, index: usize) -> Sensitivity<T> {
+        let mut row = Sensitivity::default();
+        for state in 0..N {
+            let at = |of: usize| if of == state { T::ONE } else { T::ZERO };
+            let [a, b, c] = self.velocity::<L, N>(&at);
+            let [d, e, f] = self.position::<L, N>(&at);
+            row.add(state, [a, b, c, d, e, f][index.min(MOST - 1)]);
+        }
+        row
+    }
+}
