@@ -25,6 +25,7 @@ mod estimates;
 mod fit;
 mod identified;
 mod identify;
+mod own_rows;
 mod predictor;
 mod problem;
 mod settings;
