@@ -2,6 +2,7 @@
 
 use hovernav_model::{Grade, Verdict};
 
+use super::doubt::AxisDoubt;
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
 use crate::methods::prediction_error::{Estimate, Status};
@@ -52,6 +53,9 @@ impl Identification {
         }
         if let Some(frequency) = frequency {
             judge.second_opinion(frequency);
+        }
+        for axis in self.axis_doubts(frequency) {
+            judge.axis(&axis);
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
@@ -109,6 +113,28 @@ impl Judge {
         }
         for own in frequency.disagreements() {
             self.say(Grade::Care, own);
+        }
+    }
+
+    fn axis(&mut self, axis: &AxisDoubt) {
+        let AxisDoubt { stick, output, within_bounds, between_methods, between_structures } = axis;
+        let mut say = |cost: f64, why: &str| {
+            if cost > COST {
+                self.say(
+                    Grade::Care,
+                    format!("{stick} to {output}: {why} by a cost of {cost:.0}, above {COST}"),
+                );
+            }
+        };
+        say(*within_bounds, "within the bounds of the parameters the response may be off");
+        if let Some(cost) = between_methods {
+            say(*cost, "the models of time domain and frequency domain are apart");
+        }
+        if let Some(cost) = between_structures {
+            say(
+                *cost,
+                "a stabiliser bar, which the flight does not clearly tell, would move the response",
+            );
         }
     }
 

@@ -40,6 +40,21 @@ pub fn identify(
     dropping::search(problem, settings)
 }
 
+/// What becomes of `found` on `experiments`, which hold what it was identified from and more: searched on
+/// from its own values, with its own structure, dropped parameters and all.
+///
+/// # Errors
+/// See [`PredictionErrorError`].
+pub fn identify_on(
+    found: &Identified,
+    experiments: &[Experiment],
+    settings: &Settings,
+) -> Result<Identified, PredictionErrorError> {
+    let records = records(&found.structure, experiments)?;
+    let problem = problem(&found.structure, &records, experiments, settings)?;
+    dropping::search_on(problem, found, settings)
+}
+
 fn records(
     structure: &Structure,
     experiments: &[Experiment],
