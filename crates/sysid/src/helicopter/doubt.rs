@@ -17,6 +17,10 @@ const ON_AXIS: [(&str, &str); 4] =
 const FIRST_RADPS: f64 = 0.5;
 const LAST_RADPS: f64 = 12.0;
 const POINTS: usize = 30;
+/// Fewer of them are no band.
+const LEAST_POINTS: usize = 8;
+/// Cost up to which a model and its vehicle agree: Tischler and Remple, section 11.2.
+pub(super) const COST: f64 = 100.0;
 /// Standard deviations above the mean that nine of ten costs stay below.
 const NINE_OF_TEN: f64 = 1.28;
 /// Step of the central differences, in a parameter's bound.
@@ -31,6 +35,8 @@ pub struct AxisDoubt {
     pub output: &'static str,
     /// What the parameters' bounds leave possible: nine of ten models within them are nearer.
     pub within_bounds: f64,
+    /// The frequency from which on they leave no cost above 100 possible, rad/s, where there is one.
+    pub known_from_radps: Option<f64>,
     /// How far apart the models of time domain and frequency domain are, where there are both.
     pub between_methods: Option<f64>,
     /// How far apart the models with and without a stabiliser bar are, where both were searched and the
@@ -43,7 +49,7 @@ impl Identification {
     ///
     /// # Source
     /// The cost J: Tischler and Remple, section 11.2. Its mean and variance under the parameters'
-    /// covariance are those of a quadratic form. Equation (I29) of docs/equations.md.
+    /// covariance are those of a quadratic form. Equation (I30) of docs/equations.md.
     #[must_use]
     pub fn axis_doubts(&self, frequency: Option<&FrequencyDomain>) -> Vec<AxisDoubt> {
         let found = &self.identified;
@@ -71,8 +77,19 @@ impl Identification {
                 let other_axis = Axis::of(other, stick, output)?;
                 Some(cost(&own, &other_axis.response(&other.values())?))
             });
-            let within_bounds = axis.within_bounds(&values).unwrap_or(f64::INFINITY);
-            Some(AxisDoubt { stick, output, within_bounds, between_methods, between_structures })
+            let spread = axis.spread(&values);
+            let from = |first: usize| {
+                spread.as_ref().and_then(|spread| spread.from(first)).unwrap_or(f64::INFINITY)
+            };
+            let known_from = (0..POINTS - LEAST_POINTS).find(|&first| from(first) <= COST);
+            Some(AxisDoubt {
+                stick,
+                output,
+                within_bounds: from(0),
+                known_from_radps: known_from.map(radps_of),
+                between_methods,
+                between_structures,
+            })
         };
         ON_AXIS.into_iter().filter_map(doubt).collect()
     }
@@ -106,8 +123,7 @@ impl<'a> Axis<'a> {
         let model = self.found.vehicle_at(values, &self.kept);
         let [delay_s, lag_s] = self.late.map(|of| of.map_or(0.0, |own| values[own]));
         let at = |point: usize| {
-            let share = point as f64 / (POINTS - 1) as f64;
-            let radps = FIRST_RADPS * (LAST_RADPS / FIRST_RADPS).powf(share);
+            let radps = radps_of(point);
             let answer = model.frequency_response(radps)?[self.place];
             let late =
                 Complex::from_polar(1.0, -radps * delay_s) / Complex::new(1.0, radps * lag_s);
@@ -116,8 +132,8 @@ impl<'a> Axis<'a> {
         (0..POINTS).map(at).collect()
     }
 
-    /// Mean of J under the covariance of the parameters, and what nine of ten stay below.
-    fn within_bounds(&self, values: &[f64]) -> Option<f64> {
+    /// How the parameters' bounds spread the response.
+    fn spread(&self, values: &[f64]) -> Option<Spread> {
         let estimates = &self.found.estimates;
         let free: Vec<usize> = self.found.free_parameters().collect();
         let covariance = DMatrix::from_fn(free.len(), free.len(), |row, column| {
@@ -145,11 +161,33 @@ impl<'a> Axis<'a> {
                 slopes[(2 * point + 1, column)] = phase / (2.0 * step);
             }
         }
-        let spread = (slopes.tr_mul(&slopes) * covariance) * (20.0 / POINTS as f64);
-        let variance = 2.0 * (&spread * &spread).trace();
-        Some(spread.trace() + NINE_OF_TEN * variance.max(0.0).sqrt())
-            .filter(|cost| cost.is_finite())
+        Some(Spread { slopes, covariance })
     }
+}
+
+/// How a response moves with the parameters, and how sure these are.
+struct Spread {
+    /// In dB and weighted degrees of each frequency in turn, by each parameter.
+    slopes: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl Spread {
+    /// What nine of ten costs over the frequencies from `first` on stay below; `None` where that is no
+    /// number.
+    fn from(&self, first: usize) -> Option<f64> {
+        let slopes = self.slopes.rows(2 * first, 2 * (POINTS - first));
+        let each = 20.0 / (POINTS - first) as f64;
+        let spread = (slopes.tr_mul(&slopes) * &self.covariance) * each;
+        let variance = 2.0 * (&spread * &spread).trace();
+        let cost = spread.trace() + NINE_OF_TEN * variance.max(0.0).sqrt();
+        Some(cost).filter(|cost| cost.is_finite())
+    }
+}
+
+/// The frequency of a point.
+fn radps_of(point: usize) -> f64 {
+    FIRST_RADPS * (LAST_RADPS / FIRST_RADPS).powf(point as f64 / (POINTS - 1) as f64)
 }
 
 /// How far two responses are apart at a frequency, in dB and in weighted degrees.

@@ -332,7 +332,7 @@ impl Search<'_> {
             (Kind::Yaw, "Nr", -4.0, 1.0),
             (Kind::Yaw, "Nr", -25.0, 0.1),
             (Kind::Heave, "Zw", -0.7, 1.0),
-            (Kind::Heave, "Zw", -0.7, 0.1),
+            (Kind::Heave, "Zw", -0.7, 10.0),
         ];
         let structure = self.prepared(kind.structure());
         // A velocity held from fix to fix is there to be compared with: one search shows what it is worth.
@@ -345,7 +345,7 @@ impl Search<'_> {
                 let own = structure
                     .noises
                     .iter()
-                    .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r"));
+                    .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r" | "n_dw"));
                 sigmas.iter_mut().zip(own).filter(|(_, own)| *own).for_each(|(s, _)| *s *= noise);
             }
             let structure = structure.clone().with(name, start, false);
@@ -361,11 +361,39 @@ impl Search<'_> {
             (Err(_), Ok(_)) => next,
             _ => best,
         })?;
+        let best = if is_held { best } else { self.hopped(best, kind) };
         if kind == Kind::Flapping && !is_held {
             let with_bar = structure.with_bar(&best.estimates);
             return Ok(self.with_bar(best, kind, with_bar));
         }
         Ok(alone(best))
+    }
+
+    /// The likeliest of `found` and its neighbours, whose one stick comes whole samples earlier or later.
+    ///
+    /// Between two samples the held stick is their mean, so that the likelihood has an optimum in the delay
+    /// for each sample, and under feedback the next one is nearly as likely.
+    fn hopped(&self, mut found: Identified, kind: Kind) -> Identified {
+        const MOST: usize = 3;
+        let delay = match kind {
+            Kind::Heave => "tau_col",
+            Kind::Yaw => "tau_ped",
+            _ => return found,
+        };
+        let settings = self.settings(kind);
+        for by_s in [-self.period_s, self.period_s] {
+            for _ in 0..MOST {
+                let now_s = found.estimates.get(delay).map_or(0.0, |estimate| estimate.value);
+                let start = (delay, now_s + by_s);
+                let other =
+                    prediction_error::identify_from(&found, start, self.stretches, &settings);
+                match other {
+                    Ok(other) if other.aic < found.aic => found = other,
+                    _ => break,
+                }
+            }
+        }
+        found
     }
 
     /// Of `known` and what a search of `structure` finds, which has a bar besides, the one to take.

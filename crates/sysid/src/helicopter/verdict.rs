@@ -2,7 +2,7 @@
 
 use hovernav_model::{Grade, Verdict};
 
-use super::doubt::AxisDoubt;
+use super::doubt::{AxisDoubt, COST};
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
 use crate::methods::prediction_error::{Estimate, Status};
@@ -21,8 +21,6 @@ const WRONG_PER_S: f64 = 1.0;
 const SAME: f64 = 0.98;
 /// Delays of sticks that are not a pilot's dream, s.
 const DELAY_S: [f64; 2] = [-0.02, 0.15];
-/// Cost of a frequency response up to which model and flight agree: Tischler and Remple, section 11.2.
-const COST: f64 = 100.0;
 /// Correlation of innovations up to which they count as white.
 const WHITE: f64 = 0.3;
 /// Where a bound is this much of what was expected before the flight, the flight told nothing.
@@ -55,7 +53,7 @@ impl Identification {
             judge.second_opinion(frequency);
         }
         for axis in self.axis_doubts(frequency) {
-            judge.axis(&axis);
+            judge.axis(&axis, frequency);
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
@@ -116,24 +114,33 @@ impl Judge {
         }
     }
 
-    fn axis(&mut self, axis: &AxisDoubt) {
-        let AxisDoubt { stick, output, within_bounds, between_methods, between_structures } = axis;
-        let mut say = |cost: f64, why: &str| {
-            if cost > COST {
-                self.say(
-                    Grade::Care,
-                    format!("{stick} to {output}: {why} by a cost of {cost:.0}, above {COST}"),
-                );
-            }
-        };
-        say(*within_bounds, "within the bounds of the parameters the response may be off");
-        if let Some(cost) = between_methods {
-            say(*cost, "the models of time domain and frequency domain are apart");
+    fn axis(&mut self, axis: &AxisDoubt, frequency: Option<&FrequencyDomain>) {
+        let AxisDoubt { stick, output, within_bounds, known_from_radps, .. } = axis;
+        if *within_bounds > COST {
+            let from = known_from_radps.map_or_else(String::new, |from| {
+                format!("; from {from:.1} rad/s on it is known to less")
+            });
+            self.say(
+                Grade::Care,
+                format!("{stick} to {output}: within the bounds of the parameters the response may be off by a cost of {within_bounds:.0}, above {COST}{from}"),
+            );
         }
-        if let Some(cost) = between_structures {
-            say(
-                *cost,
-                "a stabiliser bar, which the flight does not clearly tell, would move the response",
+        // Where the flight itself denies the model, that has been said.
+        let felt = if *output == "w" { "az" } else { output };
+        let denied = frequency.is_some_and(|frequency| {
+            let mut own = frequency.costs.iter().filter(|pair| pair.stick == *stick);
+            own.any(|pair| pair.output == felt && pair.time > COST)
+        });
+        if let Some(cost) = axis.between_methods.filter(|cost| *cost > COST && !denied) {
+            self.say(
+                Grade::Care,
+                format!("{stick} to {output}: the models of time domain and frequency domain are apart by a cost of {cost:.0}, above {COST}"),
+            );
+        }
+        if let Some(cost) = axis.between_structures.filter(|cost| *cost > COST) {
+            self.say(
+                Grade::Care,
+                format!("{stick} to {output}: a stabiliser bar, which the flight does not clearly tell, would move the response by a cost of {cost:.0}, above {COST}"),
             );
         }
     }

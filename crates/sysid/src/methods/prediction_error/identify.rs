@@ -55,6 +55,23 @@ pub fn identify_on(
     dropping::search_on(problem, found, settings)
 }
 
+/// The same search from where `found` ended but for the parameter `name`, which starts at `value`.
+///
+/// # Errors
+/// See [`PredictionErrorError`].
+pub fn identify_from(
+    found: &Identified,
+    (name, value): (&str, f64),
+    experiments: &[Experiment],
+    settings: &Settings,
+) -> Result<Identified, PredictionErrorError> {
+    let mut moved = found.clone();
+    if let Some(place) = found.structure.parameter(name) {
+        moved.theta[place] = value;
+    }
+    identify_on(&moved, experiments, settings)
+}
+
 fn records(
     structure: &Structure,
     experiments: &[Experiment],

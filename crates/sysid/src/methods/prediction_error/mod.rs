@@ -38,5 +38,5 @@ pub use error::PredictionErrorError;
 pub use estimates::{Estimate, Estimates, Status};
 pub use fit::{ChannelFit, Fit, Run};
 pub use identified::{Identified, OwnValues};
-pub use identify::{assemble, identify, identify_on};
+pub use identify::{assemble, identify, identify_from, identify_on};
 pub use settings::{Dropping, Form, Settings};
