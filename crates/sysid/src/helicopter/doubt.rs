@@ -44,6 +44,16 @@ pub struct AxisDoubt {
     pub between_structures: Option<f64>,
 }
 
+impl AxisDoubt {
+    /// By what cost J the response may be off for all of these reasons: costs are squares, and those of
+    /// independent errors add up.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        let others = [self.between_methods, self.between_structures];
+        self.within_bounds + others.into_iter().flatten().sum::<f64>()
+    }
+}
+
 impl Identification {
     /// How far each axis that has a stick of its own may be off.
     ///

@@ -92,7 +92,8 @@ pub struct Identification {
     pub tones: Vec<Tone>,
     /// Every test point of the flight.
     pub test_points: Vec<TestPoint>,
-    /// Flight that the parameters are from, s: all that is near a hover and not held back.
+    /// Flight that the parameters are from, s: all that is near a hover, what was held back to judge the
+    /// model with it.
     pub estimated_s: f64,
     /// The test points among it: indices into `test_points`.
     pub estimation_points: Vec<usize>,
@@ -105,7 +106,7 @@ pub struct Identification {
     pub passed_over: Option<Identified>,
     /// Fit over windows of the test points the parameters are from.
     pub estimation: Fit,
-    /// Fit over those held back, where there are any.
+    /// Fit over those held back, where there are any, of the model that had not seen them.
     pub validation: Option<Fit>,
     /// What a reader must know, one plain sentence each.
     pub warnings: Vec<String>,
@@ -113,9 +114,9 @@ pub struct Identification {
 
 /// Identifies a helicopter of `kind` from a flight.
 ///
-/// The parameters are from all of the flight that is near a hover, less what is held back: the last
+/// A model is searched for on all of the flight that is near a hover, less what is held back: the last
 /// repetition on each stick where there are at least two, or where the pilot flew no test points the
-/// last quarter. The windows of the fits are simulated over 5 s from an initial state of their own.
+/// last quarter. What is held back judges that model; then its parameters are searched on with it. The windows of the fits are simulated over 5 s from an initial state of their own.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -198,12 +199,14 @@ pub fn identify(
         [] => None,
         validation => Some(identified.simulate(validation, WINDOW_S)?),
     };
+    let mut estimated_s: f64 = stretches.iter().map(Experiment::duration_s).sum();
     // The structure has stood the test: its parameters are from all that there is.
     if validation.is_some() && velocity == Velocity::Estimated {
         let all = stretches::stretches(&record, &[])?;
         if !all.is_empty() {
             let search = Search { stretches: &all, ..search };
             identified = search.whole(kind, &search.on_from(&parts)?)?;
+            estimated_s = all.iter().map(Experiment::duration_s).sum();
         }
     }
     let passed_over = parts.into_iter().find_map(|part| part.passed_over);
@@ -223,7 +226,7 @@ pub fn identify(
         velocity,
         tones,
         estimation: identified.simulate(&estimation, WINDOW_S)?,
-        estimated_s: stretches.iter().map(Experiment::duration_s).sum(),
+        estimated_s,
         test_points,
         estimation_points,
         validation_points,

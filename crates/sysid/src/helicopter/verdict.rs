@@ -53,7 +53,7 @@ impl Identification {
             judge.second_opinion(frequency);
         }
         for axis in self.axis_doubts(frequency) {
-            judge.axis(&axis, frequency);
+            judge.axis(axis, frequency);
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
@@ -114,35 +114,36 @@ impl Judge {
         }
     }
 
-    fn axis(&mut self, axis: &AxisDoubt, frequency: Option<&FrequencyDomain>) {
-        let AxisDoubt { stick, output, within_bounds, known_from_radps, .. } = axis;
-        if *within_bounds > COST {
-            let from = known_from_radps.map_or_else(String::new, |from| {
-                format!("; from {from:.1} rad/s on it is known to less")
-            });
-            self.say(
-                Grade::Care,
-                format!("{stick} to {output}: within the bounds of the parameters the response may be off by a cost of {within_bounds:.0}, above {COST}{from}"),
-            );
-        }
+    fn axis(&mut self, mut axis: AxisDoubt, frequency: Option<&FrequencyDomain>) {
+        let (stick, output) = (axis.stick, axis.output);
         // Where the flight itself denies the model, that has been said.
-        let felt = if *output == "w" { "az" } else { output };
+        let felt = if output == "w" { "az" } else { output };
         let denied = frequency.is_some_and(|frequency| {
-            let mut own = frequency.costs.iter().filter(|pair| pair.stick == *stick);
+            let mut own = frequency.costs.iter().filter(|pair| pair.stick == stick);
             own.any(|pair| pair.output == felt && pair.time > COST)
         });
-        if let Some(cost) = axis.between_methods.filter(|cost| *cost > COST && !denied) {
-            self.say(
-                Grade::Care,
-                format!("{stick} to {output}: the models of time domain and frequency domain are apart by a cost of {cost:.0}, above {COST}"),
-            );
+        if denied {
+            axis.between_methods = None;
         }
-        if let Some(cost) = axis.between_structures.filter(|cost| *cost > COST) {
-            self.say(
-                Grade::Care,
-                format!("{stick} to {output}: a stabiliser bar, which the flight does not clearly tell, would move the response by a cost of {cost:.0}, above {COST}"),
-            );
+        let cost = axis.cost();
+        if cost <= COST {
+            return;
         }
+        let mut why = format!("{:.0} within the bounds of the parameters", axis.within_bounds);
+        if let Some(apart) = axis.between_methods {
+            why += &format!(", {apart:.0} between time domain and frequency domain");
+        }
+        if let Some(apart) = axis.between_structures {
+            why +=
+                &format!(", {apart:.0} by a stabiliser bar that the flight does not clearly tell");
+        }
+        if let Some(from) = axis.known_from_radps.filter(|_| axis.within_bounds > COST) {
+            why += &format!("; the bounds leave less than {COST} from {from:.1} rad/s on");
+        }
+        self.say(
+            Grade::Care,
+            format!("{stick} to {output}: the response may be off by a cost of {cost:.0}, above {COST}: {why}"),
+        );
     }
 
     fn parameter(&mut self, estimate: &Estimate) {
