@@ -30,7 +30,7 @@ fn flight(more: &[FlightEvent]) -> Flight {
     };
     config.start.height_m = 400.0;
     config.events.push((20.0, FlightEvent::PowerLoss));
-    config.events.extend(more.iter().map(|event| (20.0, event.clone())));
+    config.events.extend(more.iter().map(|event| (20.0, *event)));
     config.fly().unwrap()
 }
 

@@ -211,7 +211,7 @@ impl Campaign {
             });
         let (loses_power, when) = (noise.uniform(), noise.uniform());
         let power_loss_s = (loses_power < self.power_loss_share)
-            .then(|| self.judged_from_s + (self.duration_s - self.judged_from_s) * when);
+            .then_some(self.judged_from_s + (self.duration_s - self.judged_from_s) * when);
         let wind_mps = [speed * cos, speed * sin];
         Draw { seed, factors, wind_mps, gust_mps, grade, outage_s, power_loss_s }
     }
