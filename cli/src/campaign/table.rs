@@ -82,7 +82,7 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
     for measure in &Measure::ALL {
         let _ = write!(text, ",{}", measure.name);
     }
-    text.push('\n');
+    text += ",power_loss_s\n";
     let known = |value: Option<f64>| match value.filter(|value| value.is_finite()) {
         Some(value) => value.to_string(),
         None => String::new(),
@@ -108,7 +108,7 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
         for measure in &Measure::ALL {
             let _ = write!(text, ",{}", known(Some(measure.of(result))));
         }
-        text.push('\n');
+        let _ = writeln!(text, ",{}", known(draw.power_loss_s));
     }
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -8,6 +8,7 @@ use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{Disturbance, WindConfig};
 
 use super::excitation::TestInput;
+use super::failure::Failure;
 use crate::arguments::{OutageWindow, finite};
 
 /// Where to write unless given.
@@ -67,6 +68,11 @@ pub struct Arguments {
         conflicts_with_all = ["disturbance", "test_points", "flight"]
     )]
     pub excite: Vec<TestInput>,
+    /// Let something on the vehicle fail: the engine (power-loss), after which the air alone turns the
+    /// rotors, or the servo of a stick, which stays where it is (jam-lateral, jam-longitudinal,
+    /// jam-collective, jam-pedal); may be repeated
+    #[arg(long, value_name = "NAME@SECOND", conflicts_with = "flight")]
+    pub fault: Vec<Failure>,
     /// How long to fly, s; 120, or until 30 s after the last disturbance, test point or test input
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub duration: Option<f64>,
@@ -90,7 +96,7 @@ pub struct Arguments {
     /// time, for `hovernav fly --config` of the same file to fly
     #[cfg(feature = "lines")]
     #[arg(long, requires = "config", conflicts_with_all = [
-        "flight", "disturbance", "test_points", "outage", "truth"
+        "flight", "disturbance", "test_points", "outage", "truth", "fault"
     ])]
     pub lines: bool,
     /// The flight computer's fly.toml

@@ -68,6 +68,7 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         config.events = FlightEvent::test_points(30.0, size);
     }
     config.events.extend(excitation::events(&arguments.excite));
+    config.events.extend(arguments.fault.iter().map(|fault| (fault.at_s, fault.event)));
     config.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
     let last_s = config.events.last().map(|(at_s, event)| match event {
         FlightEvent::Excite(excitation) => at_s + excitation.maneuver.duration_s(),
@@ -78,6 +79,7 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         let what = match (&arguments.test_points, arguments.excite.is_empty()) {
             (Some(_), _) => "test point",
             (None, false) => "end of the last test input",
+            (None, true) if arguments.disturbance.is_empty() => "fault",
             (None, true) => "disturbance",
         };
         ensure!(

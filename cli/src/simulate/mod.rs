@@ -3,6 +3,7 @@
 mod arguments;
 mod closed_loop;
 mod excitation;
+mod failure;
 #[cfg(feature = "lines")]
 mod lines;
 mod page;

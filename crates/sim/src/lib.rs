@@ -18,6 +18,7 @@ mod baro;
 pub mod campaign;
 mod check;
 mod dmu;
+mod engine;
 pub mod faults;
 mod flight;
 mod gps;
@@ -39,6 +40,7 @@ pub use axes::HorizontalVertical;
 pub use baro::{BaroConfig, SimulatedBaro};
 pub use check::ConfigError;
 pub use dmu::{AttitudeConfig, DmuConfig, DmuOutput, ImuTruth, MagnetometerConfig, SimulatedDmu};
+pub use engine::EngineConfig;
 pub use flight::{
     Excursion, Feedback, Flight, FlightConfig, FlightError, FlightEvent, FlightSample,
     HoverStatistics,

@@ -2,7 +2,8 @@
 
 use hovernav::glam::DVec3;
 
-use super::check::{Checked, ConfigError, finite, positive, size};
+use super::check::{Checked, ConfigError, finite, positive};
+use super::engine::{Engine, EngineConfig};
 use super::servo::{ServoConfig, SimulatedServo};
 use super::skids;
 use super::state::State;
@@ -20,10 +21,8 @@ pub struct VehicleConfig {
     pub servo: ServoConfig,
     /// The servo of the tail, faster than the others.
     pub tail_servo: ServoConfig,
-    /// Time constant by which the governor brings the rotor to speed, s.
-    pub governor_time_s: f64,
-    /// Share of its speed that the rotor loses at full collective above trim.
-    pub droop: f64,
+    /// The engine and its governor.
+    pub engine: EngineConfig,
     /// Height of the ground above the ellipsoid, m.
     pub ground_m: f64,
     /// Longest step of the integration, s.
@@ -39,8 +38,7 @@ impl Default for VehicleConfig {
                 rate_per_s: 20.0,
                 ..ServoConfig::default()
             },
-            governor_time_s: 0.5,
-            droop: 0.03,
+            engine: EngineConfig::default(),
             ground_m: 0.0,
             step_s: 0.01,
         }
@@ -50,8 +48,7 @@ impl Default for VehicleConfig {
 impl VehicleConfig {
     fn check(&self) -> Checked {
         const SENSOR: &str = "vehicle";
-        positive(SENSOR, "time of the governor", self.governor_time_s)?;
-        size(SENSOR, "droop", self.droop)?;
+        self.engine.check()?;
         finite(SENSOR, "height of the ground", self.ground_m)?;
         positive(SENSOR, "step", self.step_s)
     }
@@ -71,8 +68,7 @@ pub struct Vehicle {
     jammed: [bool; 4],
     motion: HelicopterState,
     position: Geodetic,
-    /// Rotor speed over its nominal.
-    rotor_speed: f64,
+    engine: Engine,
     wind_mps: Vector<Ned>,
     pushes: Vec<Push>,
     /// What the pushes do in the step under way: acceleration, m/s², and turn rate, rad/s.
@@ -157,7 +153,6 @@ impl Vehicle {
         motion.body_to_ned = Rotation::from_euler(EulerAngles { yaw_rad: heading_rad, ..hover });
         Ok(Self {
             config: *config,
-            helicopter,
             servos: [
                 servo(lateral)?,
                 servo(longitudinal)?,
@@ -165,9 +160,10 @@ impl Vehicle {
                 SimulatedServo::new(&config.tail_servo, pedal)?,
             ],
             jammed: [false; 4],
+            engine: Engine::new(&config.engine, helicopter.parameters()),
+            helicopter,
             motion,
             position,
-            rotor_speed: 1.0,
             wind_mps: Vector::ZERO,
             pushes: Vec::new(),
             pushed: (Vector::ZERO, Vector::ZERO),
@@ -201,6 +197,17 @@ impl Vehicle {
         if let Some(jammed) = self.jammed.get_mut(stick) {
             *jammed = true;
         }
+    }
+
+    /// The engine stops: from now on the rotors turn freely, driven by the air alone.
+    pub const fn lose_power(&mut self) {
+        self.engine.stop();
+    }
+
+    /// Speed of the main rotor over its nominal one.
+    #[must_use]
+    pub const fn rotor_speed(&self) -> f64 {
+        self.engine.drive().speed
     }
 
     /// The vehicle weighs `mass_kg` from now on, inertia and rigging as before.
@@ -239,12 +246,10 @@ impl Vehicle {
             let (acceleration, turn) = push.advance(step_s);
             self.pushed = (self.pushed.0 + acceleration, self.pushed.1 + turn);
         }
-        let collective = self.servos().collective;
-        let governed = 1.0 - self.config.droop * collective.max(-1.0);
-        let share = 1.0 - (-step_s / self.config.governor_time_s).exp();
-        self.rotor_speed += share * (governed - self.rotor_speed);
-
         let before = self.motion;
+        let torque_nm = self.derivative(&before).rotor_torque_nm;
+        self.engine.advance(self.servos().collective, torque_nm, step_s);
+
         let mut after = before.integrated(step_s, |motion| self.derivative(motion));
         after.body_to_ned = after.body_to_ned.turned_in_from(self.pushed.1 * step_s);
         let travel = (before.velocity_ned_mps() + after.velocity_ned_mps()) * (0.5 * step_s);
@@ -255,10 +260,10 @@ impl Vehicle {
 
     /// The airframe's derivative with the rotor at its speed and the ground under the skids.
     fn derivative(&self, motion: &HelicopterState) -> StateDerivative {
-        let mut change = self.helicopter.derivative(motion, &self.servos(), self.wind_mps);
+        let drive = self.engine.drive();
+        let mut change = self.helicopter.driven(motion, &self.servos(), self.wind_mps, drive);
         let height_m = self.position.height_m - self.config.ground_m;
-        // Lift goes with the square of the rotor's speed.
-        let lift = self.rotor_speed * self.rotor_speed * self.ground_effect(motion, height_m);
+        let lift = self.ground_effect(motion, height_m);
         let more = change.specific_force_mps2 * (lift - 1.0);
         change.velocity_mps2 += more;
         change.specific_force_mps2 += more;
@@ -357,9 +362,13 @@ mod tests {
     use hovernav_model::helicopter::HelicopterParameters;
 
     fn hovering_at(height_m: f64) -> Vehicle {
+        with(VehicleConfig::default(), height_m)
+    }
+
+    fn with(config: VehicleConfig, height_m: f64) -> Vehicle {
         let helicopter = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
         let place = Geodetic::from_degrees(1.35, 103.82, height_m).unwrap();
-        Vehicle::hovering(&VehicleConfig::default(), helicopter, place, 0.7).unwrap()
+        Vehicle::hovering(&config, helicopter, place, 0.7).unwrap()
     }
 
     fn fly(vehicle: &mut Vehicle, collective: f64, seconds: f64) {
@@ -400,8 +409,8 @@ mod tests {
     #[test]
     fn droop_costs_lift_at_high_collective() {
         let climb = |droop| {
-            let mut vehicle = hovering_at(30.0);
-            vehicle.config.droop = droop;
+            let engine = EngineConfig { droop, ..EngineConfig::default() };
+            let mut vehicle = with(VehicleConfig { engine, ..VehicleConfig::default() }, 30.0);
             fly(&mut vehicle, 0.3, 2.0);
             -vehicle.state().velocity_mps.z()
         };

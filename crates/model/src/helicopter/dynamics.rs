@@ -15,6 +15,23 @@ pub(super) struct Motion<T> {
     /// Longitudinal, lateral.
     pub flapping: [T; 2],
     pub bar: [T; 2],
+    pub drive: Drive<T>,
+}
+
+/// What turns the rotors.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drive<T> {
+    /// Speed over the nominal, above 0; the tail rotor is geared to the main rotor.
+    pub speed: T,
+    /// Whether an engine does, whose torque the body has to bear.
+    pub powered: bool,
+}
+
+impl<T: Real> Drive<T> {
+    /// At the nominal speed, under power.
+    pub fn nominal() -> Self {
+        Self { speed: T::constant(1.0), powered: true }
+    }
 }
 
 /// How it changes.
@@ -25,6 +42,8 @@ pub(super) struct Change<T> {
     pub flapping: [T; 2],
     pub bar: [T; 2],
     pub specific_force: [T; 3],
+    /// What it takes at the main shaft to keep both rotors at their speed, N·m.
+    pub torque_nm: T,
 }
 
 /// Where the controls stand with all sticks at zero.
@@ -94,8 +113,12 @@ impl Disc {
     ///
     /// # Source
     /// Equation (V3) of docs/equations.md.
-    fn inflow<T: Real>(&self, pitch: T, climb: T, advance_squared: T) -> T {
+    fn inflow<T: Real>(&self, pitch: T, climb: T, advance_squared: T, hover: T) -> T {
         let k = self.slope;
+        let disturbed = disturbed((climb / hover).value());
+        if disturbed > 0.0 {
+            return self.descent_inflow(pitch, climb, advance_squared, disturbed);
+        }
         let mut x = self.axial_inflow(pitch, climb);
         if advance_squared.value() > 1e-12 {
             for _ in 0..NEWTON_STEPS {
@@ -110,6 +133,58 @@ impl Disc {
     }
 }
 
+impl Disc {
+    /// Inflow ratio in a steep descent, from the momentum balance with air that turbulence carries off:
+    /// 2(x − m)√(μ² + x² + s²) = slope·(pitch − x/2), s² the share `disturbed` of a third of |C_T|/2.
+    ///
+    /// Downflow turns to upflow without a jump, as Glauert's balance alone does not: its left side falls
+    /// where the flow through the disc comes to rest. The root is found by halving, as bounded as Newton's.
+    ///
+    /// # Source
+    /// Where turbulence stands in for the wake: Leishman, *Principles of Helicopter Aerodynamics*,
+    /// section 2.13. Equation (V19) of docs/equations.md.
+    fn descent_inflow<T: Real>(&self, pitch: T, climb: T, advance_squared: T, share: f64) -> T {
+        const HALVINGS: usize = 50;
+        let k = self.slope;
+        let excess = |x: f64| {
+            let coefficient = k * (pitch.value() - 0.5 * x);
+            let carried = TURBULENT * share * 0.5 * coefficient.abs();
+            let through = libm::sqrt(advance_squared.value() + x * x + carried);
+            2.0 * (x - climb.value()) * through - coefficient
+        };
+        let (mut low, mut high) = (-1.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if excess(middle) < 0.0 { low = middle } else { high = middle }
+        }
+        // One step of Newton's rule gives the root its derivative.
+        let x = T::constant(0.5 * (low + high));
+        let coefficient = (pitch - x * 0.5) * k;
+        let through =
+            (advance_squared + x * x + coefficient.abs() * (0.5 * TURBULENT * share)).sqrt();
+        let balance = (x - climb) * through * 2.0 - coefficient;
+        let reach = 1e-7;
+        let at = x.value();
+        let slope = (excess(at + reach) - excess(at - reach)) / (2.0 * reach);
+        x - balance * (1.0 / slope)
+    }
+}
+
+/// Descent, in inflow of hover, from which the wake comes back through the disc, and from which it does
+/// altogether.
+const DISTURBED: [f64; 2] = [0.5, 1.5];
+/// Share of the momentum's velocity squared by which turbulence carries air off in such a descent: a
+/// third puts the steepest vertical autorotation near 1.8 times the induced velocity of hover, as
+/// measured on rotors.
+const TURBULENT: f64 = 1.0 / 3.0;
+
+/// How far a descent of `climb` (negative), in inflow of hover, disturbs the momentum balance, 0 to 1.
+fn disturbed(climb: f64) -> f64 {
+    let [from, to] = DISTURBED;
+    let part = ((-climb - from) / (to - from)).clamp(0.0, 1.0);
+    part * part * (3.0 - 2.0 * part)
+}
+
 /// Enough for rounding up to 20 m/s: Newton's rule doubles the digits, and the axial start is good.
 const NEWTON_STEPS: usize = 4;
 
@@ -118,6 +193,10 @@ const NEWTON_STEPS: usize = 4;
 pub(super) struct Constants {
     main: Disc,
     tail: Disc,
+    /// Inflow ratio of the main rotor where it carries the weight at its nominal speed.
+    hover_inflow: f64,
+    /// Turns of the tail rotor per turn of the main one.
+    tail_gear: f64,
     per_flapping_time: f64,
     flapping_coupling: f64,
     per_bar_time: f64,
@@ -127,9 +206,13 @@ pub(super) struct Constants {
 
 impl Constants {
     pub fn new(parameters: &HelicopterParameters) -> Self {
+        let main = Disc::new(&parameters.main_rotor, parameters.air_density_kgpm3);
+        let weight_n = parameters.mass_kg * parameters.gravity_mps2;
         Self {
-            main: Disc::new(&parameters.main_rotor, parameters.air_density_kgpm3),
+            main,
             tail: Disc::new(&parameters.tail_rotor, parameters.air_density_kgpm3),
+            hover_inflow: libm::sqrt(0.5 * weight_n / main.scale_n),
+            tail_gear: parameters.tail_rotor.speed_radps / parameters.main_rotor.speed_radps,
             per_flapping_time: 1.0 / parameters.flapping_time_constant_s(),
             flapping_coupling: parameters.flapping_coupling(),
             per_bar_time: 1.0 / parameters.bar.time_constant_s,
@@ -149,7 +232,8 @@ impl Helicopter {
     /// The equations of motion with sticks that go as far as they are asked to.
     ///
     /// # Source
-    /// Equations (V1), (V2), (V5), (V6), (V7), (V8) and (V10) of docs/equations.md.
+    /// Equations (V1), (V2), (V5), (V6), (V7), (V8) and (V10) of docs/equations.md, all tip speeds times
+    /// the rotor's speed over its nominal.
     pub(super) fn unstopped<T: Real>(&self, motion: &Motion<T>, sticks: &[T; 4]) -> Change<T> {
         let (par, con, rigging) = (&self.parameters, &self.constants, &self.rigging);
         let [lateral, longitudinal, collective, pedal] = *sticks;
@@ -160,15 +244,20 @@ impl Helicopter {
         let (ua, va, wa) = (u - motion.wind[0], v - motion.wind[1], w - motion.wind[2]);
 
         let main = &con.main;
+        let Drive { speed, powered } = motion.drive;
+        let per_tip_speed = T::constant(main.per_tip_speed) / speed;
+        let speed_squared = speed * speed;
         let pitch = collective * par.collective_rad + rigging.collective_rad;
-        let advance_squared = (ua * ua + va * va) * (main.per_tip_speed * main.per_tip_speed);
+        let advance_squared = (ua * ua + va * va) * (per_tip_speed * per_tip_speed);
         let effective_pitch = pitch * (advance_squared * 0.5 + 1.0 / 3.0);
-        let climb = wa * -main.per_tip_speed;
-        let inflow = main.inflow(effective_pitch, climb, advance_squared);
+        let climb = -wa * per_tip_speed;
+        let hover = T::constant(con.hover_inflow) / speed;
+        let inflow = main.inflow(effective_pitch, climb, advance_squared, hover);
         let coefficient = (effective_pitch - inflow * 0.5) * main.slope;
-        let thrust = coefficient * main.scale_n;
+        let thrust = coefficient * speed_squared * main.scale_n;
         let torque = (coefficient * inflow
             + (advance_squared * (7.0 / 3.0) + 1.0) * main.profile_torque)
+            * speed_squared
             * main.torque_scale_nm;
 
         let tail_speed = va - r * par.tail_arm_m + p * par.tail_height_m;
@@ -177,12 +266,19 @@ impl Helicopter {
             + rigging.tail_pitch_rad)
             .clamp(lowest, highest)
             * (1.0 / 3.0);
-        let tail_climb = tail_speed * -con.tail.per_tip_speed;
+        let tail_climb = -tail_speed * (T::constant(con.tail.per_tip_speed) / speed);
         let tail_inflow = con.tail.axial_inflow(tail_pitch, tail_climb);
-        let tail_thrust = (tail_pitch - tail_inflow * 0.5) * (con.tail.slope * con.tail.scale_n);
+        let tail_coefficient = tail_pitch - tail_inflow * 0.5;
+        let tail_thrust = tail_coefficient * speed_squared * (con.tail.slope * con.tail.scale_n);
+        let tail_torque = (tail_coefficient * tail_inflow * con.tail.slope
+            + con.tail.profile_torque)
+            * speed_squared
+            * (con.tail.torque_scale_nm * con.tail_gear);
+        // The body bears what the engine gives the main rotor: without one it turns freely.
+        let borne = if powered { torque } else { T::constant(0.0) };
 
         let half_density = 0.5 * par.air_density_kgpm3;
-        let wake = wa - (inflow - climb) * main.tip_speed_mps;
+        let wake = wa - (inflow - climb) * speed * main.tip_speed_mps;
         let pressure = (ua * ua + va * va + wake * wake).sqrt() * -half_density;
         let [front, side, top] = par.fuselage_area_m2;
         let beside = va - r * par.vertical_fin.arm_m;
@@ -199,19 +295,19 @@ impl Helicopter {
         let moment = [
             tilt_moment * b - tail_thrust * par.tail_height_m,
             tilt_moment * a + fin_z * par.horizontal_fin.arm_m,
-            tail_thrust * par.tail_arm_m - torque - fin_y * par.vertical_fin.arm_m,
+            tail_thrust * par.tail_arm_m - borne - fin_y * par.vertical_fin.arm_m,
         ];
 
         let [ixx, iyy, izz] = par.inertia_kgm2;
         let [gravity_x, gravity_y, gravity_z] = motion.down.map(|down| down * par.gravity_mps2);
-        let flap_back = (pitch * (4.0 / 3.0) - inflow) * (2.0 * par.flap_back * main.per_tip_speed);
-        let longitudinal_tilt = a * -1.0 - b * con.flapping_coupling
+        let flap_back = (pitch * (4.0 / 3.0) - inflow) * (per_tip_speed * (2.0 * par.flap_back));
+        let coupling = T::constant(con.flapping_coupling) / speed_squared;
+        let longitudinal_tilt = a * -1.0 - b * coupling
             + c * par.bar.longitudinal_gain
             + flap_back * ua
             + longitudinal * par.longitudinal_cyclic_rad
             + rigging.longitudinal_rad;
-        let lateral_tilt = a * con.flapping_coupling - b + d * par.bar.lateral_gain
-            - flap_back * va
+        let lateral_tilt = a * coupling - b + d * par.bar.lateral_gain - flap_back * va
             + lateral * par.lateral_cyclic_rad
             + rigging.lateral_rad;
         Change {
@@ -226,14 +322,15 @@ impl Helicopter {
                 (moment[2] - p * q * (iyy - ixx)) * con.per_inertia[2],
             ],
             flapping: [
-                longitudinal_tilt * con.per_flapping_time - q,
-                lateral_tilt * con.per_flapping_time - p,
+                longitudinal_tilt * speed * con.per_flapping_time - q,
+                lateral_tilt * speed * con.per_flapping_time - p,
             ],
             bar: [
                 (longitudinal * par.bar.longitudinal_tilt_rad - c) * con.per_bar_time - q,
                 (lateral * par.bar.lateral_tilt_rad - d) * con.per_bar_time - p,
             ],
             specific_force,
+            torque_nm: torque + tail_torque,
         }
     }
 }
@@ -256,10 +353,10 @@ mod tests {
     proptest! {
         #[test]
         fn blade_element_and_momentum_thrust_agree(
-            pitch in 0.02..0.07_f64, climb in -0.02..0.05_f64, advance in 0.0..0.17_f64,
+            pitch in 0.02..0.07_f64, climb in -0.017..0.05_f64, advance in 0.0..0.17_f64,
         ) {
             let disc = main_disc();
-            let x = disc.inflow(pitch, climb, advance * advance);
+            let x = disc.inflow(pitch, climb, advance * advance, 0.0355);
             let momentum = 2.0 * (x - climb) * (advance * advance + x * x).sqrt();
             prop_assert!((momentum - disc.slope * (pitch - 0.5 * x)).abs() < 1e-13);
         }
@@ -286,10 +383,10 @@ mod tests {
     fn inflow_has_no_jump_between_climb_and_descent() {
         let disc = main_disc();
         for advance in [0.0, 0.05, 0.15_f64] {
-            let mut before: f64 = disc.inflow(0.0357, 0.06, advance * advance);
+            let mut before: f64 = disc.inflow(0.0357, 0.06, advance * advance, 0.0355);
             for index in 1..=1000 {
                 let climb = 0.06 - 1e-4 * f64::from(index);
-                let x = disc.inflow(0.0357, climb, advance * advance);
+                let x = disc.inflow(0.0357, climb, advance * advance, 0.0355);
                 assert!((x - before).abs() < 2e-4, "{advance} {climb}: {x} after {before}");
                 before = x;
             }

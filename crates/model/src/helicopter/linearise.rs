@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::dynamics::{Change, Motion};
+use super::dynamics::{Change, Drive, Motion};
 use super::trim::{body_axes, in_body};
 use super::{Helicopter, Trim};
 use crate::real::{Dual, Real};
@@ -113,6 +113,7 @@ impl Helicopter {
             rate: [p, q, r],
             flapping: [a, b],
             bar: [c, d],
+            drive: Drive::nominal(),
         };
         let Change { velocity, rate, flapping, bar, .. } =
             self.unstopped(&motion, &[lateral, longitudinal, collective, pedal]);

@@ -3,7 +3,8 @@
 //! Rigid body (Paw, 3.5–3.10) under a main rotor whose tip-path plane tilts with first-order lag
 //! (3.39–3.40), helped by a stabilizer bar in the form of Mettler; hub forces and moments
 //! (3.41–3.49); thrust, torque and inflow by blade-element and momentum theory; a tail rotor behind a
-//! rate gyro; fuselage and fins. Rotor speed is constant: a governor holds it.
+//! rate gyro; fuselage and fins. Rotor speed is the nominal one unless [`Helicopter::driven`] is told
+//! another: what holds it, or does not, is left to whoever flies it.
 //!
 //! Its controls are [`Sticks`] about hover trim, beyond ±1 at the stop. Signs follow the motion they
 //! begin: lateral rolls right, longitudinal raises the nose, collective climbs, pedal turns the nose
@@ -40,7 +41,7 @@ mod trim;
 pub use parameters::{Fin, HelicopterParameters, Rotor, StabilizerBar};
 pub use trim::Trim;
 
-use dynamics::{Constants, Motion, Rigging};
+use dynamics::{Constants, Drive, Motion, Rigging};
 
 /// Where the helicopter's motion stands. Position is left to whoever flies it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +81,28 @@ pub struct StateDerivative {
     pub lateral_bar_radps: f64,
     /// Specific force at the centre of gravity: what an accelerometer there reads, m/s².
     pub specific_force_mps2: Vector<Body>,
+    /// What it takes at the main shaft to keep both rotors at their speed, N·m; below 0 the air drives
+    /// them.
+    pub rotor_torque_nm: f64,
 }
+
+/// What turns the rotors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotorDrive {
+    /// Speed of the main rotor over its nominal one; the tail rotor is geared to it. No less than a
+    /// tenth counts: a rotor that slow carries nothing.
+    pub speed: f64,
+    /// Whether an engine turns them, whose torque the body has to bear; otherwise they turn freely.
+    pub powered: bool,
+}
+
+impl RotorDrive {
+    /// An engine at the nominal speed.
+    pub const NOMINAL: Self = Self { speed: 1.0, powered: true };
+}
+
+/// A slower rotor carries nothing, and the equations divide by its speed.
+const SLOWEST: f64 = 0.1;
 
 /// Why a helicopter or a trim is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -149,14 +171,26 @@ impl Helicopter {
         self.hover_sticks
     }
 
-    /// How `state` moves under `controls` in a wind of `wind_mps`. Takes no memory, never panics;
-    /// NaN in gives NaN out.
+    /// How `state` moves under `controls` in a wind of `wind_mps`, the rotors at their nominal speed.
+    /// Takes no memory, never panics; NaN in gives NaN out.
     #[must_use]
     pub fn derivative(
         &self,
         state: &HelicopterState,
         controls: &Sticks,
         wind_mps: Vector<Ned>,
+    ) -> StateDerivative {
+        self.driven(state, controls, wind_mps, RotorDrive::NOMINAL)
+    }
+
+    /// The same with the rotors turned by `drive`.
+    #[must_use]
+    pub fn driven(
+        &self,
+        state: &HelicopterState,
+        controls: &Sticks,
+        wind_mps: Vector<Ned>,
+        drive: RotorDrive,
     ) -> StateDerivative {
         let to_body = state.body_to_ned.inverse();
         let rate = state.rate_radps.components();
@@ -167,6 +201,7 @@ impl Helicopter {
             rate: state.rate_radps.to_array(),
             flapping: [state.longitudinal_flapping_rad, state.lateral_flapping_rad],
             bar: [state.longitudinal_bar_rad, state.lateral_bar_rad],
+            drive: Drive { speed: drive.speed.max(SLOWEST), powered: drive.powered },
         };
         let sticks = controls.to_array();
         let change = self.change(&motion, &sticks);
@@ -180,6 +215,7 @@ impl Helicopter {
             longitudinal_bar_radps: change.bar[0],
             lateral_bar_radps: change.bar[1],
             specific_force_mps2: change.specific_force.into(),
+            rotor_torque_nm: change.torque_nm,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::dynamics::{Change, Constants, Motion, Rigging};
+use super::dynamics::{Change, Constants, Drive, Motion, Rigging};
 use super::{Helicopter, HelicopterError, HelicopterParameters, HelicopterState};
 use crate::real::{Dual, Real};
 use hovernav::controls::Sticks;
@@ -184,6 +184,7 @@ impl Helicopter {
             rate: [zero; 3],
             flapping: [a, b],
             bar: [c, d],
+            drive: Drive::nominal(),
         };
         let sticks = [lateral, longitudinal, collective, pedal];
         let Change { velocity, rate, flapping, bar, .. } = self.unstopped(&motion, &sticks);

@@ -7,14 +7,17 @@
 //! | [`dare_by_doubling`] | X = AᵀX(I + GX)⁻¹A + H |
 //! | [`Stein`] | X = F X Fᵀ + V |
 //! | [`least_squares`] | min ‖A X − B‖ |
+//! | [`gram`] | Aᵀ A |
 
 mod eigenvalues;
+mod gram;
 mod hold;
 mod least_squares;
 mod riccati;
 mod stein;
 
 pub use eigenvalues::{eigenvalues, spectral_radius};
+pub use gram::{add_gram, gram};
 pub use hold::{HoldDerivatives, ZeroOrderHold, exponential};
 pub use least_squares::least_squares;
 pub use riccati::dare_by_doubling;

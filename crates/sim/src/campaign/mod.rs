@@ -30,7 +30,7 @@ use std::ops::Range;
 
 use super::axes::HorizontalVertical;
 use super::dmu::DmuConfig;
-use super::flight::{Flight, FlightConfig, FlightError, HoverStatistics};
+use super::flight::{Flight, FlightConfig, FlightError, FlightEvent, HoverStatistics};
 use super::noise::{Noise, Stream};
 use hovernav::autopilot::{HoverConfig, Mode};
 use hovernav::earth::Geodetic;
@@ -63,6 +63,8 @@ pub struct Campaign {
     pub outage_share: f64,
     /// For how long, shortest and longest, s.
     pub outage_s: Range<f64>,
+    /// Share of the flights whose engine stops once.
+    pub power_loss_share: f64,
 }
 
 /// What counts as a hover: over the last [`lasts_s`](Self::lasts_s) of a flight, against the truth.
@@ -116,6 +118,8 @@ pub struct Draw {
     pub grade: SensorGrade,
     /// When GPS is lost, s, if it is.
     pub outage_s: Option<Range<f64>>,
+    /// When the engine stops, s, if it does.
+    pub power_loss_s: Option<f64>,
 }
 
 /// How one flight ended.
@@ -181,6 +185,7 @@ impl Campaign {
             hover: HoverBounds::default(),
             outage_share: 0.25,
             outage_s: 5.0..20.0,
+            power_loss_share: 0.0,
         }
     }
 
@@ -204,7 +209,11 @@ impl Campaign {
                 let from_s = self.judged_from_s + (latest_s - self.judged_from_s) * begin;
                 from_s..from_s + length_s
             });
-        Draw { seed, factors, wind_mps: [speed * cos, speed * sin], gust_mps, grade, outage_s }
+        let (loses_power, when) = (noise.uniform(), noise.uniform());
+        let power_loss_s = (loses_power < self.power_loss_share)
+            .then_some(self.judged_from_s + (self.duration_s - self.judged_from_s) * when);
+        let wind_mps = [speed * cos, speed * sin];
+        Draw { seed, factors, wind_mps, gust_mps, grade, outage_s, power_loss_s }
     }
 
     /// The flight that `draw` makes of the nominal one.
@@ -223,6 +232,8 @@ impl Campaign {
             seed: draw.seed,
             ..self.nominal.clone()
         };
+        flight.events.extend(draw.power_loss_s.map(|at_s| (at_s, FlightEvent::PowerLoss)));
+        flight.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
         let wind = &mut flight.wind;
         wind.steady_mps = Vector::new(north, east, 0.0);
         wind.gust_sigma_mps = HorizontalVertical::new(draw.gust_mps, 0.5 * draw.gust_mps);

@@ -43,6 +43,8 @@ pub enum FlightEvent {
     Excite(Excitation),
     /// The servo of a stick, 0 lateral to 3 pedal, stays where it is.
     Jam(usize),
+    /// The engine stops.
+    PowerLoss,
     /// The vehicle weighs this from now on, kg: fuel burnt, a load dropped.
     Mass(f64),
     /// This is added to the sticks from now on, whoever flies: a test input. The sticks that are

@@ -233,6 +233,7 @@ impl<'a> RunningFlight<'a> {
             FlightEvent::Disturb(disturbance) => self.vehicle.disturb(&disturbance),
             FlightEvent::Push(disturbance) => self.vehicle.push(&disturbance),
             FlightEvent::Jam(stick) => self.vehicle.jam(stick),
+            FlightEvent::PowerLoss => self.vehicle.lose_power(),
             FlightEvent::Mass(mass_kg) => self.vehicle.set_mass(mass_kg)?,
             FlightEvent::Engage(engaged) => self.engaged = engaged,
             FlightEvent::PilotSticks(sticks) => self.pilot_sticks = sticks,

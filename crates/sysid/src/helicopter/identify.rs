@@ -92,7 +92,8 @@ pub struct Identification {
     pub tones: Vec<Tone>,
     /// Every test point of the flight.
     pub test_points: Vec<TestPoint>,
-    /// Flight that the parameters are from, s: all that is near a hover and not held back.
+    /// Flight that the parameters are from, s: all that is near a hover, what was held back to judge the
+    /// model with it.
     pub estimated_s: f64,
     /// The test points among it: indices into `test_points`.
     pub estimation_points: Vec<usize>,
@@ -100,9 +101,12 @@ pub struct Identification {
     pub validation_points: Vec<usize>,
     /// The parameters with their bounds, the log of what was dropped.
     pub identified: Identified,
+    /// The cyclic's model with a stabiliser bar, where it is likelier than the one without but not by
+    /// enough to be taken.
+    pub passed_over: Option<Identified>,
     /// Fit over windows of the test points the parameters are from.
     pub estimation: Fit,
-    /// Fit over those held back, where there are any.
+    /// Fit over those held back, where there are any, of the model that had not seen them.
     pub validation: Option<Fit>,
     /// What a reader must know, one plain sentence each.
     pub warnings: Vec<String>,
@@ -110,9 +114,9 @@ pub struct Identification {
 
 /// Identifies a helicopter of `kind` from a flight.
 ///
-/// The parameters are from all of the flight that is near a hover, less what is held back: the last
+/// A model is searched for on all of the flight that is near a hover, less what is held back: the last
 /// repetition on each stick where there are at least two, or where the pilot flew no test points the
-/// last quarter. The windows of the fits are simulated over 5 s from an initial state of their own.
+/// last quarter. What is held back judges that model; then its parameters are searched on with it. The windows of the fits are simulated over 5 s from an initial state of their own.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -189,19 +193,23 @@ pub fn identify(
     };
     let period_s = record.experiment.period_s;
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s };
-    let identified = match kind.parts() {
-        [] => search.best(kind)?,
-        parts => {
-            let parts = search.all(parts)?;
-            let structure = search.prepared(structure.clone());
-            let settings = search.settings(kind);
-            prediction_error::assemble(&structure, &parts, &stretches, &settings)?
-        }
-    };
+    let parts = search.parts(kind)?;
+    let mut identified = search.whole(kind, &parts)?;
     let validation = match validation.as_slice() {
         [] => None,
         validation => Some(identified.simulate(validation, WINDOW_S)?),
     };
+    let mut estimated_s: f64 = stretches.iter().map(Experiment::duration_s).sum();
+    // The structure has stood the test: its parameters are from all that there is.
+    if validation.is_some() && velocity == Velocity::Estimated {
+        let all = stretches::stretches(&record, &[])?;
+        if !all.is_empty() {
+            let search = Search { stretches: &all, ..search };
+            identified = search.whole(kind, &search.on_from(&parts)?)?;
+            estimated_s = all.iter().map(Experiment::duration_s).sum();
+        }
+    }
+    let passed_over = parts.into_iter().find_map(|part| part.passed_over);
     for input in structure.inputs_of_pilot() {
         let tested =
             |&point: &usize| test_points[point].stick.is_some_and(|stick| STICKS[stick] == input);
@@ -218,11 +226,12 @@ pub fn identify(
         velocity,
         tones,
         estimation: identified.simulate(&estimation, WINDOW_S)?,
-        estimated_s: stretches.iter().map(Experiment::duration_s).sum(),
+        estimated_s,
         test_points,
         estimation_points,
         validation_points,
         identified,
+        passed_over,
         validation,
         warnings,
     })
@@ -235,6 +244,30 @@ fn with_error(structure: Structure, error: &VelocityError) -> Structure {
         error.vertical.time_s,
         true,
     )
+}
+
+/// `work` on each of `all`, side by side.
+fn side_by_side<T: Sync, R: Send>(
+    all: &[T],
+    work: impl Fn(&T) -> Result<R, PredictionErrorError> + Sync,
+) -> Result<Vec<R>, PredictionErrorError> {
+    let work = &work;
+    std::thread::scope(|scope| {
+        let searches: Vec<_> = all.iter().map(|one| scope.spawn(move || work(one))).collect();
+        let found = searches.into_iter().map(|search| match search.join() {
+            Ok(found) => found,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        found.collect()
+    })
+}
+
+/// What a search found.
+struct Found {
+    kind: Kind,
+    identified: Identified,
+    /// See [`Identification::passed_over`].
+    passed_over: Option<Identified>,
 }
 
 /// What is searched.
@@ -263,31 +296,46 @@ impl Search<'_> {
         }
     }
 
-    /// Each of `kinds`, side by side.
-    fn all(&self, kinds: &[Kind]) -> Result<Vec<Identified>, PredictionErrorError> {
-        std::thread::scope(|scope| {
-            let searches: Vec<_> =
-                kinds.iter().map(|&kind| scope.spawn(move || self.best(kind))).collect();
-            let found = searches.into_iter().map(|search| match search.join() {
-                Ok(found) => found,
-                Err(panic) => std::panic::resume_unwind(panic),
-            });
-            found.collect()
+    /// Each part of `kind` by itself, or all of it at once where it has none.
+    fn parts(&self, kind: Kind) -> Result<Vec<Found>, PredictionErrorError> {
+        match kind.parts() {
+            [] => Ok(vec![self.best(kind)?]),
+            parts => side_by_side(parts, |&part| self.best(part)),
+        }
+    }
+
+    /// The parts on from what was found on less.
+    fn on_from(&self, parts: &[Found]) -> Result<Vec<Found>, PredictionErrorError> {
+        side_by_side(parts, |part| {
+            let settings = self.settings(part.kind);
+            let identified =
+                prediction_error::identify_on(&part.identified, self.stretches, &settings)?;
+            Ok(Found { kind: part.kind, identified, passed_over: None })
         })
+    }
+
+    /// The model of `kind` from its `parts`.
+    fn whole(&self, kind: Kind, parts: &[Found]) -> Result<Identified, PredictionErrorError> {
+        if let [all] = parts {
+            return Ok(all.identified.clone());
+        }
+        let parts: Vec<Identified> = parts.iter().map(|part| part.identified.clone()).collect();
+        let structure = self.prepared(kind.structure());
+        prediction_error::assemble(&structure, &parts, self.stretches, &self.settings(kind))
     }
 
     /// The likeliest of what the searches from every start find.
     ///
     /// Where process noise can stand in for an answer to the sticks the likelihood has a second
     /// optimum: the search goes from both sides.
-    fn best(&self, kind: Kind) -> Result<Identified, PredictionErrorError> {
+    fn best(&self, kind: Kind) -> Result<Found, PredictionErrorError> {
         /// Parameter, start, and process noise in its usual start.
         const STARTS: [(Kind, &str, f64, f64); 5] = [
             (Kind::Flapping, "tau_f", 0.1, 1.0),
             (Kind::Yaw, "Nr", -4.0, 1.0),
             (Kind::Yaw, "Nr", -25.0, 0.1),
             (Kind::Heave, "Zw", -0.7, 1.0),
-            (Kind::Heave, "Zw", -0.7, 0.1),
+            (Kind::Heave, "Zw", -0.7, 10.0),
         ];
         let structure = self.prepared(kind.structure());
         // A velocity held from fix to fix is there to be compared with: one search shows what it is worth.
@@ -300,32 +348,67 @@ impl Search<'_> {
                 let own = structure
                     .noises
                     .iter()
-                    .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r"));
+                    .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r" | "n_dw"));
                 sigmas.iter_mut().zip(own).filter(|(_, own)| *own).for_each(|(s, _)| *s *= noise);
             }
             let structure = structure.clone().with(name, start, false);
             prediction_error::identify(&structure, self.stretches, &settings)
         });
+        let alone = |identified| Found { kind, identified, passed_over: None };
         let Some(first) = tried.next() else {
-            return prediction_error::identify(&structure, self.stretches, &self.settings(kind));
+            let settings = self.settings(kind);
+            return prediction_error::identify(&structure, self.stretches, &settings).map(alone);
         };
         let best = tried.fold(first, |best, next| match (&best, &next) {
             (Ok(one), Ok(other)) if other.aic < one.aic => next,
             (Err(_), Ok(_)) => next,
             _ => best,
         })?;
+        let best = if is_held { best } else { self.hopped(best, kind) };
         if kind == Kind::Flapping && !is_held {
             let with_bar = structure.with_bar(&best.estimates);
-            return Ok(self.if_likelier(best, kind, with_bar));
+            return Ok(self.with_bar(best, kind, with_bar));
         }
-        Ok(best)
+        Ok(alone(best))
     }
 
-    /// What a search of `structure`, which has more parameters than `known`, finds where it is likelier.
-    fn if_likelier(&self, known: Identified, kind: Kind, structure: Structure) -> Identified {
+    /// The likeliest of `found` and its neighbours, whose one stick comes whole samples earlier or later.
+    ///
+    /// Between two samples the held stick is their mean, so that the likelihood has an optimum in the delay
+    /// for each sample, and under feedback the next one is nearly as likely.
+    fn hopped(&self, mut found: Identified, kind: Kind) -> Identified {
+        const MOST: usize = 3;
+        let delay = match kind {
+            Kind::Heave => "tau_col",
+            Kind::Yaw => "tau_ped",
+            _ => return found,
+        };
+        let settings = self.settings(kind);
+        for by_s in [-self.period_s, self.period_s] {
+            for _ in 0..MOST {
+                let now_s = found.estimates.get(delay).map_or(0.0, |estimate| estimate.value);
+                let start = (delay, now_s + by_s);
+                let other =
+                    prediction_error::identify_from(&found, start, self.stretches, &settings);
+                match other {
+                    Ok(other) if other.aic < found.aic => found = other,
+                    _ => break,
+                }
+            }
+        }
+        found
+    }
+
+    /// Of `known` and what a search of `structure` finds, which has a bar besides, the one to take.
+    fn with_bar(&self, known: Identified, kind: Kind, structure: Structure) -> Found {
         let free = |structure: &Structure| structure.parameters.iter().filter(|p| !p.fixed).count();
         let more = free(&structure).saturating_sub(free(&known.structure)).max(1) as f64;
         let found = prediction_error::identify(&structure, self.stretches, &self.settings(kind));
-        found.ok().filter(|found| found.aic < known.aic - PRICE * more).unwrap_or(known)
+        match found.ok().filter(|found| found.aic < known.aic) {
+            Some(found) if found.aic < known.aic - PRICE * more => {
+                Found { kind, identified: found, passed_over: None }
+            }
+            passed_over => Found { kind, identified: known, passed_over },
+        }
     }
 }

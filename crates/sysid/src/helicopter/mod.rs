@@ -5,6 +5,7 @@
 //! [`Identified`](crate::methods::prediction_error::Identified).
 
 mod checks;
+mod doubt;
 mod equations;
 mod flight;
 mod frequency_domain;
@@ -18,6 +19,7 @@ mod velocity_error;
 mod verdict;
 
 pub use checks::flight_warnings;
+pub use doubt::AxisDoubt;
 pub use flight::{FlightRecord, MOTION, Velocity};
 pub use frequency_domain::{Basis, FrequencyDomain, PairCost, SideBySide};
 pub use identify::{Identification, IdentifyError, identify};

@@ -2,6 +2,7 @@
 
 use hovernav_model::{Grade, Verdict};
 
+use super::doubt::{AxisDoubt, COST};
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
 use crate::methods::prediction_error::{Estimate, Status};
@@ -20,8 +21,6 @@ const WRONG_PER_S: f64 = 1.0;
 const SAME: f64 = 0.98;
 /// Delays of sticks that are not a pilot's dream, s.
 const DELAY_S: [f64; 2] = [-0.02, 0.15];
-/// Cost of a frequency response up to which model and flight agree: Tischler and Remple, section 11.2.
-const COST: f64 = 100.0;
 /// Correlation of innovations up to which they count as white.
 const WHITE: f64 = 0.3;
 /// Where a bound is this much of what was expected before the flight, the flight told nothing.
@@ -52,6 +51,9 @@ impl Identification {
         }
         if let Some(frequency) = frequency {
             judge.second_opinion(frequency);
+        }
+        for axis in self.axis_doubts(frequency) {
+            judge.axis(axis, frequency);
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
@@ -110,6 +112,38 @@ impl Judge {
         for own in frequency.disagreements() {
             self.say(Grade::Care, own);
         }
+    }
+
+    fn axis(&mut self, mut axis: AxisDoubt, frequency: Option<&FrequencyDomain>) {
+        let (stick, output) = (axis.stick, axis.output);
+        // Where the flight itself denies the model, that has been said.
+        let felt = if output == "w" { "az" } else { output };
+        let denied = frequency.is_some_and(|frequency| {
+            let mut own = frequency.costs.iter().filter(|pair| pair.stick == stick);
+            own.any(|pair| pair.output == felt && pair.time > COST)
+        });
+        if denied {
+            axis.between_methods = None;
+        }
+        let cost = axis.cost();
+        if cost <= COST {
+            return;
+        }
+        let mut why = format!("{:.0} within the bounds of the parameters", axis.within_bounds);
+        if let Some(apart) = axis.between_methods {
+            why += &format!(", {apart:.0} between time domain and frequency domain");
+        }
+        if let Some(apart) = axis.between_structures {
+            why +=
+                &format!(", {apart:.0} by a stabiliser bar that the flight does not clearly tell");
+        }
+        if let Some(from) = axis.known_from_radps.filter(|_| axis.within_bounds > COST) {
+            why += &format!("; the bounds leave less than {COST} from {from:.1} rad/s on");
+        }
+        self.say(
+            Grade::Care,
+            format!("{stick} to {output}: the response may be off by a cost of {cost:.0}, above {COST}: {why}"),
+        );
     }
 
     fn parameter(&mut self, estimate: &Estimate) {

@@ -71,7 +71,7 @@ pub struct ResponseCosts {
 }
 
 /// 7.57° of phase weigh as much as 1 dB of magnitude.
-const PHASE_WEIGHT: f64 = 0.017_45;
+pub(crate) const PHASE_WEIGHT: f64 = 0.017_45;
 
 /// Fits `model` to `measured` by damped least squares from `start`.
 ///

@@ -16,6 +16,7 @@ mod response;
 mod spectrum;
 
 pub use chirp_z::ChirpZ;
+pub(crate) use fit::PHASE_WEIGHT;
 pub use fit::{
     ResponseCosts, ResponseFit, ResponseFitSettings, Responses, fit_response, response_costs,
 };

@@ -78,6 +78,28 @@ pub(super) fn search(
     finish(&problem, &minimum, estimates, iterations, log, &dropped)
 }
 
+/// Searches on from where `found` ended, on records that may be others: nothing more is dropped.
+pub(super) fn search_on(
+    mut problem: Problem<'_>,
+    found: &Identified,
+    settings: &Settings,
+) -> Result<Identified, PredictionErrorError> {
+    problem.base.clone_from(&found.theta);
+    problem.free.clone_from(&found.estimates.free);
+    let theta: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
+    if problem.priors().next().is_some() {
+        let here = minimised(&problem, &theta, Limits { iterations: 1, ..settings.limits })?;
+        weigh_priors(&mut problem, &here, settings)?;
+    }
+    let minimum = minimised(&problem, &theta, settings.limits)?;
+    let list = found.estimates.list.iter().enumerate();
+    let dropped: Vec<usize> =
+        list.filter(|(_, own)| own.status == Status::Dropped).map(|(index, _)| index).collect();
+    let estimates = summarise(&problem, &minimum, settings, &dropped)?;
+    let iterations = found.iterations + minimum.iterations;
+    finish(&problem, &minimum, estimates, iterations, found.log.clone(), &dropped)
+}
+
 /// Parameters that may go and are no further from going than chance: index, Wald's statistic, and by how
 /// much innovations that are not white widen their variance.
 fn unknown(

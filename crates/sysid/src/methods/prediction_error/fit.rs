@@ -10,6 +10,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 use super::error::PredictionErrorError;
 use super::estimates::Estimates;
 use super::identified::Identified;
+use super::own_rows::OwnRows;
 use super::predictor::Predictor;
 use super::problem::{Problem, solve};
 use super::statistics::noise_of;
@@ -128,15 +129,25 @@ impl Identified {
         let innovations = self.innovations_form;
         let predictor = Predictor::new(&self.structure, &self.theta, self.period_s, innovations)?;
         let noise = WindowNoise::new(self, &predictor, records, whole);
-        let open = Predictor::new(&self.structure, &noise.weights, self.period_s, false)?;
+        let lengths = records.iter().map(|record| whole.min(record.samples)).chain([whole]);
+        let open = OpenLoop::new(self, &noise, lengths)?;
+        let of_records = Problem::own_rows(&self.structure, &predictor, records);
 
         let p = self.structure.outputs.len();
         let (mut residual, mut deviation) = (vec![0.0; p], vec![0.0; p]);
         let (mut runs, mut floor, mut simulated) = (Vec::new(), vec![0.0; p], 0);
         for record in records {
             let length = whole.min(record.samples);
-            let own = self.own_values(record, &predictor)?;
             let inputs = record.delayed(&self.structure, &self.theta, self.period_s);
+            let mut own = Problem::guess(&self.structure, record);
+            Problem::solve_own(
+                &self.structure,
+                &predictor,
+                &of_records,
+                &inputs,
+                record,
+                &mut own,
+            )?;
             let means: Vec<f64> = (0..p)
                 .map(|output| {
                     let values = record.outputs.iter().skip(output).step_by(p);
@@ -178,18 +189,10 @@ impl Identified {
         })
     }
 
-    /// A record's own values by the model's predictor.
-    fn own_values(&self, record: &Record, predictor: &Predictor) -> Option<Vec<f64>> {
-        let mut own = Problem::guess(&self.structure, record);
-        let inputs = record.delayed(&self.structure, &self.theta, self.period_s);
-        Problem::solve_own(&self.structure, predictor, &inputs, record, &mut own)?;
-        Some(own)
-    }
-
     /// One window: the initial state by least squares, then the free run.
     fn window(
         &self,
-        open: &Predictor,
+        open: &OpenLoop,
         record: &Record,
         inputs: &(Vec<f64>, Vec<f64>),
         own: &[f64],
@@ -203,34 +206,60 @@ impl Identified {
         let inputs = (cut(&inputs.0, m), cut(&inputs.1, 2 * m));
         let mut own = own.to_vec();
         own[..n].fill(0.0);
-        // Errors of the outputs are no motion: they stay out. The constant forcing is a window's own, as
-        // gusts last longer than it.
-        let motion = 0..n - self.structure.trailing_errors();
-        let fitted: Vec<usize> = motion.chain(n..n + self.structure.offsets.len()).collect();
         let mut pass = Pass {
             structure: &self.structure,
-            predictor: open,
+            predictor: &open.predictor,
             forcing: None,
             record: &piece,
             inputs: &inputs,
             own: &own,
-            own_columns: &fitted,
+            own_rows: &open.fitted,
             keep: false,
         };
         let normal = pass.run();
         let step = solve(&normal.information, &normal.gradient)?;
         let mut solved = own.clone();
-        for (&place, step) in fitted.iter().zip(step.iter()) {
+        for (&place, step) in open.fitted.columns.iter().zip(step.iter()) {
             solved[place] -= step;
         }
-        (pass.own, pass.own_columns, pass.keep) = (&solved, &[], true);
+        (pass.own, pass.own_rows, pass.keep) = (&solved, &open.none, true);
         let errors = DMatrix::from_column_slice(p, length, &pass.run().whitened);
         let measured = DMatrix::from_row_slice(length, p, &piece.outputs);
         // The open predictor's whitener is diagonal.
+        let whitener = &open.predictor.whitener;
         let model = DMatrix::from_fn(length, p, |sample, output| {
-            measured[(sample, output)] - errors[(output, sample)] / open.whitener[(output, output)]
+            measured[(sample, output)] - errors[(output, sample)] / whitener[(output, output)]
         });
         Some(Run { experiment: record.name.clone(), first_sample: first, measured, model })
+    }
+}
+
+/// The model without correction, as windows are simulated by it.
+struct OpenLoop {
+    predictor: Predictor,
+    /// What is fitted to a window: its initial state and offsets. Errors of the outputs are no motion:
+    /// they stay out. The constant forcing is a window's own, as gusts last longer than it.
+    fitted: OwnRows,
+    /// Of nothing: all is solved.
+    none: OwnRows,
+}
+
+impl OpenLoop {
+    fn new(
+        model: &Identified,
+        noise: &WindowNoise,
+        lengths: impl Iterator<Item = usize> + Clone,
+    ) -> Option<Self> {
+        let structure = &model.structure;
+        let predictor = Predictor::new(structure, &noise.weights, model.period_s, false)?;
+        let n = structure.states.len();
+        let motion = 0..n - structure.trailing_errors();
+        let fitted = motion.chain(n..n + structure.offsets.len()).collect();
+        Some(Self {
+            fitted: OwnRows::new(structure, &predictor, fitted, lengths.clone()),
+            none: OwnRows::new(structure, &predictor, Vec::new(), lengths),
+            predictor,
+        })
     }
 }
 
@@ -282,10 +311,11 @@ impl WindowNoise {
 
     /// Expected variance of each output's residual after the initial state is fitted, by simulation
     /// from a fixed seed.
-    fn residual_variances(&self, model: &Identified, open: &Predictor) -> Option<Vec<f64>> {
+    fn residual_variances(&self, model: &Identified, open: &OpenLoop) -> Option<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let (n, p) = (open.phi.nrows(), self.measurement_sigma.len());
+        let Predictor { phi, c, .. } = &open.predictor;
+        let (n, p) = (phi.nrows(), self.measurement_sigma.len());
         let m = model.structure.inputs.len();
         let own = vec![0.0; n + model.structure.offsets.len() + model.structure.biases.len()];
         let inputs = (vec![0.0; self.length * m], vec![0.0; 2 * self.length * m]);
@@ -294,12 +324,12 @@ impl WindowNoise {
             let mut state = DVector::zeros(n);
             let mut outputs = Vec::with_capacity(self.length * p);
             for _ in 0..self.length {
-                let seen = &open.c * &state;
+                let seen = c * &state;
                 for (output, sigma) in self.measurement_sigma.iter().enumerate() {
                     outputs.push(seen[output] + sigma * normal());
                 }
                 let kick = DVector::from_fn(self.driven.ncols(), |_, _| normal());
-                state = &open.phi * state + &self.driven * kick;
+                state = phi * state + &self.driven * kick;
             }
             let record = Record::of_outputs(outputs, self.length);
             let run = model.window(open, &record, &inputs, &own, 0, self.length)?;

@@ -40,6 +40,38 @@ pub fn identify(
     dropping::search(problem, settings)
 }
 
+/// What becomes of `found` on `experiments`, which hold what it was identified from and more: searched on
+/// from its own values, with its own structure, dropped parameters and all.
+///
+/// # Errors
+/// See [`PredictionErrorError`].
+pub fn identify_on(
+    found: &Identified,
+    experiments: &[Experiment],
+    settings: &Settings,
+) -> Result<Identified, PredictionErrorError> {
+    let records = records(&found.structure, experiments)?;
+    let problem = problem(&found.structure, &records, experiments, settings)?;
+    dropping::search_on(problem, found, settings)
+}
+
+/// The same search from where `found` ended but for the parameter `name`, which starts at `value`.
+///
+/// # Errors
+/// See [`PredictionErrorError`].
+pub fn identify_from(
+    found: &Identified,
+    (name, value): (&str, f64),
+    experiments: &[Experiment],
+    settings: &Settings,
+) -> Result<Identified, PredictionErrorError> {
+    let mut moved = found.clone();
+    if let Some(place) = found.structure.parameter(name) {
+        moved.theta[place] = value;
+    }
+    identify_on(&moved, experiments, settings)
+}
+
 fn records(
     structure: &Structure,
     experiments: &[Experiment],

@@ -5,6 +5,7 @@ use std::cell::RefCell;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use super::own_rows::OwnRows;
 use super::predictor::Predictor;
 use super::sweep::{Forcing, Normal, Pass, Record};
 use crate::methods::least_squares::{Cost, Quadratic};
@@ -89,20 +90,27 @@ impl Problem<'_> {
 
     /// Which of a record's `own` values are solved for. Errors of the outputs start at 0: what they start
     /// at cannot be told from what the motion does, and their size is known.
-    fn solved(structure: &Structure, own: usize) -> Vec<usize> {
+    fn solved(structure: &Structure) -> Vec<usize> {
         let n = structure.states.len();
-        (0..n - structure.trailing_errors()).chain(n..own).collect()
+        let all = n + structure.offsets.len() + structure.biases.len();
+        (0..n - structure.trailing_errors()).chain(n..all).collect()
+    }
+
+    /// Sensitivities to what is solved for in `records`.
+    pub fn own_rows(structure: &Structure, predictor: &Predictor, records: &[Record]) -> OwnRows {
+        let lengths = records.iter().map(|record| record.samples);
+        OwnRows::new(structure, predictor, Self::solved(structure), lengths)
     }
 
     /// −½ νᵀS⁻¹ν at its best over the record's own unknowns, which come back solved.
     pub fn solve_own(
         structure: &Structure,
         predictor: &Predictor,
+        own_rows: &OwnRows,
         inputs: &(Vec<f64>, Vec<f64>),
         record: &Record,
         own: &mut [f64],
     ) -> Option<f64> {
-        let solved = Self::solved(structure, own.len());
         let pass = Pass {
             structure,
             predictor,
@@ -110,13 +118,13 @@ impl Problem<'_> {
             record,
             inputs,
             own,
-            own_columns: &solved,
+            own_rows,
             keep: false,
         };
         let normal = pass.run();
         let step = solve(&normal.information, &normal.gradient)?;
         let saved = 0.5 * normal.gradient.dot(&step);
-        for (&place, step) in solved.iter().zip(step.iter()) {
+        for (&place, step) in own_rows.columns.iter().zip(step.iter()) {
             own[place] -= step;
         }
         Some(normal.half_squares - saved)
@@ -129,6 +137,7 @@ impl Problem<'_> {
         let derivatives =
             predictor.derivatives(self.structure, &whole, &self.free, self.innovations)?;
         let forcing = Forcing::new(&predictor, &derivatives, self.structure.offsets.len());
+        let own_rows = Self::own_rows(self.structure, &predictor, self.records);
         let mut own = self.own.borrow_mut();
         let solved = own.at == whole;
         own.at.clone_from(&whole);
@@ -136,9 +145,8 @@ impl Problem<'_> {
         let normals = side_by_side(self.records, &mut own.values, |record, own| {
             let inputs = record.delayed(structure, &whole, period_s);
             if !solved {
-                Self::solve_own(structure, &predictor, &inputs, record, own)?;
+                Self::solve_own(structure, &predictor, &own_rows, &inputs, record, own)?;
             }
-            let solved = Self::solved(structure, own.len());
             let pass = Pass {
                 structure,
                 predictor: &predictor,
@@ -146,7 +154,7 @@ impl Problem<'_> {
                 record,
                 inputs: &inputs,
                 own,
-                own_columns: &solved,
+                own_rows: &own_rows,
                 keep,
             };
             Some(pass.run())
@@ -240,13 +248,14 @@ impl Cost for Problem<'_> {
     fn cost(&self, theta: &[f64]) -> Option<f64> {
         let whole = self.whole(theta);
         let predictor = Predictor::new(self.structure, &whole, self.period_s, self.innovations)?;
+        let own_rows = Self::own_rows(self.structure, &predictor, self.records);
         let mut cost = 0.5 * self.samples() as f64 * predictor.log_determinant;
         let mut own = self.own.borrow_mut();
         let mut trial = own.values.clone();
         let (structure, period_s) = (self.structure, self.period_s);
         let costs = side_by_side(self.records, &mut trial, |record, own| {
             let inputs = record.delayed(structure, &whole, period_s);
-            Self::solve_own(structure, &predictor, &inputs, record, own)
+            Self::solve_own(structure, &predictor, &own_rows, &inputs, record, own)
         })?;
         cost += costs.iter().sum::<f64>();
         for (place, value, sigma, weight) in self.priors() {

@@ -1,14 +1,15 @@
 //! One pass of the predictor over a record: whitened innovations and their sensitivities, gathered
 //! into normal equations.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector};
 
+use super::own_rows::OwnRows;
 use super::predictor::{Derivative, Predictor};
 use crate::methods::structure::Structure;
 use crate::record::{Experiment, ExperimentError};
 
 /// Samples between two multiplications of the normal equations.
-const BLOCK: usize = 64;
+pub(super) const BLOCK: usize = 128;
 
 /// An experiment sample by sample, in the structure's order of signals.
 pub(super) struct Record {
@@ -194,8 +195,8 @@ pub(super) struct Pass<'a> {
     pub inputs: &'a (Vec<f64>, Vec<f64>),
     /// The record's own values: x0, offsets, biases.
     pub own: &'a [f64],
-    /// Which of them have a column.
-    pub own_columns: &'a [usize],
+    /// Those of them that have a column, with their sensitivities.
+    pub own_rows: &'a OwnRows,
     /// Keep the whitened innovations and sensitivities.
     pub keep: bool,
 }
@@ -206,26 +207,22 @@ impl Pass<'_> {
         let (n, m) = (structure.states.len(), structure.inputs.len());
         let (p, o) = (structure.outputs.len(), structure.offsets.len());
         let parameters = self.forcing.map_or(0, |forcing| forcing.count);
-        let columns = parameters + self.own_columns.len();
-        let steady = self.steady_forcing();
+        let (samples, own) = (self.record.samples, self.own_rows.columns.len());
+        let columns = parameters + own;
         let width = n + 3 * m + o + p;
 
         let mut x = DVector::from_column_slice(&self.own[..n]);
-        // Columns × states: one state's sensitivities together.
-        let mut sensitivity = DMatrix::zeros(columns, n);
-        for (index, own) in self.own_columns.iter().copied().enumerate() {
-            if own < n {
-                sensitivity[(parameters + index, own)] = 1.0;
-            }
-        }
+        // Parameters × states: one state's sensitivities together.
+        let mut sensitivity = DMatrix::zeros(parameters, n);
         // Row by row: a state's row of F is one slice.
         let closed = self.predictor.closed.transpose();
         let mut next = sensitivity.clone();
         let mut z = DMatrix::zeros(width, BLOCK);
         let mut forced = DMatrix::zeros(n * parameters, BLOCK);
+        // Columns × (samples · outputs): those of the parameters, then those of the own values.
         let mut rows = DMatrix::zeros(columns, p * BLOCK);
         let mut errors = DVector::zeros(p * BLOCK);
-        let mut raw = vec![0.0; p * columns];
+        let mut raw = vec![0.0; p * parameters];
         let mut normal = Normal {
             half_squares: 0.0,
             gradient: DVector::zeros(columns),
@@ -235,8 +232,8 @@ impl Pass<'_> {
             sensitivities: Vec::new(),
         };
 
-        for first in (0..self.record.samples).step_by(BLOCK) {
-            let length = BLOCK.min(self.record.samples - first);
+        for first in (0..samples).step_by(BLOCK) {
+            let length = BLOCK.min(samples - first);
             for step in 0..length {
                 self.predict(first + step, &mut x, z.column_mut(step).as_mut_slice());
             }
@@ -245,27 +242,35 @@ impl Pass<'_> {
             }
             for step in 0..length {
                 let z = &z.as_slice()[step * width..(step + 1) * width];
-                self.innovation_rows(z, sensitivity.as_slice(), columns, &mut raw);
-                let rows = &mut rows.as_mut_slice()[step * p * columns..(step + 1) * p * columns];
                 let errors = &mut errors.as_mut_slice()[step * p..(step + 1) * p];
-                self.whiten(&z[width - p..], &raw, columns, rows, errors);
-
-                for row in 0..n {
-                    let into = &mut next.as_mut_slice()[row * columns..(row + 1) * columns];
-                    let own = &steady[row * self.own_columns.len()..];
-                    into[parameters..].copy_from_slice(&own[..self.own_columns.len()]);
-                    let start = (step * n + row) * parameters;
-                    into[..parameters]
-                        .copy_from_slice(&forced.as_slice()[start..start + parameters]);
+                whiten(self.predictor, &z[width - p..], 1, errors, 1);
+                if parameters == 0 {
+                    continue;
                 }
-                propagate(&closed, sensitivity.as_slice(), next.as_mut_slice(), columns);
+                self.innovation_rows(z, sensitivity.as_slice(), &mut raw);
+                let step_rows = step * p * columns..(step + 1) * p * columns;
+                let step_rows = &mut rows.as_mut_slice()[step_rows];
+                whiten(self.predictor, &raw, parameters, step_rows, columns);
+                let start = step * n * parameters;
+                let pushed = &forced.as_slice()[start..start + n * parameters];
+                next.as_mut_slice().copy_from_slice(pushed);
+                propagate(&closed, sensitivity.as_slice(), next.as_mut_slice(), parameters);
                 std::mem::swap(&mut sensitivity, &mut next);
             }
+            rows.view_mut((parameters, 0), (own, p * length))
+                .copy_from(&self.own_rows.of(first, length));
             let used = rows.columns(0, p * length);
             let errors = errors.rows(0, p * length);
             normal.half_squares += 0.5 * errors.norm_squared();
             normal.gradient.gemv(1.0, &used, &errors, 1.0);
-            normal.information.gemm(1.0, &used, &used.transpose(), 1.0);
+            if parameters > 0 {
+                let values = rows.as_slice();
+                let long = p * length;
+                let turned =
+                    DMatrixView::from_slice_with_strides(values, long, columns, columns, 1);
+                let mut of_parameters = normal.information.rows_mut(0, parameters);
+                of_parameters.gemm(1.0, &used.rows(0, parameters), &turned, 1.0);
+            }
             let shaped = DMatrix::from_column_slice(p, length, errors.as_slice());
             normal.scatter.gemm(1.0, &shaped, &shaped.transpose(), 1.0);
             if self.keep {
@@ -273,12 +278,19 @@ impl Pass<'_> {
                 normal.sensitivities.extend(used.iter());
             }
         }
+        let across = normal.information.view((0, parameters), (parameters, own)).transpose();
+        normal.information.view_mut((parameters, 0), (own, parameters)).copy_from(&across);
+        let own_information = self.own_rows.information(samples);
+        normal
+            .information
+            .view_mut((parameters, parameters), (own, own))
+            .copy_from(own_information);
         // Where a disturbance starts can hardly be told from an offset: it is expected at 0, give or take
         // 1 m/s² or rad/s².
         for state in structure.disturbances() {
             let start = self.own[state];
             normal.half_squares += 0.5 * start * start;
-            if let Some(place) = self.own_columns.iter().position(|&own| own == state) {
+            if let Some(place) = self.own_rows.columns.iter().position(|&own| own == state) {
                 normal.gradient[parameters + place] += start;
                 normal.information[(parameters + place, parameters + place)] += 1.0;
             }
@@ -319,79 +331,65 @@ impl Pass<'_> {
         }
     }
 
-    /// dν of every column.
-    fn innovation_rows(&self, z: &[f64], sensitivity: &[f64], columns: usize, raw: &mut [f64]) {
-        let (p, n) = self.predictor.c.shape();
-        raw.fill(0.0);
-        for row in 0..p {
-            let into = &mut raw[row * columns..(row + 1) * columns];
-            for state in 0..n {
-                let factor = self.predictor.c[(row, state)];
-                if factor != 0.0 {
-                    add(into, -factor, &sensitivity[state * columns..(state + 1) * columns]);
-                }
-            }
+    /// dν of every parameter.
+    fn innovation_rows(&self, z: &[f64], sensitivity: &[f64], raw: &mut [f64]) {
+        let Some(forcing) = self.forcing else { return };
+        observed(self.predictor, sensitivity, forcing.count, raw);
+        for &(parameter, row, column, value) in &forcing.output {
+            raw[row * forcing.count + parameter] -= value * z[column];
         }
-        if let Some(forcing) = self.forcing {
-            for &(parameter, row, column, value) in &forcing.output {
-                raw[row * columns + parameter] -= value * z[column];
-            }
-        }
-        let first_bias = n + self.structure.offsets.len();
-        let first = columns - self.own_columns.len();
-        for (index, own) in self.own_columns.iter().copied().enumerate() {
-            if own >= first_bias {
-                raw[self.structure.bias_rows[own - first_bias] * columns + first + index] -= 1.0;
+    }
+}
+
+/// −C s: what the state's sensitivities make of the innovations, an output's together.
+pub(super) fn observed(
+    predictor: &Predictor,
+    sensitivity: &[f64],
+    columns: usize,
+    raw: &mut [f64],
+) {
+    let (p, n) = predictor.c.shape();
+    raw.fill(0.0);
+    for row in 0..p {
+        let into = &mut raw[row * columns..(row + 1) * columns];
+        for state in 0..n {
+            let factor = predictor.c[(row, state)];
+            if factor != 0.0 {
+                add(into, -factor, &sensitivity[state * columns..(state + 1) * columns]);
             }
         }
     }
+}
 
-    fn whiten(
-        &self,
-        innovation: &[f64],
-        raw: &[f64],
-        columns: usize,
-        rows: &mut [f64],
-        errors: &mut [f64],
-    ) {
-        rows.fill(0.0);
-        for row in 0..innovation.len() {
-            let into = &mut rows[row * columns..(row + 1) * columns];
-            errors[row] = 0.0;
-            for column in 0..=row {
-                let factor = self.predictor.whitener[(row, column)];
-                if factor != 0.0 {
-                    errors[row] += factor * innovation[column];
-                    add(into, factor, &raw[column * columns..(column + 1) * columns]);
-                }
+/// L⁻¹ times `raw`, of which an output's `columns` lie together, into `rows`, where an output's begin
+/// every `stride`.
+pub(super) fn whiten(
+    predictor: &Predictor,
+    raw: &[f64],
+    columns: usize,
+    rows: &mut [f64],
+    stride: usize,
+) {
+    for row in 0..predictor.c.nrows() {
+        let into = &mut rows[row * stride..row * stride + columns];
+        into.fill(0.0);
+        for column in 0..=row {
+            let factor = predictor.whitener[(row, column)];
+            if factor != 0.0 {
+                add(into, factor, &raw[column * columns..(column + 1) * columns]);
             }
         }
-    }
-
-    /// What moves the record's own columns at every step: states × own columns, row by row.
-    fn steady_forcing(&self) -> Vec<f64> {
-        let n = self.structure.states.len();
-        let offsets = self.structure.offsets.len();
-        let first_offset = self.predictor.gamma.ncols() - offsets;
-        let mut steady = Vec::with_capacity(n * self.own_columns.len());
-        for row in 0..n {
-            steady.extend(self.own_columns.iter().copied().map(|own| {
-                if own < n {
-                    0.0
-                } else if own < n + offsets {
-                    self.predictor.gamma[(row, first_offset + own - n)]
-                } else {
-                    -self.predictor.gain[(row, self.structure.bias_rows[own - n - offsets])]
-                }
-            }));
-        }
-        steady
     }
 }
 
 /// next += F s, `closed` being Fᵀ; a state's sensitivities lie together, `columns` of them. Four states
 /// at a time, as a general product would spend its time packing matrices this small.
-fn propagate(closed: &DMatrix<f64>, sensitivity: &[f64], next: &mut [f64], columns: usize) {
+pub(super) fn propagate(
+    closed: &DMatrix<f64>,
+    sensitivity: &[f64],
+    next: &mut [f64],
+    columns: usize,
+) {
     if columns == 0 {
         return;
     }

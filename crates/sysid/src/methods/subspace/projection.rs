@@ -1,10 +1,13 @@
 //! The future projected on the past.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DMatrixView};
 
 use super::error::SubspaceError;
 use super::settings::Weighting;
 use crate::record::Experiment;
+use hovernav_model::linalg::add_gram;
 
 /// The weighted projection of the future outputs on past inputs and outputs, factored.
 pub(super) struct Projection {
@@ -53,7 +56,7 @@ impl Projection {
                 needed,
             });
         }
-        let factor = triangular_factor(&stacked(experiment, horizon));
+        let factor = triangular_factor(experiment, horizon);
         let future_inputs = horizon * inputs;
         let past = horizon * (inputs + outputs);
         let future = horizon * outputs;
@@ -123,16 +126,18 @@ fn breakdown(experiment: &Experiment) -> SubspaceError {
     SubspaceError::Breakdown { experiment: experiment.name.clone(), step: "the projection" }
 }
 
-/// Block Hankel matrices side by side, transposed: one row per instant; columns are future inputs,
-/// past inputs, past outputs, future outputs, each oldest first.
-fn stacked(experiment: &Experiment, horizon: usize) -> DMatrix<f64> {
-    let instants = experiment.samples() - 2 * horizon + 1;
+/// Instants that are stacked at a time: as many rows as a cache holds.
+const BLOCK: usize = 512;
+
+/// Block Hankel matrices side by side, transposed, of the instants `rows`: one row per instant; columns
+/// are future inputs, past inputs, past outputs, future outputs, each oldest first.
+fn stacked(experiment: &Experiment, horizon: usize, rows: Range<usize>) -> DMatrix<f64> {
     let signals = experiment.inputs.ncols() + experiment.outputs.ncols();
-    let mut columns = Vec::with_capacity(instants * 2 * horizon * signals);
+    let mut columns = Vec::with_capacity(rows.len() * 2 * horizon * signals);
     let mut push = |signals: &DMatrix<f64>, first: usize| {
         for shift in first..first + horizon {
             for column in signals.column_iter() {
-                columns.extend(column.rows(shift, instants).iter());
+                columns.extend(column.rows(rows.start + shift, rows.len()).iter());
             }
         }
     };
@@ -140,22 +145,39 @@ fn stacked(experiment: &Experiment, horizon: usize) -> DMatrix<f64> {
     push(&experiment.inputs, 0);
     push(&experiment.outputs, 0);
     push(&experiment.outputs, horizon);
-    DMatrix::from_vec(instants, 2 * horizon * signals, columns)
+    DMatrix::from_vec(rows.len(), 2 * horizon * signals, columns)
 }
 
-/// The lower triangular L with L Lᵀ = dataᵀ data.
+/// The lower triangular L with L Lᵀ = dataᵀ data, `data` the [`stacked`] rows of all instants.
 ///
 /// The normal equations are many times faster than rotating the tall matrix, and as good while the
 /// data is well conditioned (SLICOT's IB01AD chooses likewise).
-fn triangular_factor(data: &DMatrix<f64>) -> DMatrix<f64> {
-    if let Some(factor) = data.tr_mul(data).cholesky() {
+fn triangular_factor(experiment: &Experiment, horizon: usize) -> DMatrix<f64> {
+    let instants = experiment.samples() - 2 * horizon + 1;
+    let blocks = || {
+        let first = (0..instants).step_by(BLOCK);
+        first.map(|first| stacked(experiment, horizon, first..(first + BLOCK).min(instants)))
+    };
+    let columns = 2 * horizon * (experiment.inputs.ncols() + experiment.outputs.ncols());
+    let mut squares = DMatrix::zeros(columns, columns);
+    for block in blocks() {
+        add_gram(&mut squares, &block);
+    }
+    if let Some(factor) = squares.cholesky() {
         let factor = factor.unpack();
         let diagonal = factor.diagonal();
         if diagonal.min() > WELL_CONDITIONED * diagonal.max() {
             return factor;
         }
     }
-    data.clone().qr().unpack_r().transpose()
+    let mut factor = DMatrix::zeros(0, columns);
+    for block in blocks() {
+        let above = factor.nrows();
+        let mut both = factor.resize_vertically(above + block.nrows(), 0.0);
+        both.rows_mut(above, block.nrows()).copy_from(&block);
+        factor = both.qr().unpack_r();
+    }
+    factor.transpose()
 }
 
 fn check_excitation(

@@ -13,6 +13,9 @@ use hovernav_model::linalg::least_squares;
 use hovernav_model::linalg::spectral_radius;
 use hovernav_model::{LinearModel, TimeDomain};
 
+/// Instants worked on at a time: as many states as a cache holds.
+const BLOCK: usize = 512;
+
 /// Where the outermost pole of a plant known to be stable is put, inside the unit circle.
 const EDGE: f64 = 1e-4;
 
@@ -84,13 +87,16 @@ fn states(
     let map = least_squares(observability.clone(), &projection.past_to_future);
     let instants = experiment.samples() - horizon + 1;
     let mut states = DMatrix::zeros(observability.ncols(), instants);
-    let mut column = 0;
-    for signals in [&experiment.inputs, &experiment.outputs] {
-        for shift in 0..horizon {
-            for signal in signals.column_iter() {
-                let past = signal.rows(shift, instants);
-                states.ger(1.0, &map.column(column), &past, 1.0);
-                column += 1;
+    for first in (0..instants).step_by(BLOCK) {
+        let length = BLOCK.min(instants - first);
+        let mut block = states.columns_mut(first, length);
+        let mut column = 0;
+        for signals in [&experiment.inputs, &experiment.outputs] {
+            for shift in first..first + horizon {
+                for signal in signals.column_iter() {
+                    block.ger(1.0, &map.column(column), &signal.rows(shift, length), 1.0);
+                    column += 1;
+                }
             }
         }
     }

@@ -17,7 +17,7 @@ use super::settings::{Identified, InputFit};
 use crate::methods::innovation::InnovationModel;
 use crate::methods::least_squares::{Cost, Limits, Quadratic, minimise};
 use crate::record::Experiment;
-use hovernav_model::linalg::spectral_radius;
+use hovernav_model::linalg::{gram, spectral_radius};
 use hovernav_model::{LinearModel, TimeDomain};
 
 /// What the model is to be best at.
@@ -262,7 +262,7 @@ impl Cost for OutputError<'_> {
         Some(Quadratic {
             cost: 0.5 * errors.norm_squared(),
             gradient: -jacobian.tr_mul(&errors),
-            information: jacobian.tr_mul(&jacobian),
+            information: gram(&jacobian),
         })
     }
 }

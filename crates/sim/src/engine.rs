@@ -1,0 +1,137 @@
+//! The engine under its governor, and the rotors that it turns.
+
+use super::check::{Checked, positive, size};
+use hovernav_model::helicopter::{HelicopterParameters, RotorDrive};
+
+/// Engine, governor and what they turn. The default is that of a 60-class helicopter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EngineConfig {
+    /// Time constant by which the governor brings the rotor to speed, s.
+    pub governor_time_s: f64,
+    /// Share of its speed that the rotor loses at full collective above trim.
+    pub droop: f64,
+    /// Inertia of both rotors, their shafts and gears, seen at the main shaft, kg·m².
+    pub inertia_kgm2: f64,
+    /// Most torque at the main shaft, N·m.
+    pub most_torque_nm: f64,
+}
+
+impl Default for EngineConfig {
+    /// Blades, bar and tail of the class have some 0.1 kg·m²; 13 N·m at 160 rad/s are the 2.1 kW of a
+    /// 15 cm³ glow engine.
+    fn default() -> Self {
+        Self { governor_time_s: 0.5, droop: 0.03, inertia_kgm2: 0.1, most_torque_nm: 13.0 }
+    }
+}
+
+impl EngineConfig {
+    pub(super) fn check(&self) -> Checked {
+        const SENSOR: &str = "engine";
+        positive(SENSOR, "time of the governor", self.governor_time_s)?;
+        size(SENSOR, "droop", self.droop)?;
+        positive(SENSOR, "inertia of the rotors", self.inertia_kgm2)?;
+        positive(SENSOR, "most torque", self.most_torque_nm)
+    }
+}
+
+/// An engine at work.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Engine {
+    config: EngineConfig,
+    /// The main rotor's nominal speed, rad/s.
+    nominal_radps: f64,
+    /// Over its nominal.
+    speed: f64,
+    powered: bool,
+}
+
+impl Engine {
+    /// One that holds the nominal speed.
+    pub fn new(config: &EngineConfig, helicopter: &HelicopterParameters) -> Self {
+        let nominal_radps = helicopter.main_rotor.speed_radps;
+        Self { config: *config, nominal_radps, speed: 1.0, powered: true }
+    }
+
+    /// It stops; the rotors turn freely.
+    pub const fn stop(&mut self) {
+        self.powered = false;
+    }
+
+    /// What it makes of the rotors.
+    pub const fn drive(&self) -> RotorDrive {
+        RotorDrive { speed: self.speed, powered: self.powered }
+    }
+
+    /// On by `step_s`, with the collective stick at `collective` and rotors that take `torque_nm`.
+    ///
+    /// The governor gives the torque that closes the gap to its speed within its time, as far as the
+    /// engine has it; a freewheel keeps it from braking.
+    ///
+    /// # Source
+    /// Equation (V16) of docs/equations.md.
+    pub fn advance(&mut self, collective: f64, torque_nm: f64, step_s: f64) {
+        let EngineConfig { governor_time_s, droop, inertia_kgm2, most_torque_nm } = self.config;
+        let gap = 1.0 - droop * collective.max(-1.0) - self.speed;
+        let angular_momentum = inertia_kgm2 * self.nominal_radps;
+        let wanted_nm = torque_nm + angular_momentum * gap / governor_time_s;
+        if self.powered && (0.0..=most_torque_nm).contains(&wanted_nm) {
+            self.speed += (1.0 - (-step_s / governor_time_s).exp()) * gap;
+            return;
+        }
+        let given_nm = if self.powered { wanted_nm.clamp(0.0, most_torque_nm) } else { 0.0 };
+        let change = (given_nm - torque_nm) / angular_momentum * step_s;
+        self.speed = (self.speed + change).max(0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn engine() -> Engine {
+        Engine::new(&EngineConfig::default(), &HelicopterParameters::raptor60())
+    }
+
+    #[test]
+    fn the_governor_closes_a_gap_with_its_time_constant() {
+        let mut engine = engine();
+        for _ in 0..50 {
+            engine.advance(0.5, 5.6, 0.01);
+        }
+        let expected = 0.015 * (1.0 - (-1f64).exp());
+        assert!((1.0 - engine.speed - expected).abs() < 1e-12, "{}", engine.speed);
+    }
+
+    #[test]
+    fn without_power_the_rotors_lose_what_their_torque_takes() {
+        let mut engine = engine();
+        engine.stop();
+        for _ in 0..100 {
+            engine.advance(0.0, 4.0, 0.01);
+        }
+        let EngineConfig { inertia_kgm2, .. } = EngineConfig::default();
+        assert!((engine.speed - (1.0 - 4.0 / (inertia_kgm2 * 160.0))).abs() < 1e-12);
+        assert!(!engine.drive().powered);
+    }
+
+    #[test]
+    fn a_profile_drag_that_goes_with_the_square_leaves_a_hyperbola() {
+        let mut engine = engine();
+        engine.stop();
+        let (drag_nm, step_s) = (3.0, 1e-4);
+        for _ in 0..20_000 {
+            engine.advance(0.0, drag_nm * engine.speed * engine.speed, step_s);
+        }
+        let per_s = drag_nm / (EngineConfig::default().inertia_kgm2 * 160.0);
+        assert!((engine.speed - 1.0 / (1.0 + 2.0 * per_s)).abs() < 1e-4, "{}", engine.speed);
+    }
+
+    #[test]
+    fn an_engine_at_its_limit_lets_the_speed_fall_and_a_freewheel_lets_it_rise() {
+        let (mut short, mut driven) = (engine(), engine());
+        short.advance(0.0, 14.0, 0.1);
+        driven.advance(0.0, -2.0, 0.1);
+        assert!((short.speed - (1.0 - 1.0 / 16.0 * 0.1)).abs() < 1e-12);
+        assert!((driven.speed - (1.0 + 2.0 / 16.0 * 0.1)).abs() < 1e-12);
+    }
+}

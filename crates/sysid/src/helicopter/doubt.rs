@@ -1,0 +1,213 @@
+//! How far the answer of each axis to its own stick may be off, as the flight itself tells.
+
+use std::f64::consts::{LN_10, TAU};
+
+use nalgebra::{Complex, DMatrix};
+
+use super::frequency_domain::FrequencyDomain;
+use super::identify::Identification;
+use crate::methods::frequency::PHASE_WEIGHT;
+use crate::methods::prediction_error::Identified;
+use crate::record::STICKS;
+
+/// Each stick and the output that it is there for.
+const ON_AXIS: [(&str, &str); 4] =
+    [("lateral", "p"), ("longitudinal", "q"), ("collective", "w"), ("pedal", "r")];
+/// Frequencies from the first to the last, rad/s, at which responses are compared: where a hover is flown.
+const FIRST_RADPS: f64 = 0.5;
+const LAST_RADPS: f64 = 12.0;
+const POINTS: usize = 30;
+/// Fewer of them are no band.
+const LEAST_POINTS: usize = 8;
+/// Cost up to which a model and its vehicle agree: Tischler and Remple, section 11.2.
+pub(super) const COST: f64 = 100.0;
+/// Standard deviations above the mean that nine of ten costs stay below.
+const NINE_OF_TEN: f64 = 1.28;
+/// Step of the central differences, in a parameter's bound.
+const STEP: f64 = 0.02;
+
+/// By what cost J the response of an axis may be off.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisDoubt {
+    /// The stick.
+    pub stick: &'static str,
+    /// Its output.
+    pub output: &'static str,
+    /// What the parameters' bounds leave possible: nine of ten models within them are nearer.
+    pub within_bounds: f64,
+    /// The frequency from which on they leave no cost above 100 possible, rad/s, where there is one.
+    pub known_from_radps: Option<f64>,
+    /// How far apart the models of time domain and frequency domain are, where there are both.
+    pub between_methods: Option<f64>,
+    /// How far apart the models with and without a stabiliser bar are, where both were searched and the
+    /// flight does not clearly tell.
+    pub between_structures: Option<f64>,
+}
+
+impl AxisDoubt {
+    /// By what cost J the response may be off for all of these reasons: costs are squares, and those of
+    /// independent errors add up.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        let others = [self.between_methods, self.between_structures];
+        self.within_bounds + others.into_iter().flatten().sum::<f64>()
+    }
+}
+
+impl Identification {
+    /// How far each axis that has a stick of its own may be off.
+    ///
+    /// # Source
+    /// The cost J: Tischler and Remple, section 11.2. Its mean and variance under the parameters'
+    /// covariance are those of a quadratic form. Equation (I30) of docs/equations.md.
+    #[must_use]
+    pub fn axis_doubts(&self, frequency: Option<&FrequencyDomain>) -> Vec<AxisDoubt> {
+        let found = &self.identified;
+        let values = found.values();
+        let by_frequency = frequency.map(|frequency| {
+            let mut other = values.clone();
+            for own in &frequency.parameters {
+                if let Some(place) = found.structure.parameter(&own.name) {
+                    other[place] = own.frequency.0;
+                }
+            }
+            other
+        });
+        let doubt = |(stick, output): (&'static str, &'static str)| {
+            let axis = Axis::of(found, stick, output)?;
+            let own = axis.response(&values)?;
+            let told = |frequency: &FrequencyDomain| {
+                frequency.costs.iter().any(|pair| pair.stick == stick)
+            };
+            let between_methods = by_frequency
+                .as_ref()
+                .filter(|_| frequency.is_some_and(told))
+                .and_then(|other| Some(cost(&own, &axis.response(other)?)));
+            let between_structures = self.passed_over.as_ref().and_then(|other| {
+                let other_axis = Axis::of(other, stick, output)?;
+                Some(cost(&own, &other_axis.response(&other.values())?))
+            });
+            let spread = axis.spread(&values);
+            let from = |first: usize| {
+                spread.as_ref().and_then(|spread| spread.from(first)).unwrap_or(f64::INFINITY)
+            };
+            let known_from = (0..POINTS - LEAST_POINTS).find(|&first| from(first) <= COST);
+            Some(AxisDoubt {
+                stick,
+                output,
+                within_bounds: from(0),
+                known_from_radps: known_from.map(radps_of),
+                between_methods,
+                between_structures,
+            })
+        };
+        ON_AXIS.into_iter().filter_map(doubt).collect()
+    }
+}
+
+/// The answer of one output of a model to one stick, behind its delay and lag.
+struct Axis<'a> {
+    found: &'a Identified,
+    kept: Vec<usize>,
+    /// Places among the states kept and among the pilot's sticks.
+    place: (usize, usize),
+    /// Delay and lag, indices of their parameters.
+    late: [Option<usize>; 2],
+}
+
+impl<'a> Axis<'a> {
+    /// `None` where the model has no such stick or output.
+    fn of(found: &'a Identified, stick: &str, output: &str) -> Option<Self> {
+        let structure = &found.structure;
+        let kept = found.vehicle_states();
+        let row = kept.iter().position(|&state| structure.states[state] == output)?;
+        let mut sticks = structure.inputs.iter().filter(|input| STICKS.contains(&input.as_str()));
+        let column = sticks.position(|own| own == stick)?;
+        let input = structure.inputs.iter().position(|own| own == stick)?;
+        let late = [structure.delays[input], structure.lags[input]];
+        Some(Self { found, kept, place: (row, column), late })
+    }
+
+    /// From 0.5 to 12 rad/s; `None` where it has none, or no answer at all.
+    fn response(&self, values: &[f64]) -> Option<Vec<Complex<f64>>> {
+        let model = self.found.vehicle_at(values, &self.kept);
+        let [delay_s, lag_s] = self.late.map(|of| of.map_or(0.0, |own| values[own]));
+        let at = |point: usize| {
+            let radps = radps_of(point);
+            let answer = model.frequency_response(radps)?[self.place];
+            let late =
+                Complex::from_polar(1.0, -radps * delay_s) / Complex::new(1.0, radps * lag_s);
+            Some(answer * late).filter(|answer| answer.norm() > 0.0)
+        };
+        (0..POINTS).map(at).collect()
+    }
+
+    /// How the parameters' bounds spread the response.
+    fn spread(&self, values: &[f64]) -> Option<Spread> {
+        let estimates = &self.found.estimates;
+        let free: Vec<usize> = self.found.free_parameters().collect();
+        let covariance = DMatrix::from_fn(free.len(), free.len(), |row, column| {
+            let place = |own: usize| estimates.free.iter().position(|&index| index == own);
+            match (place(free[row]), place(free[column])) {
+                (Some(row), Some(column)) => estimates.covariance[(row, column)],
+                _ => 0.0,
+            }
+        });
+        let mut slopes = DMatrix::zeros(2 * POINTS, free.len());
+        for (column, &parameter) in free.iter().enumerate() {
+            let step = STEP * estimates.list[parameter].bound;
+            if !(step > 0.0 && step.is_finite()) {
+                continue;
+            }
+            let side = |by: f64| {
+                let mut moved = values.to_vec();
+                moved[parameter] += by;
+                self.response(&moved)
+            };
+            let (above, below) = (side(step)?, side(-step)?);
+            for (point, (above, below)) in above.iter().zip(&below).enumerate() {
+                let [magnitude, phase] = apart(*above, *below);
+                slopes[(2 * point, column)] = magnitude / (2.0 * step);
+                slopes[(2 * point + 1, column)] = phase / (2.0 * step);
+            }
+        }
+        Some(Spread { slopes, covariance })
+    }
+}
+
+/// How a response moves with the parameters, and how sure these are.
+struct Spread {
+    /// In dB and weighted degrees of each frequency in turn, by each parameter.
+    slopes: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl Spread {
+    /// What nine of ten costs over the frequencies from `first` on stay below; `None` where that is no
+    /// number.
+    fn from(&self, first: usize) -> Option<f64> {
+        let slopes = self.slopes.rows(2 * first, 2 * (POINTS - first));
+        let each = 20.0 / (POINTS - first) as f64;
+        let spread = (slopes.tr_mul(&slopes) * &self.covariance) * each;
+        let variance = 2.0 * (&spread * &spread).trace();
+        let cost = spread.trace() + NINE_OF_TEN * variance.max(0.0).sqrt();
+        Some(cost).filter(|cost| cost.is_finite())
+    }
+}
+
+/// The frequency of a point.
+fn radps_of(point: usize) -> f64 {
+    FIRST_RADPS * (LAST_RADPS / FIRST_RADPS).powf(point as f64 / (POINTS - 1) as f64)
+}
+
+/// How far two responses are apart at a frequency, in dB and in weighted degrees.
+fn apart(one: Complex<f64>, other: Complex<f64>) -> [f64; 2] {
+    let ratio = (one / other).ln();
+    [20.0 / LN_10 * ratio.re, PHASE_WEIGHT.sqrt() * 360.0 / TAU * ratio.im]
+}
+
+/// The cost J of one response against another.
+fn cost(one: &[Complex<f64>], other: &[Complex<f64>]) -> f64 {
+    let squares = one.iter().zip(other).flat_map(|(one, other)| apart(*one, *other));
+    20.0 / POINTS as f64 * squares.map(|part| part * part).sum::<f64>()
+}
