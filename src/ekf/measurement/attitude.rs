@@ -87,7 +87,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let mut report = self.update_sequentially(time, &scalars, trace);
         if let Some(off) = lost {
-            report.was_taken(|axis| off.dot(axes[axis].2.into()).wide());
+            report.was_taken(axes.iter().map(|axis| off.dot(axis.2.into()).wide()));
         }
         Ok(report)
     }

@@ -66,7 +66,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         let mut report = self.update_sequentially(time, &axes, trace);
         if lost {
-            report.was_taken(|_| off.wide());
+            report.was_taken([off.wide()]);
         }
         Ok(report)
     }

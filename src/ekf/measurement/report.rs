@@ -74,9 +74,9 @@ impl Report {
     }
 
     /// Notes that the filter was opened for it, each axis by as much as it was `off`.
-    pub(super) fn was_taken(&mut self, off: impl Fn(usize) -> f64) {
-        for (number, axis) in self.axes.iter_mut().flatten().enumerate() {
-            (axis.innovation, axis.verdict) = (off(number), Verdict::Reopened);
+    pub(super) fn was_taken(&mut self, off: impl IntoIterator<Item = f64>) {
+        for (axis, off) in self.axes.iter_mut().flatten().zip(off) {
+            (axis.innovation, axis.verdict) = (off, Verdict::Reopened);
         }
     }
 
