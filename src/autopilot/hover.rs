@@ -5,7 +5,7 @@ use super::config::HoverConfig;
 use super::excitation::{Excitation, ExcitationAbort, ExcitationError, Exciter};
 use super::guidance::{Guidance, Reference, SetPoint, SetPointError, Trusted};
 use super::health::Health;
-use super::mode::{Mode, Transition};
+use super::mode::{Mode, Reason, Transition};
 use super::monitor::HealthMonitor;
 use super::pid::Pid;
 use super::regulator::Regulator;
@@ -106,7 +106,7 @@ pub struct HoverAutopilot {
     sticks: Sticks,
     /// What is left of the difference between modes.
     fading: Sticks,
-    /// How long the sticks still move gently, s: the pilot has just handed over.
+    /// How long the sticks still move gently, s: the pilot has just handed over, or taken back by the switch.
     gentle_s: f64,
     /// As learned so far, and as flown about since the loops began.
     learned: Trim,
@@ -238,6 +238,8 @@ impl HoverAutopilot {
         let (period_s, transfer) = (self.config.period_s, &self.config.transfer);
         self.gentle_s = match transition {
             Some(Transition { from: Mode::Manual, .. }) => GENTLE_S,
+            // Who overrides wants the sticks, not calm.
+            Some(Transition { to: Mode::Manual, reason: Reason::Switch, .. }) => GENTLE_S,
             Some(_) => 0.0,
             None => (self.gentle_s - period_s).max(0.0),
         };
@@ -245,7 +247,12 @@ impl HoverAutopilot {
             // On the way to trim every command follows from the last.
             (_, Mode::Neutral) => Sticks::NEUTRAL,
             (Some(_), _) => self.sticks.zip(wanted, |last, wanted| last - wanted),
-            (None, Mode::Manual) => handed_back(self.fading, period_s, transfer.hand_back_s),
+            (None, Mode::Manual) if self.gentle_s > 0.0 => {
+                handed_back(self.fading, period_s, transfer.hand_back_s)
+            }
+            (None, Mode::Manual) => {
+                self.fading.scaled(1.0 - (period_s / transfer.hand_back_s).min(1.0))
+            }
             _ => self.fading.scaled(1.0 - (period_s / transfer.fade_s).min(1.0)),
         };
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
