@@ -52,6 +52,7 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
     for (fault, kind, expected) in [
         ("outage=20@100", "outage", "no fix for"),
         ("gap=2@100", "gap", "gap of 2."),
+        ("gap=10@100", "unusable", "the inertial samples were missing"),
         ("packet-loss=25", "samples lost", "% of the samples are missing"),
         ("stuck=all@100:2", "stuck", "repeated all its readings"),
         ("stuck=gz@100:5", "stuck axis", "gyro z"),

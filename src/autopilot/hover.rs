@@ -471,7 +471,7 @@ fn handed_back(fading: Sticks, period_s: f64, hand_back_s: f64) -> Sticks {
     let (share, gently) = ((period_s / hand_back_s).min(1.0), GENTLE_PER_S * period_s);
     Sticks::from_array(fading.to_array().map(|left| {
         let step = share * left;
-        left - if left.abs() > FAR_APART { step } else { step.clamp(-gently, gently) }
+        left - if left.abs() > FAR_APART { step } else { step.max(-gently).min(gently) }
     }))
 }
 

@@ -117,6 +117,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K19) of docs/equations.md.
+    #[inline(never)]
     pub(super) fn doubt_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
         let imu = &self.config.imu;
         let times = match stepped {
@@ -132,23 +133,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 *noise = T::of(square(sigma));
             }
         }
-        let opening = Transition::of_relaxation(relaxation);
-        if !stepped.far {
-            let tilt = if stepped.level { T::of(square(STEPPED_TILT_RAD)) } else { T::ZERO };
-            let attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
-            self.propagate(&Transition { attitude_noise, ..opening }, trace);
-            return;
-        }
+        let small = stepped.level && !stepped.far;
+        let tilt = if small { T::of(square(STEPPED_TILT_RAD)) } else { T::ZERO };
         let rows = self.state.body_to_ned.rows();
         let weight_mps2 = -Local::<T>::about(&self.state.position).gravity_mps2;
-        let none = Transition { relaxation: None, ..opening };
-        // Biases on attitude and velocity, and the tilt that grows with them on velocity.
-        let turned = |by_s: f64| rows.map(|row| row.map(|cosine| cosine * T::of(by_s)));
-        let forced = |by_s: f64| [T::ZERO, T::ZERO, weight_mps2 * T::of(0.5 * by_s)];
-        self.propagate(&Transition { force: forced(-STEPPED_S), ..none }, trace);
-        self.propagate(&Transition { turn: turned(-STEPPED_S), ..opening }, trace);
-        self.propagate(&Transition { turn: turned(STEPPED_S), ..none }, trace);
-        self.propagate(&Transition { force: forced(STEPPED_S), ..none }, trace);
+        let mut step = Transition::of_relaxation(relaxation);
+        step.attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
+        // What the tilt does to velocity, what biases do to both, and whether that is where they are opened.
+        let back_and_forth =
+            [(-1.0, 0.0, false), (0.0, -1.0, true), (0.0, 1.0, false), (1.0, 0.0, false)];
+        let here = [(0.0, 0.0, true)];
+        for &(fallen, turned, opened) in if stepped.far { &back_and_forth[..] } else { &here } {
+            step.force = [T::ZERO, T::ZERO, weight_mps2 * T::of(0.5 * STEPPED_S * fallen)];
+            step.turn = rows.map(|row| row.map(|cosine| cosine * T::of(STEPPED_S * turned)));
+            step.relaxation = opened.then_some(relaxation);
+            self.propagate(&step, trace);
+        }
     }
 
     /// Opens the gyro biases to at least this variance, (rad/s)².

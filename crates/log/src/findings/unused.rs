@@ -1,6 +1,6 @@
 //! Readings that could not be compared at all.
 
-use hovernav::ekf::{Aid, Notice, Unusable};
+use hovernav::ekf::{Aid, Notice, ResetCause, Unusable};
 
 use super::spans::spans;
 use super::{Judged, when};
@@ -58,12 +58,31 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                         "{sensor}: {} {aid} readings not used {}: {}",
                         span.count,
                         when(span.start_s, span.end_s),
-                        in_words(reason)
+                        if reason == Unusable::AheadOfImu && in_a_gap(log, span.start_s, span.end_s) {
+                            "the inertial samples were missing, and these too old when they came again"
+                        } else {
+                            in_words(reason)
+                        }
                     ),
                 });
             }
         }
     }
+}
+
+/// Whether inertial samples were missing all the while.
+fn in_a_gap(log: &Judged<'_>, start_s: f64, end_s: f64) -> bool {
+    log.run.notices.iter().any(|notice| {
+        let (time, length_s) = match *notice {
+            Notice::GapBridged { time, length_s } => (time, length_s),
+            Notice::CovarianceReset { time, cause: ResetCause::LongGap { length_s } } => {
+                (time, length_s)
+            }
+            _ => return false,
+        };
+        let gap_end_s = time.seconds();
+        gap_end_s - length_s <= start_s && end_s <= gap_end_s
+    })
 }
 
 const fn kind(reason: Unusable) -> &'static str {

@@ -14,6 +14,8 @@ const SAMPLES: usize = 20_000;
 /// of refused axes, is suspect.
 const SUSPECT: f64 = 2.5;
 const MOST: f64 = 25.0;
+/// For so long, s, what was opened excuses whatever disagrees.
+const OPENED_S: f64 = 2.0;
 /// An alternative is the right one where it is so many times better.
 const BETTER: f64 = 3.0;
 /// No right one is worse than this.
@@ -101,13 +103,17 @@ impl Alternative {
     }
 }
 
-/// Mean square of the normalised innovations of the fixes, each up to [`MOST`], what was refused
-/// counting full: of the noise that was learned of them, and of that which is assumed; `None` of too few.
+/// Mean square of the normalised innovations of the fixes, each up to [`MOST`], what was refused, or opened for a
+/// bias that may have stepped, counting full: of the noise that was learned of them, and of that which is assumed; `None` of too few.
 fn disagreement(run: &Run) -> Option<[f64; 2]> {
     let (mut sum, mut count) = (0.0, 0.0);
+    let mut opened_until_s = f64::NEG_INFINITY;
     for notice in &run.notices {
         let Notice::Updated(report) = notice else { continue };
         for axis in report.innovations() {
+            if report.biases_were_doubted() {
+                opened_until_s = axis.time.seconds() + OPENED_S;
+            }
             if matches!(
                 axis.channel,
                 Channel::VelocityNorth
@@ -115,8 +121,9 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
                     | Channel::PositionNorth
                     | Channel::PositionEast
             ) {
+                let opened = axis.time.seconds() < opened_until_s;
                 let refused = axis.verdict != Verdict::Accepted;
-                sum += if refused { MOST } else { axis.normalised().powi(2).min(MOST) };
+                sum += if refused || opened { MOST } else { axis.normalised().powi(2).min(MOST) };
                 count += 1.0;
             }
         }
