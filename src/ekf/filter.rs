@@ -292,7 +292,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(ImuFault::Stuck);
         }
         let errors = self.imu_errors();
-        let increment = match self.samples.integrator.push(sample, &errors) {
+        let mut increment = match self.samples.integrator.push(sample, &errors) {
             Some(increment) => increment,
             // The first sample's rates hold since the start.
             None => {
@@ -314,6 +314,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let suspicion = &self.samples.suspicion;
         if suspicion.is_clipped() || suspicion.stuck || suspicion.shaken {
             self.gates.doubt_filter(sample.time);
+        }
+        if suspicion.withheld_mps2 != Vector::ZERO {
+            increment.velocity_mps -= suspicion.withheld_mps2 * increment.interval_s;
         }
         let stepped = if gap {
             self.coast(sample.time, trace)

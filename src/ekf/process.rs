@@ -31,7 +31,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             accel_mps2: self.config.imu.accel_range_mps2,
         };
         self.samples.suspicion =
-            self.samples.integrity.push(&mean, &sample.clipped, interval_s, &scale);
+            self.samples.integrity.push(motion, &sample.clipped, interval_s, &scale);
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
         self.samples.watched = Some(sample.time);
     }

@@ -2,9 +2,10 @@
 
 use core::fmt;
 
+use super::held_force::{HeldForce, Shaking};
 use super::repetition::Repetition;
 use super::second_difference::SecondDifference;
-use super::{ClippedAxes, MeanRates, Motion};
+use super::{ClippedAxes, Motion};
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
@@ -33,6 +34,8 @@ pub struct Suspicion<T = f64> {
     pub angle_variance: [T; 3],
     /// Variance that it adds to the integral of specific force, (m/s)².
     pub velocity_variance: [T; 3],
+    /// Part of the mean specific force over the interval that is a shock and not believed, m/s².
+    pub withheld_mps2: Vector<Body, T>,
 }
 
 impl<T: Scalar> Suspicion<T> {
@@ -44,6 +47,7 @@ impl<T: Scalar> Suspicion<T> {
         shaken: false,
         angle_variance: [T::ZERO; 3],
         velocity_variance: [T::ZERO; 3],
+        withheld_mps2: Vector::ZERO,
     };
 
     /// The same in numbers of another type.
@@ -56,6 +60,7 @@ impl<T: Scalar> Suspicion<T> {
             shaken: self.shaken,
             angle_variance: self.angle_variance.map(|variance| U::of(variance.wide())),
             velocity_variance: self.velocity_variance.map(|variance| U::of(variance.wide())),
+            withheld_mps2: self.withheld_mps2.cast(),
         }
     }
 
@@ -97,6 +102,7 @@ impl fmt::Display for Suspicion {
 pub struct Integrity<T = f64> {
     gyro: Triad<T>,
     accel: Triad<T>,
+    held: HeldForce<T>,
     typical_interval_s: T,
     last: Option<Motion<T>>,
     repeated: u8,
@@ -136,6 +142,17 @@ const BEYOND_SCALE: f64 = 0.15;
 const BURST_S: f64 = 0.3;
 const LONGEST_BURST_S: f64 = 0.5;
 
+/// What is known against the last readings of three axes.
+struct Found<T> {
+    clipped: [bool; 3],
+    /// How the axes shake where any takes a shock.
+    shock: Option<Shaking<T>>,
+    shaken: bool,
+    /// What the interval adds to the variance of the integral.
+    variance: [T; 3],
+    stuck: bool,
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Triad<T> {
     difference: SecondDifference<T>,
@@ -167,6 +184,7 @@ impl<T: Scalar> Integrity<T> {
     pub const NONE: Self = Self {
         gyro: Triad::NONE,
         accel: Triad::NONE,
+        held: HeldForce::NONE,
         typical_interval_s: T::ZERO,
         last: None,
         repeated: 0,
@@ -183,18 +201,19 @@ impl<T: Scalar> Integrity<T> {
         vibrates && self.repeated >= STUCK
     }
 
-    /// Takes in the rates of a sample, `interval_s` after the one before, with the unit's own marks of full
+    /// Takes in the motion of a sample, `interval_s` after the one before, with the unit's own marks of full
     /// scale.
     ///
     /// # Source
     /// Equation (S13) of docs/equations.md.
     pub fn push(
         &mut self,
-        rates: &MeanRates<T>,
+        motion: &Motion<T>,
         marks: &ClippedAxes,
         interval_s: T,
         scale: &FullScale,
     ) -> Suspicion<T> {
+        let rates = motion.mean_rates(interval_s);
         if self.typical_interval_s == T::ZERO {
             self.typical_interval_s = interval_s;
         }
@@ -216,13 +235,16 @@ impl<T: Scalar> Integrity<T> {
             (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
             (late_s, STUCK_ACCEL_MPS2),
         );
+        let momentary = matches!(motion, Motion::Rates { .. });
+        let held = self.held.push(rates.specific_force_mps2, accel.shock, interval_s, momentary);
         Suspicion {
-            gyro_clipped: gyro.0,
-            accel_clipped: accel.0,
-            stuck: gyro.3 || accel.3,
-            shaken: gyro.1 || accel.1,
-            angle_variance: gyro.2,
-            velocity_variance: accel.2,
+            gyro_clipped: gyro.clipped,
+            accel_clipped: accel.clipped,
+            stuck: gyro.stuck || accel.stuck,
+            shaken: gyro.shaken || accel.shaken,
+            angle_variance: gyro.variance,
+            velocity_variance: held.variance.unwrap_or(accel.variance),
+            withheld_mps2: held.withheld_mps2,
         }
     }
 
@@ -240,7 +262,7 @@ impl<T: Scalar> Triad<T> {
         interval_s: T,
         (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
         (late_s, stuck_sigma): (T, f64),
-    ) -> ([bool; 3], bool, [T; 3], bool) {
+    ) -> Found<T> {
         let number = T::of;
         let square = |value: T| value * value;
         let values = sample.to_array();
@@ -249,6 +271,7 @@ impl<T: Scalar> Triad<T> {
         self.seen_s = number(USUAL_S).min(self.seen_s + interval_s);
         let (known, usual_weight) = (self.seen_s > number(LEAST_SEEN_S), interval_s / self.seen_s);
         let (mut clipped, mut shaken, mut variance) = ([false; 3], false, [T::ZERO; 3]);
+        let (mut shock, mut struck, mut strongest) = (false, false, T::ZERO);
         let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
         let axes = axes.zip(&mut self.repeats).zip(&mut self.clipped_s);
         let values = values.into_iter().zip(bend).zip(marks);
@@ -271,7 +294,7 @@ impl<T: Scalar> Triad<T> {
             let strength = bend * bend / number(6.0);
             *now += (interval_s / number(NOW_S)).min(T::ONE) * (strength - *now);
             let quiet = usual.max(square(number(least_shaking)));
-            let shock = known && *now > number(SHOCK) * quiet;
+            let shocked = known && *now > number(SHOCK) * quiet;
             shaken |= known && *now > number(BLOW) * quiet && *now > square(number(least_blow));
             // A shock enters the usual slowly; what goes on for seconds becomes it.
             *usual += usual_weight.min(T::ONE) * (*now - *usual);
@@ -286,7 +309,10 @@ impl<T: Scalar> Triad<T> {
             } else {
                 *clipped_s = *clipped_s * (T::ONE - interval_s / number(BURST_S)).max(T::ZERO);
             }
-            if shock {
+            shock |= shocked;
+            struck |= shocked && strength > number(BLOW) * quiet;
+            strongest = strongest.max(strength.max(*usual));
+            if shocked {
                 hidden += *now * interval_s * interval_s;
             }
             // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
@@ -309,7 +335,13 @@ impl<T: Scalar> Triad<T> {
             let together_s = number(2.0) * stuck_s.min(number(LONGEST_STUCK_S)) + interval_s;
             *variance += square(number(stuck_sigma)) * interval_s * together_s;
         }
-        (clipped, shaken, variance, stuck_s.iter().any(|&s| s > T::ZERO))
+        Found {
+            clipped,
+            shock: shock.then_some(Shaking { variance: strongest, struck }),
+            shaken,
+            variance,
+            stuck: stuck_s.iter().any(|&s| s > T::ZERO),
+        }
     }
 }
 
@@ -317,8 +349,8 @@ impl<T: Scalar> Triad<T> {
 mod tests {
     use super::*;
 
-    fn rates(x: f64, turn: f64) -> MeanRates {
-        MeanRates {
+    fn rates(x: f64, turn: f64) -> Motion {
+        Motion::Rates {
             angular_rate_radps: Vector::new(0.0, 0.0, turn),
             specific_force_mps2: Vector::new(x, 0.0, -9.8),
         }
@@ -390,13 +422,9 @@ mod tests {
         for (strength, expected) in [(3.0, true), (0.0, false)] {
             let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
             let mut stuck = |force: f64| {
-                let rates = rates(strength * force, 0.0);
-                let motion = Motion::Rates {
-                    angular_rate_radps: rates.angular_rate_radps,
-                    specific_force_mps2: rates.specific_force_mps2,
-                };
+                let motion = rates(strength * force, 0.0);
                 let stuck = integrity.is_stuck(&motion);
-                integrity.push(&rates, &ClippedAxes::NONE, 0.01, &FullScale::default());
+                integrity.push(&motion, &ClippedAxes::NONE, 0.01, &FullScale::default());
                 stuck
             };
             for _ in 0..500 {
@@ -426,8 +454,11 @@ mod tests {
         }
         let lost = push(1.0, 0.09).velocity_variance[0];
         assert!(lost > 0.3 * 0.045f64.powi(2), "{lost}");
-        let shock =
-            (0..5).map(|k| push(if k % 2 == 0 { 30.0 } else { -30.0 }, 0.03)).last().unwrap();
-        assert!(shock.shaken && shock.velocity_variance[0] > (5.0f64 * 0.03).powi(2));
+        let shock = [30.0, -30.0, 30.0, -30.0, 30.0].map(|force| push(force, 0.03));
+        assert!(shock[4].shaken);
+        let variance: f64 = shock.iter().map(|found| found.velocity_variance[0]).sum();
+        assert!(variance > (5.0f64 * 0.03).powi(2), "{variance}");
+        let missed: f64 = shock.iter().map(|found| found.withheld_mps2.to_array()[0] * 0.03).sum();
+        assert!(missed.abs() < 2.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
     }
 }

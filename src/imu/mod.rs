@@ -2,6 +2,7 @@
 
 mod clipped;
 mod errors;
+mod held_force;
 mod integrity;
 mod motion;
 mod notch;

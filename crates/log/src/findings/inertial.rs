@@ -1,7 +1,7 @@
 //! What the inertial samples tell of their unit: gaps, losses, repetitions, full scale, blows, vibration.
 
 use hovernav::ekf::{ImuFault, Notice, ResetCause};
-use hovernav::imu::{FullScale, Integrity, MeanRates};
+use hovernav::imu::{FullScale, Integrity, Motion};
 
 use super::Judged;
 use super::spans::{Span, improbable_runs, spans};
@@ -188,7 +188,7 @@ fn shaken(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
         if at.interval_s > 0.5 {
             integrity.interrupt();
         }
-        let mean = MeanRates {
+        let mean = Motion::Rates {
             angular_rate_radps: at.turn_radps.into(),
             specific_force_mps2: at.force_mps2.into(),
         };
