@@ -195,3 +195,9 @@ impl Client {
         panic!("{key} did not come");
     }
 }
+
+/// Bytes of this process in memory.
+pub fn resident() -> u64 {
+    let text = std::fs::read_to_string("/proc/self/statm").unwrap();
+    4096 * text.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
+}
