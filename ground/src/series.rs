@@ -121,6 +121,17 @@ impl Series {
         Some(value).filter(|value| !value.is_nan())
     }
 
+    /// Since when it has had the value of `time_s`, s, and whether another, or none, was before; `None` where
+    /// it has none then.
+    #[must_use]
+    pub fn since(&self, time_s: f64) -> Option<(f64, bool)> {
+        let value = self.at(time_s)?;
+        let after = self.points.partition_point(|&(other_s, _)| other_s <= time_s);
+        let run = self.points.range(..after).rev().take_while(|point| point.1 == value);
+        let (begun_s, count) = run.fold((time_s, 0), |(_, count), point| (point.0, count + 1));
+        Some((begun_s, count < after))
+    }
+
     /// Those later than `after_s` and not later than `until_s`.
     pub fn between(&self, after_s: f64, until_s: f64) -> impl Iterator<Item = Point> + '_ {
         let first = self.points.partition_point(|&(time_s, _)| time_s <= after_s);
@@ -307,6 +318,14 @@ mod tests {
             slow.push(f64::from(k), 1.0);
         }
         assert_eq!((slow.at(52.0), slow.at(56.0)), (Some(1.0), None));
+    }
+
+    #[test]
+    fn a_value_has_held_since_it_changed_or_for_all_that_is_kept() {
+        let series = at_33_hz(660, |k| if k < 330 { 3.0 } else { 4.0 });
+        assert_eq!(series.since(15.0), Some((10.0, true)));
+        assert_eq!(series.since(5.0), Some((0.0, false)));
+        assert_eq!((series.since(-1.0), series.since(40.0)), (None, None));
     }
 
     #[test]
