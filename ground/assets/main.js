@@ -1,7 +1,7 @@
 // The page: views, buttons, keys, and the layout that is kept.
 
 import { ask, clock, connect, element, now, on, time, write } from "./station.js";
-import { Board, axis, dragPans, follow, forget, hideAll, onMoved, pause, range, rebuild, setMarkers, shift, stay, watch, zoom } from "./plots.js";
+import { Board, MOST, axis, dragPans, follow, forget, hideAll, onMoved, pause, range, rebuild, setMarkers, shift, stay, watch, zoom } from "./plots.js";
 import { choose, question, say } from "./chooser.js";
 import { angles, attitude, heading, track } from "./instruments.js";
 import { clear, hover } from "./panels.js";
@@ -60,7 +60,10 @@ function turnDrag() {
   byId("tool").setAttribute("aria-pressed", pans);
   write(byId("tool"), pans ? "Drag: pan" : "Drag: zoom");
 }
-function addPlot() { choose((name) => boards.plots.add([name])); }
+function addPlot() {
+  if (boards.plots.plots.length >= MOST) return say(`${MOST} plots are shown, no more than that fit`);
+  choose((name) => boards.plots.add([name]));
+}
 function record() {
   if (recording) return ask({ do: "stop" });
   const stamp = new Date().toISOString().slice(0, 19).replace("T", " ").replaceAll(":", "-");
@@ -129,7 +132,7 @@ function listMarkers() {
 on("hello", () => {
   if (!boards.plots.plots.length) {
     const lists = Array.isArray(kept.plots) && kept.plots.every(Array.isArray) && kept.plots.length ? kept.plots : FIRST;
-    boards.plots.set(lists.slice(0, 12).map((names) => names.filter((name) => typeof name === "string")).filter((names) => names.length));
+    boards.plots.set(lists.slice(0, MOST).map((names) => names.filter((name) => typeof name === "string")).filter((names) => names.length));
     boards.hover.set(HOVER);
     boards.points.set(POINTS);
     if (kept.window > 0) axis.window = kept.window;

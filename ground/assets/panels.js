@@ -1,6 +1,6 @@
 // Lamps, alarms, the hover view, the test points and the log.
 
-import { ask, channels, clock, element, now, on, told, time, write } from "./station.js";
+import { ask, channels, element, now, on, told, time, write } from "./station.js";
 
 const byId = (name) => document.getElementById(name);
 const SIGNS = { good: "✓", care: "!", bad: "✖", unknown: "?" };
@@ -17,8 +17,8 @@ function lamp(node, light, name, why) {
 }
 
 export let flows = true;
-let flownBy = { mode: null, since: null };
-let lastReason = "";
+/** What the vehicle said of who flies, and when. */
+let reasons = [];
 
 on("state", (state) => {
   const { link, what, recording } = state;
@@ -42,9 +42,9 @@ on("state", (state) => {
   byId("record").setAttribute("aria-pressed", Boolean(recording));
   write(byId("flow"), link.wanted ? "$ pause vehicle" : "# start vehicle");
   byId("flow").disabled = link.protocol === "MAVLink 2";
-  control(what.control, what);
-  points(what);
   texts(state.texts);
+  control(what, state.record?.at ?? Infinity);
+  points(what);
 });
 
 on("lost", () => {
@@ -77,7 +77,7 @@ function alarms({ link, what, record }) {
     const channel = channels.get(name);
     const [below, above] = channel.alarm;
     const limit = above !== null && value > above ? `above ${above}` : `below ${below}`;
-    list.push(`${channel.label} ${told(name, value)} ${channel.unit}, ${limit}`);
+    list.push(`${`${channel.label} ${told(name, value)} ${channel.unit}`.trim()}, ${limit}`);
   }
   const shown = list.slice(0, 6);
   if (list.length > 6) shown.push(`and ${list.length - 6} more`);
@@ -95,12 +95,12 @@ function items(node, list, none) {
   node.replaceChildren(...(list.length ? list : [none]).filter(Boolean).map((one) => element("li", "", one)));
 }
 
-function control(state) {
+function control({ control: state, since, span }, at) {
   const mode = `${state.flies}${state.mode ? `, ${state.mode}` : ""}`;
-  if (flownBy.mode !== mode) flownBy = { mode, since: clock.t };
-  const seconds = Math.max(0, (clock.t ?? 0) - (flownBy.since ?? clock.t ?? 0));
-  write(byId("mode"), `${mode} · ${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`);
-  write(byId("mode-why"), lastReason);
+  const seconds = since ? Math.max(0, Math.min(at, span[1]) - since[0]) : 0;
+  const least = since && !since[1] ? "≥ " : "";
+  write(byId("mode"), `${mode} · ${least}${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`);
+  write(byId("mode-why"), reasons.findLast((one) => one.time_s <= at)?.text ?? "");
   items(byId("states"), state.states, "");
   const none = state.mode === null;
   const closed = state.states.some((one) => one.includes("until it has been opened"));
@@ -127,7 +127,7 @@ export function hover() {
     });
     write(text, `${known(pilot) ? pilot.toFixed(0) : "–"} / ${known(flown) ? flown.toFixed(0) : "–"} %`);
   });
-  if (place.children.length === 4) place.append(element("p", "quiet", "● pilot   □ flown"));
+  if (place.children.length === 4) place.append(element("p", "quiet legend", element("i"), "pilot", element("b"), "flown"));
   const rows = [["VelN, m/s", "asked_vel_n_mps", "vel_n_mps"], ["VelE, m/s", "asked_vel_e_mps", "vel_e_mps"], ["VelU, m/s", "asked_vel_u_mps", "vel_u_mps"], ["heading, °", "asked_heading_deg", "yaw_deg"]];
   const body = byId("asked").tBodies[0];
   rows.forEach(([label, asked, flown], k) => {
@@ -165,15 +165,14 @@ function texts(lines) {
   for (const line of lines) {
     const row = element("li", line.level, `${time(line.time_s)}  ${line.text}`);
     list.prepend(row);
-    if (/autopilot|pilot flies|control/.test(line.text)) lastReason = line.text;
+    if (/autopilot|pilot flies|control/.test(line.text)) reasons = [...reasons.slice(-199), line];
   }
   while (list.children.length > 500) list.lastChild.remove();
 }
 
 export function clear() {
   byId("texts").replaceChildren();
-  flownBy = { mode: null, since: null };
-  lastReason = "";
+  reasons = [];
 }
 
 byId("flow").onclick = () => ask({ do: "flow", on: !flows });

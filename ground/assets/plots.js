@@ -3,6 +3,8 @@
 import { ask, channels, clock, element, now, on, time, told, write } from "./station.js";
 
 const HEIGHT = 190;
+/** Plots on a board. */
+export const MOST = 12;
 const SIGMAS = 3;
 /** The time axis of all plots. */
 export const axis = { window: 60, follows: true, from: 0, to: 0 };
@@ -36,7 +38,7 @@ function wanted() {
       if (sigma && plot.names.length === 1) names.add(sigma);
     }
   }
-  return [...names].filter((name) => channels.has(name)).slice(0, 24);
+  return [...names].filter((name) => channels.has(name)).slice(0, 48);
 }
 
 let watched = "";
@@ -202,7 +204,7 @@ class Plot {
     const plain = { stroke: soft, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 }, font: "12px system-ui, sans-serif" };
     this.chart = new uPlot({
       width: Math.max(200, this.width()), height: size,
-      padding: [8, 10, 0, 0],
+      padding: [8, 28, 0, 0],
       legend: { show: false },
       scales: { x: { time: true, range: () => range() }, y: { range: (_, low, high) => this.span(low, high) } },
       axes: [
@@ -297,6 +299,7 @@ class Plot {
   gestures(over) {
     const touches = new Map();
     let last = null;
+    let pulled = false;
     over.addEventListener("wheel", (event) => {
       event.preventDefault();
       if (event.shiftKey) return shift(Math.sign(event.deltaY || event.deltaX) * 0.1);
@@ -315,6 +318,7 @@ class Plot {
       touches.set(event.pointerId, event.clientX);
       over.setPointerCapture(event.pointerId);
       last = measure();
+      pulled = false;
     });
     const measure = () => {
       const all = [...touches.values()];
@@ -324,6 +328,9 @@ class Plot {
       if (!touches.has(event.pointerId)) return;
       touches.set(event.pointerId, event.clientX);
       const measured = measure();
+      // A finger that goes up or down scrolls the page.
+      pulled ||= touches.size > 1 || Math.abs(measured.middle - last.middle) > 8;
+      if (!pulled) return;
       const [from, to] = range();
       const perPixel = (to - from) / over.clientWidth;
       const move = (last.middle - measured.middle) * perPixel;

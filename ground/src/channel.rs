@@ -198,6 +198,7 @@ channels! {
         Control "control_bits" "Flight control, bits" "" 0 0 255;
         FailedChecks "failed_checks_bits" "Checks that fail, bits" "" 0 0 65535;
         StatusKnown "status_known_bits" "What of that is told, bits" "" 0 0 65535;
+        ArmingChecks "arming_checks" "Checks before arming pass" "" 0 0 1;
         BaseMode "mav_base_mode" "MAVLink's mode, bits" "" 0 0 255;
         CustomMode "mav_custom_mode" "MAVLink's mode of the vehicle's own" "" 0 0 4294967295.0;
         Autopilot "mav_autopilot" "MAVLink's kind of autopilot" "" 0 0 255;

@@ -1,4 +1,4 @@
-//! A stretch of some channels as CSV.
+//! A stretch of some channels as CSV, piece by piece: no table is in memory as a whole.
 
 use std::fmt::Write as _;
 
@@ -6,53 +6,63 @@ use crate::channel::{CHANNELS, Id};
 use crate::series::Point;
 use crate::store::Store;
 
-/// A longer table is not written, rows.
-pub const LONGEST: usize = 500_000;
+/// A piece ends with the row that makes it longer than this, bytes.
+const PIECE: usize = 64 * 1024;
 
-/// A channel, and its values in order of time.
-pub type Column = (Id, Vec<Point>);
-
-/// A stretch of some channels, to be written when whoever holds the store goes on.
-#[must_use]
-pub fn columns(store: &Store, channels: &[Id], from_s: f64, to_s: f64) -> Vec<Column> {
-    let points = |id| store.series(id).between(from_s.next_down(), to_s).take(LONGEST + 1);
-    channels.iter().map(|&id| (id, points(id).collect())).collect()
+/// A table, as far as it has been written. Its first column is `t_s`, seconds since the start of 1970,
+/// then one for each channel; an empty field is a value that did not come at that moment, or is not known.
+#[derive(Clone, Debug)]
+pub struct Table {
+    channels: Vec<Id>,
+    /// The moment up to which it is written, s; `None` before the head.
+    written_s: Option<f64>,
+    from_s: f64,
+    to_s: f64,
 }
 
-/// The table's first column is `t_s`, seconds since the start of 1970, then one for each channel; an
-/// empty field is a value that did not come at that moment, or is not known. `None` where it would be
-/// longer than [`LONGEST`].
-#[must_use]
-pub fn table(columns: Vec<Column>) -> Option<String> {
-    let mut text = String::from("t_s");
-    let mut left = Vec::with_capacity(columns.len());
-    for (id, points) in columns {
-        text.push(',');
-        text.push_str(CHANNELS[id as usize].name);
-        left.push(points.into_iter().peekable());
+impl Table {
+    /// Of these channels from one moment to another, both included.
+    #[must_use]
+    pub const fn new(channels: Vec<Id>, from_s: f64, to_s: f64) -> Self {
+        Self { channels, written_s: None, from_s, to_s }
     }
-    text.push('\n');
-    let mut rows = 0;
-    loop {
-        let next = left.iter_mut().filter_map(|points| points.peek()).map(|&(time_s, _)| time_s);
-        let time_s = next.fold(f64::INFINITY, f64::min);
-        if time_s.is_infinite() {
-            return Some(text);
-        }
-        if rows == LONGEST {
-            return None;
-        }
-        rows += 1;
-        // Milliseconds are not enough to tell two frames of a burst apart, microseconds are.
-        let _ = write!(text, "{time_s:.6}");
-        for points in &mut left {
-            text.push(',');
-            let now = points.next_if(|&(other_s, _): &Point| other_s <= time_s);
-            if let Some((_, value)) = now.filter(|(_, value)| !value.is_nan()) {
-                let _ = write!(text, "{value}");
+
+    /// The next rows, of the same store each time; `None` after the last.
+    #[must_use]
+    pub fn piece(&mut self, store: &Store) -> Option<String> {
+        let mut text = String::new();
+        if self.written_s.is_none() {
+            text.push_str("t_s");
+            for id in &self.channels {
+                text.push(',');
+                text.push_str(CHANNELS[*id as usize].name);
             }
+            text.push('\n');
         }
-        text.push('\n');
+        let mut written_s = self.written_s.unwrap_or_else(|| self.from_s.next_down());
+        let values = |id: &Id| store.series(*id).between(written_s, self.to_s).peekable();
+        let mut left: Vec<_> = self.channels.iter().map(values).collect();
+        while text.len() <= PIECE {
+            let next = left.iter_mut().filter_map(|points| points.peek()).map(|point| point.0);
+            let time_s = next.fold(f64::INFINITY, f64::min);
+            if time_s.is_infinite() {
+                break;
+            }
+            written_s = time_s;
+            // Milliseconds are not enough to tell two frames of a burst apart, microseconds are.
+            let _ = write!(text, "{time_s:.6}");
+            for points in &mut left {
+                text.push(',');
+                let now = points.next_if(|&(other_s, _): &Point| other_s <= time_s);
+                if let Some((_, value)) = now.filter(|(_, value)| !value.is_nan()) {
+                    let _ = write!(text, "{value}");
+                }
+            }
+            text.push('\n');
+        }
+        drop(left);
+        self.written_s = Some(written_s);
+        (!text.is_empty()).then_some(text)
     }
 }
 
@@ -72,8 +82,26 @@ mod tests {
         ] {
             store.push(&Batch { time_s, values });
         }
-        let text = table(columns(&store, &[Id::Pitch, Id::Roll], 1.0, 2.0)).unwrap();
+        let mut table = Table::new(vec![Id::Pitch, Id::Roll], 1.0, 2.0);
+        let text = table.piece(&store).unwrap();
         let expected = "t_s,pitch_deg,roll_deg\n1.000000,-2,1.5\n1.100000,,\n1.200000,3,\n";
-        assert_eq!(text, expected);
+        assert_eq!((text.as_str(), table.piece(&store)), (expected, None));
+    }
+
+    #[test]
+    fn pieces_put_together_are_the_table() {
+        let mut store = Store::new(100_000);
+        for k in 0..20_000 {
+            let values = vec![(Id::Roll, f64::from(k)), (Id::Pitch, 0.5)];
+            store.push(&Batch { time_s: 100.0 + 0.01 * f64::from(k), values });
+        }
+        let mut table = Table::new(vec![Id::Roll, Id::Pitch], 100.0, 290.0);
+        let pieces: Vec<_> = std::iter::from_fn(|| table.piece(&store)).collect();
+        assert!(pieces.len() > 3 && pieces.iter().all(|piece| piece.len() < PIECE + 100));
+        let text = pieces.concat();
+        assert_eq!(text.lines().count(), 19_002);
+        for (k, line) in text.lines().skip(1).enumerate() {
+            assert_eq!(line, format!("{:.6},{k},0.5", 100.0 + 0.01 * k as f64));
+        }
     }
 }

@@ -77,10 +77,12 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
     let kinds =
         ["no receiver", "no fix", "2D fix", "3D fix", "differential fix", "RTK float", "RTK fixed"];
     let kind = kinds.get(fix as usize).copied().unwrap_or("unknown fix");
-    let age = said(value(Id::GpsAge), 1, "s");
-    let satellites = said(value(Id::Satellites), 0, "satellites");
+    let mut why = format!("{kind}, {}", said(value(Id::Satellites), 0, "satellites"));
+    let age_s = value(Id::GpsAge);
+    if !age_s.is_nan() {
+        why += &format!(", {age_s:.1} s old");
+    }
     let is_good = if known.gps { status.gps } else { fix >= 3.0 };
-    let why = format!("{kind}, {satellites}, {age} old");
     light("GPS", known.gps || !fix.is_nan(), or(is_good, Light::Bad), why);
 
     let mut estimate = |name, known, good, id: Id, otherwise| {
@@ -143,7 +145,14 @@ fn arming(
     let mode = value(Id::BaseMode);
     if !mode.is_nan() {
         let is_armed = mode as u8 & SAFETY_ARMED != 0;
-        return Some((is_armed, if is_armed { "armed" } else { "not armed" }));
+        let passes = value(Id::ArmingChecks);
+        let why = match is_armed {
+            true => "armed",
+            false if passes == 1.0 => "not armed: its own checks pass",
+            false if passes == 0.0 => "not armed: its own checks fail, its messages say which",
+            false => "not armed",
+        };
+        return Some((is_armed, why));
     }
     let servos = [Id::ServoCollective, Id::ServoLongitudinal, Id::ServoLateral, Id::ServoPedal];
     let is_driven = servos.iter().any(|id| !value(*id).is_nan());
@@ -223,7 +232,7 @@ mod tests {
         let lamps = lamps(value);
         let of = |name| lamps.iter().find(|lamp| lamp.name == name).unwrap();
         assert_eq!(of("inertial unit").light, Light::Good);
-        assert_eq!(of("GPS").why, "no fix, 3 satellites, ? old");
+        assert_eq!(of("GPS").why, "no fix, 3 satellites");
         assert_eq!(of("attitude").why, "one-sigma 9.50 °, at most 6.9 °");
         assert_eq!(of("velocity").why, "no estimate");
     }

@@ -2,6 +2,7 @@
 //!
 //! Source: MAVLink, *common message set* and *packet serialization*.
 
+mod clocks;
 mod ekf_status;
 mod frame;
 pub(crate) mod modes;

@@ -22,43 +22,72 @@ const SHARE: f64 = 0.1;
 pub struct Series {
     points: VecDeque<Point>,
     room: usize,
+    /// Usual time between two values, s.
     period_s: f64,
+    /// Of the newest value, also of one that only went on with a gap.
+    last_s: f64,
+    /// Values that have come, four at most.
+    heard: u8,
 }
 
 impl Series {
     /// Room for so many values, gaps included.
     #[must_use]
     pub const fn new(room: usize) -> Self {
-        Self { points: VecDeque::new(), room, period_s: 0.1 }
+        Self { points: VecDeque::new(), room, period_s: 0.1, last_s: f64::NEG_INFINITY, heard: 0 }
     }
 
     /// Takes a value; whether it is later than the one before, without which it is left out. Where
     /// values stayed away, a gap is put in between. A NaN is a gap of its own.
     pub fn push(&mut self, time_s: f64, value: f64) -> bool {
-        if !time_s.is_finite() {
+        if !time_s.is_finite() || time_s <= self.last_s {
             return false;
         }
-        if let Some(&(before_s, before)) = self.points.back() {
-            let since_s = time_s - before_s;
-            if since_s <= 0.0 {
-                return false;
+        let since_s = time_s - self.last_s;
+        self.last_s = time_s;
+        self.heard = 4.min(self.heard + 1);
+        if self.heard > 1 {
+            let is_nan = |point: &Point| point.1.is_nan();
+            if self.is_outage(since_s) && !self.points.back().is_some_and(is_nan) {
+                self.put((time_s - 0.5 * since_s, f64::NAN));
             }
-            let longest_s = (GAP_PERIODS * self.period_s).clamp(GAP_S.0, GAP_S.1);
-            if since_s > longest_s {
-                if !before.is_nan() {
-                    self.put((0.5 * (before_s + time_s), f64::NAN));
-                }
-                // Once is an outage, always is a slower channel.
-                self.period_s += 0.3 * (since_s.min(GAP_S.1) - self.period_s);
-            } else {
-                self.period_s += SHARE * (since_s - self.period_s);
-            }
-            if value.is_nan() && before.is_nan() {
+            if value.is_nan() && self.points.back().is_some_and(is_nan) {
                 return true;
             }
         }
         self.put((time_s, value));
         true
+    }
+
+    /// Whether so long without a value is more than usual; what is usual is learned from it.
+    fn is_outage(&mut self, since_s: f64) -> bool {
+        let longest_s = |period_s: f64| (GAP_PERIODS * period_s).clamp(GAP_S.0, GAP_S.1);
+        if self.heard == 2 {
+            // The first period of all is the usual one until the next tells otherwise.
+            self.period_s = since_s.min(GAP_S.1);
+            return since_s > GAP_S.1;
+        }
+        if self.heard == 3 && self.period_s > longest_s(since_s) {
+            self.period_s = since_s;
+            self.part_first_two();
+            return false;
+        }
+        let is_outage = since_s > longest_s(self.period_s);
+        // Once is an outage, always is a slower channel.
+        let (share, most_s) = if is_outage { (0.3, GAP_S.1) } else { (SHARE, since_s) };
+        self.period_s += share * (since_s.min(most_s) - self.period_s);
+        is_outage
+    }
+
+    /// Puts a gap between the first two values.
+    fn part_first_two(&mut self) {
+        if self.points.len() == 2
+            && let (Some(second), Some(first)) = (self.points.pop_back(), self.points.back())
+        {
+            let middle_s = 0.5 * (first.0 + second.0);
+            self.put((middle_s, f64::NAN));
+            self.put(second);
+        }
     }
 
     fn put(&mut self, point: Point) {
@@ -90,6 +119,17 @@ impl Series {
         }
         let &(_, value) = self.points.get(after.checked_sub(1)?)?;
         Some(value).filter(|value| !value.is_nan())
+    }
+
+    /// Since when it has had the value of `time_s`, s, and whether another, or none, was before; `None` where
+    /// it has none then.
+    #[must_use]
+    pub fn since(&self, time_s: f64) -> Option<(f64, bool)> {
+        let value = self.at(time_s)?;
+        let after = self.points.partition_point(|&(other_s, _)| other_s <= time_s);
+        let run = self.points.range(..after).rev().take_while(|point| point.1 == value);
+        let (begun_s, count) = run.fold((time_s, 0), |(_, count), point| (point.0, count + 1));
+        Some((begun_s, count < after))
     }
 
     /// Those later than `after_s` and not later than `until_s`.
@@ -228,6 +268,36 @@ mod tests {
     }
 
     #[test]
+    fn a_channel_slower_than_others_has_no_gap_at_its_start() {
+        for period_s in [0.35, 1.0, 2.5] {
+            let mut slow = Series::new(100);
+            for k in 0..20 {
+                slow.push(f64::from(k) * period_s, 1.0);
+            }
+            assert!(slow.points.iter().all(|point| !point.1.is_nan()), "{period_s} s");
+        }
+        // An outage after the very first value is one all the same, once the next tells the usual period.
+        let mut late = Series::new(100);
+        for k in 0..50 {
+            late.push(if k == 0 { 0.0 } else { 2.0 + f64::from(k) / 33.0 }, 1.0);
+        }
+        assert_eq!(late.at(1.5), None);
+        assert_eq!(late.points.iter().filter(|point| point.1.is_nan()).count(), 1);
+    }
+
+    #[test]
+    fn while_a_value_is_unknown_its_period_is_learned_as_it_is() {
+        let mut series = Series::new(1000);
+        for k in 0..3300 {
+            series.push(f64::from(k) / 33.0, f64::NAN);
+        }
+        series.push(100.0, 1.0);
+        series.push(101.0, 1.0);
+        assert_eq!(series.at(100.9), None, "33 values were missing");
+        assert_eq!(series.latest(104.0), None);
+    }
+
+    #[test]
     fn the_ring_keeps_its_size_and_time_its_direction() {
         let mut series = Series::new(1000);
         for k in 0..100_000 {
@@ -248,6 +318,14 @@ mod tests {
             slow.push(f64::from(k), 1.0);
         }
         assert_eq!((slow.at(52.0), slow.at(56.0)), (Some(1.0), None));
+    }
+
+    #[test]
+    fn a_value_has_held_since_it_changed_or_for_all_that_is_kept() {
+        let series = at_33_hz(660, |k| if k < 330 { 3.0 } else { 4.0 });
+        assert_eq!(series.since(15.0), Some((10.0, true)));
+        assert_eq!(series.since(5.0), Some((0.0, false)));
+        assert_eq!((series.since(-1.0), series.since(40.0)), (None, None));
     }
 
     #[test]

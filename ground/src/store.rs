@@ -126,6 +126,14 @@ impl Store {
         self.series(id).at(time_s).unwrap_or(f64::NAN)
     }
 
+    /// Since when all of these channels that have a value at `time_s` have had it, s, and whether that is
+    /// known or at least so long; `None` where none has.
+    #[must_use]
+    pub fn since(&self, ids: &[Id], time_s: f64) -> Option<(f64, bool)> {
+        let begun = ids.iter().filter_map(|id| self.series(*id).since(time_s));
+        begun.max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     /// First and last moment of which anything is known.
     #[must_use]
     pub const fn span(&self) -> Option<(f64, f64)> {

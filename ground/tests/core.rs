@@ -27,6 +27,16 @@ fn damaged(bytes: &mut [u8], seed: &mut u32) {
     }
 }
 
+/// Whole messages of MAVLink 2, one after another.
+fn messages(mut bytes: &[u8]) -> usize {
+    let mut count = 0;
+    while let Some(length) = bytes.get(1) {
+        bytes = &bytes[12 + usize::from(*length)..];
+        count += 1;
+    }
+    count
+}
+
 #[test]
 fn ten_percent_of_damaged_bytes_show_no_wrong_value() {
     let mut seed = 7;
@@ -34,6 +44,7 @@ fn ten_percent_of_damaged_bytes_show_no_wrong_value() {
         let mut station = Station::new(Rigging::default(), Some(protocol), "test");
         let mut mavlink =
             hovernav_fly::Mavlink::new(MavlinkConfig::default(), hovernav::time::Time::ZERO);
+        let mut sent = 0;
         for number in 0..20_000 {
             let time_s = f64::from(number) / 33.0;
             let mut bytes = match protocol {
@@ -44,12 +55,16 @@ fn ten_percent_of_damaged_bytes_show_no_wrong_value() {
                     bytes
                 }
             };
+            sent += match protocol {
+                Protocol::Frames => 2,
+                Protocol::Mavlink => messages(&bytes),
+            };
             damaged(&mut bytes, &mut seed);
             station.receive(&bytes, 1e9 + time_s);
         }
         let link = station.link(1e9 + 700.0);
         println!(
-            "{protocol:?}: {} frames, {} damaged, {} lost",
+            "{protocol:?}: {} of {sent} frames, {} damaged, {} lost",
             link.frames, link.damaged, link.lost
         );
         assert!(link.damaged > 500);

@@ -3,16 +3,10 @@
 
 mod common;
 
-use common::cycle;
+use common::{cycle, resident};
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::station::Station;
-
-/// Bytes of this process in memory.
-fn resident() -> u64 {
-    let text = std::fs::read_to_string("/proc/self/statm").unwrap();
-    4096 * text.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
-}
 
 #[test]
 fn an_hour_of_every_channel_at_33_hz_leaves_memory_flat_and_loses_nothing() {

@@ -55,6 +55,11 @@ fn a_client_chooses_looks_records_retrieves_seeks_exports_and_marks() {
     let shown = view["series"]["roll_deg"][0].as_array().unwrap().len();
     assert!((80..=402).contains(&shown), "{shown}");
 
+    // The pilot flies for as long as anything is known, not since somebody looks.
+    let since = &client.hear("state")["what"]["since"];
+    let begun_s = since[0].as_f64().unwrap() - served.start_s;
+    assert!(begun_s.abs() < 0.1 && since[1] == false, "{since}");
+
     client.ask(r#"{"do":"record","name":"hover 1"}"#);
     client.ask(r#"{"do":"mark","note":"trimmed"}"#);
     let mut marked = false;

@@ -9,6 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use common::browser::{Browser, chromium};
+use common::sender::Sender;
 use common::serve;
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
@@ -17,10 +18,8 @@ use hovernav_ground::link::{Link, Source, lock};
 use hovernav_ground::station::{Station, now_s};
 use hovernav_ground::store::TextLevel;
 use mavlink::dialects::common::{
-    ATTITUDE_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag,
-    MavType, SERVO_OUTPUT_RAW_DATA,
+    GLOBAL_POSITION_INT_DATA, MavAutopilot, MavMessage, MavType, SERVO_OUTPUT_RAW_DATA,
 };
-use mavlink::{MavHeader, write_v2_msg};
 
 /// The log of an ArduSub vehicle on a bench beside its ground station, 11.5 s, which the crate `mavlink`
 /// brings for its own tests: moments, s, and the frames of both.
@@ -153,59 +152,6 @@ fn the_page_names_its_mode_and_says_that_it_is_not_armed() {
     page.key("2");
     page.wait("document.getElementById('ready').textContent === 'not told'");
     assert!(page.said.is_empty(), "{:?}", page.said);
-}
-
-/// One sender of MAVLink 2.
-struct Sender {
-    header: MavHeader,
-    bytes: Vec<u8>,
-}
-
-impl Sender {
-    fn new(system_id: u8, component_id: u8) -> Self {
-        let header = MavHeader { system_id: system_id.into(), component_id, sequence: 0 };
-        Self { header, bytes: Vec::new() }
-    }
-
-    fn say(&mut self, message: &MavMessage) -> Vec<u8> {
-        self.bytes.clear();
-        write_v2_msg(&mut self.bytes, self.header, message).unwrap();
-        self.header.sequence = self.header.sequence.wrapping_add(1);
-        self.bytes.clone()
-    }
-
-    /// A message that no dialect has, of a layout of its own.
-    fn foreign(&mut self, id: u32, payload: &[u8], layout: u8) -> Vec<u8> {
-        let [low, middle, high, _] = id.to_le_bytes();
-        let MavHeader { sequence, system_id, component_id } = self.header;
-        let head = [payload.len() as u8, 0, 0, sequence, system_id as u8, component_id];
-        let mut frame = vec![0xFD];
-        frame.extend(head);
-        frame.extend([low, middle, high]);
-        frame.extend(payload);
-        let checksum = mavlink::calculate_crc(&frame[1..], layout);
-        frame.extend(checksum.to_le_bytes());
-        self.header.sequence = sequence.wrapping_add(1);
-        frame
-    }
-
-    fn heartbeat(&mut self, autopilot: MavAutopilot, mavtype: MavType) -> Vec<u8> {
-        let base_mode = MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED;
-        let custom_mode = 3 << 16;
-        let data = HEARTBEAT_DATA {
-            autopilot,
-            mavtype,
-            base_mode,
-            custom_mode,
-            ..HEARTBEAT_DATA::DEFAULT
-        };
-        self.say(&MavMessage::HEARTBEAT(data))
-    }
-
-    fn attitude(&mut self, time_boot_ms: u32, roll: f32) -> Vec<u8> {
-        let data = ATTITUDE_DATA { time_boot_ms, roll, ..ATTITUDE_DATA::DEFAULT };
-        self.say(&MavMessage::ATTITUDE(data))
-    }
 }
 
 #[test]

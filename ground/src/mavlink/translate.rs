@@ -8,6 +8,7 @@ use mavlink::dialects::common::{
     MavSeverity, MavSysStatusSensor, SERVO_OUTPUT_RAW_DATA, STATUSTEXT_DATA, SYS_STATUS_DATA,
 };
 
+use super::clocks::Clocks;
 use super::ekf_status::EkfStatus;
 use crate::channel::Id::{self, *};
 use crate::frames::Values;
@@ -34,6 +35,7 @@ pub enum Said {
 #[derive(Default)]
 pub struct Translator {
     autopilot: Option<MavAutopilot>,
+    clocks: Clocks,
     attitude: Option<EulerAngles>,
     /// Velocity comes with LOCAL_POSITION_NED, finer than in GLOBAL_POSITION_INT.
     hears_velocity: bool,
@@ -79,7 +81,12 @@ impl Translator {
         if matches!(message, MavMessage::HEARTBEAT(_)) {
             self.end_text(said);
         }
+        if let MavMessage::SYSTEM_TIME(m) = message {
+            self.clocks.hear(1000 * u64::from(m.time_boot_ms));
+            self.clocks.hear(m.time_unix_usec);
+        }
         if let Some((boot_s, values)) = self.values(message) {
+            self.clocks.hear(boot_s.map_or(0, |boot_s| (1e6 * boot_s) as u64));
             said(Said::Values(boot_s, values));
         }
     }
@@ -101,7 +108,10 @@ impl Translator {
                 ];
                 (boot(m.time_boot_ms), values)
             }
-            MavMessage::HIGHRES_IMU(m) => (None, highres(m)),
+            MavMessage::HIGHRES_IMU(m) => {
+                self.clocks.hear(m.time_usec);
+                (None, highres(m))
+            }
             MavMessage::SCALED_IMU(m) => {
                 let mut values: Values =
                     milli([AccelX, AccelY, AccelZ], [m.xacc, m.yacc, m.zacc]).collect();
@@ -122,7 +132,7 @@ impl Translator {
                 (boot(m.time_boot_ms), self.velocity([m.vx, m.vy, m.vz].map(f64::from)))
             }
             MavMessage::GLOBAL_POSITION_INT(m) => (boot(m.time_boot_ms), self.position(m)),
-            MavMessage::GPS_RAW_INT(m) => (None, gps(m)),
+            MavMessage::GPS_RAW_INT(m) => (None, gps(m, self.clocks.since_s(m.time_usec))),
             MavMessage::SERVO_OUTPUT_RAW(m) => (None, self.servos(m)?),
             MavMessage::RC_CHANNELS(m) => {
                 let pulses = [
@@ -237,10 +247,14 @@ impl Translator {
             recorder: works(log),
             ..self.status
         };
+        // What is switched off reads as failed or as good, as the maker likes.
+        let checks = S::MAV_SYS_STATUS_PREARM_CHECK;
+        let passes = has(checks).then(|| f64::from(u8::from(works(checks))));
         let mut values = self.status();
         let percent = Some(f64::from(m.battery_remaining)).filter(|percent| *percent >= 0.0);
         values.push((Battery, known(m.voltage_battery).map(|millivolts| 1e-3 * millivolts)));
         values.push((BatteryLeft, percent));
+        values.push((ArmingChecks, passes));
         values
     }
 
@@ -336,7 +350,8 @@ fn highres(m: &HIGHRES_IMU_DATA) -> Values {
     ]
 }
 
-fn gps(m: &GPS_RAW_INT_DATA) -> Values {
+/// A fix of this age, s.
+fn gps(m: &GPS_RAW_INT_DATA, age_s: Option<f64>) -> Values {
     let has_fix = m.fix_type as u8 >= 2;
     let place = |value: i32, scale: f64| has_fix.then(|| scale * f64::from(value));
     let course = hundredths(m.cog).map(f64::to_radians).zip(hundredths(m.vel));
@@ -344,6 +359,7 @@ fn gps(m: &GPS_RAW_INT_DATA) -> Values {
     let satellites = Some(m.satellites_visible).filter(|count| *count != u8::MAX);
     vec![
         (GpsFix, Some(f64::from(m.fix_type as u8))),
+        (GpsAge, age_s.filter(|_| has_fix)),
         (GpsLatitude, place(m.lat, 1e-7)),
         (GpsLongitude, place(m.lon, 1e-7)),
         (GpsAltitude, place(m.alt, 1e-3)),

@@ -15,7 +15,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::request::Request;
 use super::session::Session;
-use super::{CLIENTS, Server};
+use super::{CLIENTS, STUCK, Server};
 
 /// Between two ticks.
 const TICK: Duration = Duration::from_millis(40);
@@ -26,8 +26,6 @@ const STATES: u32 = 6;
 const PINGS: u32 = 500;
 /// The longest request, bytes.
 const LONGEST: usize = 16 * 1024;
-/// A client that takes nothing for so long is gone.
-const STUCK: Duration = Duration::from_secs(5);
 /// Requests a second, on average and at once.
 const REQUESTS: (f64, f64) = (60.0, 240.0);
 

@@ -1,19 +1,28 @@
 //! Files: a stretch as CSV, and the pages that an evaluation made.
 
+use std::io;
 use std::path::{Component, Path as FilePath};
-use std::sync::PoisonError;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
 
+use axum::body::Body;
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
+use futures_core::Stream;
 use serde::Deserialize;
+use tokio::sync::mpsc;
+use tokio::time::timeout;
 
-use super::Server;
+use super::STUCK;
 use super::request::channels;
+use super::shared::Shared;
 use crate::channel::Id;
-use crate::csv;
+use crate::csv::Table;
 use crate::link::lock;
+use crate::player::Loaded;
 
 /// A greater page is not served, bytes.
 const LARGEST: u64 = 64 << 20;
@@ -38,17 +47,30 @@ pub async fn csv(
     if let Err(refusal) = server.access.check(&headers, stretch.token.as_deref()) {
         return refusal.into_response();
     }
-    match tokio::task::block_in_place(|| exported(&server, &stretch)) {
-        Ok(text) => {
+    let Ok(place) = Arc::clone(&server.exports).try_acquire_owned() else {
+        let why = "found as many exports under way as there can be, expected fewer";
+        return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
+    };
+    let begun = tokio::task::block_in_place(|| begin(&stretch, &server.shared));
+    match begun {
+        Ok((table, record)) => {
+            let (pieces, heard) = mpsc::channel(1);
+            tokio::spawn(async move {
+                write(table, record, &server.shared, &pieces).await;
+                drop(place);
+            });
             let kind = (CONTENT_TYPE, "text/csv; charset=utf-8");
             let file = (CONTENT_DISPOSITION, "attachment; filename=\"hovernav.csv\"");
-            ([kind, file], text).into_response()
+            ([kind, file], Body::from_stream(Pieces(heard))).into_response()
         }
         Err(why) => (StatusCode::BAD_REQUEST, why).into_response(),
     }
 }
 
-fn exported(server: &Server, stretch: &Stretch) -> Result<String, String> {
+/// The table that is asked for, and the record that it is of; without one it is the vehicle's.
+type Begun = (Table, Option<Arc<Loaded>>);
+
+fn begin(stretch: &Stretch, shared: &Shared) -> Result<Begun, String> {
     let channels = match &stretch.channels {
         Some(names) => channels(names.split(',').take(Id::COUNT + 1))?,
         None => Id::all().collect(),
@@ -57,14 +79,43 @@ fn exported(server: &Server, stretch: &Stretch) -> Result<String, String> {
     if !(from.is_finite() && to.is_finite() && from <= to) {
         return Err(format!("found {from} to {to} s, expected a stretch"));
     }
-    let _alone = server.exports.lock().unwrap_or_else(PoisonError::into_inner);
-    let columns = match &stretch.record {
-        Some(name) => csv::columns(&server.shared.load(name)?.store, &channels, from, to),
-        // The vehicle is heard on while the text is written.
-        None => csv::columns(&lock(&server.shared.station).store, &channels, from, to),
-    };
-    csv::table(columns)
-        .ok_or_else(|| format!("found more than {} rows, expected a shorter stretch", csv::LONGEST))
+    let record = stretch.record.as_deref().map(|name| shared.load(name)).transpose()?;
+    Ok((Table::new(channels, from, to), record))
+}
+
+/// Writes until all is written, or nobody takes it any more. The vehicle is heard on between two pieces.
+async fn write(
+    mut table: Table,
+    record: Option<Arc<Loaded>>,
+    shared: &Shared,
+    pieces: &mpsc::Sender<Option<String>>,
+) {
+    loop {
+        let piece = tokio::task::block_in_place(|| match &record {
+            Some(record) => table.piece(&record.store),
+            None => table.piece(&lock(&shared.station).store),
+        });
+        let is_last = piece.is_none();
+        let taken = timeout(STUCK, pieces.send(piece)).await;
+        if is_last || !matches!(taken, Ok(Ok(()))) {
+            return;
+        }
+    }
+}
+
+/// The pieces of a table as a body. One that ends before the last, `None`, is an error, lest half a
+/// table look like a whole one.
+struct Pieces(mpsc::Receiver<Option<String>>);
+
+impl Stream for Pieces {
+    type Item = io::Result<String>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        self.0.poll_recv(context).map(|piece| match piece {
+            Some(piece) => piece.map(Ok),
+            None => Some(Err(io::ErrorKind::TimedOut.into())),
+        })
+    }
 }
 
 /// The token.

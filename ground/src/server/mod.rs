@@ -15,8 +15,8 @@ pub use request::Request;
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::Router;
@@ -29,6 +29,7 @@ use axum::response::Response;
 use axum::routing::get;
 use hovernav_log::Manifest;
 use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
 
 use crate::folder::Folder;
 use crate::link::SharedStation;
@@ -41,6 +42,10 @@ pub const CLIENTS: usize = 32;
 const LOOK: Duration = Duration::from_millis(50);
 /// Connections at once: each client has one, and asks for pages and files on others.
 const CONNECTIONS: usize = 128;
+/// Exports at once.
+const EXPORTS: usize = 4;
+/// A client that takes nothing for so long is gone.
+const STUCK: Duration = Duration::from_secs(5);
 
 /// What the server is set up with.
 pub struct ServerConfig {
@@ -61,8 +66,8 @@ struct Server {
     shared: Arc<Shared>,
     access: Access,
     clients: AtomicUsize,
-    /// One export at a time: each may hold hundreds of megabytes.
-    exports: Mutex<()>,
+    /// Places for exports.
+    exports: Arc<Semaphore>,
 }
 
 type State = axum::extract::State<Arc<Server>>;
@@ -88,7 +93,7 @@ impl Bound {
             shared: Arc::new(shared),
             access: config.access,
             clients: AtomicUsize::new(0),
-            exports: Mutex::new(()),
+            exports: Arc::new(Semaphore::new(EXPORTS)),
         };
         Ok(Self { listener, server: Arc::new(server), address })
     }

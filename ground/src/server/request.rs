@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::channel::Id;
 
 /// Channels that one client may look at.
-pub const WATCHED: usize = 24;
+pub const WATCHED: usize = 48;
 /// Columns of pixels of one plot.
 pub const COLUMNS: usize = 4096;
 /// Characters of a note.
@@ -131,7 +131,7 @@ mod tests {
         let good = Request::parse(r#"{"do":"watch","channels":["roll_deg"]}"#);
         assert_eq!(good, Ok(Request::Watch { channels: vec!["roll_deg".into()] }));
         assert_eq!(Request::parse(r#"{"do":"stop"}"#), Ok(Request::Stop {}));
-        let many = format!(r#"{{"do":"watch","channels":{:?}}}"#, vec!["roll_deg"; 25]);
+        let many = format!(r#"{{"do":"watch","channels":{:?}}}"#, vec!["roll_deg"; WATCHED + 1]);
         for bad in [
             "",
             "{",

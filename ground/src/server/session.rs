@@ -20,6 +20,9 @@ const BURST: usize = 4000;
 /// Texts that one message holds.
 const TEXTS: usize = 200;
 
+/// Together they say who flies, and how.
+const MODES: [Id; 3] = [Id::SystemMode, Id::AutopilotMode, Id::CustomMode];
+
 /// What a client looks at.
 enum Source {
     Live,
@@ -203,8 +206,9 @@ impl Session {
                 .filter(|&id| id.channel().alarms(value(id)))
                 .map(|id| json!([id.channel().name, value(id)]))
                 .collect();
+            let now_s = at_s.or_else(|| Some(store.span()?.1)).unwrap_or_default();
             json!({
-                "span": store.span(), "lamps": lamps(value), "control": control(value),
+                "since": store.since(&MODES, now_s), "span": store.span(), "lamps": lamps(value), "control": control(value),
                 "alarms": alarms, "steps": test_points.steps(),
                 "progress": test_points.progress(), "under_way": test_points.under_way(),
             })

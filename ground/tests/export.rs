@@ -1,0 +1,69 @@
+//! Exports of everything that is kept. It stands alone: what other tests allocate would count.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use common::{Served, cycle, resident, serve};
+use hovernav_ground::link::lock;
+
+/// Asks for all channels of the last twenty minutes, in this version of HTTP.
+fn ask(served: &Served, version: &str) -> TcpStream {
+    let (from, to) = (served.start_s - 1e4, served.start_s + 1e4);
+    let host = served.address;
+    let mut stream = TcpStream::connect(host).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let path = format!("/export.csv?from={from}&to={to}");
+    let request = format!("GET {path} HTTP/{version}\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).unwrap();
+    stream
+}
+
+fn status(stream: &mut TcpStream) -> String {
+    let mut head = [0; 12];
+    stream.read_exact(&mut head).unwrap();
+    String::from_utf8_lossy(&head).into_owned()
+}
+
+#[test]
+fn all_that_is_kept_is_exported_in_little_memory_and_nobody_who_stops_reading_is_in_the_way() {
+    let served = serve(None);
+    for number in 0..40_000 {
+        let arrival_s = served.start_s + f64::from(number) / 33.0;
+        lock(&served.station).receive(&cycle(number), arrival_s);
+    }
+    let before = resident();
+    // Without the chunks of the later version each line is one of the table.
+    let mut stream = ask(&served, "1.0");
+    assert_eq!(status(&mut stream), "HTTP/1.0 200");
+    let (mut lines, mut bytes, mut most) = (0, 0, before);
+    let mut buffer = vec![0; 256 * 1024];
+    while let Ok(count @ 1..) = stream.read(&mut buffer) {
+        bytes += count;
+        lines += buffer[..count].iter().filter(|byte| **byte == b'\n').count();
+        most = most.max(resident());
+    }
+    let more = most - before;
+    println!("{:.1} MB exported with {:.1} MB more", bytes as f64 / 1e6, more as f64 / 1e6);
+    assert!(lines > 40_000 && bytes > 15_000_000, "{lines} lines, {bytes} bytes");
+    assert!(more < 8_000_000, "{more} bytes more in memory");
+
+    // Whoever does not read has a place until he is given up.
+    let mut idle: Vec<_> = (0..4).map(|_| ask(&served, "1.1")).collect();
+    for stream in &mut idle {
+        assert_eq!(status(stream), "HTTP/1.1 200");
+    }
+    assert_eq!(status(&mut ask(&served, "1.1")), "HTTP/1.1 503");
+    let again = (0..200).any(|_| {
+        std::thread::sleep(Duration::from_millis(100));
+        status(&mut ask(&served, "1.1")) == "HTTP/1.1 200"
+    });
+    assert!(again, "places are given back");
+    // Half a table does not end as a whole one does.
+    let mut rest = Vec::new();
+    let _ = idle[0].read_to_end(&mut rest);
+    assert!(!rest.ends_with(b"\r\n0\r\n\r\n"), "{} bytes and a quiet end", rest.len());
+}
