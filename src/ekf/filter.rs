@@ -384,8 +384,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     fn decay(&mut self, relaxation: &Relaxation<T, N>) {
-        for (parameter, &decay) in self.parameters.iter_mut().zip(&relaxation.decay).skip(GYRO_BIAS)
-        {
+        let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
+        let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);
+        for (parameter, &decay) in parameters.iter_mut().zip(decays) {
             *parameter = *parameter * decay;
         }
     }
