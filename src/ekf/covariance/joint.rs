@@ -198,51 +198,37 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         covariance: &mut Covariance<T, N>,
         told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
-        let mut waiting = [0; MOST];
-        let mut count = 0;
-        for (index, &variance) in self.pending.iter().enumerate() {
-            if variance > T::ZERO
-                && let Some(slot) = waiting.get_mut(count)
-            {
-                *slot = index;
-                count += 1;
-            }
-        }
-        let waiting = waiting.get(..count).unwrap_or_default();
-        match count {
-            0 => return,
-            1 => self.settle_in::<1>(covariance, waiting, told),
-            2 | 3 => self.settle_in::<3>(covariance, waiting, told),
-            _ => self.settle_in::<MOST>(covariance, waiting, told),
+        match self.pending.iter().rposition(|&variance| variance > T::ZERO) {
+            None => return,
+            Some(0) => self.settle_first::<1>(covariance, told),
+            Some(1 | 2) => self.settle_first::<3>(covariance, told),
+            Some(_) => self.settle_first::<MOST>(covariance, told),
         }
         self.pending = [T::ZERO; MOST];
     }
 
-    /// [`settle`](Self::settle)s those `waiting`, at most `K`.
+    /// [`settle`](Self::settle)s the first `K`; what waits for nothing among them has no share in it.
     #[inline(always)]
-    fn settle_in<const K: usize>(
+    fn settle_first<const K: usize>(
         &mut self,
         covariance: &mut Covariance<T, N>,
-        waiting: &[usize],
         told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let mut shares = [[T::ZERO; K]; K];
         let (mut inverses, mut moves) = ([T::ZERO; K], [T::ZERO; K]);
-        for (slot, &index) in waiting.iter().enumerate().take(K) {
-            let index = index.min(MOST - 1);
-            // What was refused leaves a place free.
-            if slot != index {
-                self.projected[slot] = self.projected[index];
-            }
-            let inverse = T::ONE / self.pending[index];
-            (inverses[slot], moves[slot]) = (inverse, inverse * self.innovations[index]);
-            for (share, &behind) in shares[slot].iter_mut().zip(waiting) {
-                *share = self.seen[index][behind.min(MOST - 1)] * inverse;
-            }
-        }
         let Some(projected) = self.projected.first_chunk_mut::<K>() else { return };
-        for unused in projected.iter_mut().skip(waiting.len()) {
-            *unused = [T::ZERO; N];
+        for index in 0..K.min(MOST) {
+            if self.pending[index] > T::ZERO {
+                let inverse = T::ONE / self.pending[index];
+                (inverses[index], moves[index]) = (inverse, inverse * self.innovations[index]);
+                for (behind, share) in shares[index].iter_mut().enumerate().skip(index + 1) {
+                    if self.pending[behind.min(MOST - 1)] > T::ZERO {
+                        *share = self.seen[index][behind.min(MOST - 1)] * inverse;
+                    }
+                }
+            } else {
+                projected[index] = [T::ZERO; N];
+            }
         }
         // Each less what those before it know.
         #[expect(
@@ -262,11 +248,13 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             }
             self.correction[state] = correction;
         }
-        for ((&index, projected), &inverse) in waiting.iter().zip(projected.iter()).zip(&inverses) {
-            let index = index.min(MOST - 1);
-            let innovation_variance = self.pending[index];
-            let gain = Gain { gain: projected.map(|value| value * inverse), innovation_variance };
-            told(index, &gain, self.innovations[index]);
+        for (index, (projected, &inverse)) in projected.iter().zip(&inverses).enumerate() {
+            let innovation_variance = self.pending[index.min(MOST - 1)];
+            if innovation_variance > T::ZERO {
+                let gain =
+                    Gain { gain: projected.map(|value| value * inverse), innovation_variance };
+                told(index, &gain, self.innovations[index.min(MOST - 1)]);
+            }
         }
         covariance.subtract_squares(projected, &inverses);
     }
