@@ -102,7 +102,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 sum += normalised;
             }
             let leans = group.is_height() && {
-                let sigma = (joint.variance(members.start) + noise[members.start]).sqrt();
+                let sigma = joint.sigma(members.start, noise[members.start]);
                 let normalised = joint.innovation(members.start) / sigma;
                 self.gates.leans(group, time, normalised.wide())
             };
@@ -125,10 +125,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             for index in members {
                 let Some(channel) = axes[index].as_ref().map(|axis| axis.channel) else { continue };
                 let innovation = joint.innovation(index).wide();
-                let sigma = (joint.variance(index) + noise[index]).sqrt().wide();
+                let sigma = joint.sigma(index, noise[index]);
                 if verdict != Verdict::Rejected {
-                    joint.take_in(&mut self.covariance, index, noise[index], &mut told);
+                    joint.take_in(&mut self.covariance, index, noise[index], sigma, &mut told);
                 }
+                let sigma = sigma.wide();
                 report.push(Innovation { time, channel, innovation, sigma, verdict });
             }
         }
