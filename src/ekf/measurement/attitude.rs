@@ -37,7 +37,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         report: &mut Report,
         trace: &mut impl Trace<T, N>,
     ) -> Result<(), Unusable> {
-        let (sin, cos) = self.state.body_to_ned.heading_rad().sincos();
+        let (sin, cos) = self.state.body_to_ned.heading_sincos();
         let down = [T::ZERO, T::ZERO, T::ONE];
         let axes = [
             (Channel::Roll, [cos, sin, T::ZERO], [cos, sin, T::ZERO]),
