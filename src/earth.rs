@@ -95,8 +95,8 @@ impl Geodetic {
     /// Equation (E2) of docs/equations.md.
     #[must_use]
     pub fn to_ecef(&self) -> Vector<Ecef> {
-        let (sin_lat, cos_lat) = libm::sincos(self.latitude_rad);
-        let (sin_lon, cos_lon) = libm::sincos(self.longitude_rad);
+        let (sin_lat, cos_lat) = self.latitude_rad.sincos();
+        let (sin_lon, cos_lon) = self.longitude_rad.sincos();
         let prime_vertical_m = prime_vertical_radius_m(sin_lat);
         let across = (prime_vertical_m + self.height_m) * cos_lat;
         let along = (prime_vertical_m * (1.0 - ECCENTRICITY_SQUARED) + self.height_m) * sin_lat;
@@ -124,15 +124,15 @@ impl Geodetic {
         let mut parametric = libm::atan2(z, across * (1.0 - FLATTENING));
         let mut latitude_rad = parametric;
         for _ in 0..4 {
-            let (sin_b, cos_b) = libm::sincos(parametric);
+            let (sin_b, cos_b) = parametric.sincos();
             latitude_rad = libm::atan2(
                 z + second_eccentricity_squared * SEMI_MINOR_AXIS_M * sin_b * sin_b * sin_b,
                 across - ECCENTRICITY_SQUARED * SEMI_MAJOR_AXIS_M * cos_b * cos_b * cos_b,
             );
-            let (sin_lat, cos_lat) = libm::sincos(latitude_rad);
+            let (sin_lat, cos_lat) = latitude_rad.sincos();
             parametric = libm::atan2((1.0 - FLATTENING) * sin_lat, cos_lat);
         }
-        let (sin_lat, cos_lat) = libm::sincos(latitude_rad);
+        let (sin_lat, cos_lat) = latitude_rad.sincos();
         let height_m = across * cos_lat + z * sin_lat
             - SEMI_MAJOR_AXIS_M * SEMI_MAJOR_AXIS_M / prime_vertical_radius_m(sin_lat);
         Some(Self { latitude_rad, longitude_rad: wrap_angle(libm::atan2(y, x)), height_m })
@@ -144,8 +144,8 @@ impl Geodetic {
     /// Equation (E4) of docs/equations.md.
     #[must_use]
     pub fn ecef_to_ned(&self) -> Rotation<Ecef, Ned> {
-        let (sin_lat, cos_lat) = libm::sincos(self.latitude_rad);
-        let (sin_lon, cos_lon) = libm::sincos(self.longitude_rad);
+        let (sin_lat, cos_lat) = self.latitude_rad.sincos();
+        let (sin_lon, cos_lon) = self.longitude_rad.sincos();
         Rotation::claim(DQuat::from_mat3(&DMat3::from_cols(
             DVec3::new(-sin_lat * cos_lon, -sin_lon, -cos_lat * cos_lon),
             DVec3::new(-sin_lat * sin_lon, cos_lon, -cos_lat * sin_lon),

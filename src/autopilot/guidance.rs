@@ -4,6 +4,7 @@ use super::check::{ConfigError, within};
 use crate::earth::Geodetic;
 use crate::ekf::Solution;
 use crate::frames::{Ned, Vector, wrap_angle};
+use crate::scalar::Scalar;
 
 /// The reference follows what is wanted with two poles here, 1/s.
 const FOLLOWS_PER_S: f64 = 8.0;
@@ -260,7 +261,7 @@ impl Guidance {
         let config = &self.config;
         let wanted = match self.set_point {
             SetPoint::Velocity { forward_mps, right_mps, down_mps, .. } => {
-                let (sin, cos) = libm::sincos(yaw_rad);
+                let (sin, cos) = yaw_rad.sincos();
                 let north = cos * forward_mps - sin * right_mps;
                 let east = sin * forward_mps + cos * right_mps;
                 Vector::new(north, east, down_mps)

@@ -16,6 +16,7 @@ use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::ekf::{Notice, Solution};
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Ned, Vector, wrap_angle};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// What one step of the autopilot goes by.
@@ -363,7 +364,7 @@ impl HoverAutopilot {
         let to_body = flown.solution.body_to_ned.inverse();
         let velocity: Vector<Body> = to_body * flown.solution.velocity_mps;
         let wanted: Vector<Body> = to_body * level(reference.velocity_mps);
-        let (sin, cos) = libm::sincos(flown.angles.yaw_rad);
+        let (sin, cos) = flown.angles.yaw_rad.sincos();
         let acceleration = reference.acceleration_mps2;
         let forward = cos * acceleration.x() + sin * acceleration.y();
         let right = cos * acceleration.y() - sin * acceleration.x();

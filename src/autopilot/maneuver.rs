@@ -2,6 +2,8 @@
 
 use core::f64::consts::TAU;
 
+use crate::scalar::Scalar;
+
 /// A deviation of one stick from where it stands, from time 0 on, in the unit of its amplitude.
 ///
 /// The thesis flew steps of 10 to 15 % held 1.5 s; a sweep shows more of the vehicle in one run and is
@@ -103,7 +105,7 @@ impl Maneuver {
                 let phase = TAU * (first_hz * time_s + (last_hz - first_hz) * risen);
                 let edge = time_s.min(duration_s - time_s);
                 let fade = if edge < fade_s { edge / fade_s } else { 1.0 };
-                amplitude * fade * libm::sin(phase)
+                amplitude * fade * phase.sincos().0
             }
         }
     }

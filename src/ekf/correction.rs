@@ -36,7 +36,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return true;
         }
         self.state = corrected;
-        for (parameter, &value) in self.parameters.iter_mut().zip(correction).skip(GYRO_BIAS) {
+        let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
+        let (_, corrections) = correction.split_at(GYRO_BIAS);
+        for (parameter, &value) in parameters.iter_mut().zip(corrections) {
             *parameter += value;
         }
         false

@@ -110,6 +110,14 @@ impl Notice {
             Err(reason) => Self::NotUsed { time, aid, reason },
         }
     }
+
+    /// Of a measurement whose `report` lies where it was written.
+    fn of_report(time: Time, aid: Aid, result: Result<(), Unusable>, report: &Report) -> Self {
+        match result {
+            Ok(()) => Self::Updated(*report),
+            Err(reason) => Self::NotUsed { time, aid, reason },
+        }
+    }
 }
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
@@ -233,19 +241,29 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         mut notify: impl FnMut(Notice),
     ) {
+        self.take_in(event, trace, &mut notify);
+    }
+
+    /// [`push_traced`](Self::push_traced), once in the program whoever it notifies.
+    fn take_in(
+        &mut self,
+        event: &Event,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
         if self.phase == Phase::Aligning {
             if let Some(alignment) = self.aligner.push(event) {
-                self.begin(&alignment, &mut notify);
+                self.begin(&alignment, notify);
             }
             return;
         }
         match event {
-            Event::Imu(sample) => self.imu(sample, trace, &mut notify),
+            Event::Imu(sample) => self.imu(sample, trace, notify),
             Event::Gps(fix) => {
                 if fix.time > self.time() {
-                    self.hold(fix, &mut notify);
+                    self.hold(fix, notify);
                 } else {
-                    self.gps(fix, trace, &mut notify);
+                    self.gps(fix, trace, notify);
                 }
             }
             Event::Baro { time, height_m } => {
@@ -257,15 +275,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 }
             }
             Event::Magnetometer { time, field_gauss } => {
-                self.magnetometer(*time, *field_gauss, trace, &mut notify);
+                self.magnetometer(*time, *field_gauss, trace, notify);
             }
-            Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, &mut notify),
-            Event::Range(reading) => self.range(reading, trace, &mut notify),
+            Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, notify),
+            Event::Range(reading) => self.range(reading, trace, notify),
         }
     }
 
     #[inline(never)]
-    fn begin(&mut self, alignment: &Alignment, notify: &mut impl FnMut(Notice)) {
+    fn begin(&mut self, alignment: &Alignment, notify: &mut dyn FnMut(Notice)) {
         if alignment.heading != HeadingSource::Unknown {
             self.begin_at(&alignment.start);
         } else if H::SEARCHES {
@@ -295,7 +313,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     #[inline(never)]
-    fn hold(&mut self, fix: &Fix, notify: &mut impl FnMut(Notice)) {
+    fn hold(&mut self, fix: &Fix, notify: &mut dyn FnMut(Notice)) {
         let time = self.time();
         if fix.time - time > HELD_S {
             notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason: Unusable::AheadOfImu });
@@ -319,7 +337,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         &mut self,
         sample: &ImuSample,
         trace: &mut impl Trace<T, N>,
-        notify: &mut impl FnMut(Notice),
+        notify: &mut dyn FnMut(Notice),
     ) {
         let before = self.filter.state.time;
         let result = match self.phase {
@@ -410,17 +428,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     #[inline(never)]
-    fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut impl FnMut(Notice)) {
+    fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         if self.repeats(fix) {
             notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
             return;
         }
+        let mut report = Report::default();
         let result = match self.phase {
             Phase::Aligning => return,
-            Phase::Searching => self.search.update_gps(fix),
-            Phase::Navigating => self.filter.update_gps_traced(fix, trace),
+            Phase::Searching => self.search.update_gps(fix).map(|told| report = told),
+            Phase::Navigating => self.filter.take_in_gps(fix, true, &mut report, trace),
         };
-        notify(Notice::of_update(fix.time, Aid::Gps, result));
+        notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
         if self.phase == Phase::Navigating {
             self.watch_heading(fix, trace, notify);
         }
@@ -428,7 +447,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Goes on with the filter whose heading the search has found, if it has.
     #[inline(never)]
-    fn end_search(&mut self, notify: &mut impl FnMut(Notice)) {
+    fn end_search(&mut self, notify: &mut dyn FnMut(Notice)) {
         let Some(FoundHeading { filter, sector, sigma_rad }) = self.search.found() else { return };
         let time = filter.state.time;
         self.filter.continue_from(filter);
@@ -444,7 +463,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         &mut self,
         fix: &Fix,
         trace: &mut impl Trace<T, N>,
-        notify: &mut impl FnMut(Notice),
+        notify: &mut dyn FnMut(Notice),
     ) {
         let filter = &mut self.filter;
         let heading = ATTITUDE + 2;
@@ -477,14 +496,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         time: Time,
         angles: EulerAngles,
         trace: &mut impl Trace<T, N>,
-        notify: &mut impl FnMut(Notice),
+        notify: &mut dyn FnMut(Notice),
     ) {
         let yaw_rad = angles.yaw_rad + self.config.alignment.attitude_declination_rad;
         let reference = Rotation::of_angles(EulerAngles { yaw_rad, ..angles });
-        let result =
-            self.navigating().and_then(|filter| filter.update_attitude(time, reference, trace));
-        self.watch_from(&result);
-        notify(Notice::of_update(time, Aid::Attitude, result));
+        let mut report = Report::default();
+        let result = self
+            .navigating()
+            .and_then(|filter| filter.take_in_attitude(time, reference, &mut report, trace));
+        self.watch_from(&report);
+        notify(Notice::of_report(time, Aid::Attitude, result, &report));
     }
 
     #[inline(never)]
@@ -493,7 +514,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         time: Time,
         field_gauss: Vector<Body>,
         trace: &mut impl Trace<T, N>,
-        notify: &mut impl FnMut(Notice),
+        notify: &mut dyn FnMut(Notice),
     ) {
         if !self.config.aiding.magnetometer {
             return;
@@ -502,13 +523,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let result = self.navigating().and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
         });
-        self.watch_from(&result);
+        if let Ok(report) = &result {
+            self.watch_from(report);
+        }
         notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
 
     /// Begins anew to watch the heading where the attitude was opened for a measured one.
-    fn watch_from(&mut self, result: &Result<Report, Unusable>) {
-        if matches!(result, Ok(report) if report.any_reopened()) {
+    fn watch_from(&mut self, report: &Report) {
+        if report.any_reopened() {
             self.search.watch(self.filter.state.body_to_ned);
         }
     }

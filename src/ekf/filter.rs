@@ -323,45 +323,48 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         } else {
             self.step(sample.time, &increment, trace)
         };
-        if !stepped {
+        let Some(ground) = stepped else {
             self.reset_covariance();
             trace.reset(0..N);
             return Ok(Prediction::Reset(ResetCause::Diverged));
-        }
-        let local = Local::about(&self.state.position);
-        let ground = local.earth_rate_radps + local.transport_rate(self.state.velocity_mps);
+        };
         let rate = increment.angular_rate(&motion, &errors);
         self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
         Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }
 
-    /// One step of the mechanization and of the covariance; false, the state as it was but for its time,
-    /// where it would lead off the Earth.
-    fn step(&mut self, time: Time, increment: &Increment<T>, trace: &mut impl Trace<T, N>) -> bool {
+    /// One step of the mechanization and of the covariance. Gives how fast NED turned, rad/s; none, the
+    /// state as it was but for its time, where it would lead off the Earth.
+    fn step(
+        &mut self,
+        time: Time,
+        increment: &Increment<T>,
+        trace: &mut impl Trace<T, N>,
+    ) -> Option<Vector<Ned, T>> {
         let before = self.state;
         let advance = self.state.advance(time, increment);
         if !self.state.is_valid() {
             self.state = NavState { time, ..before };
-            return false;
+            return None;
         }
         let transition = self.transition(increment, &advance, before.body_to_ned);
         self.propagate(&transition, trace);
         self.history.push(time, increment, &advance);
         let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.stuck);
         self.samples.force_sum.add(advance.from_specific_force_mps, whole);
-        true
+        Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }
 
-    /// Over a gap: the state coasts, and the covariance opens by what the vehicle can have done; false
-    /// as in [`step`](Self::step).
-    fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> bool {
+    /// Over a gap: the state coasts, and the covariance opens by what the vehicle can have done. Gives what
+    /// [`step`](Self::step) does.
+    fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> Option<Vector<Ned, T>> {
         let before = self.state;
         let interval_s = time.seconds_since(self.state.time);
         self.gates.doubt_filter(time);
         let rotation_rad = self.state.coast(time, self.angular_rate_radps);
         if !self.state.is_valid() {
             self.state = NavState { time, ..before };
-            return false;
+            return None;
         }
         let transition = self.coasting(interval_s);
         self.propagate(&transition, trace);
@@ -371,7 +374,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.history.clear();
         self.history.coast(time, interval_s, rotation_rad);
         self.samples.force_sum.add(Vector::ZERO, false);
-        true
+        let local = Local::about(&self.state.position);
+        Some(local.earth_rate_radps + local.transport_rate(self.state.velocity_mps))
     }
 
     pub(super) fn propagate(
@@ -387,8 +391,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     fn decay(&mut self, relaxation: &Relaxation<T, N>) {
-        for (parameter, &decay) in self.parameters.iter_mut().zip(&relaxation.decay).skip(GYRO_BIAS)
-        {
+        let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
+        let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);
+        for (parameter, &decay) in parameters.iter_mut().zip(decays) {
             *parameter = *parameter * decay;
         }
     }

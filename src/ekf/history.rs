@@ -18,9 +18,9 @@ const CAPACITY: usize = 51;
 /// least half a second whatever the sample rate.
 const ENTRY_S: f64 = 0.0101;
 
-/// Acceleration is taken over this long to either side of a moment, s: shorter than a vehicle's own
+/// Acceleration is taken over this long to either side of a moment, ns: shorter than a vehicle's own
 /// motion. It must not lag, or what is left of other errors of time shows as one of the GPS.
-const ACCELERATION_S: f64 = 0.06;
+const ACCELERATION_NS: i64 = 60_000_000;
 
 /// What happened between two moments.
 #[derive(Clone, Copy, Debug)]
@@ -235,6 +235,9 @@ impl<T: Scalar> History<T> {
             force_m: Vector::ZERO,
             turn_s: [[T::ZERO; 3]; 3],
         };
+        // Whole nanoseconds compare at once; as seconds each would have to be converted.
+        let [earliest, latest] = [-ACCELERATION_NS, ACCELERATION_NS]
+            .map(|away| Time::from_nanoseconds(time.nanoseconds().saturating_add(away)));
         let mut travel_m = Vector::ZERO;
         let mut entries = self.newest_first();
         let mut change = Change::default();
@@ -244,16 +247,14 @@ impl<T: Scalar> History<T> {
             let share = (left_s / entry.interval_s).min(T::ONE);
             travel_m += back.step(entry, share);
             // What is stepped over in part counts whole, with the attitude about which it lies.
-            if back.state.time.seconds_since::<T>(time) <= T::of(ACCELERATION_S) {
+            if back.state.time <= latest {
                 change.add(&back.state, entry);
             }
             if back.state.time <= time || share < T::ONE {
                 let mut earlier = back.state;
                 let rest = entry.motion.rotation_rad * -(T::ONE - share);
                 earlier.body_to_ned = earlier.body_to_ned.turned_in_from(rest);
-                for entry in entries
-                    .take_while(|entry| time.seconds_since::<T>(entry.end) <= T::of(ACCELERATION_S))
-                {
+                for entry in entries.take_while(|entry| entry.end >= earliest) {
                     let rotation_rad = entry.motion.rotation_rad;
                     earlier.body_to_ned = earlier.body_to_ned.turned_in_from(-rotation_rad);
                     change.add(&earlier, entry);

@@ -94,6 +94,19 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
         (two * (w * z + x * y)).atan2(T::ONE - two * (y * y + z * z))
     }
 
+    /// Sine and cosine of [`heading_rad`](Self::heading_rad), without an angle in between.
+    #[must_use]
+    pub fn heading_sincos(self) -> (T, T) {
+        if is_upright(self.sin_pitch()) {
+            return self.heading_rad().sincos();
+        }
+        let [x, y, z, w] = self.to_array();
+        let two = T::of(2.0);
+        let (east, north) = (two * (w * z + x * y), T::ONE - two * (y * y + z * z));
+        let level = (east * east + north * north).sqrt();
+        (east / level, north / level)
+    }
+
     fn sin_pitch(self) -> T {
         let [x, y, z, w] = self.to_array();
         let sine = T::of(2.0) * (w * y - x * z);

@@ -109,6 +109,20 @@ mod tests {
     }
 
     #[test]
+    fn sine_and_cosine_of_the_heading_are_those_of_its_angle() {
+        for pitch in [-FRAC_PI_2, -1.5, 0.0, 0.3, FRAC_PI_2] {
+            for yaw in [-3.0, -0.1, 0.0, 1.6, 2.9] {
+                let angles = EulerAngles { roll_rad: 0.3, pitch_rad: pitch, yaw_rad: yaw };
+                let attitude = Rotation::<Body, Ned>::from_euler(angles);
+                let (sine, cosine) = attitude.heading_sincos();
+                let heading = attitude.heading_rad();
+                assert!((sine - libm::sin(heading)).abs() < 1e-12, "{pitch} {yaw}");
+                assert!((cosine - libm::cos(heading)).abs() < 1e-12, "{pitch} {yaw}");
+            }
+        }
+    }
+
+    #[test]
     fn half_a_turn_wraps_to_plus_pi() {
         assert_eq!(wrap_angle(-PI), PI);
         assert_eq!(wrap_angle(PI), PI);

@@ -316,13 +316,11 @@ impl<T: Scalar> Triad<T> {
                 hidden += *now * interval_s * interval_s;
             }
             // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
-            *variance = hidden
-                + number(0.5) * usual.max(*now) * late_s * late_s
-                + if late_s > T::ZERO {
-                    bend * bend * late_s * late_s / number(36.0)
-                } else {
-                    T::ZERO
-                };
+            if late_s > T::ZERO {
+                let shaken = number(0.5) * usual.max(*now) + bend * bend / number(36.0);
+                hidden += shaken * late_s * late_s;
+            }
+            *variance = hidden;
         }
         // An axis that nothing ever moved is none.
         let mut stuck_s = self.repetition.push(sample.to_array(), interval_s);

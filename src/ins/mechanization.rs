@@ -110,7 +110,8 @@ impl<T: Scalar> NavState<T> {
         let interval_s: T = time.seconds_since(self.time);
         self.position =
             Local::about(&self.position).carried(&self.position, self.velocity_mps * interval_s);
-        let lasting_s = T::of(RATE_MEMORY_S * -libm::expm1(-interval_s.wide() / RATE_MEMORY_S));
+        let lasting_s =
+            T::of(RATE_MEMORY_S * (1.0 - libm::exp(-interval_s.wide() / RATE_MEMORY_S)));
         let rotation_rad = angular_rate_radps * lasting_s;
         self.body_to_ned = self.body_to_ned.turned_in_from(rotation_rad).renormalised();
         self.time = time;

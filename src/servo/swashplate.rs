@@ -2,6 +2,7 @@
 
 use super::config::{ChannelConfig, ConfigError, within};
 use crate::controls::{Channel, Channels, Sticks};
+use crate::scalar::Scalar;
 
 /// How the servos carry the swashplate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -152,12 +153,12 @@ impl Swashplate {
     pub fn servos(&self, sticks: Sticks) -> Sticks {
         let collective = sticks.collective.max(self.lowest_collective).min(self.highest_collective);
         let Some(side_rad) = self.kind.side_rad() else { return Sticks { collective, ..sticks } };
-        let (sin_phase, cos_phase) = libm::sincos(self.phase_deg.to_radians());
+        let (sin_phase, cos_phase) = self.phase_deg.to_radians().sincos();
         let (right, front) =
             (self.lateral * sticks.lateral, self.longitudinal * sticks.longitudinal);
         let (right, front) =
             (cos_phase * right + sin_phase * front, cos_phase * front - sin_phase * right);
-        let (sin, cos) = libm::sincos(side_rad);
+        let (sin, cos) = side_rad.sincos();
         let all = self.collective * collective;
         Sticks {
             longitudinal: all - front,
@@ -175,12 +176,12 @@ impl Swashplate {
     #[must_use]
     pub fn sticks(&self, servos: Sticks) -> Sticks {
         let Some(side_rad) = self.kind.side_rad() else { return servos };
-        let (sin, cos) = libm::sincos(side_rad);
+        let (sin, cos) = side_rad.sincos();
         let right = (servos.lateral - servos.collective) / (2.0 * sin);
         let sides = 0.5 * (servos.lateral + servos.collective);
         let front = (sides - servos.longitudinal) / (1.0 + cos);
         let all = servos.longitudinal + front;
-        let (sin_phase, cos_phase) = libm::sincos(self.phase_deg.to_radians());
+        let (sin_phase, cos_phase) = self.phase_deg.to_radians().sincos();
         Sticks {
             lateral: (cos_phase * right - sin_phase * front) / self.lateral,
             longitudinal: (cos_phase * front + sin_phase * right) / self.longitudinal,

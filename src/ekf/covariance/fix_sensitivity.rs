@@ -98,15 +98,15 @@ impl<T: Scalar> FixSensitivity<T> {
         projected: &mut [[T; N]; MOST],
         seen: &mut [[T; MOST]; MOST],
     ) {
+        // One after the other: the numbers of both together are more than there are registers.
+        let [a, b, c, d, e, f] = projected;
         for state in 0..N {
             let at = |of: usize| covariance.value(of, state);
-            let [a, b, c] = self.velocity::<L, N>(&at);
-            let [d, e, f] = self.position::<L, N>(&at);
-            for (projected, value) in projected.iter_mut().zip([a, b, c, d, e, f]) {
-                if let Some(projected) = projected.get_mut(state) {
-                    *projected = value;
-                }
-            }
+            [a[state], b[state], c[state]] = self.velocity::<L, N>(&at);
+        }
+        for state in 0..N {
+            let at = |of: usize| covariance.value(of, state);
+            [d[state], e[state], f[state]] = self.position::<L, N>(&at);
         }
         for (behind, projected) in projected.iter().enumerate() {
             let at = |of: usize| projected.get(of).copied().unwrap_or(T::ZERO);

@@ -50,8 +50,8 @@ pub struct Joint<'a, L, T, const N: usize> {
     seen: [[T; MOST]; MOST],
     /// What is left of each innovation after those before it.
     innovations: [T; MOST],
-    /// The innovation variance of those taken in that the covariance does not know of yet, zero of all
-    /// others.
+    /// The one-sigma of the innovations of those taken in that the covariance does not know of yet, zero of
+    /// all others.
     pending: [T; MOST],
     /// What those taken in make of the state, as far as they are settled.
     correction: [T; N],
@@ -88,7 +88,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         };
         for b in first..MOST {
             let Some(sensitivity) = each[b] else { continue };
-            self.projected[b] = covariance.project_on(sensitivity);
+            covariance.project_on(sensitivity, &mut self.projected[b]);
             for (row, other) in self.seen.iter_mut().zip(each).take(b + 1).skip(first) {
                 if let Some(other) = other {
                     row[b] = other.dot(&self.projected[b]);
@@ -105,6 +105,12 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         if variance >= T::ZERO { variance } else { T::ZERO }
     }
 
+    /// One-sigma of the innovation of a measurement of variance `noise` after those taken in.
+    #[must_use]
+    pub fn sigma(&self, index: usize, noise: T) -> T {
+        (self.variance(index) + noise).sqrt()
+    }
+
     /// What is left of a measurement's innovation after those taken in.
     #[must_use]
     pub fn innovation(&self, index: usize) -> T {
@@ -117,7 +123,8 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         &self.correction
     }
 
-    /// Takes in a measurement of variance `noise`.
+    /// Takes in a measurement of variance `noise`, whose innovation is of one-sigma `sigma`, that of
+    /// [`sigma`](Self::sigma): a root is not drawn twice.
     ///
     /// With v = P Hᵀ and the innovation variance S, the covariance becomes P − v vᵀ / S once it is
     /// settled: one symmetric term. In it rounding grows by S over the noise, so a measurement that
@@ -131,6 +138,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         covariance: &mut Covariance<T, N>,
         index: usize,
         noise: T,
+        sigma: T,
         told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let variance = self.variance(index);
@@ -144,8 +152,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             return;
         }
         let index = index.min(MOST - 1);
-        let innovation_variance = variance + noise;
-        let inverse = T::ONE / innovation_variance;
+        let inverse = T::ONE / (sigma * sigma);
         let own = self.seen[index];
         let innovation = self.innovations[index];
         for b in index + 1..MOST {
@@ -159,7 +166,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
                 self.seen[b][c] -= share * own[c];
             }
         }
-        self.pending[index] = innovation_variance;
+        self.pending[index] = sigma;
     }
 
     // Rare, and with a frame of its own.
@@ -198,51 +205,38 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         covariance: &mut Covariance<T, N>,
         told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
-        let mut waiting = [0; MOST];
-        let mut count = 0;
-        for (index, &variance) in self.pending.iter().enumerate() {
-            if variance > T::ZERO
-                && let Some(slot) = waiting.get_mut(count)
-            {
-                *slot = index;
-                count += 1;
-            }
-        }
-        let waiting = waiting.get(..count).unwrap_or_default();
-        match count {
-            0 => return,
-            1 => self.settle_in::<1>(covariance, waiting, told),
-            2 | 3 => self.settle_in::<3>(covariance, waiting, told),
-            _ => self.settle_in::<MOST>(covariance, waiting, told),
+        match self.pending.iter().rposition(|&sigma| sigma > T::ZERO) {
+            None => return,
+            Some(0) => self.settle_first::<1>(covariance, told),
+            Some(1 | 2) => self.settle_first::<3>(covariance, told),
+            Some(_) => self.settle_first::<MOST>(covariance, told),
         }
         self.pending = [T::ZERO; MOST];
     }
 
-    /// [`settle`](Self::settle)s those `waiting`, at most `K`.
+    /// [`settle`](Self::settle)s the first `K`; what waits for nothing among them has no share in it.
     #[inline(always)]
-    fn settle_in<const K: usize>(
+    fn settle_first<const K: usize>(
         &mut self,
         covariance: &mut Covariance<T, N>,
-        waiting: &[usize],
         told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
+        // In units of the innovations' one-sigmas, in which nothing is left to be divided by.
         let mut shares = [[T::ZERO; K]; K];
         let (mut inverses, mut moves) = ([T::ZERO; K], [T::ZERO; K]);
-        for (slot, &index) in waiting.iter().enumerate().take(K) {
-            let index = index.min(MOST - 1);
-            // What was refused leaves a place free.
-            if slot != index {
-                self.projected[slot] = self.projected[index];
-            }
-            let inverse = T::ONE / self.pending[index];
-            (inverses[slot], moves[slot]) = (inverse, inverse * self.innovations[index]);
-            for (share, &behind) in shares[slot].iter_mut().zip(waiting) {
-                *share = self.seen[index][behind.min(MOST - 1)] * inverse;
-            }
-        }
         let Some(projected) = self.projected.first_chunk_mut::<K>() else { return };
-        for unused in projected.iter_mut().skip(waiting.len()) {
-            *unused = [T::ZERO; N];
+        for index in 0..K.min(MOST) {
+            if self.pending[index] > T::ZERO {
+                let inverse = T::ONE / self.pending[index];
+                (inverses[index], moves[index]) = (inverse, inverse * self.innovations[index]);
+                for (behind, share) in shares[index].iter_mut().enumerate().skip(index + 1) {
+                    if self.pending[behind.min(MOST - 1)] > T::ZERO {
+                        *share = self.seen[index][behind.min(MOST - 1)] * inverse;
+                    }
+                }
+            } else {
+                projected[index] = [T::ZERO; N];
+            }
         }
         // Each less what those before it know.
         #[expect(
@@ -257,32 +251,34 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
                     let known = shares[before][behind] * left[before];
                     left[behind] -= known;
                 }
+                left[behind] = left[behind] * inverses[behind];
                 correction += left[behind] * moves[behind];
                 projected[behind][state] = left[behind];
             }
             self.correction[state] = correction;
         }
-        for ((&index, projected), &inverse) in waiting.iter().zip(projected.iter()).zip(&inverses) {
-            let index = index.min(MOST - 1);
-            let innovation_variance = self.pending[index];
-            let gain = Gain { gain: projected.map(|value| value * inverse), innovation_variance };
-            told(index, &gain, self.innovations[index]);
+        for (index, (projected, &inverse)) in projected.iter().zip(&inverses).enumerate() {
+            let sigma = self.pending[index.min(MOST - 1)];
+            if sigma > T::ZERO {
+                let gain = projected.map(|value| value * inverse);
+                let gain = Gain { gain, innovation_variance: sigma * sigma };
+                told(index, &gain, self.innovations[index.min(MOST - 1)]);
+            }
         }
-        covariance.subtract_squares(projected, &inverses);
+        covariance.subtract_squares(projected);
     }
 }
 
 impl<T: Scalar, const N: usize> Covariance<T, N> {
-    /// P ← P − Σ v vᵀ f over vectors v with their factors f: upper triangle, and its mirror, in squares of
-    /// two, which are what vector instructions turn.
+    /// P ← P − Σ v vᵀ over vectors v: upper triangle, and its mirror, in squares of two, which are what
+    /// vector instructions turn.
     #[inline(always)]
-    fn subtract_squares<const K: usize>(&mut self, vectors: &[[T; N]; K], factors: &[T; K]) {
+    fn subtract_squares<const K: usize>(&mut self, vectors: &[[T; N]; K]) {
         let p = &mut self.rows;
         for above in 0..N / 2 {
             let i = 2 * above;
-            let scaled: [[T; 2]; K] = core::array::from_fn(|term| {
-                [vectors[term][i] * factors[term], vectors[term][i + 1] * factors[term]]
-            });
+            let own: [[T; 2]; K] =
+                core::array::from_fn(|term| [vectors[term][i], vectors[term][i + 1]]);
             for left in above..N / 2 {
                 let j = 2 * left;
                 // True of every pair: said where optimising for size would not find out.
@@ -290,10 +286,10 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                     break;
                 }
                 let mut square = [[p[i][j], p[i][j + 1]], [p[i + 1][j], p[i + 1][j + 1]]];
-                for (v, scaled) in vectors.iter().zip(&scaled) {
-                    for (line, &scaled) in square.iter_mut().zip(scaled) {
-                        line[0] -= scaled * v[j];
-                        line[1] -= scaled * v[j + 1];
+                for (v, own) in vectors.iter().zip(&own) {
+                    for (line, &own) in square.iter_mut().zip(own) {
+                        line[0] -= own * v[j];
+                        line[1] -= own * v[j + 1];
                     }
                 }
                 let [[a, b], [c, d]] = square;
@@ -302,7 +298,6 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 (p[i][j], p[i][j + 1]) = (a, b);
                 (p[i + 1][j], p[i + 1][j + 1]) = (c, d);
             }
-            p[i + 1][i] = p[i][i + 1];
         }
     }
 }

@@ -161,7 +161,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
             let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude::<L>(&at, axis));
             let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity::<L>(&at, axis));
             let position: [T; 3] = core::array::from_fn(|axis| {
-                at(POSITION + axis) + half * at(VELOCITY + axis) + half * velocity[axis]
+                at(POSITION + axis) + half * (at(VELOCITY + axis) + velocity[axis])
             });
             for axis in 0..3 {
                 p[ATTITUDE + axis][column] = attitude[axis];
@@ -189,7 +189,11 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         for i in (0..POSITION).rev() {
             let at = |state: usize| p[i][state];
             let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity::<L>(&at, axis));
-            let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude::<L>(&at, axis));
+            let attitude: [T; 3] = if i < VELOCITY {
+                core::array::from_fn(|axis| step.attitude::<L>(&at, axis))
+            } else {
+                [T::ZERO; 3]
+            };
             for axis in 0..3 {
                 let value = p[i][POSITION + axis] + half * (p[i][VELOCITY + axis] + velocity[axis]);
                 p[POSITION + axis][i] = value;

@@ -234,7 +234,8 @@ proptest! {
             prop_assert!((joint.innovation(n) - left).abs() < 1e-6 * scale, "{} {left}", joint.innovation(n));
             if taken[n] {
                 let gain = expected * h / (variance + noise);
-                joint.take_in(&mut covariance, n, noise, &mut told);
+                let sigma = joint.sigma(n, noise);
+                joint.take_in(&mut covariance, n, noise, sigma, &mut told);
                 state += gain * left;
                 gains.push(gain);
                 expected = joseph(&expected, &h, noise);
@@ -304,7 +305,8 @@ fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
                 let one = [Some(&sensitivity), None, None, None, None, None];
                 let mut joint = Joint::<Base, f32, 16>::new(Sensitivities::Each(one), [0.0; MOST]);
                 joint.project(&covariance, 0);
-                joint.take_in(&mut covariance, 0, noise, &mut |_, _, _| {});
+                let sigma = joint.sigma(0, noise);
+                joint.take_in(&mut covariance, 0, noise, sigma, &mut |_, _, _| {});
                 joint.settle(&mut covariance, &mut |_, _, _| {});
             }
         }

@@ -5,7 +5,7 @@
 )]
 
 use super::super::scalar::Scalar;
-use super::{Covariance, Sensitivity, add_scaled};
+use super::{Covariance, Sensitivity};
 
 /// What a scalar update did, for the log and the smoother.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// P Hᵀ and H P Hᵀ of a scalar measurement.
     #[must_use]
     pub fn project(&self, sensitivity: &Sensitivity<T>) -> ([T; N], T) {
-        let projected = self.project_on(sensitivity);
+        let mut projected = [T::ZERO; N];
+        self.project_on(sensitivity, &mut projected);
         let variance = sensitivity.dot(&projected);
         (projected, variance)
     }
@@ -28,27 +29,18 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// P Hᵀ of a scalar measurement: a sum of rows, four at a time, so that the sum is not written and read
     /// again after each.
     #[inline(always)]
-    pub(super) fn project_on(&self, sensitivity: &Sensitivity<T>) -> [T; N] {
-        let mut projected = [T::ZERO; N];
-        let (states, derivatives) = sensitivity.parts();
+    pub(super) fn project_on(&self, sensitivity: &Sensitivity<T>, projected: &mut [T; N]) {
         let row = |state: u8| self.rows.get(usize::from(state));
-        for (states, derivatives) in states.chunks(4).zip(derivatives.chunks(4)) {
-            if let (&[a, b, c, d], &[by_a, by_b, by_c, by_d]) = (states, derivatives)
-                && let (Some(a), Some(b), Some(c), Some(d)) = (row(a), row(b), row(c), row(d))
-            {
-                for ((((sum, &a), &b), &c), &d) in projected.iter_mut().zip(a).zip(b).zip(c).zip(d)
-                {
-                    *sum = *sum + by_a * a + by_b * b + by_c * c + by_d * d;
-                }
+        for (place, ([a, b, c, d], &[by_a, by_b, by_c, by_d])) in sensitivity.fours().enumerate() {
+            let [Some(a), Some(b), Some(c), Some(d)] = [row(*a), row(*b), row(*c), row(*d)] else {
                 continue;
-            }
-            for (&state, &derivative) in states.iter().zip(derivatives) {
-                if let Some(row) = row(state) {
-                    add_scaled(&mut projected, derivative, row);
-                }
+            };
+            let rows = a.iter().zip(b).zip(c).zip(d);
+            for (sum, (((&a, &b), &c), &d)) in projected.iter_mut().zip(rows) {
+                let before = if place == 0 { T::ZERO } else { *sum };
+                *sum = before + by_a * a + by_b * b + by_c * c + by_d * d;
             }
         }
-        projected
     }
 
     /// Takes in one scalar measurement of variance `noise`, whose [`project`](Self::project)ion is

@@ -16,7 +16,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         &mut self,
         reading: &RangeReading,
         trace: &mut impl Trace<T, N>,
-        notify: &mut impl FnMut(Notice),
+        notify: &mut dyn FnMut(Notice),
     ) {
         if !self.config.aiding.rangefinder {
             return;
@@ -33,7 +33,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         &mut self,
         reading: &AntennaHeading,
         trace: &mut impl Trace<T, N>,
-        notify: &mut impl FnMut(Notice),
+        notify: &mut dyn FnMut(Notice),
     ) {
         if !self.config.aiding.second_antenna {
             return;

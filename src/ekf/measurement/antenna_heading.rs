@@ -98,7 +98,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE),
             ..ScalarMeasurement::new(channel, T::of(off_rad), T::of(noise))
         });
-        Ok(self.update_sequentially(time, &axes, trace))
+        let mut report = Report::default();
+        self.update_sequentially(time, &axes, &mut report, trace);
+        Ok(report)
     }
 
     /// How old a reading is, s, that was true at `time`.

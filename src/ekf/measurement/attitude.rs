@@ -25,14 +25,26 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         reference: Rotation<Body, Ned, T>,
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
-        let (sin, cos) = self.state.body_to_ned.heading_rad().sincos();
+        let mut report = Report::default();
+        self.take_in_attitude(time, reference, &mut report, trace).map(|()| report)
+    }
+
+    /// [`update_attitude`](Self::update_attitude), told in the empty `report`.
+    pub(in super::super) fn take_in_attitude(
+        &mut self,
+        time: Time,
+        reference: Rotation<Body, Ned, T>,
+        report: &mut Report,
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<(), Unusable> {
+        let (sin, cos) = self.state.body_to_ned.heading_sincos();
         let down = [T::ZERO, T::ZERO, T::ONE];
         let axes = [
             (Channel::Roll, [cos, sin, T::ZERO], [cos, sin, T::ZERO]),
             (Channel::Pitch, [-sin, cos, T::ZERO], [-sin, cos, T::ZERO]),
             (Channel::Yaw, down, down),
         ];
-        self.update_reference(time, reference, &axes, trace)
+        self.update_reference(time, reference, &axes, report, trace)
     }
 
     /// Compares a reference about some axes: each with its channel, its sensitivity to the attitude
@@ -42,8 +54,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         time: Time,
         reference: Rotation<Body, Ned, T>,
         axes: &[(Channel, [T; 3], [T; 3])],
+        report: &mut Report,
         trace: &mut impl Trace<T, N>,
-    ) -> Result<Report, Unusable> {
+    ) -> Result<(), Unusable> {
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)?;
         if !reference.is_finite() {
             return Err(Unusable::NotFinite);
@@ -85,10 +98,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             sensitivity.add_block(ATTITUDE, seen);
             sensitivity.add_block(first, direction);
         }
-        let mut report = self.update_sequentially(time, &scalars, trace);
+        self.update_sequentially(time, &scalars, report, trace);
         if let Some(off) = lost {
             report.was_taken(axes.iter().map(|axis| off.dot(axis.2.into()).wide()));
         }
-        Ok(report)
+        Ok(())
     }
 }

@@ -45,6 +45,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             noise: square(T::of(self.config.baro.noise_m)),
             sensitivity: Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE),
         });
-        Ok(self.update_sequentially(time, &scalars, trace))
+        let mut report = Report::default();
+        self.update_sequentially(time, &scalars, &mut report, trace);
+        Ok(report)
     }
 }

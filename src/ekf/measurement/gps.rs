@@ -67,23 +67,26 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         fix: &Fix,
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
-        self.take_in_gps(fix, true, trace)
+        let mut report = Report::default();
+        self.take_in_gps(fix, true, &mut report, trace).map(|()| report)
     }
 
     /// [`update_gps`](Self::update_gps) with a fix that another filter, which had these samples, was the
     /// first to take in.
     pub(in super::super) fn update_gps_again(&mut self, fix: &Fix) -> Result<Report, Unusable> {
-        self.take_in_gps(fix, false, &mut ())
+        let mut report = Report::default();
+        self.take_in_gps(fix, false, &mut report, &mut ()).map(|()| report)
     }
 
-    /// [`update_gps`](Self::update_gps); `news` says whether the watch over the samples has yet to hear of
-    /// the fix.
-    fn take_in_gps(
+    /// [`update_gps`](Self::update_gps), told in the empty `report`; `news` says whether the watch over the
+    /// samples has yet to hear of the fix.
+    pub(in super::super) fn take_in_gps(
         &mut self,
         fix: &Fix,
         news: bool,
+        report: &mut Report,
         trace: &mut impl Trace<T, N>,
-    ) -> Result<Report, Unusable> {
+    ) -> Result<(), Unusable> {
         if !fix.is_finite() {
             return Err(Unusable::NotFinite);
         }
@@ -115,10 +118,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let ([n, e, d], position) = self.position_axes(fix, position_then, &noise);
         let sensitivity = FixSensitivity { velocity, position, age_s: position_then.age_s };
         let axes = [vn, ve, vd, n, e, d];
-        let mut report = self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), trace);
-        self.learn_gps(&report);
+        self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
+        self.learn_gps(report);
         // What clipping or a gap has left is in the velocity, and no step of a bias.
-        let stepped = self.excess.learn(fix.time, &report);
+        let stepped = self.excess.learn(fix.time, report);
         let otherwise = self.gates.doubts_filter(fix.time)
             || self.gates.are_astray()
             || (self.gates.were_reopened(fix.time) && !stepped.far);
@@ -126,7 +129,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.doubt_biases(stepped, trace);
             report.biases_doubted = true;
         }
-        Ok(report)
+        Ok(())
     }
 
     /// Tells the gates whether the accelerometers deny what the fixes' velocity has done.

@@ -64,7 +64,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             noise: square(T::of(model.noise_rad)),
             sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE).with(first, T::ONE),
         });
-        let mut report = self.update_sequentially(time, &axes, trace);
+        let mut report = Report::default();
+        self.update_sequentially(time, &axes, &mut report, trace);
         if lost {
             report.was_taken([off.wide()]);
         }

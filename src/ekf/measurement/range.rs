@@ -179,7 +179,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             sensitivity,
             ..ScalarMeasurement::new(channel, T::of(innovation), T::of(noise))
         });
-        Ok(self.update_sequentially(time, &scalars, trace))
+        let mut report = Report::default();
+        self.update_sequentially(time, &scalars, &mut report, trace);
+        Ok(report)
     }
 
     /// Lets the height of the ground be less sure.

@@ -99,6 +99,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 sensitivity: Sensitivity::default().with(VELOCITY + axis, T::ONE),
             });
         }
-        Some(self.update_sequentially(self.state.time, &axes, trace))
+        let mut report = Report::default();
+        self.update_sequentially(self.state.time, &axes, &mut report, trace);
+        Some(report)
     }
 }

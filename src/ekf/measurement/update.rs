@@ -44,17 +44,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &mut self,
         time: Time,
         axes: &[Option<ScalarMeasurement<T>>; 6],
+        report: &mut Report,
         trace: &mut impl Trace<T, N>,
-    ) -> Report {
+    ) {
         let sensitivities = axes.each_ref().map(|axis| axis.as_ref().map(|axis| &axis.sensitivity));
         let compared = axes.each_ref().map(|axis| {
             let &ScalarMeasurement { channel, group, innovation, noise, .. } = axis.as_ref()?;
             Some(Compared { channel, group, innovation, noise })
         });
-        self.compare(time, &compared, Sensitivities::Each(sensitivities), trace)
+        self.compare(time, &compared, Sensitivities::Each(sensitivities), report, trace);
     }
 
-    /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole.
+    /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole. What became of
+    /// them goes into the empty `report`, where it is wanted: it is large, and a copy takes its time.
     ///
     /// # Source
     /// Equation (K8) of docs/equations.md.
@@ -65,9 +67,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         time: Time,
         axes: &[Option<Compared<T>>; 6],
         sensitivities: Sensitivities<'_, T>,
+        report: &mut Report,
         trace: &mut impl Trace<T, N>,
-    ) -> Report {
-        let mut report = Report::default();
+    ) {
         let innovations =
             axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.innovation));
         let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.group));
@@ -100,7 +102,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 sum += normalised;
             }
             let leans = group.is_height() && {
-                let sigma = (joint.variance(members.start) + noise[members.start]).sqrt();
+                let sigma = joint.sigma(members.start, noise[members.start]);
                 let normalised = joint.innovation(members.start) / sigma;
                 self.gates.leans(group, time, normalised.wide())
             };
@@ -123,10 +125,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             for index in members {
                 let Some(channel) = axes[index].as_ref().map(|axis| axis.channel) else { continue };
                 let innovation = joint.innovation(index).wide();
-                let sigma = (joint.variance(index) + noise[index]).sqrt().wide();
+                let sigma = joint.sigma(index, noise[index]);
                 if verdict != Verdict::Rejected {
-                    joint.take_in(&mut self.covariance, index, noise[index], &mut told);
+                    joint.take_in(&mut self.covariance, index, noise[index], sigma, &mut told);
                 }
+                let sigma = sigma.wide();
                 report.push(Innovation { time, channel, innovation, sigma, verdict });
             }
         }
@@ -135,7 +138,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if report.covariance_reset {
             trace.reset(0..N);
         }
-        report
     }
 
     /// Opens the states an axis speaks of by the size of its innovation.

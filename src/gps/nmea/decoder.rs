@@ -8,6 +8,7 @@ use crate::frames::{Ned, Vector};
 use crate::gps::cycle::{Cycle, Kinds};
 use crate::gps::receiver_fix::plausible_height;
 use crate::gps::{DilutionOfPrecision, MessageCounts, ReceiverFix, ReceiverTime};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// A line silent for longer than this is between two epochs: 10 Hz leaves 100 ms for both, and a
@@ -203,7 +204,7 @@ impl Decoder {
         {
             fix.ground_speed_mps = Some(speed_mps);
             if let Some(direction_rad) = direction_rad {
-                let (sine, cosine) = libm::sincos(direction_rad);
+                let (sine, cosine) = direction_rad.sincos();
                 fix.horizontal_velocity_mps = Some([speed_mps * cosine, speed_mps * sine]);
             } else if speed_mps == 0.0 {
                 fix.horizontal_velocity_mps = Some([0.0, 0.0]);
