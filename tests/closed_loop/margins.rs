@@ -1,15 +1,24 @@
 //! What the loops can stand.
 
-use hovernav_design::hover::HoverDesign;
+use hovernav_design::hover::{Cut, FlightMode, HoverDesign, Wanted};
+use hovernav_design::{CheckedDesign, Margins};
 use hovernav_model::{StateSpace, shipped};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Every loop broken at its actuator, all others closed.
+/// Every loop broken at its actuator, all others closed, in every mode that flies.
 #[track_caller]
 fn assert_margins(design: &HoverDesign, model: &StateSpace) {
     let gains = design.synthesise(model).unwrap();
-    let margins = design.close(model, &gains).unwrap().margins().unwrap();
+    for mode in FlightMode::ALL {
+        println!("holding {}", mode.name());
+        let closed = design.close_in(model, &gains, mode, Cut::Actuators).unwrap();
+        assert_channels(model, &closed.margins().unwrap());
+    }
+}
+
+#[track_caller]
+fn assert_channels(model: &StateSpace, margins: &Margins) {
     assert_eq!(margins.channels.len(), 4);
     for channel in &margins.channels {
         let db = |factor: f64| (20.0 * factor.log10()).abs();
@@ -30,6 +39,20 @@ fn every_loop_of_the_60_class_has_6_db_and_45_degrees() {
 #[test]
 fn every_loop_of_the_printed_model_has_6_db_and_45_degrees() {
     assert_margins(&HoverDesign::thesis(), &shipped::thesis());
+}
+
+#[test]
+fn a_loop_with_many_modes_at_zero_and_at_one_has_poles() {
+    let mut design = HoverDesign::default();
+    let model = shipped::raptor60();
+    for theta in [20.0, 30.0, 35.0, 40.0] {
+        design.roll_pitch.states[3] = theta;
+        let gains = design.synthesise(&model).unwrap();
+        let closed = design.close_in(&model, &gains, FlightMode::Position, Cut::Actuators).unwrap();
+        let fastest =
+            closed.closed_poles().unwrap().iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+        assert!(fastest < 1.0, "{theta}: {fastest}");
+    }
 }
 
 /// `model` with every derivative off by up to `share` of it, each for itself; what is kinematics or
@@ -78,10 +101,10 @@ fn every_derivative_off_by_a_fifth_leaves_the_60_class_stable() {
 }
 
 /// The printed model has zeros in the right half plane, 0.37 ± 1.33i and 0.37 ± 4.09i, beside its
-/// unstable poles at 0.71 ± 0.08i, 0.99 and 1.04: these gains, fast enough for table 6.1, lean on where
-/// they are. Gains that leave velocity more time do not.
+/// unstable poles at 0.71 ± 0.08i, 0.99 and 1.04: these gains are fast enough for table 6.1. Gains that
+/// leave velocity more time lean on nothing.
 #[test]
-fn the_printed_model_is_fast_or_robust() {
+fn the_printed_model_is_fast_and_robust() {
     let fast = stable_of_500(&HoverDesign::thesis(), &shipped::thesis());
     let mut patient = HoverDesign::thesis();
     patient.roll_pitch.states = [10.0, 10.0, 10.0, 10.0, 0.01, 0.01];
@@ -90,5 +113,34 @@ fn the_printed_model_is_fast_or_robust() {
     patient.roll_pitch.decay_per_s = 0.0;
     let robust = stable_of_500(&patient, &shipped::thesis());
     println!("thesis: {fast} of 500 stable, {robust} with slow velocity");
-    assert!(fast >= 200 && robust >= 495, "{fast} {robust}");
+    assert!(fast >= 450 && robust >= 495, "{fast} {robust}");
+}
+
+/// What the search finds for the printed model by itself, from even weights.
+#[test]
+#[ignore = "half a minute of search"]
+fn the_weights_searched_for_the_printed_model_have_all_that_is_required() {
+    let model = shipped::thesis();
+    let even = HoverDesign::default();
+    let design = even.searched(&model, &Wanted::default()).unwrap().design;
+    let checked = CheckedDesign::new(model, design).unwrap();
+    println!("{:?}", checked.kept);
+    assert!(checked.kept.stable >= 450);
+    for (mode, margins) in &checked.modes {
+        for channel in &margins.as_ref().unwrap().channels {
+            let (db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());
+            println!("{} {}: {db:.1} dB {phase_deg:.1}°", mode.name(), channel.name);
+            assert!(db >= 6.0 && phase_deg >= 45.0, "{}: {db} dB {phase_deg}°", channel.name);
+        }
+    }
+    for response in &checked.responses {
+        let allowed_s = match response.state.as_str() {
+            "psi" | "r" => 1.0,
+            "w" => 2.0,
+            _ => 8.0,
+        };
+        let settled_s = response.recovered_s(0.02).unwrap();
+        println!("{} {settled_s:.2} s", response.state);
+        assert!(settled_s <= allowed_s, "{}: {settled_s} s", response.state);
+    }
 }

@@ -27,6 +27,10 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
         ),
         Fact::new("slowest disturbance", format!("{:.1} s", slowest.fold(0.0, f64::max))),
         Fact::new("spectral radius", format!("{:.4}", checked.spectral_radius)),
+        Fact::new(
+            "derivatives off by 20 %",
+            format!("{} of {} stable", checked.kept.stable, checked.kept.of),
+        ),
     ];
     let [lowest, highest] = checked.margins.disk_gain();
     let facts = [

@@ -31,6 +31,7 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
                 "size": response.size,
                 "settled_s": response.settled_s(),
                 "recovered_s": response.recovered_s(0.05),
+                "recovered_to_2_percent_s": response.recovered_s(0.02),
                 "stick_peaks": response.stick_peaks(),
             });
             (response.state.clone(), value)
@@ -83,6 +84,9 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
         },
         "modes": modes,
         "handling": handling,
+        "perturbed": {
+            "off": checked.kept.off, "stable": checked.kept.stable, "of": checked.kept.of,
+        },
         "at_outputs": checked.at_outputs.as_ref().map(weakest),
         "sensitivity_peak": checked.margins.sensitivity.value,
         "disturbances": disturbances(&checked.responses),

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use hovernav_design::hover::Kept;
 use hovernav_design::{
     ChannelMargins, CheckedDesign, CheckedPrintedDesign, Crossing, DesignError, Regulator,
 };
@@ -41,12 +42,18 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
         let _ =
             writeln!(text, "{name:>14}  {gain_db:>5.1} dB  {:>8}  {phase_deg:>6.1}°", "weakest");
     }
-    let _ = writeln!(text, "\n{:>14}  {:>12}  {:>14}", "disturbance", "within 5 %", "all at trim");
+    let _ = writeln!(text, "{}", perturbed(checked));
+    let _ = writeln!(
+        text,
+        "\n{:>14}  {:>12}  {:>12}  {:>14}",
+        "disturbance", "within 5 %", "within 2 %", "all at trim"
+    );
     for response in &checked.responses {
         let seconds = |s: Option<f64>| s.map_or_else(|| "-".into(), |s| format!("{s:.2} s"));
         let name = format!("{} {}", response.state, response.size);
-        let (own, all) = (seconds(response.recovered_s(0.05)), seconds(response.settled_s()));
-        let _ = writeln!(text, "{name:>14}  {own:>12}  {all:>14}");
+        let own = |share| seconds(response.recovered_s(share));
+        let (near, nearer, all) = (own(0.05), own(0.02), seconds(response.settled_s()));
+        let _ = writeln!(text, "{name:>14}  {near:>12}  {nearer:>12}  {all:>14}");
     }
     if let Some(printed) = &checked.printed {
         text.push_str(&printed_in_words(printed, 1.0 / checked.design.period_s));
@@ -55,6 +62,12 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
         let _ = writeln!(text, "\nwarning: {warning}");
     }
     text
+}
+
+/// What of the models with every derivative off stays stable, in words.
+pub fn perturbed(checked: &CheckedDesign) -> String {
+    let Kept { off, stable, of } = checked.kept;
+    format!("stable with every derivative off by up to {:.0} %: {stable} of {of}", 100.0 * off)
 }
 
 fn printed_in_words(printed: &CheckedPrintedDesign, rate_hz: f64) -> String {

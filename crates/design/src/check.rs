@@ -3,7 +3,7 @@
 use super::disturbance::{DisturbanceResponse, TABLE_6_1};
 use super::error::DesignError;
 use super::handling::HandlingQualities;
-use super::hover::{Cut, FlightMode, HoverDesign};
+use super::hover::{Cut, FlightMode, HoverDesign, Kept};
 use super::margins::{Loop, Margins};
 use super::thesis::PrintedDesign;
 use hovernav::autopilot::Gains;
@@ -29,6 +29,8 @@ pub struct CheckedDesign {
     pub at_outputs: Option<Margins>,
     /// Handling qualities of phi, theta and psi, holding attitude.
     pub handling: Vec<HandlingQualities>,
+    /// How many models with every derivative off it keeps stable.
+    pub kept: Kept,
     /// Spectral radius of the closed loop.
     pub spectral_radius: f64,
     /// What becomes of [`TABLE_6_1`] with the sticks at trim.
@@ -85,6 +87,7 @@ impl CheckedDesign {
             .into_iter()
             .map(|output| HandlingQualities::of(&holding, output))
             .collect::<Result<_, _>>()?;
+        let kept = Kept::by(&design, &model, &gains)?;
         let printed = (model == shipped::thesis())
             .then(|| CheckedPrintedDesign::new(design.period_s))
             .transpose()?;
@@ -134,6 +137,7 @@ impl CheckedDesign {
             modes,
             at_outputs,
             handling,
+            kept,
             spectral_radius,
             open_responses,
             responses,

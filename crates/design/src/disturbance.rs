@@ -70,6 +70,16 @@ impl DisturbanceResponse {
         }
     }
 
+    /// Largest deviation of the disturbed state from `time_s` on, in its SI unit; infinite where it is no number.
+    #[must_use]
+    pub fn largest_from(&self, time_s: f64) -> f64 {
+        let Some(row) = DISTURBED.iter().position(|name| *name == self.state) else { return 0.0 };
+        let later = self.time_s.iter().zip(&self.states).filter(|(time, _)| **time >= time_s);
+        later.map(|(_, states)| states[row].abs()).fold(0.0, |most, value| {
+            if value.is_nan() { f64::INFINITY } else { f64::max(most, value) }
+        })
+    }
+
     /// Largest deviation of each state, in the order of [`DISTURBED`].
     #[must_use]
     pub fn peaks(&self) -> [f64; 9] {

@@ -47,19 +47,27 @@ pub(super) struct Parts {
 }
 
 /// Model, servos and one sample of delay under the autopilot in `mode`.
-///
-/// Holding attitude the vehicle drifts as it will: velocity is left out of the plant.
 pub(super) fn parts(
     design: &HoverDesign,
     whole: &StateSpace,
     gains: &Gains,
     mode: FlightMode,
 ) -> Result<Parts, DesignError> {
-    let time = TimeDomain::Discrete { period_s: design.period_s };
-    let measured = MEASURED.map(|name| Signal::new(name, "SI")).to_vec();
-    let sticks: Vec<Signal> = whole.inputs().to_vec();
-    let numbered = |count| (0..count).map(|k| Signal::new(&format!("x{k}"), "")).collect();
+    let plant = plant(design, whole, mode)?;
+    let controller = controller(design, whole.inputs(), gains, mode)?;
+    Ok(Parts { plant, controller })
+}
 
+/// Model, servos and one sample of delay, with the guidance of `mode`.
+///
+/// Holding attitude the vehicle drifts as it will: velocity is left out of the plant.
+pub(super) fn plant(
+    design: &HoverDesign,
+    whole: &StateSpace,
+    mode: FlightMode,
+) -> Result<StateSpace, DesignError> {
+    let time = TimeDomain::Discrete { period_s: design.period_s };
+    let sticks = whole.inputs().to_vec();
     let flown = match mode {
         FlightMode::Velocity => whole.clone(),
         FlightMode::Position => with_place(whole)?,
@@ -118,9 +126,21 @@ pub(super) fn parts(
             }
         }
     }
-    let plant = StateSpace::new("plant", time, numbered(size), sticks.clone(), a, b)?
-        .with_outputs(measured.clone(), c, DMatrix::zeros(MEASURED.len(), 4))?;
+    Ok(StateSpace::new("plant", time, numbered(size), sticks, a, b)?.with_outputs(
+        measured(),
+        c,
+        DMatrix::zeros(MEASURED.len(), 4),
+    )?)
+}
 
+/// The autopilot in `mode`, from what is measured to `sticks`.
+pub(super) fn controller(
+    design: &HoverDesign,
+    sticks: &[Signal],
+    gains: &Gains,
+    mode: FlightMode,
+) -> Result<StateSpace, DesignError> {
+    let time = TimeDomain::Discrete { period_s: design.period_s };
     let cyclic = match mode {
         FlightMode::Attitude => regulator(&gains.attitude, design.period_s),
         _ => regulator(&gains.roll_pitch, design.period_s),
@@ -138,9 +158,19 @@ pub(super) fn parts(
         sticks.set_row(3, &pedal);
     }
     // A loop counts u = −(controller) y.
-    let controller = StateSpace::new("autopilot", time, numbered(a.nrows()), measured, a, b)?
-        .with_outputs(sticks, -c, -d)?;
-    Ok(Parts { plant, controller })
+    Ok(StateSpace::new("autopilot", time, numbered(a.nrows()), measured(), a, b)?.with_outputs(
+        sticks.to_vec(),
+        -c,
+        -d,
+    )?)
+}
+
+fn measured() -> Vec<Signal> {
+    MEASURED.map(|name| Signal::new(name, "SI")).to_vec()
+}
+
+fn numbered(count: usize) -> Vec<Signal> {
+    (0..count).map(|k| Signal::new(&format!("x{k}"), "")).collect()
 }
 
 /// Where loops are cut to see their margins.

@@ -21,11 +21,14 @@
 
 mod closed_loop;
 mod config;
+mod evolution;
 mod plant;
 mod regulator;
+mod required;
 mod search;
 mod synthesis;
 
 pub use closed_loop::{Cut, FlightMode};
 pub use config::{AttitudeWeights, HeavePoles, HoverDesign, RollPitchWeights, YawWeights};
+pub use required::Kept;
 pub use search::{Search, Wanted};

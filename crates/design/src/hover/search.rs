@@ -2,6 +2,8 @@
 
 use super::closed_loop::{Cut, FlightMode};
 use super::config::HoverDesign;
+use super::evolution::Random;
+use super::required;
 use crate::{DISTURBED, DesignError, TABLE_6_1};
 use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;
@@ -123,6 +125,10 @@ impl HoverDesign {
         } else {
             climb(start, wanted.trials, &ORDER)
         };
+        let met = required::met(best.design, model)?;
+        trials += met.trials;
+        let best =
+            if met.trials > 1 { judged(met.design) } else { Judged { design: met.design, ..best } };
         Ok(Search { shortfall: [best.shortfall(), at_start], design: best.design, trials })
     }
 }
@@ -290,7 +296,11 @@ fn is_stable(
 }
 
 /// `model` with every derivative off by up to `share` of it, each for itself; kinematics and gravity stay.
-fn off_by(model: &StateSpace, share: f64, random: &mut Random) -> Result<StateSpace, DesignError> {
+pub(super) fn off_by(
+    model: &StateSpace,
+    share: f64,
+    random: &mut Random,
+) -> Result<StateSpace, DesignError> {
     let is_angle: Vec<bool> = model
         .states()
         .iter()
@@ -308,21 +318,4 @@ fn off_by(model: &StateSpace, share: f64, random: &mut Random) -> Result<StateSp
     }
     let (states, inputs) = (model.states().to_vec(), model.inputs().to_vec());
     Ok(StateSpace::new(model.name(), model.time(), states, inputs, a, b)?)
-}
-
-/// Numbers that are the same on every machine.
-///
-/// # Source
-/// Steele, Lea and Flood (2014), *Fast splittable pseudorandom number generators*: SplitMix64.
-struct Random(u64);
-
-impl Random {
-    /// From 0 to 1, 1 left out.
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
 }

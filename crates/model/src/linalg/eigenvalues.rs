@@ -21,7 +21,7 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelErro
     let size_of_matrix = matrix.amax();
     // A mode is split off where its coupling is small beside it. Modes that a delay puts at zero may
     // never be: moved away from zero they settle, to within a few roundings of the whole.
-    let attempts = [(0.0, 1.0), (0.7, 1.0), (0.7, 16.0), (-0.4, 64.0)];
+    let attempts = [(0.0, 1.0), (0.7, 1.0), (0.7, 16.0), (-0.4, 64.0), (0.23, 64.0), (-1.3, 256.0)];
     let found = attempts.into_iter().find_map(|(shift, roundings)| {
         let shift = shift * size_of_matrix;
         let shifted = &matrix + DMatrix::identity(size, size) * shift;
