@@ -65,13 +65,13 @@ fn a_gyro_whose_bias_steps_by_seven_sigmas_is_taken_in() {
 
 #[test]
 fn a_shock_at_full_scale_moves_the_velocity_by_no_more_than_what_it_hides() {
-    for (flight, most_mps) in [(heli_hover(), 0.8), (Flight::Simulated, 1.3)] {
+    for (flight, most_mps) in [(heli_hover(), 0.7), (Flight::Simulated, 1.0)] {
         let outcomes = outcomes(flight, "clip-burst=3");
         // By up to 2.6 m/s, 1.6 in the median, where the readings were believed.
         let pulled_mps = |outcome: &Outcome| outcome.measures.pulled_mps;
         assert!(worst(&outcomes, pulled_mps) < most_mps);
         let mut pulled: Vec<f64> = outcomes.iter().map(pulled_mps).collect();
         pulled.sort_by(f64::total_cmp);
-        assert!(pulled[pulled.len() / 2] < 0.6, "{pulled:.2?}");
+        assert!(pulled[pulled.len() / 2] < 0.55, "{pulled:.2?}");
     }
 }

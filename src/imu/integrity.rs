@@ -457,6 +457,6 @@ mod tests {
         let variance: f64 = shock.iter().map(|found| found.velocity_variance[0]).sum();
         assert!(variance > (5.0f64 * 0.03).powi(2), "{variance}");
         let missed: f64 = shock.iter().map(|found| found.withheld_mps2.to_array()[0] * 0.03).sum();
-        assert!(missed.abs() < 2.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
+        assert!(missed.abs() < 3.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
     }
 }
