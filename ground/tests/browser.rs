@@ -203,3 +203,18 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     assert!(link.frames + 4 >= u64::from(sent), "{} of {sent}", link.frames);
     assert!(page.said.is_empty(), "{:?}", page.said);
 }
+
+#[test]
+fn a_page_without_the_token_says_what_is_missing() {
+    let Some(chromium) = chromium() else { return };
+    let served = serve(Some("0123456789abcdef"));
+    let address = format!("http://{}/", served.address);
+    let mut page = Browser::open(&chromium, &address, 1400, 950);
+    page.wait("document.getElementById('alarms').textContent.includes('found no token')");
+    page.call(
+        "Page.navigate",
+        serde_json::json!({"url": format!("{address}#token=0123456789abcdef")}),
+    );
+    page.call("Page.reload", serde_json::json!({}));
+    page.wait("document.getElementById('alarms')?.textContent.includes('No telemetry yet')");
+}
