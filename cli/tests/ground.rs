@@ -198,7 +198,7 @@ fn a_mission_from_connecting_to_identifying() {
     page.key("m");
     page.write("GPS lost");
     page.key("Enter");
-    page.key("1");
+    page.wait("document.getElementById('markers').textContent.includes('GPS lost')");
     thread::sleep(Duration::from_secs(4));
     page.keep("ground-4-gps-lost");
     patiently(&mut page, 40, "!document.getElementById('alarms').textContent.includes('GPS')");

@@ -1,7 +1,7 @@
 // The page: views, buttons, keys, and the layout that is kept.
 
 import { ask, clock, connect, element, now, on, time, write } from "./station.js";
-import { Board, MOST, axis, dragPans, follow, forget, hideAll, onMoved, pause, range, rebuild, setMarkers, shift, stay, watch, zoom } from "./plots.js";
+import { Board, MOST, axis, dragPans, follow, forget, hideAll, onMoved, pause, range, rebuild, seriesOf, setMarkers, shift, stay, watch, zoom } from "./plots.js";
 import { choose, question, say } from "./chooser.js";
 import { angles, attitude, heading, track } from "./instruments.js";
 import { clear, hover } from "./panels.js";
@@ -180,4 +180,4 @@ on("tick", () => {
 
 paint();
 connect();
-Object.assign(window, { station: { clock, now, axis } });
+Object.assign(window, { station: { clock, now, axis, seriesOf } });

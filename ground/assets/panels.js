@@ -47,10 +47,10 @@ on("state", (state) => {
   points(what);
 });
 
-on("lost", () => {
+on("lost", (why) => {
   lamp(byId("link"), "bad", "no connection to the station", "");
   byId("alarms").dataset.text = "lost";
-  byId("alarms").replaceChildren(element("span", "", "The ground station does not answer: nothing on this page is new"));
+  byId("alarms").replaceChildren(element("span", "", why ? `The ground station refuses this page: ${why}` : "The ground station does not answer: nothing on this page is new"));
 });
 
 function linkLamp(link, record) {

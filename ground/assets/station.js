@@ -28,15 +28,24 @@ export const clock = { t: null, received: 0, delay: 0 };
 let order = [];
 let socket = null;
 let wait = 250;
+let refused = null;
 
 export function ask(request) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
 }
 
+/** Why the station does not talk, where it says so; a browser does not tell why a socket was refused. */
+async function refusal() {
+  try {
+    const answer = await fetch(address("/socket"));
+    return [403, 503].includes(answer.status) ? await answer.text() : null;
+  } catch { return null; }
+}
+
 export function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   socket = new WebSocket(`${scheme}://${location.host}${address("/socket")}`);
-  socket.onopen = () => { wait = 250; };
+  socket.onopen = () => { wait = 250; refused = null; };
   socket.onmessage = ({ data }) => {
     const message = JSON.parse(data);
     if (message.tick) {
@@ -57,7 +66,12 @@ export function connect() {
   };
   socket.onclose = () => {
     clock.t = null;
-    tell("lost", null);
+    tell("lost", refused);
+    refusal().then((why) => {
+      if (why === refused) return;
+      refused = why;
+      if (socket.readyState !== WebSocket.OPEN) tell("lost", refused);
+    });
     setTimeout(connect, wait);
     wait = Math.min(2 * wait, 4000);
   };

@@ -13,7 +13,7 @@ use common::{cycle, serve};
 use hovernav_ground::link::{SharedStation, lock};
 use hovernav_ground::station::now_s;
 
-/// A vehicle at 33 Hz, until dropped.
+/// A vehicle at 33 Hz that has flown for longer than a window of 60 s, until dropped.
 struct Vehicle {
     stop: Arc<AtomicBool>,
     silent: Arc<AtomicBool>,
@@ -27,7 +27,8 @@ impl Vehicle {
         let sent = Arc::new(AtomicU32::new(0));
         let (ends, quiet, count) = (Arc::clone(&stop), Arc::clone(&silent), Arc::clone(&sent));
         let thread = Some(thread::spawn(move || {
-            let start = now_s();
+            let begun_s = now_s();
+            let start = begun_s - 65.0;
             for number in 0.. {
                 if ends.load(Ordering::Relaxed) {
                     break;
@@ -35,7 +36,8 @@ impl Vehicle {
                 let due_s = start + f64::from(number) / 33.0;
                 thread::sleep(Duration::from_secs_f64((due_s - now_s()).max(0.0)));
                 if !quiet.load(Ordering::Relaxed) {
-                    lock(&station).receive(&cycle(number), now_s());
+                    let arrival_s = if due_s < begun_s { due_s } else { now_s() };
+                    lock(&station).receive(&cycle(number), arrival_s);
                     count.fetch_add(2, Ordering::Relaxed);
                 }
                 lock(&station).tick(now_s());
@@ -83,12 +85,17 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     // They move.
     let before = page.eval(&format!("{VALUE}[0].textContent"));
     page.wait(&format!("{VALUE}[0].textContent !== {before}"));
-    thread::sleep(Duration::from_secs(2));
-    let delay_ms = page.eval("Number(document.documentElement.dataset.delayMs)");
-    println!(
-        "frames a second {}, delay {delay_ms} ms",
-        page.eval("document.documentElement.dataset.frames")
-    );
+    let oldest = "station.clock.t - station.seriesOf('p_degps')[0][0]";
+    let shown_s = page.eval(oldest).as_f64().unwrap();
+    assert!(shown_s >= 60.0, "{shown_s} s of the window of 60 s");
+    let (mut frames, mut delays) = (Vec::new(), Vec::new());
+    for _ in 0..20 {
+        thread::sleep(Duration::from_millis(250));
+        frames.push(page.eval("Number(document.documentElement.dataset.frames)").as_u64().unwrap());
+        delays
+            .push(page.eval("Number(document.documentElement.dataset.delayMs)").as_i64().unwrap());
+    }
+    println!("frames a second {frames:?}, delays {delays:?} ms");
 
     // Paused, the view stays and nothing is lost; continued, it moves again.
     page.key(" ");
@@ -195,4 +202,19 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     let link = lock(&served.station).link(now_s());
     assert!(link.frames + 4 >= u64::from(sent), "{} of {sent}", link.frames);
     assert!(page.said.is_empty(), "{:?}", page.said);
+}
+
+#[test]
+fn a_page_without_the_token_says_what_is_missing() {
+    let Some(chromium) = chromium() else { return };
+    let served = serve(Some("0123456789abcdef"));
+    let address = format!("http://{}/", served.address);
+    let mut page = Browser::open(&chromium, &address, 1400, 950);
+    page.wait("document.getElementById('alarms').textContent.includes('found no token')");
+    page.call(
+        "Page.navigate",
+        serde_json::json!({"url": format!("{address}#token=0123456789abcdef")}),
+    );
+    page.call("Page.reload", serde_json::json!({}));
+    page.wait("document.getElementById('alarms')?.textContent.includes('No telemetry yet')");
 }

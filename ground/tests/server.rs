@@ -173,6 +173,11 @@ fn without_the_token_nothing_is_told() {
         assert!(get(&served, &path).starts_with("HTTP/1.1 403"), "{query}");
     }
     assert!(get(&served, "/results/x/estimate/report.html").starts_with("HTTP/1.1 403"));
+    // A page that was refused can ask why.
+    let why = get(&served, "/socket?token=0123456789abcdee");
+    assert!(why.starts_with("HTTP/1.1 403") && why.contains("found no token, or a wrong"), "{why}");
+    let good = get(&served, &format!("/socket?token={token}"));
+    assert!(good.starts_with("HTTP/1.1 4") && !good.starts_with("HTTP/1.1 403"), "{good}");
     Client::connect(&served, &format!("?token={token}")).unwrap().hear("hello");
     let good = get(&served, &format!("/export.csv?from=0&to=1&token={token}"));
     assert!(good.starts_with("HTTP/1.1 200"), "{good}");

@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Query, State};
 use axum::http::{HeaderMap, StatusCode};
@@ -39,7 +40,7 @@ pub async fn socket(
     State(server): super::State,
     Query(ticket): Query<Ticket>,
     headers: HeaderMap,
-    upgrade: WebSocketUpgrade,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     if let Err(refusal) = server.access.check(&headers, ticket.token.as_deref()) {
         return refusal.into_response();
@@ -47,6 +48,11 @@ pub async fn socket(
     let Some(seat) = Seat::take(&server) else {
         let why = "found as many clients as there can be, expected fewer";
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
+    };
+    // A page that was refused asks again without an upgrade: a browser tells it nothing else of why.
+    let upgrade = match upgrade {
+        Ok(upgrade) => upgrade,
+        Err(rejection) => return rejection.into_response(),
     };
     upgrade
         .max_message_size(LONGEST)
