@@ -7,7 +7,7 @@ use hovernav_sim::{Flight, FlightConfig, HoverStatistics, WindConfig};
 use crate::autopilot;
 
 /// Flies `config` for every seed, on as many threads as there are, and keeps what `keep` says.
-fn fly_all<T: Send>(
+pub fn fly_all<T: Send>(
     config: &FlightConfig,
     seeds: u64,
     keep: impl Fn(&Flight) -> T + Sync,

@@ -1,6 +1,7 @@
 //! The closed loop: what was designed flies, with servos, delay, sensors, estimator and wind inside.
 
 mod campaign;
+mod heading;
 mod hover;
 mod margins;
 mod printed;

@@ -141,8 +141,8 @@ impl Disc {
     /// where the flow through the disc comes to rest. The root is found by halving, as bounded as Newton's.
     ///
     /// # Source
-    /// Where turbulence stands in for the wake: Leishman, *Principles of Helicopter Aerodynamics*,
-    /// section 2.13. Equation (V19) of docs/equations.md.
+    /// The term of turbulence is an assumption of our own, its size that of [`TURBULENT`]. Equation (V19) of
+    /// docs/equations.md.
     fn descent_inflow<T: Real>(&self, pitch: T, climb: T, advance_squared: T, share: f64) -> T {
         const HALVINGS: usize = 50;
         let k = self.slope;
@@ -174,8 +174,12 @@ impl Disc {
 /// altogether.
 const DISTURBED: [f64; 2] = [0.5, 1.5];
 /// Share of the momentum's velocity squared by which turbulence carries air off in such a descent: a
-/// third puts the steepest vertical autorotation near 1.8 times the induced velocity of hover, as
-/// measured on rotors.
+/// third puts the vertical autorotation near 1.8 times the induced velocity of hover.
+///
+/// # Source
+/// Leishman, *Principles of Helicopter Aerodynamics* (2006), equations 12.7 to 12.11, after Harris (2003): the force on
+/// an autorotating rotor is 1.25 times its disc under the dynamic pressure of the descent, so that it sinks at
+/// 2/√1.25 = 1.79 induced velocities.
 const TURBULENT: f64 = 1.0 / 3.0;
 
 /// How far a descent of `climb` (negative), in inflow of hover, disturbs the momentum balance, 0 to 1.

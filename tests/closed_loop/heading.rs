@@ -1,0 +1,75 @@
+//! Where the heading goes in gusts, and by whose doing.
+
+use hovernav_sim::{Feedback, Flight, FlightConfig};
+
+use crate::autopilot;
+use crate::campaign::fly_all;
+
+/// What of a flight concerns the heading, ° and full sticks, from 30 s on.
+struct Heading {
+    /// Farthest the vehicle turned from where it pointed at first.
+    farthest_deg: f64,
+    /// Farthest from the middle of what the autopilot was told.
+    told_deg: f64,
+    /// Farthest the estimate's error went from what it was at first.
+    error_deg: f64,
+    /// Farthest the pedal went.
+    pedal: f64,
+}
+
+fn heading(flight: &Flight) -> Heading {
+    assert_eq!(flight.crashed_s, None);
+    let held = || flight.samples.iter().filter(|sample| sample.truth.time.seconds() >= 30.0);
+    let degrees = |from: f64, to: f64| hovernav::frames::wrap_angle(to - from).to_degrees();
+    let truths: Vec<f64> = held().map(|sample| sample.truth.body_to_ned.euler().yaw_rad).collect();
+    let told: Vec<f64> =
+        held().filter_map(|sample| Some(sample.solution?.body_to_ned.euler().yaw_rad)).collect();
+    let farthest =
+        |of: &[f64], from: f64| of.iter().map(|&yaw| degrees(from, yaw).abs()).fold(0.0, f64::max);
+    let middle = told.first().map_or(0.0, |&first| {
+        let sum: f64 = told.iter().map(|&yaw| degrees(first, yaw)).sum();
+        first + (sum / told.len() as f64).to_radians()
+    });
+    let errors: Vec<f64> = truths.iter().zip(&told).map(|(&yaw, &told)| told - yaw).collect();
+    Heading {
+        farthest_deg: farthest(&truths, truths[0]),
+        told_deg: farthest(&told, middle),
+        error_deg: errors.first().map_or(0.0, |&first| farthest(&errors, first)),
+        pedal: held().map(|sample| sample.sticks.pedal.abs()).fold(0.0, f64::max),
+    }
+}
+
+/// Mean and worst of what `of` says.
+fn mean_and_worst(flights: &[Heading], of: impl Fn(&Heading) -> f64) -> [f64; 2] {
+    let sum: f64 = flights.iter().map(&of).sum();
+    [sum / flights.len() as f64, flights.iter().map(of).fold(0.0, f64::max)]
+}
+
+fn tell_apart(seeds: u64) {
+    let by_estimate = FlightConfig::new(autopilot());
+    let by_truth = FlightConfig { feedback: Feedback::Truth, ..by_estimate.clone() };
+    let flown = fly_all(&by_estimate, seeds, heading);
+    let truth = fly_all(&by_truth, seeds, heading);
+    let farthest = mean_and_worst(&flown, |own| own.farthest_deg);
+    let told = mean_and_worst(&flown, |own| own.told_deg);
+    let error = mean_and_worst(&flown, |own| own.error_deg);
+    let pedal = mean_and_worst(&flown, |own| own.pedal);
+    let by_truth = mean_and_worst(&truth, |own| own.farthest_deg);
+    println!(
+        "by the estimate: farthest {farthest:.2?}°, from what it is told {told:.2?}°, error {error:.2?}°"
+    );
+    println!("pedal {pedal:.2?} of its travel; flown by the truth, farthest {by_truth:.2?}°");
+    assert!(told[1] < 2.5 && by_truth[1] < 2.5, "{told:?} {by_truth:?}");
+    assert!(pedal[1] < 0.9, "{pedal:?}");
+}
+
+#[test]
+fn in_gusts_the_heading_goes_where_its_estimate_goes() {
+    tell_apart(6);
+}
+
+#[test]
+#[ignore = "400 flights of 300 s"]
+fn in_two_hundred_gusty_hovers_the_heading_goes_where_its_estimate_goes() {
+    tell_apart(200);
+}
