@@ -1,13 +1,16 @@
 //! The whole estimator: alignment, the search for a heading, and the filter, behind one call.
 
 mod aids;
+mod notice;
+
+pub use notice::Notice;
 
 use super::estimator_config::EstimatorConfig;
 use super::filter::Ekf;
 use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
-use super::prediction::{ImuFault, Prediction, ResetCause};
+use super::prediction::Prediction;
 use super::scalar::Scalar;
 use super::solution::Solution;
 use super::trace::Trace;
@@ -15,110 +18,9 @@ use crate::earth::Geodetic;
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;
-use crate::imu::{ImuSample, Suspicion};
+use crate::imu::ImuSample;
 use crate::ins::{Aligner, Alignment, HeadingSource, Start};
 use crate::time::Time;
-
-/// Something worth telling that came of an event.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Notice {
-    /// Alignment ended; the first solution is there.
-    Aligned(Alignment),
-    /// The heading, unknown at the start, is found.
-    HeadingFound {
-        /// When.
-        time: Time,
-        /// Which sector of the search won: see [`HeadingSearch::sector_start`].
-        sector: usize,
-        /// One-sigma of the heading, rad.
-        sigma_rad: f64,
-    },
-    /// The heading was wrong, by what the fixes say, and was replaced. The unit's own heading or the
-    /// magnetometer that led there is not used until it agrees again.
-    HeadingReset {
-        /// When.
-        time: Time,
-        /// By how much it was turned, clockwise, rad.
-        turn_rad: f64,
-        /// One-sigma of the heading from now on, rad.
-        sigma_rad: f64,
-    },
-    /// The heading is further off than its one-sigma allows, by what the fixes say: it is less sure now, and
-    /// so is what gives it.
-    HeadingDoubted {
-        /// When.
-        time: Time,
-        /// By how much it would have to turn, clockwise, rad.
-        off_rad: f64,
-        /// One-sigma of that, rad.
-        sigma_rad: f64,
-    },
-    /// Alignment has everything but a heading, and waits for one: nothing gives it, and this
-    /// estimator has no search for it.
-    HeadingMissing {
-        /// When.
-        time: Time,
-    },
-    /// A measurement was compared: accepted, refused or reopened, axis by axis.
-    Updated(Report),
-    /// A measurement could not be compared at all. An aid that the configuration leaves out is not
-    /// told of.
-    NotUsed {
-        /// When the measurement was true.
-        time: Time,
-        /// What was measured.
-        aid: Aid,
-        /// Why it was not used: see [`Unusable::is_fault`].
-        reason: Unusable,
-    },
-    /// An inertial sample ended a gap, which was bridged.
-    GapBridged {
-        /// The sample's time.
-        time: Time,
-        /// Length of the gap, s.
-        length_s: f64,
-    },
-    /// An inertial sample led to a reset of the covariance.
-    CovarianceReset {
-        /// The sample's time.
-        time: Time,
-        /// Why.
-        cause: ResetCause,
-    },
-    /// Inertial samples begin to stand at full scale, or to shake far beyond what is usual: they are
-    /// used with the uncertainty that this leaves. Told once until a second has passed without.
-    SampleSuspect {
-        /// The sample's time.
-        time: Time,
-        /// What is known against it.
-        suspicion: Suspicion,
-    },
-    /// An inertial sample was refused.
-    SampleRefused {
-        /// The sample's time.
-        time: Time,
-        /// Why.
-        fault: ImuFault,
-    },
-}
-
-impl Notice {
-    fn of_update(time: Time, aid: Aid, result: Result<Report, Unusable>) -> Self {
-        match result {
-            Ok(report) => Self::Updated(report),
-            Err(reason) => Self::NotUsed { time, aid, reason },
-        }
-    }
-
-    /// Of a measurement whose `report` lies where it was written.
-    fn of_report(time: Time, aid: Aid, result: Result<(), Unusable>, report: &Report) -> Self {
-        match result {
-            Ok(()) => Self::Updated(*report),
-            Err(reason) => Self::NotUsed { time, aid, reason },
-        }
-    }
-}
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
 ///

@@ -136,7 +136,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         body_to_ned: Rotation<Body, Ned, T>,
     ) -> Transition<T, N> {
         let interval_s = increment.interval_s;
-        let relaxation = self.relaxation_due(interval_s);
         let imu = &self.config.imu;
         let c = body_to_ned.rows();
         let scaled =
@@ -174,12 +173,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             interval_s,
             turn: scaled([interval_s; 3]),
             force: advance.from_specific_force_mps.to_array(),
-            scaled_rotation: scaled(increment.rotation_rad.to_array()),
-            scaled_velocity: scaled(increment.velocity_mps.to_array()),
+            scaled_rotation: match L::GYRO_SCALE {
+                Some(_) => scaled(increment.rotation_rad.to_array()),
+                None => [[T::ZERO; 3]; 3],
+            },
+            scaled_velocity: match L::ACCEL_SCALE {
+                Some(_) => scaled(increment.velocity_mps.to_array()),
+                None => [[T::ZERO; 3]; 3],
+            },
             attitude_noise: turned(&c, sum(gyro, suspicion.angle_variance)),
             velocity_noise: turned(&c, sum(accel, suspicion.velocity_variance)),
             position_noise: [T::ZERO; 3],
-            relaxation,
+            // Where it belongs at once: it is large, and a copy of none is a copy.
+            relaxation: self.relaxation_due(interval_s),
         }
     }
 }

@@ -89,9 +89,13 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         for b in first..MOST {
             let Some(sensitivity) = each[b] else { continue };
             covariance.project_on(sensitivity, &mut self.projected[b]);
-            for (row, other) in self.seen.iter_mut().zip(each).take(b + 1).skip(first) {
-                if let Some(other) = other {
-                    row[b] = other.dot(&self.projected[b]);
+            #[expect(
+                clippy::needless_range_loop,
+                reason = "by iterators it takes 80 instructions more"
+            )]
+            for before in first..=b {
+                if let Some(other) = each[before] {
+                    self.seen[before][b] = other.dot(&self.projected[b]);
                 }
             }
         }

@@ -3,7 +3,7 @@
 use super::super::scalar::Scalar;
 
 /// Most terms of a sensitivity.
-const TERMS: usize = 20;
+const TERMS: usize = 16;
 
 /// The row of H of a scalar measurement: the few states it sees.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ impl<T: Scalar> Default for Sensitivity<T> {
 }
 
 impl<T: Scalar> Sensitivity<T> {
-    /// Adds ∂z/∂x of one state. A state may be named more than once: the terms add up. At most 20;
+    /// Adds ∂z/∂x of one state. A state may be named more than once: the terms add up. At most 16;
     /// zeros do not count, and cost nothing later.
     #[must_use]
     pub fn with(mut self, state: usize, derivative: T) -> Self {
@@ -81,6 +81,7 @@ impl<T: Scalar> Sensitivity<T> {
 
     /// H x.
     #[must_use]
+    #[inline]
     pub fn dot<const N: usize>(&self, state: &[T; N]) -> T {
         let at = |index: u8| state.get(usize::from(index)).copied().unwrap_or(T::ZERO);
         let mut sum = T::ZERO;

@@ -77,15 +77,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if let Some(off) = lost {
             self.take_attitude(off - wander, ATTITUDE, trace);
         }
-        let heading_off = reference.heading_rad() - self.state.body_to_ned.heading_rad();
-        let heading_off = wrap_angle(heading_off - wander.z());
-        let trusts_heading = self.trusts_heading(time, heading_off.wide());
-        // A heading that is far off would turn what the reference says of the tilt.
-        let reference = if trusts_heading {
-            reference
-        } else {
-            reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off))
-        };
+        let (mut reference, mut trusts_heading) = (reference, true);
+        if self.heading_distrusted.is_some() {
+            let heading_off = reference.heading_rad() - self.state.body_to_ned.heading_rad();
+            let heading_off = wrap_angle(heading_off - wander.z());
+            trusts_heading = self.trusts_heading(time, heading_off.wide());
+            // A heading that is far off would turn what the reference says of the tilt.
+            if !trusts_heading {
+                reference = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));
+            }
+        }
         let left = (reference * self.state.body_to_ned.inverse()).rotation_vector() - wander;
         let noise = square(T::of(model.noise_rad));
         let mut scalars = core::array::from_fn(|_| None);
