@@ -29,25 +29,22 @@ const LEAST_LEFT: f64 = 0.3;
 pub(super) struct HeldForce<T> {
     /// Force that is believed.
     force_mps2: Vector<Body, T>,
-    /// What of the last reading was not believed.
-    withheld_mps2: Vector<Body, T>,
-    /// The last two readings that were believed, and the force before each, the earlier first.
+    /// The last two readings, the earlier first.
     readings_mps2: [Vector<Body, T>; 2],
-    earlier_mps2: [Vector<Body, T>; 2],
-    shock: Option<Shock<T>>,
+    shock: Shock<T>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Shock<T> {
+    /// For how long it has lasted, s; zero while there is none.
+    lasted_s: T,
     /// Variance of the force that is believed, each axis, (m/s²)².
     variance: T,
     /// Variance of the shaking of late, on the axis that shakes most, (m/s²)².
     shaking: T,
-    /// For how long it has lasted, s.
-    lasted_s: T,
-    /// Integral of what was not believed, and the greatest of its squares, (m/s)².
+    /// Integral of what was not believed, and the greatest square of its length, (m/s)².
     missed_mps: Vector<Body, T>,
-    missed_most: [T; 3],
+    missed_most: T,
 }
 
 /// How a unit shakes in a shock.
@@ -70,16 +67,12 @@ pub(super) struct Held<T> {
 
 impl<T: Scalar> HeldForce<T> {
     /// Nothing felt yet.
-    pub(super) const NONE: Self = Self {
-        force_mps2: Vector::ZERO,
-        withheld_mps2: Vector::ZERO,
-        readings_mps2: [Vector::ZERO; 2],
-        earlier_mps2: [Vector::ZERO; 2],
-        shock: None,
-    };
+    pub(super) const NONE: Self =
+        Self { force_mps2: Vector::ZERO, readings_mps2: [Vector::ZERO; 2], shock: Shock::NONE };
 
     /// Takes in the mean or momentary force of a sample, `interval_s` after the one before, and how
-    /// the unit shakes, if more than usual. `momentary` says that the integral is a trapezoid over this reading and the one before.
+    /// the unit shakes, if more than usual. `momentary` says that the integral is a trapezoid over this
+    /// reading and the one before.
     ///
     /// # Source
     /// Equation (S16) of docs/equations.md.
@@ -90,66 +83,57 @@ impl<T: Scalar> HeldForce<T> {
         interval_s: T,
         momentary: bool,
     ) -> Held<T> {
-        let begun = self.shock.is_some();
+        let [second, first] = self.readings_mps2;
+        self.readings_mps2 = [first, reading_mps2];
+        let share = (interval_s * T::of(1.0 / BEFORE_S)).min(T::ONE);
+        let lasts = self.shock.lasted_s > T::ZERO;
         let begins = |shaking: &Shaking<T>| {
-            shaking.struck && shaking.variance * interval_s > T::of(HELD_COST / WEIGHED_S)
+            let costs = shaking.variance * interval_s > T::of(HELD_COST / WEIGHED_S);
+            shaking.struck && costs && share < T::ONE
         };
-        let Some(shaking) = shaking.filter(|shaking| begun || begins(shaking)) else {
-            return Held {
-                withheld_mps2: self.at_ease(reading_mps2, interval_s, momentary),
-                variance: None,
-            };
+        // What was not believed of the reading before.
+        let before = if lasts { first - self.force_mps2 } else { Vector::ZERO };
+        let Some(shaking) = shaking.filter(|shaking| lasts || begins(shaking)) else {
+            if lasts {
+                self.shock = Shock::NONE;
+            }
+            self.force_mps2 += (reading_mps2 - self.force_mps2) * share;
+            let left = if momentary { before * T::of(0.5) } else { Vector::ZERO };
+            return Held { withheld_mps2: left, variance: None };
         };
-        let mut before = core::mem::replace(&mut self.withheld_mps2, Vector::ZERO);
         let mut taken_back = Vector::ZERO;
-        if !begun {
-            // A blow shows by its second or third reading: the two before are taken back whole, though
-            // they were in the intervals before.
-            let [earliest, _] = self.earlier_mps2;
-            let [first, second] = self.readings_mps2;
-            self.force_mps2 = earliest;
-            taken_back = (first - earliest) + (second - earliest);
-            before = Vector::ZERO;
+        if !lasts {
+            // A blow shows by its second or third reading: the two before are taken out of the mean, and
+            // back whole, though they were in the intervals before.
+            for reading in [first, second] {
+                let without = self.force_mps2 - reading * share;
+                self.force_mps2 = without * (T::ONE / (T::ONE - share));
+            }
+            taken_back = (first - self.force_mps2) + (second - self.force_mps2);
+            self.shock.begin(shaking.variance);
         }
-        let shock = self.shock.get_or_insert(Shock::beginning(shaking.variance));
-        let weight = shock.weigh(shaking.variance, interval_s);
+        let weight = self.shock.weigh(shaking.variance, interval_s);
         let off = reading_mps2 - self.force_mps2;
         self.force_mps2 += off * weight;
-        self.withheld_mps2 = off * (T::ONE - weight);
-        let in_interval =
-            if momentary { (before + self.withheld_mps2) * T::of(0.5) } else { self.withheld_mps2 };
+        let now = off * (T::ONE - weight);
+        let in_interval = if momentary { (before + now) * T::of(0.5) } else { now };
         let withheld_mps2 = taken_back + in_interval;
-        Held { withheld_mps2, variance: Some(shock.variance_of(withheld_mps2, interval_s)) }
-    }
-
-    /// A reading that is believed; the part of the interval that is not is what a shock has left in it.
-    fn at_ease(
-        &mut self,
-        reading_mps2: Vector<Body, T>,
-        interval_s: T,
-        momentary: bool,
-    ) -> Vector<Body, T> {
-        self.shock = None;
-        let [_, later] = self.earlier_mps2;
-        let [_, last] = self.readings_mps2;
-        self.earlier_mps2 = [later, self.force_mps2];
-        self.readings_mps2 = [last, reading_mps2];
-        let weight = (interval_s * T::of(1.0 / BEFORE_S)).min(T::ONE);
-        self.force_mps2 += (reading_mps2 - self.force_mps2) * weight;
-        let left = core::mem::replace(&mut self.withheld_mps2, Vector::ZERO);
-        if momentary { left * T::of(0.5) } else { Vector::ZERO }
+        Held { withheld_mps2, variance: Some([self.shock.price(withheld_mps2, interval_s); 3]) }
     }
 }
 
 impl<T: Scalar> Shock<T> {
-    fn beginning(shaking: T) -> Self {
-        Self {
-            variance: T::of(AGILITY_MPS2 * AGILITY_MPS2 * BEFORE_S),
-            shaking,
-            lasted_s: T::ZERO,
-            missed_mps: Vector::ZERO,
-            missed_most: [T::ZERO; 3],
-        }
+    const NONE: Self = Self {
+        lasted_s: T::ZERO,
+        variance: T::ZERO,
+        shaking: T::ZERO,
+        missed_mps: Vector::ZERO,
+        missed_most: T::ZERO,
+    };
+
+    fn begin(&mut self, shaking: T) {
+        self.variance = T::of(AGILITY_MPS2 * AGILITY_MPS2 * BEFORE_S);
+        self.shaking = shaking;
     }
 
     /// The weight of a reading against the force that is believed.
@@ -162,20 +146,16 @@ impl<T: Scalar> Shock<T> {
         weight
     }
 
-    /// What an interval leaves in the integral: the force wrong by the same all through the shock, or the
-    /// readings right where they were not believed.
-    fn variance_of(&mut self, withheld_mps2: Vector<Body, T>, interval_s: T) -> [T; 3] {
+    /// What an interval leaves in the integral of each axis, (m/s)²: the force wrong by the same all through
+    /// the shock, or the readings right where they were not believed.
+    fn price(&mut self, withheld_mps2: Vector<Body, T>, interval_s: T) -> T {
         let held = self.variance * interval_s * (T::of(2.0) * self.lasted_s + interval_s);
         self.lasted_s += interval_s;
         self.missed_mps += withheld_mps2 * interval_s;
-        let mut variance = [held; 3];
-        let missed = self.missed_mps.to_array().into_iter().zip(&mut self.missed_most);
-        for ((missed, most), variance) in missed.zip(&mut variance) {
-            let square = missed * missed;
-            *variance += T::of(PUSHES) * (square - *most).max(T::ZERO);
-            *most = most.max(square);
-        }
-        variance
+        let missed = self.missed_mps.dot(self.missed_mps);
+        let pushed = (missed - self.missed_most).max(T::ZERO);
+        self.missed_most = self.missed_most.max(missed);
+        held + T::of(PUSHES) * pushed
     }
 }
 
