@@ -4,7 +4,6 @@ use std::f64::consts::{LN_10, TAU};
 
 use nalgebra::{Complex, DMatrix};
 
-use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
 use crate::methods::frequency::PHASE_WEIGHT;
 use crate::methods::prediction_error::Identified;
@@ -21,8 +20,6 @@ const POINTS: usize = 30;
 const LEAST_POINTS: usize = 8;
 /// Cost up to which a model and its vehicle agree: Tischler and Remple, section 11.2.
 pub(super) const COST: f64 = 100.0;
-/// Standard deviations above the mean that nine of ten costs stay below.
-const NINE_OF_TEN: f64 = 1.28;
 /// Step of the central differences, in a parameter's bound.
 const STEP: f64 = 0.02;
 
@@ -33,12 +30,10 @@ pub struct AxisDoubt {
     pub stick: &'static str,
     /// Its output.
     pub output: &'static str,
-    /// What the parameters' bounds leave possible: nine of ten models within them are nearer.
+    /// What is to be expected within the parameters' bounds.
     pub within_bounds: f64,
-    /// The frequency from which on they leave no cost above 100 possible, rad/s, where there is one.
+    /// The frequency from which on no cost above 100 is to be expected, rad/s, where there is one.
     pub known_from_radps: Option<f64>,
-    /// How far apart the models of time domain and frequency domain are, where there are both.
-    pub between_methods: Option<f64>,
     /// How far apart the models with and without a stabiliser bar are, where both were searched and the
     /// flight does not clearly tell.
     pub between_structures: Option<f64>,
@@ -49,8 +44,7 @@ impl AxisDoubt {
     /// independent errors add up.
     #[must_use]
     pub fn cost(&self) -> f64 {
-        let others = [self.between_methods, self.between_structures];
-        self.within_bounds + others.into_iter().flatten().sum::<f64>()
+        self.within_bounds + self.between_structures.unwrap_or(0.0)
     }
 }
 
@@ -58,31 +52,15 @@ impl Identification {
     /// How far each axis that has a stick of its own may be off.
     ///
     /// # Source
-    /// The cost J: Tischler and Remple, section 11.2. Its mean and variance under the parameters'
-    /// covariance are those of a quadratic form. Equation (I30) of docs/equations.md.
+    /// The cost J: Tischler and Remple, section 11.2. Its mean under the parameters' covariance is that of a
+    /// quadratic form. Equation (I30) of docs/equations.md.
     #[must_use]
-    pub fn axis_doubts(&self, frequency: Option<&FrequencyDomain>) -> Vec<AxisDoubt> {
+    pub fn axis_doubts(&self) -> Vec<AxisDoubt> {
         let found = &self.identified;
         let values = found.values();
-        let by_frequency = frequency.map(|frequency| {
-            let mut other = values.clone();
-            for own in &frequency.parameters {
-                if let Some(place) = found.structure.parameter(&own.name) {
-                    other[place] = own.frequency.0;
-                }
-            }
-            other
-        });
         let doubt = |(stick, output): (&'static str, &'static str)| {
             let axis = Axis::of(found, stick, output)?;
             let own = axis.response(&values)?;
-            let told = |frequency: &FrequencyDomain| {
-                frequency.costs.iter().any(|pair| pair.stick == stick)
-            };
-            let between_methods = by_frequency
-                .as_ref()
-                .filter(|_| frequency.is_some_and(told))
-                .and_then(|other| Some(cost(&own, &axis.response(other)?)));
             let between_structures = self.passed_over.as_ref().and_then(|other| {
                 let other_axis = Axis::of(other, stick, output)?;
                 Some(cost(&own, &other_axis.response(&other.values())?))
@@ -97,7 +75,6 @@ impl Identification {
                 output,
                 within_bounds: from(0),
                 known_from_radps: known_from.map(radps_of),
-                between_methods,
                 between_structures,
             })
         };
@@ -183,14 +160,11 @@ struct Spread {
 }
 
 impl Spread {
-    /// What nine of ten costs over the frequencies from `first` on stay below; `None` where that is no
-    /// number.
+    /// The mean of the costs over the frequencies from `first` on; `None` where that is no number.
     fn from(&self, first: usize) -> Option<f64> {
         let slopes = self.slopes.rows(2 * first, 2 * (POINTS - first));
         let each = 20.0 / (POINTS - first) as f64;
-        let spread = (slopes.tr_mul(&slopes) * &self.covariance) * each;
-        let variance = 2.0 * (&spread * &spread).trace();
-        let cost = spread.trace() + NINE_OF_TEN * variance.max(0.0).sqrt();
+        let cost = (slopes.tr_mul(&slopes) * &self.covariance).trace() * each;
         Some(cost).filter(|cost| cost.is_finite())
     }
 }

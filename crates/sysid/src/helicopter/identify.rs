@@ -33,10 +33,15 @@ pub(super) const FILLED: [&str; 3] = ["u", "v", "w"];
 /// Over which residuals may be correlated, s: about a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
 
-/// How much lower Akaike's criterion must be for each parameter of a stabiliser bar: Schwarz's
-/// price, the logarithm of the samples, five times over, as innovations of a flight that are not white make
-/// variances some five times larger.
-const PRICE: f64 = 50.0;
+/// How much larger innovations of a flight that are not white make variances: as if there were so many
+/// times fewer samples, each with a likelihood of its own.
+const INFLATION: f64 = 5.0;
+
+/// How much lower Akaike's criterion must be for each parameter of a stabiliser bar: Schwarz's price, the
+/// logarithm of the samples that count, in likelihoods that count.
+fn price(samples: usize) -> f64 {
+    INFLATION * (samples as f64 / INFLATION).ln()
+}
 
 /// Why a flight cannot be identified from.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -352,7 +357,9 @@ impl Search<'_> {
                 sigmas.iter_mut().zip(own).filter(|(_, own)| *own).for_each(|(s, _)| *s *= noise);
             }
             let structure = structure.clone().with(name, start, false);
-            prediction_error::identify(&structure, self.stretches, &settings)
+            let found = prediction_error::identify(&structure, self.stretches, &settings);
+            // A start is as good as its best delay.
+            found.map(|found| if is_held { found } else { self.hopped(found, kind) })
         });
         let alone = |identified| Found { kind, identified, passed_over: None };
         let Some(first) = tried.next() else {
@@ -364,7 +371,6 @@ impl Search<'_> {
             (Err(_), Ok(_)) => next,
             _ => best,
         })?;
-        let best = if is_held { best } else { self.hopped(best, kind) };
         if kind == Kind::Flapping && !is_held {
             let with_bar = structure.with_bar(&best.estimates);
             return Ok(self.with_bar(best, kind, with_bar));
@@ -405,7 +411,7 @@ impl Search<'_> {
         let more = free(&structure).saturating_sub(free(&known.structure)).max(1) as f64;
         let found = prediction_error::identify(&structure, self.stretches, &self.settings(kind));
         match found.ok().filter(|found| found.aic < known.aic) {
-            Some(found) if found.aic < known.aic - PRICE * more => {
+            Some(found) if found.aic < known.aic - price(known.samples) * more => {
                 Found { kind, identified: found, passed_over: None }
             }
             passed_over => Found { kind, identified: known, passed_over },

@@ -52,8 +52,8 @@ impl Identification {
         if let Some(frequency) = frequency {
             judge.second_opinion(frequency);
         }
-        for axis in self.axis_doubts(frequency) {
-            judge.axis(axis, frequency);
+        for axis in self.axis_doubts() {
+            judge.axis(&axis);
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
@@ -114,35 +114,23 @@ impl Judge {
         }
     }
 
-    fn axis(&mut self, mut axis: AxisDoubt, frequency: Option<&FrequencyDomain>) {
+    fn axis(&mut self, axis: &AxisDoubt) {
         let (stick, output) = (axis.stick, axis.output);
-        // Where the flight itself denies the model, that has been said.
-        let felt = if output == "w" { "az" } else { output };
-        let denied = frequency.is_some_and(|frequency| {
-            let mut own = frequency.costs.iter().filter(|pair| pair.stick == stick);
-            own.any(|pair| pair.output == felt && pair.time > COST)
-        });
-        if denied {
-            axis.between_methods = None;
-        }
         let cost = axis.cost();
         if cost <= COST {
             return;
         }
-        let mut why = format!("{:.0} within the bounds of the parameters", axis.within_bounds);
-        if let Some(apart) = axis.between_methods {
-            why += &format!(", {apart:.0} between time domain and frequency domain");
-        }
+        let mut why = format!("{:.0} by the bounds of the parameters", axis.within_bounds);
         if let Some(apart) = axis.between_structures {
             why +=
                 &format!(", {apart:.0} by a stabiliser bar that the flight does not clearly tell");
         }
         if let Some(from) = axis.known_from_radps.filter(|_| axis.within_bounds > COST) {
-            why += &format!("; the bounds leave less than {COST} from {from:.1} rad/s on");
+            why += &format!("; from {from:.1} rad/s on less than {COST}");
         }
         self.say(
             Grade::Care,
-            format!("{stick} to {output}: the response may be off by a cost of {cost:.0}, above {COST}: {why}"),
+            format!("{stick} to {output}: the response is to be expected off by a cost of {cost:.0}, above {COST}: {why}"),
         );
     }
 
