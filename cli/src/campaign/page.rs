@@ -93,7 +93,7 @@ fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
 
 fn percentiles(results: &[CampaignResult]) -> Table {
     let row = |measure: &Measure| TableRow {
-        name: measure.name.into(),
+        name: in_words(measure.name),
         numbers: measure.percentiles(results, None).map(|v| format!("{v:.3}")).into(),
     };
     Table {
@@ -101,6 +101,31 @@ fn percentiles(results: &[CampaignResult]) -> Table {
         heads: [String::new()].into_iter().chain(PERCENTILES.map(|p| format!("{p} %"))).collect(),
         rows: Measure::ALL.iter().map(row).collect(),
     }
+}
+
+/// The name of a column for readers: `vn_error_rms_mps` is "north velocity, error, RMS, m/s".
+fn in_words(column: &str) -> String {
+    let mut words = Vec::new();
+    for word in column.split('_') {
+        words.push(match word {
+            "u" => "velocity u",
+            "v" => "velocity v",
+            "w" => "velocity w",
+            "vn" => "north velocity",
+            "ve" => "east velocity",
+            "vd" => "down velocity",
+            "north" => "position north",
+            "east" => "position east",
+            "down" => "position down",
+            "lateral" => "lateral stick",
+            "longitudinal" => "longitudinal stick",
+            "rms" => "RMS",
+            "mps" => "m/s",
+            "deg" => "°",
+            other => other,
+        });
+    }
+    words.join(", ")
 }
 
 fn outcomes(results: &[CampaignResult]) -> Section {

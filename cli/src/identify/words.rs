@@ -156,7 +156,7 @@ pub fn verdict(summary: &Summary) -> Verdict {
 
 /// What a parameter is, for those who do not think in symbols; empty where its unit says enough.
 pub fn meaning(name: &str) -> &'static str {
-    const MEANINGS: [(&str, &str); 42] = [
+    const MEANINGS: [(&str, &str); 44] = [
         ("Nr", "yaw damping"),
         ("Nped", "yaw by pedal"),
         ("Ncol", "yaw by collective"),
@@ -199,6 +199,8 @@ pub fn meaning(name: &str) -> &'static str {
         ("lag_ped", "lag of the tail servo"),
         ("tau_gust", "time constant of gusts along the ground"),
         ("tau_gust_w", "time constant of vertical gusts"),
+        ("tau_vh", "time constant of horizontal velocity errors"),
+        ("tau_vv", "time constant of vertical velocity errors"),
     ];
     MEANINGS.iter().find(|(own, _)| *own == name).map_or("", |(_, meaning)| meaning)
 }
