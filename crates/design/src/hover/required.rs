@@ -51,7 +51,7 @@ const STEP: f64 = 0.8;
 /// What a search for what is required came to.
 pub(super) struct Met {
     pub design: HoverDesign,
-    /// Designs tried; 1 where `design` had all of it.
+    /// Designs tried; 0 where `design` had all of it.
     pub trials: usize,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn met(design: HoverDesign, model: &StateSpace) -> Result<Met, Design
     let lacking = |design: &HoverDesign, demand| lacking(design, model, &perturbed, demand);
     let now = lacking(&design, &REQUIRED)?;
     if now.nominal <= 0.0 && now.growth_per_s < FEW_PER_S {
-        return Ok(Met { design, trials: 1 });
+        return Ok(Met { design, trials: 0 });
     }
     // Weights that are fast in velocity and lean on where the zeros are lie in a valley of their own; from even
     // ones the way leads to what withstands, too.

@@ -53,7 +53,9 @@ impl HoverDesign {
     ///
     /// One weight or a few are moved at a time by a random factor; what falls short by less is kept, and
     /// the factor widens or narrows with success. Settling, margins in every mode that flies, sticks
-    /// within their travel and stability with every derivative off are one sum of shortfalls.
+    /// within their travel and stability with every derivative off are one sum of shortfalls. Where the best of
+    /// these lacks 45° and 6 dB, the table's times or nine of ten models off by a fifth, a second search goes on
+    /// for these alone, over the weights of roll and pitch.
     ///
     /// # Errors
     /// [`DesignError`] where the model cannot be designed for at the start.
@@ -128,7 +130,7 @@ impl HoverDesign {
         let met = required::met(best.design, model)?;
         trials += met.trials;
         let best =
-            if met.trials > 1 { judged(met.design) } else { Judged { design: met.design, ..best } };
+            if met.trials > 0 { judged(met.design) } else { Judged { design: met.design, ..best } };
         Ok(Search { shortfall: [best.shortfall(), at_start], design: best.design, trials })
     }
 }
