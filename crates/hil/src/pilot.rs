@@ -37,8 +37,14 @@ impl Pilot {
     }
 
     /// Where the sticks are, one period later. `commanded` is what the vehicle was commanded to do last
-    /// and `switch_on` whether the pilot wants the autopilot to fly.
-    pub fn sticks(&mut self, truth: &Solution, commanded: Sticks, switch_on: bool) -> Sticks {
+    /// and `switch_on` whether the pilot wants the autopilot to fly; `still` holds the sticks for a while.
+    pub fn sticks(
+        &mut self,
+        truth: &Solution,
+        commanded: Sticks,
+        switch_on: bool,
+        still: bool,
+    ) -> Sticks {
         if !switch_on {
             (self.lets_go, self.alone_s) = (false, 0.0);
         } else if !self.lets_go && self.alone_s == 0.0 {
@@ -59,7 +65,7 @@ impl Pilot {
             engage: !self.lets_go,
         };
         let by_hand = self.hands.step(&inputs).sticks;
-        if !self.lets_go {
+        if !self.lets_go && !still {
             self.held = by_hand;
         }
         self.held

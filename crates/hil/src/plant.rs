@@ -157,7 +157,8 @@ impl Plant {
         if self.steps.is_multiple_of(STEPS) {
             let switch_on = self.config.scene.has(Act::Engage, time_s);
             let seen = state.solution(time);
-            self.pilot_sticks = self.pilot.sticks(&seen, self.commanded, switch_on);
+            let still = self.config.scene.has(Act::Still, time_s);
+            self.pilot_sticks = self.pilot.sticks(&seen, self.commanded, switch_on, still);
             self.samples.push(LiveSample {
                 truth: state.truth(time),
                 pilot: self.pilot_sticks,

@@ -11,6 +11,8 @@ pub enum Act {
     Engage,
     /// The pilot moves the sticks by this from where they are held.
     Move(Sticks),
+    /// The pilot holds the sticks where they are, but for what `Move` adds: as in a test point.
+    Still,
     /// No pulses come from the pilot's receiver.
     PilotLost,
     /// The receiver says that it has lost the transmitter, and sends pulses of its own.
@@ -37,8 +39,9 @@ pub enum Act {
 
 impl Act {
     /// The names of all but `stick`.
-    const NAMED: [(&'static str, Self); 12] = [
+    const NAMED: [(&'static str, Self); 13] = [
         ("engage", Self::Engage),
+        ("still", Self::Still),
         ("pilot-lost", Self::PilotLost),
         ("failsafe", Self::ReceiverFailsafe),
         ("aux-lost", Self::AuxLost),
@@ -74,7 +77,7 @@ impl TimedAct {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "found \"{found}\", expected ACT@START[:DURATION] in seconds, ACT one of engage, \
-     stick-CHANNEL=VALUE, pilot-lost, failsafe, aux-lost, dmu-cut, dmu-pulled, gps-cut, gps-pulled, \
+     stick-CHANNEL=VALUE, still, pilot-lost, failsafe, aux-lost, dmu-cut, dmu-pulled, gps-cut, gps-pulled, \
      no-fix, frozen-fix, frozen-imu, servos-cut"
 )]
 pub struct ActError {
@@ -159,6 +162,7 @@ mod tests {
         assert_eq!(act, TimedAct { act: Act::Engage, start_s: 20.0, duration_s: 60.0 });
         let act: TimedAct = "stick-pedal=-0.3@50:2".parse().unwrap();
         assert_eq!(act.act, Act::Move(Sticks { pedal: -0.3, ..Sticks::NEUTRAL }));
+        assert_eq!("still@5:2".parse::<TimedAct>().unwrap().act, Act::Still);
         assert_eq!("gps-cut@5".parse::<TimedAct>().unwrap().duration_s, f64::INFINITY);
         for bad in [
             "",
