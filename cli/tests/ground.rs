@@ -163,6 +163,8 @@ fn a_mission_from_connecting_to_identifying() {
         for time in 0..3 {
             let (at, sign) = (18 + 21 * place + 7 * time, if time == 1 { "-" } else { "" });
             acts.push(format!("stick-{stick}={sign}0.125@{at}:1.5"));
+            // Whoever flies a test point answers nothing meanwhile.
+            acts.push(format!("still@{}.7:2", at - 1));
         }
     }
     acts.extend(["engage@90:50".into(), "no-fix@108:10".into()]);
@@ -186,6 +188,10 @@ fn a_mission_from_connecting_to_identifying() {
     page.key("3");
     thread::sleep(Duration::from_secs(60));
     page.keep("ground-2-points");
+    thread::sleep(Duration::from_secs(5));
+    let good = "[...document.querySelectorAll('#progress tr.good')].length";
+    println!("{} of 3 test points are good", page.eval(good));
+    assert!(page.eval(good).as_u64().unwrap() >= 2);
 
     // Engage; hold through the gusts.
     page.key("2");
