@@ -26,6 +26,8 @@ pub struct Series {
     period_s: f64,
     /// Of the newest value, also of one that only went on with a gap.
     last_s: f64,
+    /// When the newest value was first the newest, s.
+    changed_s: f64,
     /// Values that have come, four at most.
     heard: u8,
 }
@@ -34,7 +36,14 @@ impl Series {
     /// Room for so many values, gaps included.
     #[must_use]
     pub const fn new(room: usize) -> Self {
-        Self { points: VecDeque::new(), room, period_s: 0.1, last_s: f64::NEG_INFINITY, heard: 0 }
+        Self {
+            points: VecDeque::new(),
+            room,
+            period_s: 0.1,
+            last_s: f64::NEG_INFINITY,
+            changed_s: f64::NEG_INFINITY,
+            heard: 0,
+        }
     }
 
     /// Takes a value; whether it is later than the one before, without which it is left out. Where
@@ -91,6 +100,9 @@ impl Series {
     }
 
     fn put(&mut self, point: Point) {
+        if self.points.back().is_none_or(|last| last.1 != point.1) {
+            self.changed_s = point.0;
+        }
         if self.points.len() == self.room {
             self.points.pop_front();
         } else if self.points.len() == self.points.capacity() {
@@ -127,6 +139,11 @@ impl Series {
     pub fn since(&self, time_s: f64) -> Option<(f64, bool)> {
         let value = self.at(time_s)?;
         let after = self.points.partition_point(|&(other_s, _)| other_s <= time_s);
+        if after == self.points.len() {
+            // A value that is held for an hour is not looked through for every page.
+            let (first_s, _) = *self.points.front()?;
+            return Some((self.changed_s.max(first_s), first_s < self.changed_s));
+        }
         let run = self.points.range(..after).rev().take_while(|point| point.1 == value);
         let (begun_s, count) = run.fold((time_s, 0), |(_, count), point| (point.0, count + 1));
         Some((begun_s, count < after))

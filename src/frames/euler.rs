@@ -104,6 +104,9 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
         let two = T::of(2.0);
         let (east, north) = (two * (w * z + x * y), T::ONE - two * (y * y + z * z));
         let level = (east * east + north * north).sqrt();
+        if level == T::ZERO {
+            return self.heading_rad().sincos();
+        }
         (east / level, north / level)
     }
 

@@ -56,13 +56,25 @@ pub(super) struct Shaking<T> {
     pub struck: bool,
 }
 
+/// When a reading came, and what it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sampling<T> {
+    /// Since the one before, s.
+    pub interval_s: T,
+    /// Whether the integral is a trapezoid over this reading and the one before.
+    pub momentary: bool,
+    /// Whether this interval and the two before are of usual length.
+    pub even: bool,
+}
+
 /// What was made of one reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held<T> {
     /// Part of the mean force over the interval that is not believed.
     pub withheld_mps2: Vector<Body, T>,
-    /// Variance that the interval leaves in the integral, (m/s)²; none where the reading was believed.
-    pub variance: Option<[T; 3]>,
+    /// Variance that the interval leaves in the integral of each axis, (m/s)²; none where the reading was
+    /// believed.
+    pub variance: Option<T>,
 }
 
 impl<T: Scalar> HeldForce<T> {
@@ -70,9 +82,7 @@ impl<T: Scalar> HeldForce<T> {
     pub(super) const NONE: Self =
         Self { force_mps2: Vector::ZERO, readings_mps2: [Vector::ZERO; 2], shock: Shock::NONE };
 
-    /// Takes in the mean or momentary force of a sample, `interval_s` after the one before, and how
-    /// the unit shakes, if more than usual. `momentary` says that the integral is a trapezoid over this
-    /// reading and the one before.
+    /// Takes in the mean or momentary force of a sample, and how the unit shakes, if more than usual.
     ///
     /// # Source
     /// Equation (S16) of docs/equations.md.
@@ -80,16 +90,16 @@ impl<T: Scalar> HeldForce<T> {
         &mut self,
         reading_mps2: Vector<Body, T>,
         shaking: Option<Shaking<T>>,
-        interval_s: T,
-        momentary: bool,
+        sampling: &Sampling<T>,
     ) -> Held<T> {
+        let Sampling { interval_s, momentary, even } = *sampling;
         let [second, first] = self.readings_mps2;
         self.readings_mps2 = [first, reading_mps2];
         let share = (interval_s * T::of(1.0 / BEFORE_S)).min(T::ONE);
         let lasts = self.shock.lasted_s > T::ZERO;
         let begins = |shaking: &Shaking<T>| {
             let costs = shaking.variance * interval_s > T::of(HELD_COST / WEIGHED_S);
-            shaking.struck && costs && share < T::ONE
+            shaking.struck && costs && even && share < T::of(0.5)
         };
         // What was not believed of the reading before.
         let before = if lasts { first - self.force_mps2 } else { Vector::ZERO };
@@ -118,7 +128,12 @@ impl<T: Scalar> HeldForce<T> {
         let now = off * (T::ONE - weight);
         let in_interval = if momentary { (before + now) * T::of(0.5) } else { now };
         let withheld_mps2 = taken_back + in_interval;
-        Held { withheld_mps2, variance: Some([self.shock.price(withheld_mps2, interval_s); 3]) }
+        Held { withheld_mps2, variance: Some(self.shock.price(withheld_mps2, interval_s)) }
+    }
+
+    /// Ends a shock, after a gap.
+    pub(super) fn interrupt(&mut self) {
+        self.shock = Shock::NONE;
     }
 }
 
@@ -188,11 +203,12 @@ mod tests {
             let shaking = Shaking { variance: strength.max(QUIET), struck };
             let shaking = (recent > 8.0 * QUIET).then_some(shaking);
             let force = Vector::new(reading, 0.0, -9.8);
-            let found = held.push(force, shaking, interval_s, momentary);
+            let sampling = Sampling { interval_s, momentary, even: true };
+            let found = held.push(force, shaking, &sampling);
             let mean = if momentary { 0.5 * (before + reading) } else { reading };
             let [withheld, _, _] = found.withheld_mps2.to_array();
             error_mps += (mean - withheld - place.map_or(0.0, &moved)) * interval_s;
-            variance += found.variance.map_or(0.0, |variance| variance[0]);
+            variance += found.variance.unwrap_or_default();
         }
         (error_mps, variance.sqrt())
     }

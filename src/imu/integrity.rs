@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::held_force::{HeldForce, Shaking};
+use super::held_force::{HeldForce, Sampling, Shaking};
 use super::repetition::Repetition;
 use super::second_difference::SecondDifference;
 use super::{ClippedAxes, Motion};
@@ -106,6 +106,8 @@ pub struct Integrity<T = f64> {
     typical_interval_s: T,
     last: Option<Motion<T>>,
     repeated: u8,
+    /// Intervals of usual length in a row.
+    even: u8,
 }
 
 /// Readings below these are not taken for a learned full scale, rad/s and m/s².
@@ -130,6 +132,8 @@ const LEAST_GYRO_SHAKING: f64 = 0.03;
 const LEAST_ACCEL_SHAKING: f64 = 0.3;
 /// So many repetitions in a row are a unit that does not measure.
 const STUCK: u8 = 2;
+/// A shock begins after so many intervals of usual length: what it takes back is known by them.
+const EVEN: u8 = 3;
 /// Vibration of less than this, (m/s²)², may leave readings as they were.
 const LEAST_VIBRATION: f64 = 0.0025;
 /// What an axis that is stuck may hide, one-sigma, rad/s and m/s²; it has one error for at most so long, s.
@@ -148,7 +152,9 @@ struct Found<T> {
     /// How the axes shake where any takes a shock.
     shock: Option<Shaking<T>>,
     shaken: bool,
-    /// What the interval adds to the variance of the integral.
+    /// What the interval adds to the variance of the integral for what clipping and shocks hide, and for
+    /// all else.
+    hidden: [T; 3],
     variance: [T; 3],
     stuck: bool,
 }
@@ -188,6 +194,7 @@ impl<T: Scalar> Integrity<T> {
         typical_interval_s: T::ZERO,
         last: None,
         repeated: 0,
+        even: 0,
     };
 
     /// Whether a sample repeats the two before in all six readings although the unit vibrates: its
@@ -222,6 +229,8 @@ impl<T: Scalar> Integrity<T> {
         let longest = T::of(1.5) * typical;
         self.typical_interval_s += T::of(0.005) * (interval_s.min(longest) - typical);
         let late_s = (interval_s - longest).max(T::ZERO);
+        let is_even = interval_s <= longest && interval_s >= T::of(0.5) * typical;
+        self.even = if is_even { self.even.saturating_add(1) } else { 0 };
 
         let gyro = self.gyro.push(
             (rates.angular_rate_radps, marks.gyro),
@@ -235,23 +244,38 @@ impl<T: Scalar> Integrity<T> {
             (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
             (late_s, STUCK_ACCEL_MPS2),
         );
-        let momentary = matches!(motion, Motion::Rates { .. });
-        let held = self.held.push(rates.specific_force_mps2, accel.shock, interval_s, momentary);
+        let sampling = Sampling {
+            interval_s,
+            momentary: matches!(motion, Motion::Rates { .. }),
+            even: self.even >= EVEN,
+        };
+        let held = self.held.push(rates.specific_force_mps2, accel.shock, &sampling);
+        let mut velocity_variance = accel.variance;
+        let leaves = held.variance.map_or(accel.hidden, |variance| [variance; 3]);
+        for (variance, leaves) in velocity_variance.iter_mut().zip(leaves) {
+            *variance += leaves;
+        }
+        let mut angle_variance = gyro.variance;
+        for (variance, leaves) in angle_variance.iter_mut().zip(gyro.hidden) {
+            *variance += leaves;
+        }
         Suspicion {
             gyro_clipped: gyro.clipped,
             accel_clipped: accel.clipped,
             stuck: gyro.stuck || accel.stuck,
-            shaken: gyro.shaken || accel.shaken,
-            angle_variance: gyro.variance,
-            velocity_variance: held.variance.unwrap_or(accel.variance),
+            shaken: gyro.shaken || accel.shaken || held.variance.is_some(),
+            angle_variance,
+            velocity_variance,
             withheld_mps2: held.withheld_mps2,
         }
     }
 
-    /// Forgets the last two samples, after a gap.
+    /// Forgets the last two samples, after a gap, and with them a shock.
     pub fn interrupt(&mut self) {
         self.gyro.difference.interrupt();
         self.accel.difference.interrupt();
+        self.held.interrupt();
+        self.even = 0;
     }
 }
 
@@ -270,15 +294,16 @@ impl<T: Scalar> Triad<T> {
         // A plain mean until the memory is filled.
         self.seen_s = number(USUAL_S).min(self.seen_s + interval_s);
         let (known, usual_weight) = (self.seen_s > number(LEAST_SEEN_S), interval_s / self.seen_s);
-        let (mut clipped, mut shaken, mut variance) = ([false; 3], false, [T::ZERO; 3]);
+        let (mut clipped, mut shaken) = ([false; 3], false);
+        let (mut all_hidden, mut variance) = ([T::ZERO; 3], [T::ZERO; 3]);
         let (mut shock, mut struck, mut strongest) = (false, false, T::ZERO);
         let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
         let axes = axes.zip(&mut self.repeats).zip(&mut self.clipped_s);
         let values = values.into_iter().zip(bend).zip(marks);
-        let results = clipped.iter_mut().zip(&mut variance);
+        let results = clipped.iter_mut().zip(&mut variance).zip(&mut all_hidden);
         for (
             ((((now, usual), largest), repeats), clipped_s),
-            (((value, bend), marked), (clipped, variance)),
+            (((value, bend), marked), ((clipped, variance), hidden)),
         ) in axes.zip(values.zip(results))
         {
             let size = value.abs();
@@ -300,11 +325,10 @@ impl<T: Scalar> Triad<T> {
             *usual += usual_weight.min(T::ONE) * (*now - *usual);
 
             // What is cut off is cut off on the same side for as long as the burst lasts.
-            let mut hidden = T::ZERO;
             if *clipped {
                 let beyond = number(BEYOND_SCALE) * size;
                 let together_s = number(2.0) * *clipped_s + interval_s;
-                hidden = now.max(beyond * beyond) * interval_s * together_s;
+                *hidden = now.max(beyond * beyond) * interval_s * together_s;
                 *clipped_s = (*clipped_s + interval_s).min(number(LONGEST_BURST_S));
             } else {
                 *clipped_s = *clipped_s * (T::ONE - interval_s / number(BURST_S)).max(T::ZERO);
@@ -313,14 +337,13 @@ impl<T: Scalar> Triad<T> {
             struck |= shocked && strength > number(BLOW) * quiet;
             strongest = strongest.max(strength.max(*usual));
             if shocked {
-                hidden += *now * interval_s * interval_s;
+                *hidden += *now * interval_s * interval_s;
             }
             // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
             if late_s > T::ZERO {
                 let shaken = number(0.5) * usual.max(*now) + bend * bend / number(36.0);
-                hidden += shaken * late_s * late_s;
+                *variance = shaken * late_s * late_s;
             }
-            *variance = hidden;
         }
         // An axis that nothing ever moved is none.
         let mut stuck_s = self.repetition.push(sample.to_array(), interval_s);
@@ -337,6 +360,7 @@ impl<T: Scalar> Triad<T> {
             clipped,
             shock: shock.then_some(Shaking { variance: strongest, struck }),
             shaken,
+            hidden: all_hidden,
             variance,
             stuck: stuck_s.iter().any(|&s| s > T::ZERO),
         }
@@ -344,119 +368,4 @@ impl<T: Scalar> Triad<T> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn rates(x: f64, turn: f64) -> Motion {
-        Motion::Rates {
-            angular_rate_radps: Vector::new(0.0, 0.0, turn),
-            specific_force_mps2: Vector::new(x, 0.0, -9.8),
-        }
-    }
-
-    /// Even numbers between −1 and 1 of a 64-bit congruential generator.
-    fn noise() -> impl FnMut() -> f64 {
-        let mut state = 1u64;
-        move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        }
-    }
-
-    #[test]
-    fn steady_vibration_is_no_suspicion() {
-        let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
-        for k in 0..3000 {
-            let found = integrity.push(
-                &rates(3.0 * next(), 0.1 * next()),
-                &ClippedAxes::NONE,
-                0.01,
-                &FullScale::default(),
-            );
-            assert!(k < 100 || (!found.shaken && !found.is_clipped()), "{k}");
-            assert!(k < 100 || found.velocity_variance == [0.0; 3]);
-        }
-    }
-
-    #[test]
-    fn readings_at_a_known_or_learned_full_scale_are_clipped() {
-        let known = FullScale { accel_mps2: 20.0, gyro_radps: 0.0 };
-        for (scale, from) in [(known, 0), (FullScale::default(), 40)] {
-            let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
-            for k in 0..400 {
-                let force = (40.0 * next()).clamp(-20.0, 20.0);
-                let found = integrity.push(&rates(force, 0.0), &ClippedAxes::NONE, 0.01, &scale);
-                assert!(k < from || force.abs() != 20.0 || found.accel_clipped[0]);
-                assert!(force.abs() > 19.9 || !found.accel_clipped[0]);
-                assert!(!found.accel_clipped[2] && found.gyro_clipped == [false; 3]);
-                assert!(!found.accel_clipped[0] || found.velocity_variance[0] > 0.0);
-            }
-        }
-    }
-
-    #[test]
-    fn a_burst_that_the_unit_marks_hides_one_error_and_not_many() {
-        let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
-        let mut hidden = |marked: bool| {
-            let marks = ClippedAxes { accel: [marked, false, false], ..ClippedAxes::NONE };
-            let force = 3.0 * next();
-            integrity.push(&rates(force, 0.0), &marks, 0.01, &FullScale::default())
-        };
-        for _ in 0..500 {
-            assert!(!hidden(false).is_clipped());
-        }
-        let burst: Vec<Suspicion> = (0..20).map(|_| hidden(true)).collect();
-        assert!(burst.iter().all(|found| found.accel_clipped == [true, false, false]));
-        let total: f64 = burst.iter().map(|found| found.velocity_variance[0]).sum();
-        let one_by_one = 20.0 * burst[0].velocity_variance[0];
-        assert!(total > 5.0 * one_by_one, "{total} {one_by_one}");
-        assert_eq!(hidden(false).velocity_variance, [0.0; 3]);
-    }
-
-    #[test]
-    fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
-        for (strength, expected) in [(3.0, true), (0.0, false)] {
-            let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
-            let mut stuck = |force: f64| {
-                let motion = rates(strength * force, 0.0);
-                let stuck = integrity.is_stuck(&motion);
-                integrity.push(&motion, &ClippedAxes::NONE, 0.01, &FullScale::default());
-                stuck
-            };
-            for _ in 0..500 {
-                assert!(strength == 0.0 || !stuck(next()));
-            }
-            assert_eq!([1.0, 1.0, 1.0, 1.0, 0.5].map(&mut stuck)[..2], [false, false]);
-            assert_eq!(
-                [0.7, 0.7, 0.7, 0.7, 0.5].map(stuck),
-                [false, false, expected, expected, false]
-            );
-        }
-    }
-
-    #[test]
-    fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
-        let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
-        let mut push = |force: f64, interval_s: f64| {
-            integrity.push(
-                &rates(force, 0.0),
-                &ClippedAxes::NONE,
-                interval_s,
-                &FullScale::default(),
-            )
-        };
-        for _ in 0..1000 {
-            push(1.7 * next(), 0.03);
-        }
-        let lost = push(1.0, 0.09).velocity_variance[0];
-        assert!(lost > 0.3 * 0.045f64.powi(2), "{lost}");
-        let shock = [30.0, -30.0, 30.0, -30.0, 30.0].map(|force| push(force, 0.03));
-        assert!(shock[4].shaken);
-        let variance: f64 = shock.iter().map(|found| found.velocity_variance[0]).sum();
-        assert!(variance > (5.0f64 * 0.03).powi(2), "{variance}");
-        let missed: f64 = shock.iter().map(|found| found.withheld_mps2.to_array()[0] * 0.03).sum();
-        assert!(missed.abs() < 3.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
-    }
-}
+mod tests;

@@ -74,7 +74,7 @@ pub enum Notice {
         cause: ResetCause,
     },
     /// Inertial samples begin to stand at full scale, or to shake far beyond what is usual: they are
-    /// used with the uncertainty that this leaves. Told once until a second has passed without.
+    /// used with the uncertainty that this leaves, and under a blow the force is held at what it was before. Told once until a second has passed without.
     SampleSuspect {
         /// The sample's time.
         time: Time,

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-/// Numbers that are the same on every machine.
+/// Numbers from a seed; what `uniform` draws is the same on every machine.
 ///
 /// # Source
 /// Steele, Lea and Flood (2014), *Fast splittable pseudorandom number generators*: SplitMix64. Normal

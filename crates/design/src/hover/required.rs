@@ -95,6 +95,11 @@ fn perturbed(
     (0..of).map(draw).collect()
 }
 
+/// A number where it is positive, else none; what is no number lacks everything.
+fn positive(value: f64) -> f64 {
+    if value.is_nan() { f64::INFINITY } else { value.max(0.0) }
+}
+
 /// The logarithms of what is searched. The last stick's weight stays: all of them times a number are the same
 /// regulator.
 fn logarithms(design: &HoverDesign) -> Vec<f64> {
@@ -146,7 +151,7 @@ fn lacking(
             .growth_per_s(&closed_loop::plant(design, &whole, mode)?)
     };
     let growth = growth_in(FlightMode::Velocity)?;
-    if growth >= 0.0 {
+    if growth.is_nan() || growth >= 0.0 {
         return Ok(Lacking { nominal: 100.0 + growth, growth_per_s: 1.0 });
     }
     let mut nominal = 0.0;
@@ -158,22 +163,23 @@ fn lacking(
             _ => demand.back_s[0],
         };
         let response = design.respond(model, &gains, disturbance, 2.0 * demand.back_s[0])?;
-        nominal += 6.0 * (response.largest_from(back_s) / (demand.band * size)).ln().max(0.0);
+        nominal += 6.0 * positive((response.largest_from(back_s) / (demand.band * size)).ln());
     }
     for mode in [FlightMode::Velocity, FlightMode::Position] {
-        if growth_in(mode)? >= 0.0 {
+        let growth = growth_in(mode)?;
+        if growth.is_nan() || growth >= 0.0 {
             nominal += 25.0;
             continue;
         }
         let closed = design.close_in(model, &gains, mode, Cut::Actuators)?;
         let (gain_db, phase_deg) = closed.weakest(FREQUENCIES);
-        let below = |found: f64, least: f64| (1.0 - found / least).max(0.0);
+        let below = |found: f64, least: f64| positive(1.0 - found / least);
         nominal += 25.0 * (below(gain_db, demand.gain_db) + below(phase_deg, demand.phase_deg));
     }
     let flown = Flown::by(design, &whole, &gains, FlightMode::Velocity)?;
     let mut growth_per_s = 0.0;
     for other in perturbed {
-        growth_per_s += (flown.growth_per_s(other)? + demand.decay_per_s).max(0.0);
+        growth_per_s += positive(flown.growth_per_s(other)? + demand.decay_per_s);
     }
     Ok(Lacking { nominal, growth_per_s: growth_per_s / perturbed.len().max(1) as f64 })
 }
@@ -212,6 +218,9 @@ impl Flown {
             logarithm = 2.0 * (logarithm + size.ln());
             step /= size;
             step = &step * &step;
+        }
+        if step.iter().any(|value| !value.is_finite()) {
+            return Ok(f64::INFINITY);
         }
         let size = step.amax().max(f64::MIN_POSITIVE);
         Ok((logarithm + size.ln()) / (2f64.powi(SQUARINGS) * self.period_s))

@@ -1,0 +1,131 @@
+//! Full scale, stuck units, shocks and lost samples.
+
+use super::*;
+
+fn rates(x: f64, turn: f64) -> Motion {
+    Motion::Rates {
+        angular_rate_radps: Vector::new(0.0, 0.0, turn),
+        specific_force_mps2: Vector::new(x, 0.0, -9.8),
+    }
+}
+
+/// Even numbers between −1 and 1 of a 64-bit congruential generator.
+fn noise() -> impl FnMut() -> f64 {
+    let mut state = 1u64;
+    move || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+#[test]
+fn steady_vibration_is_no_suspicion() {
+    let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
+    for k in 0..3000 {
+        let found = integrity.push(
+            &rates(3.0 * next(), 0.1 * next()),
+            &ClippedAxes::NONE,
+            0.01,
+            &FullScale::default(),
+        );
+        assert!(k < 100 || (!found.shaken && !found.is_clipped()), "{k}");
+        assert!(k < 100 || found.velocity_variance == [0.0; 3]);
+    }
+}
+
+#[test]
+fn readings_at_a_known_or_learned_full_scale_are_clipped() {
+    let known = FullScale { accel_mps2: 20.0, gyro_radps: 0.0 };
+    for (scale, from) in [(known, 0), (FullScale::default(), 40)] {
+        let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
+        for k in 0..400 {
+            let force = (40.0 * next()).clamp(-20.0, 20.0);
+            let found = integrity.push(&rates(force, 0.0), &ClippedAxes::NONE, 0.01, &scale);
+            assert!(k < from || force.abs() != 20.0 || found.accel_clipped[0]);
+            assert!(force.abs() > 19.9 || !found.accel_clipped[0]);
+            assert!(!found.accel_clipped[2] && found.gyro_clipped == [false; 3]);
+            assert!(!found.accel_clipped[0] || found.velocity_variance[0] > 0.0);
+        }
+    }
+}
+
+#[test]
+fn a_burst_that_the_unit_marks_hides_one_error_and_not_many() {
+    let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
+    let mut hidden = |marked: bool| {
+        let marks = ClippedAxes { accel: [marked, false, false], ..ClippedAxes::NONE };
+        let force = 3.0 * next();
+        integrity.push(&rates(force, 0.0), &marks, 0.01, &FullScale::default())
+    };
+    for _ in 0..500 {
+        assert!(!hidden(false).is_clipped());
+    }
+    let burst: Vec<Suspicion> = (0..20).map(|_| hidden(true)).collect();
+    assert!(burst.iter().all(|found| found.accel_clipped == [true, false, false]));
+    let total: f64 = burst.iter().map(|found| found.velocity_variance[0]).sum();
+    let one_by_one = 20.0 * burst[0].velocity_variance[0];
+    assert!(total > 5.0 * one_by_one, "{total} {one_by_one}");
+    assert_eq!(hidden(false).velocity_variance, [0.0; 3]);
+}
+
+#[test]
+fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
+    for (strength, expected) in [(3.0, true), (0.0, false)] {
+        let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
+        let mut stuck = |force: f64| {
+            let motion = rates(strength * force, 0.0);
+            let stuck = integrity.is_stuck(&motion);
+            integrity.push(&motion, &ClippedAxes::NONE, 0.01, &FullScale::default());
+            stuck
+        };
+        for _ in 0..500 {
+            assert!(strength == 0.0 || !stuck(next()));
+        }
+        assert_eq!([1.0, 1.0, 1.0, 1.0, 0.5].map(&mut stuck)[..2], [false, false]);
+        assert_eq!([0.7, 0.7, 0.7, 0.7, 0.5].map(stuck), [false, false, expected, expected, false]);
+    }
+}
+
+#[test]
+fn a_blow_with_samples_lost_in_it_moves_no_more_than_its_readings() {
+    let tone = |k: f64| (35.0 * (1.3 * k).sin()).clamp(-29.4, 29.4);
+    for lost in 0..10 {
+        for late_s in [0.06, 0.09, 0.15, 0.24] {
+            let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
+            let (mut error_mps, mut before) = (0.0, 0.0);
+            for step in 0..400 {
+                let place = step - 300;
+                let force = if (0..10).contains(&place) { tone(f64::from(place)) } else { 0.0 };
+                let reading = force + 0.3 * next();
+                let interval_s = if place == lost { late_s } else { 0.03 };
+                let scale = FullScale::default();
+                let motion = rates(reading, 0.0);
+                let found = integrity.push(&motion, &ClippedAxes::NONE, interval_s, &scale);
+                let withheld = found.withheld_mps2.to_array()[0];
+                error_mps += (0.5 * (before + reading) - withheld) * interval_s;
+                before = reading;
+                assert!(error_mps.abs() < 8.0, "{lost} {late_s}: {error_mps} m/s at {place}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
+    let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
+    let mut push = |force: f64, interval_s: f64| {
+        integrity.push(&rates(force, 0.0), &ClippedAxes::NONE, interval_s, &FullScale::default())
+    };
+    for _ in 0..1000 {
+        push(1.7 * next(), 0.03);
+    }
+    let lost = push(1.0, 0.09).velocity_variance[0];
+    assert!(lost > 0.3 * 0.045f64.powi(2), "{lost}");
+    let shock = [30.0, -30.0, 30.0, -30.0, 30.0].map(|force| push(force, 0.03));
+    assert!(shock[4].shaken);
+    let variance: f64 = shock.iter().map(|found| found.velocity_variance[0]).sum();
+    assert!(variance > (5.0f64 * 0.03).powi(2), "{variance}");
+    let missed: f64 = shock.iter().map(|found| found.withheld_mps2.to_array()[0] * 0.03).sum();
+    assert!(missed.abs() < 3.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
+}
