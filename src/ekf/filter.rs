@@ -312,10 +312,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.watch_samples(sample, &motion, increment.interval_s, gap);
         }
         let suspicion = &self.samples.suspicion;
-        if suspicion.is_clipped() || suspicion.stuck || suspicion.shaken {
+        let held = suspicion.withheld_mps2 != Vector::ZERO;
+        if suspicion.is_clipped() || suspicion.stuck || suspicion.shaken || held {
             self.gates.doubt_filter(sample.time);
         }
-        if suspicion.withheld_mps2 != Vector::ZERO {
+        if held {
             increment.velocity_mps -= suspicion.withheld_mps2 * increment.interval_s;
         }
         let stepped = if gap {

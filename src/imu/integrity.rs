@@ -263,7 +263,7 @@ impl<T: Scalar> Integrity<T> {
             gyro_clipped: gyro.clipped,
             accel_clipped: accel.clipped,
             stuck: gyro.stuck || accel.stuck,
-            shaken: gyro.shaken || accel.shaken || held.variance.is_some(),
+            shaken: gyro.shaken || accel.shaken,
             angle_variance,
             velocity_variance,
             withheld_mps2: held.withheld_mps2,
