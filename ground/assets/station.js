@@ -1,7 +1,13 @@
 // The conversation with the station: requests out, ticks, views and states in.
 
-const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? sessionStorage.getItem("token") ?? "";
-if (token) sessionStorage.setItem("token", token);
+/** The token of the page's address; one that is added to an open page counts from the next try on. */
+let token = sessionStorage.getItem("token") ?? "";
+function takeToken() {
+  token = new URLSearchParams(location.hash.slice(1)).get("token") ?? token;
+  if (token) sessionStorage.setItem("token", token);
+}
+takeToken();
+addEventListener("hashchange", takeToken);
 
 /** The address of something the station serves, with the token. */
 export function address(path, fields = {}) {
