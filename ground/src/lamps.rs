@@ -119,7 +119,7 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
     light("record aboard", known.recorder, or(status.recorder, Light::Care), why);
     let overruns = said(value(Id::Overruns), 0, "");
     let longest = said(value(Id::LongestWork), 1, "ms");
-    let why = format!("{} cycles late, the longest {longest} of work", overruns.trim());
+    let why = format!("late cycles: {}, the longest work {longest}", overruns.trim());
     light("loop", known.on_time, or(status.on_time, Light::Care), why);
     let fence = value(Id::FenceShare);
     if !fence.is_nan() {

@@ -73,16 +73,34 @@ impl Excess {
     /// Equation (K18) of docs/equations.md.
     pub fn learn(&mut self, time: Time, report: &Report) -> Stepped {
         let find = |channel| report.innovations().find(|axis| axis.channel == channel);
-        let accepted = |channel| {
-            find(channel)
-                .filter(|axis| axis.verdict == Verdict::Accepted)
-                .map(|axis| axis.normalised().clamp(-MOST_SIGMAS, MOST_SIGMAS))
+        let normalised = |channel, verdict| {
+            find(channel).filter(|axis| axis.verdict == verdict).map(Innovation::normalised)
         };
+        let accepted = |channel| {
+            normalised(channel, Verdict::Accepted).map(|off| off.clamp(-MOST_SIGMAS, MOST_SIGMAS))
+        };
+        let refused = |channel| normalised(channel, Verdict::Rejected);
         let level = accepted(Channel::VelocityNorth).zip(accepted(Channel::VelocityEast));
+        let refused = refused(Channel::VelocityNorth).zip(refused(Channel::VelocityEast));
+        let was_accepted = self.last.is_some_and(|(then, _)| soon_after(then, time).is_some());
+        self.compare_level(time, level);
+        let down = accepted(Channel::VelocityDown);
+        let height = find(Channel::PositionDown).map_or(0.0, |height| height.innovation);
+        self.compare_down(time, down, height);
+        let [level, down] = self.of_late.map(|of_late| of_late > STEP);
+        for (of_late, stepped) in self.of_late.iter_mut().zip([level, down]) {
+            if stepped {
+                *of_late = 0.0;
+            }
+        }
+        Stepped { level, down, far: self.grows_far(time, refused, was_accepted) }
+    }
+
+    /// Compares the level velocity of a fix with that of the fix before.
+    fn compare_level(&mut self, time: Time, level: Option<(f64, f64)>) {
         let before = core::mem::replace(&mut self.last, level.map(|(n, e)| (time, [n, e])));
-        let soon = |then: Time| Some(time - then).filter(|s| (0.0..LONGEST_S).contains(s));
         if let (Some((north, east)), Some((then, last))) = (level, before)
-            && let Some(interval_s) = soon(then)
+            && let Some(interval_s) = soon_after(then, time)
         {
             let alike = north * last[0] + east * last[1];
             self.of_late[0] += (interval_s / STEP_S).min(1.0) * (alike - self.of_late[0]);
@@ -90,32 +108,18 @@ impl Excess {
             self.learned =
                 (self.learned * (1.0 + share * (alike - USUAL))).clamp(1.0, BY_CHANCE * MOST);
         }
-        let down = accepted(Channel::VelocityDown);
-        let last = core::mem::replace(&mut self.last_down, down.map(|down| (time, down)));
-        if let (Some(down), Some((then, last))) = (down, last)
-            && let Some(interval_s) = soon(then)
+    }
+
+    /// The same of the vertical velocity, where the innovation of `height` bears it out: a receiver's vertical
+    /// velocity errs slowly too.
+    fn compare_down(&mut self, time: Time, down: Option<f64>, height: f64) {
+        let before = core::mem::replace(&mut self.last_down, down.map(|down| (time, down)));
+        if let (Some(down), Some((then, last))) = (down, before)
+            && let Some(interval_s) = soon_after(then, time)
         {
-            // A receiver's vertical velocity errs slowly too; its height then says otherwise.
-            let borne_out =
-                find(Channel::PositionDown).is_some_and(|height| height.innovation * down > 0.0);
-            let alike = if borne_out { down * last } else { 0.0 };
+            let alike = if height * down > 0.0 { down * last } else { 0.0 };
             self.of_late[1] += (interval_s / STEP_S).min(1.0) * (alike - self.of_late[1]);
         }
-        let [level, down] = self.of_late.map(|of_late| of_late > STEP);
-        for (of_late, stepped) in self.of_late.iter_mut().zip([level, down]) {
-            if stepped {
-                *of_late = 0.0;
-            }
-        }
-        let refused = |channel| {
-            find(channel)
-                .filter(|axis| axis.verdict == Verdict::Rejected)
-                .map(Innovation::normalised)
-        };
-        let refused = refused(Channel::VelocityNorth).zip(refused(Channel::VelocityEast));
-        let far =
-            self.grows_far(time, refused, before.is_some_and(|(then, _)| soon(then).is_some()));
-        Stepped { level, down, far }
     }
 
     /// Whether innovations that are refused grow, as a bias makes them: what a receiver does is there at a
@@ -136,4 +140,9 @@ impl Excess {
         }
         grown
     }
+}
+
+/// Time from one fix to another, s, where they tell of each other.
+fn soon_after(then: Time, time: Time) -> Option<f64> {
+    Some(time - then).filter(|interval_s| (0.0..LONGEST_S).contains(interval_s))
 }

@@ -43,8 +43,8 @@ struct Shock<T> {
     /// Variance of the shaking of late, on the axis that shakes most, (m/s²)².
     shaking: T,
     /// Integral of what was not believed, and the greatest square of its length, (m/s)².
-    missed_mps: Vector<Body, T>,
-    missed_most: T,
+    withheld_mps: Vector<Body, T>,
+    greatest_withheld: T,
 }
 
 /// How a unit shakes in a shock.
@@ -128,7 +128,7 @@ impl<T: Scalar> HeldForce<T> {
         let now = off * (T::ONE - weight);
         let in_interval = if momentary { (before + now) * T::of(0.5) } else { now };
         let withheld_mps2 = taken_back + in_interval;
-        Held { withheld_mps2, variance: Some(self.shock.price(withheld_mps2, interval_s)) }
+        Held { withheld_mps2, variance: Some(self.shock.leaves(withheld_mps2, interval_s)) }
     }
 
     /// Ends a shock, after a gap.
@@ -142,8 +142,8 @@ impl<T: Scalar> Shock<T> {
         lasted_s: T::ZERO,
         variance: T::ZERO,
         shaking: T::ZERO,
-        missed_mps: Vector::ZERO,
-        missed_most: T::ZERO,
+        withheld_mps: Vector::ZERO,
+        greatest_withheld: T::ZERO,
     };
 
     fn begin(&mut self, shaking: T) {
@@ -163,14 +163,14 @@ impl<T: Scalar> Shock<T> {
 
     /// What an interval leaves in the integral of each axis, (m/s)²: the force wrong by the same all through
     /// the shock, or the readings right where they were not believed.
-    fn price(&mut self, withheld_mps2: Vector<Body, T>, interval_s: T) -> T {
+    fn leaves(&mut self, withheld_mps2: Vector<Body, T>, interval_s: T) -> T {
         let held = self.variance * interval_s * (T::of(2.0) * self.lasted_s + interval_s);
         self.lasted_s += interval_s;
-        self.missed_mps += withheld_mps2 * interval_s;
-        let missed = self.missed_mps.dot(self.missed_mps);
-        let pushed = (missed - self.missed_most).max(T::ZERO);
-        self.missed_most = self.missed_most.max(missed);
-        held + T::of(PUSHES) * pushed
+        self.withheld_mps += withheld_mps2 * interval_s;
+        let withheld = self.withheld_mps.dot(self.withheld_mps);
+        let grown = (withheld - self.greatest_withheld).max(T::ZERO);
+        self.greatest_withheld = self.greatest_withheld.max(withheld);
+        held + T::of(PUSHES) * grown
     }
 }
 

@@ -250,22 +250,14 @@ impl<T: Scalar> Integrity<T> {
             even: self.even >= EVEN,
         };
         let held = self.held.push(rates.specific_force_mps2, accel.shock, &sampling);
-        let mut velocity_variance = accel.variance;
-        let leaves = held.variance.map_or(accel.hidden, |variance| [variance; 3]);
-        for (variance, leaves) in velocity_variance.iter_mut().zip(leaves) {
-            *variance += leaves;
-        }
-        let mut angle_variance = gyro.variance;
-        for (variance, leaves) in angle_variance.iter_mut().zip(gyro.hidden) {
-            *variance += leaves;
-        }
+        let hidden_force = held.variance.map_or(accel.hidden, |variance| [variance; 3]);
         Suspicion {
             gyro_clipped: gyro.clipped,
             accel_clipped: accel.clipped,
             stuck: gyro.stuck || accel.stuck,
             shaken: gyro.shaken || accel.shaken,
-            angle_variance,
-            velocity_variance,
+            angle_variance: sums(gyro.variance, gyro.hidden),
+            velocity_variance: sums(accel.variance, hidden_force),
             withheld_mps2: held.withheld_mps2,
         }
     }
@@ -277,6 +269,10 @@ impl<T: Scalar> Integrity<T> {
         self.held.interrupt();
         self.even = 0;
     }
+}
+
+fn sums<T: Scalar>([a, b, c]: [T; 3], [d, e, f]: [T; 3]) -> [T; 3] {
+    [a + d, b + e, c + f]
 }
 
 impl<T: Scalar> Triad<T> {

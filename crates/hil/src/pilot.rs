@@ -57,16 +57,18 @@ impl Pilot {
             // Once alone the pilot flies on until the switch has been opened.
             self.lets_go = self.alone_s < NOTICES_S;
         }
+        // What is not flown by hand must not wind the hands' loops up.
+        let by_hand = !self.lets_go && !still;
         let inputs = Inputs {
             now: truth.time,
             solution: Some(truth),
             // Its own hands are no override of its own hands.
-            pilot: Some(self.held).filter(|_| self.lets_go),
-            engage: !self.lets_go,
+            pilot: Some(self.held).filter(|_| !by_hand),
+            engage: by_hand,
         };
-        let by_hand = self.hands.step(&inputs).sticks;
-        if !self.lets_go && !still {
-            self.held = by_hand;
+        let sticks = self.hands.step(&inputs).sticks;
+        if by_hand {
+            self.held = sticks;
         }
         self.held
     }
