@@ -22,6 +22,18 @@ fn ask(served: &Served, version: &str) -> TcpStream {
     stream
 }
 
+/// A table that is answered, as soon as there is a place for it.
+fn answered(served: &Served) -> Option<TcpStream> {
+    (0..200).find_map(|_| {
+        let mut stream = ask(served, "1.1");
+        let found = status(&mut stream) == "HTTP/1.1 200";
+        if !found {
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        found.then_some(stream)
+    })
+}
+
 fn status(stream: &mut TcpStream) -> String {
     let mut head = [0; 12];
     stream.read_exact(&mut head).unwrap();
@@ -51,17 +63,12 @@ fn all_that_is_kept_is_exported_in_little_memory_and_nobody_who_stops_reading_is
     assert!(lines > 40_000 && bytes > 15_000_000, "{lines} lines, {bytes} bytes");
     assert!(more < 8_000_000, "{more} bytes more in memory");
 
-    // Whoever does not read has a place until he is given up.
-    let mut idle: Vec<_> = (0..4).map(|_| ask(&served, "1.1")).collect();
-    for stream in &mut idle {
-        assert_eq!(status(stream), "HTTP/1.1 200");
-    }
+    // Whoever does not read has a place until he is given up. That of the table above is given back when its
+    // connection is closed on both sides.
+    let mut idle: Vec<_> = (0..4).filter_map(|_| answered(&served)).collect();
+    assert_eq!(idle.len(), 4);
     assert_eq!(status(&mut ask(&served, "1.1")), "HTTP/1.1 503");
-    let again = (0..200).any(|_| {
-        std::thread::sleep(Duration::from_millis(100));
-        status(&mut ask(&served, "1.1")) == "HTTP/1.1 200"
-    });
-    assert!(again, "places are given back");
+    assert!(answered(&served).is_some(), "places are given back");
     // Half a table does not end as a whole one does.
     let mut rest = Vec::new();
     let _ = idle[0].read_to_end(&mut rest);

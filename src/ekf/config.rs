@@ -216,9 +216,10 @@ settings! {
     BaroModel {
         /// One-sigma of its white error, m.
         noise_m = 0.5,
-        /// One-sigma of its slow error, m, after the offset found at its first use.
+        /// One-sigma of its slow error, m, about a level that is found from the other sensors.
         wander_m = 3.0,
-        /// Correlation time of its slow error, s.
+        /// Correlation time of its slow error, s: in a time Δt well below, it changes by
+        /// wander_m · √(2 Δt / wander_time_s).
         wander_time_s = 300.0,
     }
 }

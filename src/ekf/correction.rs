@@ -45,10 +45,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Opens attitude, velocity and position so wide that the next fixes decide, and forgets the
-    /// history. The estimates stay; those of the sensors' errors are as sure as at the start.
+    /// history. The estimates stay; those of the sensors' errors are as sure as at the start, the
+    /// barometer's level as it was.
     pub(super) fn reset_covariance(&mut self) {
         self.attitude_lost = Some(self.state.time);
         self.history.clear();
+        let baro = L::BARO.map(|state| (state, self.covariance.variance(state)));
         self.covariance.clear();
         self.open(ATTITUDE, [MOST_HIDDEN_RAD; 3]);
         self.open(VELOCITY, [RESET_VELOCITY_MPS; 3]);
@@ -56,6 +58,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(GYRO_BIAS, [self.config.imu.gyro_bias_sigma_radps; 3]);
         self.open(ACCEL_BIAS, [self.config.imu.accel_bias_sigma_mps2; 3]);
         self.open_blocks();
+        if let Some((state, variance)) = baro {
+            self.covariance.set_variance(state, variance);
+        }
         self.gps_wander = None;
         self.ground = Ground::UNKNOWN;
     }
@@ -151,6 +156,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             step.relaxation = opened.then_some(relaxation);
             self.propagate(&step, trace);
         }
+    }
+
+    /// Lets a parameter be less sure, by this variance.
+    #[inline(never)]
+    pub(super) fn open_parameter(
+        &mut self,
+        state: usize,
+        variance: f64,
+        trace: &mut impl Trace<T, N>,
+    ) {
+        let mut relaxation = Relaxation::default();
+        self.covariance.add_variance(state, variance);
+        if let Some(noise) = relaxation.noise.get_mut(state) {
+            *noise = T::of(variance);
+        }
+        trace.propagated(&Transition::of_relaxation(relaxation));
     }
 
     /// Opens the gyro biases to at least this variance, (rad/s)².

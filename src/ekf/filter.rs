@@ -253,7 +253,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.covariance.set_variance(state, square(config.gps.delay_sigma_s));
         }
         if let Some(state) = L::BARO {
-            self.covariance.set_variance(state, square(config.baro.wander_m));
+            self.covariance.set_variance(state, square(UNKNOWN_LEVEL_M));
         }
     }
 
@@ -488,5 +488,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
 /// A start whose velocity is less sure than this, m/s, had none from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
+/// One-sigma of the level of a barometer that has not been used yet, m: far more than any height's, so that
+/// the first reading ties it to the height and tells nothing of that.
+const UNKNOWN_LEVEL_M: f64 = 100.0;
 /// A gap longer than this, s, is not bridged: what happened in it nobody knows.
 const LONGEST_BRIDGE_S: f64 = 60.0;

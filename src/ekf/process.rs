@@ -80,8 +80,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             markov(first + 2, &[heading], time_s);
         }
         if let Some(state) = L::BARO {
-            let (wander, time_s) = (self.config.baro.wander_m, self.config.baro.wander_time_s);
-            markov(state, &[wander], time_s);
+            // About a level that nobody knows it walks.
+            let rate = 2.0 * square(self.config.baro.wander_m) / self.config.baro.wander_time_s;
+            if let Some(noise) = noise.get_mut(state) {
+                *noise = T::of(rate) * interval_s;
+            }
         }
         Relaxation { decay, noise }
     }

@@ -40,7 +40,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
-        self.attitude_used = Some(time);
+        let is_first = self.attitude_used.replace(time).is_none();
         // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part: an
         // error of the reference, as slow as that of the tilt, and no reason to move the tilt.
         let dip = (field.z() / horizontal).wide();
@@ -49,6 +49,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let usual_rad = libm::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
+        if is_first {
+            // So far the state has stood for the slow error of an attitude reference.
+            let missing = square(wander_rad) - self.covariance.variance(first);
+            self.open_parameter(first, missing.max(0.0), trace);
+        }
         let error = wrap_angle(T::of(declination_rad) - field.azimuth_rad());
         let off = wrap_angle(error - self.estimate(first));
         let lost = self.takes_attitude(time);

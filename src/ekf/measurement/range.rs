@@ -1,6 +1,6 @@
 //! Distance to the ground, along the beam of a rangefinder.
 
-use super::super::covariance::{Relaxation, Sensitivity, Transition};
+use super::super::covariance::Sensitivity;
 use super::super::estimator_config::Rangefinder;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
@@ -150,12 +150,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let white_m = reading.sigma_m.unwrap_or(model.noise_m).max(LEAST_NOISE_M);
         let noise = square(white_m) + square(model.noise_share * range_m);
         let height_m = if let Some(height_m) = self.ground.height_m {
-            self.open_ground(square(model.ground_walk_m) * wandered_m, trace);
+            self.open_parameter(state, square(model.ground_walk_m) * wandered_m, trace);
             height_m
         } else {
             let variance = self.covariance.variance(POSITION + 2) + noise;
             self.covariance.set_variance(state, 0.0);
-            self.open_ground(square(OPENED) * variance, trace);
+            self.open_parameter(state, square(OPENED) * variance, trace);
             if let Some(parameter) = self.parameters.get_mut(state) {
                 *parameter = T::ZERO;
             }
@@ -171,7 +171,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let variance = self.covariance.project(&sensitivity).1.wide() + noise;
         let steps = square(STEP_SIGMAS)..=square(self.config.gate.sigmas);
         if steps.contains(&(square(innovation) / variance)) {
-            self.open_ground(square(innovation), trace);
+            self.open_parameter(state, square(innovation), trace);
         }
         let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
         let channel = (Channel::Range, Group::Range);
@@ -182,19 +182,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut report = Report::default();
         self.update_sequentially(time, &scalars, &mut report, trace);
         Ok(report)
-    }
-
-    /// Lets the height of the ground be less sure.
-    #[inline(never)]
-    fn open_ground(&mut self, variance: f64, trace: &mut impl Trace<T, N>) {
-        let mut relaxation = Relaxation::default();
-        if let Some(state) = L::GROUND {
-            self.covariance.add_variance(state, variance);
-            if let Some(noise) = relaxation.noise.get_mut(state) {
-                *noise = T::of(variance);
-            }
-        }
-        trace.propagated(&Transition::of_relaxation(relaxation));
     }
 }
 

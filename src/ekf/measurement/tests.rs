@@ -2,7 +2,7 @@
 
 use super::super::config::{AntennaHeadingModel, EkfConfig};
 use super::super::covariance::{Covariance, Gain, Sensitivity, Transition};
-use super::super::layout::{Full, GYRO_BIAS, Layout};
+use super::super::layout::{ATTITUDE, Full, GYRO_BIAS, Layout, POSITION};
 use super::super::{FullEkf, Rangefinder, Trace};
 use super::*;
 use crate::earth::Geodetic;
@@ -255,6 +255,36 @@ fn a_barometer_sees_the_height_and_its_own_slow_error() {
     assert_eq!(errors.len(), 1);
     assert_exact(&errors, |_, _| 2e-6);
     assert_eq!(<Full as Layout<N>>::BARO, Some(25));
+}
+
+#[test]
+fn a_barometer_whose_level_is_that_of_the_first_height_tells_nothing_of_it() {
+    let mut filter = filter(&[0.0; N], None);
+    filter.open_blocks();
+    filter.covariance.set_variance(POSITION + 2, 36.0);
+    for reading in 0..100 {
+        filter.update_baro(filter.state.time, 500.0, &mut ()).unwrap();
+        let sigma_m = filter.covariance.variance(POSITION + 2).sqrt();
+        assert!((5.95..6.05).contains(&sigma_m), "{sigma_m} m after {reading} readings more");
+    }
+    // What the height then learns, the barometer's level knows as well.
+    let level = <Full as Layout<N>>::BARO.unwrap();
+    assert!((filter.covariance.entry(POSITION + 2, level) - 36.0).abs() < 1.0);
+}
+
+#[test]
+fn a_magnetometer_leaves_the_heading_as_unsure_as_its_own_slow_error() {
+    let mut filter = filter(&[0.0; N], None);
+    filter.open_blocks();
+    filter.covariance.set_variance(ATTITUDE + 2, 0.02);
+    let field = filter.state.body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.4);
+    let model = filter.config.magnetometer;
+    for reading in 1..30 {
+        filter.state.time = filter.state.time + model.interval_s;
+        filter.update_magnetic_heading(filter.state.time, field, 0.0, &mut ()).unwrap();
+        let sigma_rad = filter.covariance.variance(ATTITUDE + 2).sqrt();
+        assert!(sigma_rad > 0.9 * model.heading_wander_rad, "{sigma_rad} rad after {reading}");
+    }
 }
 
 #[test]
