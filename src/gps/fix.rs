@@ -28,6 +28,8 @@ pub struct Fix {
 
 /// Faster than any orbit, m/s.
 const FASTEST_MPS: f64 = 1e4;
+/// How much worse the velocity downwards is than level, where a receiver gives one figure for both.
+const DOWN_TO_LEVEL: f64 = 1.5;
 /// A one-sigma wider than this carries no information, m or m/s.
 const WIDEST_SIGMA: f64 = 1e6;
 
@@ -64,6 +66,20 @@ impl Fix {
             && self.down_velocity_mps.is_none_or(speed_is_good)
             && sigma_is_good(self.position_sigma_m)
             && sigma_is_good(self.velocity_sigma_mps)
+    }
+
+    /// One-sigma of the velocity on each axis, m/s, where the receiver gives any. One figure for all three is
+    /// taken for the level axes; downwards, where no satellite is seen, it is 1.5 times as much.
+    ///
+    /// # Source
+    /// The ratio: `gps_control.cpp` of the estimator EKF2 of PX4.
+    #[must_use]
+    pub fn axes_velocity_sigma_mps(&self) -> Option<Vector<Ned>> {
+        self.velocity_sigma_mps.map(|sigma| {
+            let [north, east, down] = sigma.to_array();
+            let is_one_figure = north == east && east == down;
+            Vector::new(north, east, if is_one_figure { DOWN_TO_LEVEL * down } else { down })
+        })
     }
 
     /// The whole velocity, m/s, when all three components are known.

@@ -360,7 +360,7 @@ impl Aligner {
         // A level attitude ages with the acceleration that may have gone on since the fix.
         let unknown = |known: bool, sigma: f64| if known { sigma } else { 5.0 + 2.0 * sigma };
         let velocity_sigma = fix
-            .velocity_sigma_mps
+            .axes_velocity_sigma_mps()
             .unwrap_or(Vector::new(1.0, 1.0, 2.0) * config.velocity_sigma_mps)
             .to_array();
         let velocity_sigma_mps = Vector::new(

@@ -5,6 +5,7 @@ mod heading;
 mod hover;
 mod margins;
 mod printed;
+mod start;
 mod steps;
 
 use hovernav::autopilot::{HoverConfig, SetPoint};

@@ -359,7 +359,7 @@ fn whitened(fix: &Fix, gps: &GpsModel) -> Fix {
     };
     Fix {
         position_sigma_m: wider(fix.position_sigma_m, gps.position_sigma_m()),
-        velocity_sigma_mps: wider(fix.velocity_sigma_mps, gps.velocity_sigma_mps()),
+        velocity_sigma_mps: wider(fix.axes_velocity_sigma_mps(), gps.velocity_sigma_mps()),
         ..*fix
     }
 }

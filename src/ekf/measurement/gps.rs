@@ -135,7 +135,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Tells the gates whether the accelerometers deny what the fixes' velocity has done.
     fn judge_change(&mut self, fix: &Fix, gravity_mps2: f64) {
         let model = self.config.gps.velocity_sigma_mps();
-        let sigma_mps = fix.velocity_sigma_mps.map_or(model, Vector::to_array);
+        let sigma_mps = fix.axes_velocity_sigma_mps().map_or(model, Vector::to_array);
         let astray = self.samples.force_sum.is_astray(fix, sigma_mps, gravity_mps2);
         self.gates.set_astray(astray);
     }
@@ -172,7 +172,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let position = fix
             .position_sigma_m
             .map_or(model.position_sigma_m().map(|sigma| sigma * learned_m), Vector::to_array);
-        let stated_mps = fix.velocity_sigma_mps.map(Vector::to_array);
+        let stated_mps = fix.axes_velocity_sigma_mps().map(Vector::to_array);
         let velocity: [f64; 3] = core::array::from_fn(|axis| match stated_mps {
             Some(stated) => stated[axis] * (learned_mps[axis] / BY_CHANCE).max(1.0),
             // No better vertically than the level velocity, which is seen far better, has shown.
