@@ -8,6 +8,8 @@ mod assembly;
 #[cfg(any(feature = "ros2", feature = "text"))]
 mod axes;
 mod choice;
+#[cfg(any(feature = "dataflash", feature = "ros2", feature = "ulog"))]
+mod damages;
 #[cfg(feature = "dataflash")]
 mod dataflash;
 mod difference;

@@ -19,6 +19,14 @@ pub(crate) struct Input<'a> {
 }
 
 impl<'a> Input<'a> {
+    /// How long it is, bytes.
+    pub fn length(&self) -> Result<u64, LogError> {
+        match self.bytes {
+            Some(bytes) => Ok(bytes.len() as u64),
+            None => Ok(std::fs::metadata(self.path).map_err(LogError::io(self.path))?.len()),
+        }
+    }
+
     /// The start of it.
     pub fn window(&self) -> Result<Window<'a>, LogError> {
         let source = match self.bytes {
@@ -34,6 +42,18 @@ impl<'a> Input<'a> {
 enum Source<'a> {
     File(File),
     Memory(Cursor<&'a [u8]>),
+}
+
+impl Source<'_> {
+    /// Bytes that may follow, at most.
+    fn left(&self) -> usize {
+        match self {
+            Self::File(_) => usize::MAX,
+            Self::Memory(memory) => {
+                memory.get_ref().len().saturating_sub(memory.position() as usize)
+            }
+        }
+    }
 }
 
 /// A stretch of a log from where its reader stands.
@@ -61,7 +81,8 @@ impl Window<'_> {
             self.start = 0;
             let kept = self.bytes.len();
             // What a damaged file promises is no reason to take memory: only what it has held is.
-            self.bytes.resize(kept + CHUNK.max(kept), 0);
+            let room = CHUNK.max(kept).min(self.source.left());
+            self.bytes.resize(kept + room, 0);
             let read = match &mut self.source {
                 Source::File(file) => file.read(&mut self.bytes[kept..]),
                 Source::Memory(memory) => memory.read(&mut self.bytes[kept..]),

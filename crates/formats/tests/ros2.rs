@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -205,6 +206,70 @@ fn a_log_cut_off_anywhere_gives_what_is_whole() {
             log.dataset.warnings
         );
     }
+}
+
+#[test]
+fn a_damaged_chunk_costs_what_it_held_and_no_more() {
+    let bytes = recorded(true, true);
+    let whole = read(&bytes).dataset.imu.len();
+    // A record is an opcode, its length and that many bytes; those of kind 6 are chunks.
+    let mut chunks = Vec::new();
+    let mut at = 8;
+    while let Some(length) = bytes.get(at + 1..at + 9) {
+        let length = u64::from_le_bytes(length.try_into().unwrap()) as usize;
+        chunks.extend((bytes[at] == 6).then_some((at, length)));
+        at += 9 + length;
+    }
+    // The first holds what its channels are, which the end of the file tells again.
+    for &(at, length) in [&chunks[0], &chunks[chunks.len() / 2]] {
+        let mut damaged = bytes.clone();
+        damaged[at + length / 2] ^= 1;
+        let dataset = read(&damaged).dataset;
+        let least = whole - 2 * whole / chunks.len();
+        assert!((least..whole).contains(&dataset.imu.len()), "{} of {whole}", dataset.imu.len());
+        let said = format!("damaged at byte {at}: a chunk with a wrong checksum; passed over");
+        assert_eq!(dataset.warnings[0], said);
+    }
+    // A length that is none leads nowhere: what stands before it is used.
+    let (at, _) = chunks[chunks.len() / 2];
+    let mut damaged = bytes;
+    damaged[at..at + 9].fill(0);
+    let dataset = read(&damaged).dataset;
+    assert!((whole / 3..whole).contains(&dataset.imu.len()), "{}", dataset.imu.len());
+    let said = &dataset.warnings[0];
+    assert!(said.starts_with(&format!("damaged at byte {at}: a record of kind 0")), "{said}");
+}
+
+#[test]
+fn a_chunk_that_unpacks_to_more_messages_than_the_file_has_bytes_is_cut_short() {
+    let record =
+        |kind: u8, body: &[u8]| [&[kind][..], &(body.len() as u64).to_le_bytes(), body].concat();
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+    let schema =
+        [&[1, 0][..], &text("sensor_msgs/msg/FluidPressure"), &text(""), &text("")].concat();
+    let channel = [&[0, 0, 1, 0][..], &text("/baro"), &text("cdr"), &text("")].concat();
+    let mut message = vec![0; 22];
+    let mut pressure = Cdr::new(true);
+    pressure.header(START_NS, "baro");
+    pressure.doubles(&[101_325.0, 0.0]);
+    message.extend(pressure.bytes);
+    let mut records = [record(3, &schema), record(4, &channel)].concat();
+    records.extend(record(5, &message).repeat(300_000));
+    let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
+    packed.write_all(&records).unwrap();
+    let packed = packed.finish().unwrap();
+    let mut chunk = vec![0; 16];
+    chunk.extend((records.len() as u64).to_le_bytes());
+    chunk.extend([0; 4]);
+    chunk.extend(text("lz4"));
+    chunk.extend((packed.len() as u64).to_le_bytes());
+    chunk.extend(packed);
+    let header = record(1, &[text("ros2"), text("x")].concat());
+    let file = [&b"\x89MCAP0\r\n"[..], &header, &record(6, &chunk)].concat();
+    assert!(file.len() < 200_000, "{}", file.len());
+    let refused = open_bytes(&file, Path::new("bomb.mcap"), &Options::default()).unwrap_err();
+    let told = format!("{} messages left out: more than the file has bytes", 300_000 - file.len());
+    assert!(refused.to_string().contains(&told), "{refused}");
 }
 
 #[test]

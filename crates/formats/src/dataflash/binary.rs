@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::io;
 
-use super::item::{Damages, Item, damage};
+use super::item::Item;
 use super::schema::{FMT, FMT_LENGTH, HEAD, Schema, text};
+use crate::damages::Damages;
 use crate::window::Window;
 
 /// What every message begins with.
@@ -26,7 +27,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
         Schemas { by_number: (0..=u8::MAX).map(|_| None).collect(), multipliers: HashMap::new() };
     schemas.by_number[usize::from(FMT)] =
         Some(Schema::new("FMT", FMT_LENGTH, "BBnNZ", "Type,Length,Name,Format,Columns"));
-    let mut damages = Damages::new();
+    let mut damages = Damages::default();
     loop {
         let place = window.offset();
         let bytes = window.peek(LONGEST)?;
@@ -45,7 +46,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
             if bytes.iter().all(is_empty) && ends_empty(&mut window)? {
                 return Ok(damages);
             }
-            damage(&mut damages, place, &reason);
+            damages.add(place, reason);
             if window.offset() == place {
                 window.consume(1);
             }
@@ -54,7 +55,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
         };
         let length = schema.length;
         let Some(body) = bytes.get(HEAD..length) else {
-            damage(&mut damages, place, "the file ends within a message: cut off");
+            damages.add(place, "the file ends within a message: cut off");
             return Ok(damages);
         };
         if let Some((message, _)) = schema.message {
@@ -143,7 +144,7 @@ impl Schemas {
                     self.by_number[usize::from(number)] = Some(schema);
                 }
                 Some(_) => {}
-                None => damage(damages, place, "a description of a message that makes no sense"),
+                None => damages.add(place, "a description of a message that makes no sense"),
             };
         }
         let Some(schema) = &self.by_number[usize::from(number)] else { return };

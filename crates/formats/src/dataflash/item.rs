@@ -12,18 +12,3 @@ pub(super) enum Item<'a> {
     /// What the autopilot said, such as its name and version.
     Text(&'a str),
 }
-
-/// What is wrong with a log, each with its byte or line.
-pub(super) type Damages = Vec<(u64, String)>;
-
-/// Damages described one by one.
-const DAMAGES: usize = 5;
-
-/// Adds a damage, unless there are many.
-pub(super) fn damage(damages: &mut Damages, place: u64, reason: &str) {
-    if damages.len() < DAMAGES {
-        damages.push((place, reason.to_owned()));
-    } else if damages.len() == DAMAGES {
-        damages.push((place, "and more damage from here on".to_owned()));
-    }
-}

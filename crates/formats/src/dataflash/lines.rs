@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::io;
 
-use super::item::{Damages, Item, damage};
+use super::item::Item;
 use super::schema::Schema;
+use crate::damages::Damages;
 use crate::window::Window;
 
 /// No line is longer, bytes.
@@ -17,7 +18,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
     let mut schemas: HashMap<String, Schema> = HashMap::new();
     let mut numbers: HashMap<String, String> = HashMap::new();
     let mut multipliers: HashMap<u8, f64> = HashMap::new();
-    let mut damages = Damages::new();
+    let mut damages = Damages::default();
     let mut line = 0;
     loop {
         let bytes = window.peek(LONGEST)?;
@@ -30,20 +31,20 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
             Some(end) => (end + 1, true),
             None if bytes.len() >= LONGEST => {
                 let reason = "a line of more than 16384 bytes: the rest is not read";
-                damage(&mut damages, line, reason);
+                damages.add(line, reason);
                 return Ok(damages);
             }
             None => (bytes.len(), false),
         };
         let Ok(text) = std::str::from_utf8(&bytes[..length]) else {
-            damage(&mut damages, line, "no text: passed over");
+            damages.add(line, "no text: passed over");
             window.consume(length);
             continue;
         };
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
         let (name, fields) = (fields[0], &fields[1..]);
         if !is_whole && !name.is_empty() {
-            damage(&mut damages, line, "the file ends within this line: cut off");
+            damages.add(line, "the file ends within this line: cut off");
             return Ok(damages);
         }
         match (name, fields) {
@@ -66,7 +67,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
                 }
             }
             (name, fields) => match schemas.get(name) {
-                None => damage(&mut damages, line, "a message that no FMT describes: passed over"),
+                None => damages.add(line, "a message that no FMT describes: passed over"),
                 Some(schema) => give(schema, fields, line, take),
             },
         }

@@ -14,6 +14,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::assembly::Assembly;
 use crate::choice::Counts;
+use crate::damages::Damages;
 use crate::format::Format;
 use crate::integrals::{integrate, remark_points};
 use crate::latency::USUAL_LATENCY_S;
@@ -21,7 +22,7 @@ use crate::open::{Log, Options};
 use crate::window::Input;
 use hovernav::frames::Vector;
 use hovernav_log::{LogError, Manifest};
-use item::{Damages, Item};
+use item::Item;
 use message::Message;
 use rows::Rows;
 
@@ -75,7 +76,7 @@ pub(crate) fn read(input: Input<'_>, format: Format, options: &Options) -> Resul
 
 fn remark_damages(damages: &Damages, is_text: bool, to: &mut Assembly) {
     let place = if is_text { "line" } else { "byte" };
-    for (at, reason) in damages {
+    for (at, reason) in damages.iter() {
         to.say(format!("at {place} {at}: {reason}"));
     }
 }

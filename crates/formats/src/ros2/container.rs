@@ -4,6 +4,7 @@ use std::io::Read as _;
 
 use mcap::records::{ChunkHeader, Record, op};
 
+use crate::damages::Damages;
 use crate::window::Input;
 use hovernav_log::LogError;
 
@@ -14,58 +15,59 @@ const LARGEST: usize = 1 << 28;
 const CRC: crc::Crc<u32, crc::Table<16>> =
     crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Why a file ended before its end; the bytes up to there were read.
-#[derive(Debug)]
-pub(super) struct CutOff {
-    pub offset: u64,
-    pub reason: String,
-}
-
-/// Gives every record of the file to `take`, with its byte in the file, or that of its chunk. What
-/// was whole before damage has been given; the damage is returned.
+/// Gives every record of the file to `take`, with its byte in the file, or that of its chunk. A record or a
+/// chunk that is damaged within its length is passed over; where a length is none the file ends for us.
 ///
 /// # Errors
-/// [`LogError::Io`], and what `take` returns.
+/// [`LogError::Io`].
 pub(super) fn for_each_record(
     input: Input<'_>,
-    mut take: impl FnMut(Record<'_>, u64) -> Result<(), LogError>,
-) -> Result<Option<CutOff>, LogError> {
+    mut take: impl FnMut(Record<'_>, u64),
+) -> Result<Damages, LogError> {
+    let mut damages = Damages::default();
     let mut window = input.window()?;
     window.peek(mcap::MAGIC.len()).map_err(LogError::io(input.path))?;
     window.consume(mcap::MAGIC.len());
     loop {
         let offset = window.offset();
-        let cut = |reason: String| Ok(Some(CutOff { offset, reason }));
+        let mut end = |reason: String| {
+            damages.add(offset, format!("{reason}; what came before is used"));
+        };
         let head = window.peek(FRAME).map_err(LogError::io(input.path))?;
         let Some((opcode, length)) = frame(head) else {
-            return cut("ends without the record that ends an MCAP file".into());
+            end("ends without the record that ends an MCAP file".into());
+            return Ok(damages);
         };
-        if length > LARGEST as u64 {
-            return cut(format!("a record of {length} bytes, which is none"));
+        if opcode == 0 || length > LARGEST as u64 {
+            end(format!("a record of kind {opcode} and {length} bytes, which is none"));
+            return Ok(damages);
         }
         let length = length as usize;
-        if opcode == op::DATA_END || opcode == op::FOOTER {
-            return Ok(None);
+        if opcode == op::FOOTER {
+            return Ok(damages);
         }
         let bytes = window.peek(FRAME + length).map_err(LogError::io(input.path))?;
         let Some(body) = bytes.get(FRAME..FRAME + length) else {
-            return cut(format!("cut off within a record of {length} bytes"));
+            end(format!("cut off within a record of {length} bytes"));
+            return Ok(damages);
         };
-        match parsed(opcode, body) {
-            Some(Ok(Record::Chunk { header, data })) => {
-                let records = match unpacked(&header, &data) {
-                    Ok(records) => records,
-                    Err(reason) => return cut(reason),
-                };
-                if let Some(reason) = of_chunk(&records, |record| take(record, offset))? {
-                    return cut(reason);
-                }
-            }
-            Some(Ok(record)) => take(record, offset)?,
-            Some(Err(error)) => return cut(error.to_string()),
-            None => {}
+        if let Err(reason) = of_record(opcode, body, &mut |record| take(record, offset)) {
+            damages.add(offset, format!("{reason}; passed over"));
         }
         window.consume(FRAME + length);
+    }
+}
+
+/// Gives a record, or those of a chunk, to `take`; why it is damaged, if it is.
+fn of_record(opcode: u8, body: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Result<(), String> {
+    match parsed(opcode, body) {
+        Some(Ok(Record::Chunk { header, data })) => of_chunk(&unpacked(&header, &data)?, take),
+        Some(Ok(record)) => {
+            take(record);
+            Ok(())
+        }
+        Some(Err(error)) => Err(error.to_string()),
+        None => Ok(()),
     }
 }
 
@@ -117,21 +119,16 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
 }
 
 /// Gives the records of a chunk to `take`; why they end early, if they do.
-fn of_chunk(
-    mut rest: &[u8],
-    mut take: impl FnMut(Record<'_>) -> Result<(), LogError>,
-) -> Result<Option<String>, LogError> {
+fn of_chunk(mut rest: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Result<(), String> {
     while let Some((opcode, length)) = frame(rest) {
         let body = usize::try_from(length).ok().and_then(|length| rest[FRAME..].get(..length));
-        let Some(body) = body else {
-            return Ok(Some(format!("a record of {length} bytes, beyond its chunk")));
-        };
+        let body = body.ok_or_else(|| format!("a record of {length} bytes, beyond its chunk"))?;
         match parsed(opcode, body) {
-            Some(Ok(record)) => take(record)?,
-            Some(Err(error)) => return Ok(Some(error.to_string())),
+            Some(Ok(record)) => take(record),
+            Some(Err(error)) => return Err(error.to_string()),
             None => {}
         }
         rest = &rest[FRAME + body.len()..];
     }
-    Ok(None)
+    Ok(())
 }

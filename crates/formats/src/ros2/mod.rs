@@ -38,16 +38,22 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
     let mut assembly = Assembly::new(true);
     let topics = Topics::of(input, options, &mut assembly)?;
     let mut gathered = Gathered { assembly, ..Gathered::new() };
+    // However well they are packed, messages that say anything take a byte.
+    let mut room = input.length()?;
     for_each_record(input, |record, offset| {
         if let Record::Message { header, data } = record
             && let Some(kind) = topics.kind(header.channel_id)
         {
+            let Some(left) = room.checked_sub(1) else {
+                gathered.left_out += 1;
+                return;
+            };
+            room = left;
             let logged_ns = i64::try_from(header.log_time).unwrap_or(i64::MAX);
             let is_read = Cdr::new(&data)
                 .and_then(|cdr| gathered.take(kind, cdr, logged_ns, topics.by_stamp, offset));
             gathered.unreadable += usize::from(is_read.is_none());
         }
-        Ok(())
     })?;
     gathered.finish(input)
 }
@@ -59,6 +65,8 @@ struct Gathered {
     fixes: Vec<(u64, Fix)>,
     velocities: Vec<(Time, [f64; 3], Option<[f64; 3]>)>,
     unreadable: usize,
+    /// Messages beyond as many as the file has bytes.
+    left_out: usize,
     are_down: bool,
     has_imu: bool,
 }
@@ -71,6 +79,7 @@ impl Gathered {
             fixes: Vec::new(),
             velocities: Vec::new(),
             unreadable: 0,
+            left_out: 0,
             are_down: false,
             has_imu: false,
         }
@@ -179,6 +188,10 @@ impl Gathered {
         if self.unreadable > 0 {
             let count = self.unreadable;
             self.assembly.say(format!("{count} messages left out: not as long as their type is"));
+        }
+        if self.left_out > 0 {
+            let count = self.left_out;
+            self.assembly.say(format!("{count} messages left out: more than the file has bytes"));
         }
         if self.has_imu {
             self.assembly.note(match self.are_down {

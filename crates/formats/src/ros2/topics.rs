@@ -2,16 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use mcap::records::Record;
+use mcap::records::{Channel, MessageHeader, Record};
 
 use super::cdr::Cdr;
-use super::container::{CutOff, for_each_record};
+use super::container::for_each_record;
 use super::message::{Kind, header};
 use crate::assembly::Assembly;
 use crate::choice::Counts;
+use crate::damages::Damages;
 use crate::open::Options;
 use crate::window::Input;
 use hovernav_log::LogError;
+
+/// No topic's name is longer, bytes: what a chunk unpacks to could hold any number of such.
+const LONGEST_NAME: usize = 1024;
 
 /// A channel with messages that are read.
 #[derive(Debug)]
@@ -19,10 +23,31 @@ struct Topic {
     channel: u16,
     name: String,
     kind: Kind,
+    stamps: Stamps,
+}
+
+/// What a channel's messages say of their times.
+#[derive(Clone, Copy, Debug)]
+struct Stamps {
     messages: usize,
+    stamped: usize,
     /// How much later the log says a message was than its own stamp, least, ns.
     least_delay_ns: i64,
-    stamped: usize,
+}
+
+impl Stamps {
+    const NONE: Self = Self { messages: 0, stamped: 0, least_delay_ns: i64::MAX };
+
+    fn count(&mut self, sent: &MessageHeader, data: &[u8]) {
+        self.messages += 1;
+        let stamp_ns = Cdr::new(data).and_then(|mut cdr| header(&mut cdr)).map(|h| h.stamp_ns);
+        if let Some(stamp_ns) = stamp_ns.filter(|stamp_ns| *stamp_ns != 0) {
+            self.stamped += 1;
+            let logged_ns = i64::try_from(sent.log_time).unwrap_or(i64::MAX);
+            let delay_ns = logged_ns.saturating_sub(stamp_ns);
+            self.least_delay_ns = self.least_delay_ns.min(delay_ns);
+        }
+    }
 }
 
 /// What is read, channel by channel.
@@ -45,9 +70,9 @@ impl Topics {
         options: &Options,
         assembly: &mut Assembly,
     ) -> Result<Self, LogError> {
-        let (found, others, cut_off) = survey(input)?;
-        if let Some(CutOff { offset, reason }) = cut_off {
-            assembly.say(format!("damaged at byte {offset}: {reason}; what came before is used"));
+        let (found, others, damages) = survey(input)?;
+        for (offset, reason) in damages.iter() {
+            assembly.say(format!("damaged at byte {offset}: {reason}"));
         }
         if !others.is_empty() {
             let names: Vec<&str> = others.iter().take(12).map(String::as_str).collect();
@@ -67,7 +92,7 @@ impl Topics {
         ] {
             let of_kind: Vec<&Topic> =
                 found.iter().filter(|topic| kinds.contains(&topic.kind)).collect();
-            let counts = Counts::new(of_kind.iter().map(|t| t.messages).enumerate());
+            let counts = Counts::new(of_kind.iter().map(|t| t.stamps.messages).enumerate());
             let (index, sentence) = counts
                 .choose(wanted, |index| index, |index| of_kind[index].name.clone())
                 .map_err(|reason| LogError::Unusable { path: input.path.to_path_buf(), reason })?;
@@ -90,62 +115,48 @@ impl Topics {
 /// Whether all topics are stamped, by clocks that are alike to half a second.
 fn stamps_agree(topics: &[Topic]) -> bool {
     const ALIKE_NS: i64 = 500_000_000;
-    let delays = || topics.iter().map(|topic| topic.least_delay_ns);
-    topics.iter().all(|topic| 10 * topic.stamped > 9 * topic.messages)
+    let delays = || topics.iter().map(|topic| topic.stamps.least_delay_ns);
+    topics.iter().all(|topic| 10 * topic.stamps.stamped > 9 * topic.stamps.messages)
         && delays().max().zip(delays().min()).is_some_and(|(most, least)| {
             most.checked_sub(least).is_some_and(|spread| spread <= ALIKE_NS)
         })
 }
 
 /// The topics with messages that are read, the others by name, and damage.
-#[expect(clippy::type_complexity, reason = "three results that nothing else shares")]
-fn survey(input: Input<'_>) -> Result<(Vec<Topic>, Vec<String>, Option<CutOff>), LogError> {
-    let mut schemas: BTreeMap<u16, String> = BTreeMap::new();
-    let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
-    let mut others: BTreeMap<u16, String> = BTreeMap::new();
-    let cut_off = for_each_record(input, |record, _| {
-        match record {
-            Record::Schema { header, .. } => {
-                schemas.insert(header.id, header.name);
+fn survey(input: Input<'_>) -> Result<(Vec<Topic>, Vec<String>, Damages), LogError> {
+    let mut kinds: BTreeMap<u16, Kind> = BTreeMap::new();
+    // Of each channel its schema, its name and whether its messages can be read.
+    let mut channels: BTreeMap<u16, (u16, String, bool)> = BTreeMap::new();
+    let mut stamps: BTreeMap<u16, Stamps> = BTreeMap::new();
+    // Where the chunk that tells of a channel is damaged, the end of the file tells of it again.
+    let damages = for_each_record(input, |record, _| match record {
+        Record::Schema { header, .. } => {
+            if let Some(kind) = Kind::of(&header.name) {
+                kinds.entry(header.id).or_insert(kind);
             }
-            Record::Channel(channel) => {
-                let schema = schemas.get(&channel.schema_id).map_or("", String::as_str);
-                let kind = Kind::of(schema).filter(|_| channel.message_encoding == "cdr");
-                // Speeds that are asked of a vehicle are not those of a receiver.
-                let kind = kind.filter(|_| !channel.topic.contains("cmd"));
-                if let Some(kind) = kind {
-                    topics.entry(channel.id).or_insert(Topic {
-                        channel: channel.id,
-                        name: channel.topic,
-                        kind,
-                        messages: 0,
-                        least_delay_ns: i64::MAX,
-                        stamped: 0,
-                    });
-                } else {
-                    others.insert(channel.id, channel.topic);
-                }
-            }
-            Record::Message { header: sent, data } => {
-                if let Some(topic) = topics.get_mut(&sent.channel_id) {
-                    topic.messages += 1;
-                    let stamp_ns =
-                        Cdr::new(&data).and_then(|mut cdr| header(&mut cdr)).map(|h| h.stamp_ns);
-                    if let Some(stamp_ns) = stamp_ns.filter(|stamp_ns| *stamp_ns != 0) {
-                        topic.stamped += 1;
-                        let logged_ns = i64::try_from(sent.log_time).unwrap_or(i64::MAX);
-                        let delay_ns = logged_ns.saturating_sub(stamp_ns);
-                        topic.least_delay_ns = topic.least_delay_ns.min(delay_ns);
-                    }
-                }
-            }
-            _ => {}
         }
-        Ok(())
+        Record::Channel(Channel { id, schema_id, topic, message_encoding, .. }) => {
+            if topic.len() <= LONGEST_NAME {
+                let is_cdr = message_encoding == "cdr";
+                channels.entry(id).or_insert((schema_id, topic, is_cdr));
+            }
+        }
+        Record::Message { header: sent, data } => {
+            stamps.entry(sent.channel_id).or_insert(Stamps::NONE).count(&sent, &data);
+        }
+        _ => {}
     })?;
+    let (mut topics, mut others) = (Vec::new(), Vec::new());
+    for (channel, (schema, name, is_cdr)) in channels {
+        // Speeds that are asked of a vehicle are not those of a receiver.
+        let kind = kinds.get(&schema).filter(|_| is_cdr && !name.contains("cmd"));
+        match (kind, stamps.get(&channel)) {
+            (Some(&kind), Some(&stamps)) => topics.push(Topic { channel, name, kind, stamps }),
+            (Some(_), None) => {}
+            (None, _) => others.push(name),
+        }
+    }
     // Those that name themselves raw come after those that do not.
-    let mut topics: Vec<Topic> = topics.into_values().collect();
     topics.sort_by_key(|topic| (topic.name.contains("raw"), topic.name.clone()));
-    topics.retain(|topic| topic.messages > 0);
-    Ok((topics, others.into_values().collect(), cut_off))
+    Ok((topics, others, damages))
 }

@@ -5,6 +5,7 @@
 
 use std::io;
 
+use crate::damages::Damages;
 use crate::window::Window;
 
 /// A message: its kind, where it begins, and what it holds.
@@ -24,7 +25,7 @@ pub(super) struct Messages<'w> {
     /// The clock at the file's start, µs.
     pub start_us: u64,
     /// Where the file is damaged, and how.
-    pub damages: Vec<(u64, String)>,
+    pub damages: Damages,
 }
 
 /// Magic, version, and the clock.
@@ -37,8 +38,6 @@ const KINDS: &[u8] = b"BFIMPQARDLCSO";
 const CHAIN: usize = 4;
 /// Room for such a row, but for messages that are never so large.
 const LOOKAHEAD: usize = 1 << 16;
-/// Damages described one by one.
-const DAMAGES: usize = 5;
 
 impl<'w> Messages<'w> {
     /// Those of `window`, which stands at the start of the file. `None` where its header is cut off.
@@ -54,7 +53,7 @@ impl<'w> Messages<'w> {
             appended: Vec::new(),
             handed_out: 0,
             start_us,
-            damages: Vec::new(),
+            damages: Damages::default(),
         }))
     }
 
@@ -67,26 +66,26 @@ impl<'w> Messages<'w> {
             let bytes = self.window.peek(HEAD)?;
             let Some(&[low, high, kind]) = bytes.first_chunk::<HEAD>() else {
                 if !bytes.is_empty() {
-                    self.damage(offset, "the file ends within the head of a message: cut off");
+                    self.damages.add(offset, "the file ends within the head of a message: cut off");
                 }
                 return Ok(None);
             };
             let length = HEAD + usize::from(u16::from_le_bytes([low, high]));
             if let Some(part) = next_part.filter(|&part| offset + length as u64 > part) {
-                self.damage(offset, "a message cut off where data were appended");
+                self.damages.add(offset, "a message cut off where data were appended");
                 self.window.seek(part)?;
                 continue;
             }
             if length == HEAD || !KINDS.contains(&kind) {
                 let reason = format!("found no message, of kind {kind:#04x}: passed over");
-                self.damage(offset, &reason);
+                self.damages.add(offset, reason);
                 if !self.resynchronise()? {
                     return Ok(None);
                 }
                 continue;
             }
             if self.window.peek(length)?.len() < length {
-                self.damage(offset, "the file ends within a message: cut off");
+                self.damages.add(offset, "the file ends within a message: cut off");
                 return Ok(None);
             }
             self.handed_out = length;
@@ -131,14 +130,6 @@ impl<'w> Messages<'w> {
             if found.is_some() {
                 return Ok(true);
             }
-        }
-    }
-
-    fn damage(&mut self, offset: u64, reason: &str) {
-        if self.damages.len() < DAMAGES {
-            self.damages.push((offset, reason.to_owned()));
-        } else if self.damages.len() == DAMAGES {
-            self.damages.push((offset, "and more damage from here on".to_owned()));
         }
     }
 }

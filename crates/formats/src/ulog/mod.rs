@@ -104,7 +104,7 @@ fn is_read(choice: &Choice, topic: Topic, instance: u8) -> bool {
 
 /// Says what is wrong with the file.
 fn remark_file(messages: &Messages<'_>, survey: &Survey, to: &mut Assembly) {
-    for (offset, reason) in &messages.damages {
+    for (offset, reason) in messages.damages.iter() {
         to.say(format!("at byte {offset}: {reason}"));
     }
     if let Some(offset) = survey.senseless {
