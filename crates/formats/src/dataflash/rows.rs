@@ -35,7 +35,7 @@ pub(super) struct Rows {
     pub integrals: Integrals,
     /// GPS week and seconds in it, of the first fix that has them.
     pub gps_time: Option<(f64, f64)>,
-    /// Whether heights are those of PX4's logs in this form: all are above mean sea level.
+    /// Fixes, all with heights above mean sea level.
     pub fixes: usize,
     /// The time of messages that have none themselves, s.
     pub current_s: f64,
@@ -116,12 +116,10 @@ impl Rows {
         if message == Message::Time {
             return row[0];
         }
-        let mut times = row[..2].to_vec();
-        if message == Message::Gps {
-            // Where old logs have both, `TimeMS` is the receiver's and `T` the autopilot's.
-            times.insert(1, row[2]);
-        }
-        times.into_iter().find(|time| time.is_finite()).unwrap_or(self.current_s)
+        // Where old logs have both, `TimeMS` is the receiver's and `T` the autopilot's.
+        let of_gps = (message == Message::Gps).then(|| row[2]);
+        let mut times = [Some(row[0]), of_gps, Some(row[1])].into_iter().flatten();
+        times.find(|time| time.is_finite()).unwrap_or(self.current_s)
     }
 
     fn increments(&mut self, row: &[f64], time: Time, place: u64, to: &mut Assembly) {
