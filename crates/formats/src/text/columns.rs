@@ -148,18 +148,17 @@ impl Fields<'_> {
         Ok(values.map(|values| axes.turned(values).map(|value| value * factor)))
     }
 
-    /// When the row was, by `column` or by its number.
+    /// When the row was, by `column` or by its number, as the file counts.
     pub fn time(&self, column: Option<usize>, time: &TimeColumn) -> Result<Option<Time>, LogError> {
-        let at = match (column, time.rate_hz) {
+        match (column, time.rate_hz) {
             (Some(column), _) => {
                 let Some(field) = self.fields.get(column) else { return Ok(None) };
                 decimal::time(field, time.unit, self.decimal_comma)
-                    .ok_or_else(|| self.unexpected(column, "a time"))?
+                    .ok_or_else(|| self.unexpected(column, "a time"))
             }
-            (None, Some(rate_hz)) => Time::from_seconds(self.row as f64 / rate_hz),
-            (None, None) => None,
-        };
-        Ok(at.map(|at| time.scale.to_utc(at).offset_by(time.offset_s)))
+            (None, Some(rate_hz)) => Ok(Time::from_seconds(self.row as f64 / rate_hz)),
+            (None, None) => Ok(None),
+        }
     }
 
     fn unexpected(&self, column: usize, expected: &'static str) -> LogError {

@@ -36,7 +36,7 @@ pub enum TimeUnit {
     /// Nanoseconds.
     #[serde(rename = "ns")]
     Nanoseconds,
-    /// Dates and times of day, `2025-07-08T12:34:56.789Z` or `12:34:56.789`.
+    /// Dates and times of day, such as `2025-07-08T12:34:56.789Z` or `12:34:56.789`.
     #[serde(rename = "clock")]
     Clock,
 }
@@ -120,7 +120,15 @@ fn clock_time(field: &[u8]) -> Option<Time> {
         return at.timestamp_nanos_opt().map(Time::from_nanoseconds);
     }
     let text = text.trim_end_matches('Z');
-    let formats = ["%Y-%m-%dT%H:%M:%S%.f", "%Y-%m-%d %H:%M:%S%.f", "%Y/%m/%d %H:%M:%S%.f"];
+    // Days before months only where points part them, months before days only where the hours are halved:
+    // elsewhere nobody can tell.
+    let formats = [
+        "%Y-%m-%dT%H:%M:%S%.f",
+        "%Y-%m-%d %H:%M:%S%.f",
+        "%Y/%m/%d %H:%M:%S%.f",
+        "%d.%m.%Y %H:%M:%S%.f",
+        "%m/%d/%Y %I:%M:%S%.f %p",
+    ];
     if let Some(at) =
         formats.iter().find_map(|format| NaiveDateTime::parse_from_str(text, format).ok())
     {
@@ -129,6 +137,30 @@ fn clock_time(field: &[u8]) -> Option<Time> {
     let at = NaiveTime::parse_from_str(text, "%H:%M:%S%.f").ok()?;
     let seconds = i64::from(at.num_seconds_from_midnight());
     Some(Time::from_nanoseconds(seconds * 1_000_000_000 + i64::from(at.nanosecond())))
+}
+
+/// Midnights between times of day: a flight that goes on past one goes on.
+#[derive(Debug, Default)]
+pub(crate) struct Midnights {
+    last: Option<Time>,
+    days: f64,
+}
+
+impl Midnights {
+    /// A time of day counted on from the day of the first; a date stays what it is.
+    pub(crate) fn passed(&mut self, time: Time) -> Time {
+        const DAY_S: f64 = 86_400.0;
+        if !(0.0..DAY_S).contains(&time.seconds()) {
+            return time;
+        }
+        // A row out of order around midnight belongs to the day before.
+        match self.last.replace(time).map_or(0.0, |last| time - last) {
+            step_s if step_s < -0.5 * DAY_S => self.days += 1.0,
+            step_s if step_s > 0.5 * DAY_S => self.days -= 1.0,
+            _ => {}
+        }
+        time.offset_by(DAY_S * self.days)
+    }
 }
 
 #[cfg(test)]
@@ -152,6 +184,8 @@ mod tests {
             ("1970-01-01T00:00:01.5Z", Clock, false, 1_500_000_000),
             ("1970-01-01T01:00:01+01:00", Clock, false, 1_000_000_000),
             ("1970-01-01 00:00:02", Clock, false, 2_000_000_000),
+            ("02.01.1970 00:00:02,5", Clock, true, 86_402_500_000_000),
+            ("1/2/1970 1:00:02 PM", Clock, false, 133_202_000_000_000),
             ("00:01:00.25", Clock, false, 60_250_000_000),
         ] {
             assert_eq!(nanoseconds(text, unit, comma), Some(expected), "{text}");
@@ -159,6 +193,20 @@ mod tests {
         for (text, unit) in [("abc", Seconds), (".", Seconds), ("-", Clock), ("25:00:00", Clock)] {
             assert_eq!(time(text.as_bytes(), unit, false).flatten(), None, "{text}");
         }
+    }
+
+    #[test]
+    fn times_of_day_go_on_past_midnight() {
+        let mut midnights = Midnights::default();
+        let mut passed = |text: &str| {
+            let time = time(text.as_bytes(), TimeUnit::Clock, false).flatten().unwrap();
+            midnights.passed(time).seconds()
+        };
+        assert_eq!(passed("23:59:59.5"), 86_399.5);
+        assert_eq!(passed("00:00:00.5"), 86_400.5);
+        assert_eq!(passed("23:59:59.75"), 86_399.75);
+        assert_eq!(passed("00:00:01"), 86_401.0);
+        assert_eq!(passed("1970-01-03T00:00:00"), 172_800.0);
     }
 
     #[test]

@@ -121,6 +121,8 @@ impl Layout {
             (Delimiter::Tab, true),
             (Delimiter::Tab, false),
             (Delimiter::Comma, false),
+            // Numbers in quotes, as their own commas would part them.
+            (Delimiter::Comma, true),
             (Delimiter::Spaces, true),
             (Delimiter::Spaces, false),
         ];

@@ -1,6 +1,7 @@
 //! What one file's columns say of each sensor, row by row.
 
 use super::columns::{Fields, Source};
+use super::decimal::{Midnights, TimeUnit};
 use super::gps::GpsPlaces;
 use super::mapping::{AttitudeColumns, TableMapping, Triad};
 use super::units::{AttitudeRole, BaroUnit, ForceUnit, MagneticUnit, RateUnit, StickUnit, World};
@@ -20,6 +21,7 @@ const GREATEST_HEIGHT_M: f64 = 1e5;
 pub(crate) struct TableColumns {
     mapping: TableMapping,
     time: Option<usize>,
+    midnights: Midnights,
     gyro: Option<[usize; 3]>,
     accel: Option<[usize; 3]>,
     mag: Option<[usize; 3]>,
@@ -66,6 +68,7 @@ impl TableColumns {
         });
         let columns = Self {
             time: source.find_optional(&table.time.column)?,
+            midnights: Midnights::default(),
             gyro: table.gyro.as_ref().map(|t| source.find_triad(t)).transpose()?,
             accel: table.accel.as_ref().map(|t| source.find_triad(t)).transpose()?,
             mag: table.mag.as_ref().map(|t| source.find_triad(t)).transpose()?,
@@ -107,8 +110,13 @@ impl TableColumns {
         self.gyro.is_some() || self.accel.is_some()
     }
 
-    pub fn time(&self, fields: &Fields<'_>) -> Result<Option<Time>, LogError> {
-        fields.time(self.time, &self.mapping.time)
+    pub fn time(&mut self, fields: &Fields<'_>) -> Result<Option<Time>, LogError> {
+        let mapping = &self.mapping.time;
+        let Some(mut time) = fields.time(self.time, mapping)? else { return Ok(None) };
+        if mapping.unit == TimeUnit::Clock {
+            time = self.midnights.passed(time);
+        }
+        Ok(Some(mapping.scale.to_utc(time).offset_by(mapping.offset_s)))
     }
 
     pub fn motion(&mut self, fields: &Fields<'_>) -> Result<Motions, LogError> {
