@@ -47,7 +47,7 @@ pub(crate) fn dataset(
     for table in &mapping.table {
         read_table(directory, table, &manifest, &mut gathered, &mut warnings)?;
     }
-    together::dataset(directory, gathered, manifest, warnings)
+    together::dataset(directory, mapping, gathered, manifest, warnings)
 }
 
 fn read_table(

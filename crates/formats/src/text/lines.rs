@@ -46,8 +46,9 @@ impl Lines {
         }
         self.number += 1;
         if read as u64 == LONGEST_LINE && self.line.last() != Some(&b'\n') {
+            let ends = if self.line.contains(&b'\r') { ", lines that end with LF" } else { "" };
             let reason = format!(
-                "line {} is longer than {LONGEST_LINE} bytes, expected rows of text",
+                "line {} is longer than {LONGEST_LINE} bytes, expected rows of text{ends}",
                 self.number
             );
             return Err(LogError::Unusable { path: self.path.clone(), reason });

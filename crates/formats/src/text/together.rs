@@ -1,42 +1,58 @@
 //! What was read from several files, put together on one clock.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::apply::Gathered;
+use super::mapping::{MAPPING_FILE, Mapping, TableMapping};
 use crate::onboard::Onboard;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows, motion_fault};
 
-/// The dataset of what was `gathered` from files in `directory`.
+/// The dataset of what was `gathered` from the files of `mapping`, which stands in `directory`.
 pub(crate) fn dataset(
     directory: &Path,
+    mapping: &Mapping,
     gathered: Gathered,
     manifest: Manifest,
     mut warnings: Vec<String>,
 ) -> Result<(Dataset, Option<Onboard>), LogError> {
-    let remarks = |sensor: &str| Ordering { directory, remarks: Remarks::new(sensor) };
-    let mut imu = remarks("imu").ordered(gathered.imu, |sample| sample.time, &mut warnings)?;
-    let rates = remarks("gyro").ordered(gathered.rates, |row| row.0, &mut warnings)?;
-    let forces = remarks("accel").ordered(gathered.forces, |row| row.0, &mut warnings)?;
-    let attitudes = remarks("attitude").ordered(gathered.attitudes, |row| row.0, &mut warnings)?;
+    let of = |sensor: &str, has: fn(&TableMapping) -> bool| {
+        let table = mapping.table.iter().find(|table| has(table));
+        let file = table.map_or(Path::new(MAPPING_FILE), |table| &table.file);
+        Ordering { path: directory.join(file), remarks: Remarks::new(sensor) }
+    };
+    let gyro = |table: &TableMapping| table.gyro.is_some();
+    let imu = of("imu", gyro);
+    let mut imu = imu.ordered(gathered.imu, |sample| sample.time, &mut warnings)?;
+    let rates = of("gyro", gyro).ordered(gathered.rates, |row| row.0, &mut warnings)?;
+    let accel = of("accel", |table| table.accel.is_some());
+    let forces = accel.ordered(gathered.forces, |row| row.0, &mut warnings)?;
+    let attitude = |table: &TableMapping| table.attitude.is_some();
+    let attitudes = of("attitude", attitude);
+    let attitudes = attitudes.ordered(gathered.attitudes, |row| row.0, &mut warnings)?;
     if imu.is_empty() {
         imu = joined(&rates, &forces, &mut warnings);
     }
     attach(&mut imu, &attitudes);
-    let moments = remarks("onboard").ordered(gathered.onboard, |row| row.time, &mut warnings)?;
+    let moments = of("onboard", attitude);
+    let moments = moments.ordered(gathered.onboard, |row| row.time, &mut warnings)?;
     let onboard = (!moments.is_empty()).then(|| Onboard {
         name: "attitude on board".into(),
         moments,
         innovations: Vec::new(),
     });
+    let fixes = of("gps", |table| table.gps.is_some());
+    let baro = of("baro", |table| table.baro.is_some());
+    let magnetometer = of("mag", |table| table.mag.is_some());
+    let controls = of("controls", |table| table.controls.is_some());
     let dataset = Dataset {
         imu,
-        fixes: remarks("gps").ordered(gathered.fixes, |fix| fix.time, &mut warnings)?,
-        baro: remarks("baro").ordered(gathered.baro, |row| row.0, &mut warnings)?,
-        magnetometer: remarks("mag").ordered(gathered.magnetometer, |row| row.0, &mut warnings)?,
-        controls: remarks("controls").ordered(gathered.controls, |row| row.0, &mut warnings)?,
+        fixes: fixes.ordered(gathered.fixes, |fix| fix.time, &mut warnings)?,
+        baro: baro.ordered(gathered.baro, |row| row.0, &mut warnings)?,
+        magnetometer: magnetometer.ordered(gathered.magnetometer, |row| row.0, &mut warnings)?,
+        controls: controls.ordered(gathered.controls, |row| row.0, &mut warnings)?,
         manifest,
         headings: Vec::new(),
         ranges: Vec::new(),
@@ -49,19 +65,20 @@ pub(crate) fn dataset(
     Ok((dataset, onboard))
 }
 
-struct Ordering<'a> {
-    directory: &'a Path,
+/// Rows to be put in order, of a sensor in a file.
+struct Ordering {
+    path: PathBuf,
     remarks: Remarks,
 }
 
-impl Ordering<'_> {
+impl Ordering {
     fn ordered<T>(
         mut self,
         rows: Rows<T>,
         time: impl Fn(&T) -> Time,
         warnings: &mut Vec<String>,
     ) -> Result<Vec<T>, LogError> {
-        let (rows, _) = rows.in_time_order(time, self.directory, &mut self.remarks)?;
+        let (rows, _) = rows.in_time_order(time, &self.path, &mut self.remarks)?;
         warnings.extend(self.remarks.into_warnings());
         Ok(rows)
     }
