@@ -60,11 +60,18 @@ impl Dataset {
             other => other,
         })?;
         self.manifest = probe.manifest;
+        self.normalise_imu();
+        Ok(())
+    }
+
+    /// Brings inertial samples that are as the manifest's `axes`, `mounting_deg`, `accel_unit`, `gyro_unit`
+    /// and `accel_is_gravity` say to the vehicle's forward, right, down, rad/s and m/s²; from then on the
+    /// manifest says that they are so.
+    pub fn normalise_imu(&mut self) {
         let reading = self.manifest.imu.take_reading();
         for sample in &mut self.imu {
             *sample = reading.applied(*sample);
         }
-        Ok(())
     }
 }
 

@@ -47,7 +47,9 @@ pub(crate) fn read(path: &Path, _options: &Options) -> Result<Log, LogError> {
     let directory = file.parent().unwrap_or(Path::new("."));
     let (mapping, mut warnings) = mapping::Mapping::read(&file)?;
     let manifest = manifest(directory, &mut warnings)?;
-    let (dataset, onboard) = dataset(directory, &mapping, manifest, warnings)?;
+    let (mut dataset, onboard) = dataset(directory, &mapping, manifest, warnings)?;
+    // What the mapping leaves, a unit that stands askew, the manifest tells.
+    dataset.normalise_imu();
     Ok(Log { format: Format::Text, dataset, record: None, onboard })
 }
 
