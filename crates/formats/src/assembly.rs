@@ -200,14 +200,15 @@ impl Assembly {
         let (ranges, _) = self.ranges.in_time_order(|row| row.time, path, others)?;
         let (controls, _) = self.controls.in_time_order(|row| row.0, path, others)?;
         if imu.is_empty() && fixes.is_empty() {
-            let mut reason = format!("a {format} without inertial samples and without fixes");
+            let format = format.with_article();
+            let mut reason = format!("{format} without inertial samples and without fixes");
             for remark in [&self.imu_remarks, &self.gps_remarks] {
                 let summary = remark.summary();
                 if !summary.is_empty() {
                     reason = format!("{reason}; {summary}");
                 }
             }
-            for remark in self.notes.into_iter().chain(self.remarks) {
+            for remark in self.remarks.into_iter().chain(self.notes) {
                 reason = format!("{reason}; {remark}");
             }
             return Err(LogError::Unusable { path: path.to_path_buf(), reason });

@@ -51,6 +51,15 @@ const ULOG: &[u8] = b"ULog\x01\x12\x35";
 const DATAFLASH: &[u8] = &[0xA3, 0x95, 0x80];
 
 impl Format {
+    /// Its name behind an article.
+    pub(crate) fn with_article(self) -> String {
+        let article = match self {
+            Self::Dataflash | Self::DataflashText | Self::Ros2 => "an",
+            _ => "a",
+        };
+        format!("{article} {self}")
+    }
+
     /// The format of a file that begins with `head`, its first [`HEAD`] bytes or all of them.
     pub(crate) fn of(head: &[u8]) -> Option<Self> {
         if head.starts_with(ULOG) {
@@ -65,6 +74,10 @@ impl Format {
             Some(Self::Tlog)
         } else if is_raw(head) {
             Some(Self::Raw)
+        } else if is_dataflash_within(head) {
+            Some(Self::Dataflash)
+        } else if (1..head.len()).any(|at| is_dated_tlog(&head[at..])) {
+            Some(Self::Tlog)
         } else if is_text_in_columns(head) {
             Some(Self::Text)
         } else {
@@ -109,6 +122,24 @@ fn is_tlog(head: &[u8]) -> bool {
     second.is_empty() || frame_length(second).is_some()
 }
 
+/// Whether three frames follow each other, the first behind a time of this age: of a log whose beginning is
+/// damaged, since two marks may stand anywhere.
+fn is_dated_tlog(head: &[u8]) -> bool {
+    /// From 1990 to 2100, µs since 1970.
+    const DATES_US: std::ops::Range<u64> = 631_152_000_000_000..4_102_444_800_000_000;
+    let dated = head.first_chunk().is_some_and(|at| DATES_US.contains(&u64::from_be_bytes(*at)));
+    let next = || head.get(frame_length(head)?..);
+    dated && next().is_some_and(|next| frame_length(next).is_some() && is_tlog(next))
+}
+
+/// Whether two messages that describe messages follow each other somewhere: of a log whose beginning is
+/// damaged.
+fn is_dataflash_within(head: &[u8]) -> bool {
+    const LENGTH: usize = 89;
+    let begins = |at: usize| head.get(at..).is_some_and(|rest| rest.starts_with(DATAFLASH));
+    (0..head.len()).any(|at| begins(at) && begins(at + LENGTH))
+}
+
 /// How long a time and the frame behind it are, by the frame's own length.
 fn frame_length(bytes: &[u8]) -> Option<usize> {
     const TIME: usize = 8;
@@ -145,14 +176,20 @@ fn is_text_in_columns(head: &[u8]) -> bool {
         let numbers = fields.iter().filter(begins_number).count();
         numbers >= 2 && 10 * numbers >= 7 * fields.len()
     };
-    let is_text = |byte: &u8| *byte >= b' ' || byte.is_ascii_whitespace();
     let lines = || head.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
-    head.iter().all(is_text) && lines().any(|line| is_row(line) || line == b"[[table]]")
+    is_text(head) && lines().any(|line| is_row(line) || line == b"[[table]]")
+}
+
+/// Whether there is no byte that text does not have, in whatever set of characters.
+pub(crate) fn is_text(head: &[u8]) -> bool {
+    head.iter().all(|byte| *byte >= b' ' || byte.is_ascii_whitespace())
 }
 
 /// What files that are no log begin with, and what they are.
-const OTHERS: [(&[u8], &str); 16] = [
-    (b"PK\x03\x04", "a zip archive: unpack it first"),
+const OTHERS: [(&[u8], &str); 18] = [
+    (b"PK\x03\x04", "a zip archive, as spreadsheets are too: unpack it, or save it as CSV, first"),
+    (b"\xff\xfe", "text in UTF-16: save it as UTF-8 first"),
+    (b"\xfe\xff", "text in UTF-16: save it as UTF-8 first"),
     (b"\x1f\x8b", "a gzip file: unpack it first"),
     (b"\xfd7zXZ", "an xz file: unpack it first"),
     (b"\x28\xb5\x2f\xfd", "a zstd file: unpack it first"),
@@ -204,6 +241,11 @@ mod tests {
             (b"\x89MCAP0\r\n", Some(Format::Record)),
             (b"t,x,y\n0.1,2,3\n", Some(Format::Text)),
             (b"# a mapping\n[[table]]\nfile = \"a\"\n", Some(Format::Text)),
+            (&[&b"\x01"[..], &tlog, &tlog].concat(), Some(Format::Tlog)),
+            (
+                &[&b"\x01\xA3\x95\x80"[..], &[0; 86], b"\xA3\x95\x80"].concat(),
+                Some(Format::Dataflash),
+            ),
             (b"ULog but not", None),
             (b"", None),
         ] {

@@ -64,13 +64,12 @@ pub fn open_bytes(bytes: &[u8], path: &Path, options: &Options) -> Result<Log, L
     read(format, Input { path, bytes: Some(bytes) }, options)
 }
 
-/// The format of `log`: a directory is a dataset, or a mapping of foreign files where it has no data
-/// of its own; a file what it holds.
+/// The format of `log`: a directory is a dataset, or a mapping of foreign files where it has no inertial
+/// samples in hovernav's own columns; a file what it holds.
 fn recognise(log: &Path) -> Result<Format, LogError> {
     let metadata = std::fs::metadata(log).map_err(LogError::io(log))?;
     if metadata.is_dir() {
-        // What an own file would say outright is only mapped where there is none.
-        let is_mapped = log.join("mapping.toml").exists() && !log.join("imu.csv").exists();
+        let is_mapped = log.join("mapping.toml").exists() && !is_own(&log.join("imu.csv"));
         return Ok(if is_mapped { Format::Text } else { Format::Dataset });
     }
     // A pipe would keep the reader waiting, a device may never end.
@@ -78,10 +77,23 @@ fn recognise(log: &Path) -> Result<Format, LogError> {
         let reason = "a pipe or a device, expected a file or a directory".to_owned();
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
+    format_of(&head_of(log)?, log)
+}
+
+/// Whether a file's first line has the name of our own column of times: a foreign `imu.csv` may stand beside
+/// its mapping.
+fn is_own(file: &Path) -> bool {
+    let head = if file.is_file() { head_of(file).unwrap_or_default() } else { Vec::new() };
+    let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    line.split(|byte| *byte == b',').any(|name| name.trim_ascii().ends_with(b"t_s"))
+}
+
+/// The first bytes of a file, from which its format is told.
+pub(crate) fn head_of(path: &Path) -> Result<Vec<u8>, LogError> {
     let mut head = Vec::with_capacity(HEAD);
-    let file = File::open(log).map_err(LogError::io(log))?;
-    file.take(HEAD as u64).read_to_end(&mut head).map_err(LogError::io(log))?;
-    format_of(&head, log)
+    let file = File::open(path).map_err(LogError::io(path))?;
+    file.take(HEAD as u64).read_to_end(&mut head).map_err(LogError::io(path))?;
+    Ok(head)
 }
 
 /// The format of a file that begins with `head`.

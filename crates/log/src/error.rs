@@ -63,7 +63,7 @@ pub enum LogError {
         reason: String,
     },
     /// A log whose reader was left out of this build.
-    #[error("{}: a {format}: hovernav-formats was built without its feature {feature}", path.display())]
+    #[error("{}: {format}: hovernav-formats was built without its feature {feature}", path.display())]
     LeftOut {
         /// The file.
         path: PathBuf,

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::format::{Format, is_text, looks_like};
+use crate::open::head_of;
 use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
 use hovernav_log::LogError;
 
@@ -20,6 +22,7 @@ pub(crate) struct Look {
 
 impl Look {
     pub fn at(path: &Path) -> Result<Self, LogError> {
+        ensure_text(path)?;
         let layout = Layout::of(path)?;
         let count = layout.names.len().min(COLUMNS);
         let mut look =
@@ -108,6 +111,22 @@ impl Look {
         }
         pairs > 0 && 2 * same > pairs
     }
+}
+
+/// Refuses a file that is no text, with what it is.
+fn ensure_text(path: &Path) -> Result<(), LogError> {
+    if !path.is_file() {
+        return Ok(());
+    }
+    let head = head_of(path)?;
+    let found = match Format::of(&head) {
+        Some(Format::Text) => return Ok(()),
+        None if is_text(&head) => return Ok(()),
+        Some(format) => format!("{}, which needs no mapping", format.with_article()),
+        None => looks_like(&head).to_owned(),
+    };
+    let reason = format!("found {found}, expected text in columns");
+    Err(LogError::Unusable { path: path.to_path_buf(), reason })
 }
 
 /// The median of `values`; NaN of none.

@@ -71,8 +71,9 @@ fn without_remarks(mut bytes: &[u8]) -> &[u8] {
 pub(crate) fn read(input: Input<'_>, _options: &Options) -> Result<Log, LogError> {
     let mut window = begin(input)?;
     let io = LogError::io(input.path);
-    let found = speaker(window.peek(CHUNK).map_err(io)?);
-    match found {
+    let bytes = window.peek(CHUNK).map_err(io)?;
+    // What the format was told by, and no more: the rest may be anything.
+    match speaker(&bytes[..bytes.len().min(CHUNK)]) {
         Some(Speaker::Dmu(mode)) => dmu::read(input, mode),
         Some(Speaker::Receiver) => receiver::read(input),
         None => {
