@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hovernav::ekf::Solution;
-use hovernav_formats::{Options, Proposal, open};
+use hovernav_formats::{Format, Options, Proposal, open};
 use hovernav_log::Dataset;
 
 const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
@@ -164,6 +164,36 @@ fn whatever_the_logger_the_solution_is_that_of_the_original() {
 }
 
 #[test]
+fn a_manifest_beside_a_mapping_turns_a_unit_that_stands_askew() {
+    let manifest = "[imu]\naxes = \"flu\"\nmounting_deg = [2.0, 12.5, -30.0]\n";
+    let place = tempfile::tempdir().unwrap();
+    for file in ["imu.csv", "gps.csv"] {
+        fs::copy(Path::new(ORIGINAL).join(file), place.path().join(file)).unwrap();
+    }
+    fs::write(place.path().join("dataset.toml"), manifest).unwrap();
+    let expected = Dataset::open(place.path()).unwrap();
+    let files = Foreign { forward_left_up: false, apart: true, ..PLAIN }.write(place.path());
+    let out = place.path().join("mapped");
+    Proposal::of(&files).unwrap().write(&out, false).unwrap();
+    fs::write(out.join("dataset.toml"), manifest).unwrap();
+    let found = open(&out, &Options::default()).unwrap().dataset;
+    assert_eq!(found.imu.len(), expected.imu.len());
+    for (a, b) in found.imu.iter().zip(&expected.imu) {
+        let (a, b) = (a.motion.mean_rates(1.0), b.motion.mean_rates(1.0));
+        let turn = (a.angular_rate_radps - b.angular_rate_radps).norm();
+        let force = (a.specific_force_mps2 - b.specific_force_mps2).norm();
+        assert!(turn < 1e-9 && force < 1e-9, "{turn} {force}");
+    }
+    // What is written of it is as it should be, and is not turned again.
+    let written = place.path().join("written");
+    fs::create_dir(&written).unwrap();
+    found.write(&written, &[]).unwrap();
+    let again = Dataset::open(&written).unwrap();
+    let force = |dataset: &Dataset| dataset.imu[500].motion.mean_rates(1.0).specific_force_mps2;
+    assert!((force(&again) - force(&found)).norm() < 1e-6);
+}
+
+#[test]
 fn accelerometers_that_count_against_their_axes_are_found_by_the_fixes() {
     // Forward-right-down, with gravity positive: at rest the same as forward-left-up.
     let place = tempfile::tempdir().unwrap();
@@ -185,6 +215,57 @@ fn accelerometers_that_count_against_their_axes_are_found_by_the_fixes() {
     proposal.write(&out, false).unwrap();
     let mapping = fs::read_to_string(out.join("mapping.toml")).unwrap();
     assert!(mapping.contains("axes = [\"-x\", \"-y\", \"-z\"]"), "{mapping}\n{proposal}");
+}
+
+#[test]
+fn a_mapping_beside_a_foreign_file_of_our_own_name_counts() {
+    let place = tempfile::tempdir().unwrap();
+    let files = Foreign { apart: true, ..PLAIN }.write(place.path());
+    Proposal::of(&files).unwrap().write(place.path(), false).unwrap();
+    let log = open(place.path(), &Options::default()).unwrap();
+    assert_eq!((log.format, log.dataset.imu.len()), (Format::Text, imu_rows()));
+    for file in ["imu.csv", "gps.csv"] {
+        fs::copy(Path::new(ORIGINAL).join(file), place.path().join(file)).unwrap();
+    }
+    assert_eq!(open(place.path(), &Options::default()).unwrap().format, Format::Dataset);
+}
+
+#[test]
+fn a_latitude_beyond_any_latitude_is_a_longitude() {
+    let place = tempfile::tempdir().unwrap();
+    let files = Foreign { apart: true, ..PLAIN }.write(place.path());
+    let text = fs::read_to_string(&files[1]).unwrap();
+    fs::write(&files[1], text.replacen("lat,lon", "lon,lat", 1)).unwrap();
+    let proposal = Proposal::of(&files).unwrap();
+    let told = "check: gps: lat reaches 103.8, beyond any latitude, and lon does not";
+    assert!(proposal.to_string().contains(told), "{proposal}");
+    let out = place.path().join("mapped");
+    proposal.write(&out, false).unwrap();
+    let dataset = open(&out, &Options::default()).unwrap().dataset;
+    let original = Dataset::open(ORIGINAL.as_ref()).unwrap();
+    assert_eq!(dataset.fixes[0].position, original.fixes[0].position);
+}
+
+#[test]
+fn numbers_in_quotes_may_have_the_commas_that_part_them() {
+    let place = tempfile::tempdir().unwrap();
+    let file = place.path().join("log.csv");
+    let mut text = String::from("\"clock\",\"gx\",\"gy\",\"gz\",\"ax\",\"ay\",\"az\"\n");
+    for k in 0..200 {
+        // A second past midnight in the middle.
+        let (of_day, hundredths) = ((86_399 + k / 100) % 86_400, k % 100);
+        let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
+        let _ = write!(text, "\"{hour:02}:{minute:02}:{second:02},{hundredths:02}\",");
+        let _ = writeln!(text, "\"0,01\",\"-0,02\",\"0,03\",\"0,1\",\"0,2\",\"-9,{k}\"");
+    }
+    fs::write(&file, text).unwrap();
+    let out = place.path().join("mapped");
+    Proposal::of(&[file]).unwrap().write(&out, false).unwrap();
+    let imu = open(&out, &Options::default()).unwrap().dataset.imu;
+    assert_eq!(imu.len(), 200);
+    assert!((imu[199].time - imu[0].time - 1.99).abs() < 1e-9);
+    let force = imu[150].motion.mean_rates(0.01).specific_force_mps2;
+    assert_eq!(force.to_array(), [0.1, 0.2, -9.15]);
 }
 
 #[test]
@@ -219,6 +300,19 @@ fn what_cannot_be_mapped_says_why_and_where() {
     let still = refused("ax,ay,az,gx,gy,gz\n1,1,9,0,0,0\n1,1,9,0,0,0\n");
     assert!(still.contains("rises like a time"), "{still}");
     assert!(refused(&"1".repeat(100_000)).contains("longer than"));
+    assert!(
+        refused("FMT, 128, 89, FMT, BBnNZ, Type\n").contains("DataFlash log, text, which needs no")
+    );
+    fs::write(&file, b"\xff\xfet\0,\0x\0\n\0").unwrap();
+    let wide = Proposal::of(std::slice::from_ref(&file)).unwrap_err().to_string();
+    assert!(wide.contains("found text in UTF-16: save it as UTF-8 first"), "{wide}");
+
+    // A second recording behind the first: the file and the line are told.
+    let rows = |from: u32| -> String {
+        (from..from + 50).map(|k| format!("{k},0,0,0,0,0,-9.8\n")).collect()
+    };
+    let twice = refused(&format!("t,gx,gy,gz,ax,ay,az\n{}{}", rows(0), rows(0)));
+    assert!(twice.contains("log.csv:52: time goes back"), "{twice}");
 
     fs::write(&file, "t,x\n1,2\n").unwrap();
     let bare = open(&file, &Options::default()).unwrap_err().to_string();

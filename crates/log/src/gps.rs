@@ -172,8 +172,9 @@ impl Columns {
     }
 }
 
-/// Why three numbers are no place on Earth.
-fn no_place([lat, lon]: [f64; 2]) -> &'static str {
+/// Why a latitude and a longitude, °, and a height that make no place on Earth do not.
+#[must_use]
+pub fn no_place([lat, lon]: [f64; 2]) -> &'static str {
     let latitude = |degrees: f64| degrees.abs() <= 90.0;
     match (latitude(lat), latitude(lon)) {
         (false, true) => {

@@ -52,7 +52,7 @@ pub use dataset::{Dataset, Source};
 pub use error::LogError;
 pub use events::Events;
 pub use finding::{Finding, SetupFinding, Severity, sentences};
-pub use gps::plausible_fix;
+pub use gps::{no_place, plausible_fix};
 pub use imu::{motion_fault, remark_faults};
 pub use info::Info;
 pub use kept::{Keep, thin};

@@ -1,19 +1,16 @@
 //! From the names and the first rows of one file to its mapping, axes still as they are.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::look::Look;
 use super::names::{Meaning, Quantity, meaning};
 use super::unnamed;
 use crate::text::{
-    AngleUnit, AttitudeColumns, AttitudeRole, Axes, BaroColumn, BaroUnit, ForceUnit, GpsColumns,
-    HeightAbove, LengthUnit, MagneticUnit, PlaceUnit, RateUnit, SpeedUnit, StickColumns, StickUnit,
-    TableMapping, TimeColumn, TimeUnit, Triad,
+    AngleUnit, AttitudeColumns, AttitudeRole, Axes, BaroColumn, BaroUnit, ForceUnit, HeightAbove,
+    MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping, TimeColumn, TimeUnit, Triad,
 };
 use hovernav_log::LogError;
-
-/// The largest latitude and longitude there can be, rad, with what rounding adds.
-const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
 
 /// One file as it was understood.
 pub(crate) struct Understood {
@@ -34,7 +31,7 @@ impl Known {
         self.meanings.iter().position(|found| found.is_some_and(|m| m.quantity == quantity))
     }
 
-    fn all<const N: usize>(&self, quantities: [Quantity; N]) -> Option<[usize; N]> {
+    pub fn all<const N: usize>(&self, quantities: [Quantity; N]) -> Option<[usize; N]> {
         let mut columns = [0; N];
         for (column, quantity) in columns.iter_mut().zip(quantities) {
             *column = self.column(quantity)?;
@@ -42,12 +39,12 @@ impl Known {
         Some(columns)
     }
 
-    fn height(&self) -> Option<(usize, Option<HeightAbove>)> {
+    pub fn height(&self) -> Option<(usize, Option<HeightAbove>)> {
         let any = [Some(HeightAbove::Ellipsoid), None, Some(HeightAbove::Sea)];
         any.into_iter().find_map(|above| Some((self.column(Quantity::Height(above))?, above)))
     }
 
-    fn unit(&self, column: usize) -> Option<&'static str> {
+    pub fn unit(&self, column: usize) -> Option<&'static str> {
         self.meanings[column].and_then(|meaning| meaning.unit)
     }
 
@@ -74,7 +71,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         header_line: look.layout.header_line,
         ..TableMapping::default()
     };
-    let mut doubts = Vec::new();
+    let mut doubts = repeated(&look.layout.names);
     let mut reader = Reader { look: &look, known: &known, used: vec![false; count] };
     table.gyro = reader.gyro(&mut doubts);
     table.accel = reader.accel(&mut doubts);
@@ -87,7 +84,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.time = reader.time(has_motion, &mut doubts).ok_or_else(|| LogError::Unusable {
         path: path.to_path_buf(),
         reason: format!(
-            "found no column that rises like a time among {}",
+            "found no column that rises like a time, in numbers or as 12:34:56.7 or \
+             2025-07-08T12:34:56.7, among {}",
             look.layout.names.join(", ").chars().take(200).collect::<String>()
         ),
     })?;
@@ -96,19 +94,32 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     Ok(Understood { mapping: table, unused, doubts })
 }
 
-struct Reader<'a> {
-    look: &'a Look,
-    known: &'a Known,
+/// A sentence about each name that several columns have.
+fn repeated(names: &[String]) -> Vec<String> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    names.iter().for_each(|name| *counts.entry(name).or_default() += 1);
+    let repeated = counts.into_iter().filter(|(name, count)| *count > 1 && !name.is_empty());
+    repeated
+        .map(|(name, count)| format!("{count} columns are called {name}: the first of them counts"))
+        .collect()
+}
+
+/// What is made of a file's columns, one sensor after the other.
+pub(super) struct Reader<'a> {
+    pub look: &'a Look,
+    pub known: &'a Known,
     used: Vec<bool>,
 }
 
 impl Reader<'_> {
-    fn name(&mut self, column: usize) -> String {
+    /// The name of a column, which from now on is used.
+    pub fn name(&mut self, column: usize) -> String {
         self.used[column] = true;
         self.look.layout.names[column].clone()
     }
 
-    fn optional(&mut self, quantity: Quantity) -> String {
+    /// The name of the column of a quantity; empty where there is none.
+    pub fn optional(&mut self, quantity: Quantity) -> String {
         self.known.column(quantity).map(|column| self.name(column)).unwrap_or_default()
     }
 
@@ -260,93 +271,6 @@ impl Reader<'_> {
         let role = role(columns[0]);
         let quaternion = columns.map(|column| self.name(column)).to_vec();
         Some(AttitudeColumns { quaternion, signs: [1.0; 3], role, ..Default::default() })
-    }
-
-    fn gps(&mut self, with_others: bool, doubts: &mut Vec<String>) -> Option<GpsColumns> {
-        let [lat, lon] = self.known.all([Quantity::Latitude, Quantity::Longitude])?;
-        let (height, above) = self.known.height()?;
-        let (lat_most, lon_most) = (self.look.largest(lat), self.look.largest(lon));
-        let unit = match self.known.unit(lat) {
-            _ if lat_most > 90.0 || lon_most > 360.0 => PlaceUnit::ScaledDegrees,
-            Some("rad") => PlaceUnit::Radians,
-            Some("deg") => PlaceUnit::Degrees,
-            _ if lat_most < RADIANS_MOST[0] && lon_most < RADIANS_MOST[1] => {
-                doubts.push(
-                    "gps: latitude and longitude are taken as radians; as degrees they would lie in \
-                     the Gulf of Guinea"
-                        .into(),
-                );
-                PlaceUnit::Radians
-            }
-            _ => PlaceUnit::Degrees,
-        };
-        let height_unit = match self.known.unit(height) {
-            Some("ft") => LengthUnit::Feet,
-            Some("mm") => LengthUnit::Millimetres,
-            Some("cm") => LengthUnit::Centimetres,
-            Some("m") => LengthUnit::Metres,
-            _ if self.look.largest(height) > 2e4 => LengthUnit::Millimetres,
-            _ => LengthUnit::Metres,
-        };
-        if above.is_none() {
-            doubts.push(
-                "gps: the height is taken as above the ellipsoid; where it is above the sea, set \
-                 height_above = \"sea\" and geoid_separation_m under [table.gps]"
-                    .into(),
-            );
-        }
-        let held = with_others && self.look.is_held(&[lat, lon, height]);
-        let speeds = [Quantity::Velocity(0), Quantity::Velocity(2), Quantity::Up, Quantity::Speed];
-        let speed = speeds.into_iter().find_map(|quantity| self.known.column(quantity));
-        let sigma = self.known.column(Quantity::SigmaHorizontal);
-        let mut gps = GpsColumns {
-            latitude: self.name(lat),
-            longitude: self.name(lon),
-            unit,
-            height: self.name(height),
-            height_unit,
-            height_above: above.unwrap_or_default(),
-            speed_unit: speed.map_or(SpeedUnit::default(), |column| self.speed_unit(column)),
-            sigma_unit: match sigma.and_then(|column| self.known.unit(column)) {
-                Some("mm") => LengthUnit::Millimetres,
-                Some("cm") => LengthUnit::Centimetres,
-                _ => LengthUnit::Metres,
-            },
-            held,
-            ..GpsColumns::default()
-        };
-        if self.known.all([0, 1].map(Quantity::Velocity)).is_some() {
-            gps.north = self.optional(Quantity::Velocity(0));
-            gps.east = self.optional(Quantity::Velocity(1));
-        } else if self.known.all([Quantity::Speed, Quantity::Course]).is_some() {
-            gps.speed = self.optional(Quantity::Speed);
-            gps.course = self.optional(Quantity::Course);
-        }
-        gps.down = self.optional(Quantity::Velocity(2));
-        if gps.down.is_empty() {
-            gps.up = self.optional(Quantity::Up);
-        }
-        if self.known.all([Quantity::SigmaHorizontal, Quantity::SigmaVertical]).is_some() {
-            gps.sigma_horizontal = self.optional(Quantity::SigmaHorizontal);
-            gps.sigma_vertical = self.optional(Quantity::SigmaVertical);
-        }
-        gps.sigma_speed = self.optional(Quantity::SigmaSpeed);
-        gps.sigma_vertical_speed = self.optional(Quantity::SigmaVerticalSpeed);
-        gps.fix_type = self.optional(Quantity::FixType);
-        gps.satellites = self.optional(Quantity::Satellites);
-        Some(gps)
-    }
-
-    fn speed_unit(&self, column: usize) -> SpeedUnit {
-        match self.known.unit(column) {
-            Some("cm/s") => SpeedUnit::CentimetresPerSecond,
-            Some("mm/s") => SpeedUnit::MillimetresPerSecond,
-            Some("km/h") => SpeedUnit::KilometresPerHour,
-            Some("kn") => SpeedUnit::Knots,
-            Some("m/s") => SpeedUnit::MetresPerSecond,
-            _ if self.look.largest(column) > 300.0 => SpeedUnit::MillimetresPerSecond,
-            _ => SpeedUnit::MetresPerSecond,
-        }
     }
 
     fn baro(&mut self) -> Option<BaroColumn> {

@@ -1,6 +1,7 @@
 //! A mapping for foreign text files, proposed from their names and numbers.
 
 mod columns;
+mod gps;
 mod look;
 mod names;
 mod report;

@@ -1,9 +1,9 @@
 //! A mapping as a commented file.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::path::{Component, Path, PathBuf};
 
-use crate::text::{MAPPING_FILE, Mapping, TableMapping, Triad};
+use crate::text::{AttitudeColumns, GpsColumns, MAPPING_FILE, Mapping, TableMapping, Triad};
 use hovernav_log::LogError;
 
 /// Writes the mapping and a commented manifest into `directory`.
@@ -45,17 +45,20 @@ fn relative(file: &Path, directory: &Path) -> Result<PathBuf, LogError> {
 
 /// The mapping as text that reads back as the same.
 pub(crate) fn text(mapping: &Mapping, doubts: &[String]) -> String {
-    let mut out = String::from(
-        "# What the columns of these files are, as `hovernav init` understood them. Change what is\n\
-         # wrong; every key is explained by `hovernav config mapping.toml`.\n",
+    let mut lines = Lines(String::new());
+    lines.line(
+        "# What the columns of these files are, as `hovernav init` understood them. Change what is",
     );
+    lines.line("# wrong; every key is explained by `hovernav config mapping.toml`.");
     for doubt in doubts {
-        let _ = writeln!(out, "# Check: {doubt}");
+        // What a name may hold, a remark may not.
+        let doubt = doubt.replace(char::is_control, " ");
+        lines.line(format_args!("# Check: {doubt}"));
     }
     for table in &mapping.table {
-        write_table(&mut out, table);
+        lines.table(table);
     }
-    out
+    lines.0
 }
 
 /// A string as TOML spells it.
@@ -79,118 +82,142 @@ fn list(texts: &[String]) -> String {
 }
 
 /// A number that TOML takes for one with a fraction.
-fn float(value: f64) -> String {
+fn float(value: &f64) -> String {
     format!("{value:?}")
 }
 
-fn write_table(out: &mut String, table: &TableMapping) {
-    let mut put = |line: String| {
-        out.push_str(&line);
-        out.push('\n');
-    };
-    put("\n[[table]]".into());
-    put(format!("file = {}", quoted(&table.file.to_string_lossy())));
-    put(format!(
-        "delimiter = {}  # comma, semicolon, tab or spaces",
-        quoted(table.delimiter.name())
-    ));
-    if table.decimal_comma {
-        put("decimal_comma = true".into());
-    }
-    put(format!("header_line = {}  # line of the names; 0: columns by number", table.header_line));
-    put("\n[table.time]".into());
-    put(format!("column = {}", quoted(&table.time.column)));
-    put(format!("unit = {}  # s, ms, us, ns, or clock", quoted(table.time.unit.name())));
-    put(
-        "# scale = \"gps\"  # seconds of GPS time since 1980, brought to UTC with the leap seconds"
-            .into(),
-    );
-    put("# offset_s = 0.0  # added, to bring this file to the clock of the others".into());
-    if let Some(gyro) = &table.gyro {
-        put("\n[table.gyro]".into());
-        let unit = gyro.unit.name();
-        put_triad(&mut put, gyro, unit, "rad/s, deg/s; rad, deg for increments");
-    }
-    if let Some(accel) = &table.accel {
-        put("\n[table.accel]".into());
-        let unit = accel.unit.name();
-        put_triad(&mut put, accel, unit, "m/s2, g, mg; m/s for increments");
-    }
-    if let Some(mag) = &table.mag {
-        put("\n[table.mag]".into());
-        put_triad(&mut put, mag, mag.unit.name(), "gauss, mG, uT, nT, T");
-    }
-    if let Some(attitude) = &table.attitude {
-        put("\n[table.attitude]".into());
-        if attitude.quaternion.is_empty() {
-            put(format!("columns = {}", list(&attitude.columns)));
-            put(format!("unit = {}  # deg or rad", quoted(attitude.unit.name())));
-            let signs = attitude.signs.map(float).join(", ");
-            put(format!("signs = [{signs}]  # of roll, pitch, yaw"));
-            put(format!("yaw_offset_deg = {}", float(attitude.yaw_offset_deg)));
-        } else {
-            put(format!("quaternion = {}  # scalar first", list(&attitude.quaternion)));
-            put(format!("world = {}  # ned or enu", quoted(attitude.world.name())));
-        }
-        put(format!(
-            "role = {}  # unit: a measurement; onboard: to compare with",
-            quoted(attitude.role.name())
-        ));
-    }
-    if let Some(gps) = &table.gps {
-        put("\n[table.gps]".into());
-        let mut named = |key: &str, name: &str| {
-            if !name.is_empty() {
-                put(format!("{key} = {}", quoted(name)));
-            }
-        };
-        named("latitude", &gps.latitude);
-        named("longitude", &gps.longitude);
-        named("unit", gps.unit.name());
-        named("height", &gps.height);
-        named("height_unit", gps.height_unit.name());
-        named("height_above", gps.height_above.name());
-        named("north", &gps.north);
-        named("east", &gps.east);
-        named("down", &gps.down);
-        named("up", &gps.up);
-        named("speed", &gps.speed);
-        named("course", &gps.course);
-        named("speed_unit", gps.speed_unit.name());
-        named("sigma_horizontal", &gps.sigma_horizontal);
-        named("sigma_vertical", &gps.sigma_vertical);
-        named("sigma_unit", gps.sigma_unit.name());
-        named("sigma_speed", &gps.sigma_speed);
-        named("sigma_vertical_speed", &gps.sigma_vertical_speed);
-        named("fix_type", &gps.fix_type);
-        named("satellites", &gps.satellites);
-        put(format!("geoid_separation_m = {}", float(gps.geoid_separation_m)));
-        put(format!("held = {}  # whether rows repeat the last fix", gps.held));
-    }
-    if let Some(baro) = &table.baro {
-        put("\n[table.baro]".into());
-        put(format!("column = {}", quoted(&baro.column)));
-        put(format!("unit = {}  # m, ft, Pa, hPa, kPa", quoted(baro.unit.name())));
-        put(format!("held = {}", baro.held));
-    }
-    if let Some(controls) = &table.controls {
-        put("\n[table.controls]".into());
-        put(format!(
-            "columns = {}  # lateral, longitudinal, collective, pedal",
-            list(&controls.columns)
-        ));
-        put(format!("unit = {}  # fraction or percent", quoted(controls.unit.name())));
-        put(format!("signs = [{}]", controls.signs.map(float).join(", ")));
-    }
+fn floats(values: &[f64]) -> String {
+    format!("[{}]", values.iter().map(float).collect::<Vec<_>>().join(", "))
 }
 
-fn put_triad<U>(put: &mut impl FnMut(String), triad: &Triad<U>, unit: &str, units: &str) {
-    let axes: [String; 3] = triad.axes.into();
-    put(format!("columns = {}", list(&triad.columns)));
-    put(format!("unit = {}  # {units}", quoted(unit)));
-    put(format!("axes = {}  # which of them point forward, right, down", list(&axes)));
-    if triad.held {
-        put("held = true  # rows repeat the last value".into());
+/// The lines of a mapping in the making.
+struct Lines(String);
+
+impl Lines {
+    /// A line, with a line's end.
+    fn line(&mut self, line: impl Display) {
+        let _ = writeln!(self.0, "{line}");
+    }
+
+    /// The head of a part of a table, past an empty line.
+    fn part(&mut self, name: &str) {
+        self.line(format_args!("\n[table.{name}]"));
+    }
+
+    fn key(&mut self, key: &str, value: impl Display) {
+        self.line(format_args!("{key} = {value}"));
+    }
+
+    /// A key with a remark behind it.
+    fn remarked(&mut self, key: &str, value: impl Display, remark: &str) {
+        self.line(format_args!("{key} = {value}  # {remark}"));
+    }
+
+    fn table(&mut self, table: &TableMapping) {
+        self.line("\n[[table]]");
+        self.key("file", quoted(&table.file.to_string_lossy()));
+        let delimiter = quoted(table.delimiter.name());
+        self.remarked("delimiter", delimiter, "comma, semicolon, tab or spaces");
+        if table.decimal_comma {
+            self.key("decimal_comma", true);
+        }
+        let header_line = table.header_line;
+        self.remarked("header_line", header_line, "line of the names; 0: columns by number");
+        self.part("time");
+        self.key("column", quoted(&table.time.column));
+        self.remarked("unit", quoted(table.time.unit.name()), "s, ms, us, ns, or clock");
+        self.line(
+            "# scale = \"gps\"  # seconds of GPS time since 1980, brought to UTC with the leap seconds",
+        );
+        self.line("# offset_s = 0.0  # added, to bring this file to the clock of the others");
+        if let Some(gyro) = &table.gyro {
+            let units = "rad/s, deg/s; rad, deg for increments";
+            self.triad("gyro", gyro, gyro.unit.name(), units);
+        }
+        if let Some(accel) = &table.accel {
+            let units = "m/s2, g, mg; m/s for increments";
+            self.triad("accel", accel, accel.unit.name(), units);
+        }
+        if let Some(mag) = &table.mag {
+            self.triad("mag", mag, mag.unit.name(), "gauss, mG, uT, nT, T");
+        }
+        if let Some(attitude) = &table.attitude {
+            self.attitude(attitude);
+        }
+        if let Some(gps) = &table.gps {
+            self.gps(gps);
+        }
+        if let Some(baro) = &table.baro {
+            self.part("baro");
+            self.key("column", quoted(&baro.column));
+            self.remarked("unit", quoted(baro.unit.name()), "m, ft, Pa, hPa, kPa");
+            self.key("held", baro.held);
+        }
+        if let Some(controls) = &table.controls {
+            self.part("controls");
+            let columns = list(&controls.columns);
+            self.remarked("columns", columns, "lateral, longitudinal, collective, pedal");
+            self.remarked("unit", quoted(controls.unit.name()), "fraction or percent");
+            self.key("signs", floats(&controls.signs));
+        }
+    }
+
+    fn triad<U>(&mut self, sensor: &str, triad: &Triad<U>, unit: &str, units: &str) {
+        self.part(sensor);
+        let axes: [String; 3] = triad.axes.into();
+        self.key("columns", list(&triad.columns));
+        self.remarked("unit", quoted(unit), units);
+        self.remarked("axes", list(&axes), "which of them point forward, right, down");
+        if triad.held {
+            self.remarked("held", true, "rows repeat the last value");
+        }
+    }
+
+    fn attitude(&mut self, attitude: &AttitudeColumns) {
+        self.part("attitude");
+        if attitude.quaternion.is_empty() {
+            self.key("columns", list(&attitude.columns));
+            self.remarked("unit", quoted(attitude.unit.name()), "deg or rad");
+            self.remarked("signs", floats(&attitude.signs), "of roll, pitch, yaw");
+            self.key("yaw_offset_deg", float(&attitude.yaw_offset_deg));
+        } else {
+            self.remarked("quaternion", list(&attitude.quaternion), "scalar first");
+            self.remarked("world", quoted(attitude.world.name()), "ned or enu");
+        }
+        let role = quoted(attitude.role.name());
+        self.remarked("role", role, "unit: a measurement; onboard: to compare with");
+    }
+
+    fn gps(&mut self, gps: &GpsColumns) {
+        self.part("gps");
+        for (key, name) in [
+            ("latitude", &*gps.latitude),
+            ("longitude", &gps.longitude),
+            ("unit", gps.unit.name()),
+            ("height", &gps.height),
+            ("height_unit", gps.height_unit.name()),
+            ("height_above", gps.height_above.name()),
+            ("north", &gps.north),
+            ("east", &gps.east),
+            ("down", &gps.down),
+            ("up", &gps.up),
+            ("speed", &gps.speed),
+            ("course", &gps.course),
+            ("speed_unit", gps.speed_unit.name()),
+            ("sigma_horizontal", &gps.sigma_horizontal),
+            ("sigma_vertical", &gps.sigma_vertical),
+            ("sigma_unit", gps.sigma_unit.name()),
+            ("sigma_speed", &gps.sigma_speed),
+            ("sigma_vertical_speed", &gps.sigma_vertical_speed),
+            ("fix_type", &gps.fix_type),
+            ("satellites", &gps.satellites),
+        ] {
+            if !name.is_empty() {
+                self.key(key, quoted(name));
+            }
+        }
+        self.key("geoid_separation_m", float(&gps.geoid_separation_m));
+        self.remarked("held", gps.held, "whether rows repeat the last fix");
     }
 }
 

@@ -7,7 +7,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav::gps::Fix;
 use hovernav::time::Time;
-use hovernav_log::{LogError, Remarks, plausible_fix};
+use hovernav_log::{LogError, Remarks, no_place, plausible_fix};
 
 /// Where a receiver's columns stand.
 pub(crate) struct GpsPlaces {
@@ -87,7 +87,7 @@ impl GpsPlaces {
         let height_m = height * mapping.height_unit.factor() + above;
         let (latitude_deg, longitude_deg) = (latitude * to_degrees, longitude * to_degrees);
         let Some(position) = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m) else {
-            remarks.count("left out: no place on Earth", fields.line);
+            remarks.count(no_place([latitude_deg, longitude_deg]), fields.line);
             return Ok(None);
         };
         let to_mps = mapping.speed_unit.factor();

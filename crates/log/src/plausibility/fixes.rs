@@ -107,7 +107,8 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
             "latitude and longitude in radians, expected degrees",
             "multiply both by 57.29578",
         ));
-    } else if nn.abs() < 0.4 * ne.abs() && ee.abs() < 0.4 * en.abs() {
+    } else if ne.abs().min(en.abs()) > 0.3 && nn.abs() < 0.4 * ne.abs() && ee.abs() < 0.4 * en.abs()
+    {
         found.push(gps(
             true,
             format!(
@@ -115,7 +116,7 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
                  ({en:.2})"
             ),
             "latitude and longitude swapped, or north and east velocity",
-            "swap the names of these two columns in the header of gps.csv",
+            "swap the names of these two columns in the header of gps.csv, or in mapping.toml",
         ));
     } else if nn < -0.5 || ee < -0.5 {
         found.push(gps(
