@@ -28,7 +28,8 @@ pub(super) fn open(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogError>
         let table = Table::parse(path.to_path_buf(), bytes)?;
         (of_table(table, &mut remarks)?, Vec::new())
     } else {
-        of_lines(path, &bytes, axes, &mut remarks)?.into_iter().unzip()
+        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+        of_lines(path, text, axes, &mut remarks)?.into_iter().unzip()
     };
     if solutions.is_empty() {
         let reason =
@@ -92,7 +93,7 @@ fn of_lines(
     axes: LocalAxes,
     remarks: &mut Remarks,
 ) -> Result<Vec<(Solution, Vector<Ned>)>, LogError> {
-    let mut rows = Rows::new();
+    let (mut rows, mut is_first) = (Rows::new(), true);
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
         let line_number = index as u64 + 1;
         let line = line.trim_ascii();
@@ -112,6 +113,17 @@ fn of_lines(
             found: excerpt(field, 40),
             expected,
         };
+        if is_first && parse_time(fields[0]).is_none() {
+            return Err(LogError::Columns {
+                path: path.to_path_buf(),
+                line: line_number,
+                expected: "names with t_s among them, those of solution.csv, or numbers alone, as TUM and \
+                           EuRoC have"
+                    .into(),
+                found: excerpt(line, 200),
+            });
+        }
+        is_first = false;
         if fields.len() < 8 {
             const EXPECTED: &str = "eight numbers: t x y z qx qy qz qw (TUM), or with commas t x y z qw qx qy qz (EuRoC)";
             return Err(unexpected(format!("1 to {}", fields.len()), line, EXPECTED));
