@@ -26,8 +26,11 @@ pub struct Series {
     period_s: f64,
     /// Of the newest value, also of one that only went on with a gap.
     last_s: f64,
-    /// When the newest value was first the newest, s.
-    changed_s: f64,
+    /// Of the last value that there was no room for any more, s.
+    gone_s: f64,
+    /// When values came that differ from those before them, s, as far back as `points`; only of a channel
+    /// that is asked since when it has its value.
+    changes: Option<VecDeque<f64>>,
     /// Values that have come, four at most.
     heard: u8,
 }
@@ -41,9 +44,16 @@ impl Series {
             room,
             period_s: 0.1,
             last_s: f64::NEG_INFINITY,
-            changed_s: f64::NEG_INFINITY,
+            gone_s: f64::NEG_INFINITY,
+            changes: None,
             heard: 0,
         }
+    }
+
+    /// The same of a channel that is asked [`since`](Self::since) when it has its value.
+    #[must_use]
+    pub fn of_states(room: usize) -> Self {
+        Self { changes: Some(VecDeque::new()), ..Self::new(room) }
     }
 
     /// Takes a value; whether it is later than the one before, without which it is left out. Where
@@ -94,17 +104,27 @@ impl Series {
             && let (Some(second), Some(first)) = (self.points.pop_back(), self.points.back())
         {
             let middle_s = 0.5 * (first.0 + second.0);
+            if let Some(changes) = &mut self.changes {
+                changes.retain(|changed_s| *changed_s < second.0);
+            }
             self.put((middle_s, f64::NAN));
             self.put(second);
         }
     }
 
     fn put(&mut self, point: Point) {
-        if self.points.back().is_none_or(|last| last.1 != point.1) {
-            self.changed_s = point.0;
+        if let Some(changes) = &mut self.changes
+            && self.points.back().is_none_or(|last| last.1 != point.1)
+        {
+            changes.push_back(point.0);
         }
         if self.points.len() == self.room {
-            self.points.pop_front();
+            self.gone_s = self.points.pop_front().map_or(self.gone_s, |gone| gone.0);
+            if let Some(changes) = &mut self.changes
+                && changes.front().is_some_and(|changed_s| *changed_s <= self.gone_s)
+            {
+                changes.pop_front();
+            }
         } else if self.points.len() == self.points.capacity() {
             // A ring that doubled past its room would in time use all of that.
             let more = self.points.len().max(LEAST).min(self.room - self.points.len());
@@ -134,19 +154,23 @@ impl Series {
     }
 
     /// Since when it has had the value of `time_s`, s, and whether another, or none, was before; `None` where
-    /// it has none then.
+    /// it has none then, or is no channel [`of_states`](Self::of_states).
     #[must_use]
     pub fn since(&self, time_s: f64) -> Option<(f64, bool)> {
-        let value = self.at(time_s)?;
-        let after = self.points.partition_point(|&(other_s, _)| other_s <= time_s);
-        if after == self.points.len() {
-            // A value that is held for an hour is not looked through for every page.
-            let (first_s, _) = *self.points.front()?;
-            return Some((self.changed_s.max(first_s), first_s < self.changed_s));
-        }
-        let run = self.points.range(..after).rev().take_while(|point| point.1 == value);
-        let (begun_s, count) = run.fold((time_s, 0), |(_, count), point| (point.0, count + 1));
-        Some((begun_s, count < after))
+        self.at(time_s)?;
+        let &(first_s, _) = self.points.front()?;
+        let changes = self.changes.as_ref()?;
+        let after = changes.partition_point(|&changed_s| changed_s <= time_s);
+        let changed_s = after.checked_sub(1).and_then(|last| changes.get(last)).copied();
+        let begun_s = changed_s.unwrap_or(first_s);
+        Some((begun_s, first_s < begun_s))
+    }
+
+    /// The time of the last value that there was no room for any more, s; minus infinity where all that
+    /// came are kept.
+    #[must_use]
+    pub const fn gone_s(&self) -> f64 {
+        self.gone_s
     }
 
     /// Those later than `after_s` and not later than `until_s`.
@@ -339,10 +363,38 @@ mod tests {
 
     #[test]
     fn a_value_has_held_since_it_changed_or_for_all_that_is_kept() {
-        let series = at_33_hz(660, |k| if k < 330 { 3.0 } else { 4.0 });
+        let mut series = Series::of_states(400);
+        for k in 0..660 {
+            series.push(f64::from(k) / 33.0, if k < 330 { 3.0 } else { 4.0 });
+        }
         assert_eq!(series.since(15.0), Some((10.0, true)));
-        assert_eq!(series.since(5.0), Some((0.0, false)));
+        assert_eq!(series.since(9.0), Some((260.0 / 33.0, false)));
         assert_eq!((series.since(-1.0), series.since(40.0)), (None, None));
+        assert_eq!(series.gone_s(), 259.0 / 33.0);
+        assert_eq!(at_33_hz(660, |_| 3.0).since(15.0), None);
+    }
+
+    proptest! {
+        #[test]
+        fn since_when_a_value_holds_is_what_looking_through_all_tells(
+            steps in prop::collection::vec((0u8..3, 1usize..20, 0.02f64..2.0), 1..40),
+            room in 1usize..200,
+        ) {
+            let mut series = Series::of_states(room);
+            let mut time_s = 0.0;
+            for (value, count, apart_s) in steps {
+                for _ in 0..count {
+                    time_s += apart_s;
+                    series.push(time_s, if value == 0 { f64::NAN } else { f64::from(value) });
+                }
+            }
+            let points: Vec<Point> = series.points.iter().copied().collect();
+            for (index, &(at_s, value)) in points.iter().enumerate() {
+                let run = points[..=index].iter().rev().take_while(|point| point.1 == value);
+                let begun = run.last().map(|first| (first.0, first.0 > points[0].0));
+                prop_assert_eq!(series.since(at_s), begun, "at {}", at_s);
+            }
+        }
     }
 
     #[test]

@@ -51,6 +51,9 @@ pub struct Marker {
 /// Texts and markers that are kept.
 const LINES: usize = 2000;
 
+/// Together they say who flies, and how.
+const MODES: [Id; 3] = [Id::SystemMode, Id::AutopilotMode, Id::CustomMode];
+
 /// Everything that has been heard, as far as it is kept.
 #[derive(Clone, Debug)]
 pub struct Store {
@@ -67,8 +70,12 @@ impl Store {
     /// Room for so many values of each channel.
     #[must_use]
     pub fn new(room: usize) -> Self {
+        let series = |id: Id| match MODES.contains(&id) {
+            true => Series::of_states(room),
+            false => Series::new(room),
+        };
         Self {
-            series: vec![Series::new(room); Id::COUNT],
+            series: Id::all().map(series).collect(),
             texts: VecDeque::new(),
             texts_gone: 0,
             markers: VecDeque::new(),
@@ -126,11 +133,11 @@ impl Store {
         self.series(id).at(time_s).unwrap_or(f64::NAN)
     }
 
-    /// Since when all of these channels that have a value at `time_s` have had it, s, and whether that is
-    /// known or at least so long; `None` where none has.
+    /// Since when whoever flies at `time_s` has flown, and as then, s: since when all modes that are known
+    /// then are what they are. With it whether that is known or at least so long; `None` where none is.
     #[must_use]
-    pub fn since(&self, ids: &[Id], time_s: f64) -> Option<(f64, bool)> {
-        let begun = ids.iter().filter_map(|id| self.series(*id).since(time_s));
+    pub fn in_mode_since(&self, time_s: f64) -> Option<(f64, bool)> {
+        let begun = MODES.iter().filter_map(|id| self.series(*id).since(time_s));
         begun.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 

@@ -20,9 +20,6 @@ const BURST: usize = 4000;
 /// Texts that one message holds.
 const TEXTS: usize = 200;
 
-/// Together they say who flies, and how.
-const MODES: [Id; 3] = [Id::SystemMode, Id::AutopilotMode, Id::CustomMode];
-
 /// What a client looks at.
 enum Source {
     Live,
@@ -208,7 +205,8 @@ impl Session {
                 .collect();
             let now_s = at_s.or_else(|| Some(store.span()?.1)).unwrap_or_default();
             json!({
-                "since": store.since(&MODES, now_s), "span": store.span(), "lamps": lamps(value), "control": control(value),
+                "since": store.in_mode_since(now_s), "span": store.span(),
+                "lamps": lamps(value), "control": control(value),
                 "alarms": alarms, "steps": test_points.steps(),
                 "progress": test_points.progress(), "under_way": test_points.under_way(),
             })
