@@ -1,6 +1,6 @@
 //! A stretch of some channels as CSV, piece by piece: no table is in memory as a whole.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 
 use crate::channel::{CHANNELS, Id};
 use crate::series::Point;
@@ -14,24 +14,57 @@ const PIECE: usize = 64 * 1024;
 #[derive(Clone, Debug)]
 pub struct Table {
     channels: Vec<Id>,
+    /// Of each channel, up to when its values were gone when the table was begun, s; none before the head.
+    gone_s: Vec<f64>,
     /// The moment up to which it is written, s; `None` before the head.
     written_s: Option<f64>,
+    is_whole: bool,
     from_s: f64,
     to_s: f64,
+}
+
+/// Values that were to be written were gone before that. It reads as the remark that the table ends with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BrokenOff {
+    /// The moment up to which the table is whole, s.
+    pub whole_to_s: f64,
+}
+
+impl fmt::Display for BrokenOff {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { whole_to_s } = self;
+        write!(
+            f,
+            "broken off after {whole_to_s:.6} s: taken so slowly that the values after it were gone"
+        )
+    }
 }
 
 impl Table {
     /// Of these channels from one moment to another, both included.
     #[must_use]
     pub const fn new(channels: Vec<Id>, from_s: f64, to_s: f64) -> Self {
-        Self { channels, written_s: None, from_s, to_s }
+        Self { channels, gone_s: Vec::new(), written_s: None, is_whole: false, from_s, to_s }
     }
 
     /// The next rows, of the same store each time; `None` after the last.
-    #[must_use]
-    pub fn piece(&mut self, store: &Store) -> Option<String> {
+    ///
+    /// # Errors
+    /// [`BrokenOff`] where the store had values when the table was begun that are to be in these rows
+    /// and has them no longer.
+    pub fn piece(&mut self, store: &Store) -> Result<Option<String>, BrokenOff> {
+        if self.is_whole {
+            return Ok(None);
+        }
         let mut text = String::new();
-        if self.written_s.is_none() {
+        let gone_s = || self.channels.iter().map(|id| store.series(*id).gone_s());
+        if let Some(whole_to_s) = self.written_s {
+            let lost = |(now_s, then_s): (f64, &f64)| now_s > whole_to_s.max(*then_s);
+            if gone_s().zip(&self.gone_s).any(lost) {
+                return Err(BrokenOff { whole_to_s });
+            }
+        } else {
+            self.gone_s = gone_s().collect();
             text.push_str("t_s");
             for id in &self.channels {
                 text.push(',');
@@ -46,6 +79,7 @@ impl Table {
             let next = left.iter_mut().filter_map(|points| points.peek()).map(|point| point.0);
             let time_s = next.fold(f64::INFINITY, f64::min);
             if time_s.is_infinite() {
+                self.is_whole = true;
                 break;
             }
             written_s = time_s;
@@ -62,7 +96,7 @@ impl Table {
         }
         drop(left);
         self.written_s = Some(written_s);
-        (!text.is_empty()).then_some(text)
+        Ok((!text.is_empty()).then_some(text))
     }
 }
 
@@ -83,9 +117,9 @@ mod tests {
             store.push(&Batch { time_s, values });
         }
         let mut table = Table::new(vec![Id::Pitch, Id::Roll], 1.0, 2.0);
-        let text = table.piece(&store).unwrap();
+        let text = table.piece(&store).unwrap().unwrap();
         let expected = "t_s,pitch_deg,roll_deg\n1.000000,-2,1.5\n1.100000,,\n1.200000,3,\n";
-        assert_eq!((text.as_str(), table.piece(&store)), (expected, None));
+        assert_eq!((text.as_str(), table.piece(&store)), (expected, Ok(None)));
     }
 
     #[test]
@@ -96,12 +130,38 @@ mod tests {
             store.push(&Batch { time_s: 100.0 + 0.01 * f64::from(k), values });
         }
         let mut table = Table::new(vec![Id::Roll, Id::Pitch], 100.0, 290.0);
-        let pieces: Vec<_> = std::iter::from_fn(|| table.piece(&store)).collect();
+        let pieces: Vec<_> = std::iter::from_fn(|| table.piece(&store).unwrap()).collect();
         assert!(pieces.len() > 3 && pieces.iter().all(|piece| piece.len() < PIECE + 100));
         let text = pieces.concat();
         assert_eq!(text.lines().count(), 19_002);
         for (k, line) in text.lines().skip(1).enumerate() {
             assert_eq!(line, format!("{:.6},{k},0.5", 100.0 + 0.01 * k as f64));
         }
+    }
+
+    #[test]
+    fn a_table_taken_more_slowly_than_values_come_is_broken_off_where_they_are_gone() {
+        let mut store = Store::new(10_000);
+        let fly = |store: &mut Store, cycles: std::ops::Range<u32>| {
+            for k in cycles {
+                let mut values = vec![(Id::Roll, f64::from(k))];
+                values.extend((k % 10 == 0).then_some((Id::Satellites, 9.0)));
+                store.push(&Batch { time_s: f64::from(k), values });
+            }
+        };
+        fly(&mut store, 0..30_000);
+        // What was gone before it was begun is not missed, nor what came after the stretch.
+        let mut short = Table::new(vec![Id::Roll, Id::Satellites], 20_000.0, 20_100.0);
+        let mut slow = Table::new(vec![Id::Roll, Id::Satellites], 0.0, 1e9);
+        assert!(short.piece(&store).unwrap().unwrap().ends_with("\n20100.000000,20100,9\n"));
+        let (first, second) = (slow.piece(&store).unwrap(), slow.piece(&store).unwrap());
+        assert!(first.is_some() && second.is_some());
+        let written_s = slow.written_s.unwrap();
+        assert!((20_000.0..29_000.0).contains(&written_s), "{written_s}");
+        fly(&mut store, 30_000..written_s as u32 + 10_000);
+        assert!(slow.clone().piece(&store).is_ok());
+        fly(&mut store, written_s as u32 + 10_000..written_s as u32 + 10_010);
+        assert_eq!(slow.piece(&store), Err(BrokenOff { whole_to_s: written_s }));
+        assert_eq!(short.piece(&store), Ok(None));
     }
 }

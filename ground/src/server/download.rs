@@ -13,7 +13,7 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
 use futures_core::Stream;
 use serde::Deserialize;
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, mpsc};
 use tokio::time::timeout;
 
 use super::STUCK;
@@ -23,6 +23,8 @@ use crate::channel::Id;
 use crate::csv::Table;
 use crate::link::lock;
 use crate::player::Loaded;
+use crate::station::now_s;
+use crate::store::TextLevel;
 
 /// A greater page is not served, bytes.
 const LARGEST: u64 = 64 << 20;
@@ -55,10 +57,7 @@ pub async fn csv(
     match begun {
         Ok((table, record)) => {
             let (pieces, heard) = mpsc::channel(1);
-            tokio::spawn(async move {
-                write(table, record, &server.shared, &pieces).await;
-                drop(place);
-            });
+            tokio::spawn(async move { write(table, record, &server.shared, &pieces, place).await });
             let kind = (CONTENT_TYPE, "text/csv; charset=utf-8");
             let file = (CONTENT_DISPOSITION, "attachment; filename=\"hovernav.csv\"");
             ([kind, file], Body::from_stream(Pieces(heard))).into_response()
@@ -83,22 +82,42 @@ fn begin(stretch: &Stretch, shared: &Shared) -> Result<Begun, String> {
     Ok((Table::new(channels, from, to), record))
 }
 
-/// Writes until all is written, or nobody takes it any more. The vehicle is heard on between two pieces.
+/// Writes until all is written, or nobody takes it any more; `place` is given back before the end is seen.
+/// The vehicle is heard on between two pieces.
 async fn write(
     mut table: Table,
     record: Option<Arc<Loaded>>,
     shared: &Shared,
     pieces: &mpsc::Sender<Option<String>>,
+    place: OwnedSemaphorePermit,
 ) {
+    let send = async |piece| matches!(timeout(STUCK, pieces.send(piece)).await, Ok(Ok(())));
     loop {
         let piece = tokio::task::block_in_place(|| match &record {
             Some(record) => table.piece(&record.store),
             None => table.piece(&lock(&shared.station).store),
         });
-        let is_last = piece.is_none();
-        let taken = timeout(STUCK, pieces.send(piece)).await;
-        if is_last || !matches!(taken, Ok(Ok(()))) {
-            return;
+        match piece {
+            Ok(Some(piece)) => {
+                if !send(Some(piece)).await {
+                    return;
+                }
+            }
+            Ok(None) => {
+                drop(place);
+                send(None).await;
+                return;
+            }
+            Err(broken_off) => {
+                drop(place);
+                let note = format!("export: {broken_off}");
+                lock(&shared.station).note(now_s(), TextLevel::Warning, &note);
+                if send(Some(format!("# {broken_off}\n"))).await {
+                    // An error at once would take what is not yet on its way with it.
+                    let _ = timeout(STUCK, pieces.closed()).await;
+                }
+                return;
+            }
         }
     }
 }
