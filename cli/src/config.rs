@@ -1,8 +1,6 @@
 //! `hovernav config`: every file, column and key, with defaults and units.
 
-use std::io::Write as _;
-
-use anyhow::{Context as _, bail};
+use anyhow::bail;
 
 /// The page that the types make: docs/configuration.md.
 pub const PAGE: &str = include_str!("../assets/configuration.md");
@@ -26,7 +24,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "config: nothing is called \"{about}\" and no key says it, expected a file or a word"
         );
     }
-    std::io::stdout().write_all(text.as_bytes()).context("cannot write to standard output")
+    crate::output::print(text);
+    Ok(())
 }
 
 /// The part of the page under the heading `name`, of a file; `columns` is one too.

@@ -195,13 +195,17 @@ fn main() -> ExitCode {
     if arguments.quiet {
         output::be_quiet();
     }
-    match arguments.verb.run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("hovernav: {}", in_one_line(&error));
-            ExitCode::FAILURE
+    let failure = match arguments.verb.run() {
+        Ok(()) => {
+            output::unwritten().map(|error| format!("cannot write to standard output: {error}"))
         }
+        Err(error) => Some(in_one_line(&error)),
+    };
+    if let Some(failure) = failure {
+        eprintln!("hovernav: {failure}");
+        return ExitCode::FAILURE;
     }
+    ExitCode::SUCCESS
 }
 
 /// The verb of [`LEFT_OUT`] that was asked for, if that is the error.

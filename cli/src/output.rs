@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -22,11 +23,25 @@ fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Writes what was asked for to standard output. A reader that has gone, as `head` does, misses it.
+/// Why standard output did not take all that was written to it.
+static UNWRITTEN: OnceLock<io::Error> = OnceLock::new();
+
+/// Writes what was asked for to standard output. A reader that has gone, as `head` does, misses it; any other
+/// failure is told by [`unwritten`].
 pub fn print(text: impl Display) {
     let mut out = io::stdout().lock();
-    // Nobody is left to be told of it.
-    let _ = write!(out, "{text}").and_then(|()| out.flush());
+    match write!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            // The first failure tells the cause.
+            let _ = UNWRITTEN.set(error);
+        }
+        _ => {}
+    }
+}
+
+/// Why something of what was written to standard output is lost, if it is: a full disk, say.
+pub fn unwritten() -> Option<&'static io::Error> {
+    UNWRITTEN.get()
 }
 
 /// Writes what was done to standard output, unless `--quiet`.

@@ -20,6 +20,19 @@ fn a_reader_that_has_gone_causes_no_panic() {
     assert!(run.status.success() && run.stderr.is_empty(), "{run:?}");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn what_standard_output_cannot_take_is_told() {
+    for arguments in [&["info", HELI][..], &["config", "dataset.toml"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hovernav"));
+        let run = command.args(arguments).stdout(full).output().expect("the command runs");
+        let message = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(1), "{message}");
+        assert!(message.starts_with("hovernav: cannot write to standard output: "), "{message}");
+    }
+}
+
 #[test]
 fn info_is_one_json_object_for_programs() {
     let info: Value = serde_json::from_str(&succeeds(&["info", HELI, "--json"])).expect("JSON");
