@@ -187,7 +187,8 @@
     return drawn;
   };
 
-  const SIDE = REDUCED ? { left: 62, right: 8, top: 76, bottom: 44 } : { left: 84, right: 14, top: 36, bottom: 46 };
+  // On a phone three lines of the legend have room below the buttons.
+  const SIDE = REDUCED ? { left: 62, right: 8, top: 112, bottom: 44 } : { left: 84, right: 14, top: 36, bottom: 46 };
   const NOTE = 18;
   const axisOn = ({ GRID, LINE }) => ({ gridcolor: GRID, linecolor: LINE, zerolinecolor: LINE, ticks: "outside", tickcolor: LINE, ticklen: 4 });
 
@@ -231,7 +232,7 @@
       hovermode: isMap ? "closest" : "x unified",
       hoversubplots: "axis", hoverdistance: 6,
       hoverlabel: { bgcolor: theme.LABEL, bordercolor: theme.LINE, font: { size: 12, color: theme.INK } },
-      legend: { orientation: "h", x: 0, xanchor: "left", y: 1 + (4 + room) / plotHeight, yanchor: "bottom", itemsizing: "constant" },
+      legend: { orientation: "h", x: 0, xanchor: "left", y: 1 + (4 + room) / plotHeight, yanchor: "bottom", itemsizing: "constant", font: { size: REDUCED ? 11 : 13 } },
       xaxis: {
         ...axis, title: { text: own?.label ?? (isMap ? "East, m" : time.label), standoff: 8 },
         anchor: count > 1 ? `y${count}` : "y", range: own ? reach(figure) : [...whole],
