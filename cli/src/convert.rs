@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, ensure};
 
 use crate::arguments::Sensors;
+use crate::output::{self, Working};
 
 /// The reference, which is copied unread: only a scorer may look into it.
 const REFERENCE: &str = "reference.csv";
@@ -29,8 +30,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if *repair {
         return write_repaired(log, out);
     }
+    let converting = Working::on("converting");
     let dataset = hovernav_formats::open(log, &sensors.options())?.dataset;
-    crate::output::create(out)?;
+    output::create(out)?;
     let same = matches!((log.canonicalize(), out.canonicalize()), (Ok(a), Ok(b)) if a == b);
     ensure!(!same, "{}: the log itself, expected another directory", out.display());
     dataset.write(out, &[])?;
@@ -39,7 +41,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         std::fs::copy(&reference, out.join(REFERENCE))
             .with_context(|| format!("cannot copy {}", reference.display()))?;
     }
-    crate::output::say(format_args!(
+    drop(converting);
+    output::say(format_args!(
         "{}: {} inertial samples, {} fixes, {} stick positions",
         out.display(),
         dataset.imu.len(),
@@ -47,16 +50,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         dataset.controls.len()
     ));
     for warning in &dataset.warnings {
-        crate::output::say(format_args!("warning: {warning}"));
+        output::say(format_args!("warning: {warning}"));
     }
     Ok(())
 }
 
 fn write_repaired(log: &Path, out: &Path) -> anyhow::Result<()> {
     let repaired = hovernav_log::record::repair(log, out)?;
-    crate::output::say(format_args!("{}: {} messages", out.display(), repaired.messages));
+    output::say(format_args!("{}: {} messages", out.display(), repaired.messages));
     for warning in &repaired.warnings {
-        crate::output::say(format_args!("warning: {warning}"));
+        output::say(format_args!("warning: {warning}"));
     }
     Ok(())
 }

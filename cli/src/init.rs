@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::ensure;
 use hovernav_formats::Proposal;
 
+use crate::output;
+
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Text files in columns, of one flight: one with everything, or one for each sensor
@@ -20,14 +22,16 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Arguments { file, out, force } = arguments;
+    let looking = output::Working::on("looking at the columns");
     let proposal = Proposal::of(file)?;
+    drop(looking);
     let out = out.clone().unwrap_or_else(|| default_directory(&file[0]));
     ensure!(!out.is_file(), "{}: is a file, expected a directory for --out", out.display());
-    crate::output::say_text(&proposal);
+    output::say_text(&proposal);
     proposal.write(&out, *force)?;
     let shown = out.display();
-    crate::output::say(format_args!("\nwrote {shown}/mapping.toml and {shown}/dataset.toml"));
-    crate::output::say(format_args!("next: hovernav estimate {shown}"));
+    output::say(format_args!("\nwrote {shown}/mapping.toml and {shown}/dataset.toml"));
+    output::say(format_args!("next: hovernav estimate {shown}"));
     Ok(())
 }
 

@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::ensure;
-use hovernav::ekf::Solution;
+use hovernav::ekf::{EstimatorConfig, Solution};
 use hovernav::time::Time;
 use hovernav_formats::{Format, Log};
-use hovernav_log::{Keep, Outage, Reference, SmoothedRun, outage_drift, score, thin};
+use hovernav_log::{Dataset, Finding, Keep, Outage, Reference, Run, outage_drift, score, thin};
 
 use self::columns::ColumnsArgument;
 use self::export::ExportArgument;
@@ -117,33 +117,9 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.outage()).collect();
     dataset.withhold(&outages, arguments.gps_rate);
 
-    let bar = output::bar(dataset.imu.len());
-    let progress = |done: usize| {
-        if done.is_multiple_of(SAMPLES_A_STEP) {
-            bar.set_position(done as u64);
-        }
-    };
     // A record's solutions are in memory, and each is compared.
     let keep = if record.is_some() { Keep::All } else { Keep::Thinned };
-    let mut files = Files::new(arguments, &dataset.manifest, out);
-    let (mut smoothed, mut denied) = (Vec::new(), Vec::new());
-    let mut forward = None;
-    if arguments.smooth {
-        memory::check_smoothing(log, &dataset)?;
-        let SmoothedRun { forward: run, solutions, denied: found } =
-            dataset.smooth_keeping(&config, keep, &progress);
-        denied = found;
-        // Where nothing was smoothed, the causal solution is written as without asking.
-        forward = Some(run).filter(|_| !solutions.is_empty());
-        solutions.iter().try_for_each(|solution| files.push(solution))?;
-        smoothed = thin(solutions);
-    }
-    let run = match forward {
-        Some(run) => run,
-        None => dataset.estimate_each(&config, keep, &progress, |solution| files.push(solution))?,
-    };
-    files.finish()?;
-    bar.finish_and_clear();
+    let Flown { run, smoothed, denied } = fly(arguments, log, out, &dataset, &config, keep)?;
     ensure!(
         !run.solutions.is_empty(),
         "{}: no solution: alignment found no fix with {} s of inertial samples before it",
@@ -151,6 +127,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         config.alignment.duration_s
     );
 
+    let judging = Working::on("judging");
     let reference = match format {
         // A mapping's directory may have one, too.
         Format::Dataset | Format::Text if log.is_dir() => Reference::open(log, &dataset.manifest)?,
@@ -201,9 +178,55 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         };
         flight_page::page(&page).write(&out.join("report.html"))?;
     }
+    drop(judging);
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
     Ok(summary)
+}
+
+/// What a log gave.
+struct Flown {
+    run: Run,
+    /// Empty where nothing was smoothed.
+    smoothed: Vec<Solution>,
+    /// Where the fixes deny what smoothing gave.
+    denied: Vec<Finding>,
+}
+
+/// Runs the filter over `dataset`, read from `log`, and writes what it gives to `out`.
+fn fly(
+    arguments: &Arguments,
+    log: &Path,
+    out: &Path,
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    keep: Keep,
+) -> anyhow::Result<Flown> {
+    let bar = output::bar(dataset.imu.len());
+    let progress = |done: usize| {
+        if done.is_multiple_of(SAMPLES_A_STEP) {
+            bar.set_position(done as u64);
+        }
+    };
+    let mut files = Files::new(arguments, &dataset.manifest, out);
+    let (mut smoothed, mut denied) = (Vec::new(), Vec::new());
+    let mut forward = None;
+    if arguments.smooth {
+        memory::check_smoothing(log, dataset)?;
+        let run = dataset.smooth_keeping(config, keep, &progress);
+        denied = run.denied;
+        // Where nothing was smoothed, the causal solution is written as without asking.
+        forward = Some(run.forward).filter(|_| !run.solutions.is_empty());
+        run.solutions.iter().try_for_each(|solution| files.push(solution))?;
+        smoothed = thin(run.solutions);
+    }
+    let run = match forward {
+        Some(run) => run,
+        None => dataset.estimate_each(config, keep, &progress, |solution| files.push(solution))?,
+    };
+    files.finish()?;
+    bar.finish_and_clear();
+    Ok(Flown { run, smoothed, denied })
 }
 
 fn drifts(

@@ -31,6 +31,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let reason = reason.to_owned();
         return Err(LogError::Unusable { path: path.clone(), reason }.into());
     }
+    let working = output::Working::on("replaying");
     let record = Record::open(path)?;
     let dataset = record.dataset()?;
     let replayed = dataset.estimate(&record.header.settings()?, |_| {});
@@ -45,7 +46,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     RecordPage { record: &record, summary: &summary }.write(&out.join("report.html"))?;
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
-    crate::output::say_text(summary.in_words(&out));
+    drop(working);
+    output::say_text(summary.in_words(&out));
     ensure!(
         reproduction.first_difference.is_none()
             && sticks.is_none_or(|sticks| sticks.first_difference.is_none()),
