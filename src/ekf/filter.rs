@@ -17,7 +17,7 @@ use super::square;
 use super::trace::Trace;
 use crate::earth::Local;
 use crate::frames::{Body, Ned, Vector};
-use crate::imu::{ImuErrors, ImuSample, Integrity, Rest, Suspicion, Vibration};
+use crate::imu::{ImuErrors, ImuSample, Integrity, Rest, Suspicion};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
 
@@ -25,8 +25,6 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Samples<T> {
     pub integrator: Integrator<T>,
-    pub gyro_vibration: Vibration<T>,
-    pub accel_vibration: Vibration<T>,
     pub integrity: Integrity<T>,
     /// What is known against the last sample.
     pub suspicion: Suspicion<T>,
@@ -41,8 +39,6 @@ pub(super) struct Samples<T> {
 impl<T: Scalar> Samples<T> {
     const NONE: Self = Self {
         integrator: Integrator::EMPTY,
-        gyro_vibration: Vibration::NONE,
-        accel_vibration: Vibration::NONE,
         integrity: Integrity::NONE,
         suspicion: Suspicion::NONE,
         force_sum: ForceSum::NONE,
@@ -292,14 +288,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(ImuFault::Stuck);
         }
         let errors = self.imu_errors();
-        let mut increment = match self.samples.integrator.push(sample, &errors) {
-            Some(increment) => increment,
-            // The first sample's rates hold since the start.
-            None => {
-                let interval_s = sample.time.seconds_since(self.state.time);
-                Increment::of_first_sample(&motion, interval_s, &errors)
-            }
-        };
+        let integrated = self.samples.integrator.push_finite(sample.time, motion, &errors);
+        // The first sample's rates hold since the start.
+        let mut increment = integrated.unwrap_or_else(|| {
+            let interval_s = sample.time.seconds_since(self.state.time);
+            Increment::of_first_sample(&motion, interval_s, &errors)
+        });
         let gap_s = increment.interval_s.wide();
         let gap = gap_s > self.config.imu.gap_s;
         if gap_s > LONGEST_BRIDGE_S {

@@ -19,13 +19,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         gap: bool,
     ) {
         if gap {
-            self.samples.gyro_vibration.interrupt();
-            self.samples.accel_vibration.interrupt();
             self.samples.integrity.interrupt();
         }
         let mean = motion.mean_rates(interval_s);
-        self.samples.gyro_vibration.push(mean.angular_rate_radps, interval_s);
-        self.samples.accel_vibration.push(mean.specific_force_mps2, interval_s);
         let scale = FullScale {
             gyro_radps: self.config.imu.gyro_range_radps,
             accel_mps2: self.config.imu.accel_range_mps2,
@@ -153,13 +149,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,
             interval_s,
-            self.samples.gyro_vibration.variance(),
+            self.samples.integrity.gyro_vibration(),
         );
         let accel = sensed(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
             T::of(imu.accel_vibration_time_s),
-            self.samples.accel_vibration.variance(),
+            self.samples.integrity.accel_vibration(),
         );
         // Rates of two samples, so that vibration does not count as turning.
         let turning = match L::GYRO_SCALE {

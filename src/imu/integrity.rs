@@ -4,8 +4,7 @@ use core::fmt;
 
 use super::held_force::{HeldForce, Sampling, Shaking};
 use super::repetition::Repetition;
-use super::second_difference::SecondDifference;
-use super::{ClippedAxes, Motion};
+use super::{ClippedAxes, Motion, SecondDifference, Vibration, noise_variance};
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
@@ -162,6 +161,7 @@ struct Found<T> {
 #[derive(Clone, Copy, Debug)]
 struct Triad<T> {
     difference: SecondDifference<T>,
+    vibration: Vibration<T>,
     now: [T; 3],
     usual: [T; 3],
     largest: [T; 3],
@@ -175,6 +175,7 @@ struct Triad<T> {
 impl<T: Scalar> Triad<T> {
     const NONE: Self = Self {
         difference: SecondDifference::NONE,
+        vibration: Vibration::NONE,
         now: [T::ZERO; 3],
         usual: [T::ZERO; 3],
         largest: [T::ZERO; 3],
@@ -262,6 +263,18 @@ impl<T: Scalar> Integrity<T> {
         }
     }
 
+    /// Vibration of the gyros of late, variance per axis, (rad/s)².
+    #[must_use]
+    pub(crate) fn gyro_vibration(&self) -> [T; 3] {
+        self.gyro.vibration.variance()
+    }
+
+    /// Vibration of the accelerometers of late, variance per axis, (m/s²)².
+    #[must_use]
+    pub(crate) fn accel_vibration(&self) -> [T; 3] {
+        self.accel.vibration.variance()
+    }
+
     /// Forgets the last two samples, after a gap, and with them a shock.
     pub fn interrupt(&mut self) {
         self.gyro.difference.interrupt();
@@ -286,20 +299,25 @@ impl<T: Scalar> Triad<T> {
         let number = T::of;
         let square = |value: T| value * value;
         let values = sample.to_array();
-        let bend = self.difference.push(sample).unwrap_or_default();
+        let bend = self.difference.push(sample);
+        let noise = bend.map(noise_variance);
+        if let Some(noise) = noise {
+            self.vibration.push(noise, interval_s);
+        }
+        let (bend, noise) = (bend.unwrap_or_default(), noise.unwrap_or_default());
         // A plain mean until the memory is filled.
         self.seen_s = number(USUAL_S).min(self.seen_s + interval_s);
         let (known, usual_weight) = (self.seen_s > number(LEAST_SEEN_S), interval_s / self.seen_s);
         let (mut clipped, mut shaken) = ([false; 3], false);
         let (mut all_hidden, mut variance) = ([T::ZERO; 3], [T::ZERO; 3]);
-        let (mut shock, mut struck, mut strongest) = (false, false, T::ZERO);
+        let (mut shock, mut struck) = (false, false);
         let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
         let axes = axes.zip(&mut self.repeats).zip(&mut self.clipped_s);
-        let values = values.into_iter().zip(bend).zip(marks);
+        let values = values.into_iter().zip(bend).zip(noise).zip(marks);
         let results = clipped.iter_mut().zip(&mut variance).zip(&mut all_hidden);
         for (
             ((((now, usual), largest), repeats), clipped_s),
-            (((value, bend), marked), ((clipped, variance), hidden)),
+            ((((value, bend), strength), marked), ((clipped, variance), hidden)),
         ) in axes.zip(values.zip(results))
         {
             let size = value.abs();
@@ -312,7 +330,6 @@ impl<T: Scalar> Triad<T> {
                 *repeats >= REPEATS && *largest >= number(least_scale) && size == *largest;
             *clipped = marked || learned || (scale > 0.0 && size >= number(0.998 * scale));
 
-            let strength = bend * bend / number(6.0);
             *now += (interval_s / number(NOW_S)).min(T::ONE) * (strength - *now);
             let quiet = usual.max(square(number(least_shaking)));
             let shocked = known && *now > number(SHOCK) * quiet;
@@ -331,7 +348,6 @@ impl<T: Scalar> Triad<T> {
             }
             shock |= shocked;
             struck |= shocked && strength > number(BLOW) * quiet;
-            strongest = strongest.max(strength.max(*usual));
             if shocked {
                 *hidden += *now * interval_s * interval_s;
             }
@@ -354,13 +370,17 @@ impl<T: Scalar> Triad<T> {
         }
         Found {
             clipped,
-            shock: shock.then_some(Shaking { variance: strongest, struck }),
+            shock: shock.then(|| Shaking { variance: greatest(noise, self.usual), struck }),
             shaken,
             hidden: all_hidden,
             variance,
             stuck: stuck_s.iter().any(|&s| s > T::ZERO),
         }
     }
+}
+
+fn greatest<T: Scalar>(now: [T; 3], usual: [T; 3]) -> T {
+    now.into_iter().chain(usual).fold(T::ZERO, T::max)
 }
 
 #[cfg(test)]

@@ -17,7 +17,8 @@ pub use integrity::{FullScale, Integrity, Suspicion};
 pub use motion::{MeanRates, Motion};
 pub use notch::{MOST_HARMONICS, Notch, NotchConfig, apparent_hz};
 pub use rest::Rest;
-pub use vibration::Vibration;
+pub(crate) use second_difference::{SecondDifference, noise_variance};
+pub(crate) use vibration::Vibration;
 
 use crate::frames::{Body, EulerAngles, Vector};
 use crate::time::Time;

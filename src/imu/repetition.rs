@@ -39,6 +39,7 @@ impl<T: Scalar> Repetition<T> {
         let repeats: [bool; 3] = core::array::from_fn(|axis| {
             last.is_some_and(|last| last.get(axis) == values.get(axis))
         });
+        let newest = (interval_s / T::of(MEMORY_S)).min(T::ONE).wide() as f32;
         let axes = repeats.into_iter().zip(&mut self.run_s).zip(&mut self.count);
         let axes = axes.zip(&mut self.share).zip(&mut stuck_s);
         for ((((repeats, run_s), count), share), stuck_s) in axes {
@@ -51,7 +52,6 @@ impl<T: Scalar> Repetition<T> {
             if repeats && *count * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
                 *stuck_s = *run_s;
             } else {
-                let newest = (interval_s / T::of(MEMORY_S)).min(T::ONE).wide() as f32;
                 *share += newest * (f32::from(u8::from(repeats)) - *share);
             }
         }

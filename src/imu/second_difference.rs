@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 /// x_k − 2 x_{k−1} + x_{k−2}: blind to steady values and to steady change; of noise without memory it
 /// has six times the variance.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SecondDifference<T> {
+pub(crate) struct SecondDifference<T> {
     before: [Option<Vector<Body, T>>; 2],
 }
 
@@ -25,4 +25,9 @@ impl<T: Scalar> SecondDifference<T> {
     pub fn interrupt(&mut self) {
         *self = Self::NONE;
     }
+}
+
+/// The variance of noise without memory that a second difference tells of, each axis by itself.
+pub(crate) fn noise_variance<T: Scalar>(difference: [T; 3]) -> [T; 3] {
+    difference.map(|change| change * change / T::of(6.0))
 }

@@ -1,7 +1,5 @@
 //! How strongly the unit shakes, measured from its own samples.
 
-use super::second_difference::SecondDifference;
-use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
 /// Running strength of what changes from sample to sample, per axis.
@@ -10,8 +8,7 @@ use crate::scalar::Scalar;
 /// change; for noise without memory its variance is six times that of the noise. Vibration sampled
 /// below twice its frequency looks just like that.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Vibration<T = f64> {
-    difference: SecondDifference<T>,
+pub(crate) struct Vibration<T = f64> {
     variance: [T; 3],
     seen_s: T,
 }
@@ -21,26 +18,19 @@ const MEMORY_S: f64 = 2.0;
 
 impl<T: Scalar> Vibration<T> {
     /// Nothing measured yet.
-    pub const NONE: Self =
-        Self { difference: SecondDifference::NONE, variance: [T::ZERO; 3], seen_s: T::ZERO };
+    pub const NONE: Self = Self { variance: [T::ZERO; 3], seen_s: T::ZERO };
 
-    /// Takes in the next sample, `interval_s` after the one before.
+    /// Takes in the [noise](super::noise_variance) that a sample shows, `interval_s` after the one before.
     ///
     /// # Source
     /// Equation (S12) of docs/equations.md.
-    pub fn push(&mut self, sample: Vector<Body, T>, interval_s: T) {
-        let Some(difference) = self.difference.push(sample) else { return };
+    pub fn push(&mut self, noise: [T; 3], interval_s: T) {
         self.seen_s = T::of(MEMORY_S).min(self.seen_s + interval_s);
         // A plain mean until the memory is filled, then exponential forgetting.
         let weight = (interval_s / self.seen_s).min(T::ONE);
-        for (variance, change) in self.variance.iter_mut().zip(difference) {
-            *variance += weight * (change * change / T::of(6.0) - *variance);
+        for (variance, noise) in self.variance.iter_mut().zip(noise) {
+            *variance += weight * (noise - *variance);
         }
-    }
-
-    /// Forgets the last two samples, after a gap.
-    pub fn interrupt(&mut self) {
-        self.difference.interrupt();
     }
 
     /// Variance per axis, in the unit of the samples squared.
@@ -52,29 +42,38 @@ impl<T: Scalar> Vibration<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{SecondDifference, noise_variance};
     use super::*;
+    use crate::frames::Vector;
+
+    /// The variance in the end, of the samples that `sample` gives.
+    fn variance(count: i32, interval_s: f64, mut sample: impl FnMut(i32) -> [f64; 3]) -> [f64; 3] {
+        let (mut difference, mut vibration) = (SecondDifference::NONE, Vibration::NONE);
+        for k in 0..count {
+            if let Some(change) = difference.push(Vector::from(sample(k))) {
+                vibration.push(noise_variance(change), interval_s);
+            }
+        }
+        vibration.variance()
+    }
 
     #[test]
     fn steady_change_is_not_vibration() {
-        let mut vibration = Vibration::<f64>::default();
-        for k in 0..100 {
-            vibration.push(Vector::new(0.1 * f64::from(k), -9.81, 3.0), 0.01);
-        }
-        assert!(vibration.variance().iter().all(|&variance| variance < 1e-20));
+        let variance = variance(100, 0.01, |k| [0.1 * f64::from(k), -9.81, 3.0]);
+        assert!(variance.iter().all(|&variance| variance < 1e-20));
     }
 
     #[test]
     fn noise_without_memory_shows_its_own_variance() {
-        let mut vibration = Vibration::<f64>::default();
         let mut state = 1u64;
-        for _ in 0..20_000 {
+        let [variance, ..] = variance(20_000, 0.001, |_| {
             // Uniform on ±√3 has unit variance; steps of a 64-bit congruential generator.
             state = state
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
             let unit = (state >> 11) as f64 / (1u64 << 53) as f64;
-            vibration.push(Vector::new((unit - 0.5) * 12f64.sqrt(), 0.0, 0.0), 0.001);
-        }
-        assert!((vibration.variance()[0] - 1.0).abs() < 0.1);
+            [(unit - 0.5) * 12f64.sqrt(), 0.0, 0.0]
+        });
+        assert!((variance - 1.0).abs() < 0.1);
     }
 }

@@ -10,7 +10,7 @@
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::{AntennaHeading, Fix};
-use crate::imu::{ImuSample, MeanRates, Vibration};
+use crate::imu::{ImuSample, MeanRates, SecondDifference, Vibration, noise_variance};
 use crate::ins::{Mounting, NavState};
 use crate::time::Time;
 
@@ -185,6 +185,7 @@ struct Window {
     rate: Vector<Body>,
     force: Vector<Body>,
     rate_variance: f64,
+    force_change: SecondDifference<f64>,
     force_vibration: Vibration,
 }
 
@@ -221,7 +222,9 @@ impl Window {
         self.rate += off * (1.0 / self.count);
         self.force += (force - self.force) * (1.0 / self.count);
         self.rate_variance += (off.dot(rate - self.rate) - self.rate_variance) / self.count;
-        self.force_vibration.push(force, interval_s);
+        if let Some(change) = self.force_change.push(force) {
+            self.force_vibration.push(noise_variance(change), interval_s);
+        }
     }
 
     fn length_s(&self) -> f64 {

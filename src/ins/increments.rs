@@ -86,10 +86,20 @@ impl<T: Scalar> Integrator<T> {
     /// `None` for the first sample, and, leaving the integrator as it was, for a sample that is not
     /// finite or not later than the one before.
     pub fn push(&mut self, sample: &ImuSample, errors: &ImuErrors<T>) -> Option<Increment<T>> {
-        let (time, motion) = (sample.time, sample.motion.cast::<T>());
+        let motion = sample.motion.cast::<T>();
         if !motion.is_finite() {
             return None;
         }
+        self.push_finite(sample.time, motion, errors)
+    }
+
+    /// [`push`](Self::push) of a motion that is known to be finite.
+    pub(crate) fn push_finite(
+        &mut self,
+        time: Time,
+        motion: Motion<T>,
+        errors: &ImuErrors<T>,
+    ) -> Option<Increment<T>> {
         let Some(previous) = self.previous else {
             self.previous = Some(Previous { time, motion, interval_s: T::ZERO });
             return None;
