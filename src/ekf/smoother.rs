@@ -165,8 +165,8 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
             parameters: filter.parameters,
             angular_rate_radps: filter.angular_rate_radps,
         });
-        for (state, row) in filter.covariance.rows().iter().enumerate().take(BASE) {
-            self.covariances.extend_from_slice(&row[state..]);
+        for state in 0..BASE {
+            self.covariances.extend_from_slice(filter.covariance.upper_row(state));
         }
         self.filter.get_or_insert_with(|| filter.clone());
     }

@@ -117,7 +117,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
     let mut filter = Ekf::<L, N>::new(EkfConfig::default(), Mounting::default(), start);
     // The first fix opens states; from then on the dense form knows all that happens.
     let _ = filter.update_gps(&fix(0.0));
-    let first = *filter.covariance().rows();
+    let first = *filter.covariance();
     let mut both = Both::<L, N> { deeds: Vec::new(), smoother: Smoother::with_capacity(200) };
     for step in 1..=200 {
         let time_s = 0.05 * f64::from(step);
@@ -163,7 +163,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
         sampled: Option<(SVector<f64, N>, usize, Solution)>,
     }
     let mut x = SVector::<f64, N>::zeros();
-    let mut p = SMatrix::<f64, N, N>::from_fn(|i, j| first[i][j]);
+    let mut p = SMatrix::<f64, N, N>::from_fn(|i, j| first.entry(i, j));
     let mut epochs: Vec<Epoch<N>> = Vec::new();
     let (mut updates, mut samples) = (0, 0);
     for deed in &both.deeds {

@@ -90,7 +90,7 @@ impl<T: Scalar> FixSensitivity<T> {
         })
     }
 
-    /// P Hᵀ of each axis, and H P Hᵀ of each with itself and with those behind it.
+    /// P Hᵀ of each axis, of a covariance that is mirrored, and H P Hᵀ of each with itself and with those behind it.
     #[inline(never)]
     pub(super) fn project<L: Layout<N>, const N: usize>(
         &self,
@@ -101,11 +101,11 @@ impl<T: Scalar> FixSensitivity<T> {
         // One after the other: the numbers of both together are more than there are registers.
         let [a, b, c, d, e, f] = projected;
         for state in 0..N {
-            let at = |of: usize| covariance.value(of, state);
+            let at = |of: usize| covariance.rows[of][state];
             [a[state], b[state], c[state]] = self.velocity::<L, N>(&at);
         }
         for state in 0..N {
-            let at = |of: usize| covariance.value(of, state);
+            let at = |of: usize| covariance.rows[of][state];
             [d[state], e[state], f[state]] = self.position::<L, N>(&at);
         }
         for (behind, projected) in projected.iter().enumerate() {

@@ -78,7 +78,8 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     /// Projects those from `first` on: at the beginning, and after the covariance was changed otherwise
     /// than by [`settle`](Self::settle).
     #[inline(never)]
-    pub fn project(&mut self, covariance: &Covariance<T, N>, first: usize) {
+    pub fn project(&mut self, covariance: &mut Covariance<T, N>, first: usize) {
+        covariance.renew_mirror();
         let each = match self.sensitivities {
             Sensitivities::Each(each) => each,
             Sensitivities::Fix(fix) => {

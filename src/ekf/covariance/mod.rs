@@ -1,7 +1,9 @@
 //! The covariance of the error state and the two kernels that move it.
 //!
-//! Stored whole and symmetric, row-major: rows are contiguous, so both kernels are sums of scaled
-//! rows that the compiler turns into vector instructions. Propagation uses the blocks of the
+//! Stored whole, row-major: rows are contiguous, so both kernels are sums of scaled rows that the compiler
+//! turns into vector instructions. What stands left of the parameters' own block is the mirror of the rows
+//! above it; a step changes those and leaves the mirror as it was, for the next measurement to renew, which
+//! is the next to look at it. Propagation uses the blocks of the
 //! transition that are not zero or one; a scalar update is Bierman's stabilised form, which keeps
 //! the matrix positive where the short form P − k vᵀ loses that to rounding.
 //!
@@ -22,13 +24,15 @@ pub use propagation::{Relaxation, Transition};
 pub use sensitivity::Sensitivity;
 pub use update::Gain;
 
-use super::layout::{ACCEL_BIAS, BASE};
+use super::layout::{ACCEL_BIAS, BASE, GYRO_BIAS};
 use super::scalar::Scalar;
 
 /// Covariance of the error state, units those of the states; always exactly symmetric.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Covariance<T, const N: usize> {
     rows: [[T; N]; N],
+    /// Whether what stands left of the parameters is the mirror of what stands above them.
+    mirrored: bool,
 }
 
 #[inline(always)]
@@ -42,7 +46,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// All zero.
     #[must_use]
     pub const fn zero() -> Self {
-        Self { rows: [[T::ZERO; N]; N] }
+        Self { rows: [[T::ZERO; N]; N], mirrored: true }
     }
 
     /// Sets every entry to zero.
@@ -53,13 +57,13 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// A covariance of given rows, which must be symmetric.
     #[cfg(feature = "alloc")]
     pub(super) const fn from_rows(rows: [[T; N]; N]) -> Self {
-        Self { rows }
+        Self { rows, mirrored: true }
     }
 
-    /// The rows; symmetric.
-    #[must_use]
-    pub const fn rows(&self) -> &[[T; N]; N] {
-        &self.rows
+    /// The upper triangle's part of a row, from the diagonal on; empty for a state that is not there.
+    #[cfg(feature = "alloc")]
+    pub(super) fn upper_row(&self, state: usize) -> &[T] {
+        self.rows.get(state).and_then(|row| row.get(state..)).unwrap_or_default()
     }
 
     /// Variance of one state; zero for a state that is not there.
@@ -75,7 +79,9 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     }
 
     /// [`entry`](Self::entry), in the covariance's own numbers.
+    #[inline(always)]
     pub(super) fn value(&self, row: usize, column: usize) -> T {
+        let (row, column) = (row.min(column), row.max(column));
         self.rows.get(row).and_then(|row| row.get(column)).copied().unwrap_or(T::ZERO)
     }
 
@@ -111,8 +117,29 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
+    /// Mirrors what stands above the states from the first parameter up to `end`.
+    #[inline(always)]
+    fn mirror_up_to(&mut self, end: usize) {
+        let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
+        for (state, mirror) in (GYRO_BIAS..end.min(N)).zip(parameter_rows) {
+            for (value, row) in mirror.iter_mut().zip(rows.iter()) {
+                *value = row[state];
+            }
+        }
+    }
+
+    /// Renews the mirror, where a step has left it behind.
+    #[inline(never)]
+    fn renew_mirror(&mut self) {
+        if !self.mirrored {
+            self.mirror_up_to(N);
+            self.mirrored = true;
+        }
+    }
+
     /// Copies the first `count` states' covariance from a filter of another layout.
     pub fn take_over<U: Scalar, const K: usize>(&mut self, other: &Covariance<U, K>, count: usize) {
+        self.mirrored = false;
         for (row, from) in self.rows.iter_mut().zip(&other.rows).take(count) {
             for (value, &entry) in row.iter_mut().zip(from).take(count) {
                 *value = T::of(entry.wide());
@@ -139,6 +166,12 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         self.rows.iter().enumerate().all(|(state, row)| {
             row.get(state).is_some_and(|&variance| variance >= T::ZERO && variance <= T::MAX)
         })
+    }
+}
+
+impl<T: Scalar, const N: usize> PartialEq for Covariance<T, N> {
+    fn eq(&self, other: &Self) -> bool {
+        (0..N).all(|row| (row..N).all(|column| self.value(row, column) == other.value(row, column)))
     }
 }
 

@@ -4,7 +4,7 @@
     reason = "every index is below the number of states, which `Layout` fixes for a whole loop"
 )]
 
-use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::super::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
 use super::Covariance;
 
@@ -113,13 +113,11 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// Equations (K2) and (K3) of docs/equations.md.
     #[inline(never)]
     pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
+        // Of the parameters only biases and scale factors drive the motion, and stand first.
+        let scaled = L::GYRO_SCALE.is_some() || L::ACCEL_SCALE.is_some();
+        self.mirror_up_to(if scaled { N } else { BASE });
+        self.mirrored = false;
         self.move_rows::<L>(step);
-        let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
-        for (j, row) in parameter_rows.iter_mut().enumerate() {
-            for (value, moved) in row.iter_mut().zip(rows.iter()) {
-                *value = moved[GYRO_BIAS + j];
-            }
-        }
         self.close::<L>(step);
         self.add_noise(step);
         if let Some(relaxation) = &step.relaxation {
@@ -130,17 +128,19 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// Lets the parameters decay and wander.
     #[inline(never)]
     pub fn relax(&mut self, Relaxation { decay, noise }: &Relaxation<T, N>) {
+        self.mirrored = false;
         let (_, parameters) = decay.split_at(EVEN);
-        for (row, &own) in self.rows.iter_mut().zip(decay) {
+        let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
+        for row in rows {
+            let (_, row) = row.split_at_mut(EVEN);
+            for (value, &other) in row.iter_mut().zip(parameters) {
+                *value = *value * other;
+            }
+        }
+        for (row, &own) in parameter_rows.iter_mut().zip(decay.iter().skip(GYRO_BIAS)) {
             let (_, row) = row.split_at_mut(EVEN);
             for (value, &other) in row.iter_mut().zip(parameters) {
                 *value = *value * (own * other);
-            }
-        }
-        let (_, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
-        for (row, &own) in parameter_rows.iter_mut().zip(decay.iter().skip(GYRO_BIAS)) {
-            for value in row.iter_mut().take(EVEN) {
-                *value = *value * own;
             }
         }
         for (i, (row, &noise)) in self.rows.iter_mut().zip(noise).enumerate().skip(GYRO_BIAS) {

@@ -19,14 +19,15 @@ pub struct Gain<T, const N: usize> {
 impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// P Hᵀ and H P Hᵀ of a scalar measurement.
     #[must_use]
-    pub fn project(&self, sensitivity: &Sensitivity<T>) -> ([T; N], T) {
+    pub fn project(&mut self, sensitivity: &Sensitivity<T>) -> ([T; N], T) {
+        self.renew_mirror();
         let mut projected = [T::ZERO; N];
         self.project_on(sensitivity, &mut projected);
         let variance = sensitivity.dot(&projected);
         (projected, variance)
     }
 
-    /// P Hᵀ of a scalar measurement: a sum of rows, four at a time, so that the sum is not written and read
+    /// P Hᵀ of a scalar measurement, P being mirrored: a sum of rows, four at a time, so that the sum is not written and read
     /// again after each.
     #[inline(always)]
     pub(super) fn project_on(&self, sensitivity: &Sensitivity<T>, projected: &mut [T; N]) {

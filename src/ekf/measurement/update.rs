@@ -75,7 +75,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.group));
         let noise = axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.noise));
         let mut joint = Joint::<L, T, N>::new(sensitivities, innovations);
-        joint.project(&self.covariance, 0);
+        joint.project(&mut self.covariance, 0);
         let mut told = |index: usize, gain: &Gain<T, N>, innovation: T| {
             if trace.watches()
                 && let Some(sensitivity) = sensitivities.of::<L, N>(index)
@@ -117,7 +117,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 for axis in axes.iter().take(end).skip(members.start).flatten() {
                     self.reopen(axis);
                 }
-                joint.project(&self.covariance, members.start);
+                joint.project(&mut self.covariance, members.start);
                 Verdict::Reopened
             } else {
                 Verdict::Rejected
