@@ -276,7 +276,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         {
             notify(Notice::Updated(report));
         }
-        let suspicion = self.filter.samples.suspicion;
+        let suspicion = &self.filter.samples.suspicion;
         if self.phase == Phase::Navigating
             && (suspicion.is_clipped() || suspicion.stuck || suspicion.shaken)
         {
@@ -290,11 +290,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.end_search(notify);
         }
         for slot in 0..HELD {
-            let due = self.held.get(slot).copied().flatten().filter(|fix| fix.time <= sample.time);
+            let held = self.held.get_mut(slot);
+            let due = held.and_then(|held| held.take_if(|fix| fix.time <= sample.time));
             if let Some(fix) = due {
-                if let Some(slot) = self.held.get_mut(slot) {
-                    *slot = None;
-                }
                 self.gps(&fix, trace, notify);
             }
         }
