@@ -1,10 +1,9 @@
 //! Set-points: from where the vehicle shall be to how fast it shall go.
 
 use super::check::{ConfigError, within};
-use crate::earth::Geodetic;
+use crate::earth::{Geodetic, Local};
 use crate::ekf::Solution;
 use crate::frames::{Ned, Vector, wrap_angle};
-use crate::scalar::Scalar;
 
 /// The reference follows what is wanted with two poles here, 1/s.
 const FOLLOWS_PER_S: f64 = 8.0;
@@ -136,9 +135,22 @@ pub(super) struct Guidance {
     period_s: f64,
     set_point: SetPoint,
     /// Where it stays, once it has stopped.
-    station: Option<Geodetic>,
+    station: Option<Station>,
     heading_rad: f64,
     reference: Reference,
+}
+
+/// A place to stay at, and the Earth there, which need not be worked out at every step.
+#[derive(Clone, Copy, Debug)]
+struct Station {
+    position: Geodetic,
+    earth: Local,
+}
+
+impl Station {
+    fn at(position: Geodetic) -> Self {
+        Self { position, earth: Local::at(&position) }
+    }
 }
 
 /// What guidance may steer by.
@@ -172,7 +184,7 @@ impl Guidance {
                 if let Some(heading_rad) = heading_rad {
                     self.heading_rad = wrap_angle(heading_rad);
                 }
-                self.station = Some(position);
+                self.station = Some(Station::at(position));
             }
             SetPoint::Velocity { forward_mps, right_mps, down_mps, yaw_rate_radps } => {
                 let all = [forward_mps, right_mps, down_mps, yaw_rate_radps];
@@ -211,14 +223,14 @@ impl Guidance {
     /// Equation (C6) of docs/equations.md.
     pub fn step(&mut self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Reference {
         self.steer_heading(yaw_rad, trusted.heading);
-        let wanted = self.wanted_velocity(solution, yaw_rad, trusted);
+        let wanted = self.wanted_velocity(solution, trusted);
         self.follow(wanted);
         if self.set_point == SetPoint::Hold
             && self.station.is_none()
             && trusted.position
-            && self.reference.velocity_mps.norm() < 0.05
+            && self.reference.velocity_mps.is_shorter_than(0.05)
         {
-            self.station = Some(solution.position);
+            self.station = Some(Station::at(solution.position));
         }
         self.reference
     }
@@ -257,20 +269,20 @@ impl Guidance {
     }
 
     /// Equation (C5) of docs/equations.md.
-    fn wanted_velocity(&self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Vector<Ned> {
+    fn wanted_velocity(&self, solution: &Solution, trusted: Trusted) -> Vector<Ned> {
         let config = &self.config;
         let wanted = match self.set_point {
             SetPoint::Velocity { forward_mps, right_mps, down_mps, .. } => {
-                let (sin, cos) = yaw_rad.sincos();
+                let (sin, cos) = solution.body_to_ned.heading_sincos();
                 let north = cos * forward_mps - sin * right_mps;
                 let east = sin * forward_mps + cos * right_mps;
                 Vector::new(north, east, down_mps)
             }
             SetPoint::Hold | SetPoint::Place { .. } => match self.station {
                 Some(station) if trusted.position => {
-                    let [north, east, down] =
-                        station.displacement_from(&solution.position).to_array();
-                    let distance = libm::hypot(north, east);
+                    let missing = station.earth.displacement(&solution.position, &station.position);
+                    let [north, east, down] = missing.to_array();
+                    let distance = libm::sqrt(north * north + east * east);
                     // Half the hardest deceleration brakes, the rest is left for the wind.
                     let braking = libm::sqrt(config.acceleration_mps2 * distance);
                     let speed =
@@ -292,8 +304,9 @@ impl Guidance {
 /// `vector` shortened to `horizontal` and, downwards, to `vertical`.
 fn within_sizes(vector: Vector<Ned>, horizontal: f64, vertical: f64) -> Vector<Ned> {
     let [north, east, down] = vector.to_array();
-    let size = libm::hypot(north, east);
-    let share = if size > horizontal { horizontal / size } else { 1.0 };
+    let square = north * north + east * east;
+    let longer = square > horizontal * horizontal;
+    let share = if longer { horizontal / libm::sqrt(square) } else { 1.0 };
     Vector::new(north * share, east * share, within_size(down, vertical))
 }
 

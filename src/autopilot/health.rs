@@ -240,11 +240,13 @@ impl Health {
     /// What of `solution` is good enough to fly by at `now`, on the solution's clock.
     #[must_use]
     pub fn assess(solution: Option<&Solution>, now: Time, limits: &HealthLimits) -> Self {
-        Self::within(solution, now, limits, &[true; 5])
+        let health = Self::within(solution, now, limits, &[true; 5]);
+        let near = health.tilt.is_ok().then(|| Doubt::near(solution, limits));
+        Self { doubt: near.unwrap_or(Doubt::NONE), ..health }
     }
 
-    /// The same where quantities that were not good enough before have to be well within their limits:
-    /// `was_good` in the order of [`are_good`](Self::are_good).
+    /// The same without doubts, where quantities that were not good enough before have to be well within
+    /// their limits: `was_good` in the order of [`are_good`](Self::are_good).
     pub(super) fn within(
         solution: Option<&Solution>,
         now: Time,
@@ -279,7 +281,7 @@ impl Health {
                 Distrust::VerticalVelocity,
             ),
             position: velocity.and(place),
-            doubt: Doubt::near(Some(solution), limits),
+            doubt: Doubt::NONE,
             dead_reckoning_since: None,
         }
     }

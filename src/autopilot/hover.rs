@@ -15,8 +15,7 @@ use crate::controls::Sticks;
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::ekf::{Notice, Solution};
 use crate::event::Event;
-use crate::frames::{Body, EulerAngles, Ned, Vector, wrap_angle};
-use crate::scalar::Scalar;
+use crate::frames::{EulerAngles, Ned, Vector, wrap_angle};
 use crate::time::Time;
 
 /// What one step of the autopilot goes by.
@@ -121,6 +120,17 @@ pub struct HoverAutopilot {
 struct Flown<'a> {
     solution: &'a Solution,
     angles: EulerAngles,
+}
+
+impl Flown<'_> {
+    /// The parts of velocities along the body's forward and right axes.
+    fn forward_and_right(&self, velocities: [Vector<Ned>; 2]) -> [[f64; 2]; 2] {
+        let [north, east, down] = self.solution.body_to_ned.rows();
+        velocities.map(|velocity| {
+            let [n, e, d] = velocity.to_array();
+            [north[0] * n + east[0] * e + down[0] * d, north[1] * n + east[1] * e + down[1] * d]
+        })
+    }
 }
 
 impl HoverAutopilot {
@@ -361,22 +371,21 @@ impl HoverAutopilot {
     fn velocity_loop(&mut self, flown: &Flown<'_>, reference: &Reference) -> [f64; 2] {
         let [p, q, _] = flown.solution.angular_rate_radps.to_array();
         let (roll, pitch) = self.tilt_from_trim(flown);
-        let to_body = flown.solution.body_to_ned.inverse();
-        let velocity: Vector<Body> = to_body * flown.solution.velocity_mps;
-        let wanted: Vector<Body> = to_body * level(reference.velocity_mps);
-        let (sin, cos) = flown.angles.yaw_rad.sincos();
+        let [velocity, wanted] =
+            flown.forward_and_right([flown.solution.velocity_mps, level(reference.velocity_mps)]);
+        let (sin, cos) = flown.solution.body_to_ned.heading_sincos();
         let acceleration = reference.acceleration_mps2;
         let forward = cos * acceleration.x() + sin * acceleration.y();
         let right = cos * acceleration.y() - sin * acceleration.x();
         self.roll_pitch.command(
-            &[p, q, roll, pitch, velocity.x(), velocity.y()],
+            &[p, q, roll, pitch, velocity[0], velocity[1]],
             &[
                 0.0,
                 0.0,
                 right / STANDARD_GRAVITY_MPS2,
                 -forward / STANDARD_GRAVITY_MPS2,
-                wanted.x(),
-                wanted.y(),
+                wanted[0],
+                wanted[1],
             ],
         )
     }
@@ -407,9 +416,9 @@ impl HoverAutopilot {
             // a w too small.
             return libm::copysign(sinking, self.config.gains.heave.proportional);
         }
-        let to_body = flown.solution.body_to_ned.inverse();
+        let [.., [_, _, upright]] = flown.solution.body_to_ned.rows();
         let [w, wanted] = [flown.solution.velocity_mps.z(), reference.velocity_mps.z()]
-            .map(|down| (to_body * Vector::new(0.0, 0.0, down)).z());
+            .map(|down| upright * down);
         if !self.heave_runs {
             self.heave_runs = true;
             self.heave.start(self.config.gains.heave.proportional * (wanted - w), wanted, w);
@@ -441,9 +450,9 @@ impl HoverAutopilot {
         let Some(flown) = flown else { return };
         let steady = matches!(self.mode(), Mode::Manual | Mode::Position | Mode::Velocity)
             && self.fading.farthest_from(Sticks::NEUTRAL) < 0.02
-            && flown.solution.velocity_mps.norm() < STEADY_MPS
-            && flown.solution.velocity_sigma_mps.norm() < STEADY_MPS
-            && flown.solution.angular_rate_radps.norm() < STEADY_RADPS;
+            && flown.solution.velocity_mps.is_shorter_than(STEADY_MPS)
+            && flown.solution.velocity_sigma_mps.is_shorter_than(STEADY_MPS)
+            && flown.solution.angular_rate_radps.is_shorter_than(STEADY_RADPS);
         if steady {
             let now = Trim {
                 sticks: self.sticks,

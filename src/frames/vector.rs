@@ -96,6 +96,13 @@ impl<F, T: Scalar> Vector<F, T> {
         self.dot(self).sqrt()
     }
 
+    /// Whether its length is below `limit`, positive; never of a NaN. Draws no root.
+    #[must_use]
+    #[inline]
+    pub fn is_shorter_than(self, limit: T) -> bool {
+        self.dot(self) < limit * limit
+    }
+
     /// Whether no component is NaN or infinite.
     #[must_use]
     pub fn is_finite(self) -> bool {
