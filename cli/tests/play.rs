@@ -57,7 +57,7 @@ fn an_interrupted_play_takes_its_ports_away_and_tells_what_it_did() {
             }
         }
     }
-    assert_eq!(packets, 50);
+    assert!(packets >= 50, "{packets}");
 
     let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(interrupt.expect("kill runs").success());
