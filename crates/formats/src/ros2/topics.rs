@@ -135,11 +135,11 @@ fn survey(input: Input<'_>) -> Result<(Vec<Topic>, Vec<String>, Damages), LogErr
                 kinds.entry(header.id).or_insert(kind);
             }
         }
-        Record::Channel(Channel { id, schema_id, topic, message_encoding, .. }) => {
-            if topic.len() <= LONGEST_NAME {
-                let is_cdr = message_encoding == "cdr";
-                channels.entry(id).or_insert((schema_id, topic, is_cdr));
-            }
+        Record::Channel(Channel { id, schema_id, topic, message_encoding, .. })
+            if topic.len() <= LONGEST_NAME =>
+        {
+            let is_cdr = message_encoding == "cdr";
+            channels.entry(id).or_insert((schema_id, topic, is_cdr));
         }
         Record::Message { header: sent, data } => {
             stamps.entry(sent.channel_id).or_insert(Stamps::NONE).count(&sent, &data);

@@ -134,7 +134,8 @@ fn clock_time(field: &[u8]) -> Option<Time> {
     {
         return at.and_utc().timestamp_nanos_opt().map(Time::from_nanoseconds);
     }
-    let at = NaiveTime::parse_from_str(text, "%H:%M:%S%.f").ok()?;
+    let formats = ["%H:%M:%S%.f", "%I:%M:%S%.f %p"];
+    let at = formats.iter().find_map(|format| NaiveTime::parse_from_str(text, format).ok())?;
     let seconds = i64::from(at.num_seconds_from_midnight());
     Some(Time::from_nanoseconds(seconds * 1_000_000_000 + i64::from(at.nanosecond())))
 }
@@ -187,6 +188,7 @@ mod tests {
             ("02.01.1970 00:00:02,5", Clock, true, 86_402_500_000_000),
             ("1/2/1970 1:00:02 PM", Clock, false, 133_202_000_000_000),
             ("00:01:00.25", Clock, false, 60_250_000_000),
+            ("11:00:00.5 PM", Clock, false, 82_800_500_000_000),
         ] {
             assert_eq!(nanoseconds(text, unit, comma), Some(expected), "{text}");
         }
