@@ -29,7 +29,7 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
         Fact::new("spectral radius", format!("{:.4}", checked.spectral_radius)),
         Fact::new(
             "derivatives off by 20 %",
-            format!("{} of {} stable", checked.kept.stable, checked.kept.of),
+            format!("{} of {} stable", checked.perturbed.stable, checked.perturbed.of),
         ),
     ];
     let [lowest, highest] = checked.margins.disk_gain();

@@ -85,7 +85,7 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
         "modes": modes,
         "handling": handling,
         "perturbed": {
-            "off": checked.kept.off, "stable": checked.kept.stable, "of": checked.kept.of,
+            "off": checked.perturbed.off, "stable": checked.perturbed.stable, "of": checked.perturbed.of,
         },
         "at_outputs": checked.at_outputs.as_ref().map(weakest),
         "sensitivity_peak": checked.margins.sensitivity.value,

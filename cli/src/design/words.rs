@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use hovernav_design::hover::Kept;
+use hovernav_design::hover::PerturbedStability;
 use hovernav_design::{
     ChannelMargins, CheckedDesign, CheckedPrintedDesign, Crossing, DesignError, Regulator,
 };
@@ -66,7 +66,7 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
 
 /// What of the models with every derivative off stays stable, in words.
 pub fn perturbed(checked: &CheckedDesign) -> String {
-    let Kept { off, stable, of } = checked.kept;
+    let PerturbedStability { off, stable, of } = checked.perturbed;
     format!("stable with every derivative off by up to {:.0} %: {stable} of {of}", 100.0 * off)
 }
 

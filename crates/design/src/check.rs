@@ -3,7 +3,7 @@
 use super::disturbance::{DisturbanceResponse, TABLE_6_1};
 use super::error::DesignError;
 use super::handling::HandlingQualities;
-use super::hover::{Cut, FlightMode, HoverDesign, Kept};
+use super::hover::{Cut, FlightMode, HoverDesign, PerturbedStability};
 use super::margins::{Loop, Margins};
 use super::thesis::PrintedDesign;
 use hovernav::autopilot::Gains;
@@ -30,7 +30,7 @@ pub struct CheckedDesign {
     /// Handling qualities of phi, theta and psi, holding attitude.
     pub handling: Vec<HandlingQualities>,
     /// How many models with every derivative off it keeps stable.
-    pub kept: Kept,
+    pub perturbed: PerturbedStability,
     /// Spectral radius of the closed loop.
     pub spectral_radius: f64,
     /// What becomes of [`TABLE_6_1`] with the sticks at trim.
@@ -87,7 +87,7 @@ impl CheckedDesign {
             .into_iter()
             .map(|output| HandlingQualities::of(&holding, output))
             .collect::<Result<_, _>>()?;
-        let kept = Kept::by(&design, &model, &gains)?;
+        let perturbed = PerturbedStability::of(&design, &model, &gains)?;
         let printed = (model == shipped::thesis())
             .then(|| CheckedPrintedDesign::new(design.period_s))
             .transpose()?;
@@ -137,7 +137,7 @@ impl CheckedDesign {
             modes,
             at_outputs,
             handling,
-            kept,
+            perturbed,
             spectral_radius,
             open_responses,
             responses,

@@ -1,4 +1,4 @@
-//! The lowest point of a function that is known by its values alone.
+//! The minimum of a function that is known by its values alone.
 
 use std::f64::consts::TAU;
 
@@ -28,14 +28,14 @@ impl Random {
 }
 
 /// What a search found.
-pub(super) struct Lowest {
+pub(super) struct Minimum {
     pub at: Vec<f64>,
     pub cost: f64,
     /// Points looked at.
     pub trials: usize,
 }
 
-/// The lowest `cost` around `start` that at most about `most` points show: the first step is `step` in
+/// The least `cost` around `start` that at most about `most` points show: the first step is `step` in
 /// each coordinate, and a cost of 0 is the end. Costs of a generation are worked out side by side.
 ///
 /// The distribution that points are drawn from learns the shape of the valley: weights that trade with
@@ -44,13 +44,13 @@ pub(super) struct Lowest {
 /// # Source
 /// Hansen (2016), *The CMA Evolution Strategy: A Tutorial*, arXiv:1604.00772, with its default numbers.
 /// Equation (L20) of docs/equations.md.
-pub(super) fn lowest(
+pub(super) fn minimise(
     start: &[f64],
     step: f64,
     most: usize,
     seed: u64,
     cost: impl Fn(&[f64]) -> f64 + Sync,
-) -> Lowest {
+) -> Minimum {
     let n = start.len();
     let size = n as f64;
     let drawn = 4 + (3.0 * size.ln()) as usize;
@@ -75,7 +75,7 @@ pub(super) fn lowest(
     let mut covariance = DMatrix::<f64>::identity(n, n);
     let (mut path, mut step_path) = (DVector::<f64>::zeros(n), DVector::<f64>::zeros(n));
     let mut step = step;
-    let mut best = Lowest { at: start.to_vec(), cost: cost(start), trials: 1 };
+    let mut best = Minimum { at: start.to_vec(), cost: cost(start), trials: 1 };
     let mut kept = 1.0;
     while best.trials < most && best.cost > 0.0 && step > 1e-4 {
         let axes = covariance.clone().symmetric_eigen();

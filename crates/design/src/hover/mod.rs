@@ -30,5 +30,5 @@ mod synthesis;
 
 pub use closed_loop::{Cut, FlightMode};
 pub use config::{AttitudeWeights, HeavePoles, HoverDesign, RollPitchWeights, YawWeights};
-pub use required::Kept;
+pub use required::PerturbedStability;
 pub use search::{Search, Wanted};

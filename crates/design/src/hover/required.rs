@@ -2,7 +2,7 @@
 
 use super::closed_loop::{self, Cut, FlightMode};
 use super::config::HoverDesign;
-use super::evolution::{Random, lowest};
+use super::evolution::{Random, minimise};
 use super::plant::normalised;
 use super::search::off_by;
 use crate::{DesignError, Loop, TABLE_6_1};
@@ -10,7 +10,7 @@ use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;
 
 /// What is asked of a design.
-struct Demand {
+struct Requirements {
     /// Seconds within which a disturbance is over: of φ, θ, p, q, u and v, of heading and yaw rate, of w.
     back_s: [f64; 3],
     /// Share of its size within which it is over.
@@ -23,11 +23,16 @@ struct Demand {
 }
 
 /// What every design must have.
-const REQUIRED: Demand =
-    Demand { back_s: [8.0, 1.0, 2.0], band: 0.02, gain_db: 6.0, phase_deg: 45.0, decay_per_s: 0.0 };
+const REQUIRED: Requirements = Requirements {
+    back_s: [8.0, 1.0, 2.0],
+    band: 0.02,
+    gain_db: 6.0,
+    phase_deg: 45.0,
+    decay_per_s: 0.0,
+};
 /// What is aimed at for it: a little more, for the search sees few frequencies, few models and sticks without
 /// stops.
-const AIMED: Demand = Demand {
+const AIMED: Requirements = Requirements {
     back_s: [7.9, 0.97, 1.95],
     band: 0.019,
     gain_db: 6.2,
@@ -48,35 +53,44 @@ const TRIALS: usize = 2400;
 /// First step, of the logarithms of the weights.
 const STEP: f64 = 0.8;
 
-/// What a search for what is required came to.
-pub(super) struct Met {
+/// A design with other weights of roll and pitch than the one that lacks what is required.
+pub(super) struct Alternative {
     pub design: HoverDesign,
-    /// Designs tried; 0 where `design` had all of it.
+    /// By how much the requirements are violated, by the design there was and by this one.
+    pub violation: [f64; 2],
+    /// Designs tried.
     pub trials: usize,
 }
 
-/// `design`, or where it lacks what is required one with other weights of roll and pitch that lacks less.
+/// Searches for what is required where `design` lacks some of it; `None` where it has all of it.
 ///
 /// # Errors
 /// [`DesignError`] where `design` is none for `model`.
-pub(super) fn met(design: HoverDesign, model: &StateSpace) -> Result<Met, DesignError> {
-    let perturbed = perturbed(&design, model, PERTURBED, SEED)?;
-    let lacking = |design: &HoverDesign, demand| lacking(design, model, &perturbed, demand);
-    let now = lacking(&design, &REQUIRED)?;
-    if now.nominal <= 0.0 && now.growth_per_s < FEW_PER_S {
-        return Ok(Met { design, trials: 0 });
+pub(super) fn alternative(
+    design: &HoverDesign,
+    model: &StateSpace,
+) -> Result<Option<Alternative>, DesignError> {
+    let perturbed = perturbed(design, model, PERTURBED, SEED)?;
+    let required = |design: &HoverDesign| -> Result<f64, DesignError> {
+        let violation = violation(design, model, &perturbed, &REQUIRED)?;
+        let few = violation.growth_per_s < FEW_PER_S;
+        Ok(if few { violation.nominal } else { violation.cost() })
+    };
+    let now = required(design)?;
+    if now <= 0.0 {
+        return Ok(None);
     }
     // Weights that are fast in velocity and lean on where the zeros are lie in a valley of their own; from even
     // ones the way leads to what withstands, too.
     let even = HoverDesign { roll_pitch: HoverDesign::default().roll_pitch, ..design.clone() };
     let cost = |point: &[f64]| {
-        let lacking = lacking(&with_logarithms(&even, point), &AIMED);
-        lacking.map_or(f64::INFINITY, |lacking| lacking.cost())
+        let aimed = violation(&with_logarithms(&even, point), model, &perturbed, &AIMED);
+        aimed.map_or(f64::INFINITY, |violation| violation.cost())
     };
-    let found = lowest(&logarithms(&even), STEP, TRIALS, SEED, cost);
-    let better = found.cost < lacking(&design, &AIMED)?.cost();
-    let design = if better { with_logarithms(&even, &found.at) } else { design };
-    Ok(Met { design, trials: found.trials })
+    let found = minimise(&logarithms(&even), STEP, TRIALS, SEED, cost);
+    let other = with_logarithms(&even, &found.at);
+    let violation = [now, required(&other).unwrap_or(f64::INFINITY)];
+    Ok(Some(Alternative { design: other, violation, trials: found.trials }))
 }
 
 /// `of` models with every derivative off, behind the servos of `design`.
@@ -123,8 +137,8 @@ fn with_logarithms(design: &HoverDesign, point: &[f64]) -> HoverDesign {
     next
 }
 
-/// What a design lacks.
-struct Lacking {
+/// By how much a design violates what is asked of it.
+struct Violation {
     /// By what disturbances are out of their band when they are to be back, and by margins where velocity is
     /// known.
     nominal: f64,
@@ -132,18 +146,18 @@ struct Lacking {
     growth_per_s: f64,
 }
 
-impl Lacking {
+impl Violation {
     fn cost(&self) -> f64 {
         self.nominal + 20.0 * self.growth_per_s
     }
 }
 
-fn lacking(
+fn violation(
     design: &HoverDesign,
     model: &StateSpace,
     perturbed: &[StateSpace],
-    demand: &Demand,
-) -> Result<Lacking, DesignError> {
+    asked: &Requirements,
+) -> Result<Violation, DesignError> {
     let gains = design.synthesise(model)?;
     let whole = normalised(model)?;
     let growth_in = |mode| {
@@ -152,18 +166,18 @@ fn lacking(
     };
     let growth = growth_in(FlightMode::Velocity)?;
     if growth.is_nan() || growth >= 0.0 {
-        return Ok(Lacking { nominal: 100.0 + growth, growth_per_s: 1.0 });
+        return Ok(Violation { nominal: 100.0 + growth, growth_per_s: 1.0 });
     }
     let mut nominal = 0.0;
     for disturbance in TABLE_6_1 {
         let (state, size) = disturbance;
         let back_s = match state {
-            "psi" | "r" => demand.back_s[1],
-            "w" => demand.back_s[2],
-            _ => demand.back_s[0],
+            "psi" | "r" => asked.back_s[1],
+            "w" => asked.back_s[2],
+            _ => asked.back_s[0],
         };
-        let response = design.respond(model, &gains, disturbance, 2.0 * demand.back_s[0])?;
-        nominal += 6.0 * positive((response.largest_from(back_s) / (demand.band * size)).ln());
+        let response = design.respond(model, &gains, disturbance, 2.0 * asked.back_s[0])?;
+        nominal += 6.0 * positive((response.largest_from(back_s) / (asked.band * size)).ln());
     }
     for mode in [FlightMode::Velocity, FlightMode::Position] {
         let growth = growth_in(mode)?;
@@ -174,14 +188,14 @@ fn lacking(
         let closed = design.close_in(model, &gains, mode, Cut::Actuators)?;
         let (gain_db, phase_deg) = closed.weakest(FREQUENCIES);
         let below = |found: f64, least: f64| positive(1.0 - found / least);
-        nominal += 25.0 * (below(gain_db, demand.gain_db) + below(phase_deg, demand.phase_deg));
+        nominal += 25.0 * (below(gain_db, asked.gain_db) + below(phase_deg, asked.phase_deg));
     }
     let flown = Flown::by(design, &whole, &gains, FlightMode::Velocity)?;
     let mut growth_per_s = 0.0;
     for other in perturbed {
-        growth_per_s += positive(flown.growth_per_s(other)? + demand.decay_per_s);
+        growth_per_s += positive(flown.growth_per_s(other)? + asked.decay_per_s);
     }
-    Ok(Lacking { nominal, growth_per_s: growth_per_s / perturbed.len().max(1) as f64 })
+    Ok(Violation { nominal, growth_per_s: growth_per_s / perturbed.len().max(1) as f64 })
 }
 
 /// The autopilot of a design at its rate.
@@ -227,9 +241,9 @@ impl Flown {
     }
 }
 
-/// How many of some models a design keeps stable.
+/// How many of some models whose derivatives are off a design keeps stable.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kept {
+pub struct PerturbedStability {
     /// Share by which every derivative of them is off, at most.
     pub off: f64,
     /// Models that stay stable, holding velocity.
@@ -238,13 +252,13 @@ pub struct Kept {
     pub of: usize,
 }
 
-impl Kept {
+impl PerturbedStability {
     /// How many of 500 models `gains` keep stable whose every derivative is off by up to a fifth, each for
     /// itself; what is kinematics or gravity stays. None of them is one that the search saw.
     ///
     /// # Errors
     /// [`DesignError`] where the loops cannot be closed around `model`.
-    pub fn by(
+    pub fn of(
         design: &HoverDesign,
         model: &StateSpace,
         gains: &Gains,

@@ -55,7 +55,7 @@ impl HoverDesign {
     /// the factor widens or narrows with success. Settling, margins in every mode that flies, sticks
     /// within their travel and stability with every derivative off are one sum of shortfalls. Where the best of
     /// these lacks 45° and 6 dB, the table's times or nine of ten models off by a fifth, a second search goes on
-    /// for these alone, over the weights of roll and pitch.
+    /// for these alone, over the weights of roll and pitch; what it finds is taken where it lacks less of them.
     ///
     /// # Errors
     /// [`DesignError`] where the model cannot be designed for at the start.
@@ -73,18 +73,18 @@ impl HoverDesign {
         };
         let in_attitude =
             |design: &HoverDesign| in_attitude(design, model, wanted).unwrap_or(f64::INFINITY);
-        let judged = |design: Self| {
+        let evaluated = |design: Self| {
             let (flight, attitude) = (in_flight(&design, f64::INFINITY), in_attitude(&design));
-            Judged { design, flight, attitude }
+            Evaluated { design, flight, attitude }
         };
-        let start = judged(self.clone());
+        let start = evaluated(self.clone());
         let at_start = start.shortfall();
         // An integral overshoots as far as it was off: it is over before the disturbance has to be, or so
         // slow that its tail is within the band. Between the two lies a ridge that no step crosses.
         let mut slow = self.clone();
         slow.yaw.integral = SLOW * slow.yaw.states[1];
         let mut trials = 0;
-        let mut climb = |mut best: Judged, most: usize, order: &[Loop]| {
+        let mut climb = |mut best: Evaluated, most: usize, order: &[Loop]| {
             // A step length for each loop.
             let (mut steps, first) = ([0.8; 4], trials);
             while trials - first < most && best.shortfall() > 0.0 {
@@ -96,21 +96,21 @@ impl HoverDesign {
                 let at =
                     if turn == Loop::Attitude && best.attitude <= 0.0 { Loop::Yaw } else { turn };
                 let of_attitude = at == Loop::Attitude;
-                let mut knobs = knobs(&mut next, at);
+                let mut weights = weights(&mut next, at);
                 let step = &mut steps[at as usize];
                 let moved = 1 + (random.uniform() * 3.0) as usize;
                 for _ in 0..moved {
-                    let at = (random.uniform() * knobs.len() as f64) as usize;
+                    let at = (random.uniform() * weights.len() as f64) as usize;
                     let by = (*step * (2.0 * random.uniform() - 1.0)).exp();
-                    if let Some((knob, [lowest, highest])) = knobs.get_mut(at) {
-                        **knob = (**knob * by).clamp(*lowest, *highest);
+                    if let Some((weight, [lowest, highest])) = weights.get_mut(at) {
+                        **weight = (**weight * by).clamp(*lowest, *highest);
                     }
                 }
                 let now = best.shortfall();
                 let flight = if of_attitude { best.flight } else { in_flight(&next, now) };
                 let attitude = if flight < now { in_attitude(&next) } else { f64::INFINITY };
                 if flight + attitude < now {
-                    best = Judged { design: next, flight, attitude };
+                    best = Evaluated { design: next, flight, attitude };
                     *step = f64::min(1.4 * *step, 1.5);
                 } else {
                     *step = f64::max(0.92 * *step, 0.05);
@@ -121,31 +121,42 @@ impl HoverDesign {
         let best = if slow.yaw.integral < self.yaw.integral {
             let each = wanted.trials / 10;
             let fast = climb(start, each, &[Loop::Yaw]);
-            let slow = climb(judged(slow), each, &[Loop::Yaw]);
+            let slow = climb(evaluated(slow), each, &[Loop::Yaw]);
             let better = if slow.shortfall() < fast.shortfall() { slow } else { fast };
             climb(better, wanted.trials - 2 * each, &ORDER)
         } else {
             climb(start, wanted.trials, &ORDER)
         };
-        let met = required::met(best.design, model)?;
-        trials += met.trials;
-        let best =
-            if met.trials > 0 { judged(met.design) } else { Judged { design: met.design, ..best } };
+        let best = match required::alternative(&best.design, model)? {
+            None => best,
+            Some(other) => {
+                trials += other.trials;
+                best.or(evaluated(other.design), other.violation)
+            }
+        };
         Ok(Search { shortfall: [best.shortfall(), at_start], design: best.design, trials })
     }
 }
 
 /// A design and what it falls short of.
-struct Judged {
+struct Evaluated {
     design: HoverDesign,
     /// Where velocity is known, and where it is not.
     flight: f64,
     attitude: f64,
 }
 
-impl Judged {
+impl Evaluated {
     fn shortfall(&self) -> f64 {
         self.flight + self.attitude
+    }
+
+    /// This or the `other`, whichever violates less of what is required, and where both violate as much the
+    /// one that falls short by less. `violation` is that of this one and that of the other.
+    fn or(self, other: Self, violation: [f64; 2]) -> Self {
+        let [own, of_other] = violation;
+        let is_better = (of_other, other.shortfall()) < (own, self.shortfall());
+        if is_better { other } else { self }
     }
 }
 
@@ -153,7 +164,7 @@ impl Judged {
 const SLOW: f64 = 1.0 / 300.0;
 
 /// What the search moves, and between which bounds.
-type Knob<'a> = (&'a mut f64, [f64; 2]);
+type BoundedWeight<'a> = (&'a mut f64, [f64; 2]);
 
 /// A loop that is searched by itself.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -169,35 +180,35 @@ const ORDER: [Loop; 6] =
     [Loop::RollPitch, Loop::Yaw, Loop::RollPitch, Loop::Attitude, Loop::Yaw, Loop::Heave];
 
 /// The weights of one loop.
-fn knobs(design: &mut HoverDesign, of: Loop) -> Vec<Knob<'_>> {
+fn weights(design: &mut HoverDesign, of: Loop) -> Vec<BoundedWeight<'_>> {
     const WEIGHT: [f64; 2] = [1e-5, 1e6];
     const DECAY: [f64; 2] = [1e-3, 0.6];
     let HoverDesign { roll_pitch, attitude, yaw, heave, .. } = design;
-    let mut knobs: Vec<Knob<'_>> = Vec::new();
+    let mut weights: Vec<BoundedWeight<'_>> = Vec::new();
     match of {
         Loop::RollPitch => {
-            knobs.extend(roll_pitch.states.iter_mut().map(|weight| (weight, WEIGHT)));
-            knobs.extend(roll_pitch.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
-            knobs.extend(roll_pitch.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
-            knobs.push((&mut roll_pitch.decay_per_s, DECAY));
+            weights.extend(roll_pitch.states.iter_mut().map(|weight| (weight, WEIGHT)));
+            weights.extend(roll_pitch.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
+            weights.extend(roll_pitch.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
+            weights.push((&mut roll_pitch.decay_per_s, DECAY));
         }
         Loop::Yaw => {
-            knobs.extend(yaw.states.iter_mut().map(|weight| (weight, WEIGHT)));
-            knobs.push((&mut yaw.integral, WEIGHT));
-            knobs.push((&mut yaw.stick, WEIGHT));
-            knobs.push((&mut yaw.decay_per_s, [1e-3, 2.0]));
+            weights.extend(yaw.states.iter_mut().map(|weight| (weight, WEIGHT)));
+            weights.push((&mut yaw.integral, WEIGHT));
+            weights.push((&mut yaw.stick, WEIGHT));
+            weights.push((&mut yaw.decay_per_s, [1e-3, 2.0]));
         }
         Loop::Heave => {
-            knobs.push((&mut heave.frequency_radps, [0.5, 6.0]));
-            knobs.push((&mut heave.damping, [0.5, 3.0]));
+            weights.push((&mut heave.frequency_radps, [0.5, 6.0]));
+            weights.push((&mut heave.damping, [0.5, 3.0]));
         }
         Loop::Attitude => {
-            knobs.extend(attitude.states.iter_mut().map(|weight| (weight, WEIGHT)));
-            knobs.extend(attitude.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
-            knobs.extend(attitude.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
+            weights.extend(attitude.states.iter_mut().map(|weight| (weight, WEIGHT)));
+            weights.extend(attitude.integrals.iter_mut().map(|weight| (weight, WEIGHT)));
+            weights.extend(attitude.sticks.iter_mut().map(|weight| (weight, WEIGHT)));
         }
     }
-    knobs
+    weights
 }
 
 /// What `design` falls short of `wanted` by where velocity is known, or anything not below `least` where
@@ -320,4 +331,28 @@ pub(super) fn off_by(
     }
     let (states, inputs) = (model.states().to_vec(), model.inputs().to_vec());
     Ok(StateSpace::new(model.name(), model.time(), states, inputs, a, b)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_two_designs_the_one_that_lacks_less_is_taken_then_the_smaller_shortfall() {
+        let evaluated = |flight: f64, servo_s: f64| Evaluated {
+            design: HoverDesign { servo_s, ..HoverDesign::default() },
+            flight,
+            attitude: 0.5,
+        };
+        let taken = |violation: [f64; 2], shortfalls: [f64; 2]| {
+            let [first, second] = [evaluated(shortfalls[0], 0.01), evaluated(shortfalls[1], 0.02)];
+            first.or(second, violation).design.servo_s
+        };
+        // The second lacks as much and asks sticks for more.
+        assert_eq!(taken([0.3, 0.3], [1.0, 2.0]), 0.01);
+        assert_eq!(taken([0.3, 0.3], [2.0, 1.0]), 0.02);
+        assert_eq!(taken([0.3, 0.1], [1.0, 2.0]), 0.02);
+        assert_eq!(taken([0.1, 0.3], [2.0, 1.0]), 0.01);
+        assert_eq!(taken([0.1, f64::INFINITY], [2.0, 1.0]), 0.01);
+    }
 }
