@@ -42,20 +42,20 @@ pub struct SteplessSolution {
     time_constant_s: f64,
     /// The solution's time before.
     before: Option<Time>,
-    attitude_rad: Kept,
-    velocity_mps: Kept,
-    position_m: Kept,
+    attitude_rad: PendingCorrection,
+    velocity_mps: PendingCorrection,
+    position_m: PendingCorrection,
 }
 
 /// What is kept back of one quantity, and how fast it changes. Critically damped, so that neither it nor
 /// its rate jumps when it is let out: a controller that differentiates hears no step either.
 #[derive(Clone, Copy, Debug, Default)]
-struct Kept {
+struct PendingCorrection {
     left: Vector<Ned>,
     rate_per_s: Vector<Ned>,
 }
 
-impl Kept {
+impl PendingCorrection {
     fn let_out(&mut self, elapsed_s: f64, time_constant_s: f64) {
         let share = libm::exp(-elapsed_s / time_constant_s);
         let drive = self.rate_per_s + self.left * (1.0 / time_constant_s);
@@ -82,9 +82,9 @@ impl SteplessSolution {
                 time_constant_s.clamp(0.05, 10.0)
             },
             before: None,
-            attitude_rad: Kept::default(),
-            velocity_mps: Kept::default(),
-            position_m: Kept::default(),
+            attitude_rad: PendingCorrection::default(),
+            velocity_mps: PendingCorrection::default(),
+            position_m: PendingCorrection::default(),
         }
     }
 
@@ -243,7 +243,8 @@ mod tests {
 
     #[test]
     fn another_solution_is_taken_at_once() {
-        let fast = Kept { left: Vector::new(50.0, 0.0, 0.0), ..Kept::default() };
+        let fast =
+            PendingCorrection { left: Vector::new(50.0, 0.0, 0.0), ..PendingCorrection::default() };
         let mut stepless = SteplessSolution { velocity_mps: fast, ..Default::default() };
         let filtered = at_rest();
         assert_eq!(stepless.solution(&filtered).velocity_mps, Vector::ZERO);
