@@ -71,6 +71,16 @@ fn two_commands_hover_and_the_record_tells_how() {
 }
 
 #[test]
+fn a_simulation_that_no_flight_computer_opens_ends_after_its_duration() {
+    let directory = place("nobody-there");
+    let config = directory.join("loop.toml");
+    fs::write(&config, example(&directory)).unwrap();
+    let config = config.display().to_string();
+    let message = last_line(&["simulate", "--lines", "--config", &config, "--duration", "1"]);
+    assert!(message.contains("no flight computer opened all lines within 1 s"), "{message}");
+}
+
+#[test]
 fn what_cannot_be_flown_is_refused_with_the_key() {
     let directory = place("refused-flights");
     let good = example(&directory);

@@ -73,7 +73,8 @@ pub struct Arguments {
     /// jam-collective, jam-pedal); may be repeated
     #[arg(long, value_name = "NAME@SECOND", conflicts_with = "flight")]
     pub fault: Vec<Failure>,
-    /// How long to fly, s; 120, or until 30 s after the last disturbance, test point or test input
+    /// How long to fly, s; 120, or until 30 s after the last disturbance, test point or test input. With
+    /// --lines also how long to wait for the flight computer; 300 and no limit unless given
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub duration: Option<f64>,
     /// Wind: `calm`, or speed in m/s, where it comes from in degrees, gusts in m/s (one sigma);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail, ensure};
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene};
@@ -88,9 +88,16 @@ pub fn run(
         paths.pilot.display(),
         paths.servos.display()
     ));
+    let ready = Instant::now();
     let mut told = 0;
     while !flying.is_finished() && !stop.load(Ordering::Relaxed) {
         thread::sleep(Duration::from_millis(20));
+        if let Some(longest_s) = arguments.duration
+            && flying.elapsed_s().is_none()
+            && ready.elapsed() >= Duration::from_secs_f64(longest_s)
+        {
+            bail!("nothing was flown: no flight computer opened all lines within {longest_s} s");
+        }
         let seconds = flying.elapsed_s().unwrap_or_default() as u64;
         if seconds >= told + 10
             && let Some(sample) = flying.latest()
@@ -107,7 +114,7 @@ pub fn run(
     let crashed_s = flying.crashed_s();
     let elapsed_s = flying.elapsed_s().unwrap_or_default();
     let (mut dataset, samples) = flying.end()?;
-    ensure!(!samples.is_empty(), "nothing was flown: no flight computer opened the lines");
+    ensure!(!samples.is_empty(), "nothing was flown: no flight computer opened all lines");
     dataset.manifest = config.navigation.clone();
     let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
     output::create(&out)?;
