@@ -73,7 +73,8 @@ pub fn of_trust(name: &str, trust: Trust, health: &Health) -> (Level, ShortText)
         (_, _, Some(since)) => (
             Level::Warning,
             ShortText::new(format_args!(
-                "{name} is by dead reckoning, no fix accepted since {since}"
+                "{name} is by dead reckoning: the last fix was accepted at second {:.2}",
+                since.seconds()
             )),
         ),
         _ => (Level::Info, ShortText::new(format_args!("{name} is doubtful, but good enough"))),
