@@ -190,6 +190,16 @@ fn a_stabiliser_bar_shows_through_wind_and_gusts() {
     assert!((spring.value - true_spring).abs() < 3.0 * spring.bound);
 }
 
+/// With an error of the vertical velocity that could be any size, heave of this flight was found by a cost of 229.
+#[test]
+fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
+    let (found, vehicle) = identified(505);
+    let heave = cost(&found, &vehicle, &truth(505), ("collective", "w"));
+    let strength = found.identified.estimates.get("Zcol").unwrap();
+    println!("heave {heave:.0}, Zcol {} ± {}", strength.value, strength.bound);
+    assert!(heave < 60.0, "{heave}");
+}
+
 #[test]
 #[ignore = "minutes: thirty flights, identifications and designs"]
 fn thirty_flights_lead_to_a_flight_or_a_refusal() {

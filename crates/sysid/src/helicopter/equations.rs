@@ -299,6 +299,14 @@ const NEEDED: [&str; 20] = [
     "tau_f", "Lb", "Ma", "Lp", "Mq", "Nr", "Zw", "Xu", "Yv", "Clon",
 ];
 
+/// How large the σ of a process noise can be, by name, as an acceleration per sample of `period_s`: that of
+/// the vertical velocity's `error` as large as the smoother states it. Vibration, which is notched out here, is
+/// noise to a smoother, so that it states rather too much. Without the limit the likelihood has a second
+/// optimum, in which gusts are errors of the velocity, the collective does too little and that too late.
+pub(super) fn largest_process_sigma(error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
+    vec![("n_ew".to_owned(), error.vertical.drive(period_s))]
+}
+
 impl Structure {
     /// The same with what the input `stick` does, and how late, held at 0: it never moves.
     pub(super) fn with_still(mut self, stick: &str) -> Self {

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::equations::largest_process_sigma;
 use super::flight::{FlightRecord, Velocity};
 use super::kind::Kind;
 use super::stretches;
@@ -37,9 +38,9 @@ const RESIDUAL_CORRELATION_S: f64 = 2.0;
 /// times fewer samples, each with a likelihood of its own.
 const INFLATION: f64 = 5.0;
 
-/// How much lower Akaike's criterion must be for each parameter of a stabiliser bar: Schwarz's price, the
+/// How much lower Akaike's criterion must be for each parameter of a stabiliser bar: Schwarz's penalty, the
 /// logarithm of the samples that count, in likelihoods that count.
-fn price(samples: usize) -> f64 {
+fn penalty_per_parameter(samples: usize) -> f64 {
     INFLATION * (samples as f64 / INFLATION).ln()
 }
 
@@ -294,6 +295,7 @@ impl Search<'_> {
     fn settings(&self, kind: Kind) -> Settings {
         Settings {
             held_sigma: kind.held_sigma(self.error, self.period_s),
+            largest_process_sigma: largest_process_sigma(self.error, self.period_s),
             dropping: Some(Dropping::default()),
             residual_correlation_s: RESIDUAL_CORRELATION_S,
             widened: WIDENED,
@@ -411,7 +413,7 @@ impl Search<'_> {
         let more = free(&structure).saturating_sub(free(&known.structure)).max(1) as f64;
         let found = prediction_error::identify(&structure, self.stretches, &self.settings(kind));
         match found.ok().filter(|found| found.aic < known.aic) {
-            Some(found) if found.aic < known.aic - price(known.samples) * more => {
+            Some(found) if found.aic < known.aic - penalty_per_parameter(known.samples) * more => {
                 Found { kind, identified: found, passed_over: None }
             }
             passed_over => Found { kind, identified: known, passed_over },

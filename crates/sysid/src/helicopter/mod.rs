@@ -5,7 +5,6 @@
 //! [`Identified`](crate::methods::prediction_error::Identified).
 
 mod checks;
-mod doubt;
 mod equations;
 mod flight;
 mod frequency_domain;
@@ -14,17 +13,18 @@ mod kind;
 mod response;
 mod result;
 mod stretches;
+mod uncertainty;
 mod vehicle;
 mod velocity_error;
 mod verdict;
 
 pub use checks::flight_warnings;
-pub use doubt::AxisDoubt;
 pub use flight::{FlightRecord, MOTION, Velocity};
 pub use frequency_domain::{Basis, FrequencyDomain, PairCost, SideBySide};
 pub use identify::{Identification, IdentifyError, identify};
 pub use kind::{Kind, UnknownKind};
 pub use response::StickResponse;
 pub use result::BoundSummary;
+pub use uncertainty::ResponseUncertainty;
 pub use vehicle::Pole;
 pub use velocity_error::{SlowError, VelocityError};

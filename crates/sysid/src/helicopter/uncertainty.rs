@@ -25,7 +25,7 @@ const STEP: f64 = 0.02;
 
 /// By what cost J the response of an axis may be off.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AxisDoubt {
+pub struct ResponseUncertainty {
     /// The stick.
     pub stick: &'static str,
     /// Its output.
@@ -39,7 +39,7 @@ pub struct AxisDoubt {
     pub between_structures: Option<f64>,
 }
 
-impl AxisDoubt {
+impl ResponseUncertainty {
     /// By what cost J the response may be off for all of these reasons: costs are squares, and those of
     /// independent errors add up.
     #[must_use]
@@ -55,10 +55,10 @@ impl Identification {
     /// The cost J: Tischler and Remple, section 11.2. Its mean under the parameters' covariance is that of a
     /// quadratic form. Equation (I30) of docs/equations.md.
     #[must_use]
-    pub fn axis_doubts(&self) -> Vec<AxisDoubt> {
+    pub fn response_uncertainties(&self) -> Vec<ResponseUncertainty> {
         let found = &self.identified;
         let values = found.values();
-        let doubt = |(stick, output): (&'static str, &'static str)| {
+        let uncertainty = |(stick, output): (&'static str, &'static str)| {
             let axis = Axis::of(found, stick, output)?;
             let own = axis.response(&values)?;
             let between_structures = self.passed_over.as_ref().and_then(|other| {
@@ -70,7 +70,7 @@ impl Identification {
                 spread.as_ref().and_then(|spread| spread.from(first)).unwrap_or(f64::INFINITY)
             };
             let known_from = (0..POINTS - LEAST_POINTS).find(|&first| from(first) <= COST);
-            Some(AxisDoubt {
+            Some(ResponseUncertainty {
                 stick,
                 output,
                 within_bounds: from(0),
@@ -78,7 +78,7 @@ impl Identification {
                 between_structures,
             })
         };
-        ON_AXIS.into_iter().filter_map(doubt).collect()
+        ON_AXIS.into_iter().filter_map(uncertainty).collect()
     }
 }
 

@@ -2,9 +2,9 @@
 
 use hovernav_model::{Grade, Verdict};
 
-use super::doubt::{AxisDoubt, COST};
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
+use super::uncertainty::{COST, ResponseUncertainty};
 use crate::methods::prediction_error::{Estimate, Status};
 
 /// What each stick does, and the rotor's springs: a design is made of these.
@@ -52,8 +52,17 @@ impl Identification {
         if let Some(frequency) = frequency {
             judge.second_opinion(frequency);
         }
-        for axis in self.axis_doubts() {
+        for axis in self.response_uncertainties() {
             judge.axis(&axis);
+        }
+        let vertical = self.identified.estimates.get("σ n_ew");
+        if vertical.is_some_and(|error| error.status == Status::OnBound) {
+            judge.say(
+                Grade::Care,
+                "collective to w: the error of the vertical velocity is found as large as its smoother \
+                 states at most: gusts may be taken for it, and the collective for too weak"
+                    .into(),
+            );
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
@@ -114,7 +123,7 @@ impl Judge {
         }
     }
 
-    fn axis(&mut self, axis: &AxisDoubt) {
+    fn axis(&mut self, axis: &ResponseUncertainty) {
         let (stick, output) = (axis.stick, axis.output);
         let cost = axis.cost();
         if cost <= COST {
@@ -130,7 +139,7 @@ impl Judge {
         }
         self.say(
             Grade::Care,
-            format!("{stick} to {output}: the response is to be expected off by a cost of {cost:.0}, above {COST}: {why}"),
+            format!("{stick} to {output}: the expected cost of the response is {cost:.0}, above {COST}: {why}"),
         );
     }
 

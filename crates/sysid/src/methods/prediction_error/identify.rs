@@ -96,7 +96,7 @@ fn problem<'a>(
         return Err(PredictionErrorError::Periods { structure: name(), periods_s });
     }
     let (base, free) = start(structure, records, settings)?;
-    let (lower, upper) = limits(structure, &base);
+    let (lower, upper) = limits(structure, &base, settings);
     Ok(Problem {
         structure,
         records,
@@ -170,7 +170,7 @@ pub fn assemble(
 }
 
 /// Lowest and highest value of each entry of the whole parameter vector.
-fn limits(structure: &Structure, base: &[f64]) -> (Vec<f64>, Vec<f64>) {
+fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>, Vec<f64>) {
     // A noise a thirtieth of its start is as good as none, one a thousand times its start is not noise.
     const LEAST: f64 = 3.5;
     const MOST: f64 = 7.0;
@@ -182,7 +182,11 @@ fn limits(structure: &Structure, base: &[f64]) -> (Vec<f64>, Vec<f64>) {
     };
     (
         side(|parameter| parameter.lower, &|_, start| start - LEAST),
-        side(|parameter| parameter.upper, &|_, start| start + MOST),
+        side(|parameter| parameter.upper, &|noise, start| {
+            let known = settings.largest_process_sigma.iter();
+            let mut known = known.filter(|(name, _)| structure.noises.get(noise) == Some(name));
+            known.next().map_or(start + MOST, |(_, largest)| largest.ln().max(start))
+        }),
     )
 }
 

@@ -20,6 +20,8 @@ pub struct Settings {
     /// Outputs whose σ is held at a value, by name, in the output's unit. The others are estimated,
     /// from a start that the output's second differences give.
     pub held_sigma: Vec<(String, f64)>,
+    /// Process noises whose σ is at most a value, by name, in the unit of the state's rate, per sample.
+    pub largest_process_sigma: Vec<(String, f64)>,
     /// When to stop.
     pub limits: Limits,
     /// Which parameters to drop; none where `None`.
@@ -46,6 +48,7 @@ impl Settings {
         Self {
             form: Form::OutputError,
             held_sigma: Vec::new(),
+            largest_process_sigma: Vec::new(),
             limits: Limits::default(),
             dropping: None,
             residual_correlation_s: 0.0,
