@@ -13,6 +13,10 @@ struct Heading {
     told_deg: f64,
     /// Farthest the estimate's error went from what it was at first.
     error_deg: f64,
+    /// Correlation of where the vehicle points with the estimate's error.
+    correlation: f64,
+    /// Slope of where it points over the estimate's error.
+    slope: f64,
     /// Farthest the pedal went.
     pedal: f64,
 }
@@ -31,10 +35,22 @@ fn heading(flight: &Flight) -> Heading {
         first + (sum / told.len() as f64).to_radians()
     });
     let errors: Vec<f64> = truths.iter().zip(&told).map(|(&yaw, &told)| told - yaw).collect();
+    let about_mean = |of: &[f64]| -> Vec<f64> {
+        let from_first: Vec<f64> = of.iter().map(|&yaw| degrees(of[0], yaw)).collect();
+        let mean = from_first.iter().sum::<f64>() / from_first.len() as f64;
+        from_first.into_iter().map(|own| own - mean).collect()
+    };
+    let (turned, led) = (about_mean(&truths), about_mean(&errors));
+    let product =
+        |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
+    let (own, across, of_error) =
+        (product(&turned, &turned), product(&turned, &led), product(&led, &led));
     Heading {
         farthest_deg: farthest(&truths, truths[0]),
         told_deg: farthest(&told, middle),
         error_deg: errors.first().map_or(0.0, |&first| farthest(&errors, first)),
+        correlation: across / (own * of_error).sqrt(),
+        slope: across / of_error,
         pedal: held().map(|sample| sample.sticks.pedal.abs()).fold(0.0, f64::max),
     }
 }
@@ -59,6 +75,14 @@ fn tell_apart(seeds: u64) {
         "by the estimate: farthest {farthest:.2?}°, from what it is told {told:.2?}°, error {error:.2?}°"
     );
     println!("pedal {pedal:.2?} of its travel; flown by the truth, farthest {by_truth:.2?}°");
+    let least = flown.iter().map(|own| -own.correlation).fold(1.0, f64::min);
+    let slopes = || flown.iter().map(|own| own.slope);
+    let slopes = [slopes().fold(0.0, f64::min), slopes().fold(f64::NEG_INFINITY, f64::max)];
+    println!(
+        "heading and error: correlation -{least:.3} or closer to -1 in each flight, slopes {slopes:.3?}"
+    );
+    assert!(least > 0.9, "a heading that does not go with its estimate's error: {least}");
+    assert!((-1.1..-0.9).contains(&slopes[0]) && (-1.1..-0.9).contains(&slopes[1]), "{slopes:?}");
     assert!(told[1] < 2.5 && by_truth[1] < 2.5, "{told:?} {by_truth:?}");
     assert!(pedal[1] < 0.9, "{pedal:?}");
 }
