@@ -85,15 +85,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Relaxation { decay, noise }
     }
 
-    /// How the parameters relax with a step of `interval_s`; `None`, while too little time has come
-    /// together for it to matter, or for the covariance to be gone over whole.
-    fn relaxation_due(&mut self, interval_s: T) -> Option<Relaxation<T, N>> {
-        self.unrelaxed_s += interval_s;
-        let since_s = self.unrelaxed_s;
-        (since_s >= T::of(RELAXED_EVERY_S)).then(|| {
-            self.unrelaxed_s = T::ZERO;
-            self.relaxation(since_s)
-        })
+    /// For how long the parameters have to relax with a step of `interval_s`, s; `None`, while too little time
+    /// has come together for it to matter, or for the covariance to be gone over whole.
+    fn relaxation_due_s(&mut self, interval_s: T) -> Option<T> {
+        let since_s = self.unrelaxed_s + interval_s;
+        let due = since_s >= T::of(RELAXED_EVERY_S);
+        self.unrelaxed_s = if due { T::ZERO } else { since_s };
+        due.then_some(since_s)
     }
 
     /// The transition over a gap: nothing is known of rate and force, so that no error of attitude or
@@ -102,7 +100,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K13) of docs/equations.md.
     pub(super) fn coasting(&mut self, interval_s: T) -> Transition<T, N> {
-        let relaxation = self.relaxation_due(interval_s);
+        let relaxation = self.relaxation_due_s(interval_s).map(|due_s| self.relaxation(due_s));
         let interval_s = interval_s.wide();
         let imu = &self.config.imu;
         let velocity = imu.gap_acceleration_mps2 * interval_s;
@@ -168,7 +166,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         let gyro = sum(gyro, [turning; 3]);
         let suspicion = &self.samples.suspicion;
-        Transition {
+        let mut transition = Transition {
             interval_s,
             turn: scaled([interval_s; 3]),
             force: advance.from_specific_force_mps.to_array(),
@@ -183,9 +181,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             attitude_noise: turned(&c, sum(gyro, suspicion.angle_variance)),
             velocity_noise: turned(&c, sum(accel, suspicion.velocity_variance)),
             position_noise: [T::ZERO; 3],
-            // Where it belongs at once: it is large, and a copy of none is a copy.
-            relaxation: self.relaxation_due(interval_s),
+            relaxation: None,
+        };
+        // Put where it belongs: it is large, and a copy of none is a copy.
+        if let Some(due_s) = self.relaxation_due_s(interval_s) {
+            transition.relaxation = Some(self.relaxation(due_s));
         }
+        transition
     }
 }
 

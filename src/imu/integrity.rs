@@ -310,14 +310,14 @@ impl<T: Scalar> Triad<T> {
         let (known, usual_weight) = (self.seen_s > number(LEAST_SEEN_S), interval_s / self.seen_s);
         let (mut clipped, mut shaken) = ([false; 3], false);
         let (mut all_hidden, mut variance) = ([T::ZERO; 3], [T::ZERO; 3]);
-        let (mut shock, mut struck) = (false, false);
+        let (mut shock, mut struck, least_quiet) = (false, false, square(number(least_shaking)));
         let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
         let axes = axes.zip(&mut self.repeats).zip(&mut self.clipped_s);
-        let values = values.into_iter().zip(bend).zip(noise).zip(marks);
+        let values = values.iter().zip(&bend).zip(&noise).zip(&marks);
         let results = clipped.iter_mut().zip(&mut variance).zip(&mut all_hidden);
         for (
             ((((now, usual), largest), repeats), clipped_s),
-            ((((value, bend), strength), marked), ((clipped, variance), hidden)),
+            ((((&value, &bend), &strength), &marked), ((clipped, variance), hidden)),
         ) in axes.zip(values.zip(results))
         {
             let size = value.abs();
@@ -331,7 +331,7 @@ impl<T: Scalar> Triad<T> {
             *clipped = marked || learned || (scale > 0.0 && size >= number(0.998 * scale));
 
             *now += (interval_s / number(NOW_S)).min(T::ONE) * (strength - *now);
-            let quiet = usual.max(square(number(least_shaking)));
+            let quiet = if *usual > least_quiet { *usual } else { least_quiet };
             let shocked = known && *now > number(SHOCK) * quiet;
             shaken |= known && *now > number(BLOW) * quiet && *now > square(number(least_blow));
             // A shock enters the usual slowly; what goes on for seconds becomes it.
