@@ -101,11 +101,11 @@ impl<T: Scalar> FixSensitivity<T> {
         // One after the other: the numbers of both together are more than there are registers.
         let [a, b, c, d, e, f] = projected;
         for state in 0..N {
-            let at = |of: usize| covariance.rows[of][state];
+            let at = |of: usize| covariance.mirrored_value(of, state);
             [a[state], b[state], c[state]] = self.velocity::<L, N>(&at);
         }
         for state in 0..N {
-            let at = |of: usize| covariance.rows[of][state];
+            let at = |of: usize| covariance.mirrored_value(of, state);
             [d[state], e[state], f[state]] = self.position::<L, N>(&at);
         }
         for (behind, projected) in projected.iter().enumerate() {

@@ -81,7 +81,12 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// [`entry`](Self::entry), in the covariance's own numbers.
     #[inline(always)]
     pub(super) fn value(&self, row: usize, column: usize) -> T {
-        let (row, column) = (row.min(column), row.max(column));
+        self.mirrored_value(row.min(column), row.max(column))
+    }
+
+    /// [`value`](Self::value) of a covariance that is mirrored, or above the diagonal.
+    #[inline(always)]
+    fn mirrored_value(&self, row: usize, column: usize) -> T {
         self.rows.get(row).and_then(|row| row.get(column)).copied().unwrap_or(T::ZERO)
     }
 
