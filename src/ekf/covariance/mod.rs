@@ -128,7 +128,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
         for (state, mirror) in (GYRO_BIAS..end.min(N)).zip(parameter_rows) {
             for (value, row) in mirror.iter_mut().zip(rows.iter()) {
-                *value = row[state];
+                *value = row.get(state).copied().unwrap_or(T::ZERO);
             }
         }
     }
