@@ -156,7 +156,7 @@ fn titled(response: &DisturbanceResponse) -> String {
 }
 
 fn disturbances(checked: &CheckedDesign) -> Section {
-    let seconds = |s: Option<f64>| s.map_or_else(|| "not".into(), |s| format!("{s:.2}"));
+    let seconds = |s: Option<f64>| s.map_or_else(|| "never".into(), |s| format!("{s:.2}"));
     let row = |(at, response): (usize, &DisturbanceResponse)| {
         let away = &checked.open_responses[at];
         let mut numbers = vec![
@@ -317,7 +317,7 @@ fn poles(checked: &CheckedDesign) -> anyhow::Result<Section> {
         "Poles",
         format!(
             "Of the model held at {:.1} Hz and of the closed loop, in the z plane: stable is what lies \
-             within the circle, slow what lies near 1, as dead as can be what lies near 0.",
+             within the circle; what lies near 1 is slow, what lies near 0 is over within a sample.",
             1.0 / checked.design.period_s
         ),
     );
