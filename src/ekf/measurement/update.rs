@@ -106,7 +106,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 let normalised = joint.innovation(members.start) / sigma;
                 self.gates.leans(group, time, normalised.wide())
             };
-            // Written so that a NaN is refused.
             let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
                 let count = members.len() as f64;
