@@ -218,8 +218,7 @@ settings! {
         noise_m = 0.5,
         /// One-sigma of its slow error, m, about a level that is found from the other sensors.
         wander_m = 3.0,
-        /// Correlation time of its slow error, s: in a time Δt well below, it changes by
-        /// wander_m · √(2 Δt / wander_time_s).
+        /// Correlation time of its slow error, s: in half of it, it changes by 0.9 wander_m.
         wander_time_s = 300.0,
     }
 }

@@ -76,8 +76,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             markov(first + 2, &[heading], time_s);
         }
         if let Some(state) = L::BARO {
-            // About a level that nobody knows it walks.
-            let rate = 2.0 * square(self.config.baro.wander_m) / self.config.baro.wander_time_s;
+            // About a level that nobody knows it walks: as far in half its time as one that comes back.
+            let walk = square(self.config.baro.wander_m) / self.config.baro.wander_time_s;
+            let rate = 4.0 * (1.0 - HALF_TIME_LEFT) * walk;
             if let Some(noise) = noise.get_mut(state) {
                 *noise = T::of(rate) * interval_s;
             }
@@ -198,6 +199,8 @@ fn sum<T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 /// Between measurements the parameters relax in portions of so long, s: a hundredth of the shortest
 /// correlation time, so that what a portion puts off is a hundredth of what they wander.
 const RELAXED_EVERY_S: f64 = 0.2;
+/// e^(−1/2): what half a correlation time leaves.
+const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
 
 /// No gap opens roll and pitch further than this, rad: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;

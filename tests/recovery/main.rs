@@ -294,7 +294,8 @@ fn a_gap_is_coasted_over_with_velocity_kept_and_fixes_from_inside_taken_for_what
 #[test]
 fn a_magnetic_heading_moves_the_heading_and_leaves_roll_and_pitch() {
     let mut start = start();
-    start.attitude_sigma_rad = Vector::new(0.05, 0.05, 0.1);
+    // Less sure than the magnetometer, whose dip makes 7° of such a tilt.
+    start.attitude_sigma_rad = Vector::new(0.05, 0.05, 0.3);
     let mut filter = FullEkf::new(EkfConfig::default(), Mounting::default(), start);
     for step in 1..=500 {
         let time = Time::ZERO + f64::from(step) * PERIOD_S;
