@@ -7,6 +7,9 @@ use crate::frames::{Ned, Vector, wrap_angle};
 
 /// The reference follows what is wanted with two poles here, 1/s.
 const FOLLOWS_PER_S: f64 = 8.0;
+/// The same while the motion that there was at engagement is brought to rest, 1/s: it takes 1.1° of tilt for
+/// each 0.5 m/s.
+const STOPS_PER_S: f64 = 1.0;
 /// Hardest change of the acceleration asked for, m/s³: at 33 Hz, 0.7° of tilt a sample.
 const HARDEST_JERK_MPS3: f64 = 4.0;
 
@@ -138,6 +141,8 @@ pub(super) struct Guidance {
     station: Option<Station>,
     heading_rad: f64,
     reference: Reference,
+    /// Whether the motion of engagement is still being brought to rest.
+    stops: bool,
 }
 
 /// A place to stay at, and the Earth there, which need not be worked out at every step.
@@ -171,6 +176,7 @@ impl Guidance {
             station: None,
             heading_rad: 0.0,
             reference: Reference::default(),
+            stops: false,
         }
     }
 
@@ -200,6 +206,7 @@ impl Guidance {
             }
         }
         self.set_point = set_point;
+        self.stops = false;
         Ok(())
     }
 
@@ -210,6 +217,7 @@ impl Guidance {
         self.heading_rad = yaw_rad;
         let velocity_mps = solution.velocity_mps;
         self.reference = Reference { velocity_mps, heading_rad: yaw_rad, ..Reference::default() };
+        self.stops = true;
     }
 
     /// The velocity, m/s, and heading, rad, that were last asked of the loops.
@@ -227,10 +235,10 @@ impl Guidance {
         self.follow(wanted);
         if self.set_point == SetPoint::Hold
             && self.station.is_none()
-            && trusted.position
             && self.reference.velocity_mps.is_shorter_than(0.05)
         {
-            self.station = Some(Station::at(solution.position));
+            self.stops = false;
+            self.station = trusted.position.then(|| Station::at(solution.position));
         }
         self.reference
     }
@@ -240,6 +248,7 @@ impl Guidance {
     fn follow(&mut self, wanted: Vector<Ned>) {
         let Reference { velocity_mps, acceleration_mps2, .. } = self.reference;
         let rate_per_s = GuidanceConfig::follows_per_s(self.period_s);
+        let rate_per_s = if self.stops { rate_per_s.min(STOPS_PER_S) } else { rate_per_s };
         let jerk = (wanted - velocity_mps) * (rate_per_s * rate_per_s)
             - acceleration_mps2 * (2.0 * rate_per_s);
         let jerk = within_sizes(jerk, HARDEST_JERK_MPS3, HARDEST_JERK_MPS3);

@@ -20,19 +20,21 @@ const POINTS: usize = 30;
 const LEAST_POINTS: usize = 8;
 /// Cost up to which a model and its vehicle agree: Tischler and Remple, section 11.2.
 pub(super) const COST: f64 = 100.0;
+/// A normal error exceeds so many one-sigmas on one side once in ten.
+const ONE_IN_TEN: f64 = 1.2816;
 /// Step of the central differences, in a parameter's bound.
 const STEP: f64 = 0.02;
 
-/// By what cost J the response of an axis may be off.
+/// The cost J by which the response of an axis may be off: one in ten is off by more.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseUncertainty {
     /// The stick.
     pub stick: &'static str,
     /// Its output.
     pub output: &'static str,
-    /// What is to be expected within the parameters' bounds.
+    /// By what the parameters' bounds leave open.
     pub within_bounds: f64,
-    /// The frequency from which on no cost above 100 is to be expected, rad/s, where there is one.
+    /// The frequency from which on one in ten at most is off by more than 100, rad/s, where there is one.
     pub known_from_radps: Option<f64>,
     /// How far apart the models with and without a stabiliser bar are, where both were searched and the
     /// flight does not clearly tell.
@@ -52,8 +54,8 @@ impl Identification {
     /// How far each axis that has a stick of its own may be off.
     ///
     /// # Source
-    /// The cost J: Tischler and Remple, section 11.2. Its mean under the parameters' covariance is that of a
-    /// quadratic form. Equation (I30) of docs/equations.md.
+    /// The cost J: Tischler and Remple, section 11.2. Under the parameters' covariance it is a quadratic form
+    /// of normal errors. Equation (I30) of docs/equations.md.
     #[must_use]
     pub fn response_uncertainties(&self) -> Vec<ResponseUncertainty> {
         let found = &self.identified;
@@ -160,11 +162,20 @@ struct Spread {
 }
 
 impl Spread {
-    /// The mean of the costs over the frequencies from `first` on; `None` where that is no number.
+    /// The cost over the frequencies from `first` on that one in ten exceeds; `None` where that is no number.
+    ///
+    /// # Source
+    /// A weighted sum of squares has nearly the distribution of a scaled χ² of the same mean and variance
+    /// (Satterthwaite, Biometrics Bulletin 2, 1946); the quantile of that by Wilson and Hilferty, PNAS 17,
+    /// 1931.
     fn from(&self, first: usize) -> Option<f64> {
         let slopes = self.slopes.rows(2 * first, 2 * (POINTS - first));
         let each = 20.0 / (POINTS - first) as f64;
-        let cost = (slopes.tr_mul(&slopes) * &self.covariance).trace() * each;
+        let form = slopes.tr_mul(&slopes) * &self.covariance * each;
+        let mean = form.trace();
+        let freedom = mean * mean / (&form * &form).trace();
+        let part = 2.0 / (9.0 * freedom);
+        let cost = mean * (1.0 - part + ONE_IN_TEN * part.sqrt()).powi(3);
         Some(cost).filter(|cost| cost.is_finite())
     }
 }

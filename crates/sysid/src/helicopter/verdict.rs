@@ -139,7 +139,7 @@ impl Judge {
         }
         self.say(
             Grade::Care,
-            format!("{stick} to {output}: the expected cost of the response is {cost:.0}, above {COST}: {why}"),
+            format!("{stick} to {output}: one response in ten is off by a cost above {cost:.0}, {COST} is allowed: {why}"),
         );
     }
 
