@@ -1,4 +1,4 @@
-//! MCAP with ROS 2 messages: any bytes, and any records behind the magic.
+//! MCAP with ROS 2 messages: bytes that begin as one does, and any other bytes as records behind the header.
 #![no_main]
 
 use std::path::Path;
@@ -10,7 +10,6 @@ use libfuzzer_sys::fuzz_target;
 const HEADER: &[u8] = b"\x89MCAP0\r\n\x01\x0d\0\0\0\0\0\0\0\x04\0\0\0ros2\x01\0\0\0x";
 
 fuzz_target!(|data: &[u8]| {
-    for bytes in [data, &[HEADER, data].concat()] {
-        let _ = open_bytes(bytes, Path::new("fuzzed.mcap"), &Options::default());
-    }
+    let whole = if data.starts_with(b"\x89MCAP") { data } else { &[HEADER, data].concat() };
+    let _ = open_bytes(whole, Path::new("fuzzed.mcap"), &Options::default());
 });

@@ -1,4 +1,4 @@
-//! PX4's ULog: any bytes, and any bytes behind the header.
+//! PX4's ULog: bytes that begin as one does, and any other bytes behind the header.
 #![no_main]
 
 use std::path::Path;
@@ -9,7 +9,6 @@ use libfuzzer_sys::fuzz_target;
 const HEADER: &[u8] = b"ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0";
 
 fuzz_target!(|data: &[u8]| {
-    for bytes in [data, &[HEADER, data].concat()] {
-        let _ = open_bytes(bytes, Path::new("fuzzed.ulg"), &Options::default());
-    }
+    let whole = if data.starts_with(b"ULog") { data } else { &[HEADER, data].concat() };
+    let _ = open_bytes(whole, Path::new("fuzzed.ulg"), &Options::default());
 });
