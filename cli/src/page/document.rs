@@ -11,6 +11,7 @@ use super::fact::Fact;
 use super::figure::Figure;
 use super::html::{Escaped, fill};
 use super::section::Section;
+use super::series::MOST_POINTS;
 use super::table::Table;
 use super::verdict::Verdict;
 
@@ -99,8 +100,12 @@ impl Page<'_> {
             "warnings" => self.warnings(out),
             "facts" => self.facts(out),
             "table" => self.table.iter().try_for_each(|table| table.write_to(out)),
-            "together" if self.time.is_some() => write!(out, "All time axes move together. "),
+            "together" if self.time.is_some() => write!(
+                out,
+                "All time axes move together; with the keyboard, arrows move them, + and − zoom, 0 returns. "
+            ),
             "together" => Ok(()),
+            "thinned" => self.thinned(out),
             "sections" => self.sections(out),
             "data" => self.data(out),
             "plotly" => out.write_all(PLOTLY.as_bytes()),
@@ -167,6 +172,21 @@ impl Page<'_> {
             )?;
         }
         writeln!(out, "</li>")
+    }
+
+    /// What a reader who zooms into a long log should know.
+    fn thinned(&self, out: &mut impl Write) -> io::Result<()> {
+        let span_s = self.time.as_ref().map_or(0.0, |time| time.span[1] - time.span[0]);
+        // Of every two points of a line, one is the lowest and one the highest of its stretch.
+        let stretch_s = 2.0 * span_s / MOST_POINTS as f64;
+        if stretch_s < 2.0 {
+            return Ok(());
+        }
+        write!(
+            out,
+            "Over so long a time a line has the highest and the lowest value of about every \
+             {stretch_s:.0} s, and nothing between. "
+        )
     }
 
     fn facts(&self, out: &mut impl Write) -> io::Result<()> {

@@ -38,23 +38,32 @@ impl Figure {
         Self { caption: Some(caption.into()), ..self }
     }
 
-    /// What it draws, for who cannot see it: each row with its series and their extent.
-    pub fn described(&self) -> String {
-        let row = |row: &Row| {
-            let finite = row.series.iter().flat_map(|series| &series.y.values);
-            let (low, high) = finite
+    /// What it draws, for who cannot see it: the title of its section, its own, and each row with its
+    /// extent.
+    pub fn described(&self, title: &str) -> String {
+        let range = |label: &str, values: &mut dyn Iterator<Item = &f64>| {
+            let (low, high) = values
                 .filter(|value| value.is_finite())
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-                    (low.min(*y), high.max(*y))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                    (low.min(*value), high.max(*value))
                 });
-            let note = row.note.as_ref().map_or(String::new(), |note| format!(", {note}"));
-            if low > high {
-                return format!("{}{note}", row.label);
+            match low <= high {
+                true => format!("{label} from {} to {}", digits(low), digits(high)),
+                false => label.to_owned(),
             }
-            format!("{} from {} to {}{note}", row.label, digits(low), digits(high))
         };
-        let rows: Vec<String> = self.rows.iter().map(row).collect();
-        format!("Figure. {}", rows.join("; "))
+        let row = |row: &Row| {
+            let mut values = row.series.iter().flat_map(|series| &series.y.values);
+            let note = row.note.as_ref().map_or(String::new(), |note| format!(", {note}"));
+            range(&row.label, &mut values) + &note
+        };
+        let mut rows: Vec<String> = self.rows.iter().map(row).collect();
+        if self.abscissa == Abscissa::EastM {
+            let series = self.rows.iter().flat_map(|row| &row.series);
+            rows.push(range("East, m", &mut series.flat_map(|series| &series.x.values)));
+        }
+        let caption = self.caption.as_ref().map_or(String::new(), |caption| format!(", {caption}"));
+        format!("{title}{caption}: {}", rows.join("; "))
     }
 
     /// Height on the page, px: what the drawing will take is kept free from the start, so that

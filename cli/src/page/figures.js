@@ -235,7 +235,7 @@
       legend: { orientation: "h", x: 0, xanchor: "left", y: 1 + (4 + room) / plotHeight, yanchor: "bottom", itemsizing: "constant", font: { size: REDUCED ? 11 : 13 } },
       xaxis: {
         ...axis, title: { text: own?.label ?? (isMap ? "East, m" : time.label), standoff: 8 },
-        anchor: count > 1 ? `y${count}` : "y", range: own ? reach(figure) : [...whole],
+        anchor: count > 1 ? `y${count}` : "y", range: own ? reach(figure) : [...whole], exponentformat: "none",
         ...(own?.logarithmic ? logarithmicAxis(reach(figure)) : {}),
         ...(isMap ? {} : { showspikes: true, spikemode: "across", spikethickness: 1, spikedash: "solid", spikecolor: "#9aa5ae", hoverformat: own ? ".4~g" : ".2f" }),
       },
@@ -296,6 +296,8 @@
       view.range = whole;
       const { data, layout } = describe(figure, element.clientHeight);
       await Plotly.newPlot(element, data, layout, CONFIG);
+      // Its name says what it shows: of its hundreds of shapes no one wants to hear.
+      for (const drawing of document.querySelectorAll("svg.main-svg, #js-plotly-tester")) drawing.setAttribute("aria-hidden", "true");
       if (isTime) {
         element.on("plotly_relayout", (event) => follow(view, event));
         element.on("plotly_clickannotation", ({ annotation }) => {

@@ -99,9 +99,9 @@ impl Section {
                     figures += 1;
                     write!(
                         out,
-                        "<div class=\"figure\" role=\"img\" tabindex=\"0\" data-figure=\"{name}\" \
+                        "<div class=\"figure\" role=\"figure\" tabindex=\"0\" data-figure=\"{name}\" \
                          aria-label=\"{}\" style=\"height:{height_px}px\"></div>",
-                        Escaped(&figure.described())
+                        Escaped(&figure.described(&self.title))
                     )?;
                 }
                 Part::Table(table) => {

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::numbers::Numbers;
 
 /// Most points a series keeps, more than a figure has pixels across.
-const MOST_POINTS: usize = 1800;
+pub(super) const MOST_POINTS: usize = 1800;
 
 /// What a series is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -1,4 +1,4 @@
-//! A table of numbers.
+//! A table of numbers, and of words where a column has no number.
 
 use std::io::{self, Write};
 
@@ -15,19 +15,35 @@ impl Table {
     pub(super) fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
         let Self { caption, heads, rows } = self;
         let caption = Escaped(caption);
-        write!(out, "<table class=\"numbers\"><caption>{caption}</caption><thead><tr>")?;
-        for head in heads {
-            write!(out, "<th scope=\"col\">{}</th>", Escaped(head))?;
+        // One that is wider than a phone moves sideways by itself, not the page with it.
+        write!(out, "<div class=\"wide\"><table class=\"numbers\"><caption>{caption}</caption>")?;
+        write!(out, "<thead><tr>")?;
+        let columns = heads.len().saturating_sub(1);
+        let of_words: Vec<bool> = (0..columns).map(|column| self.is_of_words(column)).collect();
+        let class = |column: usize| match of_words.get(column) {
+            Some(true) => " class=\"words\"",
+            _ => "",
+        };
+        for (index, head) in heads.iter().enumerate() {
+            let class = index.checked_sub(1).map_or("", class);
+            write!(out, "<th scope=\"col\"{class}>{}</th>", Escaped(head))?;
         }
         writeln!(out, "</tr></thead><tbody>")?;
         for TableRow { name, numbers } in rows {
             write!(out, "<tr><th scope=\"row\">{}</th>", Escaped(name))?;
-            for number in numbers {
-                write!(out, "<td>{}</td>", Escaped(number))?;
+            for (column, number) in numbers.iter().enumerate() {
+                write!(out, "<td{}>{}</td>", class(column), Escaped(number))?;
             }
             writeln!(out, "</tr>")?;
         }
-        write!(out, "</tbody></table>")
+        write!(out, "</tbody></table></div>")
+    }
+
+    /// Whether no cell of a column begins as a number does.
+    fn is_of_words(&self, column: usize) -> bool {
+        let cells = || self.rows.iter().filter_map(|row| row.numbers.get(column)?.chars().next());
+        cells().next().is_some()
+            && !cells().any(|first| first.is_ascii_digit() || "+-−±–.<>".contains(first))
     }
 }
 

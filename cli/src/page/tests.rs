@@ -42,8 +42,11 @@ fn a_page_without_a_flight_has_axes_of_its_own() {
     );
     let table = Table {
         caption: "Parameters <with> bounds".into(),
-        heads: vec!["".into(), "Value".into()],
-        rows: vec![TableRow { name: "Nr".into(), numbers: vec!["-5.1".into()] }],
+        heads: vec!["".into(), "Value".into(), "What it is".into()],
+        rows: vec![TableRow {
+            name: "Nr".into(),
+            numbers: vec!["-5.1".into(), "yaw damping".into()],
+        }],
     };
     let page = Page {
         verdict: None,
@@ -76,7 +79,14 @@ fn a_page_without_a_flight_has_axes_of_its_own() {
     assert_eq!(figures[0]["abscissa"]["own"]["logarithmic"], true);
     assert_eq!(figures[1]["abscissa"]["own"]["to_scale"], true);
     assert!(data["time"].is_null() && !page.contains("All time axes move together"));
-    for text in ["Response &amp; model", "Lu dropped: &lt;20 %", "&lt;with&gt;", "<h3>After</h3>"] {
+    for text in [
+        "Response &amp; model",
+        "Lu dropped: &lt;20 %",
+        "&lt;with&gt;",
+        "<h3>After</h3>",
+        "<td>-5.1</td><td class=\"words\">yaw damping</td>",
+        "aria-label=\"Poles, Before: Imaginary part, 1/s from",
+    ] {
         assert!(page.contains(text), "{text}");
     }
 }
