@@ -44,6 +44,9 @@ pub struct Sensors {
     /// Which barometer of the log to read, counted from 0
     #[arg(long, value_name = "N")]
     baro: Option<usize>,
+    /// Which topic of a ROS 2 log has the receiver's velocity, or "none"
+    #[arg(long, value_name = "TOPIC")]
+    velocity: Option<String>,
 }
 
 impl Sensors {
@@ -52,6 +55,7 @@ impl Sensors {
         let mut options = Options::default();
         (options.imu, options.gps) = (self.imu, self.gps);
         (options.magnetometer, options.baro) = (self.mag, self.baro);
+        options.velocity.clone_from(&self.velocity);
         options
     }
 }

@@ -196,7 +196,11 @@ const OTHERS: [(&[u8], &str); 18] = [
     (b"7z\xbc\xaf", "a 7z archive: unpack it first"),
     (b"BZh", "a bzip2 file: unpack it first"),
     (b"#ROSBAG V", "a ROS 1 bag: convert it to MCAP first"),
-    (b"SQLite format 3", "a SQLite database, as older ROS 2 bags are: convert it to MCAP first"),
+    (
+        b"SQLite format 3",
+        "a SQLite database, as ROS 2 bags are that end in .db3: make one in MCAP with `rosbags-convert --src BAG \
+         --dst OTHER --dst-storage mcap` (pip install rosbags) first",
+    ),
     (b"\x89HDF", "an HDF5 file"),
     (b"MATLAB 5.0", "a MATLAB file"),
     (b"PAR1", "a Parquet file"),

@@ -23,6 +23,9 @@ pub struct Options {
     pub magnetometer: Option<usize>,
     /// Which barometer, likewise.
     pub baro: Option<usize>,
+    /// Which topic of a ROS 2 log has the receiver's own velocity, by its name, or `none`; unless given, one
+    /// that names a receiver, shares the fixes' frame or has a message for each fix.
+    pub velocity: Option<String>,
 }
 
 /// A log in memory.
@@ -46,6 +49,8 @@ pub struct Log {
 /// format, with what it looks like, or damaged, with the byte; [`LogError::LeftOut`] where this crate
 /// was built without the feature that reads it; else as the format's own reader.
 pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
+    let in_bag = file_of_bag(log)?;
+    let log = in_bag.as_deref().unwrap_or(log);
     match recognise(log)? {
         format @ (Format::Dataset | Format::Record) => {
             let (dataset, record) = hovernav_log::open(log)?;
@@ -78,6 +83,33 @@ fn recognise(log: &Path) -> Result<Format, LogError> {
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
     format_of(&head_of(log)?, log)
+}
+
+/// The one file of messages of a ROS 2 bag, a directory that says what its files are; nothing of anything
+/// else.
+fn file_of_bag(log: &Path) -> Result<Option<PathBuf>, LogError> {
+    let has = |name: &str| log.join(name).is_file();
+    if !has("metadata.yaml") || has("imu.csv") || has("mapping.toml") {
+        return Ok(None);
+    }
+    let entries = std::fs::read_dir(log).map_err(LogError::io(log))?;
+    let files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    let with = |extension: &str| {
+        let is_such = |file: &&PathBuf| file.extension().is_some_and(|found| found == extension);
+        files.iter().filter(is_such).cloned().collect::<Vec<_>>()
+    };
+    let reason = match (&with("mcap")[..], &with("db3")[..]) {
+        // One in SQLite is refused by what it holds, with what to do about it.
+        ([file], _) | ([], [file, ..]) => return Ok(Some(file.clone())),
+        ([], []) => "found a ROS 2 bag without an .mcap file".to_owned(),
+        (files, _) => {
+            format!(
+                "found a ROS 2 bag of {} files, expected one: give them one by one",
+                files.len()
+            )
+        }
+    };
+    Err(LogError::Unusable { path: log.to_path_buf(), reason })
 }
 
 /// Whether a file's first line has the name of our own column of times: a foreign `imu.csv` may stand beside

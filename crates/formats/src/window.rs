@@ -105,6 +105,17 @@ impl Window<'_> {
         self.offset += count as u64;
     }
 
+    /// Moves on by `count` bytes, seen or not.
+    pub fn skip(&mut self, count: u64) -> io::Result<()> {
+        match usize::try_from(count) {
+            Ok(held) if held <= self.bytes.len() - self.start => {
+                self.consume(held);
+                Ok(())
+            }
+            _ => self.seek(self.offset.saturating_add(count)),
+        }
+    }
+
     /// Moves to `offset` in the file.
     pub fn seek(&mut self, offset: u64) -> io::Result<()> {
         match &mut self.source {
@@ -148,6 +159,11 @@ mod tests {
             seen += step;
         }
         assert_eq!(seen, bytes.len());
+        window.seek(5).unwrap();
+        window.skip(1).unwrap();
+        assert_eq!(window.peek(2).unwrap()[0], 6);
+        window.skip(CHUNK as u64 * 2).unwrap();
+        assert_eq!(window.offset(), 6 + CHUNK as u64 * 2);
         window.seek(7).unwrap();
         assert_eq!(window.peek(1).unwrap()[0], 7);
         assert_eq!(window.offset(), 7);

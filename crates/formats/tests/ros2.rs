@@ -66,6 +66,7 @@ fn recorded(little: bool, stamped: bool) -> Vec<u8> {
     let other = channel("/other_imu", "sensor_msgs/msg/Imu");
     let fix = channel("/fix", "sensor_msgs/msg/NavSatFix");
     let velocity = channel("/vel", "geometry_msgs/msg/TwistStamped");
+    let estimated = channel("/an_estimate", "geometry_msgs/msg/TwistStamped");
     let odometry = channel("/odometry", "nav_msgs/msg/Odometry");
     let chatter = channel("/chatter", "std_msgs/msg/String");
     let mut send = |channel_id: u16, time: hovernav::time::Time, message: Cdr| {
@@ -142,6 +143,10 @@ fn recorded(little: bool, stamped: bool) -> Vec<u8> {
             message.doubles(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
             message.doubles(&[0.0; 36]);
             send(odometry, sample.time, message);
+            let mut message = Cdr::new(little);
+            message.header(stamp(sample.time), "base_link");
+            message.doubles(&[50.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            send(estimated, sample.time, message);
             send(chatter, sample.time, Cdr::new(little));
         }
     }
@@ -183,7 +188,13 @@ fn a_flight_recorded_by_ros_gives_the_samples_of_the_original() {
         let speed = onboard.moments[5].velocity_mps.unwrap().norm();
         assert!((speed - 1.0).abs() < 1e-9);
         let said = [&dataset.notes[..], &dataset.warnings].concat().join("\n");
-        for sentence in ["REP 103", "/other_imu", "/chatter"] {
+        for sentence in [
+            "REP 103",
+            "/other_imu",
+            "/chatter",
+            "velocity of the fixes from /vel: its frame is a receiver's",
+            "not taken for the receiver's velocity: /an_estimate (990 messages)",
+        ] {
             assert!(said.contains(sentence), "{said}");
         }
         assert_eq!(said.contains("at which they were logged"), !stamped, "{said}");
@@ -273,6 +284,38 @@ fn a_chunk_that_unpacks_to_more_messages_than_the_file_has_bytes_is_cut_short() 
 }
 
 #[test]
+fn a_chunk_that_promises_more_than_any_recorder_packs_is_passed_over_unread() {
+    let mut bytes = recorded(true, true);
+    // Behind its kind, its length and two times the first chunk says how long it is when unpacked.
+    let mut at = 8;
+    while bytes[at] != 6 {
+        at += 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+    }
+    let promise: u64 = (1 << 26) + 1;
+    bytes[at + 25..at + 33].copy_from_slice(&promise.to_le_bytes());
+    let said = format!(
+        "damaged at byte {at}: a chunk that unpacks to {promise} bytes, expected at most {}; passed over",
+        1 << 26
+    );
+    assert_eq!(read(&bytes).dataset.warnings[0], said);
+}
+
+#[test]
+fn a_bag_is_its_directory() {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("metadata.yaml"), "rosbag2_bagfile_information:\n").unwrap();
+    let refusal = || open(place.path(), &Options::default()).unwrap_err().to_string();
+    assert!(refusal().contains("a ROS 2 bag without an .mcap file"), "{}", refusal());
+    fs::write(place.path().join("flight_0.db3"), "SQLite format 3").unwrap();
+    assert!(refusal().contains("rosbags-convert"), "{}", refusal());
+    fs::write(place.path().join("flight_0.mcap"), recorded(true, true)).unwrap();
+    let log = open(place.path(), &Options::default()).unwrap();
+    assert_eq!((log.format, &*log.dataset.manifest.name), (Format::Ros2, "flight_0"));
+    fs::write(place.path().join("flight_1.mcap"), "").unwrap();
+    assert!(refusal().contains("a ROS 2 bag of 2 files"), "{}", refusal());
+}
+
+#[test]
 fn an_instance_is_chosen_by_number() {
     let bytes = recorded(true, true);
     let mut options = Options::default();
@@ -282,6 +325,24 @@ fn an_instance_is_chosen_by_number() {
     options.imu = Some(7);
     let refusal = open_bytes(&bytes, Path::new("flight.mcap"), &options).unwrap_err().to_string();
     assert!(refusal.contains("no instance 7") && refusal.contains("/other_imu"), "{refusal}");
+}
+
+#[test]
+fn the_velocity_is_that_of_the_topic_asked_for_or_of_none() {
+    let bytes = recorded(true, true);
+    let open = |velocity: &str| {
+        let mut options = Options::default();
+        options.velocity = Some(velocity.to_owned());
+        open_bytes(&bytes, Path::new("flight.mcap"), &options)
+    };
+    let east_mps = |velocity: &str| {
+        let fixes = open(velocity).unwrap().dataset.fixes;
+        fixes.iter().find_map(|fix| fix.horizontal_velocity_mps).map(|[_, east]| east)
+    };
+    assert_eq!(east_mps("/an_estimate"), Some(50.0));
+    assert_eq!(east_mps("none"), None);
+    let refusal = open("/nowhere").unwrap_err().to_string();
+    assert!(refusal.contains("no velocity topic /nowhere; the log has /an_estimate"), "{refusal}");
 }
 
 /// The interpreter of an environment with the reference library, made under `target/`.

@@ -1,5 +1,6 @@
 //! The records of an MCAP file, those in chunks too, with the memory of one chunk.
 
+use std::borrow::Cow;
 use std::io::Read as _;
 
 use mcap::records::{ChunkHeader, Record, op};
@@ -10,8 +11,11 @@ use hovernav_log::LogError;
 
 /// An opcode and the length of what follows.
 const FRAME: usize = 9;
-/// Records and chunks beyond this are no sensor's, bytes.
-const LARGEST: usize = 1 << 28;
+/// Records and chunks beyond this are not read, bytes: recorders pack chunks of under one to four million, or
+/// of one message, and a sensor's are no pictures.
+const LARGEST: usize = 1 << 26;
+/// No message that is read is longer, bytes.
+const LONGEST_MESSAGE: u64 = 4096;
 const CRC: crc::Crc<u32, crc::Table<16>> =
     crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
 
@@ -25,6 +29,7 @@ pub(super) fn for_each_record(
     mut take: impl FnMut(Record<'_>, u64),
 ) -> Result<Damages, LogError> {
     let mut damages = Damages::default();
+    let total = input.length()?;
     let mut window = input.window()?;
     window.peek(mcap::MAGIC.len()).map_err(LogError::io(input.path))?;
     window.consume(mcap::MAGIC.len());
@@ -38,24 +43,41 @@ pub(super) fn for_each_record(
             end("ends without the record that ends an MCAP file".into());
             return Ok(damages);
         };
-        if opcode == 0 || length > LARGEST as u64 {
+        // Of a length that is none, most are longer than any file.
+        if opcode == 0 || length > i64::MAX as u64 {
             end(format!("a record of kind {opcode} and {length} bytes, which is none"));
             return Ok(damages);
         }
-        let length = length as usize;
         if opcode == op::FOOTER {
             return Ok(damages);
         }
-        let bytes = window.peek(FRAME + length).map_err(LogError::io(input.path))?;
-        let Some(body) = bytes.get(FRAME..FRAME + length) else {
+        if offset + FRAME as u64 + length > total {
             end(format!("cut off within a record of {length} bytes"));
             return Ok(damages);
-        };
+        }
+        if !is_of_use(opcode) || length > LARGEST as u64 {
+            if is_of_use(opcode) {
+                let reason = format!("{length} bytes in one record, expected at most {LARGEST}");
+                damages.add(offset, format!("{reason}; passed over"));
+            }
+            window.skip(FRAME as u64 + length).map_err(LogError::io(input.path))?;
+            continue;
+        }
+        let length = length as usize;
+        let bytes = window.peek(FRAME + length).map_err(LogError::io(input.path))?;
+        // Shorter only of a file that is being cut off as it is read.
+        let body = bytes.get(FRAME..FRAME + length).unwrap_or_default();
         if let Err(reason) = of_record(opcode, body, &mut |record| take(record, offset)) {
             damages.add(offset, format!("{reason}; passed over"));
         }
         window.consume(FRAME + length);
     }
+}
+
+/// Whether a record of this kind tells something here. Others are passed over unread: they may be long, and
+/// the crate panics over an attachment that ends within its own head.
+const fn is_of_use(opcode: u8) -> bool {
+    matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK)
 }
 
 /// Gives a record, or those of a chunk, to `take`; why it is damaged, if it is.
@@ -71,11 +93,9 @@ fn of_record(opcode: u8, body: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Resul
     }
 }
 
-/// A record of a kind that tells something here; others are passed over unread, for the crate panics over
-/// an attachment that ends within its own head.
+/// A record of a kind that is of use.
 fn parsed(opcode: u8, body: &[u8]) -> Option<mcap::McapResult<Record<'_>>> {
-    let is_of_use = matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK);
-    is_of_use.then(|| mcap::parse_record(opcode, body))
+    is_of_use(opcode).then(|| mcap::parse_record(opcode, body))
 }
 
 /// The opcode and length at the head of a record.
@@ -89,7 +109,7 @@ fn frame(bytes: &[u8]) -> Option<(u8, u64)> {
 fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
     let size = header.uncompressed_size;
     if size > LARGEST as u64 {
-        return Err(format!("a chunk of {size} bytes, which is none"));
+        return Err(format!("a chunk that unpacks to {size} bytes, expected at most {LARGEST}"));
     }
     let mut records = Vec::new();
     // One byte more than promised would show a chunk that is not what it says.
@@ -116,6 +136,21 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
         return Err("a chunk with a wrong checksum".into());
     }
     Ok(records)
+}
+
+/// What a message says, where rosbag2 packed it by itself (`--compression-mode message`); no more of it than
+/// any message that is read.
+pub(super) fn unpacked_message(data: &[u8]) -> Cow<'_, [u8]> {
+    const ZSTANDARD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
+    if !data.starts_with(ZSTANDARD) {
+        return Cow::Borrowed(data);
+    }
+    let mut message = Vec::new();
+    if let Ok(unpacking) = ruzstd::decoding::StreamingDecoder::new(data) {
+        // What cannot be unpacked is too short for its type, and counted as such.
+        let _ = unpacking.take(LONGEST_MESSAGE).read_to_end(&mut message);
+    }
+    Cow::Owned(message)
 }
 
 /// Gives the records of a chunk to `take`; why they end early, if they do.

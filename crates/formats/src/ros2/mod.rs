@@ -4,6 +4,7 @@ mod cdr;
 mod container;
 mod message;
 mod topics;
+mod velocity;
 
 use mcap::records::Record;
 
@@ -14,7 +15,7 @@ use crate::onboard::OnboardMoment;
 use crate::open::{Log, Options};
 use crate::window::Input;
 use cdr::Cdr;
-use container::for_each_record;
+use container::{for_each_record, unpacked_message};
 use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Ned, Vector};
@@ -50,7 +51,7 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
             };
             room = left;
             let logged_ns = i64::try_from(header.log_time).unwrap_or(i64::MAX);
-            let is_read = Cdr::new(&data)
+            let is_read = Cdr::new(&unpacked_message(&data))
                 .and_then(|cdr| gathered.take(kind, cdr, logged_ns, topics.by_stamp, offset));
             gathered.unreadable += usize::from(is_read.is_none());
         }

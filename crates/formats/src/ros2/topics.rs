@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use mcap::records::{Channel, MessageHeader, Record};
 
 use super::cdr::Cdr;
-use super::container::for_each_record;
-use super::message::{Kind, header};
+use super::container::{for_each_record, unpacked_message};
+use super::message::{Header, Kind, header};
+use super::velocity;
 use crate::assembly::Assembly;
 use crate::choice::Counts;
 use crate::damages::Damages;
@@ -19,17 +20,19 @@ const LONGEST_NAME: usize = 1024;
 
 /// A channel with messages that are read.
 #[derive(Debug)]
-struct Topic {
+pub(super) struct Topic {
     channel: u16,
-    name: String,
+    pub name: String,
+    /// The frame of its first message.
+    pub frame: String,
     kind: Kind,
-    stamps: Stamps,
+    pub stamps: Stamps,
 }
 
 /// What a channel's messages say of their times.
 #[derive(Clone, Copy, Debug)]
-struct Stamps {
-    messages: usize,
+pub(super) struct Stamps {
+    pub messages: usize,
     stamped: usize,
     /// How much later the log says a message was than its own stamp, least, ns.
     least_delay_ns: i64,
@@ -38,9 +41,9 @@ struct Stamps {
 impl Stamps {
     const NONE: Self = Self { messages: 0, stamped: 0, least_delay_ns: i64::MAX };
 
-    fn count(&mut self, sent: &MessageHeader, data: &[u8]) {
+    fn count(&mut self, sent: &MessageHeader, header: Option<&Header<'_>>) {
         self.messages += 1;
-        let stamp_ns = Cdr::new(data).and_then(|mut cdr| header(&mut cdr)).map(|h| h.stamp_ns);
+        let stamp_ns = header.map(|header| header.stamp_ns);
         if let Some(stamp_ns) = stamp_ns.filter(|stamp_ns| *stamp_ns != 0) {
             self.stamped += 1;
             let logged_ns = i64::try_from(sent.log_time).unwrap_or(i64::MAX);
@@ -80,25 +83,25 @@ impl Topics {
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             assembly.note(format!("topics without use: {}{more}", names.join(", ")));
         }
+        let unusable = |reason| LogError::Unusable { path: input.path.to_path_buf(), reason };
         let mut chosen = Vec::new();
-        for (kinds, wanted) in [
-            (&[Kind::Imu][..], options.imu),
-            (&[Kind::Fix], options.gps),
-            (&[Kind::Velocity, Kind::VelocityCovariance], None),
-            (&[Kind::Field], options.magnetometer),
-            (&[Kind::Pressure], options.baro),
-            (&[Kind::Odometry], None),
-            (&[Kind::Range], None),
+        for (kind, wanted) in [
+            (Kind::Imu, options.imu),
+            (Kind::Fix, options.gps),
+            (Kind::Field, options.magnetometer),
+            (Kind::Pressure, options.baro),
+            (Kind::Odometry, None),
+            (Kind::Range, None),
         ] {
-            let of_kind: Vec<&Topic> =
-                found.iter().filter(|topic| kinds.contains(&topic.kind)).collect();
+            let of_kind: Vec<&Topic> = found.iter().filter(|topic| topic.kind == kind).collect();
             let counts = Counts::new(of_kind.iter().map(|t| t.stamps.messages).enumerate());
             let (index, sentence) = counts
                 .choose(wanted, |index| index, |index| of_kind[index].name.clone())
-                .map_err(|reason| LogError::Unusable { path: input.path.to_path_buf(), reason })?;
+                .map_err(unusable)?;
             sentence.into_iter().for_each(|sentence| assembly.note(sentence));
             chosen.extend(index.map(|index| of_kind[index].channel));
         }
+        chosen.extend(velocity_of(&found, &chosen, options, assembly).map_err(unusable)?);
         let chosen: Vec<Topic> =
             found.into_iter().filter(|topic| chosen.contains(&topic.channel)).collect();
         let by_stamp = stamps_agree(&chosen);
@@ -110,6 +113,57 @@ impl Topics {
         }
         Ok(Self { chosen, by_stamp })
     }
+}
+
+/// The channel of the receiver's own velocity, of the `chosen` fixes, with a sentence about why, and about
+/// those that are left out.
+///
+/// # Errors
+/// A sentence where no topic has the name that was asked for.
+fn velocity_of(
+    found: &[Topic],
+    chosen: &[u16],
+    options: &Options,
+    assembly: &mut Assembly,
+) -> Result<Option<u16>, String> {
+    let is_velocity =
+        |topic: &&Topic| matches!(topic.kind, Kind::Velocity | Kind::VelocityCovariance);
+    let velocities: Vec<&Topic> = found.iter().filter(is_velocity).collect();
+    let in_words = |topic: &&Topic| format!("{} ({} messages)", topic.name, topic.stamps.messages);
+    let listed = |topics: &[&Topic]| topics.iter().map(in_words).collect::<Vec<_>>().join(", ");
+    let fixes =
+        found.iter().find(|topic| topic.kind == Kind::Fix && chosen.contains(&topic.channel));
+    let wanted = options.velocity.as_deref();
+    let taken = match (wanted, fixes) {
+        (Some("none"), _) | (None, None) => None,
+        (Some(wanted), _) => {
+            let named = velocities.iter().copied().find(|topic| topic.name == wanted);
+            let named = named.ok_or_else(|| {
+                format!("found no velocity topic {wanted}; the log has {}", listed(&velocities))
+            })?;
+            Some((named, "it was asked for"))
+        }
+        (None, Some(fixes)) => {
+            let reasons = velocities
+                .iter()
+                .filter_map(|topic| velocity::reason(topic, fixes).map(|reason| (*topic, reason)));
+            reasons.min_by_key(|(_, (rank, _))| *rank).map(|(topic, (_, why))| (topic, why))
+        }
+    };
+    if let Some((topic, why)) = taken {
+        assembly.note(format!("velocity of the fixes from {}: {why}", topic.name));
+    }
+    let others: Vec<&Topic> = velocities
+        .into_iter()
+        .filter(|topic| taken.is_none_or(|(taken, _)| taken.channel != topic.channel))
+        .collect();
+    if !others.is_empty() {
+        let others = listed(&others);
+        assembly.note(format!(
+            "not taken for the receiver's velocity: {others}; --velocity TOPIC takes one"
+        ));
+    }
+    Ok(taken.map(|(topic, _)| topic.channel))
 }
 
 /// Whether all topics are stamped, by clocks that are alike to half a second.
@@ -127,7 +181,8 @@ fn survey(input: Input<'_>) -> Result<(Vec<Topic>, Vec<String>, Damages), LogErr
     let mut kinds: BTreeMap<u16, Kind> = BTreeMap::new();
     // Of each channel its schema, its name and whether its messages can be read.
     let mut channels: BTreeMap<u16, (u16, String, bool)> = BTreeMap::new();
-    let mut stamps: BTreeMap<u16, Stamps> = BTreeMap::new();
+    // Of each its times, and the frame of its first message.
+    let mut stamps: BTreeMap<u16, (Stamps, String)> = BTreeMap::new();
     // Where the chunk that tells of a channel is damaged, the end of the file tells of it again.
     let damages = for_each_record(input, |record, _| match record {
         Record::Schema { header, .. } => {
@@ -142,16 +197,23 @@ fn survey(input: Input<'_>) -> Result<(Vec<Topic>, Vec<String>, Damages), LogErr
             channels.entry(id).or_insert((schema_id, topic, is_cdr));
         }
         Record::Message { header: sent, data } => {
-            stamps.entry(sent.channel_id).or_insert(Stamps::NONE).count(&sent, &data);
+            let data = unpacked_message(&data);
+            let header = Cdr::new(&data).and_then(|mut cdr| header(&mut cdr));
+            let (stamps, _) = stamps.entry(sent.channel_id).or_insert_with(|| {
+                let frame = header.map_or(&b""[..], |header| header.frame);
+                let frame = &frame[..frame.len().min(LONGEST_NAME)];
+                (Stamps::NONE, String::from_utf8_lossy(frame).into_owned())
+            });
+            stamps.count(&sent, header.as_ref());
         }
         _ => {}
     })?;
     let (mut topics, mut others) = (Vec::new(), Vec::new());
     for (channel, (schema, name, is_cdr)) in channels {
-        // Speeds that are asked of a vehicle are not those of a receiver.
-        let kind = kinds.get(&schema).filter(|_| is_cdr && !name.contains("cmd"));
-        match (kind, stamps.get(&channel)) {
-            (Some(&kind), Some(&stamps)) => topics.push(Topic { channel, name, kind, stamps }),
+        match (kinds.get(&schema).filter(|_| is_cdr), stamps.remove(&channel)) {
+            (Some(&kind), Some((stamps, frame))) => {
+                topics.push(Topic { channel, name, frame, kind, stamps });
+            }
             (Some(_), None) => {}
             (None, _) => others.push(name),
         }
