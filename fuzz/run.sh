@@ -12,4 +12,4 @@ RUSTFLAGS="-Cpasses=sancov-module $llvm-level=4 $llvm-inline-8bit-counters $llvm
     cargo build --release --all-features --target "$host" --bin "$target"
 mkdir -p "corpus/$target"
 exec "target/$host/release/$target" "corpus/$target" -runs=10000000 -max_total_time="$seconds" \
-    -max_len=4096 -rss_limit_mb=256 -timeout=20 -print_final_stats=1
+    -max_len=1024 -rss_limit_mb=256 -timeout=20 -print_final_stats=1
