@@ -138,7 +138,12 @@ fn write_fixes(f: &mut fmt::Formatter<'_>, dataset: &Dataset) -> fmt::Result {
     let of_all = |has: fn(&Fix) -> bool| share(&dataset.fixes, has);
     let gps = &dataset.manifest.gps;
     writeln!(f, "\ngps")?;
-    writeln!(f, "  velocity  {}", of_all(|fix| fix.velocity_mps().is_some()))?;
+    let horizontal = of_all(|fix| fix.horizontal_velocity_mps.is_some());
+    let all = of_all(|fix| fix.velocity_mps().is_some());
+    match horizontal == all {
+        true => writeln!(f, "  velocity  {all}")?,
+        false => writeln!(f, "  velocity  horizontal {horizontal}, vertical too {all}")?,
+    }
     writeln!(f, "  sigmas    position {}", of_all(|fix| fix.position_sigma_m.is_some()))?;
     writeln!(f, "            velocity {}", of_all(|fix| fix.velocity_sigma_mps.is_some()))?;
     writeln!(f, "  antenna   {} m from the CG", arm(gps.antenna_lever_arm_m.to_array()))?;

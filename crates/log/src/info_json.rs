@@ -45,6 +45,8 @@ impl Info<'_> {
             },
             "gps": {
                 "velocity": with(fixes.iter().filter(|fix| fix.velocity_mps().is_some()).count()),
+                "horizontal_velocity":
+                    with(fixes.iter().filter(|fix| fix.horizontal_velocity_mps.is_some()).count()),
                 "position_sigma": with(fixes.iter().filter(|fix| fix.position_sigma_m.is_some()).count()),
                 "latency_s": manifest.gps.latency_s,
                 "first": fixes.first().map(|fix| json!({

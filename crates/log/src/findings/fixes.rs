@@ -118,16 +118,39 @@ fn early(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 
 fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let fixes = &log.dataset.fixes;
-    let without = fixes.iter().filter(|fix| fix.velocity_mps().is_none()).count();
     let (Some(first), Some(last)) = (fixes.first(), fixes.last()) else { return };
+    let count = |lacks: fn(&Fix) -> bool| fixes.iter().filter(|fix| lacks(fix)).count();
+    let horizontal = count(|fix| fix.horizontal_velocity_mps.is_none());
+    let (without, words) = match horizontal {
+        // The usual receiver on a telemetry link tells speed and course alone.
+        0 => {
+            let without = count(|fix| fix.velocity_mps().is_none());
+            let cost = "how fast it climbs is known from heights alone";
+            (
+                without,
+                format!(
+                    "gps vertical velocity absent in {without} of {} fixes: {cost}",
+                    fixes.len()
+                ),
+            )
+        }
+        without => {
+            let heading = match without == fixes.len() {
+                true => ", and so is a heading that has to be found in motion",
+                false => "",
+            };
+            let cost = "velocity is known from positions alone, half as well again";
+            let words = format!(
+                "gps velocity absent in {without} of {} fixes: {cost}{heading}",
+                fixes.len()
+            );
+            (without, words)
+        }
+    };
     if without == 0 {
         return;
     }
-    let mut heading = String::new();
     let severity = if 10 * without > fixes.len() { Severity::Warning } else { Severity::Info };
-    if fixes.iter().all(|fix| fix.horizontal_velocity_mps.is_none()) {
-        heading = ", and so is a heading that has to be found in motion".into();
-    }
     findings.push(Finding {
         start_s: first.time.seconds(),
         end_s: last.time.seconds(),
@@ -135,10 +158,6 @@ fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         kind: "velocity absent",
         severity,
         count: without,
-        words: format!(
-            "gps velocity absent in {without} of {} fixes: velocity is known from positions alone, \
-             half as well again{heading}",
-            fixes.len()
-        ),
+        words,
     });
 }
