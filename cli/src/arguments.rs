@@ -23,9 +23,15 @@ impl From<AxesArgument> for LocalAxes {
     }
 }
 
-/// The trajectory in a file, or in the `solution.csv` of a directory.
+/// The trajectory in a file, in the `solution.csv` of a directory, or in the files that a mapping names.
 pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajectory> {
-    let file = if path.is_dir() { path.join("solution.csv") } else { path.to_path_buf() };
+    if !path.is_dir() {
+        return Ok(Trajectory::open(path, axes)?);
+    }
+    let file = path.join("solution.csv");
+    if !file.exists() && path.join("mapping.toml").exists() {
+        return Ok(hovernav_formats::trajectory(path)?);
+    }
     Ok(Trajectory::open(&file, axes)?)
 }
 

@@ -16,8 +16,8 @@ use crate::page::{
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Files of solutions, or output directories of estimate; the first is what the others are laid
-    /// over
+    /// Files of solutions, output directories of estimate, or directories that init made for other
+    /// files; the first is what the others are laid over
     #[arg(required = true, num_args = 2..=4)]
     solution: Vec<PathBuf>,
     /// Where to write

@@ -31,7 +31,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     proposal.write(&out, *force)?;
     let shown = out.display();
     output::say(format_args!("\nwrote {shown}/mapping.toml and {shown}/dataset.toml"));
-    output::say(format_args!("next: hovernav estimate {shown}"));
+    match proposal.has_motion() {
+        true => output::say(format_args!("next: hovernav estimate {shown}")),
+        false => output::say(format_args!("next: hovernav score {shown} REFERENCE")),
+    }
     Ok(())
 }
 

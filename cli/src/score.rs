@@ -16,7 +16,8 @@ use crate::output::{self, Working};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A solution.csv, an output directory of estimate, a TUM or a EuRoC trajectory
+    /// A solution.csv, an output directory of estimate, a TUM or a EuRoC trajectory, or a directory that
+    /// init made for other files
     solution: PathBuf,
     /// A reference.csv, a dataset directory that has one, or a trajectory as above
     reference: PathBuf,

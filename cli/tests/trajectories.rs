@@ -79,6 +79,42 @@ fn what_cannot_be_scored_is_refused_with_what_would_help() {
 }
 
 #[test]
+fn a_table_with_names_of_its_own_is_scored_by_its_mapping() {
+    let out = exported("mapped");
+    let rows = fs::read_to_string(out.join("solution.csv")).expect("a solution");
+    let mut foreign = String::from(
+        "Timestamp [ms];Latitude [deg];Longitude [deg];Altitude [m];Vel N [km/h];Vel E [km/h];Vel D [km/h];\
+         Roll [rad];Pitch [rad];Yaw [rad]\n",
+    );
+    for row in rows.lines().skip(1) {
+        let values: Vec<f64> =
+            row.split(',').take(10).map(|value| value.parse().expect("a number")).collect();
+        let (velocity, attitude) = (&values[4..7], &values[7..10]);
+        let velocity = velocity.iter().map(|mps| format!("{:.7}", 3.6 * mps));
+        let attitude = attitude.iter().map(|degrees| format!("{:.9}", degrees.to_radians()));
+        let place = values[1..4].iter().map(|value| format!("{value:.10}"));
+        let time = format!("{:.4}", 1000.0 * values[0]);
+        let fields: Vec<String> =
+            [time].into_iter().chain(place).chain(velocity).chain(attitude).collect();
+        foreign += &(fields.join(";") + "\n");
+    }
+    let file = out.join("theirs.csv");
+    fs::write(&file, foreign).expect("writable");
+    assert!(refusal(&["score", text(&file), HELI]).contains("hovernav init"));
+    let mapped = out.join("theirs");
+    let told = succeeds(&["init", text(&file), "--out", text(&mapped)]);
+    assert!(told.contains("next: hovernav score"), "{told}");
+    let (own, theirs) = (score(&[text(&out), HELI]), score(&[text(&mapped), HELI]));
+    for axis in ["north_m", "east_m", "down_m", "vn_mps", "vd_mps", "roll_deg", "yaw_deg"] {
+        let difference = rmse(&own, axis) - rmse(&theirs, axis);
+        assert!(difference.abs() < 2e-4, "{axis} differs by {difference}");
+    }
+    let compared = out.join("compared");
+    succeeds(&["compare", text(&out), text(&mapped), "--out", text(&compared)]);
+    assert!(compared.join("report.html").exists());
+}
+
+#[test]
 fn a_solution_can_go_down_a_pipe() {
     let out = place("piped");
     let tum =

@@ -39,3 +39,5 @@ pub use format::Format;
 pub use init::Proposal;
 pub use onboard::{InnovationSize, InnovationSizes, Onboard, OnboardInnovation, OnboardMoment};
 pub use open::{Log, Options, open, open_bytes};
+#[cfg(feature = "text")]
+pub use text::trajectory;

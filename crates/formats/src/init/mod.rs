@@ -12,7 +12,7 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use crate::text::{Mapping, RateUnit, World};
+use crate::text::{Mapping, RateUnit, TableMapping, World};
 use columns::Understood;
 use hovernav_log::{Dataset, LogError, Manifest};
 use turn::Turn;
@@ -79,6 +79,13 @@ impl Proposal {
         let tables =
             tables.map(|(table, one)| report::table(table, &one.unused, &dataset)).collect();
         Ok(Self { mapping, tables, findings, doubts })
+    }
+
+    /// Whether there is a gyro with an accelerometer, from which something can be estimated.
+    #[must_use]
+    pub fn has_motion(&self) -> bool {
+        let has = |has: fn(&TableMapping) -> bool| self.mapping.table.iter().any(has);
+        has(|table| table.gyro.is_some()) && has(|table| table.accel.is_some())
     }
 
     /// Writes `mapping.toml` and a commented `dataset.toml` into `directory`, which is made if need be;

@@ -7,6 +7,9 @@ use crate::text::{AttitudeRole, HeightAbove, TableMapping};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
+/// So many of the columns that are not used are named.
+const UNUSED_SHOWN: usize = 12;
+
 /// The paragraph about one file.
 pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) -> String {
     let mut lines = Vec::new();
@@ -70,7 +73,10 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
         line("controls", &controls.columns.join(" "), controls.unit.name().to_owned());
     }
     if !unused.is_empty() {
-        line("unused", &unused.join(" "), String::new());
+        let shown = &unused[..unused.len().min(UNUSED_SHOWN)];
+        let more = unused.len() - shown.len();
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        line("unused", &(shown.join(" ") + &more), String::new());
     }
     let decimal = if table.decimal_comma { ", decimal commas" } else { "" };
     let head = format!("{}: {}{decimal}, {names}", table.file.display(), table.delimiter.name());
@@ -94,7 +100,8 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
     }
     if imu.is_empty() {
         doubts.push(
-            "no gyro with accelerometer: there is nothing to estimate from, only to see".into(),
+            "no gyro with accelerometer: there is nothing to estimate from, only to see, or to score"
+                .into(),
         );
         return;
     }

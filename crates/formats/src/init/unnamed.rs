@@ -8,8 +8,9 @@ use super::names::{Meaning, Quantity};
 /// Time is the first column that rises. Three columns side by side whose norm is gravity's, or what
 /// gravity adds from row to row, are an accelerometer, the three beside them that are left a gyro:
 /// so KF-GINS's inertial files are read, increments of angle before those of velocity, and NaveGo's,
-/// specific force before rates. Latitude, longitude and height follow each other where there is no
-/// accelerometer, one-sigmas behind them if all are positive, else velocities.
+/// specific force before rates. Latitude, longitude and height follow each other, beside an accelerometer
+/// where two columns change as slowly as those; where there is none, one-sigmas stand behind them if all are
+/// positive, else velocities.
 pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     let count = look.columns.len();
     let mut meanings = vec![None; count];
@@ -36,6 +37,17 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     if let Some((accel, is_increment, _)) = accel {
         let before = accel.checked_sub(3).filter(|gyro| *gyro >= first);
         let gyro = before.or_else(|| (accel + 6 <= count).then_some(accel + 3));
+        let taken = gyro.map_or(accel..accel + 3, |gyro| accel.min(gyro)..accel.max(gyro) + 3);
+        let is_free =
+            |at: &usize| !(taken.start..taken.end).any(|own| (*at..at + 3).contains(&own));
+        let place = (first..count.saturating_sub(2))
+            .filter(is_free)
+            .find(|&at| is_place(look, at) && is_smooth(look, at) && is_smooth(look, at + 1));
+        if let Some(place) = place {
+            give(place, Quantity::Latitude);
+            give(place + 1, Quantity::Longitude);
+            give(place + 2, Quantity::Height(None));
+        }
         for axis in 0..3 {
             let (force, rate) = match is_increment {
                 true => (Quantity::VelocityIncrement(axis), Quantity::AngleIncrement(axis)),
@@ -62,6 +74,18 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
         }
     }
     meanings
+}
+
+/// Whether a column changes as slowly as a latitude does, and does change: beside an inertial unit's a column
+/// may hold anything.
+fn is_smooth(look: &Look, column: usize) -> bool {
+    /// From one fix to the next, °.
+    const FASTEST_DEG: f64 = 0.002;
+    let values = || look.known(column);
+    let steps = || values().zip(values().skip(1)).map(|(a, b)| (b - a).abs());
+    look.largest(column) > 0.5
+        && steps().all(|step| step < FASTEST_DEG)
+        && steps().filter(|step| *step > 0.0).count() >= 10
 }
 
 /// Whether two columns can be a latitude and a longitude that hardly change.

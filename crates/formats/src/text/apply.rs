@@ -7,11 +7,11 @@ use super::mapping::{Mapping, TableMapping};
 use super::table::TableColumns;
 use super::together;
 use crate::onboard::{Onboard, OnboardMoment};
-use hovernav::frames::{Body, EulerAngles, Vector};
+use hovernav::frames::{Body, EulerAngles, Rotation, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows};
+use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows, Trajectory};
 
 /// More rows than this are no one flight: 2.8 h of 1 kHz.
 const MOST_ROWS: u64 = 10_000_000;
@@ -48,6 +48,39 @@ pub(crate) fn dataset(
         read_table(directory, table, &manifest, &mut gathered, &mut warnings)?;
     }
     together::dataset(directory, mapping, gathered, manifest, warnings)
+}
+
+/// Reads the files of `mapping` as a trajectory: places, velocities and attitudes, of whichever role.
+///
+/// # Errors
+/// As [`dataset`]; [`LogError::Unusable`] where there is neither a place nor an attitude.
+pub(crate) fn trajectory(
+    directory: &Path,
+    mapping: &Mapping,
+    manifest: &Manifest,
+    mut warnings: Vec<String>,
+) -> Result<Trajectory, LogError> {
+    let mut gathered = Gathered::default();
+    for table in &mapping.table {
+        read_table(directory, table, manifest, &mut gathered, &mut warnings)?;
+    }
+    let mut remarks = Remarks::new("trajectory");
+    let path = directory;
+    let (fixes, _) = gathered.fixes.in_time_order(|fix| fix.time, path, &mut remarks)?;
+    let (attitudes, _) = gathered.attitudes.in_time_order(|row| row.0, path, &mut remarks)?;
+    let (onboard, _) = gathered.onboard.in_time_order(|moment| moment.time, path, &mut remarks)?;
+    let (imu, _) = gathered.imu.in_time_order(|sample| sample.time, path, &mut remarks)?;
+    let of_unit = imu.iter().filter_map(|sample| Some((sample.time, sample.attitude?)));
+    let attitudes = attitudes.into_iter().chain(of_unit);
+    let attitudes = attitudes.map(|(time, angles)| (time, Rotation::from_euler(angles)));
+    let onboard = onboard.into_iter().filter_map(|one| Some((one.time, one.body_to_ned?)));
+    let found = Trajectory::of_parts(&fixes, attitudes.chain(onboard));
+    warnings.extend(remarks.into_warnings());
+    if found.solutions.is_empty() {
+        let reason = "found neither a place nor an attitude, expected a trajectory".to_owned();
+        return Err(LogError::Unusable { path: path.to_path_buf(), reason });
+    }
+    Ok(Trajectory { warnings, ..found })
 }
 
 fn read_table(

@@ -12,11 +12,11 @@ mod table;
 mod together;
 mod units;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::format::Format;
 use crate::open::{Log, Options};
-use hovernav_log::{LogError, Manifest};
+use hovernav_log::{LogError, Manifest, Trajectory};
 
 pub(crate) use apply::dataset;
 pub(crate) use decimal::TimeUnit;
@@ -43,14 +43,33 @@ pub(crate) fn read(path: &Path, _options: &Options) -> Result<Log, LogError> {
         );
         return Err(LogError::Unusable { path: path.to_path_buf(), reason });
     }
-    let file = if path.is_dir() { path.join(MAPPING_FILE) } else { path.to_path_buf() };
-    let directory = file.parent().unwrap_or(Path::new("."));
-    let (mapping, mut warnings) = mapping::Mapping::read(&file)?;
-    let manifest = manifest(directory, &mut warnings)?;
-    let (mut dataset, onboard) = dataset(directory, &mapping, manifest, warnings)?;
+    let (file, mapping, manifest, warnings) = mapped(path)?;
+    let (mut dataset, onboard) = dataset(directory_of(&file), &mapping, manifest, warnings)?;
     // What the mapping leaves, a unit that stands askew, the manifest tells.
     dataset.normalise_imu();
     Ok(Log { format: Format::Text, dataset, record: None, onboard })
+}
+
+/// Reads the files that a mapping names as a trajectory, in time order; what they do not tell is NaN.
+///
+/// # Errors
+/// [`LogError`] where the mapping or a file cannot be read, or there is neither a place nor an attitude.
+pub fn trajectory(path: &Path) -> Result<Trajectory, LogError> {
+    let (file, mapping, manifest, warnings) = mapped(path)?;
+    apply::trajectory(directory_of(&file), &mapping, &manifest, warnings)
+}
+
+/// The mapping `path`, or that in the directory `path`, its file, what stands beside it, and warnings.
+fn mapped(path: &Path) -> Result<(PathBuf, Mapping, Manifest, Vec<String>), LogError> {
+    let file = if path.is_dir() { path.join(MAPPING_FILE) } else { path.to_path_buf() };
+    let (mapping, mut warnings) = mapping::Mapping::read(&file)?;
+    let manifest = manifest(directory_of(&file), &mut warnings)?;
+    Ok((file, mapping, manifest, warnings))
+}
+
+/// Where a mapping's files are looked for.
+fn directory_of(mapping: &Path) -> &Path {
+    mapping.parent().unwrap_or(Path::new("."))
 }
 
 /// The `dataset.toml` beside a mapping.

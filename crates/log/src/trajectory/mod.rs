@@ -4,6 +4,7 @@
 mod align;
 mod read;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::LogError;
@@ -11,6 +12,7 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::glam::DQuat;
+use hovernav::gps::Fix;
 use hovernav::time::Time;
 
 pub use align::Alignment;
@@ -71,6 +73,27 @@ impl Trajectory {
     /// [`LogError`] where the file cannot be read or is none of these, with line and column.
     pub fn open(path: &Path, axes: LocalAxes) -> Result<Self, LogError> {
         read::open(path, axes)
+    }
+
+    /// The trajectory of places with velocities, and of attitudes, both at times of their own or the same.
+    #[must_use]
+    pub fn of_parts(
+        fixes: &[Fix],
+        attitudes: impl IntoIterator<Item = (Time, Rotation<Body, Ned>)>,
+    ) -> Self {
+        let mut moments: BTreeMap<Time, Solution> = BTreeMap::new();
+        for fix in fixes {
+            let moment = moments.entry(fix.time).or_insert_with(|| unknown(fix.time));
+            let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
+            let down = fix.down_velocity_mps.unwrap_or(f64::NAN);
+            moment.position = fix.position;
+            moment.velocity_mps = Vector::new(north, east, down);
+        }
+        for (time, body_to_ned) in attitudes {
+            moments.entry(time).or_insert_with(|| unknown(time)).body_to_ned = body_to_ned;
+        }
+        let solutions = moments.into_values().collect();
+        Self { solutions, local_m: Vec::new(), warnings: Vec::new() }
     }
 
     /// Whether its positions are metres from a point that it does not name.

@@ -117,8 +117,8 @@ fn of_lines(
             return Err(LogError::Columns {
                 path: path.to_path_buf(),
                 line: line_number,
-                expected: "names with t_s among them, those of solution.csv, or numbers alone, as TUM and \
-                           EuRoC have"
+                expected: "names with t_s among them, those of solution.csv, numbers alone, as TUM and \
+                           EuRoC have, or in place of the file the mapping that `hovernav init` makes for it"
                     .into(),
                 found: excerpt(line, 200),
             });
