@@ -25,7 +25,7 @@ fn sensors_are_found_among_two_hundred_columns_without_names() {
     let original = Dataset::open(ORIGINAL.as_ref()).unwrap();
     let gps = rows("gps.csv");
     let mut noise = ChaCha8Rng::seed_from_u64(1);
-    let mut noise = || noise.next_u32() as f64 / f64::from(u32::MAX) - 0.5;
+    let mut noise = || f64::from(noise.next_u32()) / f64::from(u32::MAX) - 0.5;
     let mut text = String::new();
     for row in rows("imu.csv") {
         let fix = gps.iter().rev().find(|fix| fix[0] <= row[0]).unwrap_or(&gps[0]);
