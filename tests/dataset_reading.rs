@@ -346,6 +346,15 @@ fn what_lies_beside_is_read_and_its_odd_rows_left_out() {
 }
 
 #[test]
+fn sticks_in_percent_are_refused_with_the_unit_that_is_expected() {
+    let rows: String = (1..40).map(|t| format!("{t},12,-7,{t},0\n")).collect();
+    let controls = format!("t_s,lateral,longitudinal,collective,pedal\n{rows}");
+    let refused = open(&[("imu.csv", &imu_at(&["1"])), ("controls.csv", &controls)]).unwrap_err();
+    let told = refused.to_string();
+    assert!(told.contains("sticks up to 39 in 39 of 39 rows, expected fractions"), "{told}");
+}
+
+#[test]
 fn a_configuration_overrides_key_by_key() {
     let dir = directory(&[
         (

@@ -196,6 +196,7 @@ fn wrong_usage_exits_with_two() {
         &["design"][..],
         &["simulate", "--disturbance", "x=1"],
         &["simulate", "--disturbance", "p=nan"],
+        &["simulate", "--disturbance", "phi=90"],
         &["simulate", "--wind", "-3"],
         &["simulate", "--flight", "tour", "--disturbance", "p=1"],
         &["campaign", "--shard", "3/2"],

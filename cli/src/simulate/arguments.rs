@@ -171,6 +171,16 @@ impl FromStr for TimedDisturbance {
             Some((value, at)) => (value, Some(finite(at).ok_or_else(expected)?)),
         };
         let value = finite(value).ok_or_else(expected)?;
+        // What is further off is degrees.
+        let (most, unit) = match name.trim() {
+            "phi" | "theta" => (1.5, "rad"),
+            "psi" => (3.15, "rad"),
+            "p" | "q" | "r" => (10.0, "rad/s"),
+            _ => (50.0, "m/s"),
+        };
+        if value.abs() > most {
+            return Err(format!("found \"{text}\", expected {unit}, at most {most} either way"));
+        }
         let disturbance = Disturbance::of_state(name.trim(), value).ok_or_else(expected)?;
         Ok(Self { disturbance, at_s })
     }

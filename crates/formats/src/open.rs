@@ -51,7 +51,9 @@ pub struct Log {
 pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     let in_bag = file_of_bag(log)?;
     let log = in_bag.as_deref().unwrap_or(log);
-    match recognise(log)? {
+    let format = recognise(log)?;
+    ensure_choice(format, log, options)?;
+    match format {
         format @ (Format::Dataset | Format::Record) => {
             let (dataset, record) = hovernav_log::open(log)?;
             Ok(Log { format, dataset, record, onboard: None })
@@ -66,6 +68,7 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
 /// As [`open`].
 pub fn open_bytes(bytes: &[u8], path: &Path, options: &Options) -> Result<Log, LogError> {
     let format = format_of(&bytes[..bytes.len().min(HEAD)], path)?;
+    ensure_choice(format, path, options)?;
     read(format, Input { path, bytes: Some(bytes) }, options)
 }
 
@@ -83,6 +86,23 @@ fn recognise(log: &Path) -> Result<Format, LogError> {
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
     format_of(&head_of(log)?, log)
+}
+
+/// Refuses a choice among sensors where a log has one of each, and of a topic where it has none.
+fn ensure_choice(format: Format, path: &Path, options: &Options) -> Result<(), LogError> {
+    let Options { imu, gps, magnetometer, baro, velocity } = options;
+    let numbers = [imu, gps, magnetometer, baro].into_iter().flatten();
+    let has_one = matches!(format, Format::Dataset | Format::Record | Format::Raw | Format::Text);
+    let reason = match numbers.max() {
+        Some(wanted @ 1..) if has_one => {
+            format!("found no instance {wanted}; {} has one of each sensor", format.with_article())
+        }
+        _ if velocity.is_some() && format != Format::Ros2 => {
+            format!("found no topic of velocity; {} has no topics", format.with_article())
+        }
+        _ => return Ok(()),
+    };
+    Err(LogError::Unusable { path: path.to_path_buf(), reason })
 }
 
 /// The one file of messages of a ROS 2 bag, a directory that says what its files are; nothing of anything

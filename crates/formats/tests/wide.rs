@@ -18,6 +18,19 @@ fn rows(file: &str) -> Vec<Vec<f64>> {
     text.lines().skip(1).map(|l| l.split(',').map(|f| f.parse().unwrap()).collect()).collect()
 }
 
+#[test]
+fn a_choice_that_a_log_does_not_leave_is_refused() {
+    let refusal = |options: &Options| open(ORIGINAL.as_ref(), options).unwrap_err().to_string();
+    let mut options = Options::default();
+    options.gps = Some(0);
+    assert!(open(ORIGINAL.as_ref(), &options).is_ok());
+    options.gps = Some(1);
+    assert!(refusal(&options).contains("found no instance 1; a dataset directory has one of each"));
+    options = Options::default();
+    options.velocity = Some("/vel".to_owned());
+    assert!(refusal(&options).contains("found no topic of velocity"));
+}
+
 /// Time, rates and specific force, then numbers of any kind, among them the last fix and what looks a little
 /// like one: a voltage and a temperature.
 #[test]

@@ -1,5 +1,6 @@
 //! `baro.csv`, `mag.csv` and `controls.csv`: what may lie beside the inertial unit and the GPS.
 
+use std::cell::Cell;
 use std::path::Path;
 
 use crate::clock::Rows;
@@ -84,12 +85,33 @@ pub(crate) fn read_controls(
         return Ok(ControlRows::default());
     };
     let sticks = table.require(CONTROLS)?;
+    let path = table.path().to_path_buf();
+    let (beyond, largest) = (Cell::new(0_usize), Cell::new(0.0_f64));
     // Trim may lie off centre, so a full stroke from it may exceed 1, but never 2.
-    let is_possible = |values: &[f64]| values.iter().all(|stick| stick.abs() <= 2.0);
+    let is_possible = |values: &[f64]| {
+        let most = values.iter().fold(0.0, |most, stick| stick.abs().max(most));
+        largest.set(largest.get().max(most));
+        beyond.set(beyond.get() + usize::from(most > 2.0));
+        most <= 2.0
+    };
+    // A damaged row now and then is left out; more is another unit.
+    let in_unit = |rows: usize| {
+        let (beyond, largest) = (beyond.get(), largest.get());
+        if beyond <= 10 || 100 * beyond <= rows + beyond {
+            return Ok(());
+        }
+        let reason = format!(
+            "sticks up to {largest:.0} in {beyond} of {} rows, expected fractions of full travel, −1 to 1, \
+             not percent or microseconds",
+            rows + beyond
+        );
+        Err(LogError::Unusable { path: path.clone(), reason })
+    };
     let Some(injected) = table.find(INJECTED) else {
         let rows = read_timed(table, CONTROLS_FILE, sticks, warnings, |sticks| {
             is_possible(&sticks).then_some(sticks)
         })?;
+        in_unit(rows.len())?;
         return Ok(ControlRows { sticks: rows, injected: Vec::new() });
     };
     let columns: [usize; 8] =
@@ -97,6 +119,7 @@ pub(crate) fn read_controls(
     let rows = read_timed(table, CONTROLS_FILE, columns, warnings, |row| {
         is_possible(&row).then_some(row)
     })?;
+    in_unit(rows.len())?;
     let (sticks, injected) = rows
         .into_iter()
         .map(|(time, [a, b, c, d, e, f, g, h])| ((time, [a, b, c, d]), [e, f, g, h]))
