@@ -246,7 +246,7 @@ impl RecordPage<'_> {
         });
         Section::new("events", "Events", "What happened, in words.").with(Table {
             caption: format!("{} events", self.record.events.len()),
-            heads: ["", "", "What"].map(Into::into).into(),
+            heads: ["When", "Level", "What"].map(Into::into).into(),
             rows: rows.collect(),
         })
     }
