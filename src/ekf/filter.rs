@@ -342,7 +342,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.state = NavState { time, ..before };
             return None;
         }
-        let transition = self.transition(increment, &advance, before.body_to_ned);
+        let transition = self.transition(increment, &advance);
         self.propagate(&transition, trace);
         self.history.push(time, increment, &advance);
         let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.stuck);

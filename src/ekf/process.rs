@@ -6,7 +6,6 @@ use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::scalar::Scalar;
 use super::square;
-use crate::frames::{Body, Ned, Rotation};
 use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
@@ -131,11 +130,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &mut self,
         increment: &Increment<T>,
         advance: &Advance<T>,
-        body_to_ned: Rotation<Body, Ned, T>,
     ) -> Transition<T, N> {
         let interval_s = increment.interval_s;
         let imu = &self.config.imu;
-        let c = body_to_ned.rows();
+        let c = &advance.body_to_ned_rows;
         let scaled =
             |factors: [T; 3]| c.map(|row| core::array::from_fn(|axis| row[axis] * factors[axis]));
         let over_s = T::of(self.excess.factor()) * interval_s;
@@ -179,8 +177,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Some(_) => scaled(increment.velocity_mps.to_array()),
                 None => [[T::ZERO; 3]; 3],
             },
-            attitude_noise: turned(&c, sum(gyro, suspicion.angle_variance)),
-            velocity_noise: turned(&c, sum(accel, suspicion.velocity_variance)),
+            attitude_noise: turned(c, sum(gyro, suspicion.angle_variance)),
+            velocity_noise: turned(c, sum(accel, suspicion.velocity_variance)),
             position_noise: [T::ZERO; 3],
             relaxation: None,
         };
@@ -207,12 +205,10 @@ const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
 /// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
 pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 
-/// C diag(v) Cᵀ, upper triangle by rows.
-fn turned<T: Scalar>(c: &[[T; 3]; 3], variance: [T; 3]) -> [T; 6] {
-    let entry = |i: usize, j: usize| {
-        c[i][0] * variance[0] * c[j][0]
-            + c[i][1] * variance[1] * c[j][1]
-            + c[i][2] * variance[2] * c[j][2]
-    };
-    [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)]
+/// C diag(v) Cᵀ, upper triangle by rows: v₂ I + (v₀ − v₂) c₀ c₀ᵀ + (v₁ − v₂) c₁ c₁ᵀ, for the columns of C
+/// are orthonormal.
+fn turned<T: Scalar>(c: &[[T; 3]; 3], [v0, v1, v2]: [T; 3]) -> [T; 6] {
+    let (d0, d1) = (v0 - v2, v1 - v2);
+    let entry = |i: usize, j: usize| d0 * c[i][0] * c[j][0] + d1 * c[i][1] * c[j][1];
+    [v2 + entry(0, 0), entry(0, 1), entry(0, 2), v2 + entry(1, 1), entry(1, 2), v2 + entry(2, 2)]
 }

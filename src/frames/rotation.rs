@@ -168,10 +168,8 @@ impl<From, To, T: Scalar> Mul<Vector<From, T>> for Rotation<From, To, T> {
     fn mul(self, vector: Vector<From, T>) -> Vector<To, T> {
         let [x, y, z, w] = self.quaternion;
         let (vector, axis) = (Vector::from(vector.to_array()), Vector::new(x, y, z));
-        let two = T::of(2.0);
-        vector * (w * w - axis.dot(axis))
-            + axis * (vector.dot(axis) * two)
-            + axis.cross(vector) * (w * two)
+        let across = axis.cross(vector) * T::of(2.0);
+        vector + across * w + axis.cross(across)
     }
 }
 
@@ -204,7 +202,10 @@ pub(super) fn quaternion_of<F, T: Scalar>(angle_rad: Vector<F, T>) -> [T; 4] {
     let number = T::of;
     let one = T::ONE;
     let h = number(0.25) * angle_rad.dot(angle_rad);
-    let (cos_half, half_sinc) = if h < number(0.0025) {
+    // Below 2e-4 rad, which no turning of north, east and down in one step exceeds, two terms are all digits.
+    let (cos_half, half_sinc) = if h < number(1e-8) {
+        (one - h * number(0.5), number(0.5) * (one - h * number(1.0 / 6.0)))
+    } else if h < number(0.0025) {
         let cosine = number(1.0 / 24.0) - h * (number(1.0 / 720.0) - h / number(40_320.0));
         let sine = number(1.0 / 120.0) - h * (number(1.0 / 5040.0) - h / number(362_880.0));
         (

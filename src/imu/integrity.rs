@@ -1,4 +1,5 @@
 //! What a sample cannot tell: full scale, shocks, samples that came late or not at all.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use core::fmt;
 
@@ -202,11 +203,12 @@ impl<T: Scalar> Integrity<T> {
     /// registers were not written, and it tells nothing. One repetition is how a log that was sampled
     /// faster than its unit looks.
     pub fn is_stuck(&mut self, motion: &Motion<T>) -> bool {
-        let vibrates = self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
+        let vibrates =
+            || self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
         self.repeated =
             if self.last == Some(*motion) { self.repeated.saturating_add(1) } else { 0 };
         self.last = Some(*motion);
-        vibrates && self.repeated >= STUCK
+        self.repeated >= STUCK && vibrates()
     }
 
     /// Takes in the motion of a sample, `interval_s` after the one before, with the unit's own marks of full
@@ -297,86 +299,127 @@ impl<T: Scalar> Triad<T> {
         (late_s, stuck_sigma): (T, f64),
     ) -> Found<T> {
         let number = T::of;
-        let square = |value: T| value * value;
         let values = sample.to_array();
         let bend = self.difference.push(sample);
-        let noise = bend.map(noise_variance);
-        if let Some(noise) = noise {
+        let mut noise = [T::ZERO; 3];
+        if let Some(bend) = bend {
+            noise = noise_variance(bend);
             self.vibration.push(noise, interval_s);
         }
-        let (bend, noise) = (bend.unwrap_or_default(), noise.unwrap_or_default());
         // A plain mean until the memory is filled.
         self.seen_s = number(USUAL_S).min(self.seen_s + interval_s);
-        let (known, usual_weight) = (self.seen_s > number(LEAST_SEEN_S), interval_s / self.seen_s);
-        let (mut clipped, mut shaken) = ([false; 3], false);
-        let (mut all_hidden, mut variance) = ([T::ZERO; 3], [T::ZERO; 3]);
-        let (mut shock, mut struck, least_quiet) = (false, false, square(number(least_shaking)));
-        let axes = self.now.iter_mut().zip(&mut self.usual).zip(&mut self.largest);
-        let axes = axes.zip(&mut self.repeats).zip(&mut self.clipped_s);
-        let values = values.iter().zip(&bend).zip(&noise).zip(&marks);
-        let results = clipped.iter_mut().zip(&mut variance).zip(&mut all_hidden);
-        for (
-            ((((now, usual), largest), repeats), clipped_s),
-            ((((&value, &bend), &strength), &marked), ((clipped, variance), hidden)),
-        ) in axes.zip(values.zip(results))
-        {
-            let size = value.abs();
-            if size > *largest {
-                (*largest, *repeats) = (size, 1);
-            } else if size == *largest {
-                *repeats = repeats.saturating_add(1);
-            }
+        let known = self.seen_s > number(LEAST_SEEN_S);
+        let usual_weight = (interval_s / self.seen_s).min(T::ONE);
+        let now_weight = (interval_s / number(NOW_S)).min(T::ONE);
+        let least_scale = number(least_scale);
+        let full_scale = number(if scale > 0.0 { 0.998 * scale } else { f64::INFINITY });
+        let mut clipped = marks;
+        for axis in 0..3 {
+            let size = values[axis].abs();
+            let (largest, repeats) = (&mut self.largest[axis], &mut self.repeats[axis]);
             let learned =
-                *repeats >= REPEATS && *largest >= number(least_scale) && size == *largest;
-            *clipped = marked || learned || (scale > 0.0 && size >= number(0.998 * scale));
-
-            *now += (interval_s / number(NOW_S)).min(T::ONE) * (strength - *now);
-            let quiet = if *usual > least_quiet { *usual } else { least_quiet };
-            let shocked = known && *now > number(SHOCK) * quiet;
-            shaken |= known && *now > number(BLOW) * quiet && *now > square(number(least_blow));
+                size >= *largest && comes_back(size, largest, repeats) && size >= least_scale;
+            clipped[axis] |= learned || size >= full_scale;
+        }
+        let least_quiet = square(number(least_shaking));
+        let quiet = self.usual.map(|usual| if usual > least_quiet { usual } else { least_quiet });
+        for ((now, usual), noise) in self.now.iter_mut().zip(&mut self.usual).zip(noise) {
+            *now += now_weight * (noise - *now);
             // A shock enters the usual slowly; what goes on for seconds becomes it.
-            *usual += usual_weight.min(T::ONE) * (*now - *usual);
+            *usual += usual_weight * (*now - *usual);
+        }
+        let now = self.now;
+        let shocked: [bool; 3] =
+            core::array::from_fn(|axis| known && now[axis] > number(SHOCK) * quiet[axis]);
+        let (mut shock, mut shaken, mut hidden) = (None, false, [T::ZERO; 3]);
+        if shocked.contains(&true) {
+            let (mut struck, least_blow) = (false, square(number(least_blow)));
+            for axis in 0..3 {
+                let blow = number(BLOW) * quiet[axis];
+                struck |= shocked[axis] && noise[axis] > blow;
+                shaken |= now[axis] > blow && now[axis] > least_blow;
+            }
+            shock = Some(Shaking { variance: greatest(noise, self.usual), struck });
+        }
+        if shock.is_some() || clipped.contains(&true) {
+            hidden = self.hidden(values, clipped, shocked, interval_s);
+        }
+        if self.clipped_s != [T::ZERO; 3] || clipped.contains(&true) {
+            self.count_clipping(clipped, interval_s);
+        }
+        let mut variance = [T::ZERO; 3];
+        // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
+        if late_s > T::ZERO {
+            let bend = bend.unwrap_or_default();
+            for axis in 0..3 {
+                let shaken = number(0.5) * self.usual[axis].max(self.now[axis])
+                    + bend[axis] * bend[axis] / number(36.0);
+                variance[axis] = shaken * late_s * late_s;
+            }
+        }
+        let mut stuck = false;
+        let stuck_s = self.repetition.push(values, interval_s);
+        for axis in 0..3 {
+            // An axis that nothing ever moved is none.
+            if stuck_s[axis] > T::ZERO && self.usual[axis] > number(0.01) * least_quiet {
+                let together_s =
+                    number(2.0) * stuck_s[axis].min(number(LONGEST_STUCK_S)) + interval_s;
+                variance[axis] += square(number(stuck_sigma)) * interval_s * together_s;
+                stuck = true;
+            }
+        }
+        Found { clipped, shock, shaken, hidden, variance, stuck }
+    }
 
+    /// What clipping and shocks hide: the variance that they add to the integral of each axis over an interval.
+    fn hidden(
+        &self,
+        values: [T; 3],
+        clipped: [bool; 3],
+        shocked: [bool; 3],
+        interval_s: T,
+    ) -> [T; 3] {
+        let mut hidden = [T::ZERO; 3];
+        for axis in 0..3 {
+            let now = self.now[axis];
             // What is cut off is cut off on the same side for as long as the burst lasts.
-            if *clipped {
-                let beyond = number(BEYOND_SCALE) * size;
-                let together_s = number(2.0) * *clipped_s + interval_s;
-                *hidden = now.max(beyond * beyond) * interval_s * together_s;
-                *clipped_s = (*clipped_s + interval_s).min(number(LONGEST_BURST_S));
+            if clipped[axis] {
+                let beyond = T::of(BEYOND_SCALE) * values[axis].abs();
+                let together_s = T::of(2.0) * self.clipped_s[axis] + interval_s;
+                hidden[axis] = now.max(beyond * beyond) * interval_s * together_s;
+            }
+            if shocked[axis] {
+                hidden[axis] += now * interval_s * interval_s;
+            }
+        }
+        hidden
+    }
+
+    /// Counts for how long each axis has been clipped of late.
+    fn count_clipping(&mut self, clipped: [bool; 3], interval_s: T) {
+        let left = (T::ONE - interval_s / T::of(BURST_S)).max(T::ZERO);
+        for (clipped_s, clipped) in self.clipped_s.iter_mut().zip(clipped) {
+            *clipped_s = if clipped {
+                (*clipped_s + interval_s).min(T::of(LONGEST_BURST_S))
             } else {
-                *clipped_s = *clipped_s * (T::ONE - interval_s / number(BURST_S)).max(T::ZERO);
-            }
-            shock |= shocked;
-            struck |= shocked && strength > number(BLOW) * quiet;
-            if shocked {
-                *hidden += *now * interval_s * interval_s;
-            }
-            // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
-            if late_s > T::ZERO {
-                let shaken = number(0.5) * usual.max(*now) + bend * bend / number(36.0);
-                *variance = shaken * late_s * late_s;
-            }
-        }
-        // An axis that nothing ever moved is none.
-        let mut stuck_s = self.repetition.push(sample.to_array(), interval_s);
-        for (stuck_s, usual) in stuck_s.iter_mut().zip(&self.usual) {
-            if *usual <= number(0.01 * least_shaking * least_shaking) {
-                *stuck_s = T::ZERO;
-            }
-        }
-        for (variance, stuck_s) in variance.iter_mut().zip(stuck_s).filter(|(_, s)| *s > T::ZERO) {
-            let together_s = number(2.0) * stuck_s.min(number(LONGEST_STUCK_S)) + interval_s;
-            *variance += square(number(stuck_sigma)) * interval_s * together_s;
-        }
-        Found {
-            clipped,
-            shock: shock.then(|| Shaking { variance: greatest(noise, self.usual), struck }),
-            shaken,
-            hidden: all_hidden,
-            variance,
-            stuck: stuck_s.iter().any(|&s| s > T::ZERO),
+                *clipped_s * left
+            };
         }
     }
+}
+
+/// Whether a reading that is not below the largest of its axis has come back so often that it is the full scale.
+fn comes_back<T: Scalar>(size: T, largest: &mut T, repeats: &mut u32) -> bool {
+    if size > *largest {
+        (*largest, *repeats) = (size, 1);
+    } else {
+        *repeats = repeats.saturating_add(1);
+    }
+    *repeats >= REPEATS
+}
+
+fn square<T: Scalar>(value: T) -> T {
+    value * value
 }
 
 fn greatest<T: Scalar>(now: [T; 3], usual: [T; 3]) -> T {

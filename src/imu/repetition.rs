@@ -1,4 +1,5 @@
 //! Single axes that repeat themselves.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use crate::scalar::Scalar;
 
@@ -36,23 +37,20 @@ impl<T: Scalar> Repetition<T> {
     pub fn push(&mut self, values: [T; 3], interval_s: T) -> [T; 3] {
         let mut stuck_s = [T::ZERO; 3];
         let last = self.last.replace(values);
-        let repeats: [bool; 3] = core::array::from_fn(|axis| {
-            last.is_some_and(|last| last.get(axis) == values.get(axis))
-        });
         let newest = (interval_s / T::of(MEMORY_S)).min(T::ONE).wide() as f32;
-        let axes = repeats.into_iter().zip(&mut self.run_s).zip(&mut self.count);
-        let axes = axes.zip(&mut self.share).zip(&mut stuck_s);
-        for ((((repeats, run_s), count), share), stuck_s) in axes {
-            if repeats {
-                *count += 1.0;
-                *run_s += interval_s;
-            } else {
-                (*count, *run_s) = (0.0, T::ZERO);
+        for axis in 0..3 {
+            let share = &mut self.share[axis];
+            if last.is_none_or(|last| last[axis] != values[axis]) {
+                (self.count[axis], self.run_s[axis]) = (0.0, T::ZERO);
+                *share -= newest * *share;
+                continue;
             }
-            if repeats && *count * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
-                *stuck_s = *run_s;
+            self.count[axis] += 1.0;
+            self.run_s[axis] += interval_s;
+            if self.count[axis] * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
+                stuck_s[axis] = self.run_s[axis];
             } else {
-                *share += newest * (f32::from(u8::from(repeats)) - *share);
+                *share += newest * (1.0 - *share);
             }
         }
         stuck_s

@@ -93,7 +93,9 @@ impl<T: Scalar> Integrator<T> {
         self.push_finite(sample.time, motion, errors)
     }
 
-    /// [`push`](Self::push) of a motion that is known to be finite.
+    /// [`push`](Self::push) of a motion that is known to be finite. Inlined, so that scale factors which are
+    /// no states cost nothing.
+    #[inline(always)]
     pub(crate) fn push_finite(
         &mut self,
         time: Time,

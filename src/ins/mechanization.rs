@@ -28,6 +28,8 @@ const FASTEST_MPS: f64 = 1e4;
 /// What one step of the mechanization went through: what the covariance and a look back need.
 #[derive(Clone, Copy, Debug)]
 pub struct Advance<T = f64> {
+    /// Direction cosines of the attitude at the start, rows north, east, down.
+    pub body_to_ned_rows: [[T; 3]; 3],
     /// Velocity change by specific force alone, m/s.
     pub from_specific_force_mps: Vector<Ned, T>,
     /// Whole velocity change: specific force, gravity, Coriolis, m/s.
@@ -72,7 +74,10 @@ impl<T: Scalar> NavState<T> {
         let half = T::of(0.5);
         let interval_s = increment.interval_s;
         let earth = Local::about(&self.position);
-        let force_start = self.body_to_ned * increment.velocity_mps;
+        let body_to_ned_rows = self.body_to_ned.rows();
+        let force_start: Vector<Ned, T> = body_to_ned_rows
+            .map(|row| Vector::<Body, T>::from(row).dot(increment.velocity_mps))
+            .into();
         let start = self.velocity_mps;
 
         let gravity_mid =
@@ -95,7 +100,7 @@ impl<T: Scalar> NavState<T> {
             .turned_in_to(-frame_rotation_rad)
             .renormalised();
         self.time = time;
-        Advance { from_specific_force_mps, velocity_mps, frame_rotation_rad }
+        Advance { body_to_ned_rows, from_specific_force_mps, velocity_mps, frame_rotation_rad }
     }
 
     /// Carries the state over a gap in the inertial samples that ends at `time`: the velocity is kept,

@@ -1,7 +1,9 @@
 //! The covariance over one step: P ← Φ P Φᵀ + Q, by the blocks of Φ that are not zero or one.
 #![expect(
     clippy::indexing_slicing,
-    reason = "every index is below the number of states, which `Layout` fixes for a whole loop"
+    clippy::needless_range_loop,
+    reason = "every index is below the number of states, which `Layout` fixes for a whole loop, and stands \
+              for a row as well as for a column"
 )]
 
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
@@ -120,6 +122,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         self.move_rows::<L>(step);
         self.close::<L>(step);
         self.add_noise(step);
+        self.mirror_motion();
         if let Some(relaxation) = &step.relaxation {
             self.relax(relaxation);
         }
@@ -155,7 +158,6 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     fn move_rows<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);
         let p = &mut self.rows;
-        #[expect(clippy::needless_range_loop, reason = "a column is no slice")]
         for column in 0..N {
             let at = |state: usize| p[state][column];
             let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude::<L>(&at, axis));
@@ -171,59 +173,81 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// The block of attitude, velocity and position of (Φ P) Φᵀ from the rows of Φ P, in place: upper
-    /// triangle, and its mirror. A row needs what stands left of its diagonal, where the mirror of the
-    /// rows above goes, so the last comes first.
+    /// The block of attitude, velocity and position of (Φ P) Φᵀ from the rows of Φ P, in place, its upper
+    /// triangle alone. What stands in a row of Φ P is read before its result goes there, and
+    /// what is symmetric is taken from where it is done: position with velocity, velocity below the diagonal.
     #[inline(always)]
     fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);
         let p = &mut self.rows;
-        for i in (POSITION..GYRO_BIAS).rev() {
-            for axis in i - POSITION..3 {
-                let value = step.velocity::<L>(&|state| p[i][state], axis);
-                let value = p[i][POSITION + axis] + half * (p[i][VELOCITY + axis] + value);
-                p[POSITION + axis][i] = value;
-                p[i][POSITION + axis] = value;
+        for axis in 0..3 {
+            let i = VELOCITY + axis;
+            for other in 0..3 {
+                let before = p[i][VELOCITY + other];
+                let after = if other < axis {
+                    p[VELOCITY + other][i]
+                } else {
+                    step.velocity::<L>(&|state| p[i][state], other)
+                };
+                p[i][POSITION + other] += half * (before + after);
+                if other >= axis {
+                    p[i][VELOCITY + other] = after;
+                }
             }
         }
-        for i in (0..POSITION).rev() {
-            let at = |state: usize| p[i][state];
-            let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity::<L>(&at, axis));
-            let attitude: [T; 3] = if i < VELOCITY {
-                core::array::from_fn(|axis| step.attitude::<L>(&at, axis))
-            } else {
-                [T::ZERO; 3]
-            };
+        for axis in 0..3 {
+            let i = POSITION + axis;
+            for other in 0..3 {
+                if other >= axis {
+                    let velocity = p[i][VELOCITY + other] + p[VELOCITY + other][i];
+                    p[i][POSITION + other] += half * velocity;
+                }
+            }
+        }
+        for i in ATTITUDE..VELOCITY {
+            let velocity: [T; 3] =
+                core::array::from_fn(|axis| step.velocity::<L>(&|state| p[i][state], axis));
+            for (axis, velocity) in velocity.into_iter().enumerate() {
+                p[i][POSITION + axis] += half * (p[i][VELOCITY + axis] + velocity);
+                p[i][VELOCITY + axis] = velocity;
+            }
             for axis in 0..3 {
-                let value = p[i][POSITION + axis] + half * (p[i][VELOCITY + axis] + velocity[axis]);
-                p[POSITION + axis][i] = value;
-                p[i][POSITION + axis] = value;
+                if ATTITUDE + axis >= i {
+                    p[i][ATTITUDE + axis] = step.attitude::<L>(&|state| p[i][state], axis);
+                }
             }
-            for axis in i.saturating_sub(VELOCITY)..3 {
-                p[VELOCITY + axis][i] = velocity[axis];
-                p[i][VELOCITY + axis] = velocity[axis];
-            }
-            for axis in i..3 {
-                p[ATTITUDE + axis][i] = attitude[axis];
-                p[i][ATTITUDE + axis] = attitude[axis];
+        }
+    }
+
+    /// Mirrors the upper triangle of attitude, velocity and position.
+    #[inline(always)]
+    fn mirror_motion(&mut self) {
+        let p = &mut self.rows;
+        for i in 1..GYRO_BIAS {
+            for j in 0..i {
+                p[i][j] = p[j][i];
             }
         }
     }
 
     #[inline(always)]
     fn add_noise(&mut self, step: &Transition<T, N>) {
-        for (first, noise) in [(ATTITUDE, &step.attitude_noise), (VELOCITY, &step.velocity_noise)] {
-            let [nn, ne, nd, ee, ed, dd] = *noise;
-            let block = [[nn, ne, nd], [ne, ee, ed], [nd, ed, dd]];
-            for (row, line) in self.rows.iter_mut().skip(first).zip(&block) {
-                for (entry, &value) in row.iter_mut().skip(first).zip(line) {
-                    *entry += value;
-                }
-            }
+        self.add_upper::<ATTITUDE>(&step.attitude_noise);
+        self.add_upper::<VELOCITY>(&step.velocity_noise);
+        for (axis, &noise) in step.position_noise.iter().enumerate() {
+            self.rows[POSITION + axis][POSITION + axis] += noise;
         }
-        let [north, east, down] = step.position_noise;
-        self.rows[POSITION][POSITION] += north;
-        self.rows[POSITION + 1][POSITION + 1] += east;
-        self.rows[POSITION + 2][POSITION + 2] += down;
+    }
+
+    /// Adds to the block of three states, upper triangle by rows.
+    #[inline(always)]
+    fn add_upper<const FIRST: usize>(&mut self, [nn, ne, nd, ee, ed, dd]: &[T; 6]) {
+        let p = &mut self.rows;
+        p[FIRST][FIRST] += *nn;
+        p[FIRST][FIRST + 1] += *ne;
+        p[FIRST][FIRST + 2] += *nd;
+        p[FIRST + 1][FIRST + 1] += *ee;
+        p[FIRST + 1][FIRST + 2] += *ed;
+        p[FIRST + 2][FIRST + 2] += *dd;
     }
 }
