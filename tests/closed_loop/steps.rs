@@ -9,7 +9,7 @@ use hovernav::controls::Sticks;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, SteplessSolution};
 use hovernav::event::Event;
-use hovernav::frames::wrap_angle;
+use hovernav::frames::{EulerAngles, wrap_angle};
 use hovernav::time::Time;
 use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent};
 
@@ -208,32 +208,37 @@ fn fifty_engagements_and_releases_move_no_stick_by_more_than_3_percent() {
     assert!(change < 3.0 && engaged < 3.0 && released < 3.0, "{largest_step:?}");
 }
 
+/// Roll, pitch or heading between two attitudes, whichever is most, rad.
+fn between_rad(one: EulerAngles, other: EulerAngles) -> f64 {
+    let [roll, pitch] = [one.roll_rad - other.roll_rad, one.pitch_rad - other.pitch_rad];
+    roll.abs().max(pitch.abs()).max(wrap_angle(one.yaw_rad - other.yaw_rad).abs())
+}
+
+/// When, and which, the attitudes of a flight are in the `until_s` after `from_s`.
+fn attitudes(
+    flight: &Flight,
+    from_s: f64,
+    until_s: f64,
+) -> impl Iterator<Item = (Time, EulerAngles)> {
+    let attitudes =
+        flight.samples.iter().map(|sample| (sample.truth.time, sample.truth.body_to_ned.euler()));
+    attitudes.filter(move |(time, _)| (0.0..=until_s).contains(&(time.seconds() - from_s)))
+}
+
 /// Farthest that roll, pitch or heading of two flights are apart in the `until_s` after `from_s`, °.
 fn apart_deg(one: &Flight, other: &Flight, from_s: f64, until_s: f64) -> f64 {
-    let pairs = one.samples.iter().zip(&other.samples);
-    let within =
-        pairs.filter(|(one, _)| (0.0..=until_s).contains(&(one.truth.time.seconds() - from_s)));
-    let apart_rad = within.map(|(one, other)| {
-        assert_eq!(one.truth.time, other.truth.time);
-        let [one, other] = [one, other].map(|sample| sample.truth.body_to_ned.euler());
-        let [roll, pitch] = [one.roll_rad - other.roll_rad, one.pitch_rad - other.pitch_rad];
-        roll.abs().max(pitch.abs()).max(wrap_angle(one.yaw_rad - other.yaw_rad).abs())
+    let [one, other] = [one, other].map(|flight| attitudes(flight, from_s, until_s));
+    let apart_rad = one.zip(other).map(|((time, one), (same, other))| {
+        assert_eq!(time, same);
+        between_rad(one, other)
     });
     apart_rad.fold(0.0, f64::max).to_degrees()
 }
 
 /// Farthest that roll, pitch or heading of a flight go in the `until_s` after `from_s` from where they were, °.
 fn moved_deg(flight: &Flight, from_s: f64, until_s: f64) -> f64 {
-    let within = flight
-        .samples
-        .iter()
-        .filter(|sample| (0.0..=until_s).contains(&(sample.truth.time.seconds() - from_s)));
-    let angles: Vec<_> = within.map(|sample| sample.truth.body_to_ned.euler()).collect();
-    let moved_rad = angles.iter().map(|now| {
-        let [roll, pitch] =
-            [now.roll_rad - angles[0].roll_rad, now.pitch_rad - angles[0].pitch_rad];
-        roll.abs().max(pitch.abs()).max(wrap_angle(now.yaw_rad - angles[0].yaw_rad).abs())
-    });
+    let (_, first) = attitudes(flight, from_s, until_s).next().unwrap();
+    let moved_rad = attitudes(flight, from_s, until_s).map(|(_, now)| between_rad(now, first));
     moved_rad.fold(0.0, f64::max).to_degrees()
 }
 
