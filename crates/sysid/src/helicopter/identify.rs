@@ -1,5 +1,6 @@
 //! From a flight and its estimate to an identified helicopter.
 
+use rayon::prelude::*;
 use thiserror::Error;
 
 use super::equations::largest_process_sigma;
@@ -252,22 +253,6 @@ fn with_error(structure: Structure, error: &VelocityError) -> Structure {
     )
 }
 
-/// `work` on each of `all`, side by side.
-fn side_by_side<T: Sync, R: Send>(
-    all: &[T],
-    work: impl Fn(&T) -> Result<R, PredictionErrorError> + Sync,
-) -> Result<Vec<R>, PredictionErrorError> {
-    let work = &work;
-    std::thread::scope(|scope| {
-        let searches: Vec<_> = all.iter().map(|one| scope.spawn(move || work(one))).collect();
-        let found = searches.into_iter().map(|search| match search.join() {
-            Ok(found) => found,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        found.collect()
-    })
-}
-
 /// What a search found.
 struct Found {
     kind: Kind,
@@ -307,18 +292,19 @@ impl Search<'_> {
     fn parts(&self, kind: Kind) -> Result<Vec<Found>, PredictionErrorError> {
         match kind.parts() {
             [] => Ok(vec![self.best(kind)?]),
-            parts => side_by_side(parts, |&part| self.best(part)),
+            parts => parts.par_iter().map(|&part| self.best(part)).collect(),
         }
     }
 
     /// The parts on from what was found on less.
     fn on_from(&self, parts: &[Found]) -> Result<Vec<Found>, PredictionErrorError> {
-        side_by_side(parts, |part| {
+        let on_from = |part: &Found| {
             let settings = self.settings(part.kind);
             let identified =
                 prediction_error::identify_on(&part.identified, self.stretches, &settings)?;
             Ok(Found { kind: part.kind, identified, passed_over: None })
-        })
+        };
+        parts.par_iter().map(on_from).collect()
     }
 
     /// The model of `kind` from its `parts`.
@@ -348,22 +334,30 @@ impl Search<'_> {
         // A velocity held from fix to fix is there to be compared with: one search shows what it is worth.
         let is_held = *self.error == VelocityError::NONE;
         let most = if is_held { 1 } else { STARTS.len() };
-        let starts = STARTS.iter().filter(|(of, ..)| *of == kind).take(most);
-        let mut tried = starts.map(|&(_, name, start, noise)| {
-            let mut settings = self.settings(kind);
-            if let prediction_error::Form::Innovations(sigmas) = &mut settings.form {
-                let own = structure
-                    .noises
-                    .iter()
-                    .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r" | "n_dw"));
-                sigmas.iter_mut().zip(own).filter(|(_, own)| *own).for_each(|(s, _)| *s *= noise);
-            }
-            let structure = structure.clone().with(name, start, false);
-            let found = prediction_error::identify(&structure, self.stretches, &settings);
-            // A start is as good as its best delay.
-            found.map(|found| if is_held { found } else { self.hopped(found, kind) })
-        });
+        let starts: Vec<_> = STARTS.iter().filter(|(of, ..)| *of == kind).take(most).collect();
+        let tried: Vec<_> = starts
+            .par_iter()
+            .map(|&&(_, name, start, noise)| {
+                let mut settings = self.settings(kind);
+                if let prediction_error::Form::Innovations(sigmas) = &mut settings.form {
+                    let own = structure
+                        .noises
+                        .iter()
+                        .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r" | "n_dw"));
+                    sigmas
+                        .iter_mut()
+                        .zip(own)
+                        .filter(|(_, own)| *own)
+                        .for_each(|(s, _)| *s *= noise);
+                }
+                let structure = structure.clone().with(name, start, false);
+                let found = prediction_error::identify(&structure, self.stretches, &settings);
+                // A start is as good as its best delay.
+                found.map(|found| if is_held { found } else { self.hopped(found, kind) })
+            })
+            .collect();
         let alone = |identified| Found { kind, identified, passed_over: None };
+        let mut tried = tried.into_iter();
         let Some(first) = tried.next() else {
             let settings = self.settings(kind);
             return prediction_error::identify(&structure, self.stretches, &settings).map(alone);

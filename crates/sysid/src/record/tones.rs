@@ -11,8 +11,9 @@
 //! disturbances for large: noise as loud as beside the tone is put in its place.
 
 use std::f64::consts::{PI, TAU};
+use std::iter::successors;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Complex, Matrix2, Vector2};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -193,23 +194,27 @@ fn notch(signal: &mut [f64], tone: Tone, period_s: f64) {
     still(signal, radius, TAU * tone.frequency_hz * period_s);
 }
 
+/// What is left of a ringing that is not followed any further, in its size at the start.
+const INAUDIBLE: f64 = 1e-12;
+
 /// Takes off what a notch of poles of `radius` at `angle` rings with from its start: the record begins amid the
 /// tone, the filter at rest. Fitted to changes, which slow motion hardly has.
 fn still(signal: &mut [f64], radius: f64, angle: f64) {
-    let ringing = |sample: usize| {
-        let size = radius.powi(sample as i32);
-        let (sin, cos) = (angle * sample as f64).sin_cos();
-        [size * cos, size * sin]
+    let turn = Complex::from_polar(radius, angle);
+    let ringing = || {
+        let audible = |ringing: &Complex<f64>| ringing.norm_sqr() > INAUDIBLE * INAUDIBLE;
+        successors(Some(Complex::new(1.0, 0.0)), |ringing| Some(ringing * turn)).take_while(audible)
     };
     let (mut own, mut found) = (Matrix2::zeros(), Vector2::zeros());
-    for (sample, pair) in signal.windows(2).enumerate() {
-        let change = Vector2::from(ringing(sample + 1)) - Vector2::from(ringing(sample));
+    for (pair, ringing) in signal.windows(2).zip(ringing()) {
+        let change = ringing * turn - ringing;
+        let change = Vector2::new(change.re, change.im);
         own += change * change.transpose();
         found += change * (pair[1] - pair[0]);
     }
     let Some(amplitude) = own.try_inverse().map(|inverse| inverse * found) else { return };
-    for (sample, value) in signal.iter_mut().enumerate() {
-        *value -= amplitude.dot(&Vector2::from(ringing(sample)));
+    for (value, ringing) in signal.iter_mut().zip(ringing()) {
+        *value -= amplitude.dot(&Vector2::new(ringing.re, ringing.im));
     }
 }
 

@@ -324,10 +324,10 @@ fn described(
     dropped: &[usize],
 ) -> Result<Identified, PredictionErrorError> {
     let singular = || PredictionErrorError::Singular { structure: problem.structure.name.clone() };
-    let (predictor, _, passed) = problem.pass(theta, true).ok_or_else(singular)?;
+    let (steady, _, passed) = problem.pass(theta, true).ok_or_else(singular)?;
     let samples = problem.samples();
     let innovations_covariance =
-        statistics::innovations_covariance(&passed, &predictor.whitener, samples)
+        statistics::innovations_covariance(&passed, &steady.predictor.whitener, samples)
             .ok_or_else(singular)?;
     let theta = problem.whole(theta);
     let mut structure = problem.structure.clone();

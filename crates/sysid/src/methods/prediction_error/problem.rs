@@ -2,8 +2,10 @@
 //! unknowns solved away.
 
 use std::cell::RefCell;
+use std::rc::Rc;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::own_rows::OwnRows;
 use super::predictor::Predictor;
@@ -37,8 +39,16 @@ pub(super) struct Problem<'a> {
 #[derive(Default)]
 pub(super) struct Own {
     pub values: Vec<Vec<f64>>,
-    /// The whole parameter vector they are solved for.
-    pub at: Vec<f64>,
+    /// What they are solved with.
+    pub at: Option<Rc<Steady>>,
+}
+
+/// What is the same in every record at one set of parameters.
+pub(super) struct Steady {
+    /// The whole parameter vector.
+    pub theta: Vec<f64>,
+    pub predictor: Predictor,
+    pub own_rows: OwnRows,
 }
 
 /// Everything at the end of a search.
@@ -73,7 +83,7 @@ impl Problem<'_> {
     /// First guesses of all records' own values, solved for nothing yet.
     pub fn guesses(structure: &Structure, records: &[Record]) -> Own {
         let values = records.iter().map(|record| Self::guess(structure, record)).collect();
-        Own { values, at: Vec::new() }
+        Own { values, at: None }
     }
 
     /// A first guess of a record's own values: what is measured at its start.
@@ -130,37 +140,45 @@ impl Problem<'_> {
         Some(normal.half_squares - saved)
     }
 
-    /// One pass over every record with all columns at `theta`.
-    pub fn pass(&self, theta: &[f64], keep: bool) -> Option<(Predictor, Forced, Passed)> {
-        let whole = self.whole(theta);
-        let predictor = Predictor::new(self.structure, &whole, self.period_s, self.innovations)?;
-        let derivatives =
-            predictor.derivatives(self.structure, &whole, &self.free, self.innovations)?;
-        let forcing = Forcing::new(&predictor, &derivatives, self.structure.offsets.len());
+    /// What is the same in every record at `theta`.
+    fn steady(&self, theta: Vec<f64>) -> Option<Rc<Steady>> {
+        let predictor = Predictor::new(self.structure, &theta, self.period_s, self.innovations)?;
         let own_rows = Self::own_rows(self.structure, &predictor, self.records);
+        Some(Rc::new(Steady { theta, predictor, own_rows }))
+    }
+
+    /// One pass over every record with all columns at `theta`.
+    pub fn pass(&self, theta: &[f64], keep: bool) -> Option<(Rc<Steady>, Forced, Passed)> {
+        let whole = self.whole(theta);
         let mut own = self.own.borrow_mut();
-        let solved = own.at == whole;
-        own.at.clone_from(&whole);
+        let solved_with = own.at.take().filter(|solved| solved.theta == whole);
+        let solved = solved_with.is_some();
+        let shared = solved_with.or_else(|| self.steady(whole))?;
+        let Steady { theta, predictor, own_rows } = &*shared;
+        let derivatives =
+            predictor.derivatives(self.structure, theta, &self.free, self.innovations)?;
+        let forcing = Forcing::new(predictor, &derivatives, self.structure.offsets.len());
         let (structure, period_s) = (self.structure, self.period_s);
         let normals = side_by_side(self.records, &mut own.values, |record, own| {
-            let inputs = record.delayed(structure, &whole, period_s);
+            let inputs = record.delayed(structure, theta, period_s);
             if !solved {
-                Self::solve_own(structure, &predictor, &own_rows, &inputs, record, own)?;
+                Self::solve_own(structure, predictor, own_rows, &inputs, record, own)?;
             }
             let pass = Pass {
                 structure,
-                predictor: &predictor,
+                predictor,
                 forcing: Some(&forcing),
                 record,
                 inputs: &inputs,
                 own,
-                own_rows: &own_rows,
+                own_rows,
                 keep,
             };
             Some(pass.run())
         })?;
+        own.at = Some(Rc::clone(&shared));
         let spreads = derivatives.into_iter().map(|change| change.whitened_innovations).collect();
-        Some((predictor, Forced { spreads }, Passed { own: own.values.clone(), normals }))
+        Some((shared, Forced { spreads }, Passed { own: own.values.clone(), normals }))
     }
 
     /// Cost, gradient and information of the free parameters from the passes' normal equations.
@@ -208,35 +226,13 @@ impl Problem<'_> {
     }
 }
 
-/// `work` on each record with its own values, in order, two at a time where there is enough to do.
+/// `work` on each record with its own values, in order.
 fn side_by_side<T: Send>(
     records: &[Record],
     own: &mut [Vec<f64>],
     work: impl Fn(&Record, &mut Vec<f64>) -> Option<T> + Sync,
 ) -> Option<Vec<T>> {
-    /// Samples below which a thread costs more than it saves.
-    const WORTH_A_THREAD: usize = 2000;
-    let all = |records: &[Record], own: &mut [Vec<f64>]| -> Option<Vec<T>> {
-        records.iter().zip(own).map(|(record, own)| work(record, own)).collect()
-    };
-    let samples: usize = records.iter().map(|record| record.samples).sum();
-    let mut before = 0;
-    let half = records.iter().position(|record| {
-        before += record.samples;
-        2 * before >= samples
-    });
-    let Some(first) = half.filter(|_| samples > WORTH_A_THREAD && records.len() > 1) else {
-        return all(records, own);
-    };
-    let first = (first + 1).min(records.len() - 1);
-    let ((early, late), (own_early, own_late)) = (records.split_at(first), own.split_at_mut(first));
-    std::thread::scope(|scope| {
-        let worker = scope.spawn(|| all(early, own_early));
-        let late = all(late, own_late)?;
-        let mut found = worker.join().ok()??;
-        found.extend(late);
-        Some(found)
-    })
+    records.par_iter().zip(own).map(|(record, own)| work(record, own)).collect()
 }
 
 /// L⁻¹ dS L⁻ᵀ of each free parameter.
@@ -246,30 +242,29 @@ pub(super) struct Forced {
 
 impl Cost for Problem<'_> {
     fn cost(&self, theta: &[f64]) -> Option<f64> {
-        let whole = self.whole(theta);
-        let predictor = Predictor::new(self.structure, &whole, self.period_s, self.innovations)?;
-        let own_rows = Self::own_rows(self.structure, &predictor, self.records);
+        let shared = self.steady(self.whole(theta))?;
+        let Steady { theta: whole, predictor, own_rows } = &*shared;
         let mut cost = 0.5 * self.samples() as f64 * predictor.log_determinant;
         let mut own = self.own.borrow_mut();
         let mut trial = own.values.clone();
         let (structure, period_s) = (self.structure, self.period_s);
         let costs = side_by_side(self.records, &mut trial, |record, own| {
-            let inputs = record.delayed(structure, &whole, period_s);
-            Self::solve_own(structure, &predictor, &own_rows, &inputs, record, own)
+            let inputs = record.delayed(structure, whole, period_s);
+            Self::solve_own(structure, predictor, own_rows, &inputs, record, own)
         })?;
         cost += costs.iter().sum::<f64>();
         for (place, value, sigma, weight) in self.priors() {
             cost += 0.5 * weight * ((theta[place] - value) / sigma).powi(2);
         }
         if cost.is_finite() {
-            *own = Own { values: trial, at: whole };
+            *own = Own { values: trial, at: Some(shared) };
         }
         Some(cost)
     }
 
     fn quadratic(&self, theta: &[f64]) -> Option<Quadratic> {
-        let (predictor, forced, passed) = self.pass(theta, false)?;
-        self.gather(theta, &predictor, &forced, &passed)
+        let (steady, forced, passed) = self.pass(theta, false)?;
+        self.gather(theta, &steady.predictor, &forced, &passed)
     }
 }
 

@@ -96,21 +96,27 @@ fn scatter_of_gradients(
     lags: usize,
 ) -> Option<DMatrix<f64>> {
     let count = problem.free.len();
-    let mut middle = DMatrix::zeros(count, count);
-    for normal in &passed.normals {
-        let shares = gradients(problem, normal, forced)?;
-        let length = shares.ncols();
-        for lag in 0..=lags.min(length - 1) {
-            let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
-            let early = shares.columns(0, length - lag);
-            let product = early * shares.columns(lag, length - lag).transpose() * weight;
-            if lag > 0 {
-                middle += product.transpose();
-            }
-            middle += product;
+    passed.normals.iter().try_fold(DMatrix::zeros(count, count), |middle, normal| {
+        Some(middle + correlated_scatter(&gradients(problem, normal, forced)?, lags))
+    })
+}
+
+/// Σₖₗ wₗ gₖ gₖ₊ₗᵀ of the columns g, w Bartlett's window over `lags`: that of the sums of `lags` + 1
+/// neighbours, as gₖ gₖ₊ₗᵀ is in `lags` + 1 − l of their products.
+fn correlated_scatter(columns: &DMatrix<f64>, lags: usize) -> DMatrix<f64> {
+    let length = columns.ncols();
+    let mut sums = DMatrix::zeros(columns.nrows(), length + lags);
+    let mut sum = DVector::zeros(columns.nrows());
+    for (last, mut sums) in sums.column_iter_mut().enumerate() {
+        if last < length {
+            sum += columns.column(last);
         }
+        if last > lags {
+            sum -= columns.column(last - lags - 1);
+        }
+        sums.copy_from(&sum);
     }
-    Some(middle)
+    &sums * sums.transpose() / (lags + 1) as f64
 }
 
 /// Each sample's share of the cost's gradient, parameters × samples.
@@ -173,4 +179,27 @@ pub(super) fn innovations_covariance(
     let lower = whitener.solve_lower_triangular(&DMatrix::identity(p, p))?;
     let scatter = passed.normals.iter().fold(DMatrix::zeros(p, p), |sum, one| sum + &one.scatter);
     Some(&lower * scatter * lower.transpose() / samples as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scatter_of_sums_is_bartletts() {
+        let columns = DMatrix::from_fn(3, 17, |row, column| {
+            ((7 * row + 13 * column * column) as f64 * 0.618).fract() - 0.4
+        });
+        for lags in [0, 1, 5, 16, 40] {
+            let mut expected = DMatrix::zeros(3, 3);
+            for (k, early) in columns.column_iter().enumerate() {
+                for (l, late) in columns.column_iter().enumerate() {
+                    let weight = 1.0 - k.abs_diff(l) as f64 / (lags + 1) as f64;
+                    expected += early * late.transpose() * weight.max(0.0);
+                }
+            }
+            let off = (correlated_scatter(&columns, lags) - &expected).amax();
+            assert!(off < 1e-13 * expected.amax(), "{lags}: {off}");
+        }
+    }
 }
