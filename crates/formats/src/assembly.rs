@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::format::Format;
+use crate::log::Log;
 use crate::onboard::{Onboard, OnboardInnovation, OnboardMoment};
-use crate::open::Log;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Channel;
 use hovernav::event::RangeReading;

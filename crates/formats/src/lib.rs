@@ -18,10 +18,12 @@ mod format;
 mod init;
 mod integrals;
 mod latency;
+mod log;
 mod onboard;
 mod open;
 #[cfg(feature = "raw")]
 mod raw;
+mod recognise;
 #[cfg(feature = "ros2")]
 mod ros2;
 #[cfg(feature = "text")]
@@ -37,7 +39,8 @@ pub use difference::OnboardDifference;
 pub use format::Format;
 #[cfg(feature = "text")]
 pub use init::Proposal;
+pub use log::{Log, Options};
 pub use onboard::{InnovationSize, InnovationSizes, Onboard, OnboardInnovation, OnboardMoment};
-pub use open::{Log, Options, open, open_bytes};
+pub use open::{open, open_bytes};
 #[cfg(feature = "text")]
 pub use text::trajectory;

@@ -18,7 +18,7 @@ use crate::damages::Damages;
 use crate::format::Format;
 use crate::integrals::{integrate, remark_points};
 use crate::latency::USUAL_LATENCY_S;
-use crate::open::{Log, Options};
+use crate::log::{Log, Options};
 use crate::window::Input;
 use hovernav::frames::Vector;
 use hovernav_log::{LogError, Manifest};

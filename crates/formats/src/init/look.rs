@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::format::{Format, is_text, looks_like};
-use crate::open::head_of;
+use crate::format::Format;
+use crate::recognise::{format_of, head_of, is_text, looks_like};
 use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
 use hovernav_log::LogError;
 
@@ -119,7 +119,7 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
         return Ok(());
     }
     let head = head_of(path)?;
-    let found = match Format::of(&head) {
+    let found = match format_of(&head) {
         Some(Format::Text) => return Ok(()),
         None if is_text(&head) => return Ok(()),
         Some(format) => format!("{}, which needs no mapping", format.with_article()),

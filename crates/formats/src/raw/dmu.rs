@@ -3,7 +3,7 @@
 use super::for_each_piece;
 use crate::assembly::Assembly;
 use crate::format::Format;
-use crate::open::Log;
+use crate::log::Log;
 use crate::window::Input;
 use hovernav::dmu::{Calibration, Decoder, Mode, Packet, Plausibility, Received, SampleClock};
 use hovernav::time::Time;

@@ -4,7 +4,7 @@ mod dmu;
 mod receiver;
 
 use crate::format::Format;
-use crate::open::{Log, Options};
+use crate::log::{Log, Options};
 use crate::window::{Input, Window};
 use hovernav::dmu::{Decoder, Mode};
 use hovernav::gps::{Protocol, Receiver};

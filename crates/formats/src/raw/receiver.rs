@@ -7,7 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::for_each_piece;
 use crate::assembly::Assembly;
 use crate::format::Format;
-use crate::open::Log;
+use crate::log::Log;
 use crate::utc;
 use crate::window::Input;
 use hovernav::gps::quality::{Limits, QualityCheck};

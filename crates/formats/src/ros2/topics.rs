@@ -11,7 +11,7 @@ use super::velocity;
 use crate::assembly::Assembly;
 use crate::choice::Counts;
 use crate::damages::Damages;
-use crate::open::Options;
+use crate::log::Options;
 use crate::window::Input;
 use hovernav_log::LogError;
 

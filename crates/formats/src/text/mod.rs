@@ -15,7 +15,7 @@ mod units;
 use std::path::{Path, PathBuf};
 
 use crate::format::Format;
-use crate::open::{Log, Options};
+use crate::log::{Log, Options};
 use hovernav_log::{LogError, Manifest, Trajectory};
 
 pub(crate) use apply::dataset;

@@ -14,7 +14,7 @@ use crate::choice::Counts;
 use crate::format::Format;
 use crate::integrals::remark_points;
 use crate::latency::USUAL_LATENCY_S;
-use crate::open::{Log, Options};
+use crate::log::{Log, Options};
 use crate::window::Input;
 use frames::{Damages, Frame};
 use hovernav_log::utc::moment;

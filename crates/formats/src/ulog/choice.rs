@@ -5,7 +5,7 @@ use std::path::Path;
 use super::survey::Survey;
 use super::topics::Topic;
 use crate::choice::Counts;
-use crate::open::Options;
+use crate::log::Options;
 use hovernav_log::LogError;
 
 /// One topic of one instance for each sensor; none where the log has none.

@@ -15,7 +15,7 @@ mod topics;
 use crate::assembly::Assembly;
 use crate::format::Format;
 use crate::integrals::integrate;
-use crate::open::{Log, Options};
+use crate::log::{Log, Options};
 use crate::window::Input;
 use choice::Choice;
 use hovernav::frames::Vector;

@@ -1,0 +1,295 @@
+//! What a log is, by what it holds.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use crate::format::Format;
+#[cfg(feature = "raw")]
+use crate::raw::is_raw;
+use hovernav_log::LogError;
+
+/// Bytes from the start of a file that are enough to tell its format.
+pub(crate) const HEAD: usize = 4096;
+
+const MCAP: &[u8] = b"\x89MCAP0\r\n";
+const ULOG: &[u8] = b"ULog\x01\x12\x35";
+/// Two marks and the message that describes messages, with which every DataFlash log begins.
+const DATAFLASH: &[u8] = &[0xA3, 0x95, 0x80];
+
+/// The format of `log`: a directory is a dataset, or a mapping of foreign files where it has no inertial
+/// samples in hovernav's own columns; a file what it holds.
+pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
+    let metadata = std::fs::metadata(log).map_err(LogError::io(log))?;
+    if metadata.is_dir() {
+        let is_mapped = log.join("mapping.toml").exists() && !has_own_times(&log.join("imu.csv"));
+        return Ok(if is_mapped { Format::Text } else { Format::Dataset });
+    }
+    // A pipe would keep the reader waiting, a device may never end.
+    if !metadata.is_file() {
+        let reason = "a pipe or a device, expected a file or a directory".to_owned();
+        return Err(LogError::Unusable { path: log.to_path_buf(), reason });
+    }
+    ensure_known(&head_of(log)?, log)
+}
+
+/// The one file of messages of a ROS 2 bag, a directory that says what its files are; nothing of anything
+/// else.
+pub(crate) fn file_of_bag(log: &Path) -> Result<Option<PathBuf>, LogError> {
+    let has = |name: &str| log.join(name).is_file();
+    if !has("metadata.yaml") || has("imu.csv") || has("mapping.toml") {
+        return Ok(None);
+    }
+    let entries = std::fs::read_dir(log).map_err(LogError::io(log))?;
+    let files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    let with = |extension: &str| {
+        let is_such = |file: &&PathBuf| file.extension().is_some_and(|found| found == extension);
+        files.iter().filter(is_such).cloned().collect::<Vec<_>>()
+    };
+    let reason = match (&with("mcap")[..], &with("db3")[..]) {
+        // One in SQLite is refused by what it holds, with what to do about it.
+        ([file], _) | ([], [file, ..]) => return Ok(Some(file.clone())),
+        ([], []) => "found a ROS 2 bag without an .mcap file".to_owned(),
+        (files, _) => {
+            format!(
+                "found a ROS 2 bag of {} files, expected one: give them one by one",
+                files.len()
+            )
+        }
+    };
+    Err(LogError::Unusable { path: log.to_path_buf(), reason })
+}
+
+/// Whether a file's first line has the name of our own column of times: a foreign `imu.csv` may stand beside
+/// its mapping.
+fn has_own_times(file: &Path) -> bool {
+    let head = if file.is_file() { head_of(file).unwrap_or_default() } else { Vec::new() };
+    let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    line.split(|byte| *byte == b',').any(|name| name.trim_ascii().ends_with(b"t_s"))
+}
+
+/// The first bytes of a file, from which its format is told.
+pub(crate) fn head_of(path: &Path) -> Result<Vec<u8>, LogError> {
+    let mut head = Vec::with_capacity(HEAD);
+    let file = File::open(path).map_err(LogError::io(path))?;
+    file.take(HEAD as u64).read_to_end(&mut head).map_err(LogError::io(path))?;
+    Ok(head)
+}
+
+/// [`format_of`], or what the file at `path` looks like.
+pub(crate) fn ensure_known(head: &[u8], path: &Path) -> Result<Format, LogError> {
+    format_of(head).ok_or_else(|| {
+        let found = looks_like(head);
+        let reason = format!(
+            "found {found}, expected a log: a dataset directory, a flight record, a PX4 ULog, an \
+             ArduPilot DataFlash log, a MAVLink telemetry log, MCAP, raw bytes of sensors or text in \
+             columns"
+        );
+        LogError::bytes(path, 0, reason)
+    })
+}
+
+/// The format of a file that begins with `head`, its first [`HEAD`] bytes or all of them.
+pub(crate) fn format_of(head: &[u8]) -> Option<Format> {
+    if head.starts_with(ULOG) {
+        Some(Format::Ulog)
+    } else if head.starts_with(DATAFLASH) {
+        Some(Format::Dataflash)
+    } else if head.starts_with(b"FMT,") || head.starts_with(b"FMT ,") {
+        Some(Format::DataflashText)
+    } else if head.starts_with(MCAP) {
+        Some(if is_own(head) { Format::Record } else { Format::Ros2 })
+    } else if is_tlog(head) {
+        Some(Format::Tlog)
+    } else if is_raw(head) {
+        Some(Format::Raw)
+    } else if is_dataflash_within(head) {
+        Some(Format::Dataflash)
+    } else if (1..head.len()).any(|at| is_dated_tlog(&head[at..])) {
+        Some(Format::Tlog)
+    } else if is_text_in_columns(head) {
+        Some(Format::Text)
+    } else {
+        None
+    }
+}
+
+/// Whether an MCAP file says in its header, a profile and a library, that hovernav wrote it. A header
+/// that is cut off may be: the reader of flight records says what is missing.
+fn is_own(head: &[u8]) -> bool {
+    // Past the magic: an opcode, a length, then two strings, each behind its length.
+    let strings = head.get(MCAP.len() + 9..).unwrap_or_default();
+    let library = string(strings).and_then(|(_, rest)| string(rest));
+    library.is_none_or(|(library, _)| library.starts_with(b"hovernav"))
+}
+
+/// The string that `bytes` begin with, behind its length, and what follows it.
+fn string(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    rest.split_at_checked(u32::from_le_bytes(*length) as usize)
+}
+
+/// Whether two frames of MAVLink follow each other, each behind a time of eight bytes.
+fn is_tlog(head: &[u8]) -> bool {
+    let Some(second) = frame_length(head).and_then(|length| head.get(length..)) else {
+        return false;
+    };
+    second.is_empty() || frame_length(second).is_some()
+}
+
+/// Whether three frames follow each other, the first behind a time of this age: of a log whose beginning is
+/// damaged, since two marks may stand anywhere.
+fn is_dated_tlog(head: &[u8]) -> bool {
+    /// From 1990 to 2100, µs since 1970.
+    const DATES_US: std::ops::Range<u64> = 631_152_000_000_000..4_102_444_800_000_000;
+    let dated = head.first_chunk().is_some_and(|at| DATES_US.contains(&u64::from_be_bytes(*at)));
+    let next = || head.get(frame_length(head)?..);
+    dated && next().is_some_and(|next| frame_length(next).is_some() && is_tlog(next))
+}
+
+/// Whether two messages that describe messages follow each other somewhere: of a log whose beginning is
+/// damaged.
+fn is_dataflash_within(head: &[u8]) -> bool {
+    const LENGTH: usize = 89;
+    let begins = |at: usize| head.get(at..).is_some_and(|rest| rest.starts_with(DATAFLASH));
+    (0..head.len()).any(|at| begins(at) && begins(at + LENGTH))
+}
+
+/// How long a time and the frame behind it are, by the frame's own length.
+fn frame_length(bytes: &[u8]) -> Option<usize> {
+    const TIME: usize = 8;
+    const SIGNATURE: usize = 13;
+    let payload = usize::from(*bytes.get(TIME + 1)?);
+    match bytes.get(TIME)? {
+        0xFE => Some(TIME + 8 + payload),
+        0xFD => {
+            let is_signed = bytes.get(TIME + 2)? & 1 == 1;
+            Some(TIME + 12 + payload + if is_signed { SIGNATURE } else { 0 })
+        }
+        _ => None,
+    }
+}
+
+/// Without the feature nobody can tell.
+#[cfg(not(feature = "raw"))]
+fn is_raw(_head: &[u8]) -> bool {
+    false
+}
+
+/// Whether these are lines of text with rows of numbers among them, or a mapping of such files.
+fn is_text_in_columns(head: &[u8]) -> bool {
+    let is_row = |line: &[u8]| {
+        let fields = line.split(|byte| matches!(byte, b',' | b';' | b'\t' | b' '));
+        let fields: Vec<&[u8]> = fields.filter(|field| !field.is_empty()).collect();
+        let begins_number = |field: &&&[u8]| {
+            let unsigned = field.iter().find(|byte| !matches!(byte, b'-' | b'+' | b'.' | b'"'));
+            unsigned.is_some_and(u8::is_ascii_digit)
+        };
+        let numbers = fields.iter().filter(begins_number).count();
+        numbers >= 2 && 10 * numbers >= 7 * fields.len()
+    };
+    let lines = || head.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    is_text(head) && lines().any(|line| is_row(line) || line == b"[[table]]")
+}
+
+/// Whether there is no byte that text does not have, in whatever set of characters.
+pub(crate) fn is_text(head: &[u8]) -> bool {
+    head.iter().all(|byte| *byte >= b' ' || byte.is_ascii_whitespace())
+}
+
+/// What files that are no log begin with, and what they are.
+const OTHERS: [(&[u8], &str); 18] = [
+    (b"PK\x03\x04", "a zip archive, as spreadsheets are too: unpack it, or save it as CSV, first"),
+    (b"\xff\xfe", "text in UTF-16: save it as UTF-8 first"),
+    (b"\xfe\xff", "text in UTF-16: save it as UTF-8 first"),
+    (b"\x1f\x8b", "a gzip file: unpack it first"),
+    (b"\xfd7zXZ", "an xz file: unpack it first"),
+    (b"\x28\xb5\x2f\xfd", "a zstd file: unpack it first"),
+    (b"7z\xbc\xaf", "a 7z archive: unpack it first"),
+    (b"BZh", "a bzip2 file: unpack it first"),
+    (b"#ROSBAG V", "a ROS 1 bag: convert it to MCAP first"),
+    (
+        b"SQLite format 3",
+        "a SQLite database, as ROS 2 bags are that end in .db3: make one in MCAP with `rosbags-convert --src BAG \
+         --dst OTHER --dst-storage mcap` (pip install rosbags) first",
+    ),
+    (b"\x89HDF", "an HDF5 file"),
+    (b"MATLAB 5.0", "a MATLAB file"),
+    (b"PAR1", "a Parquet file"),
+    (b"%PDF", "a PDF document"),
+    (b"\x7fELF", "a program"),
+    (b"\x89PNG", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"<", "an XML or HTML document"),
+];
+
+/// What a file of no known format looks like, in a few words.
+pub(crate) fn looks_like(head: &[u8]) -> &'static str {
+    if head.is_empty() {
+        return "an empty file";
+    }
+    if let Some((_, name)) = OTHERS.iter().find(|(magic, _)| head.starts_with(magic)) {
+        return name;
+    }
+    let is_text = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    if head.iter().all(|byte| *byte == 0) {
+        "nothing but zeros"
+    } else if head.iter().filter(|byte| is_text(byte)).count() * 100 >= head.len() * 95 {
+        "text of no known kind"
+    } else {
+        "binary data of no known kind"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_are_told_by_their_first_bytes() {
+        let mut tlog = vec![0, 5, 0x9F, 0, 0, 0, 0, 0, 0xFE, 0, 1, 1, 1, 0, 0, 0];
+        tlog.extend([0, 5, 0x9F, 0, 0, 0, 0, 1, 0xFD, 0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0]);
+        for (head, format) in [
+            (&b"ULog\x01\x12\x35\x01"[..], Some(Format::Ulog)),
+            (&[0xA3, 0x95, 0x80, 0x80], Some(Format::Dataflash)),
+            (b"FMT, 128, 89, FMT, BBnNZ, Type", Some(Format::DataflashText)),
+            (&tlog, Some(Format::Tlog)),
+            (b"\x89MCAP0\r\n", Some(Format::Record)),
+            (b"t,x,y\n0.1,2,3\n", Some(Format::Text)),
+            (b"# a mapping\n[[table]]\nfile = \"a\"\n", Some(Format::Text)),
+            (&[&b"\x01"[..], &tlog, &tlog].concat(), Some(Format::Tlog)),
+            (
+                &[&b"\x01\xA3\x95\x80"[..], &[0; 86], b"\xA3\x95\x80"].concat(),
+                Some(Format::Dataflash),
+            ),
+            (b"ULog but not", None),
+            (b"", None),
+        ] {
+            assert_eq!(format_of(head), format, "{head:?}");
+        }
+    }
+
+    #[test]
+    fn mcap_of_another_library_is_no_record() {
+        let head = |library: &[u8]| {
+            let mut head = MCAP.to_vec();
+            head.extend([1, 0, 0, 0, 0, 0, 0, 0, 0]);
+            head.extend([4, 0, 0, 0]);
+            head.extend(b"ros2");
+            head.extend((library.len() as u32).to_le_bytes());
+            head.extend(library);
+            head
+        };
+        assert_eq!(format_of(&head(b"libmcap 1.4")), Some(Format::Ros2));
+        assert_eq!(format_of(&head(b"hovernav 0.1.0")), Some(Format::Record));
+    }
+
+    #[test]
+    fn what_is_no_log_is_named() {
+        assert_eq!(looks_like(b"\x1f\x8b\x08"), "a gzip file: unpack it first");
+        assert_eq!(looks_like(b""), "an empty file");
+        assert_eq!(looks_like(&[0; 20]), "nothing but zeros");
+        assert_eq!(looks_like(b"the quick brown fox"), "text of no known kind");
+        assert_eq!(looks_like(&[200; 20]), "binary data of no known kind");
+    }
+}
