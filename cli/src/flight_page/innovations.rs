@@ -6,8 +6,8 @@ use hovernav_log::consistency::{
     InnovationTest, PooledInnovations, chi_square_interval_95, innovation_tests,
 };
 
+use super::consistency;
 use super::motion::Clock;
-use super::verdict;
 use crate::page::{Figure, Role, Row, Section, Series};
 
 /// Fixes in the running mean of the test.
@@ -159,7 +159,7 @@ fn test_row(name: &str, tests: &[InnovationTest], clock: Clock) -> Row {
         })
         .collect();
     let pooled = PooledInnovations::of(tests);
-    let judged = pooled.as_ref().map(|pooled| verdict::of_consistency(pooled));
+    let judged = pooled.as_ref().map(consistency::in_words);
     let note = pooled.zip(judged).map(
         |(PooledInnovations { mean, interval: (low, high), share_inside }, (_, words))| {
             format!(

@@ -3,6 +3,7 @@
 //! [`estimate`](crate::estimate) shows a log with it, [`simulate`](crate::simulate) a simulated
 //! flight. Every number comes from the library; here it only gets its unit and its place.
 
+mod consistency;
 mod data;
 mod errors;
 mod innovations;

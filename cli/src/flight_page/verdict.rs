@@ -3,26 +3,11 @@
 use hovernav_log::consistency::PooledInnovations;
 use hovernav_log::{Finding, Severity};
 
-use super::innovations;
+use super::{consistency, innovations};
 use crate::page::{Level, Verdict};
 
-/// A mean square beyond these is no longer a matter of chance or of small correlations.
-const TIMID_BELOW: f64 = 0.5;
-const SURE_ABOVE: f64 = 2.0;
 /// Findings named in the head of the page.
 const NAMED: usize = 3;
-
-/// Whether innovations are as large as the filter says, in words.
-pub fn of_consistency(pooled: &PooledInnovations) -> (Level, &'static str) {
-    let (low, high) = pooled.interval;
-    match pooled.mean {
-        mean if (low..=high).contains(&mean) => (Level::Good, "pass: consistent"),
-        mean if mean < TIMID_BELOW => (Level::Care, "fail: the filter is too timid"),
-        mean if mean > SURE_ABOVE => (Level::Bad, "fail: the filter is too sure of itself"),
-        mean if mean < low => (Level::Good, "pass: a little timid"),
-        _ => (Level::Care, "care: a little too sure"),
-    }
-}
 
 /// The verdict over a run: the worst of its findings and of its consistency.
 pub fn of_run(
@@ -32,7 +17,7 @@ pub fn of_run(
 ) -> Verdict {
     let mut points: Vec<(Level, String)> = Vec::new();
     for (name, pooled) in consistency {
-        let (level, words) = of_consistency(pooled);
+        let (level, words) = consistency::in_words(pooled);
         if level > Level::Good {
             let (low, high) = pooled.interval;
             points.push((
@@ -83,15 +68,6 @@ mod tests {
 
     fn pooled(mean: f64) -> PooledInnovations {
         PooledInnovations { mean, interval: (0.97, 1.03), share_inside: 0.95 }
-    }
-
-    #[test]
-    fn a_filter_that_is_too_timid_or_too_sure_does_not_pass() {
-        assert_eq!(of_consistency(&pooled(1.0)).0, Level::Good);
-        assert_eq!(of_consistency(&pooled(0.8)).0, Level::Good);
-        assert_eq!(of_consistency(&pooled(0.2)), (Level::Care, "fail: the filter is too timid"));
-        assert_eq!(of_consistency(&pooled(1.4)).0, Level::Care);
-        assert_eq!(of_consistency(&pooled(2.5)).0, Level::Bad);
     }
 
     #[test]

@@ -7,14 +7,12 @@ use hovernav::dmu::AnglePacket;
 use hovernav::gps::Protocol;
 use hovernav::servo::packet::LENGTH;
 use hovernav::time::Time;
-use hovernav::{autopilot, servo};
 use hovernav_fly::DurationHistogram;
 use hovernav_fly::devices::{Device, DmuDevice, GpsDevice, PacketSource};
-use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, PlayError, Player};
+use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_log::Dataset;
-use hovernav_model::helicopter::HelicopterError;
-use hovernav_sim::ConfigError;
 
+use crate::error::LiveFlightError;
 use crate::plant::{LiveConfig, LiveSample, PILOT_PERIOD_S, Plant};
 use crate::scene::Act;
 
@@ -46,27 +44,6 @@ impl LinePaths {
             servos: directory.join("servos"),
         }
     }
-}
-
-/// Why a live flight cannot be flown.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum LiveFlightError {
-    /// A sensor, servo or wind that cannot be.
-    #[error(transparent)]
-    Sensor(#[from] ConfigError),
-    /// An airframe that cannot be.
-    #[error(transparent)]
-    Helicopter(#[from] HelicopterError),
-    /// A pilot's skill that cannot fly.
-    #[error(transparent)]
-    Pilot(#[from] autopilot::ConfigError),
-    /// A servo's setting that cannot be.
-    #[error("[servo] {0}")]
-    Servo(#[from] servo::ConfigError),
-    /// A line that cannot be had.
-    #[error(transparent)]
-    Line(#[from] PlayError),
 }
 
 type SharedPlant = Arc<Mutex<Plant>>;

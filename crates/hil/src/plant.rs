@@ -14,7 +14,7 @@ use hovernav_log::Truth;
 use hovernav_model::helicopter::Helicopter;
 use hovernav_sim::{FlightConfig, ImuTruth, SimulatedDmu, SimulatedGps, State, Vehicle, Wind};
 
-use crate::lines::LiveFlightError;
+use crate::error::LiveFlightError;
 use crate::pilot::Pilot;
 use crate::scene::{Act, STICK_CHANNELS, Scene};
 

@@ -6,7 +6,7 @@ use hovernav::ekf::{AntennaHeadingModel, RangeModel};
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::NotchConfig;
 
-use crate::manifest::lever_arm;
+use crate::lever_arm;
 
 /// `[rangefinder]`: a rangefinder that looks at the ground; its readings are in `range.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]

@@ -19,6 +19,7 @@ mod imu;
 mod info;
 mod info_json;
 mod kept;
+mod lever_arm;
 pub mod magnetic_field;
 mod manifest;
 mod number;

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use serde::{Deserialize, Deserializer, Serialize, de};
 use toml::value::Datetime;
 
 use crate::aid_sections::{RangefinderSection, SecondAntennaSection, notch};
 use crate::axes::{AccelUnit, Axes, GyroUnit, Reading, rotation_of};
 use crate::error::LogError;
+use crate::lever_arm;
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::NotchConfig;
 use hovernav_toml::TomlError;
@@ -342,26 +343,5 @@ fn date<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Datetime>, 
     match date {
         Some(Datetime { date: Some(_), .. }) => Ok(date),
         _ => Err(de::Error::custom("expected a date such as 2025-07-08")),
-    }
-}
-
-pub(crate) mod lever_arm {
-    use super::{Body, Deserialize, Deserializer, Serialize, Serializer, Vector, de};
-
-    /// No vehicle of this kind is larger, m.
-    const LONGEST_M: f64 = 100.0;
-
-    pub fn serialize<S: Serializer>(arm: &Vector<Body>, serializer: S) -> Result<S::Ok, S::Error> {
-        arm.to_array().serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Vector<Body>, D::Error> {
-        let arm = <[f64; 3]>::deserialize(deserializer)?;
-        if arm.iter().all(|component| component.abs() <= LONGEST_M) {
-            return Ok(arm.into());
-        }
-        Err(de::Error::custom(format!("found {arm:?}, expected metres within ±{LONGEST_M}")))
     }
 }

@@ -22,6 +22,7 @@
 mod closed_loop;
 mod config;
 mod evolution;
+mod perturbation;
 mod plant;
 mod regulator;
 mod required;

@@ -3,8 +3,8 @@
 use super::closed_loop::{self, Cut, FlightMode};
 use super::config::HoverDesign;
 use super::evolution::{Random, minimise};
+use super::perturbation::off_by;
 use super::plant::normalised;
-use super::search::off_by;
 use crate::{DesignError, Loop, TABLE_6_1};
 use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;

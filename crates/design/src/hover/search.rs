@@ -3,6 +3,7 @@
 use super::closed_loop::{Cut, FlightMode};
 use super::config::HoverDesign;
 use super::evolution::Random;
+use super::perturbation::off_by;
 use super::required;
 use crate::{DISTURBED, DesignError, TABLE_6_1};
 use hovernav::autopilot::Gains;
@@ -306,31 +307,6 @@ fn is_stable(
         }
     }
     Ok(false)
-}
-
-/// `model` with every derivative off by up to `share` of it, each for itself; kinematics and gravity stay.
-pub(super) fn off_by(
-    model: &StateSpace,
-    share: f64,
-    random: &mut Random,
-) -> Result<StateSpace, DesignError> {
-    let is_angle: Vec<bool> = model
-        .states()
-        .iter()
-        .map(|state| matches!(state.name.as_str(), "phi" | "theta" | "psi"))
-        .collect();
-    let (mut a, mut b) = (model.a().clone(), model.b().clone());
-    let mut off = || 1.0 + share * (2.0 * random.uniform() - 1.0);
-    for row in (0..a.nrows()).filter(|&row| !is_angle[row]) {
-        for column in (0..a.ncols()).filter(|&column| !is_angle[column]) {
-            a[(row, column)] *= off();
-        }
-        for column in 0..b.ncols() {
-            b[(row, column)] *= off();
-        }
-    }
-    let (states, inputs) = (model.states().to_vec(), model.inputs().to_vec());
-    Ok(StateSpace::new(model.name(), model.time(), states, inputs, a, b)?)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod cdr;
 mod container;
 mod message;
+mod topic;
 mod topics;
 mod velocity;
 

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use mcap::records::{Channel, MessageHeader, Record};
+use mcap::records::{Channel, Record};
 
 use super::cdr::Cdr;
 use super::container::{for_each_record, unpacked_message};
-use super::message::{Header, Kind, header};
+use super::message::{Kind, header};
+use super::topic::{Stamps, Topic};
 use super::velocity;
 use crate::assembly::Assembly;
 use crate::choice::Counts;
@@ -17,41 +18,6 @@ use hovernav_log::LogError;
 
 /// No topic's name is longer, bytes: what a chunk unpacks to could hold any number of such.
 const LONGEST_NAME: usize = 1024;
-
-/// A channel with messages that are read.
-#[derive(Debug)]
-pub(super) struct Topic {
-    channel: u16,
-    pub name: String,
-    /// The frame of its first message.
-    pub frame: String,
-    kind: Kind,
-    pub stamps: Stamps,
-}
-
-/// What a channel's messages say of their times.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Stamps {
-    pub messages: usize,
-    stamped: usize,
-    /// How much later the log says a message was than its own stamp, least, ns.
-    least_delay_ns: i64,
-}
-
-impl Stamps {
-    const NONE: Self = Self { messages: 0, stamped: 0, least_delay_ns: i64::MAX };
-
-    fn count(&mut self, sent: &MessageHeader, header: Option<&Header<'_>>) {
-        self.messages += 1;
-        let stamp_ns = header.map(|header| header.stamp_ns);
-        if let Some(stamp_ns) = stamp_ns.filter(|stamp_ns| *stamp_ns != 0) {
-            self.stamped += 1;
-            let logged_ns = i64::try_from(sent.log_time).unwrap_or(i64::MAX);
-            let delay_ns = logged_ns.saturating_sub(stamp_ns);
-            self.least_delay_ns = self.least_delay_ns.min(delay_ns);
-        }
-    }
-}
 
 /// What is read, channel by channel.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! Which topic has the receiver's own velocity. `geometry_msgs/TwistStamped` is also what odometry, filters
 //! and whoever steers a vehicle send, and none of those may be taken for a measurement.
 
-use super::topics::Topic;
+use super::topic::Topic;
 
 /// What names of a receiver's topics and frames have in them: `nmea_navsat_driver`, `ublox_gps`, MAVROS and
 /// others.

@@ -5,33 +5,14 @@ use std::path::Path;
 use super::columns::{Fields, Source};
 use super::mapping::{Mapping, TableMapping};
 use super::table::TableColumns;
-use super::together;
+use super::together::{self, Gathered};
 use crate::onboard::{Onboard, OnboardMoment};
-use hovernav::frames::{Body, EulerAngles, Rotation, Vector};
-use hovernav::gps::Fix;
+use hovernav::frames::Rotation;
 use hovernav::imu::ImuSample;
-use hovernav::time::Time;
-use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows, Trajectory};
+use hovernav_log::{Dataset, LogError, Manifest, Remarks, Trajectory};
 
 /// More rows than this are no one flight: 2.8 h of 1 kHz.
 const MOST_ROWS: u64 = 10_000_000;
-
-/// What has been read so far, each sensor in the order found.
-#[derive(Default)]
-pub(crate) struct Gathered {
-    pub imu: Rows<ImuSample>,
-    /// Angular rate, rad/s, from a file without specific force.
-    pub rates: Rows<(Time, [f64; 3])>,
-    /// Specific force, m/s², from a file without angular rates.
-    pub forces: Rows<(Time, [f64; 3])>,
-    /// The unit's attitude from a file without angular rates.
-    pub attitudes: Rows<(Time, EulerAngles)>,
-    pub fixes: Rows<Fix>,
-    pub baro: Rows<(Time, f64)>,
-    pub magnetometer: Rows<(Time, Vector<Body>)>,
-    pub controls: Rows<(Time, [f64; 4])>,
-    pub onboard: Rows<OnboardMoment>,
-}
 
 /// Reads the files of `mapping`, which stands in `directory`, into a dataset of `manifest`.
 ///

@@ -2,13 +2,30 @@
 
 use std::path::{Path, PathBuf};
 
-use super::apply::Gathered;
 use super::mapping::{MAPPING_FILE, Mapping, TableMapping};
-use crate::onboard::Onboard;
-use hovernav::frames::{EulerAngles, Vector};
+use crate::onboard::{Onboard, OnboardMoment};
+use hovernav::frames::{Body, EulerAngles, Vector};
+use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows, motion_fault};
+
+/// What has been read so far, each sensor in the order found.
+#[derive(Default)]
+pub(crate) struct Gathered {
+    pub imu: Rows<ImuSample>,
+    /// Angular rate, rad/s, from a file without specific force.
+    pub rates: Rows<(Time, [f64; 3])>,
+    /// Specific force, m/s², from a file without angular rates.
+    pub forces: Rows<(Time, [f64; 3])>,
+    /// The unit's attitude from a file without angular rates.
+    pub attitudes: Rows<(Time, EulerAngles)>,
+    pub fixes: Rows<Fix>,
+    pub baro: Rows<(Time, f64)>,
+    pub magnetometer: Rows<(Time, Vector<Body>)>,
+    pub controls: Rows<(Time, [f64; 4])>,
+    pub onboard: Rows<OnboardMoment>,
+}
 
 /// The dataset of what was `gathered` from the files of `mapping`, which stands in `directory`.
 pub(crate) fn dataset(

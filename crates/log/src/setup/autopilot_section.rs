@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::autopilot::read_autopilot;
+use super::error::FlyConfigError;
 use super::excitation_section::ExcitationSection;
-use super::fly_config::FlyConfigError;
 use super::sections::{CaptureSection, ServoSection, SiteSection};
 use hovernav::autopilot::{HoverConfig, ReadinessLimits, SteeringConfig};
 use hovernav::earth::Geodetic;

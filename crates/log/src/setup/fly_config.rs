@@ -6,6 +6,7 @@ use chrono::{DateTime, Datelike as _, Timelike as _};
 use serde::{Deserialize, Serialize};
 
 use super::autopilot_section::AutopilotSection;
+use super::error::FlyConfigError;
 use super::sections::{
     AccelerationSign, DmuMode, DmuSection, MavlinkSection, ReceiverSection, RecordSection,
     ServoSection, SiteSection, TelemetrySection,
@@ -73,32 +74,6 @@ pub struct FlyConfig {
     /// a `dataset.toml`. The unit's heading counts as magnetic unless `imu.heading_reference` says
     /// otherwise.
     pub navigation: Manifest,
-}
-
-/// Why a flight's configuration is refused: one line that names the file and the place in it.
-#[derive(Debug, thiserror::Error)]
-pub enum FlyConfigError {
-    /// It cannot be read, is not TOML, or a value is not of its key's kind or range.
-    #[error(transparent)]
-    Toml(#[from] TomlError),
-    /// Keys that nothing knows.
-    #[error("{}: no such key: {}", path.display(), keys.join(", "))]
-    UnknownKeys {
-        /// The file.
-        path: PathBuf,
-        /// The keys, with their sections.
-        keys: Vec<String>,
-    },
-    /// A value that cannot be.
-    #[error("[{section}] {key}: {reason}")]
-    Value {
-        /// The section; empty of the keys that stand in none.
-        section: &'static str,
-        /// The key.
-        key: &'static str,
-        /// What was found and expected.
-        reason: String,
-    },
 }
 
 impl FlyConfig {
@@ -355,16 +330,6 @@ fn value(
     reason: &impl std::fmt::Display,
 ) -> FlyConfigError {
     FlyConfigError::value(section, key, reason)
-}
-
-impl FlyConfigError {
-    pub(super) fn value(
-        section: &'static str,
-        key: &'static str,
-        reason: &impl std::fmt::Display,
-    ) -> Self {
-        Self::Value { section, key, reason: reason.to_string() }
-    }
 }
 
 fn navigation_value(error: LogError) -> FlyConfigError {

@@ -2,6 +2,7 @@
 
 mod autopilot;
 mod autopilot_section;
+mod error;
 mod excitation_section;
 mod fly_config;
 mod mavlink;
@@ -10,8 +11,9 @@ mod sections;
 
 pub use autopilot::{AutopilotFileError, read_autopilot, write_autopilot};
 pub use autopilot_section::{AutopilotSection, FenceSection, PilotRole, ThrottleSource};
+pub use error::FlyConfigError;
 pub use excitation_section::{ExcitationSection, InputKind, InputSection, StickName};
-pub use fly_config::{FlyConfig, FlyConfigError};
+pub use fly_config::FlyConfig;
 pub use mavlink::{MavlinkConfig, MavlinkRates};
 pub use sections::{
     AccelerationSign, CaptureSection, DmuMode, DmuSection, LineSection, MavlinkSection, PwmLine,

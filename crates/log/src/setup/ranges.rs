@@ -1,6 +1,7 @@
 //! The ranges of the numbers in `fly.toml` that nothing else checks.
 
-use super::fly_config::{FlyConfig, FlyConfigError};
+use super::error::FlyConfigError;
+use super::fly_config::FlyConfig;
 
 impl FlyConfig {
     /// Whether every number is one that a flight can be flown with; a NaN, which would switch a check off,

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::identify::IdentifyError;
+use super::error::IdentifyError;
 use crate::record::preprocess::{LowPass, PreprocessError, filtered};
 use crate::record::{Experiment, STICKS, TestPoint, Tone, notch_delay_s, without_tones};
 use hovernav::ekf::Solution;

@@ -1,9 +1,9 @@
 //! From a flight and its estimate to an identified helicopter.
 
 use rayon::prelude::*;
-use thiserror::Error;
 
 use super::equations::largest_process_sigma;
+use super::error::IdentifyError;
 use super::flight::{FlightRecord, Velocity};
 use super::kind::Kind;
 use super::stretches;
@@ -12,8 +12,7 @@ use crate::methods::prediction_error::{
     self, Dropping, Fit, Identified, PredictionErrorError, Settings,
 };
 use crate::methods::structure::Structure;
-use crate::record::preprocess::PreprocessError;
-use crate::record::{Experiment, ExperimentError};
+use crate::record::Experiment;
 use crate::record::{STICKS, TestPoint, find_test_points};
 use crate::record::{Tone, find_tones};
 use hovernav::ekf::Solution;
@@ -43,49 +42,6 @@ const INFLATION: f64 = 5.0;
 /// logarithm of the samples that count, in likelihoods that count.
 fn penalty_per_parameter(samples: usize) -> f64 {
     INFLATION * (samples as f64 / INFLATION).ln()
-}
-
-/// Why a flight cannot be identified from.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum IdentifyError {
-    /// No sticks were recorded.
-    #[error("no controls recorded: there is nothing to identify from")]
-    NoControls,
-    /// Too few solutions for a record.
-    #[error("found {found} solutions, expected at least 100")]
-    NoSolution {
-        /// Solutions there are.
-        found: usize,
-    },
-    /// Nothing of the flight is near a hover.
-    #[error(
-        "{kind}: no test point, and no {} s of flight within 2.5 m/s of standing still, level to 25° and on one heading",
-        stretches::LEAST_S
-    )]
-    NoHover {
-        /// The model asked for.
-        kind: Kind,
-    },
-    /// A stick of the model never moves.
-    #[error(
-        "{kind}: no test point on {stick}: it never moves by {LEAST_MOVE}, nothing can be said of it"
-    )]
-    StillStick {
-        /// The model asked for.
-        kind: Kind,
-        /// The stick.
-        stick: String,
-    },
-    /// The record itself.
-    #[error(transparent)]
-    Experiment(#[from] ExperimentError),
-    /// The record is too short to be filtered.
-    #[error(transparent)]
-    Preprocess(PreprocessError),
-    /// The search.
-    #[error(transparent)]
-    PredictionError(#[from] PredictionErrorError),
 }
 
 /// An identified helicopter and what it was identified from.
@@ -159,7 +115,11 @@ pub fn identify(
         let values = record.experiment.signal(stick)?;
         if values.max() - values.min() < LEAST_MOVE {
             if matches!((kind, stick), (Kind::Yaw, "pedal") | (Kind::Heave, "collective")) {
-                return Err(IdentifyError::StillStick { kind, stick: stick.to_owned() });
+                return Err(IdentifyError::StillStick {
+                    kind,
+                    stick: stick.to_owned(),
+                    least: LEAST_MOVE,
+                });
             }
             still.push(stick.to_owned());
         }
@@ -167,11 +127,15 @@ pub fn identify(
     let mut warnings = Vec::new();
     if estimation_points.is_empty() {
         if still.len() == structure.inputs_of_pilot().count() {
-            return Err(IdentifyError::StillStick { kind, stick: still.join(", ") });
+            return Err(IdentifyError::StillStick {
+                kind,
+                stick: still.join(", "),
+                least: LEAST_MOVE,
+            });
         }
         let pieces = stretches::pieces(&record);
         if pieces.is_empty() {
-            return Err(IdentifyError::NoHover { kind });
+            return Err(IdentifyError::NoHover { kind, least_s: stretches::LEAST_S });
         }
         warnings.push(format!(
             "no test point found on {}: the parameters rest on what the pilot did besides",

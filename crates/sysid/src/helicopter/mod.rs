@@ -6,6 +6,7 @@
 
 mod checks;
 mod equations;
+mod error;
 mod flight;
 mod frequency_domain;
 mod identify;
@@ -19,9 +20,10 @@ mod velocity_error;
 mod verdict;
 
 pub use checks::flight_warnings;
+pub use error::IdentifyError;
 pub use flight::{FlightRecord, MOTION, Velocity};
 pub use frequency_domain::{Basis, FrequencyDomain, PairCost, SideBySide};
-pub use identify::{Identification, IdentifyError, identify};
+pub use identify::{Identification, identify};
 pub use kind::{Kind, UnknownKind};
 pub use response::StickResponse;
 pub use result::BoundSummary;

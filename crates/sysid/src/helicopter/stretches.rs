@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::error::IdentifyError;
 use super::flight::FlightRecord;
-use super::identify::IdentifyError;
 use crate::record::{Experiment, TestPoint};
 use hovernav::frames::wrap_angle;
 

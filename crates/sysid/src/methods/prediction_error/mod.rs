@@ -28,6 +28,7 @@ mod identify;
 mod own_rows;
 mod predictor;
 mod problem;
+mod products;
 mod settings;
 mod statistics;
 mod sweep;

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DMatrixView};
 
 use super::predictor::Predictor;
-use super::sweep::{BLOCK, observed, propagate, whiten};
+use super::products::{BLOCK, observed, propagate, whiten};
 use crate::methods::structure::Structure;
 
 /// Whitened sensitivities of the innovations to the own values `columns`, from a record's first sample on.

@@ -5,11 +5,9 @@ use nalgebra::{DMatrix, DMatrixView, DVector};
 
 use super::own_rows::OwnRows;
 use super::predictor::{Derivative, Predictor};
+use super::products::{BLOCK, add, observed, propagate, whiten};
 use crate::methods::structure::Structure;
 use crate::record::{Experiment, ExperimentError};
-
-/// Samples between two multiplications of the normal equations.
-pub(super) const BLOCK: usize = 128;
 
 /// An experiment sample by sample, in the structure's order of signals.
 pub(super) struct Record {
@@ -341,87 +339,8 @@ impl Pass<'_> {
     }
 }
 
-/// −C s: what the state's sensitivities make of the innovations, an output's together.
-pub(super) fn observed(
-    predictor: &Predictor,
-    sensitivity: &[f64],
-    columns: usize,
-    raw: &mut [f64],
-) {
-    let (p, n) = predictor.c.shape();
-    raw.fill(0.0);
-    for row in 0..p {
-        let into = &mut raw[row * columns..(row + 1) * columns];
-        for state in 0..n {
-            let factor = predictor.c[(row, state)];
-            if factor != 0.0 {
-                add(into, -factor, &sensitivity[state * columns..(state + 1) * columns]);
-            }
-        }
-    }
-}
-
-/// L⁻¹ times `raw`, of which an output's `columns` lie together, into `rows`, where an output's begin
-/// every `stride`.
-pub(super) fn whiten(
-    predictor: &Predictor,
-    raw: &[f64],
-    columns: usize,
-    rows: &mut [f64],
-    stride: usize,
-) {
-    for row in 0..predictor.c.nrows() {
-        let into = &mut rows[row * stride..row * stride + columns];
-        into.fill(0.0);
-        for column in 0..=row {
-            let factor = predictor.whitener[(row, column)];
-            if factor != 0.0 {
-                add(into, factor, &raw[column * columns..(column + 1) * columns]);
-            }
-        }
-    }
-}
-
-/// next += F s, `closed` being Fᵀ; a state's sensitivities lie together, `columns` of them. Four states
-/// at a time, as a general product would spend its time packing matrices this small.
-pub(super) fn propagate(
-    closed: &DMatrix<f64>,
-    sensitivity: &[f64],
-    next: &mut [f64],
-    columns: usize,
-) {
-    if columns == 0 {
-        return;
-    }
-    let states = closed.nrows();
-    for (row, into) in next.chunks_exact_mut(columns).enumerate() {
-        let factors = closed.column(row);
-        let factors = factors.as_slice();
-        let whole = states - states % 4;
-        for first in (0..whole).step_by(4) {
-            let [f0, f1, f2, f3] = [0, 1, 2, 3].map(|offset| factors[first + offset]);
-            let (s0, rest) = sensitivity[first * columns..].split_at(columns);
-            let (s1, rest) = rest.split_at(columns);
-            let (s2, rest) = rest.split_at(columns);
-            let s3 = &rest[..columns];
-            for ((((into, a), b), c), d) in into.iter_mut().zip(s0).zip(s1).zip(s2).zip(s3) {
-                *into += (f0 * a + f1 * b) + (f2 * c + f3 * d);
-            }
-        }
-        for state in whole..states {
-            add(into, factors[state], &sensitivity[state * columns..(state + 1) * columns]);
-        }
-    }
-}
-
 fn words(names: &[String]) -> Vec<&str> {
     names.iter().map(String::as_str).collect()
-}
-
-fn add(into: &mut [f64], factor: f64, from: &[f64]) {
-    for (into, from) in into.iter_mut().zip(from) {
-        *into += factor * from;
-    }
 }
 
 fn subtract_product(into: &mut [f64], matrix: &DMatrix<f64>, values: &[f64]) {

@@ -1,0 +1,38 @@
+//! Whether innovations are as large as the filter says.
+
+use hovernav_log::consistency::PooledInnovations;
+
+use crate::page::Level;
+
+/// A mean square beyond these is no longer a matter of chance or of small correlations.
+const TIMID_BELOW: f64 = 0.5;
+const SURE_ABOVE: f64 = 2.0;
+/// Whether innovations are as large as the filter says, in words.
+pub fn in_words(pooled: &PooledInnovations) -> (Level, &'static str) {
+    let (low, high) = pooled.interval;
+    match pooled.mean {
+        mean if (low..=high).contains(&mean) => (Level::Good, "pass: consistent"),
+        mean if mean < TIMID_BELOW => (Level::Care, "fail: the filter is too timid"),
+        mean if mean > SURE_ABOVE => (Level::Bad, "fail: the filter is too sure of itself"),
+        mean if mean < low => (Level::Good, "pass: a little timid"),
+        _ => (Level::Care, "care: a little too sure"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pooled(mean: f64) -> PooledInnovations {
+        PooledInnovations { mean, interval: (0.97, 1.03), share_inside: 0.95 }
+    }
+
+    #[test]
+    fn a_filter_that_is_too_timid_or_too_sure_does_not_pass() {
+        assert_eq!(in_words(&pooled(1.0)).0, Level::Good);
+        assert_eq!(in_words(&pooled(0.8)).0, Level::Good);
+        assert_eq!(in_words(&pooled(0.2)), (Level::Care, "fail: the filter is too timid"));
+        assert_eq!(in_words(&pooled(1.4)).0, Level::Care);
+        assert_eq!(in_words(&pooled(2.5)).0, Level::Bad);
+    }
+}

@@ -1,0 +1,41 @@
+//! A topic of a log, and what its messages say of their times.
+
+use mcap::records::MessageHeader;
+
+use super::message::{Header, Kind};
+
+/// A channel with messages that are read.
+#[derive(Debug)]
+pub(super) struct Topic {
+    pub channel: u16,
+    pub name: String,
+    /// The frame of its first message.
+    pub frame: String,
+    pub kind: Kind,
+    pub stamps: Stamps,
+}
+
+/// What a channel's messages say of their times.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stamps {
+    pub messages: usize,
+    pub stamped: usize,
+    /// How much later the log says a message was than its own stamp, least, ns.
+    pub least_delay_ns: i64,
+}
+
+impl Stamps {
+    pub const NONE: Self = Self { messages: 0, stamped: 0, least_delay_ns: i64::MAX };
+
+    /// Counts a message that was `sent` with this header.
+    pub fn count(&mut self, sent: &MessageHeader, header: Option<&Header<'_>>) {
+        self.messages += 1;
+        let stamp_ns = header.map(|header| header.stamp_ns);
+        if let Some(stamp_ns) = stamp_ns.filter(|stamp_ns| *stamp_ns != 0) {
+            self.stamped += 1;
+            let logged_ns = i64::try_from(sent.log_time).unwrap_or(i64::MAX);
+            let delay_ns = logged_ns.saturating_sub(stamp_ns);
+            self.least_delay_ns = self.least_delay_ns.min(delay_ns);
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Why a flight's configuration is refused.
+
+use std::path::PathBuf;
+
+use hovernav_toml::TomlError;
+
+/// Why a flight's configuration is refused: one line that names the file and the place in it.
+#[derive(Debug, thiserror::Error)]
+pub enum FlyConfigError {
+    /// It cannot be read, is not TOML, or a value is not of its key's kind or range.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
+    /// Keys that nothing knows.
+    #[error("{}: no such key: {}", path.display(), keys.join(", "))]
+    UnknownKeys {
+        /// The file.
+        path: PathBuf,
+        /// The keys, with their sections.
+        keys: Vec<String>,
+    },
+    /// A value that cannot be.
+    #[error("[{section}] {key}: {reason}")]
+    Value {
+        /// The section; empty of the keys that stand in none.
+        section: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What was found and expected.
+        reason: String,
+    },
+}
+
+impl FlyConfigError {
+    pub(super) fn value(
+        section: &'static str,
+        key: &'static str,
+        reason: &impl std::fmt::Display,
+    ) -> Self {
+        Self::Value { section, key, reason: reason.to_string() }
+    }
+}
