@@ -1,7 +1,6 @@
 //! A solution without steps, for a controller: what a measurement corrects is fed in over about a
 //! second.
 
-use super::covariance::{Gain, Sensitivity};
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::scalar::Scalar;
 use super::solution::Solution;
@@ -130,10 +129,12 @@ impl SteplessSolution {
 }
 
 impl<T: Scalar, const N: usize> Trace<T, N> for SteplessSolution {
-    fn propagated(&mut self, _: &super::covariance::Transition<T, N>) {}
+    fn hears_updates(&self) -> bool {
+        false
+    }
 
-    fn updated(&mut self, _: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64) {
-        let at = |state: usize| gain.gain.get(state).map_or(0.0, |gain| gain.wide() * innovation);
+    fn corrected(&mut self, correction: &[T; N]) {
+        let at = |state: usize| correction.get(state).map_or(0.0, |moved| moved.wide());
         let block = |first: usize| Vector::new(at(first), at(first + 1), at(first + 2));
         self.attitude_rad.left += block(ATTITUDE);
         self.velocity_mps.left += block(VELOCITY);

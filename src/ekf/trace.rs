@@ -1,20 +1,29 @@
-//! A filter watched at work: what the smoother records.
+//! A filter watched at work: what smoothers and controllers need to know of it.
 
 use core::ops::Range;
 
 use super::covariance::{Gain, Sensitivity, Transition};
 use crate::frames::{Ned, Vector};
 
-/// Watches a filter at work: what a smoother needs to go back over it.
+/// Watches a filter at work. Whoever watches says what of it to hear.
 pub trait Trace<T, const N: usize> {
-    /// Whether it wants to be told of measurements at all: what it would be told is not worked out else.
-    fn watches(&self) -> bool {
+    /// The covariance was propagated.
+    fn propagated(&mut self, step: &Transition<T, N>) {
+        let _ = step;
+    }
+    /// Whether [`updated`](Self::updated) is to be called; where it does nothing, what it would be told need not
+    /// be worked out.
+    fn hears_updates(&self) -> bool {
         true
     }
-    /// The covariance was propagated.
-    fn propagated(&mut self, step: &Transition<T, N>);
     /// A scalar measurement was taken in.
-    fn updated(&mut self, sensitivity: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64);
+    fn updated(&mut self, sensitivity: &Sensitivity<T>, gain: &Gain<T, N>, innovation: f64) {
+        let _ = (sensitivity, gain, innovation);
+    }
+    /// The estimates were moved by this, for all axes of a measurement together.
+    fn corrected(&mut self, correction: &[T; N]) {
+        let _ = correction;
+    }
     /// Some states were opened anew, and nothing that is found out of them from now on tells of what they were
     /// before.
     fn reset(&mut self, states: Range<usize>) {
@@ -28,12 +37,7 @@ pub trait Trace<T, const N: usize> {
 
 /// Watches nothing.
 impl<T, const N: usize> Trace<T, N> for () {
-    #[inline(always)]
-    fn watches(&self) -> bool {
+    fn hears_updates(&self) -> bool {
         false
     }
-    #[inline(always)]
-    fn propagated(&mut self, _: &Transition<T, N>) {}
-    #[inline(always)]
-    fn updated(&mut self, _: &Sensitivity<T>, _: &Gain<T, N>, _: f64) {}
 }

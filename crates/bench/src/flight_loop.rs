@@ -37,6 +37,11 @@ const TICKS: u16 = (PERIOD_S / 0.79e-6) as u16;
 /// A flight computer without a line.
 struct Computer {
     sensors: Sensors,
+    flight: FlightLoop,
+}
+
+/// What hears the sensors.
+struct FlightLoop {
     estimator: Estimator,
     stepless: SteplessSolution,
     control: FlightControl,
@@ -77,8 +82,7 @@ impl Computer {
         let config = "[dmu]\nport = 'none'\n[receiver]\nport = 'none'\nprotocol = 'ubx'\n";
         let config = FlyConfig::parse(config, Path::new("bench")).map_err(words)?;
         let header = Header::new(config, start, 0);
-        Ok(Self {
-            sensors: Sensors::new(dmu, gps, start),
+        let flight = FlightLoop {
             estimator: Estimator::new(Flight::config()),
             stepless: SteplessSolution::default(),
             control: FlightControl::new(FlightControlConfig::new(HoverConfig::new(
@@ -92,9 +96,27 @@ impl Computer {
             last_fix: None,
             asked: Vec::new(),
             sent: 0,
-        })
+        };
+        Ok(Self { sensors: Sensors::new(dmu, gps, start), flight })
     }
 
+    /// Everything between two waits.
+    fn cycle(&mut self, dmu: &[u8], gps: &[u8], pilot: &[u8], now: Time) {
+        let Self { sensors, flight } = self;
+        flight.recorder.raw(Line::Dmu, dmu, now);
+        let until = sensors.dmu(dmu, now, |output| flight.hear(now, output));
+        if !gps.is_empty() {
+            flight.recorder.raw(Line::Gps, gps, now);
+            sensors.gps(gps, now, |output| flight.hear(now, output));
+            // The line falls silent behind the message.
+            sensors.gps(&[], now, |output| flight.hear(now, output));
+        }
+        black_box(until);
+        flight.fly(pilot, now);
+    }
+}
+
+impl FlightLoop {
     fn hear(&mut self, now: Time, output: SensorOutput) {
         match output {
             SensorOutput::WriteDmu(command) => self.asked.push(command),
@@ -122,29 +144,8 @@ impl Computer {
         }
     }
 
-    /// Everything between two waits.
-    fn cycle(&mut self, dmu: &[u8], gps: &[u8], pilot: &[u8], now: Time) {
-        let mut outputs = [const { None }; 16];
-        let mut count = 0;
-        let mut keep = |output| {
-            if let Some(slot) = outputs.get_mut(count) {
-                *slot = Some(output);
-                count += 1;
-            }
-        };
-        self.recorder.raw(Line::Dmu, dmu, now);
-        let until = self.sensors.dmu(dmu, now, &mut keep);
-        if !gps.is_empty() {
-            self.recorder.raw(Line::Gps, gps, now);
-            self.sensors.gps(gps, now, &mut keep);
-            // The line falls silent behind the message.
-            self.sensors.gps(&[], now, &mut keep);
-        }
-        for output in outputs.into_iter().flatten() {
-            self.hear(now, output);
-        }
-        black_box(until);
-
+    /// Pilot, control, servos, telemetry.
+    fn fly(&mut self, pilot: &[u8], now: Time) {
         self.capture.receive(pilot, now);
         let solution = self.solution;
         let inputs = ControlInputs {
@@ -225,13 +226,13 @@ pub fn time(cycles: u64, clock_ns: f64) -> Result<Distribution, String> {
         let now = request + ANSWER_S;
         let sample = flight.sample(cycle);
         // The unit is asked in a wake of its own, before the cycle.
-        let Computer { sensors, asked, .. } = &mut computer;
+        let Computer { sensors, flight: FlightLoop { asked, .. } } = &mut computer;
         sensors.dmu(&[], request, |output| {
             if let SensorOutput::WriteDmu(command) = output {
                 asked.push(command);
             }
         });
-        let dmu = computer.answer(&packet(&sample, timer));
+        let dmu = computer.flight.answer(&packet(&sample, timer));
         let message =
             (cycle % FIX_EVERY == 0).then(|| nav_pvt(&flight.fix(cycle), cycle / FIX_EVERY));
         let gps: &[u8] = message.as_ref().map_or(&[], |bytes| bytes);
@@ -249,7 +250,7 @@ pub fn time(cycles: u64, clock_ns: f64) -> Result<Distribution, String> {
             times.push(start);
         }
     }
-    if computer.solution.is_none() || computer.last_fix.is_none() {
+    if computer.flight.solution.is_none() || computer.flight.last_fix.is_none() {
         return Err("the made-up flight does not reach the estimator over its lines".into());
     }
     Ok(times.distribution(clock_ns))

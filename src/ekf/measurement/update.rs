@@ -77,7 +77,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut joint = Joint::<L, T, N>::new(sensitivities, innovations);
         joint.project(&mut self.covariance, 0);
         let mut told = |index: usize, gain: &Gain<T, N>, innovation: T| {
-            if trace.watches()
+            if trace.hears_updates()
                 && let Some(sensitivity) = sensitivities.of::<L, N>(index)
             {
                 trace.updated(&sensitivity, gain, innovation.wide());
@@ -136,6 +136,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         report.covariance_reset = self.correct(joint.correction());
         if report.covariance_reset {
             trace.reset(0..N);
+        } else {
+            trace.corrected(joint.correction());
         }
     }
 
