@@ -39,11 +39,13 @@ pub enum Check {
     Pilot,
     /// Whether the servos take what they are sent: 1 or 0.
     Servos,
+    /// Share of the way from the middle of the fence to its side or top; 0 without a fence.
+    Fence,
 }
 
 impl Check {
     /// All of them, in the order of [`Readiness::results`].
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Estimate,
         Self::Tilt,
         Self::Heading,
@@ -58,6 +60,7 @@ impl Check {
         Self::Period,
         Self::Pilot,
         Self::Servos,
+        Self::Fence,
     ];
 
     /// What it is called, with its unit.
@@ -78,6 +81,7 @@ impl Check {
             Self::Period => "period of the loop, off by, s",
             Self::Pilot => "pilot's signal",
             Self::Servos => "servos",
+            Self::Fence => "share of the way to the fence",
         }
     }
 }
@@ -180,6 +184,8 @@ pub struct Observed<'a> {
     pub pilot_signal: bool,
     /// Whether the servos take what they are sent.
     pub servos: bool,
+    /// Share of the way to the fence, 1 at the fence; `None` where there is none.
+    pub fence_share: Option<f64>,
 }
 
 /// One check, its number and its limit.
@@ -224,6 +230,7 @@ impl core::fmt::Display for Checked {
 ///     design_period_s: 0.0303,
 ///     pilot_signal: true,
 ///     servos: true,
+///     fence_share: None,
 /// };
 /// let readiness = Readiness::assess(&nothing, &ReadinessLimits::default());
 /// assert!(!readiness.is_ready());
@@ -283,6 +290,7 @@ impl Readiness {
                 }
                 Check::Pilot => (f64::from(u8::from(observed.pilot_signal)), 1.0),
                 Check::Servos => (f64::from(u8::from(observed.servos)), 1.0),
+                Check::Fence => (observed.fence_share.unwrap_or(0.0), AT_FENCE),
             };
             // Written so that a NaN fails.
             let passes = match check {
@@ -317,6 +325,10 @@ impl Readiness {
         self.results.iter().rev().fold(0, |bits, result| bits << 1 | u16::from(!result.passes))
     }
 }
+
+/// Beyond this share of the way to the fence it would turn back as it takes over, towards a place that may be
+/// wrong.
+const AT_FENCE: f64 = 1.0;
 
 /// The larger; NaN if one is.
 fn larger(a: f64, b: f64) -> f64 {
@@ -356,6 +368,7 @@ mod tests {
             design_period_s: 0.0303,
             pilot_signal: true,
             servos: true,
+            fence_share: Some(0.9),
         }
     }
 
@@ -402,6 +415,7 @@ mod tests {
             (Check::Period, Observed { loop_period_s: Some(0.02), ..ready }),
             (Check::Pilot, Observed { pilot_signal: false, ..ready }),
             (Check::Servos, Observed { servos: false, ..ready }),
+            (Check::Fence, Observed { fence_share: Some(1.2), ..ready }),
         ]);
         assert_eq!(cases.len(), Check::ALL.len());
         for (check, observed) in cases {

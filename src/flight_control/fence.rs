@@ -10,8 +10,8 @@ const WELL_INSIDE: f64 = 0.8;
 
 /// What became of the fence in a cycle.
 pub(super) enum FenceChange {
-    /// It is reached: go there.
-    Reached(SetPoint),
+    /// It is reached.
+    Reached,
     /// The vehicle is well inside again.
     Left,
 }
@@ -20,22 +20,28 @@ pub(super) enum FenceChange {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FenceWatch {
     fence: Option<Fence>,
-    outside: bool,
+    /// Where to go, from when it was reached until the vehicle is well inside again.
+    home: Option<SetPoint>,
 }
 
 impl FenceWatch {
     pub const fn new(fence: Option<Fence>) -> Self {
-        Self { fence, outside: false }
+        Self { fence, home: None }
     }
 
     /// Whether it was reached and the vehicle is not yet well inside again.
     pub const fn is_outside(&self) -> bool {
-        self.outside
+        self.home.is_some()
+    }
+
+    /// Where to go while it is outside: asked for again and again, whatever else is asked for meanwhile.
+    pub const fn home(&self) -> Option<SetPoint> {
+        self.home
     }
 
     /// Begins anew: the next time that it is found reached is told.
     pub const fn engage(&mut self) {
-        self.outside = false;
+        self.home = None;
     }
 
     /// Share of the way from the middle to the side or the top, the greater, 1 at the fence; `None` without
@@ -49,17 +55,20 @@ impl FenceWatch {
     /// Takes in where the vehicle is.
     pub fn step(&mut self, position: &Geodetic) -> Option<FenceChange> {
         let (fence, share) = (self.fence?, self.share(position)?);
-        if self.outside {
-            self.outside = share >= WELL_INSIDE;
-            return (!self.outside).then_some(FenceChange::Left);
+        if self.is_outside() {
+            if share >= WELL_INSIDE {
+                return None;
+            }
+            self.home = None;
+            return Some(FenceChange::Left);
         }
         if share < 1.0 {
             return None;
         }
-        self.outside = true;
         let up_m = -position.displacement_from(&fence.centre).z();
         let height_m = up_m.min(WELL_INSIDE * 0.9 * fence.height_m).max(0.0);
         let position = fence.centre.displaced(Vector::new(0.0, 0.0, -height_m));
-        Some(FenceChange::Reached(SetPoint::Place { position, heading_rad: None }))
+        self.home = Some(SetPoint::Place { position, heading_rad: None });
+        Some(FenceChange::Reached)
     }
 }

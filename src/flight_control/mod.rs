@@ -227,6 +227,7 @@ impl FlightControl {
                 design_period_s: config.hover.period_s,
                 pilot_signal: signal == Signal::Good,
                 servos: inputs.servos_good,
+                fence_share: inputs.solution.and_then(|one| self.fence.share(&one.position)),
             },
             &config.ready,
         );
@@ -342,7 +343,7 @@ impl FlightControl {
         }
     }
 
-    /// What the autopilot is asked to do: by the fence before the loss of the pilot before the sticks.
+    /// What the autopilot is asked to do: by a pilot who stays lost before the fence before the sticks.
     fn request(
         &mut self,
         inputs: &ControlInputs<'_>,
@@ -353,17 +354,11 @@ impl FlightControl {
             return;
         }
         let steered = self.steering.as_mut().and_then(|steering| steering.set_point(pilot));
-        let home = match inputs.solution.and_then(|one| self.fence.step(&one.position)) {
-            Some(FenceChange::Reached(home)) => {
-                notify(ControlNotice::FenceReached);
-                Some(home)
-            }
-            Some(FenceChange::Left) => {
-                notify(ControlNotice::FenceLeft);
-                None
-            }
-            None => None,
-        };
+        match inputs.solution.and_then(|one| self.fence.step(&one.position)) {
+            Some(FenceChange::Reached) => notify(ControlNotice::FenceReached),
+            Some(FenceChange::Left) => notify(ControlNotice::FenceLeft),
+            None => {}
+        }
         let lost_s = self.pilot_lost_s.unwrap_or(0.0);
         let set_point = if lost_s > self.config.failsafe.pilot_lost_hold_s {
             if !core::mem::replace(&mut self.descends, true) {
@@ -376,7 +371,7 @@ impl FlightControl {
                 yaw_rate_radps: 0.0,
             })
         } else {
-            home.or(steered)
+            self.fence.home().or(steered)
         };
         if let Some(set_point) = set_point {
             // One that the guidance refuses leaves the one before, which is a hold at the worst.

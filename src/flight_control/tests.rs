@@ -242,19 +242,6 @@ fn sticks_that_steer_move_it_and_only_a_hard_one_overrides() {
 }
 
 #[test]
-fn the_fence_is_told_once_and_again_when_it_is_left() {
-    let fence = Fence { centre: place(0.0, 0.0), radius_m: 50.0, height_m: 40.0 };
-    let mut bench = Bench::engaged(FlightControlConfig { fence: Some(fence), ..config() });
-    let count = |bench: &Bench, wanted| bench.told.iter().filter(|told| **told == wanted).count();
-    for position in [place(51.0, 10.0), place(52.0, 10.0), place(10.0, 10.0), place(0.0, 41.0)] {
-        bench.solution.as_mut().unwrap().position = position;
-        bench.cycles(5);
-    }
-    assert_eq!(count(&bench, ControlNotice::FenceReached), 2);
-    assert_eq!(count(&bench, ControlNotice::FenceLeft), 1);
-}
-
-#[test]
 fn a_mixed_swashplate_is_fed_by_the_pilot_and_by_the_autopilot_alike() {
     let swashplate = Swashplate { kind: SwashplateKind::Ccpm120, ..Swashplate::default() };
     let mut bench = Bench::engaged(FlightControlConfig { swashplate, ..config() });
@@ -292,4 +279,5 @@ fn settings_that_cannot_be_are_named() {
     assert!(FlightControl::new(bad).unwrap_err().to_string().contains("fence.radius_m"));
 }
 
+mod fence;
 mod programme;
