@@ -250,7 +250,8 @@ impl FlightControl {
         if engaged && outputs.mode == Mode::Neutral && pilot.is_some() {
             self.hand_back(HandedBack::NoAttitude, &mut notify);
         }
-        let flies = self.engagement.is_engaged() && outputs.mode != Mode::Manual;
+        // In the cycle in which it hands back blind its sticks still count: the next fades from them.
+        let flies = engaged && outputs.mode != Mode::Manual;
         self.watch_ends(flies.then_some(outputs.sticks), elapsed_s, &mut notify);
         let (sticks, widths_ms) = self.command(flies, outputs.sticks, outputs.mode, &at_stick);
         ControlOutputs {

@@ -212,6 +212,26 @@ fn an_estimate_that_ends_gives_the_sticks_to_the_pilot_and_to_trim_without_one()
 }
 
 #[test]
+fn a_blind_autopilot_hands_over_without_a_jump_there_and_back() {
+    let mut bench = Bench::engaged(config());
+    let solution = bench.solution.as_mut().unwrap();
+    solution.velocity_mps = Vector::new(1.5, 0.0, 0.0);
+    let held = bench.cycles(60).sticks.unwrap();
+    let pilot = bench.last.unwrap().pilot.unwrap();
+    assert!(held.farthest_from(pilot) > 0.05, "the two differ: {held:?}, {pilot:?}");
+    bench.stale = true;
+    let mut before = held.farthest_from(pilot);
+    for cycle in 0..80 {
+        let apart = bench.cycles(1).sticks.unwrap().farthest_from(pilot);
+        if bench.told(ControlNotice::HandedBack(HandedBack::NoAttitude)) {
+            assert!(apart <= before + 1e-9, "{before} to {apart} in cycle {cycle}");
+        }
+        before = apart;
+    }
+    assert!(before < 0.01, "the pilot has the sticks");
+}
+
+#[test]
 fn a_stick_moved_far_and_a_loop_that_is_late_give_the_sticks_back_in_the_same_cycle() {
     let mut bench = Bench::engaged(config());
     bench.pilot_ms = Some(Channels { pedal: 1.8, ..bench.pilot_ms.unwrap() });
