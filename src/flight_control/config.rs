@@ -58,7 +58,8 @@ pub struct FlightControlConfig {
     pub ready: ReadinessLimits,
     /// What the sticks ask for while it flies; `None`: a stick moved gives the sticks back.
     pub steering: Option<SteeringConfig>,
-    /// Whether the throttle stays where it was at engagement; else the pilot's is passed through.
+    /// Whether the throttle stays where it was at engagement; else the pilot's is passed through, and without a
+    /// pilot it stays where it was last.
     pub hold_throttle: bool,
     /// What it does when something is lost.
     pub failsafe: FailsafeConfig,

@@ -97,6 +97,7 @@ pub struct FlightControl {
     engagement: Engagement,
     steering: Option<Steering>,
     programme: Option<ProgrammeFlight>,
+    /// The pilot's last, or that of the engagement, ms.
     throttle_ms: f64,
     before: Option<Time>,
     period_s: Option<f64>,
@@ -231,6 +232,9 @@ impl FlightControl {
             },
             &config.ready,
         );
+        if !(self.engagement.is_engaged() && self.config.hold_throttle) {
+            self.throttle_ms = pilot_ms.throttle.unwrap_or(self.throttle_ms);
+        }
         let switch_on = self.engage(inputs, &at_stick, elapsed_s, &readiness, &mut notify);
         self.request(inputs, pilot, &mut notify);
         self.fly_programme(pilot, elapsed_s, &mut notify);
@@ -293,7 +297,6 @@ impl FlightControl {
         let switch_on = self.switch.update(&inputs.pulses.aux, inputs.now, stale_s);
         match self.engagement.update(switch_on, readiness.is_ready()) {
             Some(EngagementChange::Engaged) => {
-                self.throttle_ms = pilot.widths_ms.throttle.unwrap_or(f64::NAN);
                 if let (Some(steering), Some(pilot)) = (&mut self.steering, pilot.sticks) {
                     steering.engage(pilot);
                 }
@@ -410,7 +413,8 @@ impl FlightControl {
     ) -> (Option<Sticks>, Channels<f64>) {
         let config = &self.config;
         let AtStick { sticks: pilot, widths_ms: pilot_ms, .. } = *pilot;
-        let throttle_ms = if flies && config.hold_throttle {
+        // Without a pilot the engine runs on while there is something to hold.
+        let throttle_ms = if flies && (config.hold_throttle || mode != Mode::Neutral) {
             self.throttle_ms
         } else {
             pilot_ms.throttle.unwrap_or(f64::NAN)

@@ -290,6 +290,28 @@ fn a_throttle_that_is_held_stays_where_it_was_at_engagement() {
 }
 
 #[test]
+fn the_throttle_stays_where_the_pilot_left_it_while_the_autopilot_flies_without_one() {
+    for by_word in [false, true] {
+        let mut bench = Bench::engaged(config());
+        bench.pilot_ms = Some(Channels { throttle: 1.7, ..bench.pilot_ms.unwrap() });
+        assert_eq!(bench.cycles(3).widths_ms.throttle, 1.7, "it is passed through");
+        if by_word {
+            bench.pulses.receiver_failsafe = true;
+        } else {
+            (bench.pilot_ms, bench.aux_ms) = (None, None);
+        }
+        assert_eq!(bench.cycles(60).widths_ms.throttle, 1.7, "holding");
+        bench.cycles(300);
+        assert!(bench.told(ControlNotice::Descends));
+        assert_eq!(bench.last.unwrap().widths_ms.throttle, 1.7, "descending");
+        bench.stale = true;
+        let blind = bench.cycles(40);
+        assert_eq!(blind.mode, Mode::Neutral);
+        assert!(blind.widths_ms.throttle.is_nan(), "nobody commands: the failsafe width");
+    }
+}
+
+#[test]
 fn settings_that_cannot_be_are_named() {
     let mut bad = config();
     bad.failsafe.descent_mps = f64::NAN;

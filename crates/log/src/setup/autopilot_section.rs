@@ -83,7 +83,7 @@ pub enum PilotRole {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ThrottleSource {
-    /// The pilot's pulses are passed through.
+    /// The pilot's pulses are passed through; without a pilot it stays where it was last.
     #[default]
     Pass,
     /// It stays where it was at engagement.
