@@ -5,7 +5,8 @@ mod notice;
 
 pub use notice::Notice;
 
-use super::estimator_config::EstimatorConfig;
+use super::config::AntennaHeadingModel;
+use super::estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 use super::filter::Ekf;
 use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
@@ -79,11 +80,13 @@ use crate::time::Time;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T>> {
-    config: EstimatorConfig,
     phase: Phase,
     aligner: Aligner,
     search: H,
     filter: Ekf<L, N, T>,
+    aiding: Aiding,
+    rangefinder: Rangefinder,
+    antenna_heading: AntennaHeadingModel,
     held: [Option<Fix>; HELD],
     /// Place and velocity of the last fix.
     last_said: Option<SaidByFix>,
@@ -118,11 +121,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     #[must_use]
     pub fn new(config: EstimatorConfig) -> Self {
         Self {
-            config,
             phase: Phase::Aligning,
             aligner: Aligner::new(config.alignment, config.mounting),
             search: H::unstarted(config.ekf, config.mounting),
             filter: Ekf::unstarted(config.ekf, config.mounting),
+            aiding: config.aiding,
+            rangefinder: config.rangefinder,
+            antenna_heading: config.antenna_heading,
             held: [None; HELD],
             last_said: None,
             suspected: None,
@@ -169,7 +174,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 }
             }
             Event::Baro { time, height_m } => {
-                if self.config.aiding.baro {
+                if self.aiding.baro {
                     let result = self
                         .navigating()
                         .and_then(|filter| filter.update_baro(*time, *height_m, trace));
@@ -296,7 +301,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 self.gps(&fix, trace, notify);
             }
         }
-        if let Some(angles) = sample.attitude.filter(|_| self.config.aiding.attitude) {
+        if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
             self.attitude(sample.time, angles, trace, notify);
         } else if let Some(field) = sample.magnetic_field_gauss {
             self.magnetometer(sample.time, field, trace, notify);
@@ -368,9 +373,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let filter = &mut self.filter;
         let heading = ATTITUDE + 2;
         let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
-        let gps = &self.config.ekf.gps;
-        let Some(better) = self.search.better(fix, gps, filter.state.body_to_ned, own_sigma_rad)
-        else {
+        let (gps, body_to_ned) = (&filter.config.gps, filter.state.body_to_ned);
+        let Some(better) = self.search.better(fix, gps, body_to_ned, own_sigma_rad) else {
             return;
         };
         let BetterHeading { turn_rad, sigma_rad, replaces } = better;
@@ -398,7 +402,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        let yaw_rad = angles.yaw_rad + self.config.alignment.attitude_declination_rad;
+        let yaw_rad = angles.yaw_rad + self.aligner.config().attitude_declination_rad;
         let reference = Rotation::of_angles(EulerAngles { yaw_rad, ..angles });
         let mut report = Report::default();
         let result = self
@@ -416,10 +420,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if !self.config.aiding.magnetometer {
+        if !self.aiding.magnetometer {
             return;
         }
-        let declination_rad = self.config.alignment.declination_rad;
+        let declination_rad = self.aligner.config().declination_rad;
         let result = self.navigating().and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
         });

@@ -256,6 +256,12 @@ impl Aligner {
         }
     }
 
+    /// The settings.
+    #[must_use]
+    pub const fn config(&self) -> &AlignmentConfig {
+        &self.config
+    }
+
     /// Takes in the next event; `Some` ends the alignment, always on a fix, with a start at the time
     /// of the last inertial sample. A fix that is not finite or finds too little inertial data is
     /// passed over.

@@ -18,10 +18,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if !self.config.aiding.rangefinder {
+        if !self.aiding.rangefinder {
             return;
         }
-        let rangefinder = self.config.rangefinder;
+        let rangefinder = self.rangefinder;
         let result =
             self.navigating().and_then(|filter| filter.update_range(reading, &rangefinder, trace));
         notify(Notice::of_update(reading.time, Aid::Rangefinder, result));
@@ -35,10 +35,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if !self.config.aiding.second_antenna {
+        if !self.aiding.second_antenna {
             return;
         }
-        let (baseline_m, model) = (self.config.alignment.baseline_m, self.config.antenna_heading);
+        let (baseline_m, model) = (self.aligner.config().baseline_m, self.antenna_heading);
         if self.phase == Phase::Searching && model.check_baseline(reading, baseline_m).is_ok() {
             let baseline = baseline_m.unwrap_or(Vector::new(1.0, 0.0, 0.0));
             if let Some(FoundHeading { filter, sector, sigma_rad }) =
