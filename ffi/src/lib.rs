@@ -23,11 +23,14 @@
 )]
 
 mod access;
+mod queue;
 
 // The order of the header, blank lines between them to keep it.
 mod status;
 
 mod object;
+
+mod creation;
 
 pub mod settings;
 
@@ -47,6 +50,7 @@ mod lines;
 
 pub use aids::*;
 pub use autopilot::*;
+pub use creation::*;
 pub use health::*;
 pub use lines::*;
 pub use measurements::*;

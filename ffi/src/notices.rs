@@ -341,39 +341,6 @@ impl From<&CoreNotice> for Notice {
     }
 }
 
-/// More than one sample can cause: a caller that reads after each call loses none.
-const ROOM: usize = 12;
-
-/// The notices that wait; the oldest give way.
-#[derive(Debug, Default)]
-pub(crate) struct Queue {
-    waiting: [Option<CoreNotice>; ROOM],
-    first: usize,
-    count: usize,
-    lost: u32,
-}
-
-impl Queue {
-    pub(crate) fn push(&mut self, notice: CoreNotice) {
-        if self.count == ROOM {
-            self.first = (self.first + 1) % ROOM;
-            self.count -= 1;
-            self.lost = self.lost.saturating_add(1);
-        }
-        if let Some(slot) = self.waiting.get_mut((self.first + self.count) % ROOM) {
-            *slot = Some(notice);
-            self.count += 1;
-        }
-    }
-
-    fn pop(&mut self) -> Option<CoreNotice> {
-        let notice = self.waiting.get_mut(self.first)?.take()?;
-        self.first = (self.first + 1) % ROOM;
-        self.count = self.count.saturating_sub(1);
-        Some(notice)
-    }
-}
-
 /// Gives the oldest notice that waits and removes it; HOVERNAV_STATUS_NOT_YET when all are read. Twelve
 /// wait at most, more than one measurement can cause: call it after each push until then.
 ///
@@ -404,7 +371,7 @@ pub unsafe extern "C" fn hovernav_lost_notices(nav: *mut Hovernav, lost: *mut u3
     // SAFETY: the caller's promise.
     let place = unsafe { output(lost) };
     Status::of(nav.and_then(|nav| {
-        place?.write(nav.flight.notices.lost);
+        place?.write(nav.flight.notices.lost());
         Ok(())
     }))
 }

@@ -1,6 +1,5 @@
 //! The object: estimator, health, autopilot and sensor lines in one piece of memory.
 
-use core::ffi::{c_char, c_void};
 use core::mem::{align_of, size_of};
 
 use hovernav::autopilot::{HealthMonitor, HoverAutopilot};
@@ -9,10 +8,7 @@ use hovernav::ekf::{Estimator, Notice};
 use hovernav::event::Event;
 use hovernav::sensors::Sensors;
 
-use crate::access::{input, object, output};
-use crate::notices::Queue;
-use crate::settings::Config;
-use crate::status::{Fault, Status};
+use crate::queue::NoticeQueue;
 
 /// Version of the binary interface: grows with every change of a structure, a code or a function.
 pub const HOVERNAV_ABI: u32 = 2;
@@ -50,7 +46,7 @@ pub(crate) struct Flight {
     pub estimator: Estimator<Full, 28, Number, Search>,
     pub monitor: HealthMonitor,
     pub autopilot: Option<HoverAutopilot>,
-    pub notices: Queue,
+    pub notices: NoticeQueue,
 }
 
 pub(crate) const MARK: u64 = u64::from_be_bytes(*b"hovernav");
@@ -77,100 +73,4 @@ impl Flight {
             notices.push(notice);
         });
     }
-}
-
-/// Bytes of memory that an object of this library takes: at most HOVERNAV_SIZE.
-#[unsafe(no_mangle)]
-pub extern "C" fn hovernav_size() -> usize {
-    size_of::<Hovernav>()
-}
-
-/// Alignment of that memory, bytes: at most HOVERNAV_ALIGNMENT.
-#[unsafe(no_mangle)]
-pub extern "C" fn hovernav_alignment() -> usize {
-    align_of::<Hovernav>()
-}
-
-/// The library's version, "0.1.0": static, ends with a zero byte.
-#[unsafe(no_mangle)]
-pub extern "C" fn hovernav_version() -> *const c_char {
-    concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
-}
-
-/// Whether header and library fit: call it with HOVERNAV_ABI. HOVERNAV_STATUS_ABI_MISMATCH if they do
-/// not. hovernav_default_config() checks the same.
-#[unsafe(no_mangle)]
-pub extern "C" fn hovernav_check_abi(abi: u32) -> Status {
-    if abi == HOVERNAV_ABI { Status::Ok } else { Status::AbiMismatch }
-}
-
-/// Creates an object in `memory`, of `size` bytes, aligned to HOVERNAV_ALIGNMENT, and gives its address,
-/// which is that of the memory. The memory is the object's until hovernav_destroy(); nothing else is
-/// ever allocated. `fault`, unless null, receives which value of the configuration is out of range.
-///
-/// HOVERNAV_STATUS_NULL_POINTER, _MISALIGNED, _MEMORY_TOO_SMALL or _OUT_OF_RANGE.
-///
-/// # Safety
-/// Pointers as the crate's rules say; `memory` has `size` bytes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn hovernav_create(
-    memory: *mut c_void,
-    size: usize,
-    config: *const Config,
-    fault: *mut Fault,
-    created: *mut *mut Hovernav,
-) -> Status {
-    let create = || {
-        // SAFETY: the caller's promise, with which every function begins.
-        let created = unsafe { output(created) }?;
-        // SAFETY: as above.
-        let config = unsafe { input(config) }?;
-        let place = memory.cast::<Hovernav>();
-        if place.is_null() {
-            return Err(Status::NullPointer);
-        }
-        if !place.is_aligned() {
-            return Err(Status::Misaligned);
-        }
-        if size < size_of::<Hovernav>() {
-            return Err(Status::MemoryTooSmall);
-        }
-        let config = config.checked().map_err(|wrong| {
-            // SAFETY: as above.
-            if let Ok(fault) = unsafe { output(fault) } {
-                fault.write(wrong);
-            }
-            Status::OutOfRange
-        })?;
-        // SAFETY: not null, aligned and large enough, and the caller's to give away.
-        unsafe {
-            place.write(Hovernav {
-                mark: MARK,
-                lines: None,
-                flight: Flight {
-                    estimator: Estimator::new(config.estimator),
-                    monitor: HealthMonitor::new(config.health),
-                    autopilot: None,
-                    notices: Queue::default(),
-                },
-            });
-        }
-        created.write(place);
-        Ok(())
-    };
-    Status::of(create())
-}
-
-/// Ends an object: its memory is the caller's again, and its address is no object any more. Null is
-/// taken for one that ended before.
-///
-/// # Safety
-/// Pointers as the crate's rules say.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn hovernav_destroy(nav: *mut Hovernav) -> Status {
-    if nav.is_null() {
-        return Status::Ok;
-    }
-    // SAFETY: the caller's promise.
-    Status::of(unsafe { object(nav) }.map(|nav| nav.mark = 0))
 }
