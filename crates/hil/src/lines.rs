@@ -151,6 +151,7 @@ impl LiveFlight {
         let samples = std::mem::take(&mut plant.samples);
         let dataset = Dataset {
             imu: std::mem::take(&mut plant.imu),
+            fixes: std::mem::take(&mut plant.measured_fixes),
             controls: samples
                 .iter()
                 .map(|sample| (sample.truth.time, sample.commanded.to_array()))

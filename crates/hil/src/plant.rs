@@ -26,6 +26,8 @@ pub(crate) const PILOT_PERIOD_S: f64 = 0.02;
 const PASS_THROUGH_S: f64 = 0.2;
 /// Width of the aux channel with the switch open and closed, ms.
 const AUX_MS: (f64, f64) = (1.1, 1.9);
+/// A throttle below this, in stick fractions, leaves the rotors to the air. The pilot's stands at trim.
+const IDLE: f64 = -0.5;
 /// What a receiver in failsafe sends on every channel, ms.
 const FAILSAFE_MS: f64 = 1.5;
 
@@ -75,6 +77,7 @@ pub(crate) struct Plant {
     last_fix: Option<Fix>,
     /// Fixes that the receiver has, and its line has not yet.
     pub fixes: Vec<Fix>,
+    pub measured_fixes: Vec<Fix>,
     pub imu: Vec<ImuSample>,
     last_packet: Option<AnglePacket>,
     pilot: Pilot,
@@ -111,6 +114,7 @@ impl Plant {
             next_fix: 0,
             last_fix: None,
             fixes: Vec::new(),
+            measured_fixes: Vec::new(),
             imu: Vec::new(),
             last_packet: None,
             pilot: Pilot::new(flight.autopilot)?,
@@ -189,6 +193,7 @@ impl Plant {
             };
             self.last_fix = said.or(self.last_fix);
             self.fixes.extend(said);
+            self.measured_fixes.extend(said);
         }
     }
 
@@ -295,6 +300,9 @@ impl Plant {
         {
             self.commanded = plate.sticks(Sticks { lateral, longitudinal, collective, pedal });
             self.last_packet_at = Some(now);
+            if stick.throttle.is_some_and(|throttle| throttle < IDLE) {
+                self.vehicle.lose_power();
+            }
         }
     }
 }

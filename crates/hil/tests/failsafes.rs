@@ -179,14 +179,18 @@ const FAILSAFES: [Failsafe; 12] = [
         name: "the fence",
         watched_s: 20.0,
         stage: |setup, moment| {
-            if moment == Moment::Manoeuvre {
-                setup.acts.push("stick-longitudinal=0.3@14.5:6".to_owned());
-            }
-            // In hover gusts carry it over; just engaged it is outside already.
+            // In hover gusts carry it over; else a stick is held outwards until it is well beyond.
+            setup.pilot = if moment == Moment::Hover { "override" } else { "steer" };
             let south_m = match moment {
                 Moment::Hover => 4.6,
-                Moment::Manoeuvre => 1.0,
-                Moment::Engagement => 7.0,
+                Moment::Manoeuvre => {
+                    setup.acts.push("stick-longitudinal=0.3@14.5:6".to_owned());
+                    1.0
+                }
+                Moment::Engagement => {
+                    setup.acts.push("stick-longitudinal=0.3@8.35:8".to_owned());
+                    3.0
+                }
             };
             let middle = middle(setup, south_m);
             let (latitude_rad, longitude_rad) = (middle.latitude_rad, middle.longitude_rad);
@@ -202,11 +206,17 @@ const FAILSAFES: [Failsafe; 12] = [
             let middle = Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, 0.0);
             let middle = middle.expect("a place");
             let engaged_s = flown.at("the autopilot flies").expect("engaged");
-            let crossed = stepless(flown).into_iter().find(|solution| {
+            let away = |solution: &Solution| {
                 let [north, east, _] = solution.position.displacement_from(&middle).to_array();
-                flown.second(solution.time) > engaged_s - CYCLE_S && north.hypot(east) >= FENCE_M
-            });
+                north.hypot(east)
+            };
+            let mut flight = stepless(flown)
+                .into_iter()
+                .filter(|solution| flown.second(solution.time) > engaged_s - CYCLE_S);
+            let crossed = flight.find(|solution| away(solution) >= FENCE_M);
             let crossed_s = flown.second(crossed.expect("it reached the fence").time);
+            let farthest_m = flight.map(|solution| away(&solution)).fold(0.0, f64::max);
+            assert!(farthest_m < FENCE_M + 2.5, "it went on to {farthest_m} m");
             let told = "the fence is reached: the autopilot goes back";
             vec![response("it goes back", CYCLE_S, flown.after(crossed_s, told))]
         },
