@@ -6,6 +6,8 @@ use crate::plant::LiveSample;
 
 /// A control that differs by more than this from the pilot's was moved by the autopilot.
 const MOVED: f64 = 0.002;
+/// The pilot's sticks reach the servos within so many cycles, on a busy machine too.
+const LATELY: usize = 12;
 /// So long after it took over the autopilot has settled, s.
 const SETTLED_S: f64 = 5.0;
 
@@ -35,9 +37,10 @@ impl LiveStatistics {
         let (mut squares, mut count) = ([0.0; 3], 0u32);
         let mut begun: Option<&LiveSample> = None;
         let mut settled: Option<&LiveSample> = None;
-        for pair in samples.windows(2) {
+        for (at, pair) in samples.windows(2).enumerate() {
             let [before, now] = pair else { continue };
-            if !now.switch_on || !flies(now) {
+            let lately = samples.get((at + 1).saturating_sub(LATELY)..=at + 1).unwrap_or_default();
+            if !now.switch_on || !flies(now, lately) {
                 if !now.switch_on {
                     (begun, settled) = (None, None);
                 }
@@ -68,11 +71,49 @@ impl LiveStatistics {
     }
 }
 
-fn flies(sample: &LiveSample) -> bool {
-    apart(sample.commanded, sample.pilot) > MOVED
+/// Whether the controls are none that the pilot had `lately`: the pilot's own reach the servos some cycles late.
+fn flies(now: &LiveSample, lately: &[LiveSample]) -> bool {
+    lately.iter().all(|sample| apart(now.commanded, sample.pilot) > MOVED)
 }
 
 fn apart(one: hovernav::controls::Sticks, other: hovernav::controls::Sticks) -> f64 {
     let pairs = one.to_array().into_iter().zip(other.to_array());
     pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::controls::Sticks;
+    use hovernav::earth::Geodetic;
+    use hovernav::frames::Rotation;
+    use hovernav::time::Time;
+    use hovernav_log::Truth;
+
+    #[test]
+    fn a_pilot_whose_sticks_arrive_late_is_no_autopilot() {
+        let stick = |cycle: usize| Sticks { pedal: 0.01 * cycle as f64, ..Sticks::NEUTRAL };
+        let sample = |cycle: usize, pilot: Sticks, commanded: Sticks| LiveSample {
+            truth: Truth {
+                time: Time::ZERO + 0.03 * cycle as f64,
+                position: Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap(),
+                velocity_mps: Vector::ZERO,
+                body_to_ned: Rotation::IDENTITY,
+                angular_rate_radps: Vector::ZERO,
+            },
+            pilot,
+            commanded,
+            switch_on: true,
+            wind_mps: Vector::ZERO,
+        };
+        let by_hand: Vec<LiveSample> = (0..40)
+            .map(|cycle| sample(cycle, stick(cycle), stick(cycle.saturating_sub(3))))
+            .collect();
+        assert_eq!(LiveStatistics::of(&by_hand), LiveStatistics::default());
+        let flown: Vec<LiveSample> =
+            (0..40).map(|cycle| sample(cycle, Sticks::NEUTRAL, stick(cycle))).collect();
+        let found = LiveStatistics::of(&flown);
+        assert_eq!(found.engagements, 1);
+        assert!((found.engaged_s - 39.0 * 0.03).abs() < 0.05, "{found:?}");
+    }
 }
