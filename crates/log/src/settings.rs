@@ -111,6 +111,23 @@ impl Manifest {
         );
 
         config.alignment = overlaid(config.alignment, &self.alignment, "alignment")?;
+        let aligned = &config.alignment;
+        for (key, value, most) in [
+            ("duration_s", aligned.duration_s, 600.0),
+            ("attitude_tilt_sigma_rad", aligned.attitude_tilt_sigma_rad, 3.0),
+            ("heading_sigma_rad", aligned.heading_sigma_rad, 3.0),
+            ("level_sigma_rad", aligned.level_sigma_rad, 3.0),
+            ("moving_level_sigma_rad", aligned.moving_level_sigma_rad, 3.0),
+            ("position_sigma_m", aligned.position_sigma_m, 1e6),
+            ("velocity_sigma_mps", aligned.velocity_sigma_mps, 1e3),
+            ("course_speed_mps", aligned.course_speed_mps, 1e3),
+        ] {
+            if !(0.0..=most).contains(&value) {
+                return Err(refused(format!(
+                    "[alignment] {key}: found {value}, expected 0 to {most}"
+                )));
+            }
+        }
         config.aiding = overlaid(config.aiding, &self.aiding, "aiding")?;
         let ekf = &mut config.ekf;
         for (key, value) in &self.filter {

@@ -19,7 +19,7 @@ pub enum FlyConfigError {
         keys: Vec<String>,
     },
     /// A value that cannot be.
-    #[error("[{section}] {key}: {reason}")]
+    #[error("{}{key}: {reason}", bracketed(section))]
     Value {
         /// The section; empty of the keys that stand in none.
         section: &'static str,
@@ -38,4 +38,9 @@ impl FlyConfigError {
     ) -> Self {
         Self::Value { section, key, reason: reason.to_string() }
     }
+}
+
+/// The section's head; of the keys that stand in none, nothing.
+fn bracketed(section: &str) -> String {
+    if section.is_empty() { String::new() } else { format!("[{section}] ") }
 }

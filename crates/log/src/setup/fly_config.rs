@@ -77,12 +77,14 @@ pub struct FlyConfig {
 }
 
 impl FlyConfig {
-    /// Reads a configuration and checks every value.
+    /// Reads a configuration to fly by: checks every value, and that every device has a line of its own.
     ///
     /// # Errors
     /// [`FlyConfigError`].
     pub fn read(path: &Path) -> Result<Self, FlyConfigError> {
-        Self::parse(&hovernav_toml::read_text(path)?, path)
+        let config = Self::parse(&hovernav_toml::read_text(path)?, path)?;
+        config.check_lines()?;
+        Ok(config)
     }
 
     /// The configuration that `text` spells; `path` names it in messages.
@@ -98,6 +100,14 @@ impl FlyConfig {
         let heading = ["navigation", "imu", "heading_reference"];
         if heading.iter().try_fold(&table, |value, key| value.get(key)).is_none() {
             config.navigation.imu.heading_reference = HeadingReference::Magnetic;
+        }
+        let site_height = table.get("site").and_then(|site| site.get("height_m"));
+        if config.autopilot.as_ref().is_some_and(|own| own.fence.is_some())
+            && config.site.is_some()
+            && site_height.is_none()
+        {
+            let why = "found none, expected one: the height of the fence counts from it";
+            return Err(value("site", "height_m", &why));
         }
         config.sensors()?;
         config.check_ranges()?;

@@ -58,8 +58,12 @@ impl MavlinkRates {
 impl MavlinkConfig {
     /// Whether every value can be: the key of the first that cannot, and what was found and expected.
     pub(super) fn check(&self) -> Result<(), (&'static str, String)> {
-        if self.system_id == 0 {
-            return Err(("speaker.system_id", "found 0, expected 1 to 255".into()));
+        for (key, found) in
+            [("speaker.system_id", self.system_id), ("speaker.component_id", self.component_id)]
+        {
+            if found == 0 {
+                return Err((key, "found 0, expected 1 to 255".into()));
+            }
         }
         let gate = self.gate_sigmas;
         if !(0.1..=1e3).contains(&gate) {
@@ -80,7 +84,7 @@ impl MavlinkConfig {
 pub struct MavlinkConfig {
     /// The vehicle's number, 1 to 255.
     pub system_id: u8,
-    /// The part of the vehicle that speaks; 1 is the autopilot.
+    /// The part of the vehicle that speaks, 1 to 255; 1 is the autopilot.
     pub component_id: u8,
     /// Innovations beyond this many one-sigma are refused: what test ratios are ratios to.
     pub gate_sigmas: f64,

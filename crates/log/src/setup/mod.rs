@@ -5,6 +5,7 @@ mod autopilot_section;
 mod error;
 mod excitation_section;
 mod fly_config;
+mod lines;
 mod mavlink;
 mod ranges;
 mod sections;

@@ -2,6 +2,7 @@
 
 use super::error::FlyConfigError;
 use super::fly_config::FlyConfig;
+use super::sections::CaptureSection;
 
 impl FlyConfig {
     /// Whether every number is one that a flight can be flown with; a NaN, which would switch a check off,
@@ -58,6 +59,9 @@ impl FlyConfig {
         numbers.extend(self.mavlink.as_ref().map(|section| line("mavlink", section.baud)));
         numbers
             .extend(self.servo.stream.as_ref().map(|section| line("servo.stream", section.baud)));
+        if let Some(CaptureSection::Serial(pilot)) = &self.servo.capture {
+            numbers.push(line("servo.capture", pilot.baud));
+        }
         if let Some(site) = self.site {
             numbers.extend([
                 ("site", "latitude_deg", site.latitude_deg, -90.0, 90.0),
@@ -94,6 +98,14 @@ mod tests {
             ("[mavlink]\nport = 'c'\nspeaker = { rates = { attitude_hz = nan } }\n", "attitude_hz"),
             ("[site]\nlatitude_deg = 91\nlongitude_deg = 0\n", "latitude_deg"),
             ("[telemetry]\nport = 'd'\nbaud = 5\n", "baud"),
+            ("[servo.capture]\nserial = { port = 'c', baud = 5 }\n", "baud"),
+            ("[mavlink]\nport = 'c'\nspeaker = { component_id = 0 }\n", "component_id"),
+            (
+                "[servo.capture]\nserial = { port = 'c' }\n[autopilot]\nfile = 'a'\n\
+                 fence = { radius_m = 50, height_m = 50 }\n\
+                 [site]\nlatitude_deg = 1\nlongitude_deg = 2\n",
+                "[site] height_m",
+            ),
             ("[telemetry]\nport = 'd'\nudp = 'ground:14551'\n", "udp"),
             ("[telemetry]\nudp = 'ground'\n", "udp"),
             ("[telemetry]\nudp = 'ground:0'\n", "udp"),

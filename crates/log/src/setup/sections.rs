@@ -10,14 +10,14 @@ use hovernav::gps::Protocol;
 use hovernav::gps::quality::Limits;
 use hovernav::servo::{ChannelConfig, SignalConfig, Swashplate};
 
-/// `[site]`: where the flight is, to a few kilometres.
+/// `[site]`: where the flight is, to a few kilometres; with a fence, its middle on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SiteSection {
     /// Latitude, °.
     pub latitude_deg: f64,
     /// Longitude, °.
     pub longitude_deg: f64,
-    /// Height, m.
+    /// Height above the ellipsoid, m, 0 where not set; a fence needs it.
     #[serde(default)]
     pub height_m: f64,
 }

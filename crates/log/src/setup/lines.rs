@@ -1,0 +1,109 @@
+//! Which device is on which line: none is left out, and no line has two.
+
+use std::path::PathBuf;
+
+use super::fly_config::{FlyConfig, FlyConfigError};
+use super::sections::CaptureSection;
+use hovernav::controls::Channel;
+
+impl FlyConfig {
+    /// Whether both sensors have a port and everything that has a line has one of its own.
+    pub(super) fn check_lines(&self) -> Result<(), FlyConfigError> {
+        let servo = &self.servo;
+        let pilot = match &servo.capture {
+            Some(CaptureSection::Serial(line)) => Some(&line.port),
+            _ => None,
+        };
+        let mut ports =
+            vec![("dmu", "port", &self.dmu.port), ("receiver", "port", &self.receiver.port)];
+        ports.extend(pilot.map(|port| ("servo.capture", "serial", port)));
+        ports.extend(servo.stream.iter().map(|line| ("servo.stream", "port", &line.port)));
+        let telemetry = self.telemetry.iter().filter_map(|section| section.port.as_ref());
+        ports.extend(telemetry.map(|port| ("telemetry", "port", port)));
+        let mavlink = self.mavlink.iter().filter_map(|section| section.port.as_ref());
+        ports.extend(mavlink.map(|port| ("mavlink", "port", port)));
+        for (section, key, port) in &ports {
+            if port.as_os_str().is_empty() {
+                let why = "found none, expected the path of a serial port";
+                return Err(FlyConfigError::value(section, key, &why));
+            }
+        }
+        let spelled = |port: &PathBuf| port.display().to_string();
+        alone(ports.into_iter().map(|(section, key, port)| (section, key, spelled(port))))?;
+
+        let outputs = servo.output.iter().filter_map(|(channel, line)| {
+            line.map(|line| (channel, format!("chip {}, output {}", line.chip, line.output)))
+        });
+        alone(outputs.map(|(channel, line)| ("servo.output", channel.name(), line)))?;
+        if let Some(CaptureSection::Gpio { lines, aux, .. }) = &servo.capture {
+            let own = Channel::ALL.map(|channel| (channel.name(), lines[channel]));
+            let all = own.into_iter().chain(aux.map(|line| ("aux", line)));
+            alone(all.map(|(name, line)| ("servo.capture", name, format!("line {line}"))))?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses the first line that something before it has already.
+fn alone(
+    lines: impl Iterator<Item = (&'static str, &'static str, String)>,
+) -> Result<(), FlyConfigError> {
+    let mut known: Vec<(&'static str, &'static str, String)> = Vec::new();
+    for (section, key, line) in lines {
+        if let Some((other, its, _)) = known.iter().find(|(_, _, known)| *known == line) {
+            let why = format!("found {line}, which [{other}] {its} has, expected one of its own");
+            return Err(FlyConfigError::value(section, key, &why));
+        }
+        known.push((section, key, line));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_that_are_missing_or_taken_are_refused_with_both_keys() {
+        let sensors = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n";
+        let gpio = |aux: u32| {
+            format!(
+                "{sensors}[servo.capture.gpio]\nchip = 'g'\naux = {aux}\nlines = {{ throttle = 1, \
+                 collective = 2, longitudinal = 3, lateral = 4, pedal = 5 }}\n"
+            )
+        };
+        let checked =
+            |text: &str| FlyConfig::parse(text, "fly.toml".as_ref()).unwrap().check_lines();
+        checked(sensors).unwrap();
+        checked(&gpio(6)).unwrap();
+        for (text, said) in [
+            ("[receiver]\nport = 'b'\n".to_owned(), "[dmu] port: found none"),
+            ("[dmu]\nport = 'a'\n".to_owned(), "[receiver] port: found none"),
+            (
+                "[dmu]\nport = 'a'\n[receiver]\nport = 'a'\n".to_owned(),
+                "[receiver] port: found a, which [dmu] port has",
+            ),
+            (
+                format!(
+                    "{sensors}[servo.capture]\nserial = {{ port = 'c' }}\n[servo.stream]\nport = 'c'\n"
+                ),
+                "[servo.stream] port: found c, which [servo.capture] serial has",
+            ),
+            (
+                format!("{sensors}[telemetry]\nport = 'd'\n[mavlink]\nport = 'd'\n"),
+                "[mavlink] port: found d, which [telemetry] port has",
+            ),
+            (
+                format!(
+                    "{sensors}[servo.output]\nlateral = {{ chip = 0, output = 1 }}\n\
+                     pedal = {{ chip = 0, output = 1 }}\n"
+                ),
+                "pedal: found chip 0, output 1, which [servo.output] lateral has",
+            ),
+            (gpio(3), "[servo.capture] aux: found line 3, which [servo.capture] longitudinal has"),
+        ] {
+            let error = checked(&text).expect_err(&text).to_string();
+            assert!(error.contains(said) && error.contains("expected"), "{text}: {error}");
+        }
+    }
+}
