@@ -94,3 +94,44 @@ impl FromStr for OutageWindow {
 pub fn finite(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|value: &f64| value.is_finite())
 }
+
+/// A moment of a flight of up to a day, s from its start; `None` of anything else.
+#[cfg(feature = "lab")]
+pub fn second(text: &str) -> Option<f64> {
+    finite(text).filter(|at_s| (0.0..86_400.0).contains(at_s))
+}
+
+/// What helps those who fly an autopilot that is designed on the way.
+#[cfg(feature = "lab")]
+pub const FORCED: &str =
+    "an autopilot that `hovernav design --force` makes of it is flown by --autopilot";
+
+/// Refuses a `model` that says itself that it is not to be flown by; `name` is how it was given, `remedy` what
+/// helps all the same.
+#[cfg(feature = "lab")]
+pub fn refuse_unflyable(
+    model: &hovernav_model::StateSpace,
+    name: &str,
+    remedy: &str,
+) -> anyhow::Result<()> {
+    match model.verdict() {
+        Some(verdict) if verdict.grade == hovernav_model::Grade::DoNotFly => anyhow::bail!(
+            "{name}: found the verdict \"do not fly\" ({}), expected a model to fly by; {remedy}",
+            verdict.reasons.join("; ")
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// The configuration of a flight computer; an error names the file.
+#[cfg(any(feature = "fly", feature = "ground"))]
+pub fn read_fly_config(path: &Path) -> anyhow::Result<hovernav_log::FlyConfig> {
+    use hovernav_log::{FlyConfig, FlyConfigError};
+    FlyConfig::read(path).map_err(|error| match error {
+        FlyConfigError::Value { .. } => {
+            anyhow::Error::new(error).context(path.display().to_string())
+        }
+        // These name it.
+        other => other.into(),
+    })
+}

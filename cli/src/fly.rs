@@ -10,9 +10,13 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context as _;
 use hovernav_fly::{Notification, fly};
-use hovernav_log::FlyConfig;
 use hovernav_log::record::Level;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGUSR1, SIGUSR2, SIGXFSZ};
+use signal_hook::consts::{
+    SIGALRM, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1,
+    SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
+};
+
+use crate::arguments::read_fly_config;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -28,15 +32,21 @@ pub struct Arguments {
     duration: Option<u64>,
 }
 
+/// Signals that end or stop a program unless it says otherwise.
+const SURVIVED: [i32; 12] = [
+    SIGHUP, SIGUSR1, SIGUSR2, SIGXFSZ, SIGXCPU, SIGTSTP, SIGTTIN, SIGTTOU, SIGALRM, SIGVTALRM,
+    SIGPROF, SIGIO,
+];
 /// Lines that may wait for a terminal that is stuck.
 const LINES: usize = 256;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let mut config = FlyConfig::read(&arguments.config)?;
+    let mut config = read_fly_config(&arguments.config)?;
     let unix_s = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs().cast_signed();
     let remark = config.settle(unix_s).with_context(|| arguments.config.display().to_string())?;
+    // Nobody may be there to read it.
     if let Some(remark) = remark {
-        eprintln!("{remark}");
+        let _ = writeln!(stderr(), "{remark}");
     }
     let beside = arguments.config.parent().unwrap_or(Path::new(""));
     config.load_autopilot(beside).with_context(|| arguments.config.display().to_string())?;
@@ -47,8 +57,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 
     let stop = Arc::new(AtomicBool::new(false));
-    // A terminal that is gone, a stray signal or a file at its limit do not end a flight.
-    for signal in [SIGHUP, SIGUSR1, SIGUSR2, SIGXFSZ] {
+    // A terminal that is gone or says stop, a stray signal, a limit of file or processor do not end a flight.
+    for signal in SURVIVED {
         signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))?;
     }
     for signal in [SIGINT, SIGTERM, SIGQUIT] {
@@ -65,7 +75,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let (sender, notifications) = sync_channel(LINES);
     let printer = thread::spawn(move || print(&notifications));
-    eprintln!("recording to {}", record.display());
+    let _ = writeln!(stderr(), "recording to {}", record.display());
     let report = fly(&config, &record, &stop, sender)
         .with_context(|| arguments.config.display().to_string())?;
     // The last lines before the report; a terminal that is stuck keeps neither.

@@ -14,8 +14,10 @@ use hovernav_ground::frames::Rigging;
 use hovernav_ground::link::{Link, Source};
 use hovernav_ground::server::{Access, Bound, ServerConfig};
 use hovernav_ground::station::Station;
-use hovernav_log::{FlyConfig, HeadingReference, Manifest};
+use hovernav_log::{HeadingReference, Manifest};
 use signal_hook::consts::{SIGINT, SIGTERM};
+
+use crate::arguments::read_fly_config;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -69,7 +71,7 @@ fn token(text: &str) -> Result<String, String> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (rigging, manifest) = match &arguments.config {
         Some(path) => {
-            let config = FlyConfig::read(path)?;
+            let config = read_fly_config(path)?;
             let (channels, swashplate) = (config.servo.channels, config.servo.swashplate);
             (Rigging { channels, swashplate }, config.navigation)
         }

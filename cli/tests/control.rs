@@ -145,7 +145,7 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
         "[yaw]\nstates = [1.0, -10.0]\nintegral = 1.0\nstick = 1.0\ndecay_per_s = 0.0\n",
     );
     let design = ["design", "raptor60", "--out", text(&dir), "--weights", text(&weights)];
-    assert_refused(&design, "found -10, expected a finite number above 0");
+    assert_refused(&design, "weights.toml: yaw.states: found -10, expected above 0");
 
     succeeds(&["design", "raptor60", "--out", text(&dir), "--no-report"]);
     let good = fs::read_to_string(dir.join("autopilot.toml")).expect("an autopilot");
@@ -163,6 +163,98 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
     assert_refused(
         &["simulate", "--disturbance", "p=1@500", "--duration", "60", "--out", text(&dir)],
         "disturbance at 500 s",
+    );
+    let sweep = ["simulate", "--excite", "lateral=sweep@30", "--fault", "jam-pedal@40"];
+    assert_refused(
+        &[&sweep[..], &["--duration", "70", "--out", text(&dir)]].concat(),
+        "end of a test input at 90 s: found a flight of 70 s",
+    );
+}
+
+#[test]
+fn a_model_that_is_not_to_be_flown_by_is_refused_by_everything_that_flies_it() {
+    let dir = place("unflyable");
+    let model = dir.join("model.toml");
+    let shipped = include_str!("../../crates/model/src/data/raptor60.toml");
+    let verdict = "verdict = \"do not fly\"\nreasons = [\"Lb has the wrong sign\"]\nstates = [";
+    fs::write(&model, shipped.replacen("states = [", verdict, 1)).expect("writable");
+    for verb in ["simulate", "campaign"] {
+        assert_refused(
+            &[verb, "--model", text(&model), "--out", text(&dir)],
+            "\"do not fly\" (Lb has the wrong sign), expected a model to fly by; an autopilot that \
+             `hovernav design --force` makes of it is flown by --autopilot",
+        );
+    }
+    let design = ["design", text(&model), "--out", text(&dir)];
+    assert_refused(&design, "--force designs all the same");
+    let words = succeeds(&[&design[..], &["--force"]].concat());
+    assert!(words.contains("the model\u{2019}s verdict is \"do not fly\": Lb has"), "{words}");
+    let page = fs::read_to_string(dir.join("report.html")).expect("a page");
+    assert!(page.contains("Do not fly it: the model it is designed for"));
+}
+
+#[test]
+fn an_autopilot_that_is_unstable_in_a_mode_is_not_written_unless_forced() {
+    let dir = place("unstable_mode");
+    // Heave rolls it, and roll heaves it: what velocity holds down, attitude alone does not.
+    let model = dir.join("coupled.toml");
+    let shipped = include_str!("../../crates/model/src/data/raptor60.toml");
+    let coupled = shipped.replacen("0.07815841890740173", "60.0", 1).replacen(
+        "-0.6226718036949341",
+        "-6.0",
+        1,
+    );
+    fs::write(&model, coupled).expect("writable");
+    let weights = dir.join("weights.toml");
+    let weak = "[attitude]\nstates = [1e-6, 1e-6, 1e-6, 1e-6]\nintegrals = [1e-9, 1e-9]\n\
+                sticks = [1.0, 1.0]\ndecay_per_s = 0.0\n";
+    fs::write(&weights, weak).expect("writable");
+    let design =
+        ["design", text(&model), "--weights", text(&weights), "--no-report", "--out", text(&dir)];
+    fs::write(dir.join("autopilot.toml"), "of an earlier design").expect("writable");
+    assert_refused(&design, "holding attitude the loops are unstable: no autopilot.toml");
+    assert!(!dir.join("autopilot.toml").exists(), "nor is that of an earlier design left");
+    assert!(summary(&dir)["modes"]["attitude"].is_null());
+    succeeds(&[&design[..], &["--force"]].concat());
+    assert!(dir.join("autopilot.toml").exists());
+}
+
+#[test]
+fn a_weight_that_is_none_is_refused_with_its_key_and_a_delay_that_is_left_out_is_told() {
+    let dir = place("weights");
+    let weights = dir.join("weights.toml");
+    let design = |model: &str| {
+        ["design", model, "--weights", text(&weights), "--no-report", "--out", text(&dir)]
+            .map(str::to_owned)
+    };
+    let pitch = "[roll_pitch]\nstates = [1, 1, 10, 15, 0.6, 0.6]\nintegrals = [0.2, 0.2]\nsticks = [10, 10]\n";
+    for (written, expected) in [
+        ("period_s = 1e300\n".to_owned(), "period_s: found"),
+        ("period_s = 0.5\n".to_owned(), "period_s: found 0.5, expected 0.001 to 0.2 s"),
+        ("servo_s = nan\n".to_owned(), "servo_s: found NaN"),
+        (format!("{pitch}decay_per_s = nan\n"), "roll_pitch.decay_per_s: found NaN"),
+        (format!("{pitch}decay_per_s = 1e300\n"), "roll_pitch.decay_per_s: found 1"),
+        (
+            "[heave]\nfrequency_radps = 3\ndamping = 1\nderivative_s = inf\nderivative_filter_s = 0.05\n"
+                .to_owned(),
+            "heave.derivative_s: found inf",
+        ),
+    ] {
+        fs::write(&weights, &written).expect("writable");
+        let arguments = design("raptor60");
+        let message = refusal(&arguments.each_ref().map(String::as_str));
+        assert!(message.contains("weights.toml") && message.contains(expected), "{written}: {message}");
+    }
+    let late = dir.join("late.toml");
+    let shipped = include_str!("../../crates/model/src/data/raptor60.toml");
+    let delay = "parameters = [{ name = \"tau_ped\", value = 0.4, unit = \"s\" }]\nstates = [";
+    fs::write(&late, shipped.replacen("states = [", delay, 1)).expect("writable");
+    fs::write(&weights, "tracking_s = 0.5\n").expect("writable");
+    let arguments = design(text(&late));
+    let words = succeeds(&arguments.each_ref().map(String::as_str));
+    assert!(
+        words.contains("the model delays pedal by 400 ms, of which the design counts 44 ms"),
+        "{words}"
     );
 }
 
@@ -198,6 +290,10 @@ fn wrong_usage_exits_with_two() {
         &["simulate", "--disturbance", "p=nan"],
         &["simulate", "--disturbance", "phi=90"],
         &["simulate", "--wind", "-3"],
+        &["simulate", "--place", "1.3,103.8,50,7"],
+        &["simulate", "--place", "1.3,103.8,50,abc"],
+        &["simulate", "--disturbance", "p=1@-5"],
+        &["simulate", "--excite", "pedal=3211@-1"],
         &["simulate", "--flight", "tour", "--disturbance", "p=1"],
         &["campaign", "--shard", "3/2"],
         &["campaign", "--flights", "0"],

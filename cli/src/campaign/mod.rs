@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use self::table::{Measure, PERCENTILES, count};
+use crate::arguments::{FORCED, refuse_unflyable};
 use crate::output;
 
 #[derive(clap::Args)]
@@ -119,6 +120,7 @@ fn campaign(arguments: &Arguments) -> anyhow::Result<Campaign> {
     let autopilot = match &arguments.autopilot {
         Some(path) => hovernav_log::read_autopilot(path)?,
         None => {
+            refuse_unflyable(&model, &arguments.model, FORCED)?;
             let design = HoverDesign::for_model(&model);
             let gains = design.synthesise(&model).with_context(|| arguments.model.clone())?;
             HoverConfig::new(design.period_s, gains)

@@ -9,7 +9,7 @@ use hovernav_sim::{Disturbance, WindConfig};
 
 use super::excitation::TestInput;
 use super::failure::Failure;
-use crate::arguments::{OutageWindow, finite};
+use crate::arguments::{OutageWindow, finite, second};
 
 /// Where to write unless given.
 pub const OUT: &str = "out/simulated";
@@ -97,7 +97,7 @@ pub struct Arguments {
     /// time, for `hovernav fly --config` of the same file to fly
     #[cfg(feature = "lines")]
     #[arg(long, requires = "config", conflicts_with_all = [
-        "flight", "disturbance", "test_points", "outage", "truth", "fault"
+        "flight", "disturbance", "test_points", "excite", "outage", "truth", "fault"
     ])]
     pub lines: bool,
     /// The flight computer's fly.toml
@@ -112,9 +112,9 @@ pub struct Arguments {
 }
 
 fn place(text: &str) -> Result<Geodetic, String> {
-    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
-    match numbers[..] {
-        [lat, lon, height] => {
+    let numbers: Option<Vec<f64>> = text.split(',').map(finite).collect();
+    match numbers.as_deref() {
+        Some(&[lat, lon, height]) => {
             Geodetic::from_degrees(lat, lon, height).filter(Geodetic::is_navigable)
         }
         _ => None,
@@ -162,13 +162,13 @@ impl FromStr for TimedDisturbance {
         let expected = || {
             format!(
                 "found \"{text}\", expected NAME=VALUE or NAME=VALUE@SECOND with NAME one of p, q, r, \
-                 phi, theta, psi, u, v, w"
+                 phi, theta, psi, u, v, w and SECOND from 0 to a day"
             )
         };
         let (name, value) = text.split_once('=').ok_or_else(expected)?;
         let (value, at_s) = match value.split_once('@') {
             None => (value, None),
-            Some((value, at)) => (value, Some(finite(at).ok_or_else(expected)?)),
+            Some((value, at)) => (value, Some(second(at).ok_or_else(expected)?)),
         };
         let value = finite(value).ok_or_else(expected)?;
         // What is further off is degrees.

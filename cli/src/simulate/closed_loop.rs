@@ -15,6 +15,7 @@ use super::arguments::{Arguments, OUT, WindArgument};
 use super::excitation;
 use super::page::SimulationPage;
 use super::summary::{ClosedLoopSummary, Summary};
+use crate::arguments::{FORCED, refuse_unflyable};
 use crate::output;
 use crate::summary::RunSummary;
 
@@ -26,11 +27,9 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
     let autopilot = match &arguments.autopilot {
         Some(path) => hovernav_log::read_autopilot(path)?,
         None => {
-            let model = shipped::open(arguments.model.as_deref().unwrap_or("raptor60"))?;
-            crate::design::refuse_unflyable(
-                &model,
-                arguments.model.as_deref().unwrap_or_default(),
-            )?;
+            let name = arguments.model.as_deref().unwrap_or("raptor60");
+            let model = shipped::open(name)?;
+            refuse_unflyable(&model, name, FORCED)?;
             if model.name() != "raptor60-hover" {
                 warnings.push(format!(
                     "the autopilot is designed for {}, what flies is the nonlinear 60-class helicopter",
@@ -70,20 +69,20 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
     config.events.extend(excitation::events(&arguments.excite));
     config.events.extend(arguments.fault.iter().map(|fault| (fault.at_s, fault.event)));
     config.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
-    let last_s = config.events.last().map(|(at_s, event)| match event {
-        FlightEvent::Excite(excitation) => at_s + excitation.maneuver.duration_s(),
-        _ => *at_s,
+    let ends = config.events.iter().map(|(at_s, event)| match event {
+        FlightEvent::Excite(excitation) => {
+            (at_s + excitation.maneuver.duration_s(), "end of a test input")
+        }
+        FlightEvent::AddSticks(_) => (*at_s, "test point"),
+        FlightEvent::Jam(_) | FlightEvent::PowerLoss => (*at_s, "fault"),
+        _ => (*at_s, "disturbance"),
     });
-    config.duration_s = arguments.duration.unwrap_or(last_s.map_or(120.0, |last| last + 30.0));
-    if let Some(last_s) = last_s {
-        let what = match (&arguments.test_points, arguments.excite.is_empty()) {
-            (Some(_), _) => "test point",
-            (None, false) => "end of the last test input",
-            (None, true) if arguments.disturbance.is_empty() => "fault",
-            (None, true) => "disturbance",
-        };
+    let last = ends.max_by(|(one, _), (other, _)| one.total_cmp(other));
+    let by_itself_s = last.map_or(120.0, |(last_s, _)| last_s + 30.0);
+    config.duration_s = arguments.duration.unwrap_or(by_itself_s);
+    if let Some((last_s, what)) = last {
         ensure!(
-            last_s < config.duration_s && config.events[0].0 >= 0.0,
+            last_s < config.duration_s,
             "{what} at {last_s} s: found a flight of {} s, expected it to happen within",
             config.duration_s
         );

@@ -6,7 +6,7 @@ use hovernav::autopilot::{Excitation, ExcitationAbort, ExcitationLimits, Maneuve
 use hovernav::controls::Sticks;
 use hovernav_sim::FlightEvent;
 
-use crate::arguments::finite;
+use crate::arguments::{finite, second};
 
 /// When the first test input comes, and the pause after each, s.
 const FIRST_S: f64 = 30.0;
@@ -26,13 +26,13 @@ impl FromStr for TestInput {
         let expected = || {
             format!(
                 "found \"{text}\", expected STICK=KIND[:SIZE[:S]][@SECOND] with STICK one of lateral, \
-                 longitudinal, collective, pedal, all and KIND one of step, doublet, 3211, sweep"
+                 longitudinal, collective, pedal, all and KIND one of step, doublet, 3211, sweep, SECOND from 0 to a day"
             )
         };
         let (stick, rest) = text.split_once('=').ok_or_else(expected)?;
         let (rest, at_s) = match rest.split_once('@') {
             None => (rest, None),
-            Some((rest, at)) => (rest, Some(finite(at).ok_or_else(expected)?)),
+            Some((rest, at)) => (rest, Some(second(at).ok_or_else(expected)?)),
         };
         let mut parts = rest.split(':');
         let kind = parts.next().unwrap_or_default();

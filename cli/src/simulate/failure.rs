@@ -5,7 +5,7 @@ use std::str::FromStr;
 use hovernav::controls::Sticks;
 use hovernav_sim::FlightEvent;
 
-use crate::arguments::finite;
+use crate::arguments::second;
 
 /// `NAME@SECOND`: what fails, and when.
 #[derive(Clone, Debug)]
@@ -21,11 +21,11 @@ impl FromStr for Failure {
         let expected = || {
             format!(
                 "found \"{text}\", expected NAME@SECOND with NAME one of power-loss, jam-lateral, \
-                 jam-longitudinal, jam-collective, jam-pedal and SECOND 0 or more"
+                 jam-longitudinal, jam-collective, jam-pedal and SECOND from 0 to a day"
             )
         };
         let (name, at) = text.split_once('@').ok_or_else(expected)?;
-        let at_s = finite(at).filter(|at_s| *at_s >= 0.0).ok_or_else(expected)?;
+        let at_s = second(at).ok_or_else(expected)?;
         let jammed = name.strip_prefix("jam-");
         let stick = jammed.and_then(|stick| Sticks::NAMES.iter().position(|own| *own == stick));
         let event = match (name, stick) {

@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail, ensure};
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene};
-use hovernav_log::{CaptureSection, FlyConfig};
+use hovernav_log::CaptureSection;
 use hovernav_sim::FlightConfig;
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::arguments::{Arguments, OUT};
+use crate::arguments::read_fly_config;
 use crate::output;
 
 /// What the flight came to, in `summary.json`.
@@ -23,6 +24,11 @@ struct LinesSummary {
     version: &'static str,
     input: PathBuf,
     duration_s: f64,
+    wall_s: f64,
+    imu_samples: usize,
+    /// All that the receiver measured: the flight computer's record tells what became of them.
+    gps_fixes_used: usize,
+    gps_fixes_rejected: usize,
     crashed_s: Option<f64>,
     engaged_s: f64,
     engagements: usize,
@@ -48,7 +54,8 @@ pub fn run(
     mut flight: FlightConfig,
     fly_config: &Path,
 ) -> anyhow::Result<()> {
-    let config = FlyConfig::read(fly_config)?;
+    let started = Instant::now();
+    let config = read_fly_config(fly_config)?;
     let place = |section: &str, key: &str| {
         format!(
             "{}: [{section}] {key}: found none, expected one: it is a line of the simulation",
@@ -126,6 +133,10 @@ pub fn run(
         version: env!("CARGO_PKG_VERSION"),
         input: fly_config.to_path_buf(),
         duration_s: elapsed_s,
+        wall_s: started.elapsed().as_secs_f64(),
+        imu_samples: dataset.imu.len(),
+        gps_fixes_used: dataset.fixes.len(),
+        gps_fixes_rejected: 0,
         crashed_s,
         engaged_s: statistics.engaged_s,
         engagements: statistics.engagements,

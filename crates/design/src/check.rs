@@ -94,6 +94,20 @@ impl CheckedDesign {
 
         let mut warnings: Vec<String> =
             model.step_taken_for_rate(design.period_s).iter().map(ToString::to_string).collect();
+        let [cyclic_s, tail_s] = design.late_s(&model);
+        for (sticks, late_s, counted_s) in [
+            ("cyclic and collective", cyclic_s, design.servo_s),
+            ("pedal", tail_s, design.tail_servo_s),
+        ] {
+            if late_s > counted_s + 1e-9 {
+                warnings.push(format!(
+                    "the model delays {sticks} by {:.0} ms, of which the design counts {:.0} ms: its margins \
+                     are too good by the rest",
+                    1e3 * (late_s + design.period_s),
+                    1e3 * (counted_s + design.period_s)
+                ));
+            }
+        }
         for (mode, margins) in &modes {
             let Some(margins) = margins else {
                 warnings.push(format!("holding {} the loops are unstable", mode.name()));

@@ -157,19 +157,24 @@ impl HoverDesign {
             return Self::thesis();
         }
         let mut design = Self::default();
+        let [cyclic_s, tail_s] = design.late_s(model);
+        design.servo_s = design.servo_s.max(cyclic_s.min(MOST_LAG_S));
+        design.tail_servo_s = design.tail_servo_s.max(tail_s.min(MOST_LAG_S));
+        design
+    }
+
+    /// How late the sticks of `model` act beyond the loop's sample, delay and lag together, s: cyclic and
+    /// collective, and pedal; 0 where the model does not tell.
+    pub(crate) fn late_s(&self, model: &StateSpace) -> [f64; 2] {
         let of = |name: String| {
             let found = model.parameters().iter().find(|known| known.name == name);
             found.map_or(0.0, |parameter| parameter.value)
         };
         let late = |sticks: &[&str]| {
             let delays = sticks.iter().map(|at| of(format!("tau_{at}")) + of(format!("lag_{at}")));
-            delays.fold(0.0, |most, delay_s| f64::max(most, delay_s - design.period_s))
+            delays.fold(0.0, |most, delay_s| f64::max(most, delay_s - self.period_s))
         };
-        let cyclic_s = late(&["lat", "lon", "col"]).min(MOST_LAG_S);
-        let tail_s = late(&["ped"]).min(MOST_LAG_S);
-        design.servo_s = design.servo_s.max(cyclic_s);
-        design.tail_servo_s = design.tail_servo_s.max(tail_s);
-        design
+        [late(&["lat", "lon", "col"]), late(&["ped"])]
     }
 
     /// Reads weights, poles and times from a TOML file; what it leaves out is as by default.
@@ -184,27 +189,43 @@ impl HoverDesign {
     }
 
     pub(super) fn check(&self) -> Result<(), DesignError> {
-        let (roll_pitch, attitude, yaw) = (&self.roll_pitch, &self.attitude, &self.yaw);
-        let times = [
-            ("period_s", self.period_s),
-            ("servo_s", self.servo_s),
-            ("tail_servo_s", self.tail_servo_s),
-            ("tracking_s", self.tracking_s),
-            ("heave.frequency_radps", self.heave.frequency_radps),
-            ("heave.damping", self.heave.damping),
-            ("yaw.integral", yaw.integral),
-            ("yaw.stick", yaw.stick),
-        ];
-        let weights = (roll_pitch.states.iter().chain(&roll_pitch.integrals))
-            .chain(&roll_pitch.sticks)
-            .chain(attitude.states.iter().chain(&attitude.integrals).chain(&attitude.sticks))
-            .chain(&yaw.states)
-            .map(|&weight| ("a weight of Q or R", weight));
-        match times.into_iter().chain(weights).find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
-            Some((name, value)) => {
-                Err(DesignError::Range { name, value, expected: "a finite number above 0" })
-            }
-            None => Ok(()),
-        }
+        const WEIGHT: &str = "above 0, at most 1e12";
+        let Self { roll_pitch, attitude, yaw, heave, .. } = self;
+        within("period_s", &[self.period_s], [1e-3, 0.2], "0.001 to 0.2 s")?;
+        within("servo_s", &[self.servo_s], [1e-6, 10.0], "above 0, at most 10 s")?;
+        within("tail_servo_s", &[self.tail_servo_s], [1e-6, 10.0], "above 0, at most 10 s")?;
+        within("tracking_s", &[self.tracking_s], [1e-3, 1e3], "0.001 to 1000 s")?;
+        let weight = |name, values: &[f64]| within(name, values, [1e-12, 1e12], WEIGHT);
+        weight("roll_pitch.states", &roll_pitch.states)?;
+        weight("roll_pitch.integrals", &roll_pitch.integrals)?;
+        weight("roll_pitch.sticks", &roll_pitch.sticks)?;
+        weight("attitude.states", &attitude.states)?;
+        weight("attitude.integrals", &attitude.integrals)?;
+        weight("attitude.sticks", &attitude.sticks)?;
+        weight("yaw.states", &yaw.states)?;
+        weight("yaw.integral", &[yaw.integral])?;
+        weight("yaw.stick", &[yaw.stick])?;
+        let decay = |name, value: f64| within(name, &[value], [0.0, 10.0], "0 to 10 1/s");
+        decay("roll_pitch.decay_per_s", roll_pitch.decay_per_s)?;
+        decay("attitude.decay_per_s", attitude.decay_per_s)?;
+        decay("yaw.decay_per_s", yaw.decay_per_s)?;
+        let frequency = [heave.frequency_radps];
+        within("heave.frequency_radps", &frequency, [0.01, 100.0], "0.01 to 100 rad/s")?;
+        within("heave.damping", &[heave.damping], [0.01, 100.0], "0.01 to 100")?;
+        within("heave.derivative_s", &[heave.derivative_s], [-10.0, 10.0], "-10 to 10 s")?;
+        within("heave.derivative_filter_s", &[heave.derivative_filter_s], [0.0, 10.0], "0 to 10 s")
+    }
+}
+
+/// Refuses the first of `values` outside `[lowest, highest]`, and NaN.
+fn within(
+    name: &'static str,
+    values: &[f64],
+    [lowest, highest]: [f64; 2],
+    expected: &'static str,
+) -> Result<(), DesignError> {
+    match values.iter().find(|value| !(lowest..=highest).contains(*value)) {
+        Some(&value) => Err(DesignError::Range { name, value, expected }),
+        None => Ok(()),
     }
 }
