@@ -3,7 +3,10 @@
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-use hovernav_design::{ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, root_locus};
+use hovernav_design::{
+    ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, Margins, root_locus,
+};
+use hovernav_model::Grade;
 
 use super::handling::handling;
 use super::loops::{frequency_responses, nichols};
@@ -15,16 +18,9 @@ use crate::page::{
 pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
     let rate_hz = 1.0 / checked.design.period_s;
     let slowest = checked.responses.iter().map(|r| r.recovered_s(0.05).unwrap_or(f64::INFINITY));
-    let channels = || checked.margins.channels.iter();
+    let in_modes = checked.modes.iter().filter_map(|(_, margins)| margins.as_ref());
     let headlines = [
-        Fact::new(
-            "weakest margins",
-            format!(
-                "{:.1} dB, {:.0}°",
-                channels().map(ChannelMargins::smallest_gain_db).fold(f64::INFINITY, f64::min),
-                channels().map(ChannelMargins::phase_deg).fold(f64::INFINITY, f64::min)
-            ),
-        ),
+        Fact::new("weakest margins in any mode", weakest(in_modes)),
         Fact::new("slowest disturbance", format!("{:.1} s", slowest.fold(0.0, f64::max))),
         Fact::new("spectral radius", format!("{:.4}", checked.spectral_radius)),
         Fact::new(
@@ -33,7 +29,7 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
         ),
     ];
     let [lowest, highest] = checked.margins.disk_gain();
-    let facts = [
+    let mut facts = vec![
         Fact::new("model", checked.model.name()),
         Fact::new("source", checked.model.source()),
         Fact::new("loop", format!("{rate_hz:.1} Hz, one sample of delay")),
@@ -60,6 +56,10 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
             ),
         ),
     ];
+    facts.extend(checked.modes.iter().map(|(mode, margins)| {
+        let found = margins.as_ref().map_or_else(|| "unstable".into(), |found| weakest([found]));
+        Fact::new(&format!("weakest margins holding {}", mode.name()), found)
+    }));
     let mut sections = vec![
         disturbances(checked),
         handling(checked),
@@ -97,14 +97,29 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
     page.write(path)
 }
 
+/// The smallest gain and phase margin of all loops of `modes`.
+fn weakest<'a>(modes: impl IntoIterator<Item = &'a Margins>) -> String {
+    let channels = modes.into_iter().flat_map(|margins| &margins.channels);
+    let (gain_db, phase_deg) =
+        channels.fold((f64::INFINITY, f64::INFINITY), |(gain, phase), own| {
+            (f64::min(gain, own.smallest_gain_db()), f64::min(phase, own.phase_deg()))
+        });
+    format!("{gain_db:.1} dB, {phase_deg:.0}°")
+}
+
 /// What the design comes to: as good as the weakest of the modes that fly.
 fn verdict(checked: &CheckedDesign) -> Verdict {
     let unstable = checked.spectral_radius >= 1.0
         || checked.modes.iter().any(|(_, margins)| margins.is_none());
-    let (level, words) = match (unstable, checked.warnings.is_empty()) {
-        (true, _) => (Level::Bad, "Do not fly it: a mode is unstable."),
-        (false, false) => (Level::Care, "Usable with care: it lacks some of what is asked of it."),
-        (false, true) => (Level::Good, "Good: every mode has the margins asked for."),
+    let of_model = checked.model.verdict().map(|verdict| verdict.grade);
+    let (level, words) = if unstable {
+        (Level::Bad, "Do not fly it: a mode is unstable.")
+    } else if of_model == Some(Grade::DoNotFly) {
+        (Level::Bad, "Do not fly it: the model it is designed for is not to be flown by.")
+    } else if !checked.warnings.is_empty() {
+        (Level::Care, "Usable with care: it lacks some of what is asked of it.")
+    } else {
+        (Level::Good, "Good: every mode has the margins asked for.")
     };
     Verdict {
         level,
@@ -134,7 +149,7 @@ fn margins(checked: &CheckedDesign) -> Table {
     let heads = ["", "Gain up, dB", "down, dB", "Phase, °", "Crossover, rad/s", "Delay, ms"];
     Table {
         caption:
-            "Margins of each loop broken at its actuator, the others closed; last, up to which \
+            "Holding velocity: margins of each loop broken at its actuator, the others closed; last, up to which \
                   rad/s disturbances there are halved in power"
                 .into(),
         heads: heads.into_iter().chain(["Rejection"]).map(Into::into).collect(),
