@@ -71,6 +71,41 @@ fn two_commands_hover_and_the_record_tells_how() {
 }
 
 #[test]
+fn a_flight_over_the_lines_leaves_a_dataset_and_a_summary_like_any_other() {
+    let directory = place("lines-dataset");
+    let at = |name: &str| directory.join(name).display().to_string();
+    let config = at("loop.toml");
+    fs::write(&config, example(&directory)).unwrap();
+    let simulated = Command::new(env!("CARGO_BIN_EXE_hovernav"))
+        .args([
+            "simulate",
+            "--lines",
+            "--config",
+            &config,
+            "--duration",
+            "9",
+            "--out",
+            &at("truth"),
+        ])
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let record = at("flight.mcap");
+    succeeds(&["fly", "--config", &config, "--record", &record, "--duration", "10"]);
+    assert!(simulated.wait_with_output().unwrap().status.success());
+    succeeds(&["report", &record, "--out", &at("report")]);
+    for written in ["truth", "report"] {
+        let summary = summary(&directory.join(written));
+        let keys = ["tool", "version", "input", "duration_s", "wall_s", "imu_samples"];
+        for key in keys.iter().chain(&["gps_fixes_used", "gps_fixes_rejected"]) {
+            assert!(!summary[key].is_null(), "{written}: {key}");
+        }
+    }
+    let estimated = succeeds(&["estimate", &at("truth"), "--no-report", "--out", &at("again")]);
+    assert!(estimated.contains("fixes"), "{estimated}");
+}
+
+#[test]
 fn a_simulation_that_no_flight_computer_opens_ends_after_its_duration() {
     let directory = place("nobody-there");
     let config = directory.join("loop.toml");

@@ -13,6 +13,7 @@ use hovernav_log::record::Record;
 use self::page::RecordPage;
 use self::summary::RecordSummary;
 use crate::output;
+use crate::summary::fixes_of;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -42,7 +43,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .clone()
         .unwrap_or_else(|| Path::new("out").join(format!("{}-report", output::name_of(path))));
     output::create(&out)?;
-    let mut summary = RecordSummary::new(path, &record, &dataset, reproduction, sticks);
+    let fixes = fixes_of(&replayed);
+    let mut summary = RecordSummary::new(path, &record, &dataset, reproduction, sticks, fixes);
     RecordPage { record: &record, summary: &summary }.write(&out.join("report.html"))?;
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;

@@ -35,6 +35,8 @@ pub struct RecordSummary {
     duration_s: f64,
     pub wall_s: f64,
     imu_samples: usize,
+    gps_fixes_used: usize,
+    gps_fixes_rejected: usize,
     gps_fixes: usize,
     pub is_ended: bool,
     pub replay: String,
@@ -61,6 +63,7 @@ impl RecordSummary {
         dataset: &Dataset,
         reproduction: Reproduction,
         sticks: Option<StickReproduction>,
+        (gps_fixes_used, gps_fixes_rejected): (usize, usize),
     ) -> Self {
         let modes = spans(record);
         let flown = || modes.iter().filter(|span| span.mode != "manual");
@@ -79,11 +82,14 @@ impl RecordSummary {
             duration_s: record.end - record.header.start,
             wall_s: 0.0,
             imu_samples: dataset.imu.len(),
+            gps_fixes_used,
+            gps_fixes_rejected,
             gps_fixes: dataset.fixes.len(),
             is_ended: record.is_ended,
             replay: in_words(reproduction, sticks),
             cycles: record.cycles.len(),
-            autopilot_s: flown().map(|span| span.end_s - span.start_s).sum(),
+            // The sum of nothing is −0.
+            autopilot_s: flown().map(|span| span.end_s - span.start_s).sum::<f64>() + 0.0,
             engagements: modes
                 .windows(2)
                 .filter(|pair| pair[0].mode == "manual" && pair[1].mode != "manual")

@@ -101,6 +101,18 @@ pub struct OutageDrift {
     pub max_horizontal_m: Option<f64>,
 }
 
+/// Fixes of which something was used, and of which something was refused.
+pub fn fixes_of(run: &Run) -> (usize, usize) {
+    let updates = run.notices.iter().filter_map(|notice| match notice {
+        Notice::Updated(report) => Some(report),
+        _ => None,
+    });
+    let of_gps = updates.filter(|report| report.innovations().any(|axis| is_gps(axis.channel)));
+    of_gps.fold((0, 0), |(used, rejected), report| {
+        (used + usize::from(report.any_accepted()), rejected + usize::from(report.any_rejected()))
+    })
+}
+
 impl RunSummary {
     /// What a run over `dataset` gave; scores and times are still to come.
     pub fn new(input: &Path, dataset: &Dataset, run: &Run, smoothed: bool) -> Self {
@@ -149,6 +161,7 @@ impl RunSummary {
     }
 
     fn add_notices(&mut self, run: &Run) {
+        (self.gps_fixes_used, self.gps_fixes_rejected) = fixes_of(run);
         for notice in &run.notices {
             match notice {
                 Notice::Aligned(alignment) => {
@@ -179,11 +192,6 @@ impl RunSummary {
     }
 
     fn count(&mut self, report: &hovernav::ekf::Report) {
-        let of_gps = report.innovations().any(|axis| is_gps(axis.channel));
-        if of_gps {
-            self.gps_fixes_used += usize::from(report.any_accepted());
-            self.gps_fixes_rejected += usize::from(report.any_rejected());
-        }
         for axis in report.innovations() {
             let channel = self.innovations.entry(axis.channel.name()).or_default();
             match axis.verdict {
