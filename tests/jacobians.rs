@@ -122,8 +122,9 @@ impl Moment {
             gyro_bias_radps: Vector::ZERO,
             gyro_bias_sigma_radps: None,
         };
-        let mut filter =
-            Ekf::<WithScaleFactors, N>::new(EkfConfig::default(), Mounting::default(), start);
+        let mut config = EkfConfig::default();
+        config.imu.covariance_interval_s = 0.0;
+        let mut filter = Ekf::<WithScaleFactors, N>::new(config, Mounting::default(), start);
         let mut steps = Steps::default();
         for sample in self.samples() {
             filter.predict_traced(&sample, &mut steps).unwrap();

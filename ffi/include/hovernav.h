@@ -52,7 +52,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: grows with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 2
+#define HOVERNAV_ABI 3
 
 // Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 // much it is in this one.
@@ -455,6 +455,9 @@ typedef struct HovernavImuModel {
     double gap_acceleration_mps2;
     // Angular rate that a gap may have hidden, one-sigma, rad/s.
     double gap_rate_radps;
+    // The covariance is propagated once so much time has come together, s, and before each measurement; 0 at
+    // every sample, as the state is.
+    double covariance_interval_s;
 } HovernavImuModel;
 
 // Errors of the GPS.

@@ -11,7 +11,7 @@ use hovernav::sensors::Sensors;
 use crate::queue::NoticeQueue;
 
 /// Version of the binary interface: grows with every change of a structure, a code or a function.
-pub const HOVERNAV_ABI: u32 = 2;
+pub const HOVERNAV_ABI: u32 = 3;
 
 /// Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 /// much it is in this one.

@@ -142,6 +142,9 @@ settings! {
         gap_acceleration_mps2 = 3.0,
         /// Angular rate that a gap may have hidden, one-sigma, rad/s.
         gap_rate_radps = 0.5,
+        /// The covariance is propagated once so much time has come together, s, and before each measurement; 0 at
+        /// every sample, as the state is.
+        covariance_interval_s = 0.0075,
     }
 }
 

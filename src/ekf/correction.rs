@@ -52,6 +52,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.history.clear();
         let baro = L::BARO.map(|state| (state, self.covariance.variance(state)));
         self.covariance.clear();
+        self.unpropagated = None;
         self.open(ATTITUDE, [MOST_HIDDEN_RAD; 3]);
         self.open(VELOCITY, [RESET_VELOCITY_MPS; 3]);
         self.open(POSITION, [RESET_POSITION_M; 3]);
@@ -177,6 +178,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Opens the gyro biases to at least this variance, (rad/s)².
     #[inline(never)]
     pub(super) fn open_gyro_bias(&mut self, variance: f64, trace: &mut impl Trace<T, N>) {
+        self.catch_up(trace);
         let mut relaxation = Relaxation::default();
         for (axis, noise) in relaxation.noise.iter_mut().skip(GYRO_BIAS).take(3).enumerate() {
             *noise = T::of((variance - self.covariance.variance(GYRO_BIAS + axis)).max(0.0));

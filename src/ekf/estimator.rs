@@ -371,6 +371,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         let filter = &mut self.filter;
+        filter.catch_up(trace);
         let heading = ATTITUDE + 2;
         let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
         let (gps, body_to_ned) = (&filter.config.gps, filter.state.body_to_ned);

@@ -3,13 +3,14 @@
 use core::marker::PhantomData;
 
 use super::config::EkfConfig;
-use super::covariance::{Covariance, Relaxation, Transition};
+use super::covariance::Covariance;
 use super::excess::Excess;
 use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
+use super::motion_sum::MotionSum;
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::process::MOST_HIDDEN_RAD;
 use super::scalar::Scalar;
@@ -79,7 +80,9 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) gps_wander: Option<[f64; 4]>,
     /// Whether the covariance was found without the wander of the GPS, by a layout that has none.
     pub(super) wander_unknown: bool,
-    /// How long the parameters have not relaxed, s.
+    /// The steps that the covariance has not been propagated over yet.
+    pub(super) unpropagated: Option<MotionSum<T>>,
+    /// How long the parameters have not relaxed, s, at the last propagation.
     pub(super) unrelaxed_s: T,
     /// Learned size of the GPS errors against what is stated or configured: variances of position and of
     /// horizontal and vertical velocity.
@@ -121,6 +124,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             antenna_heading: AntennaHeadingMemory::NONE,
             gps_wander: None,
             wander_unknown: false,
+            unpropagated: None,
             unrelaxed_s: T::ZERO,
             gps_learned: [1.0; 3],
             excess: Excess::NONE,
@@ -147,6 +151,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.antenna_heading = AntennaHeadingMemory::NONE;
         self.gps_wander = None;
         self.wander_unknown = false;
+        self.unpropagated = None;
         self.unrelaxed_s = T::ZERO;
         self.gps_learned = [1.0; 3];
         self.excess = Excess::NONE;
@@ -342,8 +347,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.state = NavState { time, ..before };
             return None;
         }
-        let transition = self.transition(increment, &advance);
-        self.propagate(&transition, trace);
+        self.sum_up(increment, &advance, trace);
         self.history.push(time, increment, &advance);
         let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.stuck);
         self.samples.force_sum.add(advance.from_specific_force_mps, whole);
@@ -353,6 +357,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Over a gap: the state coasts, and the covariance opens by what the vehicle can have done. Gives what
     /// [`step`](Self::step) does.
     fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> Option<Vector<Ned, T>> {
+        self.catch_up(trace);
         let before = self.state;
         let interval_s = time.seconds_since(self.state.time);
         self.gates.doubt_filter(time);
@@ -371,38 +376,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.samples.force_sum.add(Vector::ZERO, false);
         let local = Local::about(&self.state.position);
         Some(local.earth_rate_radps + local.transport_rate(self.state.velocity_mps))
-    }
-
-    pub(super) fn propagate(
-        &mut self,
-        transition: &Transition<T, N>,
-        trace: &mut impl Trace<T, N>,
-    ) {
-        self.covariance.propagate::<L>(transition);
-        if let Some(relaxation) = &transition.relaxation {
-            self.decay(relaxation);
-        }
-        trace.propagated(transition);
-    }
-
-    fn decay(&mut self, relaxation: &Relaxation<T, N>) {
-        let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
-        let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);
-        for (parameter, &decay) in parameters.iter_mut().zip(decays) {
-            *parameter = *parameter * decay;
-        }
-    }
-
-    /// Brings the parameters to the present, for a measurement to be compared with.
-    #[inline(never)]
-    pub(super) fn relax(&mut self, trace: &mut impl Trace<T, N>) {
-        if self.unrelaxed_s > T::ZERO {
-            let relaxation = self.relaxation(self.unrelaxed_s);
-            self.unrelaxed_s = T::ZERO;
-            self.covariance.relax(&relaxation);
-            self.decay(&relaxation);
-            trace.propagated(&Transition::of_relaxation(relaxation));
-        }
     }
 
     /// What is known of the inertial unit's own errors.
@@ -447,7 +420,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &self.state
     }
 
-    /// The covariance of the error state.
+    /// The covariance of the error state, of up to `covariance_interval_s` ago.
     #[must_use]
     pub const fn covariance(&self) -> &Covariance<T, N> {
         &self.covariance

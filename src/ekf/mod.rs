@@ -16,6 +16,7 @@ mod history;
 mod innovation;
 mod joint;
 mod measurement;
+mod motion_sum;
 mod prediction;
 mod process;
 #[cfg(feature = "alloc")]

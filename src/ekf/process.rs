@@ -4,8 +4,10 @@
 use super::covariance::{Relaxation, Transition};
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
+use super::motion_sum::{MotionSum, sum};
 use super::scalar::Scalar;
 use super::square;
+use super::trace::Trace;
 use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
@@ -122,25 +124,91 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// The transition over one step of the mechanization, with the noise of the inertial samples.
-    ///
-    /// # Source
-    /// Equation (K4) of docs/equations.md.
-    pub(super) fn transition(
+    /// Takes in a step of the mechanization, and propagates the covariance once enough of them have come
+    /// together.
+    pub(super) fn sum_up(
         &mut self,
         increment: &Increment<T>,
         advance: &Advance<T>,
-    ) -> Transition<T, N> {
+        trace: &mut impl Trace<T, N>,
+    ) {
+        let (angle_variance, velocity_variance) = self.noise(increment);
+        let mut motion = MotionSum {
+            increment: *increment,
+            body_to_ned_rows: advance.body_to_ned_rows,
+            force_mps: advance.from_specific_force_mps,
+            angle_variance,
+            velocity_variance,
+        };
+        if let Some(before) = &self.unpropagated {
+            motion.add_before(before);
+        }
+        if motion.increment.interval_s < T::of(self.config.imu.covariance_interval_s) {
+            self.unpropagated = Some(motion);
+        } else {
+            self.unpropagated = None;
+            let transition = self.transition(&motion);
+            self.propagate(&transition, trace);
+        }
+    }
+
+    /// Propagates the covariance to the present: before it is read or opened for a measurement, and before the
+    /// state goes on by anything but a step.
+    pub(super) fn catch_up(&mut self, trace: &mut impl Trace<T, N>) {
+        if let Some(motion) = self.unpropagated.take() {
+            let transition = self.transition(&motion);
+            self.propagate(&transition, trace);
+        }
+    }
+
+    pub(super) fn propagate(
+        &mut self,
+        transition: &Transition<T, N>,
+        trace: &mut impl Trace<T, N>,
+    ) {
+        self.covariance.propagate::<L>(transition);
+        if let Some(relaxation) = &transition.relaxation {
+            self.decay(relaxation);
+        }
+        trace.propagated(transition);
+    }
+
+    fn decay(&mut self, relaxation: &Relaxation<T, N>) {
+        let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
+        let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);
+        for (parameter, &decay) in parameters.iter_mut().zip(decays) {
+            *parameter = *parameter * decay;
+        }
+    }
+
+    /// Brings covariance and parameters to the present, for a measurement to be compared with.
+    #[inline(never)]
+    pub(super) fn relax(&mut self, trace: &mut impl Trace<T, N>) {
+        self.catch_up(trace);
+        if self.unrelaxed_s > T::ZERO {
+            let relaxation = self.relaxation(self.unrelaxed_s);
+            self.unrelaxed_s = T::ZERO;
+            self.covariance.relax(&relaxation);
+            self.decay(&relaxation);
+            trace.propagated(&Transition::of_relaxation(relaxation));
+        }
+    }
+
+    /// Variance that the inertial sensors add over one step to rotation, rad², and change of velocity, (m/s)²,
+    /// about and along the axes of the body.
+    ///
+    /// # Source
+    /// Equation (K4) of docs/equations.md.
+    fn noise(&self, increment: &Increment<T>) -> ([T; 3], [T; 3]) {
         let interval_s = increment.interval_s;
         let imu = &self.config.imu;
-        let c = &advance.body_to_ned_rows;
-        let scaled =
-            |factors: [T; 3]| c.map(|row| core::array::from_fn(|axis| row[axis] * factors[axis]));
         let over_s = T::of(self.excess.factor()) * interval_s;
         let sensed = |walk: f64, share: f64, alike_s: T, vibration: [T; 3]| {
             let (walk, share) = (square(T::of(walk)), square(T::of(share)));
             let alike_s = alike_s.max(interval_s);
-            vibration.map(|variance| walk.max(share * variance * alike_s) * over_s)
+            // By a comparison: neither is NaN, for which `max` would look.
+            let greater = |shaken| if shaken > walk { shaken } else { walk };
+            vibration.map(|variance| greater(share * variance * alike_s) * over_s)
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
@@ -165,10 +233,24 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         let gyro = sum(gyro, [turning; 3]);
         let suspicion = &self.samples.suspicion;
+        (sum(gyro, suspicion.angle_variance), sum(accel, suspicion.velocity_variance))
+    }
+
+    /// The transition over one step of the mechanization or several.
+    ///
+    /// # Source
+    /// Equations (K2) and (K4) of docs/equations.md.
+    // Inlined, that of a single step is made of what is at hand.
+    #[inline(always)]
+    fn transition(&mut self, motion: &MotionSum<T>) -> Transition<T, N> {
+        let MotionSum { increment, body_to_ned_rows: c, force_mps, .. } = motion;
+        let interval_s = increment.interval_s;
+        let scaled =
+            |factors: [T; 3]| c.map(|row| core::array::from_fn(|axis| row[axis] * factors[axis]));
         let mut transition = Transition {
             interval_s,
             turn: scaled([interval_s; 3]),
-            force: advance.from_specific_force_mps.to_array(),
+            force: force_mps.to_array(),
             scaled_rotation: match L::GYRO_SCALE {
                 Some(_) => scaled(increment.rotation_rad.to_array()),
                 None => [[T::ZERO; 3]; 3],
@@ -177,8 +259,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Some(_) => scaled(increment.velocity_mps.to_array()),
                 None => [[T::ZERO; 3]; 3],
             },
-            attitude_noise: turned(c, sum(gyro, suspicion.angle_variance)),
-            velocity_noise: turned(c, sum(accel, suspicion.velocity_variance)),
+            attitude_noise: turned(c, motion.angle_variance),
+            velocity_noise: turned(c, motion.velocity_variance),
             position_noise: [T::ZERO; 3],
             relaxation: None,
         };
@@ -188,10 +270,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         transition
     }
-}
-
-fn sum<T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// Between measurements the parameters relax in portions of so long, s: a hundredth of the shortest

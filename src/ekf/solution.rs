@@ -13,7 +13,8 @@ use crate::time::Time;
 /// Position, velocity and attitude at one moment, with one-sigma and the biases removed.
 ///
 /// Position and velocity are those of the point the configuration names: the centre of gravity, or
-/// the inertial unit.
+/// the inertial unit. One-sigmas are those of the last propagation of the covariance, which with a unit of
+/// more than 133 Hz may have been `covariance_interval_s` ago.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
     /// The inertial sample it holds at.

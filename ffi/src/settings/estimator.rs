@@ -92,6 +92,9 @@ pub struct ImuModel {
     pub gap_acceleration_mps2: f64,
     /// Angular rate that a gap may have hidden, one-sigma, rad/s.
     pub gap_rate_radps: f64,
+    /// The covariance is propagated once so much time has come together, s, and before each measurement; 0 at
+    /// every sample, as the state is.
+    pub covariance_interval_s: f64,
 }
 
 /// Errors of the GPS.
@@ -229,6 +232,7 @@ mirror!(ImuModel, core_ekf::ImuModel {
     accel_vibration_time_s gyro_bias_sigma_radps gyro_bias_time_s accel_bias_sigma_mps2
     accel_bias_time_s gyro_scale_sigma accel_scale_sigma turn_error_share turn_error_time_s
     gyro_range_radps accel_range_mps2 gap_s gap_acceleration_mps2 gap_rate_radps
+    covariance_interval_s
 });
 mirror!(GpsModel, core_ekf::GpsModel {
     horizontal_sigma_m vertical_sigma_m horizontal_velocity_sigma_mps vertical_velocity_sigma_mps

@@ -113,7 +113,9 @@ impl HeadingSearch {
 
 impl<T: Scalar> HeadingSearch<T> {
     /// A search that is still to start.
-    pub(super) const fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
+    pub(super) const fn unstarted(mut config: EkfConfig, mounting: Mounting) -> Self {
+        // A sector keeps no sum of steps: the filter that goes from one to the next propagates at every sample.
+        config.imu.covariance_interval_s = 0.0;
         Self {
             sectors: [const { None }; SECTORS],
             filter: Ekf::unstarted(config, mounting),

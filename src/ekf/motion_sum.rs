@@ -1,0 +1,38 @@
+//! What the steps since the last propagation of the covariance add up to.
+
+use crate::frames::{Ned, Vector};
+use crate::ins::Increment;
+use crate::scalar::Scalar;
+
+/// Sums over steps of the mechanization, for the covariance to be propagated over all of them at once. What an
+/// error makes of another within them is left out, as it is within one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MotionSum<T> {
+    /// Length, rotation and change of velocity.
+    pub increment: Increment<T>,
+    /// Direction cosines of the attitude at the start of the last step, rows north, east, down.
+    pub body_to_ned_rows: [[T; 3]; 3],
+    /// Velocity change by specific force, m/s.
+    pub force_mps: Vector<Ned, T>,
+    /// Variance that the gyros have added to the rotation about each of their axes, rad².
+    pub angle_variance: [T; 3],
+    /// Variance that the accelerometers have added to the change of velocity along each of their axes, (m/s)².
+    pub velocity_variance: [T; 3],
+}
+
+impl<T: Scalar> MotionSum<T> {
+    /// Adds steps that came before.
+    pub fn add_before(&mut self, before: &Self) {
+        self.increment.interval_s += before.increment.interval_s;
+        self.increment.rotation_rad += before.increment.rotation_rad;
+        self.increment.velocity_mps += before.increment.velocity_mps;
+        self.force_mps += before.force_mps;
+        self.angle_variance = sum(self.angle_variance, before.angle_variance);
+        self.velocity_variance = sum(self.velocity_variance, before.velocity_variance);
+    }
+}
+
+/// Sum axis by axis.
+pub(super) fn sum<T: Scalar>([ax, ay, az]: [T; 3], [bx, by, bz]: [T; 3]) -> [T; 3] {
+    [ax + bx, ay + by, az + bz]
+}
