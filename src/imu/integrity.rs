@@ -67,21 +67,21 @@ impl<T: Scalar> Suspicion<T> {
     /// Whether it hides how the vehicle turned or what was felt: a gyro at full scale, an axis that is stuck.
     #[must_use]
     pub(crate) fn hides_motion(&self) -> bool {
-        self.stuck || self.gyro_clipped.contains(&true)
+        self.stuck || any(self.gyro_clipped)
     }
 
     /// Whether any sensor stands at its full scale.
     #[must_use]
     pub fn is_clipped(&self) -> bool {
-        self.gyro_clipped.iter().chain(&self.accel_clipped).any(|&clipped| clipped)
+        any(self.gyro_clipped) || any(self.accel_clipped)
     }
 }
 
 impl fmt::Display for Suspicion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if self.accel_clipped.contains(&true) {
+        f.write_str(if any(self.accel_clipped) {
             "an accelerometer at full scale"
-        } else if self.gyro_clipped.contains(&true) {
+        } else if any(self.gyro_clipped) {
             "a gyro at full scale"
         } else if self.stuck {
             "an axis that repeats itself"
@@ -332,7 +332,7 @@ impl<T: Scalar> Triad<T> {
         let shocked: [bool; 3] =
             core::array::from_fn(|axis| known && now[axis] > number(SHOCK) * quiet[axis]);
         let (mut shock, mut shaken, mut hidden) = (None, false, [T::ZERO; 3]);
-        if shocked.contains(&true) {
+        if any(shocked) {
             let (mut struck, least_blow) = (false, square(number(least_blow)));
             for axis in 0..3 {
                 let blow = number(BLOW) * quiet[axis];
@@ -341,10 +341,10 @@ impl<T: Scalar> Triad<T> {
             }
             shock = Some(Shaking { variance: greatest(noise, self.usual), struck });
         }
-        if shock.is_some() || clipped.contains(&true) {
+        if shock.is_some() || any(clipped) {
             hidden = self.hidden(values, clipped, shocked, interval_s);
         }
-        if self.clipped_s != [T::ZERO; 3] || clipped.contains(&true) {
+        if any(clipped) || total(self.clipped_s) > T::ZERO {
             self.count_clipping(clipped, interval_s);
         }
         let mut variance = [T::ZERO; 3];
@@ -359,13 +359,15 @@ impl<T: Scalar> Triad<T> {
         }
         let mut stuck = false;
         let stuck_s = self.repetition.push(values, interval_s);
-        for axis in 0..3 {
-            // An axis that nothing ever moved is none.
-            if stuck_s[axis] > T::ZERO && self.usual[axis] > number(0.01) * least_quiet {
-                let together_s =
-                    number(2.0) * stuck_s[axis].min(number(LONGEST_STUCK_S)) + interval_s;
-                variance[axis] += square(number(stuck_sigma)) * interval_s * together_s;
-                stuck = true;
+        if total(stuck_s) > T::ZERO {
+            for axis in 0..3 {
+                // An axis that nothing ever moved is none.
+                if stuck_s[axis] > T::ZERO && self.usual[axis] > number(0.01) * least_quiet {
+                    let together_s =
+                        number(2.0) * stuck_s[axis].min(number(LONGEST_STUCK_S)) + interval_s;
+                    variance[axis] += square(number(stuck_sigma)) * interval_s * together_s;
+                    stuck = true;
+                }
             }
         }
         Found { clipped, shock, shaken, hidden, variance, stuck }
@@ -416,6 +418,15 @@ fn comes_back<T: Scalar>(size: T, largest: &mut T, repeats: &mut u32) -> bool {
         *repeats = repeats.saturating_add(1);
     }
     *repeats >= REPEATS
+}
+
+/// Whether any axis is; without a branch for each.
+const fn any([x, y, z]: [bool; 3]) -> bool {
+    x | y | z
+}
+
+fn total<T: Scalar>([x, y, z]: [T; 3]) -> T {
+    x + y + z
 }
 
 fn square<T: Scalar>(value: T) -> T {

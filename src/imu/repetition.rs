@@ -36,21 +36,22 @@ impl<T: Scalar> Repetition<T> {
     /// zero of one that is not.
     pub fn push(&mut self, values: [T; 3], interval_s: T) -> [T; 3] {
         let mut stuck_s = [T::ZERO; 3];
-        let last = self.last.replace(values);
+        // Nothing equals no number.
+        let last = self.last.replace(values).unwrap_or([T::of(f64::NAN); 3]);
         let newest = (interval_s / T::of(MEMORY_S)).min(T::ONE).wide() as f32;
         for axis in 0..3 {
             let share = &mut self.share[axis];
-            if last.is_none_or(|last| last[axis] != values[axis]) {
+            if last[axis] == values[axis] {
+                self.count[axis] += 1.0;
+                self.run_s[axis] += interval_s;
+                if self.count[axis] * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
+                    stuck_s[axis] = self.run_s[axis];
+                } else {
+                    *share += newest * (1.0 - *share);
+                }
+            } else {
                 (self.count[axis], self.run_s[axis]) = (0.0, T::ZERO);
                 *share -= newest * *share;
-                continue;
-            }
-            self.count[axis] += 1.0;
-            self.run_s[axis] += interval_s;
-            if self.count[axis] * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
-                stuck_s[axis] = self.run_s[axis];
-            } else {
-                *share += newest * (1.0 - *share);
             }
         }
         stuck_s

@@ -127,7 +127,7 @@ impl<T: Scalar> NavState<T> {
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.position.is_navigable()
-            && self.velocity_mps.norm() <= T::of(FASTEST_MPS)
+            && self.velocity_mps.is_shorter_than(T::of(FASTEST_MPS))
             && self.body_to_ned.is_finite()
     }
 }
