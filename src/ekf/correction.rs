@@ -2,10 +2,9 @@
 
 use super::covariance::{Relaxation, Transition};
 use super::excess::Stepped;
-use super::filter::Ekf;
+use super::filter::{Ekf, MOST_HIDDEN_RAD};
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::measurement::Ground;
-use super::process::MOST_HIDDEN_RAD;
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;

@@ -12,7 +12,6 @@ use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITIO
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::motion_sum::MotionSum;
 use super::prediction::{ImuFault, Prediction, ResetCause};
-use super::process::MOST_HIDDEN_RAD;
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
@@ -21,6 +20,9 @@ use crate::frames::{Body, Ned, Vector};
 use crate::imu::{ImuErrors, ImuSample, Integrity, Rest, Suspicion};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
+
+/// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
+pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 
 /// What is remembered of the samples themselves, whatever a filter makes of them.
 #[derive(Clone, Copy, Debug)]

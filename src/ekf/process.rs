@@ -2,7 +2,7 @@
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::covariance::{Relaxation, Transition};
-use super::filter::Ekf;
+use super::filter::{Ekf, MOST_HIDDEN_RAD};
 use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::motion_sum::{MotionSum, sum};
 use super::scalar::Scalar;
@@ -280,8 +280,6 @@ const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
 
 /// No gap opens roll and pitch further than this, rad: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
-/// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
-pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 
 /// C diag(v) Cᵀ, upper triangle by rows: v₂ I + (v₀ − v₂) c₀ c₀ᵀ + (v₁ − v₂) c₁ c₁ᵀ, for the columns of C
 /// are orthonormal.

@@ -6,7 +6,7 @@
 
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
-use super::joint::MOST;
+use super::sensitivity::MOST;
 use super::{Covariance, Sensitivity};
 
 /// What three axes of a fix, north, east and down, see beside their own error.

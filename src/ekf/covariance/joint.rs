@@ -10,10 +10,8 @@ use core::marker::PhantomData;
 use super::super::layout::Layout;
 use super::super::scalar::Scalar;
 use super::fix_sensitivity::FixSensitivity;
+use super::sensitivity::MOST;
 use super::{Covariance, Gain, Sensitivity, add_scaled};
-
-/// Most measurements of one moment: position and velocity.
-pub const MOST: usize = 6;
 
 /// How the measurements of one moment see the state.
 #[derive(Clone, Copy, Debug)]

@@ -18,10 +18,10 @@ mod sensitivity;
 mod update;
 
 pub use fix_sensitivity::{AxesSensitivity, FixSensitivity};
-pub use joint::{Joint, MOST, Sensitivities};
+pub use joint::{Joint, Sensitivities};
 pub(super) use packed::PackedBase;
 pub use propagation::{Relaxation, Transition};
-pub use sensitivity::Sensitivity;
+pub use sensitivity::{MOST, Sensitivity};
 pub use update::Gain;
 
 use super::layout::{ACCEL_BIAS, BASE, GYRO_BIAS};

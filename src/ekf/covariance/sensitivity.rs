@@ -2,6 +2,8 @@
 
 use super::super::scalar::Scalar;
 
+/// Most measurements of one moment: position and velocity.
+pub const MOST: usize = 6;
 /// Most terms of a sensitivity.
 const TERMS: usize = 16;
 

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::fly_config::{FlyConfig, FlyConfigError};
+use super::error::FlyConfigError;
+use super::fly_config::FlyConfig;
 use super::sections::CaptureSection;
 use hovernav::controls::Channel;
 
