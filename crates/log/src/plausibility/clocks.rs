@@ -34,11 +34,13 @@ fn rate(imu: &[Time], found: &mut Vec<SetupFinding>) {
             "log the inertial unit at 50 Hz or more".into(),
         )
     };
+    let is_certain = rate_hz < LEAST_HZ;
+    let expected_hz = if is_certain { LEAST_HZ } else { POOR_HZ };
     found.push(SetupFinding {
         sensor: "inertial unit",
-        is_certain: rate_hz < LEAST_HZ,
+        is_certain,
         found: format!(
-            "found {rate_hz:.3} samples a second, expected at least {LEAST_HZ:.0} for inertial work"
+            "found {rate_hz:.3} samples a second, expected at least {expected_hz:.0} for inertial work"
         ),
         cause: cause.into(),
         mend,
@@ -126,9 +128,11 @@ mod tests {
 
     #[test]
     fn samples_too_slow_or_in_milliseconds_are_said() {
-        for (interval_ms, certain, expected) in
-            [(116, true, "thinned"), (50, false, "thinned"), (10_000, true, "milliseconds")]
-        {
+        for (interval_ms, certain, expected, least) in [
+            (116, true, "thinned", "at least 18 "),
+            (50, false, "thinned", "at least 24 "),
+            (10_000, true, "milliseconds", "at least 18 "),
+        ] {
             let times: Vec<Time> =
                 (0..50).map(|k| Time::from_nanoseconds(k * interval_ms * 1_000_000)).collect();
             let mut found = Vec::new();
@@ -136,6 +140,7 @@ mod tests {
             assert_eq!(found.len(), 1);
             assert_eq!(found[0].is_certain, certain);
             assert!(found[0].cause.contains(expected), "{}", found[0]);
+            assert!(found[0].found.contains(least), "{}", found[0]);
         }
     }
 }
