@@ -9,7 +9,10 @@ use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context as _;
+#[cfg(feature = "lab")]
+use hovernav_design::hover::{Cut, FlightMode, HoverDesign};
 use hovernav_fly::{Notification, fly};
+use hovernav_log::FlyConfig;
 use hovernav_log::record::Level;
 use signal_hook::consts::{
     SIGALRM, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1,
@@ -50,6 +53,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let beside = arguments.config.parent().unwrap_or(Path::new(""));
     config.load_autopilot(beside).with_context(|| arguments.config.display().to_string())?;
+    try_gains(&config, beside).with_context(|| arguments.config.display().to_string())?;
     let record = arguments.record.clone().unwrap_or_else(|| config.record_path(unix_s));
     if let Some(directory) = record.parent() {
         std::fs::create_dir_all(directory)
@@ -99,4 +103,43 @@ fn print(notifications: &Receiver<Notification>) {
         // Nobody may be there to read it.
         let _ = writeln!(stderr(), "{:9.3}  {level}{}", time.seconds(), text.as_str());
     }
+}
+
+/// Closes the loops of the autopilot around the model that the configuration names, and refuses those that are
+/// unstable in a mode.
+#[cfg(feature = "lab")]
+fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
+    let section = config.autopilot.as_ref();
+    let Some((name, flown)) = section.and_then(|own| Some((own.model.as_ref()?, own.flown?)))
+    else {
+        return Ok(());
+    };
+    let shipped = name.to_str().and_then(hovernav_model::shipped::by_name);
+    let model = match shipped {
+        Some(model) => model,
+        None => {
+            hovernav_model::StateSpace::read(&beside.join(name)).context("[autopilot] model")?
+        }
+    };
+    let design = HoverDesign { period_s: flown.period_s, ..HoverDesign::for_model(&model) };
+    for mode in FlightMode::ALL {
+        let closed = design.close_in(&model, &flown.gains, mode, Cut::Actuators)?;
+        anyhow::ensure!(
+            closed.closed_poles()?.iter().all(|pole| pole.norm() < 1.0),
+            "[autopilot] file: found gains that are unstable on {} holding {}, expected a stable loop",
+            name.display(),
+            mode.name()
+        );
+    }
+    Ok(())
+}
+
+/// Gains cannot be tried without the part that designs them.
+#[cfg(not(feature = "lab"))]
+fn try_gains(config: &FlyConfig, _beside: &Path) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        config.autopilot.as_ref().is_none_or(|section| section.model.is_none()),
+        "[autopilot] model: found one, but this build lacks the feature `lab`, which tries gains on it"
+    );
+    Ok(())
 }

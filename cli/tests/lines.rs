@@ -152,3 +152,23 @@ fn what_cannot_be_flown_is_refused_with_the_key() {
         assert!(message.contains(expected), "{to}: {message}");
     }
 }
+
+#[test]
+fn gains_that_are_unstable_on_the_vehicles_model_are_refused() {
+    let directory = place("unstable-gains");
+    let at = |name: &str| directory.join(name).display().to_string();
+    let good = example(&directory);
+    let designed = fs::read_to_string(at("design/autopilot.toml")).unwrap();
+    let turned = designed.replacen("proportional = ", "proportional = -", 1).replace("--", "");
+    fs::write(at("design/autopilot.toml"), turned).unwrap();
+    fs::write(at("loop.toml"), &good).unwrap();
+    let fly = ["fly", "--config", &at("loop.toml"), "--duration", "1"];
+    let message = last_line(&fly);
+    let expected =
+        "loop.toml: [autopilot] file: found gains that are unstable on raptor60 holding velocity";
+    assert!(message.contains(expected), "{message}");
+    fs::write(at("loop.toml"), good.replace("model = \"raptor60\"", "model = \"nowhere.toml\""))
+        .unwrap();
+    let message = last_line(&fly);
+    assert!(message.contains("[autopilot] model") && message.contains("nowhere.toml"), "{message}");
+}

@@ -19,6 +19,11 @@ use hovernav::servo::SwitchConfig;
 pub struct AutopilotSection {
     /// What `hovernav design` wrote; a relative path is looked for beside `fly.toml`.
     pub file: PathBuf,
+    /// The vehicle's model, on which the gains are tried before the flight: a `model.toml`, a relative path
+    /// looked for beside `fly.toml`, or the name of one that comes with hovernav. Loops that are unstable with
+    /// it are refused; without it nothing tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<PathBuf>,
     /// The switch on the aux channel.
     #[serde(default)]
     pub switch: SwitchConfig,
