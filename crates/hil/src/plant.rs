@@ -52,7 +52,7 @@ pub struct LiveConfig {
 pub struct LiveSample {
     /// The centre of gravity.
     pub truth: Truth,
-    /// The pilot's sticks.
+    /// The pilot's sticks, with what the scene moves.
     pub pilot: Sticks,
     /// What the servos were commanded.
     pub commanded: Sticks,
@@ -162,10 +162,13 @@ impl Plant {
             let switch_on = self.config.scene.has(Act::Engage, time_s);
             let seen = state.solution(time);
             let still = self.config.scene.has(Act::Still, time_s);
-            self.pilot_sticks = self.pilot.sticks(&seen, self.commanded, switch_on, still);
+            // What the scene moves is the pilot's own too.
+            let moved = self.config.scene.moved(time_s);
+            let others = plus(self.commanded, moved, -1.0);
+            self.pilot_sticks = self.pilot.sticks(&seen, others, switch_on, still);
             self.samples.push(LiveSample {
                 truth: state.truth(time),
-                pilot: self.pilot_sticks,
+                pilot: moved_by(self.pilot_sticks, moved),
                 commanded: self.commanded,
                 switch_on,
                 wind_mps: self.wind_mps,
@@ -238,11 +241,7 @@ impl Plant {
         if scene.has(Act::PilotLost, time_s) {
             return None;
         }
-        let moved = scene.moved(time_s).to_array();
-        let held = self.pilot_sticks.to_array();
-        let sticks = Sticks::from_array(std::array::from_fn(|stick| {
-            (held[stick] + moved[stick]).clamp(-1.0, 1.0)
-        }));
+        let sticks = moved_by(self.pilot_sticks, scene.moved(time_s));
         let throttle_ms = config.channels.throttle.trim_ms;
         let mut widths_ms = if config.swashplate.pilot_is_mixed {
             config.swashplate.widths_ms(&config.channels, sticks, throttle_ms)
@@ -305,4 +304,15 @@ impl Plant {
             }
         }
     }
+}
+
+/// Sticks that are held and `moved` from there, within their travel.
+fn moved_by(held: Sticks, moved: Sticks) -> Sticks {
+    Sticks::from_array(plus(held, moved, 1.0).to_array().map(|stick| stick.clamp(-1.0, 1.0)))
+}
+
+/// `sticks` and so many times the `others`.
+fn plus(sticks: Sticks, others: Sticks, times: f64) -> Sticks {
+    let (sticks, others) = (sticks.to_array(), others.to_array());
+    Sticks::from_array(std::array::from_fn(|stick| sticks[stick] + times * others[stick]))
 }
