@@ -30,6 +30,7 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
             .into_iter()
             .chain([timed.instructions.map_or_else(String::new, |count| count.to_string())])
             .collect(),
+        judged: None,
     };
     let all = report.steps.iter().chain([&report.cycle]);
     let table = Table {

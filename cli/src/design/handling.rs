@@ -33,6 +33,7 @@ pub fn handling(checked: &CheckedDesign) -> Section {
             number(found.bandwidth_radps, 1),
             number(found.phase_delay_s.map(|delay_s| 1e3 * delay_s), 0),
         ],
+        judged: None,
     };
     let heads = [
         "",

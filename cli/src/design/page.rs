@@ -145,6 +145,7 @@ fn margins(checked: &CheckedDesign) -> Table {
                 .disturbance_rejection_bandwidth_radps
                 .map_or("-".into(), |bandwidth| format!("{bandwidth:.2}")),
         ],
+        judged: None,
     };
     let heads = ["", "Gain up, dB", "down, dB", "Phase, °", "Crossover, rad/s", "Delay, ms"];
     Table {
@@ -184,7 +185,7 @@ fn disturbances(checked: &CheckedDesign) -> Section {
         if let Some(printed) = &checked.printed {
             numbers.push(seconds(printed.responses[at].settled_s()));
         }
-        TableRow { name: titled(response), numbers }
+        TableRow { name: titled(response), numbers, judged: None }
     };
     let mut heads = vec![
         "",

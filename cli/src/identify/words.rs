@@ -146,12 +146,21 @@ fn both_in_words(found: &FrequencyDomain) -> String {
 
 /// The verdict at the head of the page.
 pub fn verdict(summary: &Summary) -> Verdict {
-    let (level, words) = match summary.verdict {
-        Grade::Good => (Level::Good, "Good: a control design can lean on this model."),
-        Grade::Care => (Level::Care, "Usable with care: read the reasons before you design on it."),
-        Grade::DoNotFly => (Level::Bad, "Do not fly by it."),
+    let words = match summary.verdict {
+        Grade::Good => "Good: a control design can lean on this model.",
+        Grade::Care => "Usable with care: read the reasons before you design on it.",
+        Grade::DoNotFly => "Do not fly by it.",
     };
-    Verdict { level, words: words.into(), points: summary.reasons.clone() }
+    Verdict { level: level(summary.verdict), words: words.into(), points: summary.reasons.clone() }
+}
+
+/// How a page shows a grade.
+pub const fn level(grade: Grade) -> Level {
+    match grade {
+        Grade::Good => Level::Good,
+        Grade::Care => Level::Care,
+        Grade::DoNotFly => Level::Bad,
+    }
 }
 
 /// What a parameter is, for those who do not think in symbols; empty where its unit says enough.

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use super::html::Escaped;
+use super::verdict::Level;
 
 /// A table of numbers with a line of heads, the first head above the names.
 pub struct Table {
@@ -29,8 +30,15 @@ impl Table {
             write!(out, "<th scope=\"col\"{class}>{}</th>", Escaped(head))?;
         }
         writeln!(out, "</tr></thead><tbody>")?;
-        for TableRow { name, numbers } in rows {
-            write!(out, "<tr><th scope=\"row\">{}</th>", Escaped(name))?;
+        for TableRow { name, numbers, judged } in rows {
+            match judged {
+                Some(level) => {
+                    let (class, sign) = (level.class(), level.sign());
+                    write!(out, "<tr class=\"{class}\"><th scope=\"row\">{sign} ")?;
+                }
+                None => write!(out, "<tr><th scope=\"row\">")?,
+            }
+            write!(out, "{}</th>", Escaped(name))?;
             for (column, number) in numbers.iter().enumerate() {
                 write!(out, "<td{}>{}</td>", class(column), Escaped(number))?;
             }
@@ -51,4 +59,6 @@ impl Table {
 pub struct TableRow {
     pub name: String,
     pub numbers: Vec<String>,
+    /// How far it can be relied on, where somebody says so.
+    pub judged: Option<Level>,
 }

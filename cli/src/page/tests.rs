@@ -46,6 +46,7 @@ fn a_page_without_a_flight_has_axes_of_its_own() {
         rows: vec![TableRow {
             name: "Nr".into(),
             numbers: vec!["-5.1".into(), "yaw damping".into()],
+            judged: None,
         }],
     };
     let page = Page {

@@ -15,6 +15,26 @@ pub enum Level {
     Bad,
 }
 
+impl Level {
+    /// What stands for it where a page is styled.
+    pub(super) const fn class(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Care => "care",
+            Self::Bad => "bad",
+        }
+    }
+
+    /// A sign beside the colour, for those who see no colours.
+    pub(super) const fn sign(self) -> &'static str {
+        match self {
+            Self::Good => "✓",
+            Self::Care => "!",
+            Self::Bad => "✗",
+        }
+    }
+}
+
 /// A verdict with the reasons that weigh most, plain text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Verdict {
@@ -25,12 +45,7 @@ pub struct Verdict {
 
 impl Verdict {
     pub(super) fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
-        // A sign beside the colour, for those who see no colours.
-        let (class, sign) = match self.level {
-            Level::Good => ("good", "✓"),
-            Level::Care => ("care", "!"),
-            Level::Bad => ("bad", "✗"),
-        };
+        let (class, sign) = (self.level.class(), self.level.sign());
         let words = Escaped(&self.words);
         write!(
             out,

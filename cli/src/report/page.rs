@@ -101,6 +101,7 @@ impl RecordPage<'_> {
                 format!("{:.2}", span.start_s),
                 format!("{:.2}", span.end_s - span.start_s),
             ],
+            judged: None,
         });
         let explanation =
             format!("Who flew: {}. Why a mode changed stands among the events.", names.join(", "));
@@ -215,6 +216,7 @@ impl RecordPage<'_> {
         let rows = Check::ALL.iter().enumerate().map(|(bit, check)| TableRow {
             name: check.name().into(),
             numbers: vec![format!("{:.1} %", share(bit))],
+            judged: None,
         });
         let explanation = "What would have kept the autopilot from taking over, moment by moment.";
         Section::new("readiness", "Readiness", explanation).with(figure).with(Table {
@@ -243,6 +245,7 @@ impl RecordPage<'_> {
         let rows = self.record.events.iter().map(|event| TableRow {
             name: format!("{:.3} s", event.time.seconds()),
             numbers: vec![level_name(event.level).into(), event.text.clone()],
+            judged: None,
         });
         Section::new("events", "Events", "What happened, in words.").with(Table {
             caption: format!("{} events", self.record.events.len()),

@@ -3,8 +3,8 @@
 use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Estimate;
 
-use super::super::words::{bounds_in_words, early_sticks, meaning};
-use crate::page::{Section, Table, TableRow, digits};
+use super::super::words::{bounds_in_words, early_sticks, level, meaning};
+use crate::page::{Level, Section, Table, TableRow, digits};
 
 /// Fits beside what noise alone would allow, with the parameters' bounds in the caption.
 pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
@@ -20,6 +20,7 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
                 digits(channel.residual_rms),
                 other.map_or_else(|| "–".into(), |other| format!("{:.1} %", other.percent)),
             ],
+            judged: None,
         }
     });
     Table {
@@ -56,7 +57,8 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
             [estimate.status.name().to_owned(), "–".into(), "–".into()]
         });
         numbers.push(held(&estimate.name).map_or_else(|| "–".into(), in_short));
-        TableRow { name: estimate.name.clone(), numbers }
+        let judged = Some(level(found.grade_of(estimate))).filter(|level| *level > Level::Good);
+        TableRow { name: estimate.name.clone(), numbers, judged }
     });
     let heads = [
         "",
@@ -69,7 +71,9 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
         "From held GPS velocity",
     ];
     let table = Table {
-        caption: "Continuous-time derivatives per full stick".into(),
+        caption: "Continuous-time derivatives per full stick. Those marked ! are to be taken with care, those marked ✗ not \
+                  to be flown by"
+            .into(),
         heads: heads.map(Into::into).into(),
         rows: rows.collect(),
     };
@@ -84,6 +88,7 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
             .map(|(one, other, value)| TableRow {
                 name: format!("{one}, {other}"),
                 numbers: vec![format!("{value:.3}")],
+                judged: None,
             })
             .collect(),
     };

@@ -67,6 +67,7 @@ pub fn poles(found: &Identification, held: Option<&Identification>) -> Result<Se
         TableRow {
             name: format!("{} ±{}", digits(value.re), sigma(0)),
             numbers: vec![imaginary, digits(size), damping],
+            judged: None,
         }
     });
     let heads = ["Real part ±1σ, 1/s", "Imaginary part ±1σ, 1/s", "Frequency, rad/s", "Damping"];

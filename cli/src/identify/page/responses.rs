@@ -110,7 +110,7 @@ fn both(frequency: &FrequencyDomain) -> Table {
         };
         let shown = |(value, bound): (f64, f64)| format!("{} ±{}", digits(value), digits(bound));
         let numbers = vec![shown(own.time), shown(own.frequency), own.unit.clone(), apart];
-        TableRow { name: own.name.clone(), numbers }
+        TableRow { name: own.name.clone(), numbers, judged: None }
     });
     Table {
         caption: "Parameters by both methods, ±1σ".into(),
@@ -128,11 +128,13 @@ fn costs(frequency: &FrequencyDomain) -> Table {
             format!("{:.1}", own.time),
             format!("{:.1}", own.frequency),
         ],
+        judged: None,
     };
     let (time, fitted) = frequency.mean_cost;
     let mean = TableRow {
         name: "mean".into(),
         numbers: vec![String::new(), format!("{time:.1}"), format!("{fitted:.1}")],
+        judged: None,
     };
     Table {
         caption: "Cost J of each response that is coherent: below 100 a model is good for most uses, below 50 it \

@@ -76,15 +76,8 @@ impl Identification {
         }
         for parameter in &self.identified.structure.parameters {
             let found = self.identified.estimates.get(&parameter.name);
-            let (Some((expected, sigma)), Some(found)) = (parameter.prior, found) else { continue };
-            if DAMPING.contains(&&*parameter.name)
-                && found.is_estimated()
-                && found.bound > UNTOLD * sigma
-            {
-                let Estimate { name, value, bound, unit, .. } = found;
-                judge.say(Grade::Care, format!(
-                    "{name} is not told by this flight: {value:.3} ± {bound:.3} {unit}, where {expected} ± {sigma} is usual"
-                ));
+            if let (Some(expected), Some(found)) = (parameter.prior, found) {
+                judge.against_expected(found, expected);
             }
         }
         match self.identified.poles() {
@@ -97,6 +90,27 @@ impl Identification {
             Err(error) => judge.say(Grade::DoNotFly, format!("its modes cannot be told: {error}")),
         }
         Verdict { grade: judge.grade, reasons: judge.reasons }
+    }
+
+    /// How far one of the [`parameters`](Self::parameters) can be relied on: by what the verdict says of it, and
+    /// with care only where its bound is larger than it is.
+    #[must_use]
+    pub fn grade_of(&self, estimate: &Estimate) -> Grade {
+        let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
+        judge.parameter(estimate);
+        let own = self.identified.structure.parameter(&estimate.name);
+        let expected = own.and_then(|own| self.identified.structure.parameters[own].prior);
+        if let Some(expected) = expected {
+            judge.against_expected(estimate, expected);
+        }
+        let correlated = self.strong_correlations(SAME);
+        let is_one_of =
+            |(one, other, _): &(&str, &str, f64)| [*one, *other].contains(&&*estimate.name);
+        let is_vague = estimate.is_estimated() && estimate.bound_percent() > DAMPING_PERCENT;
+        if is_vague || correlated.iter().any(is_one_of) {
+            judge.grade = judge.grade.max(Grade::Care);
+        }
+        judge.grade
     }
 }
 
@@ -141,6 +155,16 @@ impl Judge {
             Grade::Care,
             format!("{stick} to {output}: one response in ten is off by a cost above {cost:.0}, {COST} is allowed: {why}"),
         );
+    }
+
+    /// Whether the flight told more of a damping than was `expected` of it: value and one sigma.
+    fn against_expected(&mut self, found: &Estimate, (expected, sigma): (f64, f64)) {
+        let Estimate { name, value, bound, unit, .. } = found;
+        if DAMPING.contains(&&**name) && found.is_estimated() && *bound > UNTOLD * sigma {
+            self.say(Grade::Care, format!(
+                "{name} is not told by this flight: {value:.3} ± {bound:.3} {unit}, where {expected} ± {sigma} is usual"
+            ));
+        }
     }
 
     fn parameter(&mut self, estimate: &Estimate) {
