@@ -1,7 +1,7 @@
 //! What a reader asks of an identification first: its fit, its bounds, its strong correlations.
 
 use super::identify::Identification;
-use crate::methods::prediction_error::{Estimate, Fit};
+use crate::methods::prediction_error::{Estimate, Fit, Status};
 
 /// How sure the estimated parameters are: Cramér–Rao bounds, one sigma, in percent of the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,10 +38,11 @@ impl Identification {
         list.get(..self.identified.structure.parameters.len()).unwrap_or(list)
     }
 
-    /// The bounds without which a fit says nothing; `None` where nothing was estimated.
+    /// The bounds without which a fit says nothing, less those of what ended on a limit of its search; `None`
+    /// where nothing was estimated.
     #[must_use]
     pub fn bounds(&self) -> Option<BoundSummary<'_>> {
-        let estimated = self.parameters().iter().filter(|estimate| estimate.is_estimated());
+        let estimated = self.parameters().iter().filter(|own| own.status == Status::Free);
         let mut bounds: Vec<(f64, &str)> =
             estimated.map(|estimate| (estimate.bound_percent(), &*estimate.name)).collect();
         bounds.sort_by(|one, other| one.0.total_cmp(&other.0));
