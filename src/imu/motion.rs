@@ -41,16 +41,16 @@ impl<T: Scalar> Motion<T> {
         }
     }
 
-    /// Whether it is finite and one that a unit can measure: no longer than 10 000 rad/s and m/s², or rad and m/s
-    /// a sample.
+    /// Whether every component is finite and one that a unit can measure: within ±10 000 rad/s and
+    /// m/s², or rad and m/s a sample.
     #[must_use]
     pub fn is_finite(&self) -> bool {
-        let most = T::of(MEASURABLE);
+        let measurable = |vector: &Vector<Body, T>| {
+            vector.to_array().iter().all(|component| component.abs() <= T::of(MEASURABLE))
+        };
         match self {
             Self::Rates { angular_rate_radps: a, specific_force_mps2: b }
-            | Self::Increments { angle_rad: a, velocity_mps: b } => {
-                a.is_shorter_than(most) && b.is_shorter_than(most)
-            }
+            | Self::Increments { angle_rad: a, velocity_mps: b } => measurable(a) && measurable(b),
         }
     }
 
