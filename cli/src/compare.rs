@@ -268,7 +268,7 @@ fn table(Difference { of, from, score }: &Difference<'_>) -> Table {
     let rows = score.axes.iter().map(|axis| {
         let size = &axis.statistics;
         let numbers = [size.rmse, size.median, size.p95, size.max].map(digits);
-        TableRow { name: axis.axis.name().into(), numbers: numbers.into(), judged: None }
+        TableRow::new(axis.axis.name(), numbers.into())
     });
     Table {
         caption: format!("{} less {}", of.name, from.name),

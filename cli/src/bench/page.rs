@@ -23,14 +23,15 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
         Fact::new("of the period", format!("{:.3} %", 100.0 * report.share_of_period)),
         Fact::new("worst inputs", format!("{:.1} µs", 1e-3 * report.worst.time_ns)),
     ];
-    let row = |timed: &Timed| TableRow {
-        name: format!("{}, {} states", timed.name, timed.states),
-        numbers: [timed.time.p50_ns, timed.time.p99_ns, timed.time.p99_9_ns, timed.time.max_ns]
-            .map(|ns| format!("{ns:.0}"))
-            .into_iter()
-            .chain([timed.instructions.map_or_else(String::new, |count| count.to_string())])
-            .collect(),
-        judged: None,
+    let row = |timed: &Timed| {
+        TableRow::new(
+            format!("{}, {} states", timed.name, timed.states),
+            [timed.time.p50_ns, timed.time.p99_ns, timed.time.p99_9_ns, timed.time.max_ns]
+                .map(|ns| format!("{ns:.0}"))
+                .into_iter()
+                .chain([timed.instructions.map_or_else(String::new, |count| count.to_string())])
+                .collect(),
+        )
     };
     let all = report.steps.iter().chain([&report.cycle]);
     let table = Table {

@@ -92,10 +92,11 @@ fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
 }
 
 fn percentiles(results: &[CampaignResult]) -> Table {
-    let row = |measure: &Measure| TableRow {
-        name: in_words(measure.name),
-        numbers: measure.percentiles(results, None).map(|v| format!("{v:.3}")).into(),
-        judged: None,
+    let row = |measure: &Measure| {
+        TableRow::new(
+            in_words(measure.name),
+            measure.percentiles(results, None).map(|v| format!("{v:.3}")).into(),
+        )
     };
     Table {
         caption: "Percentiles over all flights that lasted to be judged".into(),
@@ -135,7 +136,7 @@ fn outcomes(results: &[CampaignResult]) -> Section {
         let mut numbers =
             grades.map(|grade| count(results, outcome, Some(grade)).to_string()).to_vec();
         numbers.push(count(results, outcome, None).to_string());
-        TableRow { name: outcome.name().replace('_', " "), numbers, judged: None }
+        TableRow::new(outcome.name().replace('_', " "), numbers)
     };
     let heads = [""].into_iter().chain(grades.map(SensorGrade::name)).chain(["all"]);
     Section::new(

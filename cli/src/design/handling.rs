@@ -18,22 +18,22 @@ pub fn handling(checked: &CheckedDesign) -> Section {
     let number = |value: Option<f64>, digits: usize| {
         value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
     };
-    let row = |(found, least): (&HandlingQualities, f64)| TableRow {
-        name: match found.output.as_str() {
-            "phi" => "roll",
-            "theta" => "pitch",
-            _ => "heading",
-        }
-        .into(),
-        numbers: vec![
-            number(found.rejection_bandwidth_radps, 2),
-            format!("{least}"),
-            format!("{:.1}", found.rejection_peak_db),
-            format!("{LEVEL_1_PEAK_DB}"),
-            number(found.bandwidth_radps, 1),
-            number(found.phase_delay_s.map(|delay_s| 1e3 * delay_s), 0),
-        ],
-        judged: None,
+    let row = |(found, least): (&HandlingQualities, f64)| {
+        TableRow::new(
+            match found.output.as_str() {
+                "phi" => "roll",
+                "theta" => "pitch",
+                _ => "heading",
+            },
+            vec![
+                number(found.rejection_bandwidth_radps, 2),
+                format!("{least}"),
+                format!("{:.1}", found.rejection_peak_db),
+                format!("{LEVEL_1_PEAK_DB}"),
+                number(found.bandwidth_radps, 1),
+                number(found.phase_delay_s.map(|delay_s| 1e3 * delay_s), 0),
+            ],
+        )
     };
     let heads = [
         "",

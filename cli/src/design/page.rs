@@ -133,19 +133,20 @@ fn margins(checked: &CheckedDesign) -> Table {
         Some(crossing) => format!("{:.1}", crossing.margin_db()),
         None => "any".into(),
     };
-    let row = |channel: &ChannelMargins| TableRow {
-        name: channel.name.clone(),
-        numbers: vec![
-            db(&channel.gain_up),
-            db(&channel.gain_down),
-            channel.phase.map_or("any".into(), |p| format!("{:.1}", p.margin.to_degrees())),
-            channel.phase.map_or("-".into(), |p| format!("{:.2}", p.frequency_radps)),
-            channel.delay_s.map_or("any".into(), |s| format!("{:.0}", 1e3 * s)),
-            channel
-                .disturbance_rejection_bandwidth_radps
-                .map_or("-".into(), |bandwidth| format!("{bandwidth:.2}")),
-        ],
-        judged: None,
+    let row = |channel: &ChannelMargins| {
+        TableRow::new(
+            channel.name.clone(),
+            vec![
+                db(&channel.gain_up),
+                db(&channel.gain_down),
+                channel.phase.map_or("any".into(), |p| format!("{:.1}", p.margin.to_degrees())),
+                channel.phase.map_or("-".into(), |p| format!("{:.2}", p.frequency_radps)),
+                channel.delay_s.map_or("any".into(), |s| format!("{:.0}", 1e3 * s)),
+                channel
+                    .disturbance_rejection_bandwidth_radps
+                    .map_or("-".into(), |bandwidth| format!("{bandwidth:.2}")),
+            ],
+        )
     };
     let heads = ["", "Gain up, dB", "down, dB", "Phase, °", "Crossover, rad/s", "Delay, ms"];
     Table {
@@ -185,7 +186,7 @@ fn disturbances(checked: &CheckedDesign) -> Section {
         if let Some(printed) = &checked.printed {
             numbers.push(seconds(printed.responses[at].settled_s()));
         }
-        TableRow { name: titled(response), numbers, judged: None }
+        TableRow::new(titled(response), numbers)
     };
     let mut heads = vec![
         "",

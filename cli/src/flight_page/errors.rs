@@ -29,11 +29,7 @@ pub fn table(score: &Score, clock: Clock) -> Table {
     let row = |AxisScore { axis, statistics, .. }: &AxisScore| {
         let (name, unit) = named(*axis);
         let numbers = [statistics.rmse, statistics.median, statistics.p95, statistics.max];
-        TableRow {
-            name: format!("{name}, {unit}"),
-            numbers: numbers.map(three_digits).into(),
-            judged: None,
-        }
+        TableRow::new(format!("{name}, {unit}"), numbers.map(three_digits).into())
     };
     Table {
         caption: format!(

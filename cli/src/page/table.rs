@@ -62,3 +62,10 @@ pub struct TableRow {
     /// How far it can be relied on, where somebody says so.
     pub judged: Option<Level>,
 }
+
+impl TableRow {
+    /// One that nobody judges.
+    pub fn new(name: impl Into<String>, numbers: Vec<String>) -> Self {
+        Self { name: name.into(), numbers, judged: None }
+    }
+}

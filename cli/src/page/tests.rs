@@ -43,11 +43,7 @@ fn a_page_without_a_flight_has_axes_of_its_own() {
     let table = Table {
         caption: "Parameters <with> bounds".into(),
         heads: vec!["".into(), "Value".into(), "What it is".into()],
-        rows: vec![TableRow {
-            name: "Nr".into(),
-            numbers: vec!["-5.1".into(), "yaw damping".into()],
-            judged: None,
-        }],
+        rows: vec![TableRow::new("Nr", vec!["-5.1".into(), "yaw damping".into()])],
     };
     let page = Page {
         verdict: None,

@@ -95,13 +95,11 @@ impl RecordPage<'_> {
                     .named("closed"),
             ),
         ]);
-        let rows = self.summary.modes.iter().map(|span| TableRow {
-            name: span.mode.into(),
-            numbers: vec![
-                format!("{:.2}", span.start_s),
-                format!("{:.2}", span.end_s - span.start_s),
-            ],
-            judged: None,
+        let rows = self.summary.modes.iter().map(|span| {
+            TableRow::new(
+                span.mode,
+                vec![format!("{:.2}", span.start_s), format!("{:.2}", span.end_s - span.start_s)],
+            )
         });
         let explanation =
             format!("Who flew: {}. Why a mode changed stands among the events.", names.join(", "));
@@ -213,11 +211,10 @@ impl RecordPage<'_> {
             let fails = |recorded: &&RecordedCycle| recorded.cycle.failed_checks & 1 << bit != 0;
             100.0 * cycles.iter().filter(fails).count() as f64 / cycles.len().max(1) as f64
         };
-        let rows = Check::ALL.iter().enumerate().map(|(bit, check)| TableRow {
-            name: check.name().into(),
-            numbers: vec![format!("{:.1} %", share(bit))],
-            judged: None,
-        });
+        let rows = Check::ALL
+            .iter()
+            .enumerate()
+            .map(|(bit, check)| TableRow::new(check.name(), vec![format!("{:.1} %", share(bit))]));
         let explanation = "What would have kept the autopilot from taking over, moment by moment.";
         Section::new("readiness", "Readiness", explanation).with(figure).with(Table {
             caption: "Share of the flight in which each check fails".into(),
@@ -242,10 +239,11 @@ impl RecordPage<'_> {
     }
 
     fn events(&self) -> Section {
-        let rows = self.record.events.iter().map(|event| TableRow {
-            name: format!("{:.3} s", event.time.seconds()),
-            numbers: vec![level_name(event.level).into(), event.text.clone()],
-            judged: None,
+        let rows = self.record.events.iter().map(|event| {
+            TableRow::new(
+                format!("{:.3} s", event.time.seconds()),
+                vec![level_name(event.level).into(), event.text.clone()],
+            )
         });
         Section::new("events", "Events", "What happened, in words.").with(Table {
             caption: format!("{} events", self.record.events.len()),

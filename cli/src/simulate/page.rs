@@ -123,10 +123,11 @@ fn wind(flight: &Flight) -> Section {
 }
 
 fn modes(flight: &ClosedLoopSummary) -> Section {
-    let rows = flight.transitions().iter().map(|change| TableRow {
-        name: format!("{:.2} s", change.time_s),
-        numbers: vec![change.from.clone(), change.to.clone(), change.reason.clone()],
-        judged: None,
+    let rows = flight.transitions().iter().map(|change| {
+        TableRow::new(
+            format!("{:.2} s", change.time_s),
+            vec![change.from.clone(), change.to.clone(), change.reason.clone()],
+        )
     });
     Section::new("modes", "Modes", "What the autopilot was doing, and why it changed.").with(
         Table {

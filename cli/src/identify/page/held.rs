@@ -43,7 +43,7 @@ fn side_by_side(found: &Identification, held: &Identification) -> Table {
             Some(other) => [percent(other.percent), percent(other.floor_percent)],
             None => ["–".into(), "–".into()],
         });
-        TableRow { name: channel.name.clone(), numbers, judged: None }
+        TableRow::new(channel.name.clone(), numbers)
     });
     Table {
         caption: format!(

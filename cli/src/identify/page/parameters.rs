@@ -12,16 +12,15 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
     let rows = fit.channels().0.iter().map(|channel| {
         let mut channels = held.into_iter().flat_map(|held| held.fit().channels().0);
         let other = channels.find(|other| other.name == channel.name);
-        TableRow {
-            name: channel.name.clone(),
-            numbers: vec![
+        TableRow::new(
+            channel.name.clone(),
+            vec![
                 format!("{:.1} %", channel.percent),
                 format!("{:.1} %", channel.floor_percent),
                 digits(channel.residual_rms),
                 other.map_or_else(|| "–".into(), |other| format!("{:.1} %", other.percent)),
             ],
-            judged: None,
-        }
+        )
     });
     Table {
         caption: format!(
@@ -58,7 +57,7 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
         });
         numbers.push(held(&estimate.name).map_or_else(|| "–".into(), in_short));
         let judged = Some(level(found.grade_of(estimate))).filter(|level| *level > Level::Good);
-        TableRow { name: estimate.name.clone(), numbers, judged }
+        TableRow { judged, ..TableRow::new(estimate.name.clone(), numbers) }
     });
     let heads = [
         "",
@@ -85,10 +84,8 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
         heads: ["Pair", "Correlation"].map(Into::into).into(),
         rows: pairs
             .iter()
-            .map(|(one, other, value)| TableRow {
-                name: format!("{one}, {other}"),
-                numbers: vec![format!("{value:.3}")],
-                judged: None,
+            .map(|(one, other, value)| {
+                TableRow::new(format!("{one}, {other}"), vec![format!("{value:.3}")])
             })
             .collect(),
     };

@@ -64,11 +64,10 @@ pub fn poles(found: &Identification, held: Option<&Identification>) -> Result<Se
         };
         let size = value.norm();
         let damping = if size > 1e-9 { digits(-value.re / size) } else { "–".into() };
-        TableRow {
-            name: format!("{} ±{}", digits(value.re), sigma(0)),
-            numbers: vec![imaginary, digits(size), damping],
-            judged: None,
-        }
+        TableRow::new(
+            format!("{} ±{}", digits(value.re), sigma(0)),
+            vec![imaginary, digits(size), damping],
+        )
     });
     let heads = ["Real part ±1σ, 1/s", "Imaginary part ±1σ, 1/s", "Frequency, rad/s", "Damping"];
     Ok(section.with(Table {

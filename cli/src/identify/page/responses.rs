@@ -110,7 +110,7 @@ fn both(frequency: &FrequencyDomain) -> Table {
         };
         let shown = |(value, bound): (f64, f64)| format!("{} ±{}", digits(value), digits(bound));
         let numbers = vec![shown(own.time), shown(own.frequency), own.unit.clone(), apart];
-        TableRow { name: own.name.clone(), numbers, judged: None }
+        TableRow::new(own.name.clone(), numbers)
     });
     Table {
         caption: "Parameters by both methods, ±1σ".into(),
@@ -121,21 +121,19 @@ fn both(frequency: &FrequencyDomain) -> Table {
 
 /// How far each model is from each response.
 fn costs(frequency: &FrequencyDomain) -> Table {
-    let pair = |own: &PairCost| TableRow {
-        name: format!("{} to {}", own.stick, own.output),
-        numbers: vec![
-            own.points.to_string(),
-            format!("{:.1}", own.time),
-            format!("{:.1}", own.frequency),
-        ],
-        judged: None,
+    let pair = |own: &PairCost| {
+        TableRow::new(
+            format!("{} to {}", own.stick, own.output),
+            vec![
+                own.points.to_string(),
+                format!("{:.1}", own.time),
+                format!("{:.1}", own.frequency),
+            ],
+        )
     };
     let (time, fitted) = frequency.mean_cost;
-    let mean = TableRow {
-        name: "mean".into(),
-        numbers: vec![String::new(), format!("{time:.1}"), format!("{fitted:.1}")],
-        judged: None,
-    };
+    let mean =
+        TableRow::new("mean", vec![String::new(), format!("{time:.1}"), format!("{fitted:.1}")]);
     Table {
         caption: "Cost J of each response that is coherent: below 100 a model is good for most uses, below 50 it \
                   is hardly told from the vehicle"
