@@ -125,7 +125,7 @@ fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
     for mode in FlightMode::ALL {
         let closed = design.close_in(&model, &flown.gains, mode, Cut::Actuators)?;
         anyhow::ensure!(
-            closed.closed_poles()?.iter().all(|pole| pole.norm() < 1.0),
+            closed.is_stable()?,
             "[autopilot] file: found gains that are unstable on {} holding {}, expected a stable loop",
             name.display(),
             mode.name()

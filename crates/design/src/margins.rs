@@ -163,6 +163,22 @@ impl Loop {
         Ok(eigenvalues(&(self.open.a() - self.open.b() * back))?)
     }
 
+    /// Whether every mode of the closed loop dies out.
+    ///
+    /// # Errors
+    /// As [`closed_poles`](Self::closed_poles).
+    pub fn is_stable(&self) -> Result<bool, DesignError> {
+        Ok(self.closed_poles()?.iter().all(|pole| self.is_damped(pole)))
+    }
+
+    /// Whether what has this pole dies out; never of a NaN.
+    fn is_damped(&self, pole: &Complex<f64>) -> bool {
+        match self.open.time() {
+            TimeDomain::Continuous => pole.re < 0.0,
+            TimeDomain::Discrete { .. } => pole.norm() < 1.0,
+        }
+    }
+
     /// The loop as its input `name` sees it: cut there, every other channel closed. One input, one
     /// output.
     ///
@@ -206,12 +222,7 @@ impl Loop {
     /// Equation (L14) of docs/equations.md.
     pub fn margins(&self) -> Result<Margins, DesignError> {
         let poles = self.closed_poles()?;
-        let time = self.open.time();
-        let unstable = poles.iter().find(|pole| match time {
-            TimeDomain::Continuous => pole.re >= 0.0,
-            TimeDomain::Discrete { .. } => pole.norm() >= 1.0,
-        });
-        if let Some(pole) = unstable {
+        if let Some(pole) = poles.iter().find(|pole| !self.is_damped(pole)) {
             return Err(DesignError::UnstableLoop { re: pole.re, im: pole.im });
         }
         let grid = self.grid(&poles)?;
