@@ -3,7 +3,7 @@
 use std::io::{Write as _, stderr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -60,23 +60,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .with_context(|| format!("cannot create {}", directory.display()))?;
     }
 
-    let stop = Arc::new(AtomicBool::new(false));
     // A terminal that is gone or says stop, a stray signal, a limit of file or processor do not end a flight.
     for signal in SURVIVED {
         signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))?;
     }
-    for signal in [SIGINT, SIGTERM, SIGQUIT] {
-        // Asked twice, it ends at once, whatever hangs.
-        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop))?;
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
-    if let Some(seconds) = arguments.duration {
-        let stop = Arc::clone(&stop);
-        thread::spawn(move || {
-            thread::sleep(Duration::from_secs(seconds));
-            stop.store(true, Ordering::Relaxed);
-        });
-    }
+    let stop = crate::stop::when_asked(&[SIGINT, SIGTERM, SIGQUIT])?;
+    crate::stop::after(arguments.duration, &stop);
     let (sender, notifications) = sync_channel(LINES);
     let printer = thread::spawn(move || print(&notifications));
     let _ = writeln!(stderr(), "recording to {}", record.display());

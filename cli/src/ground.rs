@@ -2,10 +2,7 @@
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-use std::thread;
-use std::time::Duration;
 
 use anyhow::Context as _;
 use hovernav_ground::decode::Protocol;
@@ -107,20 +104,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => None,
     };
 
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop))?;
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
+    let stop = crate::stop::when_asked(&[SIGINT, SIGTERM])?;
     let page = bound.address();
     crate::output::say(format_args!("ready: {name}, page at http://{page}/{page_token}"));
-    if let Some(seconds) = arguments.duration {
-        let stop = Arc::clone(&stop);
-        thread::spawn(move || {
-            thread::sleep(Duration::from_secs(seconds));
-            stop.store(true, Ordering::Relaxed);
-        });
-    }
+    crate::stop::after(arguments.duration, &stop);
     bound.run(&stop).context("cannot go on serving")?;
     if let Some(recording) = hovernav_ground::link::lock(&station).stop_recording() {
         crate::output::say(format_args!("recorded {} frames", recording.frames));

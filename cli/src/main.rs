@@ -11,6 +11,8 @@ mod flight_page;
 mod output;
 #[cfg_attr(not(feature = "lab"), allow(dead_code, unused_imports, reason = "the lab draws more"))]
 mod page;
+#[cfg(any(feature = "fly", feature = "ground"))]
+mod stop;
 mod summary;
 
 mod bench;

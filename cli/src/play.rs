@@ -105,12 +105,10 @@ pub use unix::run;
 
 #[cfg(unix)]
 mod unix {
-    use std::sync::Arc;
-    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::atomic::Ordering;
     use std::thread;
     use std::time::Duration;
 
-    use anyhow::Context as _;
     use hovernav_fly::play;
     use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
     use hovernav_log::Dataset;
@@ -123,11 +121,7 @@ mod unix {
         for warning in &dataset.warnings {
             eprintln!("warning: {warning}");
         }
-        let interrupted = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
-            signal_hook::flag::register(signal, Arc::clone(&interrupted))
-                .context("cannot listen for signals")?;
-        }
+        let interrupted = crate::stop::when_asked(&[SIGINT, SIGTERM])?;
 
         let mut ports = Vec::new();
         let mut names = Vec::new();

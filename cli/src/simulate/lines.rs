@@ -1,12 +1,11 @@
 //! The helicopter behind the serial lines of a flight computer, in real time.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, bail, ensure};
+use anyhow::{bail, ensure};
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene};
 use hovernav_log::CaptureSection;
 use hovernav_sim::FlightConfig;
@@ -82,11 +81,7 @@ pub fn run(
     let (channels, swashplate) = (config.servo.channels, config.servo.swashplate);
     let live = LiveConfig { flight, calibration, channels, swashplate, scene };
 
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))
-            .context("cannot listen for signals")?;
-    }
+    let stop = crate::stop::when_asked(&[SIGINT, SIGTERM])?;
     let flying = LiveFlight::start(live, gps.protocol, &paths)?;
     crate::output::say(format_args!(
         "ready: dmu at {}, gps at {}, pilot at {}, servos at {}",

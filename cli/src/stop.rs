@@ -1,0 +1,47 @@
+//! Until when a command that has no end of its own goes on.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::Context as _;
+
+/// Signals closer together than this are one request: a terminal, a service manager and `timeout` send theirs
+/// to a process and to its group.
+const ONE_REQUEST: Duration = Duration::from_millis(500);
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// A flag that the first of `signals` sets, so that the command ends in order. Asked once more, it ends at once,
+/// whatever hangs.
+///
+/// # Errors
+/// Where the system lets nobody listen for one of `signals`.
+pub fn when_asked(signals: &[i32]) -> anyhow::Result<Arc<AtomicBool>> {
+    let (stop, insisted) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+    for &signal in signals {
+        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&insisted))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
+            .context("cannot listen for signals")?;
+    }
+    let asked = Arc::clone(&stop);
+    thread::spawn(move || {
+        while !asked.load(Ordering::Relaxed) {
+            thread::sleep(LOOK_EVERY);
+        }
+        thread::sleep(ONE_REQUEST);
+        insisted.store(true, Ordering::Relaxed);
+    });
+    Ok(stop)
+}
+
+/// Sets `stop` after so many seconds, if any.
+pub fn after(seconds: Option<u64>, stop: &Arc<AtomicBool>) {
+    if let Some(seconds) = seconds {
+        let stop = Arc::clone(stop);
+        thread::spawn(move || {
+            thread::sleep(Duration::from_secs(seconds));
+            stop.store(true, Ordering::Relaxed);
+        });
+    }
+}
