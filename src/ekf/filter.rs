@@ -313,7 +313,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.watch_samples(sample, &motion, increment.interval_s, gap);
         }
         let suspicion = &self.samples.suspicion;
-        let held = suspicion.withheld_mps2 != Vector::ZERO;
+        let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
         if suspicion.is_clipped() || suspicion.stuck || suspicion.shaken || held {
             self.gates.doubt_filter(sample.time);
         }

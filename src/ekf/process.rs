@@ -27,8 +27,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_radps: self.config.imu.gyro_range_radps,
             accel_mps2: self.config.imu.accel_range_mps2,
         };
+        let momentary = matches!(motion, Motion::Rates { .. });
+        let integrity = &mut self.samples.integrity;
         self.samples.suspicion =
-            self.samples.integrity.push(motion, &sample.clipped, interval_s, &scale);
+            integrity.push((&mean, momentary), &sample.clipped, interval_s, &scale);
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
         self.samples.watched = Some(sample.time);
     }

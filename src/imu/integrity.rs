@@ -5,7 +5,7 @@ use core::fmt;
 
 use super::held_force::{HeldForce, Sampling, Shaking};
 use super::repetition::Repetition;
-use super::{ClippedAxes, Motion, SecondDifference, Vibration, noise_variance};
+use super::{ClippedAxes, MeanRates, Motion, SecondDifference, Vibration, noise_variance};
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
@@ -104,6 +104,8 @@ pub struct Integrity<T = f64> {
     accel: Triad<T>,
     held: HeldForce<T>,
     typical_interval_s: T,
+    /// For how long samples have come, to the memory of what is usual, s.
+    seen_s: T,
     last: Option<Motion<T>>,
     repeated: u8,
     /// Intervals of usual length in a row.
@@ -170,7 +172,15 @@ struct Triad<T> {
     /// For how long each has been clipped of late, s.
     clipped_s: [T; 3],
     repetition: Repetition<T>,
-    seen_s: T,
+}
+
+/// What the latest reading counts for, in means over the time before.
+#[derive(Clone, Copy, Debug)]
+struct Weights<T> {
+    now: T,
+    usual: T,
+    /// Whether the mean of what is usual has been taken for long enough.
+    usual_is_known: bool,
 }
 
 impl<T: Scalar> Triad<T> {
@@ -183,7 +193,6 @@ impl<T: Scalar> Triad<T> {
         repeats: [0; 3],
         clipped_s: [T::ZERO; 3],
         repetition: Repetition::NONE,
-        seen_s: T::ZERO,
     };
 }
 
@@ -194,6 +203,7 @@ impl<T: Scalar> Integrity<T> {
         accel: Triad::NONE,
         held: HeldForce::NONE,
         typical_interval_s: T::ZERO,
+        seen_s: T::ZERO,
         last: None,
         repeated: 0,
         even: 0,
@@ -211,47 +221,51 @@ impl<T: Scalar> Integrity<T> {
         self.repeated >= STUCK && vibrates()
     }
 
-    /// Takes in the motion of a sample, `interval_s` after the one before, with the unit's own marks of full
-    /// scale.
+    /// Takes in the rates of a sample, `interval_s` after the one before, with the unit's own marks of full
+    /// scale. `momentary` says whether the rates are those of the sample's moment, and not means of the interval.
     ///
     /// # Source
     /// Equation (S13) of docs/equations.md.
     pub fn push(
         &mut self,
-        motion: &Motion<T>,
+        (rates, momentary): (&MeanRates<T>, bool),
         marks: &ClippedAxes,
         interval_s: T,
         scale: &FullScale,
     ) -> Suspicion<T> {
-        let rates = motion.mean_rates(interval_s);
         if self.typical_interval_s == T::ZERO {
             self.typical_interval_s = interval_s;
         }
         // Half a percent a sample, and no more for an interval that is itself unusual.
         let typical = self.typical_interval_s;
         let longest = T::of(1.5) * typical;
-        self.typical_interval_s += T::of(0.005) * (interval_s.min(longest) - typical);
-        let late_s = (interval_s - longest).max(T::ZERO);
-        let is_even = interval_s <= longest && interval_s >= T::of(0.5) * typical;
+        let is_late = interval_s > longest;
+        let usual_s = if is_late { longest } else { interval_s };
+        self.typical_interval_s += T::of(0.005) * (usual_s - typical);
+        let late_s = interval_s - usual_s;
+        let is_even = !is_late && interval_s >= T::of(0.5) * typical;
         self.even = if is_even { self.even.saturating_add(1) } else { 0 };
 
+        // A plain mean until the memory is filled.
+        self.seen_s = T::of(USUAL_S).min(self.seen_s + interval_s);
+        let weights = Weights {
+            now: (interval_s / T::of(NOW_S)).min(T::ONE),
+            usual: (interval_s / self.seen_s).min(T::ONE),
+            usual_is_known: self.seen_s > T::of(LEAST_SEEN_S),
+        };
         let gyro = self.gyro.push(
             (rates.angular_rate_radps, marks.gyro),
-            interval_s,
+            (interval_s, &weights),
             (scale.gyro_radps, LEAST_GYRO_SCALE, LEAST_GYRO_SHAKING, LEAST_GYRO_BLOW),
             (late_s, STUCK_GYRO_RADPS),
         );
         let accel = self.accel.push(
             (rates.specific_force_mps2, marks.accel),
-            interval_s,
+            (interval_s, &weights),
             (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
             (late_s, STUCK_ACCEL_MPS2),
         );
-        let sampling = Sampling {
-            interval_s,
-            momentary: matches!(motion, Motion::Rates { .. }),
-            even: self.even >= EVEN,
-        };
+        let sampling = Sampling { interval_s, momentary, even: self.even >= EVEN };
         let held = self.held.push(rates.specific_force_mps2, accel.shock, &sampling);
         let hidden_force = held.variance.map_or(accel.hidden, |variance| [variance; 3]);
         Suspicion {
@@ -294,7 +308,7 @@ impl<T: Scalar> Triad<T> {
     fn push(
         &mut self,
         (sample, marks): (Vector<Body, T>, [bool; 3]),
-        interval_s: T,
+        (interval_s, weights): (T, &Weights<T>),
         (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
         (late_s, stuck_sigma): (T, f64),
     ) -> Found<T> {
@@ -306,11 +320,6 @@ impl<T: Scalar> Triad<T> {
             noise = noise_variance(bend);
             self.vibration.push(noise, interval_s);
         }
-        // A plain mean until the memory is filled.
-        self.seen_s = number(USUAL_S).min(self.seen_s + interval_s);
-        let known = self.seen_s > number(LEAST_SEEN_S);
-        let usual_weight = (interval_s / self.seen_s).min(T::ONE);
-        let now_weight = (interval_s / number(NOW_S)).min(T::ONE);
         let least_scale = number(least_scale);
         let full_scale = number(if scale > 0.0 { 0.998 * scale } else { f64::INFINITY });
         let mut clipped = marks;
@@ -324,13 +333,14 @@ impl<T: Scalar> Triad<T> {
         let least_quiet = square(number(least_shaking));
         let quiet = self.usual.map(|usual| if usual > least_quiet { usual } else { least_quiet });
         for ((now, usual), noise) in self.now.iter_mut().zip(&mut self.usual).zip(noise) {
-            *now += now_weight * (noise - *now);
+            *now += weights.now * (noise - *now);
             // A shock enters the usual slowly; what goes on for seconds becomes it.
-            *usual += usual_weight * (*now - *usual);
+            *usual += weights.usual * (*now - *usual);
         }
         let now = self.now;
-        let shocked: [bool; 3] =
-            core::array::from_fn(|axis| known && now[axis] > number(SHOCK) * quiet[axis]);
+        let shocked: [bool; 3] = core::array::from_fn(|axis| {
+            weights.usual_is_known && now[axis] > number(SHOCK) * quiet[axis]
+        });
         let (mut shock, mut shaken, mut hidden) = (None, false, [T::ZERO; 3]);
         if any(shocked) {
             let (mut struck, least_blow) = (false, square(number(least_blow)));

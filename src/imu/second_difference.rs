@@ -7,18 +7,24 @@ use crate::scalar::Scalar;
 /// has six times the variance.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SecondDifference<T> {
-    before: [Option<Vector<Body, T>>; 2],
+    before: [Vector<Body, T>; 2],
+    /// Readings there were, to two.
+    seen: u8,
 }
 
 impl<T: Scalar> SecondDifference<T> {
     /// No reading yet.
-    pub const NONE: Self = Self { before: [None; 2] };
+    pub const NONE: Self = Self { before: [Vector::ZERO; 2], seen: 0 };
 
     /// Takes in the next reading; `None` until there are three.
     pub fn push(&mut self, reading: Vector<Body, T>) -> Option<[T; 3]> {
         let [newer, older] = self.before;
-        self.before = [Some(reading), newer];
-        Some((reading - newer? * T::of(2.0) + older?).to_array())
+        self.before = [reading, newer];
+        if self.seen < 2 {
+            self.seen += 1;
+            return None;
+        }
+        Some((reading - newer * T::of(2.0) + older).to_array())
     }
 
     /// Forgets the last two readings, after a gap.

@@ -2,8 +2,8 @@
 
 use super::*;
 
-fn rates(x: f64, turn: f64) -> Motion {
-    Motion::Rates {
+fn rates(x: f64, turn: f64) -> MeanRates {
+    MeanRates {
         angular_rate_radps: Vector::new(0.0, 0.0, turn),
         specific_force_mps2: Vector::new(x, 0.0, -9.8),
     }
@@ -24,7 +24,7 @@ fn steady_vibration_is_no_suspicion() {
     let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
     for k in 0..3000 {
         let found = integrity.push(
-            &rates(3.0 * next(), 0.1 * next()),
+            (&rates(3.0 * next(), 0.1 * next()), true),
             &ClippedAxes::NONE,
             0.01,
             &FullScale::default(),
@@ -41,7 +41,8 @@ fn readings_at_a_known_or_learned_full_scale_are_clipped() {
         let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
         for k in 0..400 {
             let force = (40.0 * next()).clamp(-20.0, 20.0);
-            let found = integrity.push(&rates(force, 0.0), &ClippedAxes::NONE, 0.01, &scale);
+            let found =
+                integrity.push((&rates(force, 0.0), true), &ClippedAxes::NONE, 0.01, &scale);
             assert!(k < from || force.abs() != 20.0 || found.accel_clipped[0]);
             assert!(force.abs() > 19.9 || !found.accel_clipped[0]);
             assert!(!found.accel_clipped[2] && found.gyro_clipped == [false; 3]);
@@ -56,7 +57,7 @@ fn a_burst_that_the_unit_marks_hides_one_error_and_not_many() {
     let mut hidden = |marked: bool| {
         let marks = ClippedAxes { accel: [marked, false, false], ..ClippedAxes::NONE };
         let force = 3.0 * next();
-        integrity.push(&rates(force, 0.0), &marks, 0.01, &FullScale::default())
+        integrity.push((&rates(force, 0.0), true), &marks, 0.01, &FullScale::default())
     };
     for _ in 0..500 {
         assert!(!hidden(false).is_clipped());
@@ -74,9 +75,11 @@ fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
     for (strength, expected) in [(3.0, true), (0.0, false)] {
         let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
         let mut stuck = |force: f64| {
-            let motion = rates(strength * force, 0.0);
-            let stuck = integrity.is_stuck(&motion);
-            integrity.push(&motion, &ClippedAxes::NONE, 0.01, &FullScale::default());
+            let rates = rates(strength * force, 0.0);
+            let MeanRates { angular_rate_radps, specific_force_mps2 } = rates;
+            let stuck =
+                integrity.is_stuck(&Motion::Rates { angular_rate_radps, specific_force_mps2 });
+            integrity.push((&rates, true), &ClippedAxes::NONE, 0.01, &FullScale::default());
             stuck
         };
         for _ in 0..500 {
@@ -100,8 +103,8 @@ fn a_blow_with_samples_lost_in_it_moves_no_more_than_its_readings() {
                 let reading = force + 0.3 * next();
                 let interval_s = if place == lost { late_s } else { 0.03 };
                 let scale = FullScale::default();
-                let motion = rates(reading, 0.0);
-                let found = integrity.push(&motion, &ClippedAxes::NONE, interval_s, &scale);
+                let rates = rates(reading, 0.0);
+                let found = integrity.push((&rates, true), &ClippedAxes::NONE, interval_s, &scale);
                 let withheld = found.withheld_mps2.to_array()[0];
                 error_mps += (0.5 * (before + reading) - withheld) * interval_s;
                 before = reading;
@@ -115,7 +118,12 @@ fn a_blow_with_samples_lost_in_it_moves_no_more_than_its_readings() {
 fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
     let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
     let mut push = |force: f64, interval_s: f64| {
-        integrity.push(&rates(force, 0.0), &ClippedAxes::NONE, interval_s, &FullScale::default())
+        integrity.push(
+            (&rates(force, 0.0), true),
+            &ClippedAxes::NONE,
+            interval_s,
+            &FullScale::default(),
+        )
     };
     for _ in 0..1000 {
         push(1.7 * next(), 0.03);

@@ -1,7 +1,7 @@
 //! What the inertial samples tell of their unit: gaps, losses, repetitions, full scale, blows, vibration.
 
 use hovernav::ekf::{ImuFault, Notice, ResetCause};
-use hovernav::imu::{FullScale, Integrity, Motion};
+use hovernav::imu::{FullScale, Integrity, MeanRates};
 
 use super::Judged;
 use super::spans::{Span, improbable_runs, spans};
@@ -188,11 +188,11 @@ fn shaken(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
         if at.interval_s > 0.5 {
             integrity.interrupt();
         }
-        let mean = Motion::Rates {
+        let mean = MeanRates {
             angular_rate_radps: at.turn_radps.into(),
             specific_force_mps2: at.force_mps2.into(),
         };
-        if integrity.push(&mean, &at.clipped, at.interval_s, &scale).shaken {
+        if integrity.push((&mean, true), &at.clipped, at.interval_s, &scale).shaken {
             let [x, y, z] = at.force_mps2;
             shaken.push((at.time.seconds(), x.hypot(y).hypot(z)));
         }
