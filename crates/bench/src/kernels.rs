@@ -134,6 +134,7 @@ fn time<L: Layout<N>, const N: usize>(
         axes.time(|| update::<L, N>(black_box(&mut p), black_box(&arms)));
     }
 
+    let cycle = whole_cycles(&mut filter, &mut flight, cycles)?;
     let all = [
         ("inertial step", step),
         ("fix: position and velocity", gps),
@@ -143,6 +144,7 @@ fn time<L: Layout<N>, const N: usize>(
         ("solution", solution),
         ("covariance, one step", propagation),
         ("covariance, three axes", axes),
+        ("sample, all due, solution", cycle),
     ];
     let timed = |(name, times): (&'static str, Times)| Timed {
         name,
@@ -152,6 +154,38 @@ fn time<L: Layout<N>, const N: usize>(
     };
     // A layout without states for an aid never took it.
     Ok(all.into_iter().map(timed).filter(|timed| timed.time.calls > 0).collect())
+}
+
+/// Whole cycles of the filter: a sample, the attitude and the fix where they are due, and the solution. Once in
+/// 132 cycles all are due.
+fn whole_cycles<L: Layout<N>, const N: usize>(
+    filter: &mut Ekf<L, N>,
+    flight: &mut Flight,
+    cycles: u64,
+) -> Result<Times, String> {
+    let mut whole = Times::with_capacity(cycles);
+    let mut pace = Pace::begin();
+    for cycle in SETTLED + cycles..SETTLED + 2 * cycles {
+        pace.rest();
+        let sample = flight.sample(cycle);
+        let reference = Rotation::from_euler(Flight::angles(cycle));
+        let reference = (cycle % ATTITUDE_EVERY == 0).then_some(reference);
+        let fix = (cycle % FIX_EVERY == 0).then(|| flight.fix(cycle));
+        whole
+            .time(|| {
+                let predicted = black_box(&mut *filter).predict(black_box(&sample));
+                if let Some(reference) = black_box(reference) {
+                    let _ = black_box(filter.update_attitude(sample.time, reference, &mut ()));
+                }
+                if let Some(fix) = black_box(&fix) {
+                    let _ = black_box(filter.update_gps(fix));
+                }
+                black_box(filter.solution());
+                predicted
+            })
+            .map_err(|fault| format!("the made-up flight: sample refused: {fault}"))?;
+    }
+    Ok(whole)
 }
 
 /// With every block of states.
