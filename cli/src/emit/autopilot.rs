@@ -6,7 +6,7 @@ use std::path::Path;
 use hovernav::autopilot::{Gains, HoverConfig};
 use serde_json::Value;
 
-use super::language::{Language, assignments, literal, number};
+use super::language::{Language, assignments, comment, literal, number};
 use super::{Form, write};
 
 /// Writes `config` into `directory`, as `autopilot` with the ending of each form.
@@ -37,25 +37,58 @@ fn rest(place: &str, config: &HoverConfig) -> anyhow::Result<String> {
     Ok(assignments(place, &value))
 }
 
-/// The gains as a literal, in the order of their fields' names.
-fn gains(language: Language, gains: &Gains) -> anyhow::Result<String> {
+/// The gains as a literal of Rust, in the order of their fields' names.
+fn rust_gains(gains: &Gains) -> anyhow::Result<String> {
     let value = serde_json::to_value(gains)?;
     let mut text = String::new();
-    let rust = language == Language::Rust;
-    let assign = |key: &str| if rust { format!("{key}: ") } else { format!(".{key} = ") };
     for (key, group) in value.as_object().into_iter().flatten() {
         let Value::Object(fields) = group else {
-            text += &format!("    {}{},\n", assign(key), literal(language, group));
+            text += &format!("    {key}: {},\n", literal(Language::Rust, group));
             continue;
         };
-        let name = match (rust, key.as_str()) {
-            (false, _) => "",
-            (true, "heave") => "PidGains ",
-            (true, _) => "RegulatorGains ",
-        };
-        text += &format!("    {}{name}{{\n", assign(key));
+        let name = if key == "heave" { "PidGains" } else { "RegulatorGains" };
+        text += &format!("    {key}: {name} {{\n");
         for (key, value) in fields {
-            text += &format!("        {}{},\n", assign(key), literal(language, value));
+            text += &format!("        {key}: {},\n", literal(Language::Rust, value));
+        }
+        text += "    },\n";
+    }
+    Ok(text)
+}
+
+/// Fields of HovernavGains, in their order in hovernav.h; so are the two below.
+pub(super) const GAINS: [&str; 5] =
+    ["heave", "yaw", "pedal_per_collective", "roll_pitch", "attitude"];
+/// Fields of HovernavPidGains.
+pub(super) const PID_GAINS: [&str; 5] =
+    ["proportional", "integral_per_s", "derivative_s", "derivative_filter_s", "tracking_time_s"];
+/// Fields of the gains of a regulator.
+pub(super) const REGULATOR_GAINS: [&str; 8] = [
+    "measured",
+    "hidden",
+    "pending",
+    "integral_per_s",
+    "hidden_from_hidden",
+    "hidden_from_measured",
+    "hidden_from_pending",
+    "tracking_time_s",
+];
+
+/// The gains as a literal of C, in the order of the structure and without names, which C++ does not take
+/// before C++20, nor in another order.
+fn c_gains(gains: &Gains) -> anyhow::Result<String> {
+    let value = serde_json::to_value(gains)?;
+    let mut text = String::new();
+    for key in GAINS {
+        let group = &value[key];
+        if !group.is_object() {
+            text += &format!("    {}, // {key}\n", literal(Language::C, group));
+            continue;
+        }
+        let fields = if key == "heave" { &PID_GAINS[..] } else { &REGULATOR_GAINS[..] };
+        text += &format!("    {{\n        // {key}\n");
+        for field in fields {
+            text += &format!("        {}, // {field}\n", literal(Language::C, &group[field]));
         }
         text += "    },\n";
     }
@@ -63,10 +96,11 @@ fn gains(language: Language, gains: &Gains) -> anyhow::Result<String> {
 }
 
 fn rust(config: &HoverConfig, remark: &str) -> anyhow::Result<String> {
-    let (period, gains) = (number(config.period_s), gains(Language::Rust, &config.gains)?);
+    let (period, gains) = (number(config.period_s), rust_gains(&config.gains)?);
+    let remark = comment(remark);
     let rest = rest("config", config)?;
     Ok(format!(
-        "// {remark}\n\n\
+        "{remark}\n\n\
          use hovernav::autopilot::{{Gains, HoverConfig, PidGains, RegulatorGains}};\n\n\
          /// The loop's period, s.\n\
          pub const PERIOD_S: f64 = {period};\n\n\
@@ -79,10 +113,11 @@ fn rust(config: &HoverConfig, remark: &str) -> anyhow::Result<String> {
 }
 
 fn c(config: &HoverConfig, remark: &str) -> anyhow::Result<String> {
-    let (period, gains) = (number(config.period_s), gains(Language::C, &config.gains)?);
+    let (period, gains) = (number(config.period_s), c_gains(&config.gains)?);
+    let remark = comment(remark);
     let rest = rest("(*config)", config)?.replace("(*config).", "config->");
     Ok(format!(
-        "// {remark}\n\n\
+        "{remark}\n\n\
          #ifndef HOVERNAV_AUTOPILOT_H\n#define HOVERNAV_AUTOPILOT_H\n\n\
          #include <hovernav.h>\n\n\
          // Every gain, designed for the period below.\n\

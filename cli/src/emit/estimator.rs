@@ -7,7 +7,7 @@ use hovernav::frames::{Body, Vector};
 use hovernav::ins::HeadingSource;
 use serde_json::{Value, to_value};
 
-use super::language::{assignments, number};
+use super::language::{assignments, comment, number};
 use super::{Form, write};
 
 /// Writes `config` into `directory`, as `estimator` with the ending of each form.
@@ -109,8 +109,9 @@ fn rust(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
     // Without a source of its own, the settings need no name for one.
     let source =
         if config.alignment.heading.is_some() { "use hovernav::ins::HeadingSource;\n" } else { "" };
+    let remark = comment(remark);
     Ok(format!(
-        "// {remark}\n\n\
+        "{remark}\n\n\
          use hovernav::ekf::EstimatorConfig;\nuse hovernav::frames::Vector;\n{source}\n\
          /// The whole configuration.\n\
          pub fn estimator() -> EstimatorConfig {{\n    \
@@ -158,8 +159,9 @@ fn c(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
     lines += &assignments("config->rangefinder.model", &range);
     let heading = to_value(config.antenna_heading)?;
     lines += &assignments("config->second_antenna.model", &heading);
+    let remark = comment(remark);
     Ok(format!(
-        "// {remark}\n\n\
+        "{remark}\n\n\
          #ifndef HOVERNAV_ESTIMATOR_H\n#define HOVERNAV_ESTIMATOR_H\n\n\
          #include <hovernav.h>\n\n\
          // Fills in the whole configuration.\n\

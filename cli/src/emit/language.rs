@@ -9,6 +9,11 @@ pub enum Language {
     C,
 }
 
+/// A remark, of either language, on one line whatever the names in it.
+pub fn comment(remark: &str) -> String {
+    format!("// {}", remark.replace(char::is_control, " "))
+}
+
 /// A number that reads back as the same bits.
 pub fn number(value: f64) -> String {
     format!("{value:?}")

@@ -7,6 +7,7 @@ use hovernav::frames::Vector;
 use hovernav::ins::{AlignmentConfig, HeadingSource};
 
 use super::Form;
+use super::autopilot::{GAINS, PID_GAINS, REGULATOR_GAINS};
 
 fn hover() -> HoverConfig {
     let mut gains = Gains::default();
@@ -56,6 +57,60 @@ fn numbers_keep_every_bit_in_rust_and_c() {
         let estimator = text(super::estimator::bytes(&estimator(), "", form).unwrap());
         for number in ["0.3333333333333333", "gate.sigmas = 4.5;"] {
             assert!(estimator.contains(number), "{number}: {estimator}");
+        }
+    }
+}
+
+const HEADER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../ffi/include");
+
+#[test]
+fn gains_in_c_come_in_the_order_of_the_header() {
+    let header = std::fs::read_to_string(format!("{HEADER}/hovernav.h")).unwrap();
+    for (structure, fields) in [
+        ("HovernavGains", &GAINS[..]),
+        ("HovernavPidGains", &PID_GAINS[..]),
+        ("HovernavYawGains", &REGULATOR_GAINS[..]),
+        ("HovernavRollPitchGains", &REGULATOR_GAINS[..]),
+        ("HovernavAttitudeGains", &REGULATOR_GAINS[..]),
+    ] {
+        let (_, body) = header.split_once(&format!("typedef struct {structure} {{")).unwrap();
+        let (body, _) = body.split_once('}').unwrap();
+        let declared: Vec<&str> = body
+            .lines()
+            .filter_map(|line| line.trim().strip_suffix(';')?.rsplit(' ').next())
+            .map(|name| name.split('[').next().unwrap())
+            .collect();
+        assert_eq!(declared, fields, "{structure}");
+    }
+}
+
+#[test]
+fn headers_are_c_and_cpp_whatever_they_are_made_of() {
+    let place = tempfile::tempdir().unwrap();
+    let remark = "By\n#error a name of two lines";
+    for (name, bytes) in [
+        ("autopilot", super::autopilot::bytes(&hover(), remark, Form::C).unwrap()),
+        ("estimator", super::estimator::bytes(&estimator(), remark, Form::C).unwrap()),
+    ] {
+        let header = place.path().join(format!("{name}.h"));
+        std::fs::write(&header, bytes).unwrap();
+        for (compiler, language, standard) in
+            [("gcc", "c", "c99"), ("g++", "c++", "c++11"), ("g++", "c++", "c++20")]
+        {
+            let program = place.path().join("program");
+            let text = format!("#include \"{name}.h\"\nint main(void) {{ return 0; }}\n");
+            std::fs::write(&program, text).unwrap();
+            let built = std::process::Command::new(compiler)
+                .args(["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"])
+                .args([&format!("-std={standard}"), &format!("-I{HEADER}"), "-x", language])
+                .arg(&program)
+                .output();
+            let Ok(built) = built else {
+                println!("skipped: {compiler} is not there");
+                continue;
+            };
+            let errors = String::from_utf8_lossy(&built.stderr);
+            assert!(built.status.success(), "{name}, {standard}: {errors}");
         }
     }
 }
