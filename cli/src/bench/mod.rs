@@ -36,13 +36,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if cfg!(debug_assertions) {
         output::say("this build is not optimised: its times say nothing of one that is");
     }
+    // Before the minutes that it takes, not after them.
+    if let Some(directory) = &arguments.out {
+        output::create(directory)?;
+    }
     let working = output::Working::on("timing");
     let mut report = hovernav_bench::run(arguments.cycles, |_| {}).map_err(|text| anyhow!(text))?;
     drop(working);
     let uncounted =
         if arguments.no_count { Err("not asked for".to_owned()) } else { count(&mut report) };
     if let Some(directory) = &arguments.out {
-        output::create(directory)?;
         page::write(&report, &directory.join("bench.html"))?;
     }
     if arguments.json {
