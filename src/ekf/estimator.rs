@@ -11,7 +11,7 @@ use super::filter::Ekf;
 use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
-use super::prediction::Prediction;
+use super::prediction::{ImuFault, Prediction};
 use super::scalar::Scalar;
 use super::solution::Solution;
 use super::trace::Trace;
@@ -20,7 +20,7 @@ use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::Fix;
 use crate::imu::ImuSample;
-use crate::ins::{Aligner, Alignment, HeadingSource, Start};
+use crate::ins::{ALIGNABLE_S, Aligner, Alignment, HeadingSource, Start};
 use crate::time::Time;
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
@@ -104,8 +104,8 @@ enum Phase {
 /// Least one-sigma of a heading just found, rad (10°): the sectors share what their model lacks.
 const FOUND_SIGMA_RAD: f64 = 0.175;
 
-/// A fix further ahead of the inertial samples than this, s, is from another clock.
-const HELD_S: f64 = 10.0;
+/// What is further from the inertial samples than this, s, is from another clock.
+const OF_ONE_CLOCK_S: f64 = 10.0;
 /// Place and velocity of a fix.
 type SaidByFix = (Geodetic, (Option<[f64; 2]>, Option<f64>));
 
@@ -159,6 +159,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         if self.phase == Phase::Aligning {
+            self.tell_why_alignment_waits(event, notify);
             if let Some(alignment) = self.aligner.push(event) {
                 self.begin(&alignment, notify);
             }
@@ -176,7 +177,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Event::Baro { time, height_m } => {
                 if self.aiding.baro {
                     let result = self
-                        .navigating()
+                        .navigating_at(*time)
                         .and_then(|filter| filter.update_baro(*time, *height_m, trace));
                     notify(Notice::of_update(*time, Aid::Baro, result));
                 }
@@ -186,6 +187,29 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, notify),
             Event::Range(reading) => self.range(reading, trace, notify),
+        }
+    }
+
+    /// What the alignment passes over and why; a fix before it has enough samples is no fault.
+    #[inline(never)]
+    fn tell_why_alignment_waits(&self, event: &Event, notify: &mut dyn FnMut(Notice)) {
+        match event {
+            Event::Imu(sample) if !sample.motion.is_finite() => {
+                notify(Notice::SampleRefused { time: sample.time, fault: ImuFault::NotFinite });
+            }
+            Event::Imu(sample) if self.aligner.is_late(sample.time) => {
+                notify(Notice::SampleRefused { time: sample.time, fault: ImuFault::NotLater });
+            }
+            Event::Gps(fix) => {
+                let reason = match self.aligner.age_s(fix) {
+                    _ if !fix.is_finite() => Unusable::NotFinite,
+                    Some(age_s) if age_s > ALIGNABLE_S => Unusable::TooOld,
+                    Some(age_s) if age_s < -ALIGNABLE_S => Unusable::AheadOfImu,
+                    _ => return,
+                };
+                notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason });
+            }
+            _ => {}
         }
     }
 
@@ -219,10 +243,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
+    /// The filter, for what is compared with the present state and was true at `time`, unless that is the
+    /// time of another clock: it would shut out all that comes after it.
+    fn navigating_at(&mut self, time: Time) -> Result<&mut Ekf<L, N, T>, Unusable> {
+        match self.time() - time {
+            age_s if age_s > OF_ONE_CLOCK_S => Err(Unusable::TooOld),
+            age_s if age_s < -OF_ONE_CLOCK_S => Err(Unusable::AheadOfImu),
+            _ => self.navigating(),
+        }
+    }
+
     #[inline(never)]
     fn hold(&mut self, fix: &Fix, notify: &mut dyn FnMut(Notice)) {
         let time = self.time();
-        if fix.time - time > HELD_S {
+        if fix.time - time > OF_ONE_CLOCK_S {
             notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason: Unusable::AheadOfImu });
             return;
         }
@@ -425,7 +459,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             return;
         }
         let declination_rad = self.aligner.config().declination_rad;
-        let result = self.navigating().and_then(|filter| {
+        let result = self.navigating_at(time).and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
         });
         if let Ok(report) = &result {

@@ -191,6 +191,10 @@ struct Window {
 
 /// Windows longer than this start anew, s: the vehicle may have moved since.
 const LONGEST_WINDOW_S: f64 = 5.0;
+/// Samples further apart than this, s, do not belong to one window.
+const LONGEST_GAP_S: f64 = 0.5;
+/// A fix further than this, s, from the last inertial sample does not end the alignment.
+pub(crate) const ALIGNABLE_S: f64 = 2.0;
 /// At rest: GPS speed, m/s; mean rate, rad/s; scatter of the rate, rad/s; vibration, m/s².
 const REST_SPEED_MPS: f64 = 0.25;
 const REST_RATE_RADPS: f64 = 0.02;
@@ -200,17 +204,20 @@ const REST_VIBRATION_MPS2: f64 = 0.3;
 const ANY_ANGLE_RAD: f64 = core::f64::consts::PI / 1.732_050_807_568_877_2;
 
 impl Window {
-    fn push(&mut self, sample: &ImuSample) {
+    fn push(&mut self, sample: &ImuSample, longest_s: f64) {
         let Some(last) = self.last else {
             self.first = Some(sample.time);
             self.last = Some(sample.time);
             return;
         };
         let interval_s = sample.time - last;
-        if interval_s <= 0.0 || !sample.motion.is_finite() {
+        // A clock that was set back would let no sample in any more.
+        let out_of_order = (-LONGEST_GAP_S..=0.0).contains(&interval_s);
+        if out_of_order || !sample.motion.is_finite() {
             return;
         }
-        if interval_s > 0.5 || self.first.is_some_and(|first| last - first > LONGEST_WINDOW_S) {
+        let is_torn = libm::fabs(interval_s) > LONGEST_GAP_S;
+        if is_torn || self.first.is_some_and(|first| last - first > longest_s) {
             *self = Self { first: Some(sample.time), last: Some(sample.time), ..Self::default() };
             return;
         }
@@ -268,7 +275,9 @@ impl Aligner {
     pub fn push(&mut self, event: &Event) -> Option<Alignment> {
         match event {
             Event::Imu(sample) => {
-                self.window.push(sample);
+                // Twice what is needed, so that a fix meets a window that is long enough.
+                let longest_s = LONGEST_WINDOW_S.max(2.0 * self.config.duration_s);
+                self.window.push(sample, longest_s);
                 self.attitude =
                     sample.attitude.filter(|angles| angles.is_finite()).or(self.attitude);
                 self.field_gauss = sample
@@ -304,12 +313,23 @@ impl Aligner {
         Some((found.heading_rad - (level * baseline).azimuth_rad(), sigma_rad))
     }
 
+    /// Whether a sample of `time` is not later than the last.
+    pub(crate) fn is_late(&self, time: Time) -> bool {
+        self.window.last.is_some_and(|last| time <= last)
+    }
+
+    /// How much older than the last inertial sample a fix is, s; `None` before the first sample.
+    pub(crate) fn age_s(&self, fix: &Fix) -> Option<f64> {
+        self.window.last.map(|last| last - fix.time)
+    }
+
     /// Equation (A3) of docs/equations.md.
     fn align(&self, fix: &Fix) -> Option<Alignment> {
         let config = &self.config;
         let time = self.window.last?;
-        let age_s = time - fix.time;
-        let unusable = !fix.is_finite() || fix.two_dimensional || libm::fabs(age_s) > 2.0;
+        let age_s = self.age_s(fix)?;
+        let is_far = libm::fabs(age_s) > ALIGNABLE_S;
+        let unusable = !fix.is_finite() || fix.two_dimensional || is_far;
         if self.window.length_s() < config.duration_s || unusable {
             return None;
         }
