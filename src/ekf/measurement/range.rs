@@ -124,7 +124,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // Written so that a NaN is refused.
         let can_be = |value: f64| (0.0..MOST).contains(&value);
         let known = |value: Option<f64>| value.is_none_or(can_be);
-        if !can_be(range_m) || !known(reading.sigma_m) || !known(reading.quality) {
+        let quality_can_be = reading.quality.is_none_or(|quality| (0.0..=1.0).contains(&quality));
+        if !can_be(range_m) || !known(reading.sigma_m) || !quality_can_be {
             return Err(Unusable::NotFinite);
         }
         let body_to_ned = self.state.body_to_ned.cast();
