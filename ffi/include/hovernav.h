@@ -546,7 +546,7 @@ typedef struct HovernavRangeModel {
     double least_m;
     // Longest distance that the sensor measures, m.
     double most_m;
-    // Readings below this quality are not used.
+    // Readings below this quality, 0 to 1, are not used.
     double least_quality;
     // One-sigma of its white error where a reading does not say, m.
     double noise_m;
@@ -574,7 +574,7 @@ typedef struct HovernavAntennaHeadingModel {
     double sigma_rad;
     // Least one-sigma, rad.
     double floor_rad;
-    // Share of the one-sigma that wanders slowly.
+    // Share of the one-sigma that wanders slowly, 0 to 1.
     double wander_share;
     // Correlation time of what wanders, s.
     double wander_time_s;
@@ -650,9 +650,10 @@ typedef struct HovernavConfig {
     struct HovernavHealthLimits health;
 } HovernavConfig;
 
-// Which value of a configuration is out of its range. Texts end with a zero byte.
+// Which value of a configuration is out of its range. Texts are UTF-8 and end with a zero byte.
 typedef struct HovernavFault {
-    // The field, named from the configuration on: "imu.gap_s".
+    // The field, named from the configuration on: "imu.gap_s". An array, or the gains of one regulator, are
+    // one field.
     char what[HOVERNAV_FAULT_TEXT];
     // What was found.
     double found;
@@ -1039,13 +1040,13 @@ typedef struct HovernavAutopilotInputs {
     uint32_t has_pilot;
     // The pilot's switch: 1 if the autopilot shall fly, else 0.
     uint32_t engage;
-    // The pilot's sticks.
+    // The pilot's sticks. Where one is not finite, all are taken for not received.
     struct HovernavSticks pilot;
 } HovernavAutopilotInputs;
 
 // The result of one step of the autopilot.
 typedef struct HovernavAutopilotOutputs {
-    // Where the controls go.
+    // Where the controls go, -1 to 1; while the pilot flies as far as the pilot's go, to 1.25.
     struct HovernavSticks sticks;
     // What it is doing.
     HovernavMode mode;
@@ -1113,9 +1114,10 @@ const char *hovernav_version(void);
 // not. hovernav_default_config() checks the same.
 HovernavStatus hovernav_check_abi(uint32_t abi);
 
-// Creates an object in `memory`, of `size` bytes, aligned to HOVERNAV_ALIGNMENT, and gives its address,
-// which is that of the memory. The memory is the object's until hovernav_destroy(); nothing else is
-// ever allocated. `fault`, unless null, receives which value of the configuration is out of range.
+// Creates an object in `memory`, of `size` bytes, at least hovernav_size(), aligned at least to
+// hovernav_alignment(), and gives its address, which is that of the memory. The memory is the object's until
+// hovernav_destroy(); nothing else is ever allocated. An object that was there before is gone. `fault`,
+// unless null, receives which value of the configuration is out of range.
 //
 // HOVERNAV_STATUS_NULL_POINTER, _MISALIGNED, _MEMORY_TOO_SMALL or _OUT_OF_RANGE.
 HovernavStatus hovernav_create(void *memory,
@@ -1126,6 +1128,8 @@ HovernavStatus hovernav_create(void *memory,
 
 // Ends an object: its memory is the caller's again, and its address is no object any more. Null is
 // taken for one that ended before.
+//
+// HOVERNAV_STATUS_NOT_CREATED where there is no object, _MISALIGNED.
 HovernavStatus hovernav_destroy(struct Hovernav *nav);
 
 // Fills `config` with the defaults: a consumer or tactical-grade MEMS unit on a vibrating vehicle, a
@@ -1152,19 +1156,30 @@ HovernavStatus hovernav_default_lines_config(struct HovernavLinesConfig *config,
                                              uint32_t abi);
 
 // Takes in a sample of the inertial unit. A sample that the estimator cannot use (not finite, not
-// later than the one before) is told of by a notice, as everything that comes of it.
+// later than the one before) is told of by a notice, as everything that comes of it. After a gap the
+// estimator goes on however long it was: a time that is wrong and far ahead is taken for one, and every
+// sample up to it refused; hovernav_get_health() then finds the estimate stale, and the object has to be
+// created anew.
 HovernavStatus hovernav_push_imu(struct Hovernav *nav,
                                  const struct HovernavImuSample *sample);
 
-// Takes in a fix. One that is later than the last inertial sample waits for the sample after it.
-// HOVERNAV_STATUS_OUT_OF_RANGE for what is no place on Earth.
-HovernavStatus hovernav_push_fix(struct Hovernav *nav, const struct HovernavFix *fix);
+// Takes in a fix. One that is later than the last inertial sample, by up to 10 s, waits for the sample
+// after it. Velocities and one-sigmas that cannot be are told of by a notice, and so is a time that is not of
+// the samples' clock.
+//
+// HOVERNAV_STATUS_OUT_OF_RANGE for what is no place on Earth: not finite, latitude beyond 90 degrees,
+// longitude beyond 360, height beyond 100 km. HOVERNAV_STATUS_UNKNOWN_CODE for a flag that is none.
+HovernavStatus hovernav_push_fix(struct Hovernav *nav,
+                                 const struct HovernavFix *fix);
 
-// Takes in a barometric height above any fixed level, m, up, true at `time_ns`.
-HovernavStatus hovernav_push_baro(struct Hovernav *nav, int64_t time_ns, double height_m);
+// Takes in a barometric height above any fixed level, m, up, true at `time_ns`; up to 100 km, else it is told
+// of by a notice.
+HovernavStatus hovernav_push_baro(struct Hovernav *nav,
+                                  int64_t time_ns,
+                                  double height_m);
 
 // Takes in the field of a magnetometer apart from the inertial unit, three components in body axes,
-// gauss, true at `time_ns`.
+// gauss, true at `time_ns`. Its length does not count.
 HovernavStatus hovernav_push_magnetometer(struct Hovernav *nav,
                                           int64_t time_ns,
                                           const double *field_gauss);
@@ -1213,13 +1228,16 @@ HovernavStatus hovernav_next_notice(struct Hovernav *nav,
 HovernavStatus hovernav_lost_notices(struct Hovernav *nav, uint32_t *lost);
 
 // Starts an autopilot inside the object, or starts it anew; it has not taken over, the sticks at trim.
-// `fault`, unless null, receives which value of the configuration cannot be flown.
+// `fault`, unless null, receives which value of the configuration cannot be flown; what flew before then
+// goes on.
 HovernavStatus hovernav_start_autopilot(struct Hovernav *nav,
                                         const struct HovernavAutopilotConfig *config,
                                         struct HovernavFault *fault);
 
 // One step of the autopilot on the solution as it stands: call it once every period of its
-// configuration.
+// configuration. Each call is taken for one period, whatever `now_ns` says: gains designed for another rate
+// are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long a mode has
+// lasted.
 HovernavStatus hovernav_step_autopilot(struct Hovernav *nav,
                                        const struct HovernavAutopilotInputs *inputs,
                                        struct HovernavAutopilotOutputs *outputs);
@@ -1251,9 +1269,6 @@ HovernavStatus hovernav_push_gps_bytes(struct Hovernav *nav,
                                        size_t length,
                                        int64_t now_ns,
                                        struct HovernavLineResult *result);
-
-// Defined nowhere. cbindgen:ignore
-extern void hovernav_a_panic_is_reachable(void);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -49,6 +49,18 @@ pub unsafe fn output<'a, T>(pointer: *mut T) -> Result<Output<'a, T>, Status> {
     Ok(Output { pointer, memory: core::marker::PhantomData })
 }
 
+/// The place at `pointer`, or none where it is null, for what a caller need not take.
+///
+/// # Safety
+/// As of [`output`].
+pub unsafe fn optional<'a, T>(pointer: *mut T) -> Result<Option<Output<'a, T>>, Status> {
+    if pointer.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: the caller's promise.
+    unsafe { output(pointer) }.map(Some)
+}
+
 /// A place that may be written.
 pub struct Output<'a, T> {
     pointer: *mut T,

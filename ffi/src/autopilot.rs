@@ -6,7 +6,7 @@ use hovernav::autopilot::{
 use hovernav::earth::Geodetic;
 use hovernav::time::Time;
 
-use crate::access::{input, object, output};
+use crate::access::{input, object, optional, output};
 use crate::health::{Distrust, distrust};
 use crate::object::Hovernav;
 use crate::settings::{AutopilotConfig, Sticks};
@@ -60,7 +60,7 @@ pub struct AutopilotInputs {
     pub has_pilot: u32,
     /// The pilot's switch: 1 if the autopilot shall fly, else 0.
     pub engage: u32,
-    /// The pilot's sticks.
+    /// The pilot's sticks. Where one is not finite, all are taken for not received.
     pub pilot: Sticks,
 }
 
@@ -68,7 +68,7 @@ pub struct AutopilotInputs {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AutopilotOutputs {
-    /// Where the controls go.
+    /// Where the controls go, -1 to 1; while the pilot flies as far as the pilot's go, to 1.25.
     pub sticks: Sticks,
     /// What it is doing.
     pub mode: Mode,
@@ -105,7 +105,8 @@ impl From<&Outputs> for AutopilotOutputs {
 }
 
 /// Starts an autopilot inside the object, or starts it anew; it has not taken over, the sticks at trim.
-/// `fault`, unless null, receives which value of the configuration cannot be flown.
+/// `fault`, unless null, receives which value of the configuration cannot be flown; what flew before then
+/// goes on.
 ///
 /// # Safety
 /// Pointers as the crate's rules say.
@@ -120,23 +121,21 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
     // SAFETY: the caller's promise.
     let config = unsafe { input(config) };
     // SAFETY: the caller's promise.
-    let fault = unsafe { output(fault) };
-    Status::of(nav.and_then(|nav| match HoverAutopilot::new(config?.core()) {
-        Ok(autopilot) => {
-            nav.flight.autopilot = Some(autopilot);
-            Ok(())
-        }
-        Err(error) => {
-            if let Ok(fault) = fault {
-                fault.write(Fault::new(&[error.what], error.found, error.expected));
-            }
-            Err(Status::OutOfRange)
-        }
+    let fault = unsafe { optional(fault) };
+    Status::of(nav.and_then(|nav| {
+        let (config, fault) = (config?, fault?);
+        let autopilot = HoverAutopilot::new(config.core()).map_err(|error| {
+            Status::refuse(Fault::new(&[error.what], error.found, error.expected), fault)
+        })?;
+        nav.flight.autopilot = Some(autopilot);
+        Ok(())
     }))
 }
 
 /// One step of the autopilot on the solution as it stands: call it once every period of its
-/// configuration.
+/// configuration. Each call is taken for one period, whatever `now_ns` says: gains designed for another rate
+/// are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long a mode has
+/// lasted.
 ///
 /// # Safety
 /// Pointers as the crate's rules say.

@@ -6,7 +6,7 @@ use core::mem::{align_of, size_of};
 use hovernav::autopilot::HealthMonitor;
 use hovernav::ekf::Estimator;
 
-use crate::access::{input, object, output};
+use crate::access::{input, object, optional, output};
 use crate::object::{Flight, HOVERNAV_ABI, Hovernav, MARK};
 use crate::queue::NoticeQueue;
 use crate::settings::Config;
@@ -37,9 +37,10 @@ pub extern "C" fn hovernav_check_abi(abi: u32) -> Status {
     if abi == HOVERNAV_ABI { Status::Ok } else { Status::AbiMismatch }
 }
 
-/// Creates an object in `memory`, of `size` bytes, aligned to HOVERNAV_ALIGNMENT, and gives its address,
-/// which is that of the memory. The memory is the object's until hovernav_destroy(); nothing else is
-/// ever allocated. `fault`, unless null, receives which value of the configuration is out of range.
+/// Creates an object in `memory`, of `size` bytes, at least hovernav_size(), aligned at least to
+/// hovernav_alignment(), and gives its address, which is that of the memory. The memory is the object's until
+/// hovernav_destroy(); nothing else is ever allocated. An object that was there before is gone. `fault`,
+/// unless null, receives which value of the configuration is out of range.
 ///
 /// HOVERNAV_STATUS_NULL_POINTER, _MISALIGNED, _MEMORY_TOO_SMALL or _OUT_OF_RANGE.
 ///
@@ -58,6 +59,8 @@ pub unsafe extern "C" fn hovernav_create(
         let created = unsafe { output(created) }?;
         // SAFETY: as above.
         let config = unsafe { input(config) }?;
+        // SAFETY: as above.
+        let fault = unsafe { optional(fault) }?;
         let place = memory.cast::<Hovernav>();
         if place.is_null() {
             return Err(Status::NullPointer);
@@ -68,13 +71,7 @@ pub unsafe extern "C" fn hovernav_create(
         if size < size_of::<Hovernav>() {
             return Err(Status::MemoryTooSmall);
         }
-        let config = config.checked().map_err(|wrong| {
-            // SAFETY: as above.
-            if let Ok(fault) = unsafe { output(fault) } {
-                fault.write(wrong);
-            }
-            Status::OutOfRange
-        })?;
+        let config = config.checked().map_err(|wrong| Status::refuse(wrong, fault))?;
         // SAFETY: not null, aligned and large enough, and the caller's to give away.
         unsafe {
             place.write(Hovernav {
@@ -96,6 +93,8 @@ pub unsafe extern "C" fn hovernav_create(
 
 /// Ends an object: its memory is the caller's again, and its address is no object any more. Null is
 /// taken for one that ended before.
+///
+/// HOVERNAV_STATUS_NOT_CREATED where there is no object, _MISALIGNED.
 ///
 /// # Safety
 /// Pointers as the crate's rules say.

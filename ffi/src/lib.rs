@@ -63,8 +63,9 @@ pub use status::*;
 mod bare_metal {
     use core::panic::PanicInfo;
 
+    /// cbindgen:ignore
     unsafe extern "C" {
-        /// Defined nowhere. cbindgen:ignore
+        /// Defined nowhere.
         fn hovernav_a_panic_is_reachable() -> !;
     }
 

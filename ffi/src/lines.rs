@@ -3,7 +3,7 @@
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
 
-use crate::access::{bytes as slice, input, object, output};
+use crate::access::{bytes as slice, input, object, optional, output};
 use crate::object::Hovernav;
 use crate::settings::{LinesConfig, LinesFault};
 use crate::status::{Fault, Status};
@@ -82,19 +82,15 @@ pub unsafe extern "C" fn hovernav_start_lines(
     // SAFETY: the caller's promise.
     let config = unsafe { input(config) };
     // SAFETY: the caller's promise.
-    let fault = unsafe { output(fault) };
-    Status::of(nav.and_then(|nav| match config?.core() {
-        Ok((dmu, gps)) => {
-            nav.lines = Some(Sensors::new(dmu, gps, Time::from_nanoseconds(now_ns)));
-            Ok(())
-        }
-        Err(LinesFault::NotBuilt) => Err(Status::NotBuilt),
-        Err(LinesFault::Value(wrong)) => {
-            if let Ok(fault) = fault {
-                fault.write(wrong);
-            }
-            Err(Status::OutOfRange)
-        }
+    let fault = unsafe { optional(fault) };
+    Status::of(nav.and_then(|nav| {
+        let (config, fault) = (config?, fault?);
+        let (dmu, gps) = config.core().map_err(|wrong| match wrong {
+            LinesFault::NotBuilt => Status::NotBuilt,
+            LinesFault::Value(wrong) => Status::refuse(wrong, fault),
+        })?;
+        nav.lines = Some(Sensors::new(dmu, gps, Time::from_nanoseconds(now_ns)));
+        Ok(())
     }))
 }
 

@@ -130,7 +130,10 @@ impl Fix {
 }
 
 /// Takes in a sample of the inertial unit. A sample that the estimator cannot use (not finite, not
-/// later than the one before) is told of by a notice, as everything that comes of it.
+/// later than the one before) is told of by a notice, as everything that comes of it. After a gap the
+/// estimator goes on however long it was: a time that is wrong and far ahead is taken for one, and every
+/// sample up to it refused; hovernav_get_health() then finds the estimate stale, and the object has to be
+/// created anew.
 ///
 /// # Safety
 /// Pointers as the crate's rules say.
@@ -143,8 +146,12 @@ pub unsafe extern "C" fn hovernav_push_imu(nav: *mut Hovernav, sample: *const Im
     Status::of(nav.and_then(|nav| sample?.event().map(|event| nav.flight.push(&event))))
 }
 
-/// Takes in a fix. One that is later than the last inertial sample waits for the sample after it.
-/// HOVERNAV_STATUS_OUT_OF_RANGE for what is no place on Earth.
+/// Takes in a fix. One that is later than the last inertial sample, by up to 10 s, waits for the sample
+/// after it. Velocities and one-sigmas that cannot be are told of by a notice, and so is a time that is not of
+/// the samples' clock.
+///
+/// HOVERNAV_STATUS_OUT_OF_RANGE for what is no place on Earth: not finite, latitude beyond 90 degrees,
+/// longitude beyond 360, height beyond 100 km. HOVERNAV_STATUS_UNKNOWN_CODE for a flag that is none.
 ///
 /// # Safety
 /// Pointers as the crate's rules say.
@@ -157,7 +164,8 @@ pub unsafe extern "C" fn hovernav_push_fix(nav: *mut Hovernav, fix: *const Fix) 
     Status::of(nav.and_then(|nav| fix?.event().map(|event| nav.flight.push(&event))))
 }
 
-/// Takes in a barometric height above any fixed level, m, up, true at `time_ns`.
+/// Takes in a barometric height above any fixed level, m, up, true at `time_ns`; up to 100 km, else it is told
+/// of by a notice.
 ///
 /// # Safety
 /// Pointers as the crate's rules say.
@@ -174,7 +182,7 @@ pub unsafe extern "C" fn hovernav_push_baro(
 }
 
 /// Takes in the field of a magnetometer apart from the inertial unit, three components in body axes,
-/// gauss, true at `time_ns`.
+/// gauss, true at `time_ns`. Its length does not count.
 ///
 /// # Safety
 /// Pointers as the crate's rules say; `field_gauss` points to three numbers.

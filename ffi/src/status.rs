@@ -2,6 +2,8 @@
 
 use core::ffi::{CStr, c_char};
 
+use crate::access::Output;
+
 /// What a call answers. 0 is success, 1 is "not yet", the rest are mistakes of the caller; a call that
 /// made one has changed nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +72,14 @@ impl Status {
         }
     }
 
+    /// Out of range, after `fault`, where the caller takes one, is told what is `wrong`.
+    pub(crate) fn refuse(wrong: Fault, fault: Option<Output<'_, Fault>>) -> Self {
+        if let Some(place) = fault {
+            place.write(wrong);
+        }
+        Self::OutOfRange
+    }
+
     /// `Ok`, or what the check found.
     pub(crate) fn of(result: Result<(), Self>) -> Self {
         result.err().unwrap_or(Self::Ok)
@@ -89,11 +99,12 @@ pub extern "C" fn hovernav_status_text(status: i32) -> *const c_char {
 /// Longest text in a HovernavFault, bytes, its zero byte included.
 pub const HOVERNAV_FAULT_TEXT: usize = 64;
 
-/// Which value of a configuration is out of its range. Texts end with a zero byte.
+/// Which value of a configuration is out of its range. Texts are UTF-8 and end with a zero byte.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Fault {
-    /// The field, named from the configuration on: "imu.gap_s".
+    /// The field, named from the configuration on: "imu.gap_s". An array, or the gains of one regulator, are
+    /// one field.
     pub what: [c_char; HOVERNAV_FAULT_TEXT],
     /// What was found.
     pub found: f64,

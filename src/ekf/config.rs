@@ -65,10 +65,25 @@ impl EkfConfig {
     }
 }
 
-/// Declares a group of settings: each with its doc and its default, all `f64`, all readable by name
-/// from a configuration file.
+/// More than any setting is, in whatever unit; its square is finite in single precision too.
+const MOST_SETTING: f64 = 1e9;
+
+/// The most a setting can be, and its range in words.
+macro_rules! most {
+    () => {
+        (MOST_SETTING, "0 to 1e9")
+    };
+    ($most:literal) => {
+        (f64::from($most), concat!("0 to ", stringify!($most)))
+    };
+}
+
+/// Declares a group of settings: each with its doc, its default and, where that is less than
+/// [`MOST_SETTING`], the most it can be; all `f64`, all readable by name from a configuration file.
 macro_rules! settings {
-    ($(#[$group:meta])* $name:ident { $($(#[$field:meta])* $key:ident = $default:expr,)* }) => {
+    ($(#[$group:meta])* $name:ident {
+        $($(#[$field:meta])* $key:ident = $default:literal $(to $most:literal)?,)*
+    }) => {
         $(#[$group])*
         ///
         /// To change some, take the default and assign to its fields.
@@ -88,13 +103,14 @@ macro_rules! settings {
         }
 
         impl $name {
-            /// The first setting that is not a number in the range such settings have: finite and
-            /// not negative.
+            /// The first setting that is not a number in its range, with what was found and what was
+            /// expected: 0 to 1 for what says so, 0 to 1e9 for all others.
             #[must_use]
-            pub fn out_of_range(&self) -> Option<(&'static str, f64)> {
-                [$((stringify!($key), self.$key)),*]
+            pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
+                [$((stringify!($key), self.$key, most!($($most)?))),*]
                     .into_iter()
-                    .find(|(_, value)| !(value.is_finite() && *value >= 0.0))
+                    .find(|(_, value, (most, _))| !(0.0..=*most).contains(value))
+                    .map(|(key, value, (_, expected))| (key, value, expected))
             }
         }
     };
@@ -163,20 +179,20 @@ settings! {
         position_floor_m = 0.05,
         /// Least one-sigma of the white part of velocity, m/s.
         velocity_floor_mps = 0.03,
-        /// Share of the position's one-sigma that wanders slowly; the rest, in squares, is white.
-        position_wander_share = 0.97,
+        /// Share of the position's one-sigma that wanders slowly, 0 to 1; the rest, in squares, is white.
+        position_wander_share = 0.97 to 1,
         /// Correlation time of the position's slow error, s.
         position_wander_time_s = 200.0,
-        /// Share of the velocity's one-sigma that wanders slowly.
-        velocity_wander_share = 0.45,
+        /// Share of the velocity's one-sigma that wanders slowly, 0 to 1.
+        velocity_wander_share = 0.45 to 1,
         /// Correlation time of the velocity's slow error, s.
         velocity_wander_time_s = 15.0,
         /// Time over which a receiver may have taken its velocity, one-sigma, s: what an acceleration makes of
         /// it counts as noise.
         velocity_smoothing_s = 0.03,
         /// Where fixes state no one-sigma, or one of velocity that is too small, its size is learned from the
-        /// innovations: the share by which one innovation moves it.
-        learning_rate = 0.01,
+        /// innovations: the share by which one innovation moves it, 0 to 1.
+        learning_rate = 0.01 to 1,
         /// One-sigma of the time between a fix's position and its velocity, s.
         position_latency_sigma_s = 0.1,
         /// One-sigma of the time by which a fix holds earlier than declared, s.
@@ -233,8 +249,8 @@ settings! {
         least_m = 0.1,
         /// Longest distance that the sensor measures, m.
         most_m = 100.0,
-        /// Readings below this quality are not used.
-        least_quality = 0.1,
+        /// Readings below this quality, 0 to 1, are not used.
+        least_quality = 0.1 to 1,
         /// One-sigma of its white error where a reading does not say, m.
         noise_m = 0.05,
         /// Share of the distance that adds to it.
@@ -254,8 +270,8 @@ settings! {
         sigma_rad = 0.01,
         /// Least one-sigma, rad: what the mounting of the antennas leaves.
         floor_rad = 0.003,
-        /// Share of the one-sigma that wanders slowly; the rest, in squares, is white.
-        wander_share = 0.7,
+        /// Share of the one-sigma that wanders slowly, 0 to 1; the rest, in squares, is white.
+        wander_share = 0.7 to 1,
         /// Correlation time of what wanders, s.
         wander_time_s = 10.0,
         /// A baseline that differs by more than this from the one that is mounted, m, is refused.

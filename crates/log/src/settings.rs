@@ -157,10 +157,8 @@ impl Manifest {
             self.rangefinder.model.out_of_range(),
             self.second_antenna.model.out_of_range(),
         ];
-        if let Some((key, value)) = wrong.into_iter().flatten().next() {
-            return Err(refused(format!(
-                "[filter] {key}: found {value}, expected a number from 0"
-            )));
+        if let Some((key, value, expected)) = wrong.into_iter().flatten().next() {
+            return Err(refused(format!("[filter] {key}: found {value}, expected {expected}")));
         }
 
         config.mounting = Mounting::default()

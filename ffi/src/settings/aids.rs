@@ -4,7 +4,7 @@ use hovernav::ekf as core_ekf;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::Vector;
 
-use super::{mirror, within};
+use super::mirror;
 use crate::status::Fault;
 
 /// Errors of a distance to the ground, and of the ground.
@@ -15,7 +15,7 @@ pub struct RangeModel {
     pub least_m: f64,
     /// Longest distance that the sensor measures, m.
     pub most_m: f64,
-    /// Readings below this quality are not used.
+    /// Readings below this quality, 0 to 1, are not used.
     pub least_quality: f64,
     /// One-sigma of its white error where a reading does not say, m.
     pub noise_m: f64,
@@ -35,7 +35,7 @@ pub struct AntennaHeadingModel {
     pub sigma_rad: f64,
     /// Least one-sigma, rad.
     pub floor_rad: f64,
-    /// Share of the one-sigma that wanders slowly.
+    /// Share of the one-sigma that wanders slowly, 0 to 1.
     pub wander_share: f64,
     /// Correlation time of what wanders, s.
     pub wander_time_s: f64,
@@ -86,8 +86,6 @@ impl Rangefinder {
         }
         let into = &mut into.rangefinder;
         (into.lever_arm_m, into.beam) = (self.lever_arm_m.into(), beam);
-        within!("rangefinder.model", self.model, 0.0, 1e6, "0 to 1e6";
-            least_m most_m least_quality noise_m noise_share ground_walk_m);
         self.model.put(&mut into.model);
         Ok(())
     }
@@ -101,12 +99,9 @@ impl SecondAntenna {
         }
     }
 
-    pub(super) fn put(&self, into: &mut EstimatorConfig) -> Result<(), Fault> {
+    pub(super) fn put(&self, into: &mut EstimatorConfig) {
         let is_mounted = self.baseline_m.iter().any(|component| *component != 0.0);
         into.alignment.baseline_m = is_mounted.then(|| self.baseline_m.into());
-        within!("second_antenna.model", self.model, 0.0, 1e6, "0 to 1e6";
-            interval_s sigma_rad floor_rad wander_share wander_time_s length_tolerance_m);
         self.model.put(&mut into.antenna_heading);
-        Ok(())
     }
 }

@@ -7,7 +7,7 @@ use hovernav::ins::{AlignmentConfig, HeadingSource, Mounting};
 
 use super::aids::{Rangefinder, SecondAntenna};
 use super::{HealthLimits, flag, mirror, within};
-use crate::access::output;
+use crate::access::{input, optional, output};
 use crate::object::HOVERNAV_ABI;
 use crate::status::{Fault, Status};
 
@@ -263,10 +263,10 @@ impl Alignment {
                 return Err(Fault::new(&what, f64::from(other), "one of HOVERNAV_HEADING_"));
             }
         };
-        within!("alignment", self, 0.0, 1e6, "0 to 1e6";
+        within!("alignment.", self, 0.0, 1e6, "0 to 1e6";
             duration_s attitude_tilt_sigma_rad heading_sigma_rad level_sigma_rad
             moving_level_sigma_rad position_sigma_m velocity_sigma_mps course_speed_mps);
-        within!("alignment", self, -7.0, 7.0, "-2 pi to 2 pi";
+        within!("alignment.", self, -7.0, 7.0, "-2 pi to 2 pi";
             attitude_declination_rad declination_rad);
         into.duration_s = self.duration_s;
         into.attitude_declination_rad = self.attitude_declination_rad;
@@ -366,7 +366,7 @@ impl Config {
         estimator.aiding.second_antenna = flag("use_second_antenna", self.use_second_antenna)?;
         self.alignment.put(&mut estimator.alignment)?;
         self.rangefinder.put(&mut estimator)?;
-        self.second_antenna.put(&mut estimator)?;
+        self.second_antenna.put(&mut estimator);
         let ekf = &mut estimator.ekf;
         self.imu.put(&mut ekf.imu);
         self.gps.put(&mut ekf.gps);
@@ -381,18 +381,20 @@ impl Config {
             ("magnetometer.", ekf.magnetometer.out_of_range()),
             ("baro.", ekf.baro.out_of_range()),
             ("gate.", ekf.gate.out_of_range()),
+            ("rangefinder.model.", estimator.rangefinder.model.out_of_range()),
+            ("second_antenna.model.", estimator.antenna_heading.out_of_range()),
         ];
         for (group, wrong) in wrong {
-            if let Some((key, found)) = wrong {
-                return Err(Fault::new(&[group, key], found, "a finite number from 0"));
+            if let Some((key, found, expected)) = wrong {
+                return Err(Fault::new(&[group, key], found, expected));
             }
         }
         let mut health = CoreHealthLimits::default();
         self.health.put(&mut health);
-        within!("health", self.health, 1e-6, 1e3, "1e-6 to 1000";
+        within!("health.", self.health, 1e-6, 1e3, "1e-6 to 1000";
             tilt_sigma_rad heading_sigma_rad velocity_sigma_mps vertical_velocity_sigma_mps
             position_sigma_m age_s dead_reckoning_s disagreement_s);
-        within!("health", self.health, 0.0, 1e3, "0 to 1000"; recovery_s);
+        within!("health.", self.health, 0.0, 1e3, "0 to 1000"; recovery_s);
         Ok(Checked { estimator, health })
     }
 }
@@ -423,16 +425,11 @@ pub unsafe extern "C" fn hovernav_default_config(config: *mut Config, abi: u32) 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_check_config(config: *const Config, fault: *mut Fault) -> Status {
     // SAFETY: the caller's promise.
-    let config = unsafe { crate::access::input(config) };
+    let config = unsafe { input(config) };
     // SAFETY: the caller's promise.
-    let fault = unsafe { output(fault) };
-    Status::of(config.and_then(|config| match config.checked() {
-        Ok(_) => Ok(()),
-        Err(wrong) => {
-            if let Ok(fault) = fault {
-                fault.write(wrong);
-            }
-            Err(Status::OutOfRange)
-        }
+    let fault = unsafe { optional(fault) };
+    Status::of(config.and_then(|config| {
+        let fault = fault?;
+        config.checked().map(|_| ()).map_err(|wrong| Status::refuse(wrong, fault))
     }))
 }

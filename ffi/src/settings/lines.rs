@@ -99,7 +99,7 @@ impl FixLimits {
     }
 
     fn core(&self) -> Result<CoreLimits, Fault> {
-        within!("fix_limits", self, 0.0, 1e9, "0 to 1e9";
+        within!("fix_limits.", self, 0.0, 1e9, "0 to 1e9";
             max_position_dilution max_horizontal_dilution max_horizontal_sigma_m
             max_vertical_sigma_m max_velocity_sigma_mps max_ground_speed_mps
             max_vertical_speed_mps max_jump_m max_delay_s);
@@ -180,7 +180,7 @@ impl LinesConfig {
     }
 
     fn calibration(&self) -> Result<Calibration, Fault> {
-        within!("lines", self, 1e-3, 1e6, "0.001 to 1e6"; rate_range_degps accel_range_g);
+        within!("", self, 1e-3, 1e6, "0.001 to 1e6"; rate_range_degps accel_range_g);
         let calibration = Calibration::new(self.rate_range_degps, self.accel_range_g)
             .map_err(|error| Fault::new(&[error.range], error.found, "a positive number"))?;
         let mut signs = [Sign::Negative; 3];
@@ -195,8 +195,8 @@ impl LinesConfig {
     }
 
     pub(crate) fn core(&self) -> Result<(DmuConfig, GpsConfig), LinesFault> {
-        within!("lines", self, 0.0, 10.0, "0 to 10 s"; dmu_cycle_s dmu_latency_s gps_latency_s);
-        within!("lines", self, -1e3, 1e3, "-1000 to 1000 m"; geoid_separation_m);
+        within!("", self, 0.0, 10.0, "0 to 10 s"; dmu_cycle_s dmu_latency_s gps_latency_s);
+        within!("", self, -1e3, 1e3, "-1000 to 1000 m"; geoid_separation_m);
         let mode = match self.dmu_mode {
             HOVERNAV_DMU_SCALED => Mode::Scaled,
             HOVERNAV_DMU_ANGLE => Mode::Angle,

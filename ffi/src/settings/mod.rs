@@ -44,7 +44,7 @@ macro_rules! within {
         $(
             let found = $of.$field;
             if !($lowest..=$highest).contains(&found) {
-                let what = [concat!($group, ".", stringify!($field))];
+                let what = [concat!($group, stringify!($field))];
                 return Err(Fault::new(&what, found, $expected).into());
             }
         )*
