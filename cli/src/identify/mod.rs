@@ -128,6 +128,8 @@ fn default_out(log: &Path) -> PathBuf {
 fn source(dataset: &Dataset, found: &Identification) -> String {
     let inputs = found.identified.structure.inputs.iter();
     let delays = inputs.filter_map(|input| Some(&*found.identified.delay(input)?.name));
+    let mut delays: Vec<&str> = delays.collect();
+    delays.dedup();
     format!(
         "identified by prediction error from {:.0} s of {} near a hover, sampled every {:.4} s; \
          derivatives in SI per full stick, continuous in time; the sticks' delays are parameters \
@@ -135,6 +137,6 @@ fn source(dataset: &Dataset, found: &Identification) -> String {
         found.estimated_s,
         dataset.manifest.name,
         found.identified.period_s,
-        delays.collect::<Vec<_>>().join(", ")
+        delays.join(", ")
     )
 }

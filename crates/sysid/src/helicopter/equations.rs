@@ -308,13 +308,15 @@ pub(super) fn largest_process_sigma(error: &VelocityError, period_s: f64) -> Vec
 }
 
 impl Structure {
-    /// The same with what the input `stick` does, and how late, held at 0: it never moves.
+    /// The same with what the input `stick` does, and how late, held at 0: it never moves. A delay that it
+    /// shares with a stick that moves stays.
     pub(super) fn with_still(mut self, stick: &str) -> Self {
         let Some(input) = self.inputs.iter().position(|input| input == stick) else { return self };
+        let delay = self.delays[input].take().filter(|own| !self.delays.contains(&Some(*own)));
         let column = self.states.len() + input;
         let terms = self.dynamics.iter().filter(|term| term.column == column);
         let factors = terms.flat_map(|term| &term.factors).filter(|(_, power)| *power > 0);
-        let held: Vec<usize> = factors.map(|(index, _)| *index).chain(self.delays[input]).collect();
+        let held: Vec<usize> = factors.map(|(index, _)| *index).chain(delay).collect();
         for index in held {
             (self.parameters[index].start, self.parameters[index].fixed) = (0.0, true);
         }
@@ -381,10 +383,13 @@ fn structure(kind: Kind) -> Structure {
         ([rows, &slow, &rest, &lags, &air, &vertical].concat(), text)
     };
     let (rows, text): (Vec<&[Row]>, String) = match kind {
+        // Both sticks come by the same way to servos that are much alike, and yaw alone tells little of when
+        // the collective came: it shares the pedal's delay and lag.
         Kind::Yaw => (
             vec![YAW, YAW_COUPLING, PEDAL_DELAY, PEDAL_LAG, GUST],
             format!(
                 "inputs collective pedal v\noutputs r\nnoise n_r n_dr\noffsets r\n\
+                 delay collective tau_ped\nlag collective lag_ped\n\
                  delay pedal tau_ped\nlag pedal lag_ped\n{YAW_EQUATION}{YAW_GUST_EQUATION}"
             ),
         ),
@@ -428,5 +433,61 @@ fn structure(kind: Kind) -> Structure {
     match Structure::new(kind.name(), parameters, &text) {
         Ok(structure) => structure,
         Err(error) => unreachable!("the equations above are constant: {error}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::methods::prediction_error::{Settings, identify};
+    use crate::record::Experiment;
+
+    #[test]
+    fn a_still_collective_leaves_the_pedals_delay_to_be_found() {
+        let is_held = |structure: &Structure| {
+            let delay = structure.parameter("tau_ped").expect("it has one");
+            structure.parameters[delay].fixed
+        };
+        let structure = Kind::Yaw.structure().with_still("collective");
+        assert!(!is_held(&structure));
+        assert!(is_held(&structure.with_still("pedal")));
+    }
+
+    /// Collective and pedal both late by a sample, as one computer hands them on.
+    #[test]
+    fn torque_that_comes_as_late_as_the_pedal_does_not_slow_the_yaw() {
+        const PERIOD_S: f64 = 0.03;
+        const DAMPING: f64 = -20.0;
+        let decay = f64::exp(DAMPING * PERIOD_S);
+        let stepped = |sample: usize, every: usize| {
+            if (sample / every).is_multiple_of(2) { 0.1 } else { -0.1 }
+        };
+        let (collective, pedal) = (|at| stepped(at, 37), |at| stepped(at, 50));
+        let mut rate = 0.0;
+        let outputs = DMatrix::from_fn(1000, 1, |sample, _| {
+            let measured: f64 = rate + 0.002 * ((sample * sample) as f64 * 0.618).fract();
+            let late = sample.saturating_sub(1);
+            let driven = 40.0 * pedal(late) - 9.0 * collective(late);
+            rate = decay * rate + (decay - 1.0) / DAMPING * driven;
+            measured
+        });
+        let inputs = DMatrix::from_fn(1000, 3, |sample, input| match input {
+            0 => collective(sample),
+            1 => pedal(sample),
+            _ => 0.0,
+        });
+        let names = ["collective", "pedal", "v"].map(str::to_owned).to_vec();
+        let record = Experiment::new("yaw", PERIOD_S, names, vec!["r".to_owned()], inputs, outputs)
+            .expect("finite numbers");
+        let settings =
+            Settings::innovations(Kind::Yaw.process_sigma(&VelocityError::NONE, PERIOD_S));
+        let structure = Kind::Yaw.structure().with_still("v");
+        let found = identify(&structure, &[record], &settings).expect("it is identifiable");
+        for (name, expected) in [("Nr", DAMPING), ("Nped", 40.0), ("Ncol", -9.0)] {
+            let value = found.estimates.get(name).expect("it has one").value;
+            assert!((value / expected - 1.0).abs() < 0.03, "{name}: {value}, not {expected}");
+        }
     }
 }
