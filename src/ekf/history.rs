@@ -77,7 +77,7 @@ pub(super) struct LookBack<T> {
     pub state: NavState<T>,
     /// Angular rate of the body then, rad/s.
     pub angular_rate_radps: Vector<Body, T>,
-    /// Acceleration then, low-passed, m/s².
+    /// Acceleration then, low-passed, m/s²; zero where it was not asked for.
     pub acceleration_mps2: Vector<Ned, T>,
     /// How long ago it was, s.
     pub age_s: T,
@@ -215,7 +215,8 @@ impl<T: Scalar> History<T> {
     }
 
     /// Carries `now`, where the Earth is `earth`, back to `time`. `None` when `time` is older than the memory. A `time` after
-    /// `now` carries forward at the last entry's mean specific force and rate.
+    /// `now` carries forward at the last entry's mean specific force and rate. The acceleration is zero unless
+    /// asked for: it takes a third of the whole.
     ///
     /// # Source
     /// Equations (M1) and (M2) of docs/equations.md.
@@ -224,6 +225,7 @@ impl<T: Scalar> History<T> {
         now: &NavState<T>,
         earth: &Local<T>,
         time: Time,
+        with_acceleration: bool,
     ) -> Option<LookBack<T>> {
         let mut back = LookBack {
             state: *now,
@@ -247,19 +249,21 @@ impl<T: Scalar> History<T> {
             let share = (left_s / entry.interval_s).min(T::ONE);
             travel_m += back.step(entry, share);
             // What is stepped over in part counts whole, with the attitude about which it lies.
-            if back.state.time <= latest {
+            if with_acceleration && back.state.time <= latest {
                 change.add(&back.state, entry);
             }
             if back.state.time <= time || share < T::ONE {
-                let mut earlier = back.state;
-                let rest = entry.motion.rotation_rad * -(T::ONE - share);
-                earlier.body_to_ned = earlier.body_to_ned.turned_in_from(rest);
-                for entry in entries.take_while(|entry| entry.end >= earliest) {
-                    let rotation_rad = entry.motion.rotation_rad;
-                    earlier.body_to_ned = earlier.body_to_ned.turned_in_from(-rotation_rad);
-                    change.add(&earlier, entry);
+                if with_acceleration {
+                    let mut earlier = back.state;
+                    let rest = entry.motion.rotation_rad * -(T::ONE - share);
+                    earlier.body_to_ned = earlier.body_to_ned.turned_in_from(rest);
+                    for entry in entries.take_while(|entry| entry.end >= earliest) {
+                        let rotation_rad = entry.motion.rotation_rad;
+                        earlier.body_to_ned = earlier.body_to_ned.turned_in_from(-rotation_rad);
+                        change.add(&earlier, entry);
+                    }
+                    back.acceleration_mps2 = change.mean();
                 }
-                back.acceleration_mps2 = change.mean();
                 back.state.position = earth.carried(&now.position, travel_m);
                 return Some(back);
             }

@@ -206,8 +206,8 @@ pub(super) fn quaternion_of<F, T: Scalar>(angle_rad: Vector<F, T>) -> [T; 4] {
     let (cos_half, half_sinc) = if h < number(1e-8) {
         (one - h * number(0.5), number(0.5) * (one - h * number(1.0 / 6.0)))
     } else if h < number(0.0025) {
-        let cosine = number(1.0 / 24.0) - h * (number(1.0 / 720.0) - h / number(40_320.0));
-        let sine = number(1.0 / 120.0) - h * (number(1.0 / 5040.0) - h / number(362_880.0));
+        let cosine = number(1.0 / 24.0) - h * (number(1.0 / 720.0) - h * number(1.0 / 40_320.0));
+        let sine = number(1.0 / 120.0) - h * (number(1.0 / 5040.0) - h * number(1.0 / 362_880.0));
         (
             one - h * (number(0.5) - h * cosine),
             number(0.5) * (one - h * (number(1.0 / 6.0) - h * sine)),

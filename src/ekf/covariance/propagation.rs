@@ -146,10 +146,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 *value = *value * (own * other);
             }
         }
-        for (i, (row, &noise)) in self.rows.iter_mut().zip(noise).enumerate().skip(GYRO_BIAS) {
-            if let Some(variance) = row.get_mut(i) {
-                *variance += noise;
-            }
+        for state in GYRO_BIAS..N {
+            self.rows[state][state] += noise[state];
         }
     }
 

@@ -94,14 +94,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::AheadOfImu);
         }
         let earth = Local::about(&self.state.position);
-        let look_back = |latency_s: T| {
-            self.history.look_back(&self.state, &earth, fix.time.offset_by(-latency_s))
+        let look_back = |latency_s: T, with_acceleration| {
+            let time = fix.time.offset_by(-latency_s);
+            self.history.look_back(&self.state, &earth, time, with_acceleration)
         };
         let delay_s = L::GPS_DELAY.map_or(T::ZERO, |state| self.estimate(state));
         // By reference: a copy of each costs as much as a sixth of the way back.
-        let velocity_then = &look_back(delay_s);
+        let velocity_then = &look_back(delay_s, true);
         let position_then = match L::LATENCY {
-            Some(state) => &look_back(delay_s + self.estimate(state)),
+            Some(state) => &look_back(delay_s + self.estimate(state), false),
             None => velocity_then,
         };
         let (Some(velocity_then), Some(position_then)) = (velocity_then, position_then) else {
@@ -115,7 +116,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         let ([vn, ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
-        let ([n, e, d], position) = self.position_axes(fix, position_then, &noise);
+        let ([n, e, d], position) = self.position_axes(&earth, fix, position_then, &noise);
         let sensitivity = FixSensitivity { velocity, position, age_s: position_then.age_s };
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
@@ -218,13 +219,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (M3) of docs/equations.md.
     #[inline(never)]
-    fn position_axes(&self, fix: &Fix, back: &LookBack<T>, noise: &GpsNoise) -> Axes<T> {
+    fn position_axes(
+        &self,
+        earth: &Local<T>,
+        fix: &Fix,
+        back: &LookBack<T>,
+        noise: &GpsNoise,
+    ) -> Axes<T> {
         let wander: Vector<Ned, T> =
             L::GPS_POSITION.map_or([T::ZERO; 3], |first| self.block(first)).into();
         let antenna_arm = self.mounting.antenna_from_imu().cast::<T>();
         let arm = back.state.body_to_ned * antenna_arm.0;
-        let antenna = back.state.position.displaced(arm);
-        let off = Local::about(&antenna).displacement(&antenna, &fix.position);
+        let off = earth.displacement(&back.state.position, &fix.position) - arm;
         let innovation = (off - wander).to_array();
         let accelerated = T::of(-0.5) * back.age_s;
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
