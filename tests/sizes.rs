@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::process::Command;
 
 use hovernav::earth::Geodetic;
-use hovernav::ekf::layout::{Base, Full};
+use hovernav::ekf::layout::{Base, Full, WithoutHeightAids};
 use hovernav::ekf::{Estimator, EstimatorConfig, HeadingSearch, NoHeadingSearch, Notice};
 use hovernav::event::{Event, RangeReading};
 use hovernav::frames::{EulerAngles, Rotation, Vector};
@@ -16,6 +16,11 @@ use hovernav::time::Time;
 fn an_estimator_takes_16_kb_and_with_the_search_for_a_heading_40_kb() {
     let sizes = [
         ("f64", size_of::<Estimator<Full, 28, f64, NoHeadingSearch>>(), 16_000),
+        (
+            "f64, no height aids",
+            size_of::<Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>>(),
+            15_000,
+        ),
         ("f32", size_of::<Estimator<Full, 28, f32, NoHeadingSearch>>(), 13_000),
         ("base f32", size_of::<Estimator<Base, 16, f32, NoHeadingSearch>>(), 11_000),
         ("f64 and search", size_of::<Estimator<Full, 28, f64, HeadingSearch>>(), 40_000),

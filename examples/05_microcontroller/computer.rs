@@ -7,7 +7,7 @@
 use embedded_hal::pwm::SetDutyCycle;
 use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
 use hovernav::controls::{Channels, Sticks};
-use hovernav::ekf::layout::Full;
+use hovernav::ekf::layout::WithoutHeightAids;
 use hovernav::ekf::{Estimator, EstimatorConfig, NoHeadingSearch, Solution};
 use hovernav::event::Event;
 use hovernav::sensors::{SensorOutput, Sensors};
@@ -21,7 +21,7 @@ pub const FRAME_MS: f64 = 20.0;
 /// room: `docs/embedded.md` tells how large its parts are.
 pub struct FlightComputer<P> {
     sensors: Sensors,
-    estimator: Estimator<Full, 28, f64, NoHeadingSearch>,
+    estimator: Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>,
     autopilot: HoverAutopilot,
     channels: Channels<ChannelConfig>,
     limiter: Limiter,
@@ -125,7 +125,7 @@ impl<P: SetDutyCycle> FlightComputer<P> {
 }
 
 fn push(
-    estimator: &mut Estimator<Full, 28, f64, NoHeadingSearch>,
+    estimator: &mut Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>,
     autopilot: &mut HoverAutopilot,
     event: &Event,
 ) {

@@ -168,7 +168,7 @@ enum {
     HOVERNAV_STATUS_NO_AUTOPILOT = -8,
     // hovernav_start_lines() was not called.
     HOVERNAV_STATUS_NO_LINES = -9,
-    // The library was built without this receiver protocol.
+    // The library was built without this receiver protocol, or without height-aids.
     HOVERNAV_STATUS_NOT_BUILT = -10,
     // A set-point is not finite, no place on Earth, or faster than the configuration allows.
     HOVERNAV_STATUS_SET_POINT_REFUSED = -11,
@@ -1174,6 +1174,8 @@ HovernavStatus hovernav_push_fix(struct Hovernav *nav,
 
 // Takes in a barometric height above any fixed level, m, up, true at `time_ns`; up to 100 km, else it is told
 // of by a notice.
+//
+// HOVERNAV_STATUS_NOT_BUILT where the library was built without height-aids.
 HovernavStatus hovernav_push_baro(struct Hovernav *nav,
                                   int64_t time_ns,
                                   double height_m);
@@ -1187,6 +1189,8 @@ HovernavStatus hovernav_push_magnetometer(struct Hovernav *nav,
 // Takes in a distance to the ground along the beam of the rangefinder, m, true at `time_ns`. `sigma_m`
 // is its one-sigma, m, and `quality` how good the sensor takes it to be, from 0, not valid, to 1; NaN where it does
 // not tell.
+//
+// HOVERNAV_STATUS_NOT_BUILT where the library was built without height-aids.
 HovernavStatus hovernav_push_range(struct Hovernav *nav,
                                    int64_t time_ns,
                                    double range_m,

@@ -16,6 +16,8 @@ fn known(value: f64) -> Option<f64> {
 /// is its one-sigma, m, and `quality` how good the sensor takes it to be, from 0, not valid, to 1; NaN where it does
 /// not tell.
 ///
+/// HOVERNAV_STATUS_NOT_BUILT where the library was built without height-aids.
+///
 /// # Safety
 /// Pointers as the crate's rules say.
 #[unsafe(no_mangle)]
@@ -30,7 +32,7 @@ pub unsafe extern "C" fn hovernav_push_range(
     let reading = RangeReading { time, range_m, sigma_m: known(sigma_m), quality: known(quality) };
     // SAFETY: the caller's promise.
     let nav = unsafe { object(nav) };
-    Status::of(nav.map(|nav| nav.flight.push(&Event::Range(reading))))
+    Status::of(nav.and_then(|nav| nav.flight.push_height(&Event::Range(reading))))
 }
 
 /// Takes in the heading of two GPS antennas, from the first to the second, clockwise from true north,

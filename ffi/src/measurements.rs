@@ -167,6 +167,8 @@ pub unsafe extern "C" fn hovernav_push_fix(nav: *mut Hovernav, fix: *const Fix) 
 /// Takes in a barometric height above any fixed level, m, up, true at `time_ns`; up to 100 km, else it is told
 /// of by a notice.
 ///
+/// HOVERNAV_STATUS_NOT_BUILT where the library was built without height-aids.
+///
 /// # Safety
 /// Pointers as the crate's rules say.
 #[unsafe(no_mangle)]
@@ -178,7 +180,7 @@ pub unsafe extern "C" fn hovernav_push_baro(
     let time = Time::from_nanoseconds(time_ns);
     // SAFETY: the caller's promise.
     let nav = unsafe { object(nav) };
-    Status::of(nav.map(|nav| nav.flight.push(&Event::Baro { time, height_m })))
+    Status::of(nav.and_then(|nav| nav.flight.push_height(&Event::Baro { time, height_m })))
 }
 
 /// Takes in the field of a magnetometer apart from the inertial unit, three components in body axes,

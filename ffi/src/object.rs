@@ -3,12 +3,12 @@
 use core::mem::{align_of, size_of};
 
 use hovernav::autopilot::{HealthMonitor, HoverAutopilot};
-use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Notice};
 use hovernav::event::Event;
 use hovernav::sensors::Sensors;
 
 use crate::queue::NoticeQueue;
+use crate::status::Status;
 
 /// Version of the binary interface: grows with every change of a structure, a code or a function.
 pub const HOVERNAV_ABI: u32 = 3;
@@ -23,6 +23,10 @@ pub const HOVERNAV_SIZE_WITHOUT_SEARCH: usize = 26_624;
 /// Alignment of an object's memory, bytes.
 pub const HOVERNAV_ALIGNMENT: usize = 16;
 
+#[cfg(feature = "height-aids")]
+type Filtering<T, H> = Estimator<hovernav::ekf::layout::Full, 28, T, H>;
+#[cfg(not(feature = "height-aids"))]
+type Filtering<T, H> = Estimator<hovernav::ekf::layout::WithoutHeightAids, 26, T, H>;
 #[cfg(feature = "heading-search")]
 type Search = hovernav::ekf::HeadingSearch<Number>;
 #[cfg(not(feature = "heading-search"))]
@@ -43,7 +47,7 @@ pub struct Hovernav {
 
 /// All that hears what the sensors say.
 pub(crate) struct Flight {
-    pub estimator: Estimator<Full, 28, Number, Search>,
+    pub estimator: Filtering<Number, Search>,
     pub monitor: HealthMonitor,
     pub autopilot: Option<HoverAutopilot>,
     pub notices: NoticeQueue,
@@ -58,6 +62,15 @@ const _: () = {
 };
 
 impl Flight {
+    /// [`push`](Self::push)es a height, where there are states for one.
+    pub fn push_height(&mut self, event: &Event) -> Result<(), Status> {
+        if cfg!(not(feature = "height-aids")) {
+            return Err(Status::NotBuilt);
+        }
+        self.push(event);
+        Ok(())
+    }
+
     /// Everyone hears the event, then what the estimator made of it.
     pub fn push(&mut self, event: &Event) {
         let Self { estimator, monitor, autopilot, notices, .. } = self;

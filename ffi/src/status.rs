@@ -31,7 +31,7 @@ pub enum Status {
     NoAutopilot = -8,
     /// hovernav_start_lines() was not called.
     NoLines = -9,
-    /// The library was built without this receiver protocol.
+    /// The library was built without this receiver protocol, or without height-aids.
     NotBuilt = -10,
     /// A set-point is not finite, no place on Earth, or faster than the configuration allows.
     SetPointRefused = -11,
@@ -67,7 +67,7 @@ impl Status {
             Self::UnknownCode => c"a code, kind or flag is none that the header names",
             Self::NoAutopilot => c"hovernav_start_autopilot() was not called",
             Self::NoLines => c"hovernav_start_lines() was not called",
-            Self::NotBuilt => c"the library was built without this receiver protocol",
+            Self::NotBuilt => c"the library was built without this receiver protocol or aid",
             Self::SetPointRefused => c"the set-point is no place, not finite or too fast",
         }
     }

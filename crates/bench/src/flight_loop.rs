@@ -8,6 +8,7 @@ use std::time::Instant;
 use hovernav::autopilot::{Gains, HoverConfig};
 use hovernav::controls::Channels;
 use hovernav::dmu::{AnglePacket, Calibration, Command, Flow, Mode};
+use hovernav::ekf::layout::WithoutHeightAids;
 use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::flight_control::{ControlInputs, FlightControl, FlightControlConfig};
@@ -42,7 +43,7 @@ struct Computer {
 
 /// What hears the sensors.
 struct FlightLoop {
-    estimator: Estimator,
+    estimator: Estimator<WithoutHeightAids, 26>,
     stepless: SteplessSolution,
     control: FlightControl,
     capture: PacketCapture,

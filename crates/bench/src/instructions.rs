@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::path::Path;
 use std::process::Command;
 
-use hovernav::ekf::layout::{Base, Full, Layout};
+use hovernav::ekf::layout::{Base, Full, Layout, WithoutHeightAids};
 use hovernav::ekf::{AntennaHeadingModel, Ekf, Rangefinder};
 use hovernav::event::RangeReading;
 use hovernav::frames::Rotation;
@@ -16,7 +16,7 @@ use hovernav::imu::{Notch, NotchConfig};
 use hovernav::time::Time;
 
 use crate::flight::Flight;
-use crate::kernels::{arms, covariance, settled, transition, update};
+use crate::kernels::{ATTITUDE_EVERY, WHOLE_CYCLE, arms, covariance, settled, transition, update};
 
 /// Work whose instructions are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,21 +29,23 @@ pub struct Work {
 
 impl Work {
     /// Everything that is counted.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self { name: "inertial step", states: 26 },
         Self { name: "fix: position and velocity", states: 26 },
         Self { name: "attitude", states: 26 },
         Self { name: "magnetic heading", states: 26 },
-        Self { name: "barometer", states: 26 },
-        Self { name: "distance to the ground", states: 26 },
+        Self { name: "barometer", states: 28 },
+        Self { name: "distance to the ground", states: 28 },
         Self { name: "heading of two antennas", states: 26 },
         Self { name: "notch, two harmonics", states: 26 },
         Self { name: "covariance, one step", states: 26 },
         Self { name: "covariance, three axes", states: 26 },
+        Self { name: WHOLE_CYCLE, states: 26 },
         Self { name: "inertial step", states: 15 },
         Self { name: "fix: position and velocity", states: 15 },
         Self { name: "covariance, one step", states: 15 },
         Self { name: "covariance, three axes", states: 15 },
+        Self { name: WHOLE_CYCLE, states: 15 },
     ];
 
     /// Does it `times` times, each from the same state; nothing but bring that about unless `works`.
@@ -51,16 +53,24 @@ impl Work {
     /// # Errors
     /// A sentence, where the made-up flight does not fly.
     pub fn perform(self, times: u64, works: bool) -> Result<(), String> {
-        if self.states == 26 {
-            self.on::<Full, 28>(times, works)
-        } else {
-            self.on::<Base, 16>(times, works)
+        match self.states {
+            28 => self.on::<Full, 28>(times, works),
+            26 => self.on::<WithoutHeightAids, 26>(times, works),
+            _ => self.on::<Base, 16>(times, works),
         }
     }
 
     fn on<L: Layout<N>, const N: usize>(self, times: u64, works: bool) -> Result<(), String> {
-        let (filter, mut flight) = settled::<L, N>()?;
-        let (sample, fix) = (flight.sample(1_000), flight.fix(1_000));
+        let (mut filter, mut flight) = settled::<L, N>()?;
+        let (mut sample, mut fix) = (flight.sample(1_000), flight.fix(1_000));
+        if self.name == WHOLE_CYCLE {
+            // Until the attitude is due again.
+            for cycle in 1_000..1_000 + ATTITUDE_EVERY {
+                let _ = filter.predict(&flight.sample(cycle));
+            }
+            sample = flight.sample(1_000 + ATTITUDE_EVERY);
+            fix = flight.fix(1_000 + ATTITUDE_EVERY);
+        }
         let reference = Rotation::from_euler(Flight::angles(999));
         let (field, height_m) = (Flight::field_gauss(999), flight.height_m());
         let time = Flight::time(999) + 0.2;
@@ -78,6 +88,12 @@ impl Work {
                 continue;
             }
             match self.name {
+                WHOLE_CYCLE => {
+                    _ = black_box(copy.predict(black_box(&sample)));
+                    _ = black_box(copy.update_attitude(sample.time, reference, &mut ()));
+                    _ = black_box(copy.update_gps(black_box(&fix)));
+                    black_box(copy.solution());
+                }
                 "inertial step" => _ = black_box(copy.predict(black_box(&sample))),
                 "fix: position and velocity" => _ = black_box(copy.update_gps(black_box(&fix))),
                 "attitude" => _ = black_box(copy.update_attitude(time, reference, &mut ())),

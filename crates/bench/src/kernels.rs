@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use hovernav::ekf::covariance::{Covariance, Joint, MOST, Sensitivities, Sensitivity, Transition};
-use hovernav::ekf::layout::{Base, Full, Layout};
+use hovernav::ekf::layout::{Base, Full, Layout, WithoutHeightAids};
 use hovernav::ekf::{Ekf, Estimator, NoHeadingSearch};
 use hovernav::event::Event;
 use hovernav::frames::Rotation;
@@ -16,7 +16,10 @@ use crate::flight::{FIX_EVERY, Flight};
 /// Cycles until the filter has aligned and settled.
 const SETTLED: u64 = 1_000;
 /// The attitude is used no more often than its noise is worth.
-const ATTITUDE_EVERY: u64 = 4;
+pub const ATTITUDE_EVERY: u64 = 4;
+
+/// A sample, the attitude and the fix where they are due, and the solution.
+pub const WHOLE_CYCLE: &str = "sample, all due, solution";
 
 /// A filter in mid-flight, and its flight.
 pub fn settled<L: Layout<N>, const N: usize>() -> Result<(Ekf<L, N>, Flight), String> {
@@ -120,7 +123,9 @@ fn time<L: Layout<N>, const N: usize>(
             let fix = flight.fix(cycle);
             let _ = gps.time(|| black_box(filter.update_gps(black_box(&fix))));
             let height_m = flight.height_m();
-            let _ = baro.time(|| black_box(filter.update_baro(now, height_m, &mut ())));
+            if L::BARO.is_some() {
+                let _ = baro.time(|| black_box(filter.update_baro(now, height_m, &mut ())));
+            }
         }
         black_box(solution.time(|| black_box(&filter).solution()));
     }
@@ -144,7 +149,7 @@ fn time<L: Layout<N>, const N: usize>(
         ("solution", solution),
         ("covariance, one step", propagation),
         ("covariance, three axes", axes),
-        ("sample, all due, solution", cycle),
+        (WHOLE_CYCLE, cycle),
     ];
     let timed = |(name, times): (&'static str, Times)| Timed {
         name,
@@ -190,7 +195,12 @@ fn whole_cycles<L: Layout<N>, const N: usize>(
 
 /// With every block of states.
 pub fn full(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
-    time::<Full, 28>(cycles, clock_ns, 26)
+    time::<Full, 28>(cycles, clock_ns, 28)
+}
+
+/// With all but those of barometer and rangefinder.
+pub fn without_height_aids(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
+    time::<WithoutHeightAids, 26>(cycles, clock_ns, 26)
 }
 
 /// With the fifteen base states.

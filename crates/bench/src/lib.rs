@@ -68,6 +68,7 @@ pub fn run(cycles: u64, mut tell: impl FnMut(&str)) -> Result<Report, String> {
     let clock_ns = distribution::clock_ns();
     tell("predictions and updates");
     let mut steps = kernels::full(cycles, clock_ns)?;
+    steps.extend(kernels::without_height_aids(cycles, clock_ns)?);
     steps.extend(kernels::base(cycles, clock_ns)?);
     tell("the dense textbook form");
     steps.extend(dense::all(cycles.min(20_000), clock_ns));

@@ -10,7 +10,7 @@ use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
 use hovernav::dmu::{
     Calibration, Link, LinkAction, Measurement, Packet, Plausibility, Received, SampleClock,
 };
-use hovernav::ekf::layout::{Base, Full};
+use hovernav::ekf::layout::{Base, Full, WithoutHeightAids};
 use hovernav::ekf::{
     Estimator, HeadingSearch, NoHeadingSearch, Notice, Solution, SteplessSolution,
 };
@@ -251,6 +251,8 @@ objects! {
     OBJECT_ESTIMATOR_FULL_F32_SEARCH: Estimator<Full, 28, f32, HeadingSearch<f32>>,
     OBJECT_ESTIMATOR_FULL_F64: Estimator<Full, 28, f64, NoHeadingSearch>,
     OBJECT_ESTIMATOR_FULL_F32: Estimator<Full, 28, f32, NoHeadingSearch>,
+    OBJECT_ESTIMATOR_WITHOUT_HEIGHT_AIDS_F64: Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>,
+    OBJECT_ESTIMATOR_WITHOUT_HEIGHT_AIDS_F32: Estimator<WithoutHeightAids, 26, f32, NoHeadingSearch>,
     OBJECT_ESTIMATOR_BASE_F64: Estimator<Base, 16, f64, NoHeadingSearch>,
     OBJECT_ESTIMATOR_BASE_F32: Estimator<Base, 16, f32, NoHeadingSearch>,
     OBJECT_HOVER_AUTOPILOT: HoverAutopilot,

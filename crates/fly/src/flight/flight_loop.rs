@@ -14,7 +14,7 @@ use super::utc::UtcClock;
 use crate::serial::{Clock, PortEvent, WriteError};
 use hovernav::autopilot::{HealthLimits, HealthMonitor, Mode, Trust};
 use hovernav::controls::{Channels, Sticks};
-use hovernav::ekf::layout::Full;
+use hovernav::ekf::layout::WithoutHeightAids;
 use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::flight_control::{ControlInputs, ControlNotice, FlightControl};
@@ -45,7 +45,7 @@ pub struct FlightLoop {
     pub log: EventLog,
     /// Takes the rotor out of the samples that the estimator and the autopilot hear.
     notch: Option<Notch>,
-    estimator: Estimator<Full, 28>,
+    estimator: Estimator<WithoutHeightAids, 26>,
     /// The estimate at the last sample.
     solution: Option<Solution>,
     stepless: SteplessSolution,

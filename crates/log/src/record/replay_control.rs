@@ -6,7 +6,7 @@ use super::read::{Call, Record};
 use crate::error::LogError;
 use crate::setup::CaptureSection;
 use hovernav::controls::Sticks;
-use hovernav::ekf::layout::Full;
+use hovernav::ekf::layout::WithoutHeightAids;
 use hovernav::ekf::{Estimator, Solution, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::flight_control::{ControlInputs, FlightControl};
@@ -26,7 +26,7 @@ pub struct StickReproduction {
 /// The flight computer again, without its lines.
 struct Replay {
     control: FlightControl,
-    estimator: Estimator<Full, 28>,
+    estimator: Estimator<WithoutHeightAids, 26>,
     stepless: SteplessSolution,
     flown: Option<Solution>,
     last_fix: Option<Time>,

@@ -20,7 +20,7 @@ mod emulated {
     use cortex_m::{Peripherals, register::msp, singleton};
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, hprintln};
-    use hovernav::ekf::layout::{Base, Full};
+    use hovernav::ekf::layout::{Base, WithoutHeightAids};
     use hovernav::ekf::{Estimator, HeadingSearch, NoHeadingSearch};
     use replay::{Work, autopilot, config, config_without_heading, fly, variants};
 

@@ -3,7 +3,7 @@
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    use hovernav::ekf::layout::{Base, Full};
+    use hovernav::ekf::layout::{Base, WithoutHeightAids};
     use hovernav::ekf::{Estimator, HeadingSearch, NoHeadingSearch};
     use replay::{autopilot, config, config_without_heading, fly, variants};
 
