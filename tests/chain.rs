@@ -1,8 +1,8 @@
 //! From a flight of our own to a model, from the model to an autopilot, from the autopilot to a flight.
 //!
 //! The truth is the simulator's linearisation in the wind of the flight. Seeds 1, 4, 6, 7, 101 to 105, 200 to 219,
-//! 300 to 329, 400 to 429 and 500 to 529 were looked at while the method was made, 106 to 130, 600 to 629 and 700 to
-//! 729 once.
+//! 300 to 329, 400 to 429 and 500 to 529 were looked at while the method was made, 106 to 130, 600 to 629, 700
+//! to 789, 1000 to 1090 and 1100 to 1190 once.
 
 use std::f64::consts::TAU;
 
