@@ -147,6 +147,9 @@ const BEYOND_SCALE: f64 = 0.15;
 /// A burst of clipping is forgotten after this long without, and has one error for at most so long, s.
 const BURST_S: f64 = 0.3;
 const LONGEST_BURST_S: f64 = 0.5;
+/// What is left of a burst when it is shorter than this, s, is nothing: its decay would end in numbers that
+/// are too small for a processor to compute with at its usual speed.
+const FORGOTTEN_BURST_S: f64 = 1e-6;
 
 /// What is known against the last readings of three axes.
 struct Found<T> {
@@ -411,10 +414,13 @@ impl<T: Scalar> Triad<T> {
     fn count_clipping(&mut self, clipped: [bool; 3], interval_s: T) {
         let left = (T::ONE - interval_s / T::of(BURST_S)).max(T::ZERO);
         for (clipped_s, clipped) in self.clipped_s.iter_mut().zip(clipped) {
+            let before_s = *clipped_s * left;
             *clipped_s = if clipped {
                 (*clipped_s + interval_s).min(T::of(LONGEST_BURST_S))
+            } else if before_s > T::of(FORGOTTEN_BURST_S) {
+                before_s
             } else {
-                *clipped_s * left
+                T::ZERO
             };
         }
     }

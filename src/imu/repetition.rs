@@ -22,6 +22,9 @@ pub(super) struct Repetition<T> {
 const MEMORY_S: f64 = 20.0;
 /// No unit is trusted to repeat itself less often than this.
 const LEAST_SHARE: f32 = 0.02;
+/// Nor is the share that is remembered less than this: half an hour later it would be too small for a
+/// processor to compute with at its usual speed.
+const FORGOTTEN_SHARE: f32 = 1e-9;
 /// It is taken for coarse until it is known.
 const FIRST_SHARE: f32 = 0.8;
 /// Chance makes no run of less than this probability: its natural logarithm.
@@ -51,7 +54,7 @@ impl<T: Scalar> Repetition<T> {
                 }
             } else {
                 (self.count[axis], self.run_s[axis]) = (0.0, T::ZERO);
-                *share -= newest * *share;
+                *share = (*share - newest * *share).max(FORGOTTEN_SHARE);
             }
         }
         stuck_s
@@ -78,5 +81,14 @@ mod tests {
             assert!(found[0] == 0.0 || k > 3902, "{k}");
         }
         assert!(stuck > 80 && coarse == 0, "{stuck} {coarse}");
+    }
+
+    #[test]
+    fn hours_without_a_repetition_leave_no_number_too_small_for_the_processor() {
+        let mut repetition = Repetition::NONE;
+        for k in 0..200_000 {
+            repetition.push([f64::from(k); 3], 0.03);
+        }
+        assert!(repetition.share.iter().all(|share| share.is_normal()), "{:?}", repetition.share);
     }
 }

@@ -137,3 +137,13 @@ fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
     let missed: f64 = shock.iter().map(|found| found.withheld_mps2.to_array()[0] * 0.03).sum();
     assert!(missed.abs() < 3.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
 }
+
+#[test]
+fn a_burst_is_forgotten_whole() {
+    let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
+    for k in 0..3000 {
+        let marks = ClippedAxes { accel: [k < 30, false, false], ..ClippedAxes::NONE };
+        integrity.push((&rates(3.0 * next(), 0.0), true), &marks, 0.01, &FullScale::default());
+    }
+    assert_eq!(integrity.accel.clipped_s, [0.0; 3]);
+}
