@@ -157,3 +157,49 @@ pub fn count_instructions(
     };
     Work::ALL.iter().enumerate().map(count).collect()
 }
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::*;
+
+    /// The instructions that each work of [`Work::ALL`] may take: 5 % above what it took when this was written, in a
+    /// build of the tests, which takes up to 70 % more than what is shipped.
+    const MOST: [u64; Work::ALL.len()] = [
+        5_070, 28_670, 10_100, 5_410, 5_660, 6_780, 5_530, 640, 2_280, 8_530, 47_650, 4_500,
+        17_280, 1_710, 4_510, 23_180,
+    ];
+
+    const COUNTED: &str = "instructions::tests::the_work_that_is_counted";
+
+    /// Its last three arguments, which name no test, say what and how often, and whether at all.
+    #[test]
+    #[ignore = "is what the test below counts"]
+    fn the_work_that_is_counted() {
+        let arguments: Vec<String> = std::env::args().collect();
+        let [.., place, times, works] = arguments.as_slice() else { return };
+        if let (Ok(place), Ok(times)) = (place.parse::<usize>(), times.parse()) {
+            Work::ALL[place].perform(times, works == "1").unwrap();
+        }
+    }
+
+    #[test]
+    fn no_work_takes_more_instructions_than_it_may() {
+        if let Err(error) = Command::new("valgrind").arg("--version").output() {
+            println!("skipped: valgrind: {error}");
+            return;
+        }
+        let program = std::env::current_exe().unwrap();
+        let counts = count_instructions(&program, |place, times, works| {
+            let asked = [place.to_string(), times.to_string(), u8::from(works).to_string()];
+            let test = ["--ignored", "--test-threads=1", "--exact", COUNTED];
+            test.map(str::to_owned).into_iter().chain(asked).collect()
+        });
+        let counts = counts.unwrap();
+        for (work, instructions) in &counts {
+            println!("{}, {} states: {instructions}", work.name, work.states);
+        }
+        for ((work, instructions), most) in counts.iter().zip(MOST) {
+            assert!(*instructions <= most, "{work:?}: {instructions} instructions, at most {most}");
+        }
+    }
+}
