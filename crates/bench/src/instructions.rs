@@ -62,15 +62,13 @@ impl Work {
 
     fn on<L: Layout<N>, const N: usize>(self, times: u64, works: bool) -> Result<(), String> {
         let (mut filter, mut flight) = settled::<L, N>()?;
-        let (mut sample, mut fix) = (flight.sample(1_000), flight.fix(1_000));
-        if self.name == WHOLE_CYCLE {
-            // Until the attitude is due again.
-            for cycle in 1_000..1_000 + ATTITUDE_EVERY {
-                let _ = filter.predict(&flight.sample(cycle));
-            }
-            sample = flight.sample(1_000 + ATTITUDE_EVERY);
-            fix = flight.fix(1_000 + ATTITUDE_EVERY);
+        // Of a whole cycle the attitude has to be due again.
+        let passed = if self.name == WHOLE_CYCLE { ATTITUDE_EVERY } else { 0 };
+        let now = 1_000 + passed;
+        for cycle in 1_000..now {
+            let _ = filter.predict(&flight.sample(cycle));
         }
+        let (sample, fix) = (flight.sample(now), flight.fix(now));
         let reference = Rotation::from_euler(Flight::angles(999));
         let (field, height_m) = (Flight::field_gauss(999), flight.height_m());
         let time = Flight::time(999) + 0.2;
