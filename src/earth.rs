@@ -119,7 +119,7 @@ impl Geodetic {
             return None;
         }
         let [x, y, z] = position_m.to_array();
-        let across = libm::hypot(x, y);
+        let across = Scalar::hypot(x, y);
         let second_eccentricity_squared = ECCENTRICITY_SQUARED / (1.0 - ECCENTRICITY_SQUARED);
         let mut parametric = libm::atan2(z, across * (1.0 - FLATTENING));
         let mut latitude_rad = parametric;
@@ -317,5 +317,5 @@ impl<T: Scalar> Local<T> {
 }
 
 fn prime_vertical_radius_m(sin_latitude: f64) -> f64 {
-    SEMI_MAJOR_AXIS_M / libm::sqrt(1.0 - ECCENTRICITY_SQUARED * sin_latitude * sin_latitude)
+    SEMI_MAJOR_AXIS_M / Scalar::sqrt(1.0 - ECCENTRICITY_SQUARED * sin_latitude * sin_latitude)
 }

@@ -38,13 +38,14 @@ pub trait Scalar:
     fn of_nanoseconds(nanoseconds: i64) -> Self;
     /// These seconds as whole nanoseconds, the nearest; saturates, and NaN gives none.
     fn to_nanoseconds(self) -> i64;
-    /// Square root.
+    /// Square root, the nearest number of this type.
     fn sqrt(self) -> Self;
     /// Sine and cosine of an angle, rad.
     fn sincos(self) -> (Self, Self);
     /// The angle of the point (`x`, `self`), rad, in [−π, π].
     fn atan2(self, x: Self) -> Self;
-    /// The length of the hypotenuse over these sides.
+    /// The length of the hypotenuse over these sides, to two units in the last place; infinite where their
+    /// squares are, from 1e154 on (1e19 in single precision).
     fn hypot(self, other: Self) -> Self;
     /// e to this power.
     fn exp(self) -> Self;
@@ -67,7 +68,7 @@ mod sealed {
 }
 
 macro_rules! scalar {
-    ($T:ident, $most_information:literal, $sqrt:ident, $sincos:path, $atan2:ident, $hypot:ident, $exp:ident, $ln:ident, $round:ident) => {
+    ($T:ident, $most_information:literal, $sqrt:path, $sincos:path, $atan2:ident, $exp:ident, $ln:ident, $round:ident) => {
         impl Scalar for $T {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -92,7 +93,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
-                libm::$sqrt(self)
+                $sqrt(self)
             }
             #[inline(always)]
             fn sincos(self) -> (Self, Self) {
@@ -104,7 +105,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn hypot(self, other: Self) -> Self {
-                libm::$hypot(self, other)
+                $sqrt(self * self + other * other)
             }
             #[inline(always)]
             fn exp(self) -> Self {
@@ -134,8 +135,29 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, 2896.0, sqrtf, sincos_single, atan2f, hypotf, expf, logf, roundf);
-scalar!(f64, 67_108_864.0, sqrt, sincos_double, atan2, hypot, exp, log, round);
+scalar!(f32, 2896.0, sqrt_single, sincos_single, atan2f, expf, logf, roundf);
+scalar!(f64, 67_108_864.0, sqrt_double, sincos_double, atan2, exp, log, round);
+
+/// The bits are those of `libm`, whose own is an instruction of SSE in whatever build: amid the wide vectors of a
+/// build for one processor (`target-cpu=native`) it waits for all their parts, and a fix takes half as long again.
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+#[inline(always)]
+fn sqrt_double(of: f64) -> f64 {
+    use safe_arch::{get_f64_from_m128d_s, set_m128d_s, sqrt_m128d_s};
+    let of = set_m128d_s(of);
+    get_f64_from_m128d_s(sqrt_m128d_s(of, of))
+}
+
+/// As [`sqrt_double`].
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+#[inline(always)]
+fn sqrt_single(of: f32) -> f32 {
+    use safe_arch::{get_f32_from_m128_s, set_m128_s, sqrt_m128_s};
+    get_f32_from_m128_s(sqrt_m128_s(set_m128_s(of)))
+}
+
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
+use libm::{sqrt as sqrt_double, sqrtf as sqrt_single};
 
 /// Angles beyond this, rad, lose what is left of their digits to a reduction by 2π first: nothing that turns
 /// is told in such angles.
@@ -259,6 +281,41 @@ mod tests {
             }
         }
         assert!(off(1e-300) == 0.0 && off(1e6) < 1e-9);
+    }
+
+    #[test]
+    fn square_roots_are_those_of_libm_to_the_bit() {
+        let mut bits = 0x9E37_79B9_7F4A_7C15u64;
+        for _ in 0..100_000 {
+            bits ^= bits << 13;
+            bits ^= bits >> 7;
+            bits ^= bits << 17;
+            let (double, single) = (f64::from_bits(bits), f32::from_bits(bits as u32));
+            for of in [double, double.abs()] {
+                let (root, expected) = (Scalar::sqrt(of), libm::sqrt(of));
+                assert!(root.to_bits() == expected.to_bits() || root.is_nan() && expected.is_nan());
+            }
+            for of in [single, single.abs()] {
+                let (root, expected) = (Scalar::sqrt(of), libm::sqrtf(of));
+                assert!(root.to_bits() == expected.to_bits() || root.is_nan() && expected.is_nan());
+            }
+        }
+        for of in [0.0, -0.0, f64::INFINITY, f64::MIN_POSITIVE, 5e-324, f64::MAX] {
+            assert_eq!(Scalar::sqrt(of).to_bits(), libm::sqrt(of).to_bits());
+        }
+        assert!(Scalar::sqrt(-1.0f64).is_nan() && Scalar::sqrt(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn a_hypotenuse_is_right_to_its_last_digits_and_infinite_where_its_square_is() {
+        for k in 0..10_000 {
+            let (x, y) = (f64::from(k) * 0.37 - 900.0, 1e3 / (1.0 + f64::from(k)));
+            let exact = libm::hypot(x, y);
+            assert!((Scalar::hypot(x, y) - exact).abs() <= 2.0 * f64::EPSILON * exact);
+        }
+        assert_eq!(Scalar::hypot(-3.0f32, 4.0), 5.0);
+        assert_eq!(Scalar::hypot(1e200, 1.0), f64::INFINITY);
+        assert!(Scalar::hypot(f64::NAN, f64::INFINITY).is_nan());
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::check::{ConfigError, within};
 use crate::earth::{Geodetic, Local};
 use crate::ekf::Solution;
 use crate::frames::{Ned, Vector, wrap_angle};
+use crate::scalar::Scalar;
 
 /// The reference follows what is wanted with two poles here, 1/s.
 const FOLLOWS_PER_S: f64 = 8.0;
@@ -197,7 +198,7 @@ impl Guidance {
                 if !all.iter().all(|value| value.is_finite()) {
                     return Err(SetPointError::NotFinite);
                 }
-                if libm::hypot(forward_mps, right_mps) > self.config.speed_mps
+                if Scalar::hypot(forward_mps, right_mps) > self.config.speed_mps
                     || libm::fabs(down_mps) > self.config.climb_mps
                     || libm::fabs(yaw_rate_radps) > self.config.yaw_rate_radps
                 {
@@ -291,9 +292,9 @@ impl Guidance {
                 Some(station) if trusted.position => {
                     let missing = station.earth.displacement(&solution.position, &station.position);
                     let [north, east, down] = missing.to_array();
-                    let distance = libm::sqrt(north * north + east * east);
+                    let distance = Scalar::sqrt(north * north + east * east);
                     // Half the hardest deceleration brakes, the rest is left for the wind.
-                    let braking = libm::sqrt(config.acceleration_mps2 * distance);
+                    let braking = Scalar::sqrt(config.acceleration_mps2 * distance);
                     let speed =
                         (config.position_gain_per_s * distance).min(config.speed_mps).min(braking);
                     let per_distance = if distance > 1e-6 { speed / distance } else { 0.0 };
@@ -315,7 +316,7 @@ fn within_sizes(vector: Vector<Ned>, horizontal: f64, vertical: f64) -> Vector<N
     let [north, east, down] = vector.to_array();
     let square = north * north + east * east;
     let longer = square > horizontal * horizontal;
-    let share = if longer { horizontal / libm::sqrt(square) } else { 1.0 };
+    let share = if longer { horizontal / Scalar::sqrt(square) } else { 1.0 };
     Vector::new(north * share, east * share, within_size(down, vertical))
 }
 

@@ -3,6 +3,7 @@
 use super::check::{ConfigError, within};
 use super::guidance::SetPoint;
 use crate::controls::Sticks;
+use crate::scalar::Scalar;
 
 /// What the sticks ask for while the autopilot flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +102,7 @@ impl Steering {
         }
         moves.then(|| {
             // Both cyclic sticks at their ends do not make it faster than one.
-            let length = libm::hypot(asked.longitudinal, asked.lateral).max(1.0);
+            let length = Scalar::hypot(asked.longitudinal, asked.lateral).max(1.0);
             SetPoint::Velocity {
                 forward_mps: self.config.speed_mps * asked.longitudinal / length,
                 right_mps: self.config.speed_mps * asked.lateral / length,

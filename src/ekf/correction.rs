@@ -207,7 +207,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return usual_rad;
         }
         self.heading_doubt_rad *= libm::exp(-elapsed_s.clamp(0.0, DOUBT_S) / DOUBT_S);
-        libm::hypot(usual_rad, self.heading_doubt_rad)
+        Scalar::hypot(usual_rad, self.heading_doubt_rad)
     }
 
     /// Whether what gives the heading is trusted, at an innovation of `off_rad`: after a turn against it

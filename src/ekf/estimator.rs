@@ -360,7 +360,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let velocity = (fix.horizontal_velocity_mps, fix.down_velocity_mps);
         let moves = fix
             .horizontal_velocity_mps
-            .is_some_and(|[north, east]| libm::hypot(north, east) > REPEATED_MPS);
+            .is_some_and(|[north, east]| Scalar::hypot(north, east) > REPEATED_MPS);
         let said = (fix.position, velocity);
         let repeats = moves && self.last_said == Some(said);
         self.last_said = Some(said);

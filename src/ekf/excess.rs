@@ -11,6 +11,7 @@
 
 use super::innovation::{Channel, Innovation, Verdict};
 use super::measurement::Report;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// By how many times the variance of the inertial unit's driving noise exceeds what is assumed.
@@ -129,7 +130,7 @@ impl Excess {
             self.refused = None;
             return false;
         };
-        let size = libm::hypot(north, east);
+        let size = Scalar::hypot(north, east);
         let Some((since, first)) = self.refused else {
             self.refused = began.then_some((time, size));
             return false;

@@ -112,7 +112,7 @@ impl SteplessSolution {
         let wider = |sigma: Vector<Ned>, kept: Vector<Ned>| {
             let [x, y, z] = sigma.to_array();
             let [a, b, c] = kept.to_array();
-            Vector::new(libm::hypot(x, a), libm::hypot(y, b), libm::hypot(z, c))
+            Vector::new(Scalar::hypot(x, a), Scalar::hypot(y, b), Scalar::hypot(z, c))
         };
         Solution {
             body_to_ned: filtered.body_to_ned.turned_in_to(-attitude_rad),
@@ -122,7 +122,7 @@ impl SteplessSolution {
             position_sigma_m: wider(filtered.position_sigma_m, position_m),
             attitude_sigma_rad: filtered
                 .attitude_sigma_rad
-                .map(|sigma| libm::hypot(sigma, attitude_rad.norm())),
+                .map(|sigma| Scalar::hypot(sigma, attitude_rad.norm())),
             ..*filtered
         }
     }

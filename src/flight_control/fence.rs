@@ -4,6 +4,7 @@ use super::config::Fence;
 use crate::autopilot::SetPoint;
 use crate::earth::Geodetic;
 use crate::frames::Vector;
+use crate::scalar::Scalar;
 
 /// Share of the fence's radius and height inside of which it is forgotten again.
 const WELL_INSIDE: f64 = 0.8;
@@ -49,7 +50,7 @@ impl FenceWatch {
     pub fn share(&self, position: &Geodetic) -> Option<f64> {
         let fence = self.fence?;
         let [north, east, down] = position.displacement_from(&fence.centre).to_array();
-        Some((libm::hypot(north, east) / fence.radius_m).max(-down / fence.height_m))
+        Some((Scalar::hypot(north, east) / fence.radius_m).max(-down / fence.height_m))
     }
 
     /// Takes in where the vehicle is.

@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::{Dimension, ReceiverFix};
 use crate::earth::Geodetic;
+use crate::scalar::Scalar;
 
 /// What a fix must keep to. A value that the receiver does not send cannot fail.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -235,7 +236,7 @@ impl QualityCheck {
                 .and_then(|(now, then)| now.since(&then))
                 .unwrap_or(fix.arrival - before.arrival);
             let reach =
-                libm::hypot(self.limits.max_ground_speed_mps, self.limits.max_vertical_speed_mps);
+                Scalar::hypot(self.limits.max_ground_speed_mps, self.limits.max_vertical_speed_mps);
             let max_m = self.limits.max_jump_m + reach * libm::fmax(seconds, 0.0);
             let found_m = distance_m(before, fix);
             (found_m > max_m).then_some(Failure::Jump { found_m, max_m })

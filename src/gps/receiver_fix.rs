@@ -5,6 +5,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use super::{Fix, ReceiverTime};
 use crate::earth::Geodetic;
 use crate::frames::{Ned, Vector, wrap_angle};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Whether the receiver solved for height.
@@ -139,7 +140,7 @@ impl ReceiverFix {
     /// Sets the horizontal velocity and with it the ground speed.
     pub(super) fn set_horizontal_velocity(&mut self, north_mps: f64, east_mps: f64) {
         self.horizontal_velocity_mps = Some([north_mps, east_mps]);
-        self.ground_speed_mps = Some(libm::hypot(north_mps, east_mps));
+        self.ground_speed_mps = Some(Scalar::hypot(north_mps, east_mps));
     }
 }
 

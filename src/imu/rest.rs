@@ -110,7 +110,7 @@ impl<T: Scalar> Rest<T> {
             self.fixes = None;
             return;
         };
-        if libm::hypot(now[0], now[1]) > FIX_MPS {
+        if Scalar::hypot(now[0], now[1]) > FIX_MPS {
             self.fixes = None;
             return;
         }
@@ -166,7 +166,7 @@ impl<T: Scalar> Rest<T> {
         let [p, q, r, ..] = means;
         let rate = Vector::new(p, q, r);
         let slow = self.fixes.is_some_and(|(last, mean)| {
-            time - last < FIX_S && libm::hypot(mean[0], mean[1]) < FIX_MEAN_MPS
+            time - last < FIX_S && Scalar::hypot(mean[0], mean[1]) < FIX_MEAN_MPS
         });
         (steady && slow && rate.norm() < T::of(LARGEST_BIAS_RADPS)).then_some(rate)
     }

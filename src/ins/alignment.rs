@@ -12,6 +12,7 @@ use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::{AntennaHeading, Fix};
 use crate::imu::{ImuSample, MeanRates, SecondDifference, Vibration, noise_variance};
 use crate::ins::{Mounting, NavState};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Where the first heading comes from.
@@ -333,7 +334,7 @@ impl Aligner {
         if self.window.length_s() < config.duration_s || unusable {
             return None;
         }
-        let speed = fix.horizontal_velocity_mps.map(|[north, east]| libm::hypot(north, east));
+        let speed = fix.horizontal_velocity_mps.map(|[north, east]| Scalar::hypot(north, east));
         let at_rest = self.window.is_at_rest() && speed.is_none_or(|speed| speed < REST_SPEED_MPS);
         let allowed = |source| config.heading.is_none_or(|only| only == source);
 
@@ -363,7 +364,7 @@ impl Aligner {
             (HeadingSource::Magnetometer, yaw, config.heading_sigma_rad + tilt_sigma)
         } else if config.heading == Some(HeadingSource::Course) {
             let [north, east] = fix.horizontal_velocity_mps?;
-            if libm::hypot(north, east) < config.course_speed_mps {
+            if Scalar::hypot(north, east) < config.course_speed_mps {
                 return None;
             }
             (HeadingSource::Course, libm::atan2(east, north), config.heading_sigma_rad)
@@ -409,8 +410,8 @@ impl Aligner {
                     + aged,
                 gyro_bias_radps: gyro_bias,
                 gyro_bias_sigma_radps: at_rest.then(|| {
-                    let scatter = libm::sqrt(self.window.rate_variance.max(0.0));
-                    (scatter / libm::sqrt(self.window.length_s().max(1.0) * 3.0))
+                    let scatter = Scalar::sqrt(self.window.rate_variance.max(0.0));
+                    (scatter / Scalar::sqrt(self.window.length_s().max(1.0) * 3.0))
                         .max(REST_BIAS_RADPS)
                 }),
             },
@@ -436,7 +437,7 @@ fn level(force: Vector<Body>) -> EulerAngles {
     let [x, y, z] = force.to_array();
     EulerAngles {
         roll_rad: libm::atan2(-y, -z),
-        pitch_rad: libm::atan2(x, libm::hypot(y, z)),
+        pitch_rad: libm::atan2(x, Scalar::hypot(y, z)),
         yaw_rad: 0.0,
     }
 }
@@ -449,6 +450,6 @@ fn level(force: Vector<Body>) -> EulerAngles {
 fn magnetic_heading(field: Vector<Body>, tilt: EulerAngles) -> Option<f64> {
     let level = Rotation::from_euler(EulerAngles { yaw_rad: 0.0, ..tilt });
     let field: Vector<Ned> = level * field;
-    let horizontal = libm::hypot(field.x(), field.y());
+    let horizontal = Scalar::hypot(field.x(), field.y());
     (horizontal > 0.02 * field.norm()).then(|| -libm::atan2(field.y(), field.x()))
 }

@@ -213,7 +213,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
         self.last_fix = Some(fix.time);
         self.fast |= fix.horizontal_velocity_mps.is_some_and(|[north, east]| {
-            libm::hypot(north, east) > FOUND_SPEED_MPS * libm::sqrt(interval_s)
+            Scalar::hypot(north, east) > FOUND_SPEED_MPS * Scalar::sqrt(interval_s)
         });
         let gps = self.filter.config.gps;
         let shares = information_shares(fix, &gps, interval_s);
@@ -270,7 +270,7 @@ impl<T: Scalar> HeadingSearch<T> {
             variance += sector.weight * (sector.heading_variance() + square(off.wide()));
             weights += sector.weight;
         }
-        libm::sqrt(variance / weights).min(core::f64::consts::PI)
+        Scalar::sqrt(variance / weights).min(core::f64::consts::PI)
     }
 
     /// The best filter, once the heading is found: the sectors left agree, and the vehicle has been

@@ -278,7 +278,7 @@ impl<T: Scalar> Monitor<T> {
                 guess.weight * (guess.covariance[DIRECTION][DIRECTION].wide() + square(apart));
         }
         let off = off / weights;
-        (middle + off, libm::sqrt((variance / weights - square(off)).max(0.0)))
+        (middle + off, Scalar::sqrt((variance / weights - square(off)).max(0.0)))
     }
 
     /// By how much an attitude's heading has to turn, clockwise, and one-sigma, rad, by what the guesses
@@ -302,7 +302,7 @@ impl<T: Scalar> Monitor<T> {
         own_sigma_rad: T,
     ) -> Option<BetterHeading> {
         let is_doubtful = |off: &BetterHeading| {
-            let sigma_rad = libm::hypot(off.sigma_rad, own_sigma_rad.wide());
+            let sigma_rad = Scalar::hypot(off.sigma_rad, own_sigma_rad.wide());
             off.replaces || libm::fabs(off.turn_rad) > DOUBTED_RAD.max(DOUBTED_SIGMAS * sigma_rad)
         };
         let Some(better) = self.off(body_to_ned).filter(is_doubtful) else {

@@ -69,7 +69,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let body_to_ned = self.state.body_to_ned.cast();
         let baseline = body_to_ned * mounted.unwrap_or(FORWARD);
-        let level = libm::hypot(baseline.x(), baseline.y());
+        let level = Scalar::hypot(baseline.x(), baseline.y());
         // Written so that a NaN has none.
         let has_heading = level > LEAST_LEVEL * baseline.norm();
         if !has_heading {

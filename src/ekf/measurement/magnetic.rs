@@ -46,7 +46,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let dip = (field.z() / horizontal).wide();
         let tilt_variance =
             self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1));
-        let usual_rad = libm::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
+        let usual_rad =
+            Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
         if is_first {

@@ -59,7 +59,7 @@ impl Ground {
         };
         let elapsed_s = (time - last.time).clamp(0.0, LONGEST_S);
         let [from_north, from_east] = last.hit_m.map(f64::from);
-        let wandered_m = libm::hypot(
+        let wandered_m = Scalar::hypot(
             velocity_mps.x() * elapsed_s + hit.x() - from_north,
             velocity_mps.y() * elapsed_s + hit.y() - from_east,
         );
@@ -77,7 +77,7 @@ impl Ground {
     fn is_stuck(&self, beam: Vector<Ned>) -> bool {
         self.last.is_some_and(|last| {
             let [north, east] = last.beam.map(f64::from);
-            let turned = libm::hypot(beam.x() - north, beam.y() - east);
+            let turned = Scalar::hypot(beam.x() - north, beam.y() - east);
             last.time - last.since >= STUCK_S
                 && (turned > TURNED_RAD || f64::from(last.moved_m) > MOVED_M)
         })

@@ -238,7 +238,7 @@ fn a_magnetic_heading_sees_the_heading_and_leaves_what_its_dip_makes_of_the_tilt
         // A tilt turns the levelled field by the tangent of the dip: an error of the reference by
         // design, so that no heading ever moves the tilt.
         let dip = libm::fabs(down_gauss) / 0.2;
-        assert!((libm::hypot(errors[0][0], errors[0][1]) - dip).abs() < 1e-5);
+        assert!((f64::hypot(errors[0][0], errors[0][1]) - dip).abs() < 1e-5);
         assert_exact(&errors, |_, state| if state < 2 { dip + 1e-5 } else { 1e-5 });
     }
 }
@@ -317,14 +317,14 @@ fn a_heading_of_two_antennas_sees_the_heading_and_leaves_what_a_sloping_baseline
     let now = filter_now();
     for baseline in [Vector::new(0.0, 1.0, 0.0), Vector::new(0.5, -0.3, 0.2)] {
         let in_ned = now.body_to_ned * baseline;
-        let slope = libm::fabs(in_ned.z()) / libm::hypot(in_ned.x(), in_ned.y());
+        let slope = libm::fabs(in_ned.z()) / f64::hypot(in_ned.x(), in_ned.y());
         let errors = errors(&|filter, rows| {
             let reading = AntennaHeading::new(filter.state.time, in_ned.azimuth_rad(), Some(0.01));
             let model = AntennaHeadingModel::default();
             filter.update_antenna_heading(&reading, Some(baseline), &model, rows).unwrap()
         });
         assert_eq!(errors.len(), 1);
-        assert!((libm::hypot(errors[0][0], errors[0][1]) - slope).abs() < 1e-5);
+        assert!((f64::hypot(errors[0][0], errors[0][1]) - slope).abs() < 1e-5);
         assert_exact(&errors, |_, state| if state < 2 { slope + 1e-5 } else { 1e-5 });
     }
 }

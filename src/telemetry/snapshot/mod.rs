@@ -13,6 +13,7 @@ use crate::earth::Geodetic;
 use crate::ekf::Solution;
 use crate::frames::{Body, EulerAngles, Ned, Vector};
 use crate::imu::ImuSample;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// How sure the estimator is, one-sigma; `None` before it runs.
@@ -138,7 +139,7 @@ impl Snapshot {
     /// The same with what the estimator knows.
     #[must_use]
     pub fn with_solution(mut self, solution: &Solution) -> Self {
-        let horizontal = |sigma: Vector<Ned>| Some(libm::hypot(sigma.x(), sigma.y()));
+        let horizontal = |sigma: Vector<Ned>| Some(Scalar::hypot(sigma.x(), sigma.y()));
         let (position, velocity) = (solution.position_sigma_m, solution.velocity_sigma_mps);
         let [roll, pitch, yaw] = solution.attitude_sigma_rad;
         self.angular_rate_radps = Some(solution.angular_rate_radps);
