@@ -127,8 +127,11 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     fn mirror_up_to(&mut self, end: usize) {
         let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
         for (state, mirror) in (GYRO_BIAS..end.min(N)).zip(parameter_rows) {
-            for (value, row) in mirror.iter_mut().zip(rows.iter()) {
-                *value = row.get(state).copied().unwrap_or(T::ZERO);
+            let column: [T; GYRO_BIAS] = core::array::from_fn(|above| {
+                rows.get(above).and_then(|row| row.get(state)).copied().unwrap_or(T::ZERO)
+            });
+            if let Some(mirror) = mirror.first_chunk_mut() {
+                *mirror = column;
             }
         }
     }

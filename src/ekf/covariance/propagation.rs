@@ -140,14 +140,15 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 *value = *value * other;
             }
         }
-        for (row, &own) in parameter_rows.iter_mut().zip(decay.iter().skip(GYRO_BIAS)) {
-            let (_, row) = row.split_at_mut(EVEN);
-            for (value, &other) in row.iter_mut().zip(parameters) {
+        let own = decay.iter().zip(noise).enumerate().skip(GYRO_BIAS);
+        for (row, (state, (&own, &noise))) in parameter_rows.iter_mut().zip(own) {
+            let variance = row[state] * (own * own) + noise;
+            let (_, right) = row.split_at_mut(EVEN);
+            for (value, &other) in right.iter_mut().zip(parameters) {
                 *value = *value * (own * other);
             }
-        }
-        for state in GYRO_BIAS..N {
-            self.rows[state][state] += noise[state];
+            // Here and not in a loop of its own, so that wide vectors go along the rows and gather nothing.
+            row[state] = variance;
         }
     }
 
