@@ -11,6 +11,8 @@ const FOLLOWS_PER_S: f64 = 8.0;
 /// The same while the motion that there was at engagement is brought to rest, 1/s: it takes 1.1° of tilt for
 /// each 0.5 m/s.
 const STOPS_PER_S: f64 = 1.0;
+/// What is wanted is reached to this, m/s, and with this acceleration, m/s².
+const REACHED: f64 = 1e-9;
 /// Hardest change of the acceleration asked for, m/s³: at 33 Hz, 0.7° of tilt a sample.
 const HARDEST_JERK_MPS3: f64 = 4.0;
 
@@ -248,6 +250,14 @@ impl Guidance {
     /// acceleration jumps, whatever jumps in what is wanted.
     fn follow(&mut self, wanted: Vector<Ned>) {
         let Reference { velocity_mps, acceleration_mps2, .. } = self.reference;
+        // Left to decay, both would come to numbers that processors compute with a hundred times slower.
+        if (wanted - velocity_mps).is_shorter_than(REACHED)
+            && acceleration_mps2.is_shorter_than(REACHED)
+        {
+            self.reference.velocity_mps = wanted;
+            self.reference.acceleration_mps2 = Vector::ZERO;
+            return;
+        }
         let rate_per_s = GuidanceConfig::follows_per_s(self.period_s);
         let rate_per_s = if self.stops { rate_per_s.min(STOPS_PER_S) } else { rate_per_s };
         let jerk = (wanted - velocity_mps) * (rate_per_s * rate_per_s)

@@ -266,6 +266,10 @@ impl HoverAutopilot {
             }
             _ => self.fading.scaled(1.0 - (period_s / transfer.fade_s).min(1.0)),
         };
+        // Left to decay it would come to numbers that processors compute with a hundred times slower.
+        if self.fading.farthest_from(Sticks::NEUTRAL) < FADED {
+            self.fading = Sticks::NEUTRAL;
+        }
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
         let mut limits = self.config.limits;
         if self.gentle_s > 0.0 {
@@ -473,6 +477,8 @@ const STEADY_RADPS: f64 = 0.3;
 /// vehicle happened to be doing is met without a step of the sticks, 2.7 % in a cycle of 33 Hz.
 const GENTLE_PER_S: f64 = 0.9;
 const GENTLE_S: f64 = 1.0;
+/// What is left of a change of commands, full sticks, when it is over.
+const FADED: f64 = 1e-9;
 /// Sticks further apart than this are handed back without regard to steps.
 const FAR_APART: f64 = 0.5;
 

@@ -46,6 +46,9 @@ pub struct SteplessSolution {
     position_m: PendingCorrection,
 }
 
+/// What is kept back and its rate below which nothing is: rad, m/s or m, and those per second.
+const FORGOTTEN: f64 = 1e-12;
+
 /// What is kept back of one quantity, and how fast it changes. Critically damped, so that neither it nor
 /// its rate jumps when it is let out: a controller that differentiates hears no step either.
 #[derive(Clone, Copy, Debug, Default)]
@@ -60,6 +63,10 @@ impl PendingCorrection {
         let drive = self.rate_per_s + self.left * (1.0 / time_constant_s);
         self.left = (self.left + drive * elapsed_s) * share;
         self.rate_per_s = (self.rate_per_s - drive * (elapsed_s / time_constant_s)) * share;
+        // Without corrections it would decay to numbers that processors compute with a hundred times slower.
+        if self.left.is_shorter_than(FORGOTTEN) && self.rate_per_s.is_shorter_than(FORGOTTEN) {
+            *self = Self::default();
+        }
     }
 }
 
