@@ -123,6 +123,17 @@ pub fn refuse_unflyable(
     }
 }
 
+/// What to warn of where the `model` that the autopilot is designed for is not that of the simulated helicopter.
+#[cfg(feature = "lab")]
+pub fn designed_for_another(model: &hovernav_model::StateSpace) -> Option<String> {
+    let name = model.name();
+    (name != "raptor60-hover").then(|| {
+        format!(
+            "the autopilot is designed for {name}, what flies is the nonlinear 60-class helicopter"
+        )
+    })
+}
+
 /// The configuration of a flight computer; an error names the file.
 #[cfg(any(feature = "fly", feature = "ground"))]
 pub fn read_fly_config(path: &Path) -> anyhow::Result<hovernav_log::FlyConfig> {

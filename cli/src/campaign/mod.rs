@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use self::table::{Measure, PERCENTILES, count};
-use crate::arguments::{FORCED, refuse_unflyable};
+use crate::arguments::{FORCED, designed_for_another, refuse_unflyable};
 use crate::output;
 
 #[derive(clap::Args)]
@@ -77,7 +77,8 @@ impl FromStr for Shard {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let Shard { own, of } = arguments.shard;
-    let campaign = campaign(arguments)?;
+    let mut warnings = Vec::new();
+    let campaign = campaign(arguments, &mut warnings)?;
     output::create(&arguments.out)?;
 
     let seeds: Vec<u64> = Campaign::seeds(arguments.flights, own, of).collect();
@@ -98,12 +99,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     table::write_results(&arguments.out.join("results.csv"), &results)?;
     table::write_percentiles(&arguments.out.join("percentiles.csv"), &results)?;
     if !arguments.no_report {
-        page::write(&arguments.out.join("report.html"), &campaign, &results)?;
+        page::write(&arguments.out.join("report.html"), &campaign, &results, &warnings)?;
     }
-    let summary = summary(arguments, &campaign, &results, (flying_s, started));
+    let mut summary = summary(arguments, &campaign, &results, (flying_s, started));
+    summary["warnings"] = json!(warnings);
     output::write_json(&summary, &arguments.out.join("summary.json"))?;
 
     output::say_text(in_words(&results));
+    for warning in &warnings {
+        output::say(format_args!("warning: {warning}"));
+    }
     let cores = rayon::current_num_threads();
     output::say(format_args!(
         "{}: {} flights of {:.0} s in {flying_s:.1} s on {cores} threads, {:.0} times real time",
@@ -115,12 +120,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn campaign(arguments: &Arguments) -> anyhow::Result<Campaign> {
+fn campaign(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<Campaign> {
     let model = shipped::open(&arguments.model)?;
     let autopilot = match &arguments.autopilot {
         Some(path) => hovernav_log::read_autopilot(path)?,
         None => {
             refuse_unflyable(&model, &arguments.model, FORCED)?;
+            warnings.extend(designed_for_another(&model));
             let design = HoverDesign::for_model(&model);
             let gains = design.synthesise(&model).with_context(|| arguments.model.clone())?;
             HoverConfig::new(design.period_s, gains)

@@ -13,7 +13,12 @@ use crate::page::{
 
 const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 
-pub fn write(path: &Path, campaign: &Campaign, results: &[CampaignResult]) -> anyhow::Result<()> {
+pub fn write(
+    path: &Path,
+    campaign: &Campaign,
+    results: &[CampaignResult],
+    warnings: &[String],
+) -> anyhow::Result<()> {
     let share = |outcome| 100.0 * count(results, outcome, None) as f64 / results.len() as f64;
     let headlines = [
         Fact::new("flights", format!("{} of {:.0} s", results.len(), campaign.duration_s)),
@@ -50,7 +55,7 @@ pub fn write(path: &Path, campaign: &Campaign, results: &[CampaignResult]) -> an
             },
         ),
     ];
-    let mut warnings = Vec::new();
+    let mut warnings = warnings.to_vec();
     if results.len() < 100 {
         warnings.push("fewer than 100 flights: the outer percentiles mean little".into());
     }

@@ -15,7 +15,7 @@ use super::arguments::{Arguments, OUT, WindArgument};
 use super::excitation;
 use super::page::SimulationPage;
 use super::summary::{ClosedLoopSummary, Summary};
-use crate::arguments::{FORCED, refuse_unflyable};
+use crate::arguments::{FORCED, designed_for_another, refuse_unflyable};
 use crate::output;
 use crate::summary::RunSummary;
 
@@ -30,12 +30,7 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
             let name = arguments.model.as_deref().unwrap_or("raptor60");
             let model = shipped::open(name)?;
             refuse_unflyable(&model, name, FORCED)?;
-            if model.name() != "raptor60-hover" {
-                warnings.push(format!(
-                    "the autopilot is designed for {}, what flies is the nonlinear 60-class helicopter",
-                    model.name()
-                ));
-            }
+            warnings.extend(designed_for_another(&model));
             let design = HoverDesign::for_model(&model);
             HoverConfig::new(design.period_s, design.synthesise(&model)?)
         }
