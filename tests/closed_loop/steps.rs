@@ -249,7 +249,7 @@ fn moved_deg(flight: &Flight, from_s: f64, until_s: f64) -> f64 {
 fn fifty_engagements_and_releases_move_the_attitude_by_little() {
     let (engage_s, release_s) = (12.0, 20.0);
     let changes = |feedback: Feedback| {
-        let mut apart = [const { Vec::new() }; 4];
+        let mut apart = [const { Vec::new() }; 5];
         for seed in 1..=50 {
             let fly = |engage_s: f64, events: Vec<(f64, FlightEvent)>| {
                 let flown = FlightConfig { seed, feedback, ..FlightConfig::new(autopilot()) };
@@ -262,20 +262,22 @@ fn fifty_engagements_and_releases_move_the_attitude_by_little() {
             apart[1].push(apart_deg(&flown, &handed_back, release_s, 0.6));
             apart[2].push(moved_deg(&flown, engage_s, 2.0));
             apart[3].push(moved_deg(&by_pilot, engage_s, 2.0));
+            // What the hold does when the taking over is long past.
+            apart[4].extend([4.0, 6.0].map(|later_s| moved_deg(&flown, engage_s + later_s, 2.0)));
         }
         apart.map(|mut apart| {
             apart.sort_by(f64::total_cmp);
-            [apart[25], apart[49]]
+            [apart[apart.len() / 2], apart[apart.len() - 1]]
         })
     };
-    let [engaged, released, moved, by_pilot] = changes(Feedback::Truth);
-    let [engaged_by_estimate, released_by_estimate, moved_by_estimate, _] =
+    let [engaged, released, moved, by_pilot, held] = changes(Feedback::Truth);
+    let [engaged_by_estimate, released_by_estimate, moved_by_estimate, _, held_by_estimate] =
         changes(Feedback::Estimator);
     println!(
         "apart from the flight without the change, median and worst, deg: engaged {engaged:.2?}, released \
          {released:.2?}; by the estimate {engaged_by_estimate:.2?}, {released_by_estimate:.2?}\n\
          from where it was: engaged {moved:.2?}, by the estimate {moved_by_estimate:.2?}, by the pilot \
-         {by_pilot:.2?}"
+         {by_pilot:.2?}, in 2 s of holding {held:.2?}, by the estimate {held_by_estimate:.2?}"
     );
     // Within 3° is wanted of both. In gusts an engagement may take more: there is a velocity to bring to rest.
     assert!(released[1] < 3.0 && released_by_estimate[1] < 3.0, "{released_by_estimate:?}");
