@@ -1,5 +1,5 @@
 //! The flight computer of a microcontroller on a desk: `computer.rs` is what one copies, and this is what
-//! stands in for the chip. A Crossbow unit and a u-blox receiver, both at rest, over their lines; five
+//! stands in for the chip. A Crossbow unit and a receiver of NMEA, both at rest, over their lines; five
 //! timers' channels that only remember.
 //!
 //! `cargo run --release --example 05_microcontroller`

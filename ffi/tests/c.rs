@@ -188,12 +188,21 @@ fn sanitizers_find_nothing_in_the_replay() {
 #[test]
 fn bytes_of_a_receiver_reach_the_sticks_in_cpp() {
     let place = tempfile::tempdir().unwrap();
-    for more in [&[][..], &["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]] {
-        let Some(program) = build("ffi/examples/lines.cpp", more, place.path()) else { return };
-        let printed = text(&Command::new(program).output().unwrap());
+    let source = "ffi/examples/lines.cpp";
+    let reach = |command: &mut Command| {
+        let printed = text(&command.output().unwrap());
         println!("{printed}");
         assert!(printed.starts_with("30 fixes, height 520.0 m"), "{printed}");
+    };
+    let Some(program) = build(source, &[], place.path()) else { return };
+    reach(&mut Command::new(&program));
+    if found("valgrind") {
+        let valgrind = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
+        reach(Command::new("valgrind").args(valgrind).arg(&program));
     }
+    let sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+    let Some(program) = build(source, &sanitize, place.path()) else { return };
+    reach(&mut Command::new(program));
 }
 
 /// Header, libraries, pkg-config file and CMake package, installed below `prefix`.

@@ -277,3 +277,22 @@ fn bytes_that_cannot_be_are_refused_and_none_may_come_from_nowhere() {
         }
     }
 }
+
+#[test]
+fn a_time_of_minus_zero_is_one_of_zero() {
+    let flown = |zero: f64| {
+        let mut config = config();
+        config.imu.gyro_bias_time_s = zero;
+        config.imu.accel_bias_time_s = zero;
+        config.gps.position_wander_time_s = zero;
+        config.gps.velocity_wander_time_s = zero;
+        config.attitude.wander_time_s = zero;
+        config.magnetometer.wander_time_s = zero;
+        let mut navigator = Navigator::new(&config);
+        navigator.stand(200, HOVERNAV_IMU_ATTITUDE);
+        navigator.solution().unwrap()
+    };
+    let (minus, plus) = (flown(-0.0), flown(0.0));
+    assert!(minus.attitude_sigma_rad.iter().all(|sigma| sigma.is_finite()), "{minus:?}");
+    assert_eq!(format!("{minus:?}"), format!("{plus:?}"));
+}

@@ -43,7 +43,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let imu = &self.config.imu;
         let Relaxation { mut decay, mut noise } = Relaxation::default();
         let mut markov = |first: usize, sigmas: &[f64], time_s: f64| {
-            let lost = interval_s / T::of(time_s);
+            // Of a time of -0, which is in range, the quotient would be the infinity that grows.
+            let lost = interval_s / T::of(time_s.abs());
             // To the third order the series is exact to 1e-8 there, and costs a tenth.
             let left = if lost < T::of(0.02) {
                 T::ONE - lost * (T::ONE - lost * (T::of(0.5) - lost * T::of(1.0 / 6.0)))

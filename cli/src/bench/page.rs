@@ -16,6 +16,8 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
         Fact::new("priority", &machine.priority),
         Fact::new("memory", &machine.memory),
         Fact::new("clock", format!("{} ns, taken off", digits(report.clock_ns))),
+        Fact::new("cycles", report.cycles),
+        Fact::new("worst inputs", &report.worst.inputs),
     ];
     let headlines = [
         Fact::new("cycle, p99.9", format!("{:.2} µs", 1e-3 * report.cycle.time.p99_9_ns)),

@@ -3,7 +3,7 @@
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::{Body, EulerAngles, Rotation, Vector};
-use hovernav::gps::Fix;
+use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
@@ -71,6 +71,16 @@ impl Flight {
 
     pub fn height_m(&mut self) -> f64 {
         300.0 + 0.3 * self.shake()
+    }
+
+    /// A distance to the ground, m.
+    pub fn range_m(&mut self) -> f64 {
+        7.0 + 0.02 * self.shake()
+    }
+
+    /// What two antennas say.
+    pub fn heading(cycle: u64) -> AntennaHeading {
+        AntennaHeading::new(Self::time(cycle), Self::angles(cycle).yaw_rad, None)
     }
 
     /// The fix that is true at a cycle.

@@ -4,8 +4,8 @@ use std::hint::black_box;
 
 use hovernav::ekf::covariance::{Covariance, Joint, MOST, Sensitivities, Sensitivity, Transition};
 use hovernav::ekf::layout::{Base, Full, Layout, WithoutHeightAids};
-use hovernav::ekf::{Ekf, Estimator, NoHeadingSearch};
-use hovernav::event::Event;
+use hovernav::ekf::{AntennaHeadingModel, Ekf, Estimator, NoHeadingSearch, Rangefinder};
+use hovernav::event::{Event, RangeReading};
 use hovernav::frames::Rotation;
 use hovernav::time::Time;
 
@@ -17,6 +17,9 @@ use crate::flight::{FIX_EVERY, Flight};
 const SETTLED: u64 = 1_000;
 /// The attitude is used no more often than its noise is worth.
 pub const ATTITUDE_EVERY: u64 = 4;
+
+/// Cycles from one distance to the ground to the next.
+const RANGE_EVERY: u64 = 2;
 
 /// A sample, the attitude and the fix where they are due, and the solution.
 pub const WHOLE_CYCLE: &str = "sample, all due, solution";
@@ -99,8 +102,9 @@ fn time<L: Layout<N>, const N: usize>(
 ) -> Result<Vec<Timed>, String> {
     let (mut filter, mut flight) = settled::<L, N>()?;
     let mut step = Times::with_capacity(cycles);
-    let [mut gps, mut attitude, mut magnetic, mut baro, mut solution] =
-        [(); 5].map(|()| Times::with_capacity(cycles));
+    let [mut gps, mut attitude, mut magnetic, mut antennas, mut baro, mut range, mut solution] =
+        [(); 7].map(|()| Times::with_capacity(cycles));
+    let (rangefinder, two_antennas) = (Rangefinder::default(), AntennaHeadingModel::default());
     let mut pace = Pace::begin();
     for cycle in SETTLED..SETTLED + cycles {
         pace.rest();
@@ -108,9 +112,16 @@ fn time<L: Layout<N>, const N: usize>(
         let now: Time = sample.time;
         step.time(|| black_box(black_box(&mut filter).predict(black_box(&sample))))
             .map_err(|fault| format!("the made-up flight: sample refused at {now}: {fault}"))?;
-        // Heading comes from the attitude, and in every sixth stretch from the magnetometer.
-        let by_field = cycle / 256 % 6 == 5;
-        if cycle % ATTITUDE_EVERY == 0 && by_field {
+        // Heading comes from the attitude, and in every sixth stretch from the magnetometer or two antennas.
+        let (by_antennas, by_field) = (cycle / 256 % 6 == 4, cycle / 256 % 6 == 5);
+        if cycle % ATTITUDE_EVERY == 0 && by_antennas {
+            let heading = Flight::heading(cycle);
+            let update = || {
+                let heading = black_box(&heading);
+                black_box(filter.update_antenna_heading(heading, None, &two_antennas, &mut ()))
+            };
+            let _ = antennas.time(update);
+        } else if cycle % ATTITUDE_EVERY == 0 && by_field {
             let field = Flight::field_gauss(cycle);
             let heading =
                 || black_box(filter.update_magnetic_heading(now, black_box(field), 0.0, &mut ()));
@@ -126,6 +137,12 @@ fn time<L: Layout<N>, const N: usize>(
             if L::BARO.is_some() {
                 let _ = baro.time(|| black_box(filter.update_baro(now, height_m, &mut ())));
             }
+        }
+        if L::GROUND.is_some() && cycle % RANGE_EVERY == 1 {
+            let reading = RangeReading::new(now, flight.range_m());
+            let update =
+                || black_box(filter.update_range(black_box(&reading), &rangefinder, &mut ()));
+            let _ = range.time(update);
         }
         black_box(solution.time(|| black_box(&filter).solution()));
     }
@@ -145,7 +162,9 @@ fn time<L: Layout<N>, const N: usize>(
         ("fix: position and velocity", gps),
         ("attitude", attitude),
         ("magnetic heading", magnetic),
+        ("heading of two antennas", antennas),
         ("barometer", baro),
+        ("distance to the ground", range),
         ("solution", solution),
         ("covariance, one step", propagation),
         ("covariance, three axes", axes),
@@ -208,4 +227,21 @@ pub fn base(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
     let mut timed = time::<Base, 16>(cycles, clock_ns, 15)?;
     timed.retain(|timed| !matches!(timed.name, "attitude" | "magnetic heading" | "barometer"));
     Ok(timed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Work;
+
+    #[test]
+    fn every_update_that_is_counted_is_timed() {
+        let steps = [full(1_000, 0.0), without_height_aids(1_000, 0.0), base(1_000, 0.0)];
+        let steps: Vec<Timed> = steps.into_iter().flat_map(Result::unwrap).collect();
+        // The notch is no update.
+        for work in Work::ALL.iter().filter(|work| !work.name.starts_with("notch")) {
+            let timed = |step: &Timed| (step.name, step.states) == (work.name, work.states);
+            assert!(steps.iter().any(timed), "{work:?}");
+        }
+    }
 }

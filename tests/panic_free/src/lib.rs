@@ -6,7 +6,8 @@
 
 use core::panic::PanicInfo;
 
-use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
+use hovernav::autopilot::{Health, HealthMonitor, HoverAutopilot, Inputs, Outputs, SetPoint};
+use hovernav::controls::{Channels, Sticks};
 use hovernav::dmu::{
     Calibration, Link, LinkAction, Measurement, Packet, Plausibility, Received, SampleClock,
 };
@@ -18,9 +19,11 @@ use hovernav::event::Event;
 use hovernav::flight_control::{ControlInputs, ControlNotice, ControlOutputs, FlightControl};
 use hovernav::gps::quality::{Failures, QualityCheck};
 use hovernav::gps::{ReceiverFix, nmea, tsip, ubx};
+use hovernav::imu::{ImuSample, Notch};
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::servo::packet::{self, PacketCapture, ServoPacket};
-use hovernav::telemetry::{Snapshot, frame};
+use hovernav::servo::{Captured, ChannelConfig, Limited, Limiter, Swashplate, Switch};
+use hovernav::telemetry::{Flow, Severity, Snapshot, Supplement, Text, frame};
 use hovernav::time::Time;
 
 unsafe extern "C" {
@@ -218,6 +221,75 @@ pub fn telemetry_unpack(
     byte: u8,
 ) -> Option<Result<frame::Frame, frame::FrameError>> {
     decoder.push(byte)
+}
+
+#[unsafe(no_mangle)]
+pub fn telemetry_pack_supplement(
+    control: &FlightControl,
+    outputs: &ControlOutputs,
+    solution: &Solution,
+    sequence: u8,
+) -> [u8; frame::SUPPLEMENT_LENGTH] {
+    let supplement = Supplement::at(solution.time).with_solution(solution);
+    frame::pack_supplement(&supplement.with_control(control, outputs), sequence)
+}
+
+#[unsafe(no_mangle)]
+pub fn telemetry_pack_text(line: &str, now: Time, sequence: u8) -> [u8; frame::TEXT_LENGTH] {
+    frame::pack_text(&Text::first_of(now, Severity::Warning, line).0, sequence)
+}
+
+#[unsafe(no_mangle)]
+pub fn telemetry_unpack_message(
+    decoder: &mut frame::Decoder,
+    byte: u8,
+) -> Option<Result<frame::Message, frame::FrameError>> {
+    decoder.push_message(byte)
+}
+
+#[unsafe(no_mangle)]
+pub fn telemetry_flow(flow: &mut Flow, bytes: &[u8]) {
+    flow.receive(bytes);
+}
+
+#[unsafe(no_mangle)]
+pub fn rotor_notch(notch: &mut Notch, sample: &ImuSample, rotor_hz: f64) -> ImuSample {
+    notch.set_frequency_hz(rotor_hz);
+    notch.filter(sample)
+}
+
+#[unsafe(no_mangle)]
+pub fn health_assess(
+    monitor: &mut HealthMonitor,
+    event: &Event,
+    notice: &Notice,
+    solution: &Solution,
+    now: Time,
+) -> Health {
+    monitor.hear(event);
+    monitor.hear_notice(notice);
+    monitor.assess(Some(solution), now)
+}
+
+#[unsafe(no_mangle)]
+pub fn autopilot_set(autopilot: &mut HoverAutopilot, set_point: SetPoint) -> bool {
+    autopilot.set(set_point).is_ok()
+}
+
+#[unsafe(no_mangle)]
+pub fn servo_widths(
+    swashplate: &Swashplate,
+    channels: &Channels<ChannelConfig>,
+    limiter: &mut Limiter,
+    sticks: Sticks,
+    now: Time,
+) -> Channels<Limited> {
+    limiter.apply(&swashplate.widths_ms(channels, sticks, 1.5), now)
+}
+
+#[unsafe(no_mangle)]
+pub fn servo_switch(switch: &mut Switch, aux: &Captured, now: Time) -> bool {
+    switch.update(aux, now, 0.1)
 }
 
 #[unsafe(no_mangle)]

@@ -13,6 +13,7 @@ fn main() {
 #[cfg(target_os = "none")]
 mod emulated {
     use core::arch::asm;
+    use core::hint::black_box;
     use core::panic::PanicInfo;
 
     use cortex_m::peripheral::SYST;
@@ -90,7 +91,12 @@ mod emulated {
 
         macro_rules! run {
             ($name:literal, $L:ty, $N:literal, $T:ty, $H:ty, $config:ident, $most:literal) => {{
-                let made = singleton!(: Estimator<$L, $N, $T, $H> = Estimator::new($config()));
+                let mut made = None;
+                let mut make =
+                    || made = singleton!(: Estimator<$L, $N, $T, $H> = Estimator::new($config()));
+                // Not in the painter's own frame, which is above the paint.
+                let make: &mut dyn FnMut() = black_box(&mut make);
+                let making = stack_of(make);
                 let (Some(estimator), Some(mut autopilot)) = (made, autopilot()) else { loop {} };
                 let mut costs = [Cost::default(); Work::ALL.len()];
                 let mut flown = None;
@@ -115,6 +121,7 @@ mod emulated {
                     hprintln!("cost {}: {} | {} | {}", $name, work.name(), mean, most);
                 }
                 hprintln!("stack {}: {}", $name, stack);
+                hprintln!("making {}: {}", $name, making);
             }};
         }
         variants!(run);
