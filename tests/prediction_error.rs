@@ -110,6 +110,28 @@ fn bounds_that_know_the_residuals_are_colored_hold_where_white_ones_do_not() {
     assert!(colored < 2.0);
 }
 
+/// What the price of a stabiliser bar is made of.
+#[test]
+fn a_likelihood_of_colored_residuals_is_overstated_as_often_as_the_inflation_tells() {
+    let structure = plain_heave();
+    let known = structure.clone().with("Zcol", -12.0, true);
+    let mut settings = Settings::output_error();
+    settings.residual_correlation_s = 3.0;
+    let (mut rise, mut told) = (0.0, 0.0);
+    for seed in 0..100 {
+        let flight = [heave(seed, 800, 0)];
+        let free = identify(&structure, &flight, &settings).unwrap();
+        let held = identify(&known, &flight, &settings).unwrap();
+        // Akaike's criterion has a price of 2 for the parameter that is free.
+        rise += (held.aic + 2.0 - free.aic) / 100.0;
+        told += free.estimates.inflation(&["Zcol"]).unwrap() / 100.0;
+    }
+    println!(
+        "−2 ln L of the true value is {rise:.2} higher, {told:.2} by the inflation, 1 if white"
+    );
+    assert!(told > 3.0 && (0.6..1.7).contains(&(rise / told)), "{rise}, {told}");
+}
+
 #[test]
 fn a_transport_delay_is_found_to_a_fraction_of_a_sample() {
     let structure = Structure::new(

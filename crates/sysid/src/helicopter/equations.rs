@@ -156,7 +156,9 @@ const VERTICAL_VELOCITY_ERROR: &[Row] = &[("tau_vv", "s", 5.0, 0.01, 1000.0)];
 /// ktheta below, is what the kinematics of a rigid body add to the linear equation, known from the
 /// flight.
 ///
-/// A gust along the disc adds lift, as slow as gusts along the ground are: dl.
+/// A gust along the disc adds lift, as slow as gusts along the ground are: dl. What it does to roll and pitch it
+/// does by the disc that it tilts, dp and dq then a rate of tilt, where there is flapping: as an acceleration it
+/// would answer faster than any rotor, and the rotor be found faster for it.
 const HEAVE_EQUATIONS: &str = "
     w' = Zw*w + Zcol*collective + kw + dw + dl";
 const VERTICAL_GUST_EQUATION: &str = "
@@ -189,12 +191,12 @@ const REDUCED_EQUATIONS: &str = "
     u' = Xu*u - 9.81*theta + Xlat*lateral + Xlon*longitudinal + ku + du
     v' = Yv*v + 9.81*phi + Ylat*lateral + Ylon*longitudinal + kv + dv";
 const HYBRID_EQUATIONS: &str = "
-    b' = -b/tau_f - p + Ba/tau_f*a + Bd/tau_f*d + Blat/tau_f*lateral
-    a' = -a/tau_f - q + Ab/tau_f*b + Ac/tau_f*c + Alon/tau_f*longitudinal
+    b' = -b/tau_f - p + Ba/tau_f*a + Bd/tau_f*d + Blat/tau_f*lateral + dp
+    a' = -a/tau_f - q + Ab/tau_f*b + Ac/tau_f*c + Alon/tau_f*longitudinal + dq
     c' = -q - c/tau_s + Clon/tau_s*longitudinal
     d' = -p - d/tau_s + Dlat/tau_s*lateral
-    p' = Lu*u + Lv*v + Lb*b + dp + n_p
-    q' = Mu*u + Mv*v + Ma*a + dq + n_q
+    p' = Lu*u + Lv*v + Lb*b + n_p
+    q' = Mu*u + Mv*v + Ma*a + n_q
     u' = Xu*u - 9.81*theta - 9.81*a + ku + du
     v' = Yv*v + 9.81*phi + 9.81*b + kv + dv";
 const CYCLIC_NOISE: &str = "n_p n_q n_dp n_dq n_du n_dv n_eu n_ev";
@@ -231,6 +233,8 @@ impl Kind {
     pub fn process_sigma(self, error: &VelocityError, period_s: f64) -> Vec<f64> {
         let of = |noise: &String| match noise.as_str() {
             "n_p" | "n_q" | "n_r" => 0.3,
+            // Of a rate of tilt, of which a rotor makes ten times an acceleration and more.
+            "n_dp" | "n_dq" if matches!(self, Self::Flapping | Self::Hybrid) => 0.01,
             "n_dp" | "n_dq" | "n_du" | "n_dv" | "n_dl" | "n_dr" => 0.5,
             "n_dw" => 1.0,
             "n_eu" | "n_ev" => DRIVEN * error.horizontal.drive(period_s),
@@ -338,7 +342,9 @@ impl Structure {
             {
                 let own = shared.iter().find(|(_, bar, _)| *bar == name);
                 let start = own.map_or(value, |(.., of_stick)| *of_stick);
-                let known = parameter.clone().expected(value, sigma);
+                // It steadies: what did the opposite would be none.
+                let lower = if matches!(name, "Ac" | "Bd") { 0.0 } else { parameter.lower };
+                let known = parameter.clone().within(lower, parameter.upper).expected(value, sigma);
                 *parameter = Parameter { start, fixed: false, ..known };
             }
         }

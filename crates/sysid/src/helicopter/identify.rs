@@ -9,7 +9,7 @@ use super::kind::Kind;
 use super::stretches;
 use super::velocity_error::VelocityError;
 use crate::methods::prediction_error::{
-    self, Dropping, Fit, Identified, PredictionErrorError, Settings,
+    self, Dropping, Estimate, Fit, Identified, PredictionErrorError, Settings,
 };
 use crate::methods::structure::Structure;
 use crate::record::Experiment;
@@ -33,16 +33,6 @@ const LEAST_TONE_HZ: f64 = 5.0;
 pub(super) const FILLED: [&str; 3] = ["u", "v", "w"];
 /// Over which residuals may be correlated, s: about a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
-
-/// How much larger innovations of a flight that are not white make variances: as if there were so many
-/// times fewer samples, each with a likelihood of its own.
-const INFLATION: f64 = 5.0;
-
-/// How much lower Akaike's criterion must be for each parameter of a stabiliser bar: Schwarz's penalty, the
-/// logarithm of the samples that count, in likelihoods that count.
-fn penalty_per_parameter(samples: usize) -> f64 {
-    INFLATION * (samples as f64 / INFLATION).ln()
-}
 
 /// An identified helicopter and what it was identified from.
 #[derive(Debug, Clone)]
@@ -79,7 +69,9 @@ pub struct Identification {
 ///
 /// A model is searched for on all of the flight that is near a hover, less what is held back: the last
 /// repetition on each stick where there are at least two, or where the pilot flew no test points the
-/// last quarter. What is held back judges that model; then its parameters are searched on with it. The windows of the fits are simulated over 5 s from an initial state of their own.
+/// last quarter. What is held back judges that model; then its parameters are searched on with it, where a
+/// stabiliser bar that was found has to be worth its price again. The windows of the fits are simulated over
+/// 5 s from an initial state of their own.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -164,22 +156,26 @@ pub fn identify(
     };
     let period_s = record.experiment.period_s;
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s };
-    let parts = search.parts(kind)?;
-    let mut identified = search.whole(kind, &parts)?;
+    let mut parts = search.parts(kind)?;
+    let mut estimated_s: f64 = stretches.iter().map(Experiment::duration_s).sum();
+    let all = match velocity {
+        Velocity::Estimated if !validation.is_empty() => stretches::stretches(&record, &[])?,
+        _ => Vec::new(),
+    };
+    let on_all = if all.is_empty() {
+        None
+    } else {
+        estimated_s = all.iter().map(Experiment::duration_s).sum();
+        let search = Search { stretches: &all, ..search };
+        Some(search.whole(kind, &search.on_from(&mut parts)?)?)
+    };
+    let judged = search.whole(kind, &parts)?;
     let validation = match validation.as_slice() {
         [] => None,
-        validation => Some(identified.simulate(validation, WINDOW_S)?),
+        validation => Some(judged.simulate(validation, WINDOW_S)?),
     };
-    let mut estimated_s: f64 = stretches.iter().map(Experiment::duration_s).sum();
     // The structure has stood the test: its parameters are from all that there is.
-    if validation.is_some() && velocity == Velocity::Estimated {
-        let all = stretches::stretches(&record, &[])?;
-        if !all.is_empty() {
-            let search = Search { stretches: &all, ..search };
-            identified = search.whole(kind, &search.on_from(&parts)?)?;
-            estimated_s = all.iter().map(Experiment::duration_s).sum();
-        }
-    }
+    let identified = on_all.unwrap_or(judged);
     let passed_over = parts.into_iter().find_map(|part| part.passed_over);
     for input in structure.inputs_of_pilot() {
         let tested =
@@ -221,8 +217,26 @@ fn with_error(structure: Structure, error: &VelocityError) -> Structure {
 struct Found {
     kind: Kind,
     identified: Identified,
+    /// The same without the stabiliser bar that it has.
+    without_bar: Option<Identified>,
     /// See [`Identification::passed_over`].
     passed_over: Option<Identified>,
+}
+
+impl Found {
+    const fn alone(kind: Kind, identified: Identified) -> Self {
+        Self { kind, identified, without_bar: None, passed_over: None }
+    }
+
+    /// Of the models `with` and `without` a stabiliser bar the one to take.
+    fn of_two(kind: Kind, with: Identified, without: Identified) -> Self {
+        if with.aic < without.aic - bars_price(&with, &without) {
+            Self { kind, identified: with, without_bar: Some(without), passed_over: None }
+        } else {
+            let passed_over = Some(with).filter(|with| with.aic < without.aic);
+            Self { kind, identified: without, without_bar: None, passed_over }
+        }
+    }
 }
 
 /// What is searched.
@@ -260,15 +274,27 @@ impl Search<'_> {
         }
     }
 
-    /// The parts on from what was found on less.
-    fn on_from(&self, parts: &[Found]) -> Result<Vec<Found>, PredictionErrorError> {
-        let on_from = |part: &Found| {
+    /// The parts on from what was found on less. A stabiliser bar that does not stand on more is taken out of
+    /// `parts` as well.
+    fn on_from(&self, parts: &mut [Found]) -> Result<Vec<Found>, PredictionErrorError> {
+        let on_from = |part: &mut Found| {
             let settings = self.settings(part.kind);
-            let identified =
-                prediction_error::identify_on(&part.identified, self.stretches, &settings)?;
-            Ok(Found { kind: part.kind, identified, passed_over: None })
+            let on = |found| prediction_error::identify_on(found, self.stretches, &settings);
+            let identified = on(&part.identified)?;
+            let Some(without_bar) = part.without_bar.take() else {
+                return Ok(Found::alone(part.kind, identified));
+            };
+            let Ok(without) = on(&without_bar) else {
+                return Ok(Found::alone(part.kind, identified));
+            };
+            let mut found = Found::of_two(part.kind, identified, without);
+            if found.without_bar.is_none() {
+                part.identified = without_bar;
+                part.passed_over = found.passed_over.take();
+            }
+            Ok(found)
         };
-        parts.par_iter().map(on_from).collect()
+        parts.par_iter_mut().map(on_from).collect()
     }
 
     /// The model of `kind` from its `parts`.
@@ -320,7 +346,7 @@ impl Search<'_> {
                 found.map(|found| if is_held { found } else { self.hopped(found, kind) })
             })
             .collect();
-        let alone = |identified| Found { kind, identified, passed_over: None };
+        let alone = |identified| Found::alone(kind, identified);
         let mut tried = tried.into_iter();
         let Some(first) = tried.next() else {
             let settings = self.settings(kind);
@@ -333,7 +359,7 @@ impl Search<'_> {
         })?;
         if kind == Kind::Flapping && !is_held {
             let with_bar = structure.with_bar(&best.estimates);
-            return Ok(self.with_bar(best, kind, with_bar));
+            return Ok(self.with_bar(best, kind, &with_bar));
         }
         Ok(alone(best))
     }
@@ -366,15 +392,40 @@ impl Search<'_> {
     }
 
     /// Of `known` and what a search of `structure` finds, which has a bar besides, the one to take.
-    fn with_bar(&self, known: Identified, kind: Kind, structure: Structure) -> Found {
-        let free = |structure: &Structure| structure.parameters.iter().filter(|p| !p.fixed).count();
-        let more = free(&structure).saturating_sub(free(&known.structure)).max(1) as f64;
-        let found = prediction_error::identify(&structure, self.stretches, &self.settings(kind));
-        match found.ok().filter(|found| found.aic < known.aic) {
-            Some(found) if found.aic < known.aic - penalty_per_parameter(known.samples) * more => {
-                Found { kind, identified: found, passed_over: None }
-            }
-            passed_over => Found { kind, identified: known, passed_over },
+    fn with_bar(&self, known: Identified, kind: Kind, structure: &Structure) -> Found {
+        // Noise is what was found without, and a gust tilts the disc as far, so as much faster as the rotor is. From
+        // the usual start noise ends now and then standing in for what the bar does.
+        let rotor = structure.parameter("tau_f");
+        let faster = rotor.map_or(1.0, |own| known.values()[own] / structure.parameters[own].start);
+        let noises = structure.noises.iter().zip(known.process_sigma());
+        let sigmas = noises.map(|(name, sigma)| match name.as_str() {
+            "n_dp" | "n_dq" => faster * sigma,
+            _ => sigma,
+        });
+        let form = prediction_error::Form::Innovations(sigmas.collect());
+        let settings = Settings { form, ..self.settings(kind) };
+        let found = prediction_error::identify(structure, self.stretches, &settings).ok();
+        match found.filter(|found| found.aic < known.aic) {
+            Some(found) => Found::of_two(kind, found, known),
+            None => Found::alone(kind, known),
         }
     }
+}
+
+/// How much lower Akaike's criterion must be `with` a stabiliser bar than `without`: Schwarz's penalty for each of
+/// the parameters that the flight tells only with it, the logarithm of the samples that count, in likelihoods that
+/// count. Innovations that are not white overstate the likelihood of these parameters: as often as the innovations
+/// tell, whatever the bounds are widened for besides.
+///
+/// # Source
+/// Schwarz (1978), *Annals of Statistics* 6(2); Gao and Song (2010), *JASA* 105(492), for a likelihood that takes
+/// what is correlated for independent. Equation (I32) of docs/equations.md.
+fn bars_price(with: &Identified, without: &Identified) -> f64 {
+    let is_told = |name: &str| without.estimates.get(name).is_some_and(Estimate::is_estimated);
+    let names = with.free_parameters().map(|own| &*with.estimates.list[own].name);
+    let names: Vec<&str> = names.filter(|name| !is_told(name)).collect();
+    with.estimates.inflation(&names).map_or(f64::INFINITY, |inflation| {
+        let often = (inflation / WIDENED.powi(2)).max(1.0);
+        names.len() as f64 * often * (with.samples as f64 / often).max(1.0).ln()
+    })
 }

@@ -268,7 +268,7 @@ fn summarise(
             estimate
         })
         .collect();
-    Ok(Estimates { list, free: problem.free.clone(), covariance })
+    Ok(Estimates { list, free: problem.free.clone(), covariance, white_covariance: white })
 }
 
 fn finish(

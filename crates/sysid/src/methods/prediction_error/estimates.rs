@@ -87,6 +87,8 @@ pub struct Estimates {
     pub free: Vec<usize>,
     /// Covariance of what was estimated, in the order of `free`; noises as σ.
     pub covariance: DMatrix<f64>,
+    /// The covariance if innovations were white.
+    pub white_covariance: DMatrix<f64>,
 }
 
 impl Estimates {
@@ -101,6 +103,22 @@ impl Estimates {
     pub fn correlation(&self, one: &str, other: &str) -> Option<f64> {
         let find = |name: &str| self.free.iter().position(|&index| self.list[index].name == name);
         Some(self.correlation_at(find(one)?, find(other)?))
+    }
+
+    /// How many times larger the variances of the estimates `names` together are than those of white
+    /// innovations: the mean of the eigenvalues of W⁻¹V, of their two covariances. By so much their likelihood
+    /// is overstated. `None` where none of them was estimated, or no variance can be told.
+    ///
+    /// # Source
+    /// Kent (1982), *Biometrika* 69(1); Rotnitzky and Jewell (1990), *Biometrika* 77(3). Equation (I31) of
+    /// docs/equations.md.
+    #[must_use]
+    pub fn inflation(&self, names: &[&str]) -> Option<f64> {
+        let is_one = |&place: &usize| names.contains(&&*self.list[self.free[place]].name);
+        let places: Vec<usize> = (0..self.free.len()).filter(is_one).collect();
+        let of = |all: &DMatrix<f64>| all.select_rows(&places).select_columns(&places);
+        let ratios = of(&self.white_covariance).cholesky()?.solve(&of(&self.covariance));
+        Some(ratios.trace() / places.len() as f64).filter(|mean| mean.is_finite())
     }
 
     /// Pairs whose correlation exceeds `least` in size: names and correlation, strongest first.

@@ -54,6 +54,14 @@ pub struct Identified {
 }
 
 impl Identified {
+    /// One-sigma of each process noise of the structure, in the unit of the state's rate, per sample.
+    #[must_use]
+    pub fn process_sigma(&self) -> Vec<f64> {
+        let first = self.structure.parameters.len();
+        let noises = self.theta.iter().skip(first).take(self.structure.noises.len());
+        noises.map(|logarithm| logarithm.exp()).collect()
+    }
+
     /// The identified model, continuous in time; delays are apart, in the estimates.
     #[must_use]
     pub fn linear(&self) -> LinearModel {

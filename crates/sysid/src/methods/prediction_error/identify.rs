@@ -151,6 +151,7 @@ pub fn assemble(
         .collect();
     free.sort_unstable();
     let mut covariance = DMatrix::zeros(free.len(), free.len());
+    let mut white_covariance = covariance.clone();
     for part in parts {
         let places: Vec<Option<usize>> = (0..part.estimates.free.len())
             .map(|of| free.binary_search(&place(part, of)?).ok())
@@ -158,14 +159,16 @@ pub fn assemble(
         for (row, to_row) in places.iter().enumerate() {
             for (column, to_column) in places.iter().enumerate() {
                 if let (Some(to_row), Some(to_column)) = (to_row, to_column) {
-                    covariance[(*to_row, *to_column)] = part.estimates.covariance[(row, column)];
+                    let (own, to) = ((row, column), (*to_row, *to_column));
+                    covariance[to] = part.estimates.covariance[own];
+                    white_covariance[to] = part.estimates.white_covariance[own];
                 }
             }
         }
     }
     problem.free.clear();
     problem.own = RefCell::new(Problem::guesses(structure, problem.records));
-    let estimates = Estimates { list, free, covariance };
+    let estimates = Estimates { list, free, covariance, white_covariance };
     dropping::assembled(&problem, estimates, parts)
 }
 
