@@ -241,7 +241,23 @@ macro_rules! variants {
         $fly!("26 states, f32", WithoutHeightAids, 26, f32, NoHeadingSearch, config, 1_980);
         $fly!("15 states, f64", Base, 16, f64, NoHeadingSearch, config, 1_980);
         $fly!("15 states, f32", Base, 16, f32, NoHeadingSearch, config, 1_980);
-        $fly!("search, f64", WithoutHeightAids, 26, f64, HeadingSearch<f64>, config_without_heading, 330);
-        $fly!("search, f32", WithoutHeightAids, 26, f32, HeadingSearch<f32>, config_without_heading, 330);
+        $fly!(
+            "search, f64",
+            WithoutHeightAids,
+            26,
+            f64,
+            HeadingSearch<f64>,
+            config_without_heading,
+            330
+        );
+        $fly!(
+            "search, f32",
+            WithoutHeightAids,
+            26,
+            f32,
+            HeadingSearch<f32>,
+            config_without_heading,
+            330
+        );
     };
 }
