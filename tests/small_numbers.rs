@@ -21,7 +21,7 @@ const SMALLEST: f64 = 1.5e-154;
 fn too_small(printed: &str) -> Vec<String> {
     let mut found = Vec::new();
     let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '+' | '_');
-    for (end, _) in printed.match_indices(|c| matches!(c, ',' | ' ' | ']' | ')' | '}')) {
+    for (end, _) in printed.match_indices([',', ' ', ']', ')', '}']) {
         let start = printed[..end].rfind(|c| !part(c)).map_or(0, |at| at + 1);
         let small =
             printed[start..end].parse::<f64>().is_ok_and(|v| v != 0.0 && v.abs() < SMALLEST);
