@@ -1,14 +1,22 @@
 //! A fix that comes late says what it would have said on time.
 
 use hovernav::earth::Geodetic;
-use hovernav::ekf::{BaseEkf, EkfConfig, FullEkf, Unusable};
-use hovernav::frames::{Ned, Rotation, Vector};
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{
+    Aid, BaseEkf, EkfConfig, Estimator, EstimatorConfig, FullEkf, Notice, Unusable,
+};
+use hovernav::event::Event;
+use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{Mounting, NavState, Start};
 use hovernav::time::Time;
 use hovernav_sim::{
     DmuConfig, DmuOutput, FlightPlan, GpsConfig, HorizontalVertical, Recording, fly,
 };
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, Normal};
 
 fn recording(rate_hz: f64) -> Recording {
     let start = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
@@ -132,6 +140,46 @@ fn the_memory_reaches_back_half_a_second_at_any_rate_and_what_is_older_is_refuse
             assert_eq!(asked.covariance(), filter.covariance());
         }
     }
+}
+
+/// On a desk nothing tells how late fixes are, and what is found of it wanders, here beyond the half second that
+/// the memory has.
+#[test]
+fn no_fix_is_shut_out_by_a_delay_that_was_found_while_nothing_moved() {
+    let mut noise = ChaCha8Rng::seed_from_u64(5);
+    let mut about = |sigma: f64| sigma * Normal::new(0.0, 1.0).unwrap().sample(&mut noise);
+    let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
+    let mut estimator = Box::new(Estimator::<Full, 28>::new(EstimatorConfig::default()));
+    let mut too_old = 0;
+    for sample in 0..200 * 2_400 {
+        let time = Time::ZERO + f64::from(sample) / 200.0;
+        let motion = Motion::Rates {
+            angular_rate_radps: Vector::new(about(0.01), about(0.01), about(0.01)),
+            specific_force_mps2: Vector::new(about(0.1), about(0.1), about(0.1) - 9.806),
+        };
+        let attitude =
+            EulerAngles { roll_rad: about(0.002), pitch_rad: about(0.002), yaw_rad: 0.0 };
+        let imu = ImuSample { attitude: Some(attitude), ..ImuSample::new(time, motion) };
+        let mut events = vec![Event::Imu(imu)];
+        if sample % 200 == 199 {
+            let off_m = Vector::new(about(0.6), about(0.6), about(2.0));
+            events.push(Event::Gps(Fix {
+                horizontal_velocity_mps: Some([about(0.1), about(0.1)]),
+                down_velocity_mps: Some(about(0.2)),
+                ..Fix::at(time, place.displaced(off_m))
+            }));
+        }
+        for event in &events {
+            estimator.push(event, |notice| {
+                too_old += u32::from(matches!(
+                    notice,
+                    Notice::NotUsed { aid: Aid::Gps, reason: Unusable::TooOld, .. }
+                ));
+            });
+        }
+    }
+    assert_eq!(too_old, 0);
+    assert!(estimator.solution().unwrap().velocity_mps.norm() < 0.5);
 }
 
 #[test]

@@ -18,6 +18,9 @@ const CAPACITY: usize = 51;
 /// least half a second whatever the sample rate.
 const ENTRY_S: f64 = 0.0101;
 
+/// What the memory reaches back at least, s.
+const REACH_S: f64 = 0.5;
+
 /// Acceleration is taken over this long to either side of a moment, ns: shorter than a vehicle's own
 /// motion. It must not lag, or what is left of other errors of time shows as one of the GPS.
 const ACCELERATION_NS: i64 = 60_000_000;
@@ -158,6 +161,14 @@ impl<T: Scalar> History<T> {
     /// Whether it remembers nothing.
     pub fn is_empty(&self) -> bool {
         self.len == 0
+    }
+
+    /// How long before `time` it may be looked back to, s: no longer than memories of all sample rates reach, and no
+    /// further than where one begins for want of room.
+    pub fn reach_s(&self, time: Time) -> T {
+        let least = T::of(REACH_S);
+        let oldest = self.newest(CAPACITY - 1);
+        oldest.map_or(least, |entry| time.seconds_since::<T>(entry.end).max(T::ZERO).min(least))
     }
 
     /// Takes over what another filter remembers.

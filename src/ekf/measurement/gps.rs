@@ -98,11 +98,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let time = fix.time.offset_by(-latency_s);
             self.history.look_back(&self.state, &earth, time, with_acceleration)
         };
+        // What is found of the delay never shuts out a fix that came in time: while nothing moves it wanders.
+        let reach_s = self.history.reach_s(fix.time);
         let delay_s = L::GPS_DELAY.map_or(T::ZERO, |state| self.estimate(state));
+        let latency_s = L::LATENCY.map_or(T::ZERO, |state| delay_s + self.estimate(state));
+        let is_beyond = delay_s.max(latency_s) > reach_s;
         // By reference: a copy of each costs as much as a sixth of the way back.
-        let velocity_then = &look_back(delay_s, true);
+        let velocity_then = &look_back(delay_s.min(reach_s), true);
         let position_then = match L::LATENCY {
-            Some(state) => &look_back(delay_s + self.estimate(state), false),
+            Some(_) => &look_back(latency_s.min(reach_s), false),
             None => velocity_then,
         };
         let (Some(velocity_then), Some(position_then)) = (velocity_then, position_then) else {
@@ -115,8 +119,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
         }
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
-        let ([vn, ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
-        let ([n, e, d], position) = self.position_axes(&earth, fix, position_then, &noise);
+        let ([vn, ve, vd], mut velocity) = self.velocity_axes(fix, velocity_then, &noise);
+        let ([n, e, d], mut position) = self.position_axes(&earth, fix, position_then, &noise);
+        if is_beyond {
+            // At the end of the memory it is no longer seen.
+            (velocity.delay, position.delay) = ([T::ZERO; 3], [T::ZERO; 3]);
+        }
         let sensitivity = FixSensitivity { velocity, position, age_s: position_then.age_s };
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
