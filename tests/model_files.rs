@@ -81,3 +81,25 @@ fn what_does_not_fit_a_model_is_refused_by_name() {
     let adrift = told(shipped::raptor60().residualised(&["psi"]).unwrap_err());
     assert!(adrift.contains("no steady value"), "{adrift}");
 }
+
+#[test]
+fn parameters_and_covariances_that_none_has_are_refused_by_name() {
+    let parameter = |name: &str, value| Parameter { name: name.into(), value, unit: "s".into() };
+    let refused = |parameters: [Parameter; 2], covariance: &[f64]| {
+        let covariance = DMatrix::from_row_slice(2, 2, covariance);
+        let refused = shipped::thesis().with_parameters(parameters.to_vec(), Some(covariance));
+        refused.unwrap_err().to_string()
+    };
+    let one = [1.0, 0.0, 0.0, 1.0];
+    let late = |name: &str, value| [parameter("Lb", 1.0), parameter(name, value)];
+    assert!(
+        refused(late("tau_ped", -5.0), &one).contains("tau_ped: found a stick's delay outside")
+    );
+    assert!(refused(late("tau_col", 5.0), &one).contains("tau_col: found a stick's delay outside"));
+    assert!(refused(late("lag_lat", -0.1), &one).contains("lag_lat: found a servo's lag outside"));
+    let sure = refused(late("Ma", 1.0), &[1.0, 75.0, 75.0, 1.0]);
+    assert!(sure.contains("Ma: found a correlation beyond 1"), "{sure}");
+    // What a search finds of a stick that comes early by less than a sample, and a rotor's own time.
+    let found = vec![parameter("tau_lat", -0.015), parameter("tau_f", 0.1)];
+    assert!(shipped::thesis().with_parameters(found, None).is_ok());
+}

@@ -25,6 +25,7 @@ fn the_thesis_design_is_reproduced_and_replaced() {
         "29.425, -26.887, -424.20, 405.19, -60.082, -71.578",
         "-5.65 ± 1.46i",
         "roll and pitch 6 and 6, yaw 2 and 2",
+        "    at outputs    2.9 dB   weakest    14.9°",
         "spectral radius 7.9 in roll and pitch, 24.7 in heave",
         "transition matrix taken for a continuous one",
     ] {

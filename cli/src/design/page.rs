@@ -60,6 +60,10 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
         let found = margins.as_ref().map_or_else(|| "unstable".into(), |found| weakest([found]));
         Fact::new(&format!("weakest margins holding {}", mode.name()), found)
     }));
+    facts.extend(checked.at_outputs.iter().map(|margins| {
+        let found = weakest([margins]);
+        Fact::new("weakest margins of one measured quantity, holding velocity", found)
+    }));
     let mut sections = vec![
         disturbances(checked),
         handling(checked),

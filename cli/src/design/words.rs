@@ -32,13 +32,15 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
         let (up, down, phase) = (db(gain_up), db(gain_down), channel.phase_deg());
         let _ = writeln!(text, "{name:>14}  {up:>8}  {down:>8}  {phase:>6.1}°  {delay:>9}");
     }
-    for (mode, margins) in &checked.modes {
+    let modes = checked.modes.iter();
+    let modes = modes.map(|(mode, margins)| (format!("in {}", mode.name()), margins));
+    // One measured quantity at a time, holding velocity.
+    for (name, margins) in modes.chain([("at outputs".into(), &checked.at_outputs)]) {
         let Some(margins) = margins else { continue };
         let channels = || margins.channels.iter();
         let gain_db =
             channels().map(ChannelMargins::smallest_gain_db).fold(f64::INFINITY, f64::min);
         let phase_deg = channels().map(ChannelMargins::phase_deg).fold(f64::INFINITY, f64::min);
-        let name = format!("in {}", mode.name());
         let _ =
             writeln!(text, "{name:>14}  {gain_db:>5.1} dB  {:>8}  {phase_deg:>6.1}°", "weakest");
     }

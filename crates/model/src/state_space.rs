@@ -107,8 +107,9 @@ impl StateSpace {
     /// the parameters, where it is known.
     ///
     /// # Errors
-    /// As [`StateSpace::new`], and [`ModelError::Parameter`] for a value that is not finite, a
-    /// variance below zero, or a covariance that is not symmetric.
+    /// As [`StateSpace::new`], and [`ModelError::Parameter`] for a value that is not finite, a delay or servo lag
+    /// of a stick that none has, a variance below zero, a covariance that is not symmetric or a correlation
+    /// beyond 1.
     pub fn with_parameters(
         mut self,
         parameters: Vec<Parameter>,
@@ -122,18 +123,35 @@ impl StateSpace {
         if let Some(parameter) = parameters.iter().find(|parameter| !parameter.value.is_finite()) {
             return Err(refused(parameter, "found a value that is not finite, expected a number"));
         }
+        for parameter in &parameters {
+            let found = parameter.value;
+            match parameter.name.split_once('_') {
+                Some(("tau", "lat" | "lon" | "col" | "ped")) if !(-0.05..=1.0).contains(&found) => {
+                    return Err(refused(parameter, "found a stick's delay outside -0.05 to 1 s"));
+                }
+                Some(("lag", _)) if !(0.0..=1.0).contains(&found) => {
+                    return Err(refused(parameter, "found a servo's lag outside 0 to 1 s"));
+                }
+                _ => {}
+            }
+        }
         if let Some(covariance) = &covariance {
             check_matrix("covariance", covariance, parameters.len(), parameters.len())?;
             for (row, parameter) in parameters.iter().enumerate() {
                 if covariance[(row, row)] < 0.0 {
                     return Err(refused(parameter, "found a variance below 0"));
                 }
-                let even = (0..row).all(|column| {
+                for column in 0..row {
+                    let [above, below] = [covariance[(column, row)], covariance[(row, column)]];
                     let scale = (covariance[(row, row)] * covariance[(column, column)]).sqrt();
-                    (covariance[(row, column)] - covariance[(column, row)]).abs() <= 1e-9 * scale
-                });
-                if !even {
-                    return Err(refused(parameter, "found a covariance that is not symmetric"));
+                    // Written so that a NaN is refused too.
+                    let even = (above - below).abs() <= 1e-9 * scale;
+                    if !even {
+                        return Err(refused(parameter, "found a covariance that is not symmetric"));
+                    }
+                    if above.abs() > (1.0 + 1e-6) * scale {
+                        return Err(refused(parameter, "found a correlation beyond 1"));
+                    }
                 }
             }
         }
