@@ -119,13 +119,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
         }
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
-        let ([vn, ve, vd], mut velocity) = self.velocity_axes(fix, velocity_then, &noise);
-        let ([n, e, d], mut position) = self.position_axes(&earth, fix, position_then, &noise);
+        let ([vn, ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
+        let ([n, e, d], position) = self.position_axes(&earth, fix, position_then, &noise);
+        let mut sensitivity = FixSensitivity { velocity, position, age_s: position_then.age_s };
         if is_beyond {
             // At the end of the memory it is no longer seen.
-            (velocity.delay, position.delay) = ([T::ZERO; 3], [T::ZERO; 3]);
+            sensitivity.velocity.delay = [T::ZERO; 3];
+            sensitivity.position.delay = [T::ZERO; 3];
         }
-        let sensitivity = FixSensitivity { velocity, position, age_s: position_then.age_s };
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
         self.learn_gps(report);
