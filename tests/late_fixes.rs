@@ -1,7 +1,7 @@
 //! A fix that comes late says what it would have said on time.
 
 use hovernav::earth::Geodetic;
-use hovernav::ekf::layout::Full;
+use hovernav::ekf::layout::{Full, Layout};
 use hovernav::ekf::{
     Aid, BaseEkf, EkfConfig, Estimator, EstimatorConfig, FullEkf, Notice, Unusable,
 };
@@ -142,29 +142,37 @@ fn the_memory_reaches_back_half_a_second_at_any_rate_and_what_is_older_is_refuse
     }
 }
 
-/// On a desk nothing tells how late fixes are, and what is found of it wanders, here beyond the half second that
-/// the memory has.
-#[test]
-fn no_fix_is_shut_out_by_a_delay_that_was_found_while_nothing_moved() {
+/// `minutes` at 200 Hz of a unit that sways to and fro along north, `sway_mps` at most, with a period of 16 s,
+/// and fixes that hold `late_s` before their time: what the filter ends with, and how many fixes it found too old.
+fn swayed(sway_mps: f64, late_s: f64, minutes: u32) -> (Box<Estimator<Full, 28>>, u32) {
+    const RATE_RADPS: f64 = 0.4;
     let mut noise = ChaCha8Rng::seed_from_u64(5);
     let mut about = |sigma: f64| sigma * Normal::new(0.0, 1.0).unwrap().sample(&mut noise);
     let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
     let mut estimator = Box::new(Estimator::<Full, 28>::new(EstimatorConfig::default()));
     let mut too_old = 0;
-    for sample in 0..200 * 2_400 {
-        let time = Time::ZERO + f64::from(sample) / 200.0;
+    for sample in 0..200 * 60 * minutes {
+        let time_s = f64::from(sample) / 200.0;
+        let north_mps2 = sway_mps * RATE_RADPS * (RATE_RADPS * time_s).cos();
+        let time = Time::ZERO + time_s;
         let motion = Motion::Rates {
             angular_rate_radps: Vector::new(about(0.01), about(0.01), about(0.01)),
-            specific_force_mps2: Vector::new(about(0.1), about(0.1), about(0.1) - 9.806),
+            specific_force_mps2: Vector::new(
+                north_mps2 + about(0.1),
+                about(0.1),
+                about(0.1) - 9.806,
+            ),
         };
         let attitude =
             EulerAngles { roll_rad: about(0.002), pitch_rad: about(0.002), yaw_rad: 0.0 };
         let imu = ImuSample { attitude: Some(attitude), ..ImuSample::new(time, motion) };
         let mut events = vec![Event::Imu(imu)];
         if sample % 200 == 199 {
-            let off_m = Vector::new(about(0.6), about(0.6), about(2.0));
+            let (sine, cosine) = (RATE_RADPS * (time_s - late_s)).sin_cos();
+            let north_m = -sway_mps / RATE_RADPS * cosine;
+            let off_m = Vector::new(north_m + about(0.6), about(0.6), about(2.0));
             events.push(Event::Gps(Fix {
-                horizontal_velocity_mps: Some([about(0.1), about(0.1)]),
+                horizontal_velocity_mps: Some([sway_mps * sine + about(0.1), about(0.1)]),
                 down_velocity_mps: Some(about(0.2)),
                 ..Fix::at(time, place.displaced(off_m))
             }));
@@ -178,8 +186,35 @@ fn no_fix_is_shut_out_by_a_delay_that_was_found_while_nothing_moved() {
             });
         }
     }
+    (estimator, too_old)
+}
+
+/// A state and its one-sigma.
+fn found(estimator: &Estimator<Full, 28>, state: Option<usize>) -> (f64, f64) {
+    let (filter, state) = (estimator.filter().unwrap(), state.unwrap());
+    (filter.parameter(state), filter.covariance().variance(state).sqrt())
+}
+
+/// On a desk nothing tells how late fixes are: what is found of it neither wanders beyond what it was taken for,
+/// nor is it taken for known.
+#[test]
+fn what_is_found_of_a_delay_while_nothing_moves_is_nothing() {
+    let (estimator, too_old) = swayed(0.0, 0.0, 40);
     assert_eq!(too_old, 0);
     assert!(estimator.solution().unwrap().velocity_mps.norm() < 0.5);
+    for state in [Full::LATENCY, Full::GPS_DELAY] {
+        let (delay_s, sigma_s) = found(&estimator, state);
+        println!("at rest: {delay_s:.4} s, one-sigma {sigma_s:.4}");
+        assert!(delay_s.abs() < 0.1 && sigma_s > 0.09, "{delay_s} {sigma_s}");
+    }
+}
+
+#[test]
+fn what_sways_tells_how_late_its_fixes_are() {
+    let (estimator, _) = swayed(1.0, 0.1, 20);
+    let (delay_s, sigma_s) = found(&estimator, Full::GPS_DELAY);
+    println!("swaying: {delay_s:.4} s, one-sigma {sigma_s:.4}");
+    assert!((delay_s - 0.1).abs() < 3.0 * sigma_s && sigma_s < 0.05, "{delay_s} {sigma_s}");
 }
 
 #[test]

@@ -82,6 +82,8 @@ pub(super) struct LookBack<T> {
     pub angular_rate_radps: Vector<Body, T>,
     /// Acceleration then, low-passed, m/s²; zero where it was not asked for.
     pub acceleration_mps2: Vector<Ned, T>,
+    /// Over how long it is the mean, s.
+    pub acceleration_over_s: T,
     /// How long ago it was, s.
     pub age_s: T,
     /// How much of that lies in a gap of the inertial samples, s.
@@ -242,6 +244,7 @@ impl<T: Scalar> History<T> {
             state: *now,
             angular_rate_radps: Vector::ZERO,
             acceleration_mps2: Vector::ZERO,
+            acceleration_over_s: T::ZERO,
             age_s: T::ZERO,
             hidden_s: T::ZERO,
             force_mps: Vector::ZERO,
@@ -274,6 +277,7 @@ impl<T: Scalar> History<T> {
                         change.add(&earlier, entry);
                     }
                     back.acceleration_mps2 = change.mean();
+                    back.acceleration_over_s = change.interval_s;
                 }
                 back.state.position = earth.carried(&now.position, travel_m);
                 return Some(back);

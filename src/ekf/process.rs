@@ -72,6 +72,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let sigmas = [velocity_h, velocity_h, velocity_v];
             markov(first, &sigmas, self.config.gps.velocity_wander_time_s);
         }
+        if let Some(state) = L::LATENCY {
+            markov(state, &[self.config.gps.position_latency_sigma_s], DELAY_TIME_S);
+        }
+        if let Some(state) = L::GPS_DELAY {
+            markov(state, &[self.config.gps.delay_sigma_s], DELAY_TIME_S);
+        }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let attitude = &self.config.attitude;
             let tilt = attitude.tilt_wander_rad;
@@ -197,6 +203,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// Variance of the mean over `over_s` of what the accelerometers tell beside the truth, of the three axes
+    /// together, (m/s²)².
+    ///
+    /// # Source
+    /// Equation (K4) of docs/equations.md.
+    pub(super) fn accel_noise(&self, over_s: T) -> T {
+        let imu = &self.config.imu;
+        let share = square(T::of(imu.accel_vibration_share)) * T::of(imu.accel_vibration_time_s);
+        let walk = square(T::of(imu.velocity_random_walk_mps));
+        let shaken = self.samples.integrity.accel_vibration();
+        let sum =
+            shaken.into_iter().fold(T::ZERO, |sum, variance| sum + (share * variance).max(walk));
+        sum / over_s
+    }
+
     /// Variance that the inertial sensors add over one step to rotation, rad², and change of velocity, (m/s)²,
     /// about and along the axes of the body.
     ///
@@ -278,6 +299,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 /// Between measurements the parameters relax in portions of so long, s: a hundredth of the shortest
 /// correlation time, so that what a portion puts off is a hundredth of what they wander.
 const RELAXED_EVERY_S: f64 = 0.2;
+/// Correlation time of the fixes' delays, s: over hours of rest, which tell nothing of them, what was found is
+/// forgotten.
+const DELAY_TIME_S: f64 = 10_800.0;
 /// e^(−1/2): what half a correlation time leaves.
 const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
 

@@ -255,12 +255,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 noise,
             })
         });
+        let velocity_variance = (VELOCITY..VELOCITY + 3)
+            .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g.
         let sensitivity = AxesSensitivity {
             turning: (-back.force_m - arm).to_array(),
             gyro_bias: product(skew(-arm), back.turn_s),
             accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
-            delay: (-(back.state.velocity_mps + swing)).to_array(),
+            delay: significant(-(back.state.velocity_mps + swing), velocity_variance).to_array(),
         };
         (axes, sensitivity)
     }
@@ -283,6 +285,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             fix.down_velocity_mps.filter(|_| !fix.two_dimensional).map(T::of),
         ];
         let acceleration = back.acceleration_mps2.to_array();
+        let acceleration_variance = self.accel_noise(back.acceleration_over_s);
         let lag_noise = self.lag_noise(back, T::ONE);
         let axes = core::array::from_fn(|axis| {
             let (channel, group) = VELOCITY_AXES[axis];
@@ -297,7 +300,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             turning: (back.force_mps - swing).to_array(),
             gyro_bias: product(body_to_ned.rows(), skew(antenna_arm.0)),
             accel_bias: back.turn_s,
-            delay: acceleration.map(|acceleration| -acceleration),
+            delay: significant(-back.acceleration_mps2, acceleration_variance).to_array(),
         };
         (axes, sensitivity)
     }
@@ -312,6 +315,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let walk = square(T::of(imu.velocity_random_walk_mps)) * back.age_s.max(T::ZERO);
         (walk + square(T::of(imu.gap_acceleration_mps2) * back.hidden_s)) * square(lever)
     }
+}
+
+/// A vector by which fixes tell their delay, less what its own error, of the `variance` of all axes together, is
+/// likely to make up of it. That error hangs together with the innovation: at rest, where there is nothing else,
+/// fix after fix would move the delay the same way.
+///
+/// # Source
+/// Equation (M14) of docs/equations.md.
+fn significant<T: Scalar>(v: Vector<Ned, T>, variance: T) -> Vector<Ned, T> {
+    let squared = v.dot(v);
+    // Written so that a NaN tells nothing.
+    if squared > variance { v * (T::ONE - variance / squared) } else { Vector::ZERO }
 }
 
 /// [v ×], row by row: the matrix whose product with w is v × w.
