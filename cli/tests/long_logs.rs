@@ -95,6 +95,6 @@ fn a_long_log_is_estimated_in_less_memory_than_its_samples_take() {
     assert_eq!(common::summary(&out)["imu_samples"], 600_000);
     let (code, message) = limited("info \"$1\"");
     assert_eq!(code, Some(1), "{message}");
-    let told = "to read it takes about 0.16 GB of memory, found 0.0";
+    let told = "to read it takes about 0.17 GB of memory, found 0.0";
     assert!(message.contains(told) && message.lines().count() == 1, "{message}");
 }
