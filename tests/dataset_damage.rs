@@ -317,6 +317,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
                 controls: vec![(time, sticks)],
                 injected: vec![sticks],
                 imu,
+                imu_file: None,
                 fixes,
                 order: Vec::new(),
                 warnings: Vec::new(),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, ensure};
 
 use crate::arguments::Sensors;
+use crate::memory;
 use crate::output::{self, Working};
 
 /// The reference, which is copied unread: only a scorer may look into it.
@@ -31,7 +32,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         return write_repaired(log, out);
     }
     let converting = Working::on("converting");
-    let dataset = hovernav_formats::open(log, &sensors.options())?.dataset;
+    let dataset = memory::open(log, &sensors.options(), 1)?.dataset;
     output::create(out)?;
     let same = matches!((log.canonicalize(), out.canonicalize()), (Ok(a), Ok(b)) if a == b);
     ensure!(!same, "{}: the log itself, expected another directory", out.display());

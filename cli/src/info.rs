@@ -8,6 +8,7 @@ use hovernav_log::{Info, Survey};
 use serde_json::Value;
 
 use crate::arguments::Sensors;
+use crate::memory;
 use crate::output;
 
 #[derive(clap::Args)]
@@ -24,7 +25,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let reading = output::Working::on("reading");
     let Log { format, dataset, record, .. } =
-        hovernav_formats::open(&arguments.log, &arguments.sensors.options())?;
+        memory::open(&arguments.log, &arguments.sensors.options(), 2)?;
     let survey = Survey::of(&dataset);
     drop(reading);
     if arguments.json {

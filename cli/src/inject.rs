@@ -12,6 +12,8 @@ use hovernav_sim::faults::{
     verdicts,
 };
 
+use crate::memory;
+
 #[derive(clap::Args)]
 #[command(after_help = "`--fault list` prints every fault with its range, default and duration.")]
 pub struct Arguments {
@@ -87,7 +89,7 @@ fn copy(log: &Path, asked: &[Fault], seed: u64, out: &Path) -> anyhow::Result<()
     let scratch = tempfile::tempdir().context("cannot make a directory to convert in")?;
     let dir = if log.is_dir() { log } else { scratch.path() };
     if !log.is_dir() {
-        hovernav_formats::open(log, &Options::default())?.dataset.write(dir, &[])?;
+        memory::open(log, &Options::default(), 1)?.dataset.write(dir, &[])?;
     }
     let faulty = Log::open(dir)?.with_faults(asked, seed)?;
     faulty.write(out)?;

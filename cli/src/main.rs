@@ -3,11 +3,12 @@
 //!
 //! A verb is a module with `Arguments` and `run`, and a line in each of [`Verb`], [`Verb::run`] and,
 //! where a feature brings it, [`LEFT_OUT`]. Verbs do not use each other: what several need stands in
-//! [`arguments`], [`emit`], [`output`], [`summary`], [`flight_page`] and, for every page, [`page`].
+//! [`arguments`], [`emit`], [`memory`], [`output`], [`summary`], [`flight_page`] and, for every page, [`page`].
 
 mod arguments;
 mod emit;
 mod flight_page;
+mod memory;
 mod output;
 #[cfg_attr(not(feature = "lab"), allow(dead_code, unused_imports, reason = "the lab draws more"))]
 mod page;

@@ -43,8 +43,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let working = output::Working::on("timing");
     let mut report = hovernav_bench::run(arguments.cycles, |_| {}).map_err(|text| anyhow!(text))?;
     drop(working);
-    let uncounted =
+    let counted =
         if arguments.no_count { Err("not asked for".to_owned()) } else { count(&mut report) };
+    report.uncounted = counted.err();
     if let Some(directory) = &arguments.out {
         page::write(&report, &directory.join("bench.html"))?;
     }
@@ -52,7 +53,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         return output::print_json(&report);
     }
     print(&report);
-    if let Err(why) = uncounted {
+    if let Some(why) = &report.uncounted {
         output::say(format_args!("\ninstructions are not counted: {why}"));
     }
     Ok(())
@@ -100,12 +101,16 @@ fn print(report: &Report) {
         output::print(line(timed));
     }
     output::print(format_args!(
-        "\nthe longest of {} cycles took {:.3} % of the loop's {:.1} ms, 999 of 1000 no more than {:.3} %\n",
+        "\nthe longest of {} cycles took {:.3} % of the loop's {:.1} ms",
         report.cycle.time.calls,
         100.0 * report.share_of_period,
         1e3 * report.period_s,
-        100.0 * report.cycle.time.p99_9_ns * 1e-9 / report.period_s,
     ));
+    if let Some(p99_9_ns) = report.cycle.time.p99_9_ns {
+        let share = 100.0 * p99_9_ns * 1e-9 / report.period_s;
+        output::print(format_args!(", 999 of 1000 no more than {share:.3} %"));
+    }
+    output::print("\n");
     let worst = &report.worst;
     output::print(format_args!(
         "worst of {} combinations of inputs to the estimator: {:.1} µs ({:.1} for a sample alone):\n{}\n",
@@ -119,8 +124,14 @@ fn print(report: &Report) {
 fn line(timed: &Timed) -> String {
     let Timed { name, states, time, instructions } = timed;
     let instructions = instructions.map_or(String::new(), |count| count.to_string());
+    let [p99, p99_9] = [time.p99_ns, time.p99_9_ns].map(rare);
     format!(
-        "{name:<32} {states:>6} {:>9.0} {:>9.0} {:>9.0} {:>10.0} {instructions:>12}\n",
-        time.p50_ns, time.p99_ns, time.p99_9_ns, time.max_ns
+        "{name:<32} {states:>6} {:>9.0} {p99:>9} {p99_9:>9} {:>10.0} {instructions:>12}\n",
+        time.p50_ns, time.max_ns
     )
+}
+
+/// What few calls take longer than, ns; nothing where there were too few of them.
+fn rare(ns: Option<f64>) -> String {
+    ns.map_or_else(String::new, |ns| format!("{ns:.0}"))
 }

@@ -20,7 +20,7 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
         Fact::new("worst inputs", &report.worst.inputs),
     ];
     let headlines = [
-        Fact::new("cycle, p99.9", format!("{:.2} µs", 1e-3 * report.cycle.time.p99_9_ns)),
+        Fact::new("cycle, p99.9", rare_us(report.cycle.time.p99_9_ns)),
         Fact::new("longest cycle", format!("{:.1} µs", 1e-3 * report.cycle.time.max_ns)),
         Fact::new("of the period", format!("{:.3} %", 100.0 * report.share_of_period)),
         Fact::new("worst inputs", format!("{:.1} µs", 1e-3 * report.worst.time_ns)),
@@ -28,11 +28,16 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
     let row = |timed: &Timed| {
         TableRow::new(
             format!("{}, {} states", timed.name, timed.states),
-            [timed.time.p50_ns, timed.time.p99_ns, timed.time.p99_9_ns, timed.time.max_ns]
-                .map(|ns| format!("{ns:.0}"))
-                .into_iter()
-                .chain([timed.instructions.map_or_else(String::new, |count| count.to_string())])
-                .collect(),
+            [
+                Some(timed.time.p50_ns),
+                timed.time.p99_ns,
+                timed.time.p99_9_ns,
+                Some(timed.time.max_ns),
+            ]
+            .map(super::rare)
+            .into_iter()
+            .chain([timed.instructions.map_or_else(String::new, |count| count.to_string())])
+            .collect(),
         )
     };
     let all = report.steps.iter().chain([&report.cycle]);
@@ -69,6 +74,11 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
         time: None,
     }
     .write(path)
+}
+
+/// A time that few calls exceed, where there were enough of them.
+fn rare_us(ns: Option<f64>) -> String {
+    ns.map_or_else(|| "too few cycles".to_owned(), |ns| format!("{:.2} µs", 1e-3 * ns))
 }
 
 /// A section with the tails of distributions.

@@ -3,7 +3,6 @@
 mod columns;
 mod export;
 mod files;
-mod memory;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -21,6 +20,7 @@ use self::files::Files;
 use crate::arguments::{OutageWindow, Sensors};
 use crate::emit::{self, Form};
 use crate::flight_page::{self, FlightData};
+use crate::memory;
 use crate::output::{self, Working};
 use crate::summary::{OutageDrift, RunSummary};
 
@@ -79,6 +79,10 @@ fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("found \"{text}\", expected a number of hertz above 0"))
 }
 
+/// Of a longer log the inertial samples stay in their file, and are read anew whenever they are gone over: 36 MB,
+/// two hours at 33 Hz.
+const SAMPLES_IN_MEMORY: usize = 1 << 18;
+
 /// Samples between two steps of the bar.
 const SAMPLES_A_STEP: usize = 4096;
 
@@ -100,9 +104,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// Estimates `log` and writes what comes of it to `out`.
 fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<RunSummary> {
     let started = Instant::now();
+    let mut options = arguments.sensors.options();
+    options.samples_in_memory = Some(SAMPLES_IN_MEMORY);
     let reading = Working::on("reading");
-    let Log { format, mut dataset, record, onboard, .. } =
-        hovernav_formats::open(log, &arguments.sensors.options())?;
+    let Log { format, mut dataset, record, onboard, .. } = memory::open(log, &options, 1)?;
     drop(reading);
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
@@ -133,7 +138,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         Format::Dataset | Format::Text if log.is_dir() => Reference::open(log, &dataset.manifest)?,
         _ => None,
     };
-    let first_imu = dataset.imu.first().map_or(Time::ZERO, |sample| sample.time);
+    let first_imu = dataset.sample_span().map_or(Time::ZERO, |(first, _)| first);
     let solutions = if smoothed.is_empty() { &run.solutions } else { &smoothed };
     let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
     let drifts = drifts(solutions, &outages, reference.as_ref());
@@ -141,6 +146,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let remark = format!("From {} by hovernav {}.", log.display(), env!("CARGO_PKG_VERSION"));
     emit::estimator(&config, &remark, &arguments.emit, out)?;
     let mut summary = RunSummary::new(log, &dataset, &run, !smoothed.is_empty());
+    dataset.ensure_read()?;
     if arguments.smooth && smoothed.is_empty() {
         let warning = "nothing was smoothed, as the heading was not found: the solution is causal";
         summary.warnings.push(warning.into());
@@ -170,7 +176,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
             reference: &flight_page::reference_moments(&run.solutions, reference.as_ref()),
             score: scored.as_ref(),
             onboard: onboard.as_ref(),
-            imu: &dataset.imu,
+            log: Some(&dataset),
             baro: &dataset.baro,
             controls: &dataset.controls,
             notices: &run.notices,
@@ -202,7 +208,7 @@ fn fly(
     config: &EstimatorConfig,
     keep: Keep,
 ) -> anyhow::Result<Flown> {
-    let bar = output::bar(dataset.imu.len());
+    let bar = output::bar(dataset.sample_count());
     let progress = |done: usize| {
         if done.is_multiple_of(SAMPLES_A_STEP) {
             bar.set_position(done as u64);

@@ -2,10 +2,9 @@
 
 use hovernav::ekf::{Innovation, Notice, Solution};
 use hovernav::gps::Fix;
-use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 use hovernav_formats::Onboard;
-use hovernav_log::{Finding, Outage, Reference, ReferenceMoment, Run, Score};
+use hovernav_log::{Dataset, Finding, Outage, Reference, ReferenceMoment, Run, Score};
 
 use crate::page::Fact;
 
@@ -37,8 +36,8 @@ pub struct FlightData<'a> {
     pub reference: &'a [(Time, ReferenceMoment)],
     /// What the estimator on board said: to compare with, never the truth.
     pub onboard: Option<&'a Onboard>,
-    /// The inertial samples.
-    pub imu: &'a [ImuSample],
+    /// The log, for its inertial samples.
+    pub log: Option<&'a Dataset>,
     /// Barometric heights, m.
     pub baro: &'a [(Time, f64)],
     /// Stick positions: lateral, longitudinal, collective, pedal.

@@ -8,6 +8,7 @@ mod data;
 mod errors;
 mod innovations;
 mod motion;
+mod raw;
 mod sections;
 mod sensors;
 mod spectrum;

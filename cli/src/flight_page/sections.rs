@@ -6,6 +6,7 @@ use hovernav_log::statistics::quantile;
 
 use super::data::FlightData;
 use super::motion::{Clock, Columns, Fixes, Motion, columns};
+use super::raw::Raw;
 use super::{errors, innovations, sensors, verdict};
 use crate::page::{Abscissa, Figure, Page, Role, Row, Section, Series};
 
@@ -24,8 +25,10 @@ pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
     let smoothed = Motion::of_solutions(data.smoothed, clock, &origin);
     let reference = Motion::of_reference(data.reference, clock, &origin);
     let onboard = Motion::of_onboard(data.onboard, clock, &origin);
+    let raw = data.log.and_then(|log| Raw::of(log, data.notices, clock));
     let flight = Sections {
         clock,
+        raw: raw.as_ref(),
         onboard,
         data,
         origin,
@@ -44,7 +47,7 @@ pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
         innovations::innovations(data.innovations, data.onboard, clock),
         innovations::test(data.innovations, clock),
     ];
-    sections.extend(sensors::sections(data, clock));
+    sections.extend(sensors::sections(data, raw.as_ref(), clock));
     sections.extend(data.score.map(|score| errors::section(score, clock)));
     Page {
         title: data.title,
@@ -70,6 +73,7 @@ fn dots(row: Row, x: &[f64], y: &[f64], refused: &[bool]) -> Row {
 
 struct Sections<'r, 'a> {
     data: &'r FlightData<'a>,
+    raw: Option<&'r Raw>,
     clock: Clock,
     onboard: Motion,
     origin: Geodetic,
@@ -257,9 +261,7 @@ impl Sections<'_, '_> {
 
     /// The angle that the inertial unit itself gives, where it gives one.
     fn unit_attitude(&self, axis: usize) -> Series {
-        let angles = self.data.imu.iter().filter_map(|sample| {
-            Some((self.clock.seconds(sample.time), sample.attitude?.to_degrees()[axis]))
-        });
+        let angles = self.raw.iter().flat_map(|raw| raw.attitude[axis].iter().copied());
         Series::points(Role::Sensor, angles).named("The unit's own")
     }
 

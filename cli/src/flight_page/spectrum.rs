@@ -1,5 +1,6 @@
 //! The spectrum of a vibrating sensor.
 
+use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
 /// Samples of one segment: at 100 Hz lines 0.8 Hz apart.
@@ -7,46 +8,90 @@ const SEGMENT: usize = 128;
 /// Segments averaged at most, spread over the log.
 const SEGMENTS: usize = 96;
 
-/// Frequency, Hz, and amplitude spectral density, unit/√Hz, of evenly spaced `values`: periodograms of
-/// half overlapping segments, Hann window, mean and slope removed, averaged. `None` of fewer samples
-/// than one segment has. The transform is spelt out: 128 points need no library of their own.
+/// The amplitude spectral density of evenly spaced values, value by value: periodograms of half overlapping
+/// segments, Hann window, mean removed, averaged. The transform is spelt out: 128 points need no library of
+/// their own.
 ///
 /// # Source
 /// Welch (1967), The use of fast Fourier transform for the estimation of power spectra, *IEEE
 /// Transactions on Audio and Electroacoustics* 15 (2), 70–73.
-pub fn density(values: &[f64], interval_s: f64) -> Option<Vec<(f64, f64)>> {
-    let last_start = values.len().checked_sub(SEGMENT)?;
-    if !(interval_s.is_finite() && interval_s > 0.0) {
-        return None;
+pub struct Density {
+    /// How many values there will be.
+    count: usize,
+    window: Vec<f64>,
+    turns: Vec<(f64, f64)>,
+    /// Values so far, and the last of them.
+    seen: usize,
+    recent: VecDeque<f64>,
+    /// The segment that is waited for, and those that were used.
+    segment: usize,
+    used: u32,
+    power: Vec<f64>,
+}
+
+impl Density {
+    /// Of `count` values, none there yet.
+    pub fn of(count: usize) -> Self {
+        let angle = |i: usize| TAU * i as f64 / SEGMENT as f64;
+        Self {
+            count,
+            window: (0..SEGMENT).map(|i| 0.5 - 0.5 * angle(i).cos()).collect(),
+            turns: (0..SEGMENT).map(|i| angle(i).sin_cos()).collect(),
+            seen: 0,
+            recent: VecDeque::with_capacity(SEGMENT),
+            segment: 0,
+            used: 0,
+            power: vec![0.0; SEGMENT / 2],
+        }
     }
-    let count = (2 * last_start / SEGMENT + 1).min(SEGMENTS);
-    let window: Vec<f64> =
-        (0..SEGMENT).map(|i| 0.5 - 0.5 * (TAU * i as f64 / SEGMENT as f64).cos()).collect();
-    let window_power: f64 = window.iter().map(|weight| weight * weight).sum();
-    let turns: Vec<(f64, f64)> =
-        (0..SEGMENT).map(|i| (TAU * i as f64 / SEGMENT as f64).sin_cos()).collect();
-    let mut power = vec![0.0; SEGMENT / 2];
-    let mut used = 0;
-    for segment in 0..count {
-        let start = segment * last_start / (count - 1).max(1);
-        let Some(windowed) = windowed(&values[start..start + SEGMENT], &window) else { continue };
-        used += 1;
-        for (line, power) in power.iter_mut().enumerate() {
+
+    /// Where a segment starts; `None` beyond the last of them.
+    fn start(&self, segment: usize) -> Option<usize> {
+        let last_start = self.count.checked_sub(SEGMENT)?;
+        let segments = (2 * last_start / SEGMENT + 1).min(SEGMENTS);
+        (segment < segments).then(|| segment * last_start / (segments - 1).max(1))
+    }
+
+    pub fn push(&mut self, value: f64) {
+        if self.recent.len() == SEGMENT {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(value);
+        self.seen += 1;
+        if self.start(self.segment).is_some_and(|start| start + SEGMENT == self.seen) {
+            self.segment += 1;
+            self.add();
+        }
+    }
+
+    /// Adds the power of the last values.
+    fn add(&mut self) {
+        let Some(windowed) = windowed(self.recent.make_contiguous(), &self.window) else { return };
+        self.used += 1;
+        for (line, power) in self.power.iter_mut().enumerate() {
             let (mut re, mut im) = (0.0, 0.0);
             for (index, value) in windowed.iter().enumerate() {
-                let (sin, cos) = turns[line * index % SEGMENT];
+                let (sin, cos) = self.turns[line * index % SEGMENT];
                 re += value * cos;
                 im -= value * sin;
             }
             *power += re * re + im * im;
         }
     }
-    // One-sided: what stands at negative frequencies counts too.
-    let scale = 2.0 * interval_s / (window_power * f64::from(used.max(1)));
-    let step_hz = 1.0 / (interval_s * SEGMENT as f64);
-    let lines = power.iter().enumerate().skip(1);
-    let lines = lines.map(|(line, power)| (line as f64 * step_hz, (scale * power).sqrt()));
-    (used > 0).then(|| lines.collect())
+
+    /// Frequency, Hz, and density, unit/√Hz; `None` of fewer values than one segment has, or where none of
+    /// them are finite.
+    pub fn finish(&self, interval_s: f64) -> Option<Vec<(f64, f64)>> {
+        if self.used == 0 || !(interval_s.is_finite() && interval_s > 0.0) {
+            return None;
+        }
+        let window_power: f64 = self.window.iter().map(|weight| weight * weight).sum();
+        // One-sided: what stands at negative frequencies counts too.
+        let scale = 2.0 * interval_s / (window_power * f64::from(self.used));
+        let step_hz = 1.0 / (interval_s * SEGMENT as f64);
+        let lines = self.power.iter().enumerate().skip(1);
+        Some(lines.map(|(line, power)| (line as f64 * step_hz, (scale * power).sqrt())).collect())
+    }
 }
 
 /// A segment less its mean, weighted; `None` where a sample is not finite.
@@ -60,6 +105,12 @@ fn windowed(segment: &[f64], window: &[f64]) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn density(values: &[f64], interval_s: f64) -> Option<Vec<(f64, f64)>> {
+        let mut density = Density::of(values.len());
+        values.iter().for_each(|value| density.push(*value));
+        density.finish(interval_s)
+    }
 
     #[test]
     fn a_sine_stands_at_its_frequency_with_its_power() {

@@ -17,6 +17,7 @@ use hovernav_sysid::helicopter::{
 
 use self::page::IdentificationPage;
 use self::summary::Summary;
+use crate::memory;
 use crate::output;
 
 #[derive(clap::Args)]
@@ -41,7 +42,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let log = &arguments.log;
-    let Log { mut dataset, record, .. } = hovernav_formats::open(log, &Options::default())?;
+    let Log { mut dataset, record, .. } = memory::open(log, &Options::default(), 2)?;
     let part = |name| if record.is_some() { log.clone() } else { log.join(name) };
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;

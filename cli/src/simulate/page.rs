@@ -45,7 +45,7 @@ impl SimulationPage<'_> {
             innovations: &flight_page::innovations(self.run),
             reference: &flight_page::reference_moments(solutions, self.reference),
             score: self.score,
-            imu: &self.dataset.imu,
+            log: Some(self.dataset),
             baro: &self.dataset.baro,
             notices: &self.run.notices,
             findings: &self.summary.run.findings,

@@ -7,7 +7,7 @@ use hovernav::ekf::{Channel, Notice, Verdict};
 use hovernav::ins::HeadingSource;
 use hovernav_formats::{InnovationSizes, OnboardDifference};
 use hovernav_log::{
-    AxisScore, Dataset, Finding, Run, Score, Statistics, UnusedReadings, sentences,
+    AxisScore, ChannelTally, Dataset, Finding, Run, Score, Statistics, UnusedReadings, sentences,
 };
 use serde::Serialize;
 
@@ -78,12 +78,19 @@ pub struct AlignmentSummary {
     pub(super) at_rest: bool,
 }
 
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Serialize)]
 struct ChannelSummary {
     used: usize,
     rejected: usize,
     /// Mean square of the normalised innovations that were used: 1 of a consistent filter.
     mean_square: f64,
+}
+
+impl From<&ChannelTally> for ChannelSummary {
+    fn from(tally: &ChannelTally) -> Self {
+        let &ChannelTally { used, rejected, square_sum } = tally;
+        Self { used, rejected, mean_square: square_sum / used.max(1) as f64 }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -116,18 +123,13 @@ pub fn fixes_of(run: &Run) -> (usize, usize) {
 impl RunSummary {
     /// What a run over `dataset` gave; scores and times are still to come.
     pub fn new(input: &Path, dataset: &Dataset, run: &Run, smoothed: bool) -> Self {
-        let span = |first: Option<_>, last: Option<_>| match (first, last) {
-            (Some(first), Some(last)) => last - first,
-            _ => 0.0,
-        };
-        let times = |end: Option<&hovernav::imu::ImuSample>| end.map(|sample| sample.time);
         let mut summary = Self {
             tool: "hovernav",
             version: env!("CARGO_PKG_VERSION"),
             input: input.display().to_string(),
-            duration_s: span(times(dataset.imu.first()), times(dataset.imu.last())),
+            duration_s: dataset.sample_span().map_or(0.0, |(first, last)| last - first),
             wall_s: 0.0,
-            imu_samples: dataset.imu.len(),
+            imu_samples: dataset.sample_count(),
             gps_fixes_used: 0,
             gps_fixes_rejected: 0,
             gps_fixes_unusable: run.unusable.gps,
@@ -156,6 +158,12 @@ impl RunSummary {
                 "page, scores and findings rest on {kept} of {all} solutions, evenly thinned"
             ));
         }
+        if run.comparisons_left_out > 0 {
+            summary.notes.push(format!(
+                "the page leaves out {} comparisons of aids that were accepted, evenly; all are counted",
+                run.comparisons_left_out
+            ));
+        }
         summary.add_notices(run);
         summary
     }
@@ -182,33 +190,21 @@ impl RunSummary {
                         alignment.heading_sigma_deg = sigma_rad.to_degrees();
                     }
                 }
-                Notice::Updated(report) => self.count(report),
+                Notice::Updated(report) => self.add_reopened(report),
                 _ => {}
             }
         }
-        for channel in self.innovations.values_mut() {
-            channel.mean_square /= channel.used.max(1) as f64;
-        }
+        self.innovations = run.channels.iter().map(|(name, tally)| (*name, tally.into())).collect();
     }
 
-    fn count(&mut self, report: &hovernav::ekf::Report) {
-        for axis in report.innovations() {
-            let channel = self.innovations.entry(axis.channel.name()).or_default();
-            match axis.verdict {
-                Verdict::Rejected => channel.rejected += 1,
-                verdict => {
-                    channel.used += 1;
-                    channel.mean_square += axis.normalised().powi(2);
-                    if verdict == Verdict::Reopened {
-                        self.reopened.push(Reopened {
-                            time_s: axis.time.seconds(),
-                            channel: axis.channel.name(),
-                            innovation: axis.innovation,
-                        });
-                    }
-                }
-            }
-        }
+    /// Tells of the axes that the filter was reopened for.
+    fn add_reopened(&mut self, report: &hovernav::ekf::Report) {
+        let reopened = report.innovations().filter(|axis| axis.verdict == Verdict::Reopened);
+        self.reopened.extend(reopened.map(|axis| Reopened {
+            time_s: axis.time.seconds(),
+            channel: axis.channel.name(),
+            innovation: axis.innovation,
+        }));
     }
 
     /// Adds what was found apart from the run.

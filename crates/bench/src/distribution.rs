@@ -11,10 +11,10 @@ pub struct Distribution {
     pub calls: usize,
     /// Half took no longer.
     pub p50_ns: f64,
-    /// 99 of 100 took no longer.
-    pub p99_ns: f64,
-    /// 999 of 1000 took no longer.
-    pub p99_9_ns: f64,
+    /// 99 of 100 took no longer; `None` of fewer than 100.
+    pub p99_ns: Option<f64>,
+    /// 999 of 1000 took no longer; `None` of fewer than 1000.
+    pub p99_9_ns: Option<f64>,
     /// None took longer.
     pub max_ns: f64,
     /// The curve to draw: the time, ns, and the share of calls that took longer.
@@ -67,8 +67,8 @@ impl Times {
         Distribution {
             calls,
             p50_ns: at(0.5),
-            p99_ns: at(0.99),
-            p99_9_ns: at(0.999),
+            p99_ns: (calls >= 100).then(|| at(0.99)),
+            p99_9_ns: (calls >= 1_000).then(|| at(0.999)),
             max_ns: at(1.0),
             tail,
         }
@@ -114,9 +114,16 @@ mod tests {
     fn quantiles_are_those_of_the_sorted_times() {
         let times = Times((1..=1_000).rev().collect());
         let found = times.distribution(0.0);
-        assert_eq!((found.p50_ns, found.p99_ns, found.p99_9_ns), (500.0, 990.0, 999.0));
+        assert_eq!((found.p50_ns, found.p99_ns, found.p99_9_ns), (500.0, Some(990.0), Some(999.0)));
         assert_eq!((found.calls, found.max_ns), (1_000, 1_000.0));
         assert!(found.tail.is_sorted_by(|a, b| a.0 <= b.0 && a.1 >= b.1));
+    }
+
+    #[test]
+    fn of_a_few_calls_no_rare_ones_are_told() {
+        let of = |calls: u32| Times((1..=calls).collect()).distribution(0.0);
+        assert_eq!((of(30).p50_ns, of(30).p99_ns, of(30).p99_9_ns), (15.0, None, None));
+        assert_eq!((of(999).p99_ns, of(999).p99_9_ns), (Some(990.0), None));
     }
 
     #[test]

@@ -57,6 +57,8 @@ pub struct Report {
     pub worst: Worst,
     /// Share of the period that the longest cycle took.
     pub share_of_period: f64,
+    /// Why instructions were not counted, if they were not.
+    pub uncounted: Option<String>,
 }
 
 /// Times everything over `cycles` cycles of the loop. `tell` hears what is timed next.
@@ -87,5 +89,6 @@ pub fn run(cycles: u64, mut tell: impl FnMut(&str)) -> Result<Report, String> {
         cycle,
         worst,
         share_of_period,
+        uncounted: None,
     })
 }

@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, NoHeadingSearch};
-use hovernav::event::Event;
+use hovernav::event::{Event, RangeReading};
 use hovernav::frames::Vector;
+use hovernav::gps::AntennaHeading;
 use hovernav::imu::{ImuSample, Motion};
 use serde::Serialize;
 
@@ -78,7 +79,7 @@ impl Inputs {
             words.push("attitude".into());
         }
         if self.aids {
-            words.push("barometer and magnetometer".into());
+            words.push("barometer, magnetometer, rangefinder and two antennas".into());
         }
         if self.fixes > 0 {
             let late_s = self.late as f64 * PERIOD_S;
@@ -119,6 +120,9 @@ impl Inputs {
             events.push(Event::Baro { time, height_m: flight.height_m() });
             let field_gauss = Flight::field_gauss(now);
             events.push(Event::Magnetometer { time, field_gauss });
+            events.push(Event::Range(RangeReading::new(time, 7.0)));
+            let yaw_rad = Flight::angles(now).yaw_rad;
+            events.push(Event::AntennaHeading(AntennaHeading::new(time, yaw_rad, None)));
         }
         events
     }

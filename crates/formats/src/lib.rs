@@ -26,6 +26,7 @@ mod raw;
 mod recognise;
 #[cfg(feature = "ros2")]
 mod ros2;
+mod size;
 #[cfg(feature = "text")]
 mod text;
 #[cfg(feature = "tlog")]
@@ -42,5 +43,6 @@ pub use init::Proposal;
 pub use log::{Log, Options};
 pub use onboard::{InnovationSize, InnovationSizes, Onboard, OnboardInnovation, OnboardMoment};
 pub use open::{open, open_bytes};
+pub use size::bytes_of;
 #[cfg(feature = "text")]
 pub use text::trajectory;

@@ -21,7 +21,8 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     ensure_choice(format, log, options)?;
     match format {
         format @ (Format::Dataset | Format::Record) => {
-            let (dataset, record) = hovernav_log::open(log)?;
+            let most = options.samples_in_memory.unwrap_or(usize::MAX);
+            let (dataset, record) = hovernav_log::open(log, most)?;
             Ok(Log { format, dataset, record, onboard: None })
         }
         format => read(format, Input { path: log, bytes: None }, options),
@@ -40,7 +41,7 @@ pub fn open_bytes(bytes: &[u8], path: &Path, options: &Options) -> Result<Log, L
 
 /// Refuses a choice among sensors where a log has one of each, and of a topic where it has none.
 fn ensure_choice(format: Format, path: &Path, options: &Options) -> Result<(), LogError> {
-    let Options { imu, gps, magnetometer, baro, velocity } = options;
+    let Options { imu, gps, magnetometer, baro, velocity, .. } = options;
     let numbers = [imu, gps, magnetometer, baro].into_iter().flatten();
     let has_one = matches!(format, Format::Dataset | Format::Record | Format::Raw | Format::Text);
     let reason = match numbers.max() {

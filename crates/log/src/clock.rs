@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::distribution::Distribution;
 use crate::error::LogError;
 use crate::remarks::Remarks;
 use crate::statistics::quantile;
@@ -54,55 +55,151 @@ impl<T> Rows<T> {
         remarks: &mut Remarks,
     ) -> Result<(Vec<T>, Vec<u64>), LogError> {
         let times: Vec<Time> = self.rows.iter().map(&time).collect();
-        let is_ordered = times.windows(2).all(|pair| pair[0] < pair[1]);
-        let mut keep = vec![true; times.len()];
-        if !is_ordered {
-            keep = longest_increasing(&times);
-            self.remark(&times, &keep, path, remarks)?;
-        }
-        for stray in strays(&times, &keep) {
-            keep[stray] = false;
-            remarks.count("left out: more than an hour from all the others", self.lines[stray]);
-        }
+        let keep = kept(&times, &self.lines, path, remarks)?;
         let mut kept = keep.iter();
         self.rows.retain(|_| kept.next() == Some(&true));
         let mut kept = keep.iter();
         self.lines.retain(|_| kept.next() == Some(&true));
         Ok((self.rows, self.lines))
     }
+}
 
-    fn remark(
-        &self,
-        times: &[Time],
-        keep: &[bool],
-        path: &Path,
-        remarks: &mut Remarks,
-    ) -> Result<(), LogError> {
-        let mut disordered = 0;
-        for index in (0..times.len()).filter(|index| !keep[*index]) {
-            if index > 0 && times[index] == times[index - 1] {
-                remarks.count("left out: same time as the row before", self.lines[index]);
-            } else {
-                remarks.count("left out: time out of order", self.lines[index]);
-                disordered += 1;
+const REPEATED: &str = "left out: same time as the row before";
+const STRAY: &str = "left out: more than an hour from all the others";
+
+/// Which rows, by their `times` and `lines`, stay: see [`Rows::in_time_order`].
+fn kept(
+    times: &[Time],
+    lines: &[u64],
+    path: &Path,
+    remarks: &mut Remarks,
+) -> Result<Vec<bool>, LogError> {
+    let is_ordered = times.windows(2).all(|pair| pair[0] < pair[1]);
+    let mut keep = vec![true; times.len()];
+    if !is_ordered {
+        keep = longest_increasing(times);
+        remark(times, lines, &keep, path, remarks)?;
+    }
+    for stray in strays(times, &keep) {
+        keep[stray] = false;
+        remarks.count(STRAY, lines[stray]);
+    }
+    Ok(keep)
+}
+
+fn remark(
+    times: &[Time],
+    lines: &[u64],
+    keep: &[bool],
+    path: &Path,
+    remarks: &mut Remarks,
+) -> Result<(), LogError> {
+    let mut disordered = 0;
+    for index in (0..times.len()).filter(|index| !keep[*index]) {
+        if index > 0 && times[index] == times[index - 1] {
+            remarks.count(REPEATED, lines[index]);
+        } else {
+            remarks.count("left out: time out of order", lines[index]);
+            disordered += 1;
+        }
+    }
+    let goes_back = times.windows(2).position(|pair| pair[1] < pair[0]);
+    if let Some(before) = goes_back
+        && disordered > STRAY_ROWS
+        && 4 * disordered > times.len()
+    {
+        return Err(LogError::Clock {
+            path: path.to_path_buf(),
+            line: lines[before + 1],
+            before: times[before],
+            found: times[before + 1],
+            left_out: disordered,
+            rows: times.len(),
+        });
+    }
+    Ok(())
+}
+
+/// Which rows of a file to leave out for time to run forward, from a first look at them one by one. Rows with
+/// the time of the row before apart, which always go.
+#[derive(Debug, Default)]
+pub(crate) struct FirstLook {
+    rows: usize,
+    last: Option<Time>,
+    /// Rows with the time of the row before, and the line of the first.
+    repeated: (usize, u64),
+    groups: Vec<Group>,
+    goes_back: bool,
+}
+
+/// Rows with no more than an hour from each to the next.
+#[derive(Debug, Default)]
+struct Group {
+    rows: usize,
+    /// Index and line of the first of them.
+    first: Vec<(usize, u64)>,
+}
+
+impl FirstLook {
+    /// Takes in the next row; whether it has another time than the row before.
+    pub fn push(&mut self, line: u64, time: Time) -> bool {
+        let index = self.rows;
+        self.rows += 1;
+        let before = self.last.replace(time);
+        if before == Some(time) {
+            if self.repeated.0 == 0 {
+                self.repeated.1 = line;
+            }
+            self.repeated.0 += 1;
+            return false;
+        }
+        self.goes_back |= before.is_some_and(|before| time < before);
+        if before.is_none_or(|before| time - before > STRAY_GAP_S) {
+            self.groups.push(Group::default());
+        }
+        if let Some(group) = self.groups.last_mut() {
+            group.rows += 1;
+            if group.first.len() < STRAY_ROWS {
+                group.first.push((index, line));
             }
         }
-        let goes_back = times.windows(2).position(|pair| pair[1] < pair[0]);
-        if let Some(before) = goes_back
-            && disordered > STRAY_ROWS
-            && 4 * disordered > times.len()
-        {
-            return Err(LogError::Clock {
-                path: path.to_path_buf(),
-                line: self.lines[before + 1],
-                before: times[before],
-                found: times[before + 1],
-                left_out: disordered,
-                rows: times.len(),
-            });
-        }
-        Ok(())
+        true
     }
+
+    /// The indices, rising, of the rows to leave out; `None` where time goes back, which takes
+    /// [`looked_again`].
+    pub fn left_out(mut self, remarks: &mut Remarks) -> Option<Vec<usize>> {
+        if self.goes_back {
+            return None;
+        }
+        let (count, line) = self.repeated;
+        (0..count).for_each(|_| remarks.count(REPEATED, line));
+        if let Some(largest) = (0..self.groups.len()).max_by_key(|&index| self.groups[index].rows) {
+            self.groups.remove(largest);
+        }
+        self.groups.retain(|group| group.rows <= STRAY_ROWS);
+        let strays = self.groups.into_iter().flat_map(|group| group.first);
+        Some(
+            strays
+                .inspect(|(_, line)| remarks.count(STRAY, *line))
+                .map(|(index, _)| index)
+                .collect(),
+        )
+    }
+}
+
+/// The indices, rising, of the rows to leave out, by the `times` and `lines` of all.
+///
+/// # Errors
+/// As [`Rows::in_time_order`].
+pub(crate) fn looked_again(
+    times: &[Time],
+    lines: &[u64],
+    path: &Path,
+    remarks: &mut Remarks,
+) -> Result<Vec<usize>, LogError> {
+    let keep = kept(times, lines, path, remarks)?;
+    Ok((0..keep.len()).filter(|&index| !keep[index]).collect())
 }
 
 /// Marks a longest strictly increasing subsequence, by patience sorting in n log n.
@@ -154,12 +251,38 @@ pub(crate) struct Gap {
 ///
 /// `times` strictly increasing; none of fewer than two.
 pub(crate) fn gaps(times: &[Time]) -> Vec<Gap> {
-    let longest_s = (5.0 * median_interval_s(times).unwrap_or(f64::INFINITY)).max(0.2);
-    times
-        .windows(2)
-        .map(|pair| Gap { after: pair[0], length_s: pair[1] - pair[0] })
-        .filter(|gap| gap.length_s > longest_s)
-        .collect()
+    let mut gaps = Gaps::default();
+    times.iter().for_each(|time| gaps.push(*time));
+    gaps.found()
+}
+
+/// No shorter interval is a gap, s.
+const SHORTEST_GAP_S: f64 = 0.2;
+
+/// [`gaps`], time by time.
+#[derive(Debug, Default)]
+pub(crate) struct Gaps {
+    last: Option<Time>,
+    pub intervals: Distribution,
+    /// Those that may be: no more than five a second, however fast the sensor is.
+    long: Vec<Gap>,
+}
+
+impl Gaps {
+    pub fn push(&mut self, time: Time) {
+        let Some(after) = self.last.replace(time) else { return };
+        let length_s = time - after;
+        self.intervals.push(length_s);
+        if length_s > SHORTEST_GAP_S {
+            self.long.push(Gap { after, length_s });
+        }
+    }
+
+    pub fn found(&self) -> Vec<Gap> {
+        let usual_s = self.intervals.quantile(0.5).unwrap_or(f64::INFINITY);
+        let longest_s = (5.0 * usual_s).max(SHORTEST_GAP_S);
+        self.long.iter().filter(|gap| gap.length_s > longest_s).copied().collect()
+    }
 }
 
 /// The median interval between successive `times`, s; `None` of fewer than two.
@@ -191,6 +314,42 @@ mod tests {
                 longest.push(1 + before.unwrap_or(0));
             }
             prop_assert_eq!(kept.len(), longest.into_iter().max().unwrap_or(0));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_first_look_leaves_out_what_the_whole_would(steps in prop::collection::vec(-1i64..6, 0..60)) {
+            // Mostly forward, now and then the same time, an hour ahead or back.
+            let hour = 3_700_000_000_000;
+            let mut ns = 0;
+            let times: Vec<Time> = steps
+                .into_iter()
+                .map(|step| {
+                    ns += match step { 5 => hour, step => step * 1_000_000 };
+                    Time::from_nanoseconds(ns)
+                })
+                .collect();
+            let lines: Vec<u64> = (10..).take(times.len()).collect();
+            let (path, mut whole, mut first) =
+                (Path::new("imu.csv"), Remarks::new("imu.csv"), Remarks::new("imu.csv"));
+            let mut look = FirstLook::default();
+            let fresh: Vec<bool> =
+                lines.iter().zip(&times).map(|(line, time)| look.push(*line, *time)).collect();
+            let goes_back = times.windows(2).any(|pair| pair[1] < pair[0]);
+            let left_out = look.left_out(&mut first);
+            prop_assert_eq!(left_out.is_none(), goes_back);
+            if let Some(left_out) = left_out {
+                let expected = looked_again(&times, &lines, path, &mut whole).unwrap();
+                let found: Vec<usize> = (0..times.len())
+                    .filter(|index| !fresh[*index] || left_out.contains(index))
+                    .collect();
+                prop_assert_eq!(found, expected);
+                prop_assert_eq!(
+                    first.into_warnings().collect::<Vec<_>>(),
+                    whole.into_warnings().collect::<Vec<_>>()
+                );
+            }
         }
     }
 

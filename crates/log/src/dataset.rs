@@ -1,6 +1,7 @@
 //! A recorded flight in memory.
 
 use crate::manifest::Manifest;
+use crate::sample_file::SampleFile;
 use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
@@ -31,6 +32,9 @@ pub struct Dataset {
     pub manifest: Manifest,
     /// Inertial samples, times strictly increasing.
     pub imu: Vec<ImuSample>,
+    /// Where the inertial samples are while there are too many for [`imu`](Self::imu), which is empty then: see
+    /// [`open_within`](Self::open_within). Whoever goes over [`samples`](Self::samples) gets either.
+    pub imu_file: Option<SampleFile>,
     /// Fixes, times of validity strictly increasing.
     pub fixes: Vec<Fix>,
     /// Barometric heights, m.

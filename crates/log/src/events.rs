@@ -4,6 +4,7 @@ use std::iter::Peekable;
 use std::slice::Iter;
 
 use crate::dataset::{Dataset, Source};
+use crate::overview::Samples;
 use hovernav::event::{Event, RangeReading};
 use hovernav::frames::{Body, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
@@ -15,7 +16,7 @@ use hovernav::time::Time;
 pub struct Events<'a> {
     latency_s: f64,
     order: Iter<'a, Source>,
-    imu: Peekable<Iter<'a, ImuSample>>,
+    imu: Peekable<Samples<'a>>,
     fixes: Peekable<Iter<'a, Fix>>,
     baro: Peekable<Iter<'a, (Time, f64)>>,
     magnetometer: Peekable<Iter<'a, (Time, Vector<Body>)>>,
@@ -33,7 +34,7 @@ impl Dataset {
         Events {
             latency_s: self.manifest.gps.latency_s,
             order: if self.has_order() { self.order.iter() } else { [].iter() },
-            imu: self.imu.iter().peekable(),
+            imu: self.samples().peekable(),
             fixes: self.fixes.iter().peekable(),
             baro: self.baro.iter().peekable(),
             magnetometer: self.magnetometer.iter().peekable(),
@@ -47,7 +48,7 @@ impl Dataset {
     /// Whether `order` lists every event there is.
     fn has_order(&self) -> bool {
         let count = |of| self.order.iter().filter(|source| **source == of).count();
-        count(Source::Imu) == self.imu.len()
+        count(Source::Imu) == self.sample_count()
             && count(Source::Gps) == self.fixes.len()
             && count(Source::Baro) == self.baro.len()
             && count(Source::Magnetometer) == self.magnetometer.len()
@@ -75,11 +76,11 @@ impl Events<'_> {
     /// The next inertial sample, less the rotor's vibration where there is a notch.
     fn sample(&mut self) -> Option<ImuSample> {
         let sample = self.imu.next()?;
-        let Some(notch) = &mut self.notch else { return Some(*sample) };
+        let Some(notch) = &mut self.notch else { return Some(sample) };
         while let Some((_, rotor_hz)) = self.rotor.next_if(|(time, _)| *time <= sample.time) {
             notch.set_frequency_hz(*rotor_hz);
         }
-        Some(notch.filter(sample))
+        Some(notch.filter(&sample))
     }
 }
 

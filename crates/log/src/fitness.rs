@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use crate::clock::median_interval_s;
 use crate::dataset::Dataset;
 use crate::error::LogError;
-use hovernav::time::Time;
 
 /// Slower units miss what a vehicle does between two samples, Hz: a small helicopter turns at several
 /// radians a second and changes its mind within a tenth of one.
@@ -16,10 +14,9 @@ impl Dataset {
     /// less, one over their usual interval. `None` of fewer than two.
     #[must_use]
     pub fn imu_rate_hz(&self) -> Option<f64> {
-        let times: Vec<Time> = self.imu.iter().map(|sample| sample.time).collect();
-        let usual_hz = 1.0 / median_interval_s(&times)?;
-        let span_s = *times.last()? - *times.first()?;
-        Some(usual_hz.max((times.len() - 1) as f64 / span_s))
+        let usual_hz = 1.0 / self.sample_interval_s()?;
+        let (first, last) = self.sample_span()?;
+        Some(usual_hz.max((self.sample_count() - 1) as f64 / (last - first)))
     }
 
     /// Whether the filter can be run over this dataset, read from `log`.
@@ -30,7 +27,7 @@ impl Dataset {
     /// [`check_setup`](Self::check_setup).
     pub fn check_fitness(&self, log: &Path) -> Result<(), LogError> {
         let refused = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
-        if self.imu.is_empty() {
+        if self.sample_count() == 0 {
             return refused("found no inertial samples, and navigation needs them".to_owned());
         }
         if self.fixes.is_empty() {
@@ -61,6 +58,7 @@ mod tests {
     use hovernav::frames::Vector;
     use hovernav::gps::Fix;
     use hovernav::imu::{ImuSample, Motion};
+    use hovernav::time::Time;
 
     fn of_rate(rate_hz: f64) -> Dataset {
         let sample = |index| {

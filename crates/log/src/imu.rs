@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use crate::axes::Reading;
-use crate::clock::{Rows, gaps};
+use crate::clock::Gaps;
 use crate::error::LogError;
+use crate::records::Place;
 use crate::remarks::Remarks;
 use crate::table::{Row, Table};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
@@ -46,35 +47,51 @@ const STUCK_S: f64 = 0.2;
 /// Gaps named one by one before the rest is only counted.
 const GAPS_NAMED: usize = 8;
 
-pub(crate) fn read(
-    dir: &Path,
-    reading: Reading,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<ImuSample>, LogError> {
-    let mut table = Table::open(dir, FILE)?.ok_or_else(|| LogError::Unusable {
-        path: dir.join(FILE),
-        reason: "no such file, and a dataset needs it".into(),
-    })?;
-    let mut remarks = Remarks::new(FILE);
-    let columns = Columns::of(&mut table, reading, &mut remarks)?;
-    let mut rows = Rows::new();
-    while let Some(row) = table.next(&mut remarks)? {
-        match columns.sample(&row)? {
-            Ok(sample) => rows.push(row.line, sample),
-            Err(why) => remarks.count(why, row.line),
+/// The rows of `imu.csv`, read forward.
+pub(crate) struct ImuRows {
+    table: Table,
+    columns: Columns,
+    /// What was wrong with the rows so far.
+    pub remarks: Remarks,
+}
+
+impl ImuRows {
+    /// Opens `imu.csv` of `dir`, whose samples are to be read as `reading` says.
+    pub fn open(dir: &Path, reading: Reading) -> Result<Self, LogError> {
+        let mut table = Table::open(dir, FILE)?.ok_or_else(|| LogError::Unusable {
+            path: dir.join(FILE),
+            reason: "no such file, and a dataset needs it".into(),
+        })?;
+        let mut remarks = Remarks::new(FILE);
+        let columns = Columns::of(&mut table, reading, &mut remarks)?;
+        Ok(Self { table, columns, remarks })
+    }
+
+    /// The next row that holds a sample, with its line.
+    pub fn next(&mut self) -> Result<Option<(u64, ImuSample)>, LogError> {
+        while let Some(row) = self.table.next(&mut self.remarks)? {
+            match self.columns.sample(&row)? {
+                Ok(sample) => return Ok(Some((row.line, sample))),
+                Err(why) => self.remarks.count(why, row.line),
+            }
         }
+        Ok(None)
     }
-    let (samples, lines) = rows.in_time_order(|sample| sample.time, table.path(), &mut remarks)?;
-    if samples.is_empty() {
-        let reason = match remarks.summary() {
-            none if none.is_empty() => "no rows below the header".to_string(),
-            summary => format!("no usable row: {summary}"),
-        };
-        return Err(LogError::Unusable { path: table.path().to_path_buf(), reason });
+
+    /// Where the row that was read last begins.
+    pub fn place(&self) -> Place {
+        self.table.place()
     }
-    remark_faults(&samples, &lines, &mut remarks);
-    warnings.extend(remarks.into_warnings());
-    Ok(samples)
+
+    /// Goes on after the row at `place`, which held a sample.
+    pub fn resume(&mut self, place: Place) -> Result<(), LogError> {
+        self.table.resume(place)?;
+        self.next().map(drop)
+    }
+
+    pub fn path(&self) -> &Path {
+        self.table.path()
+    }
 }
 
 /// Where in the table each quantity stands.
@@ -175,39 +192,68 @@ fn is_within(values: [f64; 3], largest: f64) -> bool {
 
 /// Says where `samples`, found at `lines`, have gaps, and where the unit was stuck.
 pub fn remark_faults(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks) {
-    remark_gaps(samples, remarks);
-    remark_stuck(samples, lines, remarks);
+    let mut faults = Faults::default();
+    for (sample, line) in samples.iter().zip(lines) {
+        faults.push(*line, sample, remarks.place());
+    }
+    faults.remark(remarks);
 }
 
-/// Says where samples are missing: the samples stay, and the filter coasts across.
-fn remark_gaps(samples: &[ImuSample], remarks: &mut Remarks) {
-    let times: Vec<Time> = samples.iter().map(|sample| sample.time).collect();
-    let gaps = gaps(&times);
-    for gap in gaps.iter().take(GAPS_NAMED) {
-        remarks.say(format!("gap of {:.3} s after {}", gap.length_s, gap.after));
-    }
-    if let Some(more @ 1..) = gaps.len().checked_sub(GAPS_NAMED) {
-        remarks.say(format!("and {more} more gaps"));
-    }
+/// Where samples are missing, and where the unit was stuck, sample by sample.
+#[derive(Debug, Default)]
+pub(crate) struct Faults {
+    pub gaps: Gaps,
+    run: Option<Repeated>,
+    stuck: Vec<String>,
 }
 
-/// Says where the unit repeated itself to the last bit, which no working sensor does.
-fn remark_stuck(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks) {
-    let mut start = 0;
-    for run in samples.chunk_by(|a, b| a.motion == b.motion) {
-        if let [first, .., last] = run
-            && run.len() >= STUCK_ROWS
-            && last.time - first.time >= STUCK_S
-        {
-            remarks.say(format!(
-                "stuck: {} rows from {} {} on repeat to the last bit, {:.2} s from {} on",
-                run.len(),
-                remarks.place(),
-                lines[start],
-                last.time - first.time,
+/// Samples that repeat the first of them to the last bit, which no working sensor does.
+#[derive(Debug)]
+struct Repeated {
+    first: ImuSample,
+    line: u64,
+    last: Time,
+    rows: usize,
+}
+
+impl Faults {
+    /// Takes in the sample found at `line`, or at what `place` calls it.
+    pub fn push(&mut self, line: u64, sample: &ImuSample, place: &str) {
+        self.gaps.push(sample.time);
+        match &mut self.run {
+            // Runs are of neighbours that are alike, so the last is like the first.
+            Some(run) if run.first.motion == sample.motion => {
+                run.last = sample.time;
+                run.rows += 1;
+            }
+            _ => {
+                self.end_run(place);
+                self.run = Some(Repeated { first: *sample, line, last: sample.time, rows: 1 });
+            }
+        }
+    }
+
+    fn end_run(&mut self, place: &str) {
+        let Some(Repeated { first, line, last, rows }) = self.run.take() else { return };
+        if rows >= STUCK_ROWS && last - first.time >= STUCK_S {
+            self.stuck.push(format!(
+                "stuck: {rows} rows from {place} {line} on repeat to the last bit, {:.2} s from {} on",
+                last - first.time,
                 first.time
             ));
         }
-        start += run.len();
+    }
+
+    /// Says what was found: the samples stay, and the filter coasts across.
+    pub fn remark(mut self, remarks: &mut Remarks) {
+        self.end_run(remarks.place());
+        let gaps = self.gaps.found();
+        for gap in gaps.iter().take(GAPS_NAMED) {
+            remarks.say(format!("gap of {:.3} s after {}", gap.length_s, gap.after));
+        }
+        if let Some(more @ 1..) = gaps.len().checked_sub(GAPS_NAMED) {
+            remarks.say(format!("and {more} more gaps"));
+        }
+        self.stuck.into_iter().for_each(|stuck| remarks.say(stuck));
     }
 }

@@ -63,7 +63,7 @@ impl fmt::Display for Info<'_> {
 /// The sensors present, by name, with the times of their samples.
 pub(crate) fn sensors(dataset: &Dataset) -> Vec<(&'static str, Vec<Time>)> {
     let mut sensors = vec![
-        ("imu", dataset.imu.iter().map(|sample| sample.time).collect::<Vec<_>>()),
+        ("imu", dataset.samples().map(|sample| sample.time).collect::<Vec<_>>()),
         ("gps", dataset.fixes.iter().map(|fix| fix.time).collect()),
         ("baro", dataset.baro.iter().map(|row| row.0).collect()),
         ("magnetometer", dataset.magnetometer.iter().map(|row| row.0).collect()),
@@ -104,18 +104,20 @@ fn write_gaps(f: &mut fmt::Formatter<'_>, name: &str, gaps: &[Gap]) -> fmt::Resu
 }
 
 fn write_imu(f: &mut fmt::Formatter<'_>, dataset: &Dataset) -> fmt::Result {
-    let Some(first) = dataset.imu.first() else { return Ok(()) };
+    let Some(first) = dataset.samples().next() else { return Ok(()) };
     let form = match first.motion {
         Motion::Rates { .. } => "rates",
         Motion::Increments { .. } => "increments",
     };
-    let of_all = |has: fn(&ImuSample) -> bool| share(&dataset.imu, has);
+    let of_all = |has: fn(&ImuSample) -> bool| {
+        counted(dataset.samples().filter(has).count(), dataset.sample_count())
+    };
     writeln!(f, "\nimu")?;
     writeln!(f, "  form      {form}")?;
     writeln!(f, "  attitude  {}", of_all(|sample| sample.attitude.is_some()))?;
     writeln!(f, "  magnetic  {}", of_all(|sample| sample.magnetic_field_gauss.is_some()))?;
     writeln!(f, "  at        {} m from the CG", arm(dataset.manifest.imu.lever_arm_m.to_array()))?;
-    let rates = rates(&dataset.imu);
+    let rates = rates(dataset.samples());
     let mean =
         |pick: fn(&[f64; 6]) -> f64| rates.iter().map(pick).sum::<f64>() / rates.len() as f64;
     if rates.is_empty() {
@@ -172,7 +174,7 @@ fn write_fixes(f: &mut fmt::Formatter<'_>, dataset: &Dataset) -> fmt::Result {
 }
 
 /// Angular rate, rad/s, and specific force, m/s², of each sample.
-pub(crate) fn rates(samples: &[ImuSample]) -> Vec<[f64; 6]> {
+pub(crate) fn rates(samples: impl IntoIterator<Item = ImuSample>) -> Vec<[f64; 6]> {
     let rates = crate::rates::rates(samples);
     let six = |at: &crate::rates::Rates| {
         let ([p, q, r], [x, y, z]) = (at.turn_radps, at.force_mps2);
@@ -197,10 +199,15 @@ pub(crate) fn vibration(rates: &[[f64; 6]]) -> Option<[f64; 6]> {
 
 /// How many of `items` have something, in words.
 fn share<T>(items: &[T], has: fn(&T) -> bool) -> String {
-    match items.iter().filter(|item| has(item)).count() {
+    counted(items.iter().filter(|item| has(item)).count(), items.len())
+}
+
+/// `some` of `all`, in words.
+fn counted(some: usize, all: usize) -> String {
+    match some {
         0 => "none".into(),
-        all if all == items.len() => "all".into(),
-        some => format!("{some} of {}", items.len()),
+        some if some == all => "all".into(),
+        some => format!("{some} of {all}"),
     }
 }
 
@@ -293,7 +300,7 @@ mod tests {
                 )
             })
             .collect();
-        let rates = rates(&samples);
+        let rates = rates(samples);
         assert_eq!(rates.len(), 2);
         assert!((rates[0][0] - 0.1).abs() < 1e-12 && (rates[0][5] + 9.81).abs() < 1e-12);
     }

@@ -18,12 +18,12 @@ impl Info<'_> {
             .into_iter()
             .map(|(name, times)| (name.to_owned(), sensor(&times)))
             .collect();
-        let rates = rates(&dataset.imu);
+        let rates = rates(dataset.samples());
         let mean = |component: usize| {
             let sum: f64 = rates.iter().map(|row| row[component]).sum();
             sum / rates.len() as f64
         };
-        let form = dataset.imu.first().map(|sample| match sample.motion {
+        let form = dataset.samples().next().map(|sample| match sample.motion {
             Motion::Rates { .. } => "rates",
             Motion::Increments { .. } => "increments",
         });
@@ -38,7 +38,7 @@ impl Info<'_> {
             "sensors": sensors,
             "imu": {
                 "form": form,
-                "attitude": with(dataset.imu.iter().filter(|one| one.attitude.is_some()).count()),
+                "attitude": with(dataset.samples().filter(|one| one.attitude.is_some()).count()),
                 "mean_rate_radps": (!rates.is_empty()).then(|| [mean(0), mean(1), mean(2)]),
                 "mean_specific_force_mps2": (!rates.is_empty()).then(|| [mean(3), mean(4), mean(5)]),
                 "vibration_radps_and_mps2": vibration(&rates),

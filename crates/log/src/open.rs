@@ -6,16 +6,18 @@ use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::manifest::{MANIFEST_FILE, Manifest};
 use crate::record::Record;
-use crate::{aids, auxiliary, gps, imu};
+use crate::sample_file::{self, Opened};
+use crate::{aids, auxiliary, gps};
 use hovernav_toml::TomlError;
 
-/// The dataset that `log` is, a directory or a flight record, and the record itself if it is one.
+/// The dataset that `log` is, a directory or a flight record, and the record itself if it is one. Of a directory
+/// at most `most` inertial samples are held in memory: see [`Dataset::open_within`].
 ///
 /// # Errors
 /// [`LogError`] where the log cannot be read, with file and line or byte.
-pub fn open(log: &Path) -> Result<(Dataset, Option<Record>), LogError> {
+pub fn open(log: &Path, most: usize) -> Result<(Dataset, Option<Record>), LogError> {
     if !Record::is_mcap(log) {
-        return Ok((Dataset::open(log)?, None));
+        return Ok((Dataset::open_within(log, most)?, None));
     }
     let record = Record::open(log)?;
     Ok((record.dataset()?, Some(record)))
@@ -33,7 +35,19 @@ impl Dataset {
     /// does not run forward, a manifest that is not valid, a file that is no flight record: see
     /// [`LogError`].
     pub fn open(log: &Path) -> Result<Self, LogError> {
-        if log.is_file() { Self::open_file(log) } else { Self::open_directory(log) }
+        Self::open_within(log, usize::MAX)
+    }
+
+    /// [`open`](Self::open), a directory's inertial samples left in their file where there are more than `most`:
+    /// the memory that the dataset takes does not grow with them. Each time that they are gone over the file is
+    /// read anew, so it has to stay as it is.
+    ///
+    /// Where time goes back in the file, the times of all rows are in memory while it is opened.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_within(log: &Path, most: usize) -> Result<Self, LogError> {
+        if log.is_file() { Self::open_file(log) } else { Self::open_directory(log, most) }
     }
 
     fn open_file(path: &Path) -> Result<Self, LogError> {
@@ -62,9 +76,13 @@ impl Dataset {
         Ok((manifest, warnings))
     }
 
-    fn open_directory(dir: &Path) -> Result<Self, LogError> {
+    fn open_directory(dir: &Path, most: usize) -> Result<Self, LogError> {
         let (mut manifest, mut warnings) = Self::manifest_of(dir)?;
-        let imu = imu::read(dir, manifest.imu.take_reading(), &mut warnings)?;
+        let reading = manifest.imu.take_reading();
+        let (imu, imu_file) = match sample_file::open(dir, reading, most, &mut warnings)? {
+            Opened::InMemory(samples) => (samples, None),
+            Opened::InFile(file) => (Vec::new(), Some(file)),
+        };
         let fixes = gps::read(dir, manifest.gps.latency_s, &mut warnings)?;
         let baro = auxiliary::read_baro(dir, &mut warnings)?;
         let magnetometer = auxiliary::read_magnetometer(dir, &mut warnings)?;
@@ -75,6 +93,7 @@ impl Dataset {
         Ok(Self {
             manifest,
             imu,
+            imu_file,
             fixes,
             baro,
             magnetometer,

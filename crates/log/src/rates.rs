@@ -17,25 +17,32 @@ pub(crate) struct Rates {
     pub clipped: ClippedAxes,
 }
 
-/// Angular rate and specific force of each sample; increments over their interval, so none of the
+/// Angular rate and specific force of each sample, beside it; increments over their interval, so none of the
 /// first.
-pub(crate) fn rates(samples: &[ImuSample]) -> Vec<Rates> {
+pub(crate) fn with_rates(
+    samples: impl IntoIterator<Item = ImuSample>,
+) -> impl Iterator<Item = (ImuSample, Option<Rates>)> {
     let mut before: Option<Time> = None;
-    let mut rates = Vec::with_capacity(samples.len());
-    for sample in samples {
-        let interval_s = before.map(|before| sample.time - before);
+    samples.into_iter().map(move |sample| {
+        let interval_s = before.replace(sample.time).map(|before| sample.time - before);
         // The first increment's interval is not known.
-        if interval_s.is_some() || matches!(sample.motion, Motion::Rates { .. }) {
-            let mean = sample.motion.mean_rates(interval_s.unwrap_or_default());
-            rates.push(Rates {
+        let is_known = interval_s.is_some() || matches!(sample.motion, Motion::Rates { .. });
+        let interval_s = interval_s.unwrap_or_default();
+        let rates = is_known.then(|| {
+            let mean = sample.motion.mean_rates(interval_s);
+            Rates {
                 time: sample.time,
-                interval_s: interval_s.unwrap_or_default(),
+                interval_s,
                 turn_radps: mean.angular_rate_radps.to_array(),
                 force_mps2: mean.specific_force_mps2.to_array(),
                 clipped: sample.clipped,
-            });
-        }
-        before = Some(sample.time);
-    }
-    rates
+            }
+        });
+        (sample, rates)
+    })
+}
+
+/// The rates of [`with_rates`], in memory.
+pub(crate) fn rates(samples: impl IntoIterator<Item = ImuSample>) -> Vec<Rates> {
+    with_rates(samples).filter_map(|(_, rates)| rates).collect()
 }

@@ -11,20 +11,41 @@ pub(crate) struct Records {
     record: ByteRecord,
     line: u64,
     start: usize,
+    /// Where in the file the source begins.
+    origin: u64,
+}
+
+/// Where a record begins: byte in the file, from 0, and line, from 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub byte: u64,
+    line: u64,
 }
 
 impl Records {
     /// Those in `source`, past a byte order mark.
-    pub fn new(mut source: Box<dyn Read>) -> io::Result<Self> {
+    pub fn new(mut source: Box<dyn Read + Send>) -> io::Result<Self> {
         let mut head = Vec::with_capacity(MARK.len());
         source.by_ref().take(MARK.len() as u64).read_to_end(&mut head)?;
+        let mut place = Place { byte: 0, line: 1 };
         if head == MARK {
             head.clear();
+            place.byte = MARK.len() as u64;
         }
-        let source = Box::new(Cursor::new(head).chain(source));
+        Ok(Self::from(Box::new(Cursor::new(head).chain(source)), place))
+    }
+
+    /// Those from the one at `place` on, where `source` begins.
+    pub fn from(source: Box<dyn Read + Send>, place: Place) -> Self {
         let tee = Tee { source, kept: Vec::new(), offset: 0 };
         let reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(tee);
-        Ok(Self { reader, record: ByteRecord::new(), line: 1, start: 0 })
+        let record = ByteRecord::new();
+        Self { reader, record, line: place.line, start: 0, origin: place.byte }
+    }
+
+    /// Where the record moved on to begins.
+    pub fn place(&self) -> Place {
+        Place { byte: self.origin + self.start as u64, line: self.line }
     }
 
     /// Moves on to the next record; whether there is one.
@@ -68,7 +89,7 @@ const MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Remembers what was read of a source, as far as it is still wanted.
 struct Tee {
-    source: Box<dyn Read>,
+    source: Box<dyn Read + Send>,
     kept: Vec<u8>,
     /// Where in the source `kept` begins.
     offset: usize,

@@ -30,7 +30,7 @@ impl Remarks {
     }
 
     /// What rows are counted by: `line` or `byte`.
-    pub(crate) fn place(&self) -> &'static str {
+    pub(crate) const fn place(&self) -> &'static str {
         self.place
     }
 

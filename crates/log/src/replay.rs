@@ -1,9 +1,11 @@
 //! A recorded flight through the estimator.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use serde::Serialize;
 
+use crate::comparisons::{ChannelTally, Thinning, routine};
 use crate::dataset::{Dataset, Source};
 use crate::kept::{Keep, Kept};
 use hovernav::ekf::layout::{Full, Layout as _};
@@ -37,8 +39,14 @@ pub struct Run {
     pub solutions: Vec<Solution>,
     /// How many were not.
     pub solutions_left_out: usize,
-    /// What the estimator reported, in order, but for readings left out by design.
+    /// What the estimator reported, in order, but for readings left out by design. Of the comparisons of aids
+    /// other than the receiver that were accepted as a matter of course, at most 32 768 of each, evenly thinned,
+    /// where solutions are ([`Keep::Thinned`]).
     pub notices: Vec<Notice>,
+    /// How many comparisons are not among the notices.
+    pub comparisons_left_out: usize,
+    /// What became of all comparisons, by the channel's name.
+    pub channels: BTreeMap<&'static str, ChannelTally>,
     /// Readings that could not be used for a fault of theirs, each a notice too.
     pub unusable: UnusedReadings,
     /// Readings left out by design: too soon after the last, or before the heading is known.
@@ -47,6 +55,8 @@ pub struct Run {
     pub gps_offset: Option<(f64, f64)>,
     /// By how many times the inertial unit turned out noisier than assumed, in variance, at most.
     pub noise_excess: f64,
+    /// `None` where all comparisons are kept.
+    thinning: Option<Thinning>,
 }
 
 /// How many readings of each aid were not used.
@@ -96,6 +106,17 @@ impl Run {
             }
             self.unusable.count(aid);
         }
+        if let Notice::Updated(report) = &notice {
+            ChannelTally::count(&mut self.channels, report);
+        }
+        if let (Some(thinning), Some(channel)) = (&mut self.thinning, routine(&notice)) {
+            let kept = self.notices.len();
+            let takes = thinning.takes(channel, &mut self.notices);
+            self.comparisons_left_out += kept - self.notices.len() + usize::from(!takes);
+            if !takes {
+                return;
+            }
+        }
         self.notices.push(notice);
     }
 }
@@ -124,7 +145,7 @@ impl Dataset {
     /// How many fixes come before the first inertial sample, of no use to anyone.
     #[must_use]
     pub fn fixes_before_imu(&self) -> usize {
-        let first = self.imu.first().map_or(Time::ZERO, |sample| sample.time);
+        let first = self.sample_span().map_or(Time::ZERO, |(first, _)| first);
         self.fixes.iter().take_while(|fix| fix.time < first).count()
     }
 
@@ -181,8 +202,9 @@ impl Dataset {
         progress: &mut dyn FnMut(usize),
         mut push: impl FnMut(&Event, &mut Run) -> ControlFlow<(), Option<Solution>>,
     ) -> Run {
-        let mut run = Run { config: *config, ..Run::default() };
-        let mut kept = Kept::new(keep, self.imu.len());
+        let thinning = (keep == Keep::Thinned).then(Thinning::default);
+        let mut run = Run { config: *config, thinning, ..Run::default() };
+        let mut kept = Kept::new(keep, self.sample_count());
         let mut samples = 0;
         for event in self.events() {
             let ControlFlow::Continue(solution) = push(&event, &mut run) else { break };

@@ -34,8 +34,7 @@ impl Dataset {
 
     /// The settings, and what is to be said of the declination.
     pub(crate) fn configuration(&self) -> Result<(EstimatorConfig, Option<Declination>), LogError> {
-        let magnetic = !self.magnetometer.is_empty()
-            || self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+        let magnetic = !self.magnetometer.is_empty() || self.has_magnetic_samples();
         let place = self.fixes.first().map(|fix| fix.position);
         self.manifest.settings(magnetic, place.as_ref())
     }
@@ -71,6 +70,9 @@ impl Dataset {
         let reading = self.manifest.imu.take_reading();
         for sample in &mut self.imu {
             *sample = reading.applied(*sample);
+        }
+        if let Some(file) = &mut self.imu_file {
+            file.turn(reading);
         }
     }
 }

@@ -75,7 +75,7 @@ impl Dataset {
     /// back over one block and starts the others.
     #[must_use]
     pub fn smoothing_bytes(&self) -> u64 {
-        let (samples, block) = (self.imu.len(), self.block());
+        let (samples, block) = (self.sample_count(), self.block());
         let checkpoint = size_of::<Estimator<Full, 28>>() + 1024;
         let bytes = samples * size_of::<Solution>()
             + samples.min(block) * TRACE
@@ -85,7 +85,7 @@ impl Dataset {
 
     /// Samples of a block: where checkpoints and one block's trace take least together.
     fn block(&self) -> usize {
-        let balanced = (self.imu.len() * size_of::<Estimator<Full, 28>>() / TRACE).isqrt();
+        let balanced = (self.sample_count() * size_of::<Estimator<Full, 28>>() / TRACE).isqrt();
         balanced.max(LEAST_BLOCK)
     }
 
@@ -115,11 +115,11 @@ impl Dataset {
             second =
                 Some(self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints));
         }
-        let mut solutions = Vec::with_capacity(self.imu.len());
+        let mut solutions = Vec::with_capacity(self.sample_count());
         let mut after = Adjoint::default();
         let block = self.block();
         while let Some(Checkpoint { mut estimator, events }) = checkpoints.pop() {
-            let mut smoother = Smoother::<Full, 28>::with_capacity(block.min(self.imu.len()));
+            let mut smoother = Smoother::<Full, 28>::with_capacity(block.min(self.sample_count()));
             let mut samples = 0;
             for event in events {
                 samples += usize::from(matches!(event, Event::Imu(_)));

@@ -69,6 +69,70 @@ fn extremes(channel: &[f64], start: usize, end: usize) -> Option<[usize; 2]> {
     }))
 }
 
+/// A series to draw, thinned while it comes: every point of a short one, of a longer one the lowest and the
+/// highest of every few, so that peaks survive at their own height and time. No more than 65 536 points stay.
+#[derive(Clone, Debug)]
+pub struct Extremes {
+    /// Points of the series to two that stay, or 1 while all of them do.
+    stride: usize,
+    /// The extremes of points that are not yet `stride`, and how many they are.
+    near: Option<[(f64, f64); 2]>,
+    count: usize,
+    points: Vec<(f64, f64)>,
+}
+
+impl Default for Extremes {
+    fn default() -> Self {
+        Self { stride: 1, near: None, count: 0, points: Vec::new() }
+    }
+}
+
+impl Extremes {
+    const MOST: usize = 1 << 16;
+
+    /// Adds the next point, finite, its abscissa after that of the one before.
+    pub fn push(&mut self, point: (f64, f64)) {
+        self.near = Some(self.near.map_or([point; 2], |near| widened(near, point)));
+        self.count += 1;
+        if self.count < self.stride {
+            return;
+        }
+        if self.points.len() + 2 > Self::MOST {
+            let halved = self.points.chunks(4).flat_map(|four| {
+                let four =
+                    four.iter().skip(1).fold([four[0]; 2], |near, point| widened(near, *point));
+                in_order(four)
+            });
+            self.points = halved.collect();
+            self.stride = if self.stride == 1 { 4 } else { 2 * self.stride };
+        }
+        self.flush();
+    }
+
+    fn flush(&mut self) {
+        self.points.extend(self.near.take().into_iter().flat_map(in_order));
+        self.count = 0;
+    }
+
+    /// Those that stay, in their order.
+    #[must_use]
+    pub fn finish(mut self) -> Vec<(f64, f64)> {
+        self.flush();
+        self.points
+    }
+}
+
+/// The lowest and the highest point with another.
+fn widened([low, high]: [(f64, f64); 2], point: (f64, f64)) -> [(f64, f64); 2] {
+    [if point.1 < low.1 { point } else { low }, if point.1 > high.1 { point } else { high }]
+}
+
+/// Both by their abscissa, or the one that both are.
+fn in_order([low, high]: [(f64, f64); 2]) -> impl Iterator<Item = (f64, f64)> {
+    let [first, second] = if low.0 <= high.0 { [low, high] } else { [high, low] };
+    std::iter::once(first).chain((first != second).then_some(second))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -119,6 +183,24 @@ mod tests {
                 assert_eq!((kept[0], *kept.last().unwrap()), (0, length - 1));
             }
         }
+    }
+
+    #[test]
+    fn what_comes_point_by_point_keeps_its_peaks_in_little_memory() {
+        let drawn = |count: u32| {
+            let mut extremes = Extremes::default();
+            for k in 0..count {
+                let spike = f64::from(u8::from(k == 700_001)) - f64::from(u8::from(k == 12_345));
+                extremes.push((f64::from(k), spike + 1e-3 * f64::from(k % 7)));
+            }
+            extremes.finish()
+        };
+        assert_eq!(drawn(60_000).len(), 60_000);
+        let long = drawn(1_000_000);
+        assert!(long.len() <= Extremes::MOST && long.len() > Extremes::MOST / 4);
+        assert!(long.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        let has = |time: f64| long.iter().any(|point| point.0 == time);
+        assert!(has(700_001.0) && has(12_345.0));
     }
 
     #[test]

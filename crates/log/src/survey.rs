@@ -14,6 +14,7 @@ use crate::rates::{Rates, rates};
 use crate::statistics::quantile;
 use crate::vibration_lines::{VibrationLine, vibration_lines};
 use hovernav::gps::Fix;
+use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
 /// A log at a glance: sensors, vibration, GPS quality, what is missing, what was found. Its
@@ -104,7 +105,7 @@ impl Survey {
     /// Surveys `dataset`; where the filter can be run over it, it is.
     #[must_use]
     pub fn of(dataset: &Dataset) -> Self {
-        let nothing_to_run = dataset.fixes.is_empty() || dataset.imu.is_empty();
+        let nothing_to_run = dataset.fixes.is_empty() || dataset.sample_count() == 0;
         let run = match (nothing_to_run, dataset.configuration()) {
             (false, Ok((config, _))) => dataset
                 .estimate_each(&config, Keep::Thinned, |_| {}, |_| Ok::<(), Infallible>(()))
@@ -116,7 +117,7 @@ impl Survey {
         Self {
             name: dataset.manifest.name.clone(),
             sensors: sensors(dataset),
-            imu: imu(dataset, &rates(&dataset.imu)),
+            imu: imu(dataset, &rates(dataset.samples())),
             gps: gps(&dataset.fixes),
             gps_offset_s: run.and_then(|run| run.gps_offset),
             missing: missing(dataset),
@@ -164,9 +165,12 @@ fn imu(dataset: &Dataset, rates: &[Rates]) -> Option<ImuSurvey> {
             (squares / (6.0 * (rates.len() - 2) as f64)).sqrt()
         })
     };
+    let of_samples = |has: fn(&ImuSample) -> bool| {
+        dataset.samples().filter(has).count() as f64 / dataset.sample_count().max(1) as f64
+    };
     Some(ImuSurvey {
-        with_attitude: share(&dataset.imu, |sample| sample.attitude.is_some()),
-        with_magnetic_field: share(&dataset.imu, |sample| sample.magnetic_field_gauss.is_some()),
+        with_attitude: of_samples(|sample| sample.attitude.is_some()),
+        with_magnetic_field: of_samples(|sample| sample.magnetic_field_gauss.is_some()),
         mean_rate_radps: mean(|at| at.turn_radps),
         mean_force_mps2: mean(|at| at.force_mps2),
         vibration_radps: rough(|at| at.turn_radps),
@@ -200,9 +204,8 @@ fn gps(fixes: &[Fix]) -> Option<GpsSurvey> {
 fn missing(dataset: &Dataset) -> Vec<String> {
     let mut missing = Vec::new();
     let mut say = |sentence: &str| missing.push(sentence.to_owned());
-    let has_attitude = dataset.imu.iter().any(|sample| sample.attitude.is_some());
-    let has_field = !dataset.magnetometer.is_empty()
-        || dataset.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+    let has_attitude = dataset.samples().any(|sample| sample.attitude.is_some());
+    let has_field = !dataset.magnetometer.is_empty() || dataset.has_magnetic_samples();
     if dataset.fixes.is_empty() {
         say("no GPS: nothing to start from, so no solution");
     } else if dataset.fixes.iter().all(|fix| fix.horizontal_velocity_mps.is_none()) {

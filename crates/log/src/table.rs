@@ -2,14 +2,14 @@
 
 use std::cmp::Ordering;
 use std::collections::HashSet;
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use csv::ByteRecord;
 
 use crate::error::{LogError, excerpt};
 use crate::number::{parse_number, parse_time};
-use crate::records::Records;
+use crate::records::{Place, Records};
 use crate::remarks::Remarks;
 use hovernav::time::Time;
 use hovernav_toml::open_file;
@@ -56,7 +56,7 @@ impl Table {
     }
 
     /// The table that `source`, the file `path`, holds.
-    fn read(path: PathBuf, source: Box<dyn Read>) -> Result<Self, LogError> {
+    fn read(path: PathBuf, source: Box<dyn Read + Send>) -> Result<Self, LogError> {
         let mut records = Records::new(source).map_err(LogError::io(&path))?;
         if !records.advance().map_err(LogError::io(&path))? {
             let reason = "the file is empty, expected a header row".into();
@@ -86,6 +86,24 @@ impl Table {
 
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Where the row that was read last begins.
+    pub fn place(&self) -> Place {
+        self.records.place()
+    }
+
+    /// Goes on with the row at `place` of the same file.
+    pub fn resume(&mut self, place: Place) -> Result<(), LogError> {
+        let seek = || {
+            let mut file = open_file(&self.path, LARGEST_BYTES)?;
+            file.seek(SeekFrom::Start(place.byte))?;
+            Ok(file)
+        };
+        let file = seek().map_err(LogError::io(&self.path))?;
+        let rest = file.take(LARGEST_BYTES.saturating_sub(place.byte));
+        self.records = Records::from(Box::new(rest), place);
+        Ok(())
     }
 
     /// The places of `names` in the header if all are there.

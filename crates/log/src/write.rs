@@ -42,10 +42,10 @@ impl Dataset {
 
     fn write_imu(&self, dir: &Path) -> Result<(), LogError> {
         let are_rates =
-            self.imu.first().is_none_or(|first| matches!(first.motion, Motion::Rates { .. }));
-        let has_attitude = self.imu.iter().any(|sample| sample.attitude.is_some());
-        let has_magnetic = self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
-        let has_marks = self.imu.iter().any(|sample| sample.clipped.any());
+            self.samples().next().is_none_or(|first| matches!(first.motion, Motion::Rates { .. }));
+        let has_attitude = self.samples().any(|sample| sample.attitude.is_some());
+        let has_magnetic = self.has_magnetic_samples();
+        let has_marks = self.samples().any(|sample| sample.clipped.any());
         let mut columns = vec!["t_s"];
         columns.extend(if are_rates { imu::RATES } else { imu::INCREMENTS });
         columns.extend(imu::ATTITUDE.iter().filter(|_| has_attitude));
@@ -53,11 +53,11 @@ impl Dataset {
         columns.extend(imu::CLIPPED.iter().flatten().filter(|_| has_marks));
         let path = dir.join(imu::FILE);
         // Of a receiver alone there is a gps.csv alone.
-        if self.imu.is_empty() && !self.fixes.is_empty() && !path.exists() {
+        if self.sample_count() == 0 && !self.fixes.is_empty() && !path.exists() {
             return Ok(());
         }
         let mut csv = CsvWriter::new(path.clone(), &columns);
-        for sample in &self.imu {
+        for sample in self.samples() {
             csv.time(sample.time);
             let (gyro, accel) = match sample.motion {
                 Motion::Rates { angular_rate_radps, specific_force_mps2 } if are_rates => {
@@ -87,7 +87,8 @@ impl Dataset {
             }
             csv.end_row();
         }
-        csv.finish()
+        csv.finish()?;
+        self.ensure_read()
     }
 
     fn write_fixes(&self, dir: &Path) -> Result<(), LogError> {

@@ -71,13 +71,8 @@ pub(crate) fn dataset(
         magnetometer: magnetometer.ordered(gathered.magnetometer, |row| row.0, &mut warnings)?,
         controls: controls.ordered(gathered.controls, |row| row.0, &mut warnings)?,
         manifest,
-        headings: Vec::new(),
-        ranges: Vec::new(),
-        rotor: Vec::new(),
-        injected: Vec::new(),
-        order: Vec::new(),
         warnings,
-        notes: Vec::new(),
+        ..Dataset::default()
     };
     Ok((dataset, onboard))
 }

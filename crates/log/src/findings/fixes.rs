@@ -100,13 +100,14 @@ fn outages(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 
 fn early(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let early = log.dataset.fixes_before_imu();
-    let (Some(first), Some(sample)) = (log.dataset.fixes.first(), log.dataset.imu.first()) else {
+    let (Some(first), Some((imu, _))) = (log.dataset.fixes.first(), log.dataset.sample_span())
+    else {
         return;
     };
     if early > 0 {
         findings.push(Finding {
             start_s: first.time.seconds(),
-            end_s: sample.time.seconds(),
+            end_s: imu.seconds(),
             sensor: "gps",
             kind: "fixes too early",
             severity: Severity::Info,

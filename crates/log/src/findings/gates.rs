@@ -141,8 +141,13 @@ fn refusal(
         let opened = refused.iter().filter(|at| at.verdict == Verdict::Reopened);
         reopened = opened.map(|at| at.time_s).next_back().or(reopened);
         let (name, unit) = (group.name, group.unit);
-        let (count, heard) = (refused.len(), heard.count());
-        parts.push(format!("{name} by up to {largest:.1} {unit} ({count} of {heard} readings)"));
+        // Of a thinned run it is not known how many were accepted in between.
+        let of_all = match sensor.start == 0 || log.run.comparisons_left_out == 0 {
+            true => format!(" of {}", heard.count()),
+            false => String::new(),
+        };
+        let count = refused.len();
+        parts.push(format!("{name} by up to {largest:.1} {unit} ({count}{of_all} readings)"));
     }
     let lasting = span.count >= LASTING && span.end_s - span.start_s >= LASTING_S;
     let first = &GROUPS[sensor.start];

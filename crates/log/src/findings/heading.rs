@@ -3,10 +3,12 @@
 use hovernav::ekf::Notice;
 use hovernav::ins::HeadingSource;
 
-use super::spans::spans;
+use super::spans::{Spans, spans};
 use super::{Judged, when};
+use crate::distribution::Distribution;
 use crate::finding::{Finding, Severity};
-use crate::statistics::quantile;
+use hovernav::frames::{Body, Vector};
+use hovernav::time::Time;
 
 /// A field whose strength is off its median by this share is not the Earth's alone.
 const DISTURBED: f64 = 0.25;
@@ -17,10 +19,10 @@ const ONE_DOUBT_S: f64 = 30.0;
 /// A disturbance shorter than this, s, passes with the noise.
 const LASTING_S: f64 = 3.0;
 
-pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Finding>) {
     start(log, findings);
     doubts(log, findings);
-    disturbances(log, findings);
+    field.find(findings);
 }
 
 fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -108,39 +110,73 @@ fn doubts(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Where the magnetic field is not the Earth's.
-fn disturbances(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let own = log.dataset.imu.iter();
-    let own = own.filter_map(|sample| Some((sample.time, sample.magnetic_field_gauss?)));
-    let apart = log.dataset.magnetometer.iter().copied();
-    let strengths: Vec<(f64, f64)> = if log.dataset.magnetometer.is_empty() {
-        own.map(|(time, field)| (time.seconds(), field.norm())).collect()
-    } else {
-        apart.map(|(time, field)| (time.seconds(), field.norm())).collect()
-    };
-    let mut sorted: Vec<f64> = strengths.iter().map(|(_, strength)| *strength).collect();
-    let Some(usual) = quantile(&mut sorted, 0.5).filter(|usual| *usual > 0.0) else { return };
-    let off = strengths
-        .iter()
-        .map(|&(time_s, strength)| (time_s, (strength / usual - 1.0).abs()))
-        .filter(|&(_, off)| off > DISTURBED);
-    for span in spans(off, 1.0) {
-        if span.end_s - span.start_s < LASTING_S {
-            continue;
+/// How strong the magnetic field is, and where it is not the Earth's: what is usual takes one look at all
+/// readings, when it is not another.
+pub(super) struct FieldStrength {
+    strengths: Distribution,
+    largest: f64,
+    usual: f64,
+    off: Spans,
+}
+
+impl Default for FieldStrength {
+    fn default() -> Self {
+        Self {
+            strengths: Distribution::default(),
+            largest: 0.0,
+            usual: 0.0,
+            off: Spans::apart(1.0),
         }
-        findings.push(Finding {
-            start_s: span.start_s,
-            end_s: span.end_s,
-            sensor: "magnetometer",
-            kind: "magnetic disturbance",
-            severity: Severity::Warning,
-            count: span.count,
-            words: format!(
-                "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, \
-                 by a current or iron nearby, and so is the heading it gives",
-                when(span.start_s, span.end_s),
-                100.0 * span.largest
-            ),
-        });
+    }
+}
+
+impl FieldStrength {
+    pub fn look(&mut self, field_gauss: Vector<Body>) {
+        let strength = field_gauss.norm();
+        self.largest = self.largest.max(strength);
+        self.strengths.push(strength);
+    }
+
+    /// Ends the first look; whether a second can find anything.
+    pub fn looked(&mut self) -> bool {
+        self.usual = self.strengths.quantile(0.5).unwrap_or(0.0);
+        let weakest = self.strengths.quantile(0.0).unwrap_or(0.0);
+        self.usual > 0.0
+            && [weakest, self.largest].iter().any(|strength| self.off(*strength) > DISTURBED)
+    }
+
+    /// Share by which a strength is off what is usual.
+    fn off(&self, strength: f64) -> f64 {
+        (strength / self.usual - 1.0).abs()
+    }
+
+    pub fn look_again(&mut self, time: Time, field_gauss: Vector<Body>) {
+        let off = self.off(field_gauss.norm());
+        if self.usual > 0.0 && off > DISTURBED {
+            self.off.push((time.seconds(), off));
+        }
+    }
+
+    fn find(self, findings: &mut Vec<Finding>) {
+        let usual = self.usual;
+        for span in self.off.found {
+            if span.end_s - span.start_s < LASTING_S {
+                continue;
+            }
+            findings.push(Finding {
+                start_s: span.start_s,
+                end_s: span.end_s,
+                sensor: "magnetometer",
+                kind: "magnetic disturbance",
+                severity: Severity::Warning,
+                count: span.count,
+                words: format!(
+                    "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, \
+                     by a current or iron nearby, and so is the heading it gives",
+                    when(span.start_s, span.end_s),
+                    100.0 * span.largest
+                ),
+            });
+        }
     }
 }

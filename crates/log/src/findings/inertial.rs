@@ -2,16 +2,18 @@
 
 use hovernav::ekf::{ImuFault, Notice, ResetCause};
 use hovernav::imu::{FullScale, Integrity, MeanRates};
+use hovernav::time::Time;
 
 use super::Judged;
-use super::spans::{Span, improbable_runs, spans};
+use super::ends::Ends;
+use super::spans::{Repeating, Repetitions, Span, Spans, spans};
 use super::when;
+use crate::distribution::Distribution;
 use crate::finding::{Finding, Severity};
-use crate::rates::{Rates, rates};
-use crate::statistics::quantile;
+use crate::rates::Rates;
 
-const UNIT: &str = "inertial unit";
-const AXES: [&str; 6] =
+pub(super) const UNIT: &str = "inertial unit";
+pub(super) const AXES: [&str; 6] =
     ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
 /// Events closer than this, s, are one.
 const APART_S: f64 = 2.0;
@@ -22,14 +24,197 @@ const LOST: f64 = 0.02;
 /// Vibration that adds more than this to the velocity's error in a second, m/s, is high.
 const HIGH_MPS: f64 = 0.6;
 
-pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let rates = rates(&log.dataset.imu);
+pub(super) fn find(log: &Judged<'_>, samples: Inertial, ends: Ends, findings: &mut Vec<Finding>) {
     reported(log, findings);
-    lost(&rates, findings);
-    stuck(log, &rates, findings);
-    shaken(log, &rates, findings);
-    clipped(log, &rates, findings);
-    vibration(&rates, findings);
+    samples.lost(findings);
+    samples.stuck(log, findings);
+    samples.shaken(findings);
+    ends.find(findings);
+    samples.vibration(findings);
+}
+
+/// What the samples themselves tell, one by one.
+pub(super) struct Inertial {
+    intervals: Distribution,
+    count: usize,
+    first_s: f64,
+    last_s: f64,
+    repetitions: [Repetitions<f64, Time>; 6],
+    scale: FullScale,
+    integrity: Integrity,
+    shaken: Spans,
+    /// The forces of the last two samples, and the squares of how they bend.
+    before: [Option<[f64; 3]>; 2],
+    bends: [f64; 3],
+}
+
+impl Inertial {
+    pub fn of(log: &Judged<'_>) -> Self {
+        let model = &log.run.config.ekf.imu;
+        Self {
+            intervals: Distribution::default(),
+            count: 0,
+            first_s: 0.0,
+            last_s: 0.0,
+            repetitions: Default::default(),
+            scale: FullScale {
+                gyro_radps: model.gyro_range_radps,
+                accel_mps2: model.accel_range_mps2,
+            },
+            integrity: Integrity::NONE,
+            shaken: Spans::apart(APART_S),
+            before: [None; 2],
+            bends: [0.0; 3],
+        }
+    }
+
+    pub fn push(&mut self, at: &Rates) {
+        let time_s = at.time.seconds();
+        if self.count == 0 {
+            self.first_s = time_s;
+        } else {
+            self.intervals.push(at.interval_s);
+        }
+        self.count += 1;
+        self.last_s = time_s;
+        for (axis, repetitions) in self.repetitions.iter_mut().enumerate() {
+            repetitions.push(component(at, axis), at.time);
+        }
+        self.shake(at, time_s);
+        if let [Some(a), Some(b)] = self.before {
+            let c = at.force_mps2;
+            for axis in 0..3 {
+                let bend = a[axis] - 2.0 * b[axis] + c[axis];
+                self.bends[axis] += bend * bend;
+            }
+        }
+        self.before = [self.before[1], Some(at.force_mps2)];
+    }
+
+    /// Blows, by the judgement that the filter uses.
+    fn shake(&mut self, at: &Rates, time_s: f64) {
+        if at.interval_s > 0.5 {
+            self.integrity.interrupt();
+        }
+        let mean = MeanRates {
+            angular_rate_radps: at.turn_radps.into(),
+            specific_force_mps2: at.force_mps2.into(),
+        };
+        let suspicion = self.integrity.push((&mean, true), &at.clipped, at.interval_s, &self.scale);
+        if suspicion.shaken {
+            let [x, y, z] = at.force_mps2;
+            self.shaken.push((time_s, x.hypot(y).hypot(z)));
+        }
+    }
+
+    /// Samples missing here and there, and time stamps that scatter.
+    fn lost(&self, findings: &mut Vec<Finding>) {
+        let Some(typical_s) = self.intervals.quantile(0.5) else { return };
+        let missing = |interval_s: f64| ((interval_s / typical_s).round() - 1.0).max(0.0);
+        // Longer ones are gaps, told one by one.
+        let short = self.intervals.counts().filter(|(interval_s, _)| *interval_s < 5.0 * typical_s);
+        let missing: f64 =
+            short.map(|(interval_s, count)| missing(interval_s) * count as f64).sum();
+        let share = missing / (missing + self.count as f64);
+        if share > LOST {
+            let (start_s, end_s) = (self.first_s, self.last_s);
+            findings.push(Finding {
+                start_s,
+                end_s,
+                sensor: UNIT,
+                kind: "samples lost",
+                severity: Severity::Warning,
+                count: missing as usize,
+                words: format!(
+                    "inertial unit: {:.1} % of the samples are missing {}, {missing:.0} in all, as a line \
+                     that loses packets makes it: each leaves the vibration in velocity and attitude",
+                    100.0 * share,
+                    when(start_s, end_s),
+                ),
+            });
+        }
+    }
+
+    /// Single axes that repeat themselves.
+    fn stuck(&self, log: &Judged<'_>, findings: &mut Vec<Finding>) {
+        let used = |start: Time| log.span_s().is_some_and(|(first_s, _)| start.seconds() > first_s);
+        let mut found: Vec<(usize, Repeating<Time>)> = Vec::new();
+        for (axis, repetitions) in self.repetitions.iter().enumerate() {
+            let runs = repetitions.clone().finish();
+            let lasting = runs.into_iter().filter(|run| run.end - run.start >= STUCK_S);
+            found.extend(lasting.filter(|run| used(run.start)).map(|run| (axis, run)));
+        }
+        found.sort_by_key(|(axis, run)| (run.first, run.last, *axis));
+        // Axes that are stuck together are one event.
+        for together in found.chunk_by(|(_, a), (_, b)| b.first <= a.last) {
+            let first = &together[0].1;
+            let last = together.iter().map(|(_, run)| run).max_by_key(|run| run.last);
+            let last = last.unwrap_or(first);
+            let (start_s, end_s) = (first.start.seconds(), last.end.seconds());
+            let axes: Vec<&str> = together.iter().map(|(axis, _)| AXES[*axis]).collect();
+            let whose = if together.len() == 6 { "all axes".into() } else { axes.join(", ") };
+            findings.push(Finding {
+                start_s,
+                end_s,
+                sensor: UNIT,
+                kind: "stuck axis",
+                severity: Severity::Warning,
+                count: last.last - first.first,
+                words: format!(
+                    "inertial unit stuck {}: {whose} repeated to the last digit for {:.2} s ({} samples), \
+                     while the readings before and after do not",
+                    when(start_s, end_s),
+                    end_s - start_s,
+                    last.last - first.first
+                ),
+            });
+        }
+    }
+
+    fn shaken(&self, findings: &mut Vec<Finding>) {
+        for Span { start_s, end_s, count, largest } in &self.shaken.found {
+            findings.push(Finding {
+                start_s: *start_s,
+                end_s: *end_s,
+                sensor: UNIT,
+                kind: "shock",
+                severity: Severity::Warning,
+                count: *count,
+                words: format!(
+                    "inertial unit shaken far beyond its usual vibration {}, up to {largest:.0} m/s²: a \
+                     blow or something loose; the uncertainty was opened",
+                    when(*start_s, *end_s)
+                ),
+            });
+        }
+    }
+
+    /// What of the vibration the samples cannot follow, where that is much.
+    fn vibration(&self, findings: &mut Vec<Finding>) {
+        let Some(interval_s) = self.intervals.quantile(0.5) else { return };
+        let count = self.count.saturating_sub(2).max(1) as f64;
+        let strengths = self.bends.map(|squares| (squares / (6.0 * count)).sqrt());
+        let strongest = (0..3).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b])).unwrap_or(0);
+        // White noise of this size, summed up for a second.
+        let walk_mps = strengths[strongest] * interval_s.sqrt();
+        let severity = if walk_mps > HIGH_MPS { Severity::Warning } else { Severity::Info };
+        findings.push(Finding {
+            start_s: self.first_s,
+            end_s: self.last_s,
+            sensor: UNIT,
+            kind: "vibration",
+            severity,
+            count: self.count,
+            words: format!(
+                "inertial unit: vibration is {} throughout ({} {:.2} m/s² rms between samples), and what \
+                 the sample rate of {:.0} Hz cannot follow adds up to {walk_mps:.2} m/s in a second",
+                if severity == Severity::Warning { "high" } else { "moderate" },
+                AXES[3 + strongest],
+                strengths[strongest],
+                1.0 / interval_s,
+            ),
+        });
+    }
 }
 
 /// What the estimator itself reported of the samples.
@@ -108,224 +293,6 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Samples missing here and there, and time stamps that scatter.
-fn lost(rates: &[Rates], findings: &mut Vec<Finding>) {
-    let mut intervals: Vec<f64> = rates.iter().skip(1).map(|at| at.interval_s).collect();
-    let (Some(typical_s), Some(first), Some(last)) =
-        (quantile(&mut intervals, 0.5), rates.first(), rates.last())
-    else {
-        return;
-    };
-    let missing = |interval_s: &f64| ((interval_s / typical_s).round() - 1.0).max(0.0);
-    // Longer ones are gaps, told one by one.
-    let short = intervals.iter().filter(|&&interval_s| interval_s < 5.0 * typical_s);
-    let missing: f64 = short.map(missing).sum();
-    let share = missing / (missing + rates.len() as f64);
-    if share > LOST {
-        findings.push(Finding {
-            start_s: first.time.seconds(),
-            end_s: last.time.seconds(),
-            sensor: UNIT,
-            kind: "samples lost",
-            severity: Severity::Warning,
-            count: missing as usize,
-            words: format!(
-                "inertial unit: {:.1} % of the samples are missing {}, {missing:.0} in all, as a line \
-                 that loses packets makes it: each leaves the vibration in velocity and attitude",
-                100.0 * share,
-                when(first.time.seconds(), last.time.seconds()),
-            ),
-        });
-    }
-}
-
-/// Single axes that repeat themselves.
-fn stuck(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
-    let mut found: Vec<(usize, usize, usize)> = Vec::new();
-    for axis in 0..6 {
-        let values: Vec<f64> = rates.iter().map(|at| component(at, axis)).collect();
-        for (first, last) in improbable_runs(&values) {
-            let used =
-                log.span_s().is_some_and(|(start_s, _)| rates[first].time.seconds() > start_s);
-            if used && rates[last].time - rates[first].time >= STUCK_S {
-                found.push((first, last, axis));
-            }
-        }
-    }
-    found.sort_unstable();
-    // Axes that are stuck together are one event.
-    for together in found.chunk_by(|a, b| b.0 <= a.1) {
-        let (first, last) = (together[0].0, together.iter().map(|run| run.1).max().unwrap_or(0));
-        let (start_s, end_s) = (rates[first].time.seconds(), rates[last].time.seconds());
-        let axes: Vec<&str> = together.iter().map(|run| AXES[run.2]).collect();
-        let whose = if together.len() == 6 { "all axes".into() } else { axes.join(", ") };
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: UNIT,
-            kind: "stuck axis",
-            severity: Severity::Warning,
-            count: last - first,
-            words: format!(
-                "inertial unit stuck {}: {whose} repeated to the last digit for {:.2} s ({} samples), \
-                 while the readings before and after do not",
-                when(start_s, end_s),
-                end_s - start_s,
-                last - first
-            ),
-        });
-    }
-}
-
-/// Blows, by the judgement that the filter uses.
-fn shaken(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
-    let model = &log.run.config.ekf.imu;
-    let scale =
-        FullScale { gyro_radps: model.gyro_range_radps, accel_mps2: model.accel_range_mps2 };
-    let mut integrity = Integrity::NONE;
-    let mut shaken = Vec::new();
-    for at in rates {
-        if at.interval_s > 0.5 {
-            integrity.interrupt();
-        }
-        let mean = MeanRates {
-            angular_rate_radps: at.turn_radps.into(),
-            specific_force_mps2: at.force_mps2.into(),
-        };
-        if integrity.push((&mean, true), &at.clipped, at.interval_s, &scale).shaken {
-            let [x, y, z] = at.force_mps2;
-            shaken.push((at.time.seconds(), x.hypot(y).hypot(z)));
-        }
-    }
-    for Span { start_s, end_s, count, largest } in spans(shaken, APART_S) {
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: UNIT,
-            kind: "shock",
-            severity: Severity::Warning,
-            count,
-            words: format!(
-                "inertial unit shaken far beyond its usual vibration {}, up to {largest:.0} m/s²: a \
-                 blow or something loose; the uncertainty was opened",
-                when(start_s, end_s)
-            ),
-        });
-    }
-}
-
-/// Spans in which axes stand at their full scale, for each axis.
-fn clipped(log: &Judged<'_>, rates: &[Rates], findings: &mut Vec<Finding>) {
-    let model = &log.run.config.ekf.imu;
-    for (axis, name) in AXES.into_iter().enumerate() {
-        let known = if axis < 3 { model.gyro_range_radps } else { model.accel_range_mps2 };
-        let values: Vec<f64> = rates.iter().map(|at| component(at, axis)).collect();
-        let scale = full_scale(&values);
-        let is_marked = rates.iter().any(|at| marked(at, axis));
-        let is_clipped = |at: &&Rates| {
-            let value = component(at, axis);
-            let at_end =
-                scale.contains(&Some(value)) || (known > 0.0 && value.abs() >= 0.998 * known);
-            if is_marked { marked(at, axis) } else { at_end }
-        };
-        let moments = rates.iter().filter(is_clipped);
-        let moments = moments.map(|at| (at.time.seconds(), component(at, axis).abs()));
-        for Span { start_s, end_s, count, largest } in spans(moments, 10.0) {
-            let within = rates.iter().filter(|at| {
-                let time_s = at.time.seconds();
-                (start_s..=end_s).contains(&time_s)
-            });
-            // A marked sample is a mean of readings of which one may have been at the end.
-            let level = if is_marked {
-                "full scale by the unit's own marks".to_owned()
-            } else if axis < 3 {
-                format!("its full scale of {:.0} °/s", largest.to_degrees())
-            } else {
-                format!("its full scale of {largest:.1} m/s² ({:.2} g)", largest / 9.806_65)
-            };
-            findings.push(Finding {
-                start_s,
-                end_s,
-                sensor: UNIT,
-                kind: "clipping",
-                severity: Severity::Warning,
-                count,
-                words: format!(
-                    "{} clipped at {level} {}: {count} samples, {:.1} % of that \
-                     time, so what lay beyond is not known",
-                    name,
-                    when(start_s, end_s),
-                    100.0 * count as f64 / (within.count().max(1) as f64)
-                ),
-            });
-        }
-    }
-}
-
-/// The lowest and the highest of `values` where readings pile up there, again and again, as they do at
-/// the end of a range and nowhere else.
-fn full_scale(values: &[f64]) -> [Option<f64>; 2] {
-    /// Readings, and times that the range was left and reached again, that make an end.
-    const PILED: usize = 6;
-    const VISITS: usize = 3;
-    [-1.0, 1.0].map(|side| {
-        let (mut end, mut next) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-        for &value in values {
-            let value = side * value;
-            if value > end {
-                (next, end) = (end, value);
-            } else if value > next && value < end {
-                next = value;
-            }
-        }
-        let at = |level: f64| values.iter().filter(|&&value| side * value == level).count();
-        let visits =
-            values.windows(2).filter(|pair| side * pair[0] != end && side * pair[1] == end).count();
-        let is_end = at(end) >= PILED && visits >= VISITS && at(end) >= 4 * at(next);
-        is_end.then_some(side * end)
-    })
-}
-
-/// What of the vibration the samples cannot follow, where that is much.
-fn vibration(rates: &[Rates], findings: &mut Vec<Finding>) {
-    let (Some(first), Some(last)) = (rates.first(), rates.last()) else { return };
-    let mut intervals: Vec<f64> = rates.iter().skip(1).map(|at| at.interval_s).collect();
-    let Some(interval_s) = quantile(&mut intervals, 0.5) else { return };
-    let rms = |axis: usize| {
-        let bends = rates.windows(3).map(|three| {
-            let [a, b, c] = [0, 1, 2].map(|at| component(&three[at], axis));
-            a - 2.0 * b + c
-        });
-        let count = rates.len().saturating_sub(2).max(1) as f64;
-        (bends.map(|bend| bend * bend).sum::<f64>() / (6.0 * count)).sqrt()
-    };
-    let strengths: [f64; 3] = std::array::from_fn(|axis| rms(3 + axis));
-    let strongest = (0..3).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b])).unwrap_or(0);
-    // White noise of this size, summed up for a second.
-    let walk_mps = strengths[strongest] * interval_s.sqrt();
-    let severity = if walk_mps > HIGH_MPS { Severity::Warning } else { Severity::Info };
-    findings.push(Finding {
-        start_s: first.time.seconds(),
-        end_s: last.time.seconds(),
-        sensor: UNIT,
-        kind: "vibration",
-        severity,
-        count: rates.len(),
-        words: format!(
-            "inertial unit: vibration is {} throughout ({} {:.2} m/s² rms between samples), and what \
-             the sample rate of {:.0} Hz cannot follow adds up to {walk_mps:.2} m/s in a second",
-            if severity == Severity::Warning { "high" } else { "moderate" },
-            AXES[3 + strongest],
-            strengths[strongest],
-            1.0 / interval_s,
-        ),
-    });
-}
-
-fn marked(at: &Rates, axis: usize) -> bool {
-    if axis < 3 { at.clipped.gyro[axis] } else { at.clipped.accel[axis - 3] }
-}
-
-fn component(at: &Rates, axis: usize) -> f64 {
+pub(super) fn component(at: &Rates, axis: usize) -> f64 {
     if axis < 3 { at.turn_radps[axis] } else { at.force_mps2[axis - 3] }
 }

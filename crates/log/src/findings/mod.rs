@@ -3,6 +3,7 @@
 //! Everything here judges what the sensors said and what the estimator reported of it; the estimator
 //! itself is not asked again, and no reference is read.
 
+mod ends;
 mod fixes;
 mod gates;
 mod ground;
@@ -15,11 +16,18 @@ mod steps;
 mod unused;
 
 use hovernav::ekf::Solution;
+use hovernav::imu::ImuSample;
 
 use crate::dataset::Dataset;
 use crate::finding::Finding;
-use crate::plausibility::alternative;
+use crate::plausibility::{SetupLook, alternative};
+use crate::rates::with_rates;
 use crate::replay::Run;
+
+use ends::Ends;
+use heading::FieldStrength;
+use inertial::Inertial;
+use steps::Witness;
 
 impl Dataset {
     /// What happened in a `run` over this log, in order of time: outages, gaps, refusals, repetitions,
@@ -31,21 +39,66 @@ impl Dataset {
     #[must_use]
     pub fn findings(&self, run: &Run) -> Vec<Finding> {
         let log = Judged { dataset: self, run };
+        let Looked { inertial, ends, field, witness, setup } = Looked::at(&log);
         let mut findings = Vec::new();
-        inertial::find(&log, &mut findings);
+        inertial::find(&log, inertial, ends, &mut findings);
         fixes::find(&log, &mut findings);
         gates::find(&log, &mut findings);
         ground::find(&log, &mut findings);
-        heading::find(&log, &mut findings);
+        heading::find(&log, field, &mut findings);
         slow::find(&log, &mut findings);
-        steps::find(&log, &mut findings);
+        steps::find(&log, witness, &mut findings);
         lever_arm::find(&log, &mut findings);
         unused::find(&log, &mut findings);
-        let setup = self.check_setup().into_iter().chain(alternative(self, &run.config, run));
+        let setup = setup.check(self).into_iter().chain(alternative(self, &run.config, run));
         let (start_s, end_s) = log.span_s().unwrap_or_default();
         findings.extend(setup.map(|found| found.finding(start_s, end_s)));
         findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         findings
+    }
+}
+
+/// What the inertial samples tell, gathered in one look at all of them, or two.
+struct Looked {
+    inertial: Inertial,
+    ends: Ends,
+    field: FieldStrength,
+    witness: Witness,
+    setup: SetupLook,
+}
+
+impl Looked {
+    fn at(log: &Judged<'_>) -> Self {
+        let (mut inertial, mut ends) = (Inertial::of(log), Ends::of(log));
+        let (mut field, mut witness) = (FieldStrength::default(), Witness::default());
+        let mut setup = SetupLook::default();
+        let (dataset, apart) = (log.dataset, &log.dataset.magnetometer);
+        let own = |sample: &ImuSample| sample.magnetic_field_gauss.filter(|_| apart.is_empty());
+        for (sample, rates) in with_rates(dataset.samples()) {
+            setup.push(&sample, rates.as_ref());
+            if let Some(field_gauss) = own(&sample) {
+                field.look(field_gauss);
+            }
+            if let Some(rates) = rates {
+                inertial.push(&rates);
+                ends.look(&rates);
+                witness.push(log, &rates, sample.attitude);
+            }
+        }
+        apart.iter().for_each(|(_, field_gauss)| field.look(*field_gauss));
+        let (is_clipped, is_disturbed) = (ends.looked(), field.looked());
+        if is_clipped || is_disturbed {
+            for (sample, rates) in with_rates(dataset.samples()) {
+                if let Some(field_gauss) = own(&sample) {
+                    field.look_again(sample.time, field_gauss);
+                }
+                if let Some(rates) = rates {
+                    ends.look_again(&rates);
+                }
+            }
+            apart.iter().for_each(|(time, field_gauss)| field.look_again(*time, *field_gauss));
+        }
+        Self { inertial, ends, field, witness, setup }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Moments gathered into spans.
 
+use std::collections::VecDeque;
+
 /// Moments that lie close together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span {
@@ -14,18 +16,32 @@ pub(super) struct Span {
 /// The `(time, size)` of moments in order of time, gathered where no more than `apart_s` lie between
 /// one and the next.
 pub(super) fn spans(moments: impl IntoIterator<Item = (f64, f64)>, apart_s: f64) -> Vec<Span> {
-    let mut spans: Vec<Span> = Vec::new();
-    for (time_s, size) in moments {
-        match spans.last_mut() {
-            Some(span) if time_s - span.end_s <= apart_s => {
+    let mut spans = Spans::apart(apart_s);
+    moments.into_iter().for_each(|moment| spans.push(moment));
+    spans.found
+}
+
+/// [`spans`], moment by moment.
+pub(super) struct Spans {
+    apart_s: f64,
+    pub found: Vec<Span>,
+}
+
+impl Spans {
+    pub const fn apart(apart_s: f64) -> Self {
+        Self { apart_s, found: Vec::new() }
+    }
+
+    pub fn push(&mut self, (time_s, size): (f64, f64)) {
+        match self.found.last_mut() {
+            Some(span) if time_s - span.end_s <= self.apart_s => {
                 span.end_s = time_s;
                 span.count += 1;
                 span.largest = span.largest.max(size);
             }
-            _ => spans.push(Span { start_s: time_s, end_s: time_s, count: 1, largest: size }),
+            _ => self.found.push(Span { start_s: time_s, end_s: time_s, count: 1, largest: size }),
         }
     }
-    spans
 }
 
 /// Runs of `values` that repeat to the last bit by more than chance: first and last index of each.
@@ -33,29 +49,123 @@ pub(super) fn spans(moments: impl IntoIterator<Item = (f64, f64)>, apart_s: f64)
 /// How often a value repeats the one before, shortly before and after a run, is what chance may do; a
 /// coarse sensor at rest repeats itself all the time.
 pub(super) fn improbable_runs<T: PartialEq>(values: &[T]) -> Vec<(usize, usize)> {
-    /// Values before and after a run that chance is judged by.
-    const NEAR: usize = 60;
-    /// A run less likely than e to minus this is none of chance.
-    const UNLIKELY: f64 = 18.0;
-    let repeats: Vec<bool> = values.windows(2).map(|pair| pair[0] == pair[1]).collect();
-    let mut runs = Vec::new();
-    let mut first = 0;
-    while first < repeats.len() {
-        let length = repeats[first..].iter().take_while(|repeats| **repeats).count();
-        if length > 1 {
-            let before = &repeats[first.saturating_sub(NEAR)..first];
-            let after = &repeats[first + length..(first + length + NEAR).min(repeats.len())];
-            let near = before.iter().chain(after);
-            let repeated = near.clone().filter(|repeats| **repeats).count();
-            let known = before.len() + after.len();
-            let chance = (repeated as f64 + 1.0) / (known as f64 + 2.0);
-            if known >= NEAR / 4 && length as f64 * -chance.ln() > UNLIKELY {
-                runs.push((first, first + length));
-            }
+    let mut runs = Repetitions::default();
+    values.iter().for_each(|value| runs.push(value, ()));
+    runs.finish().into_iter().map(|run| (run.first, run.last)).collect()
+}
+
+/// Values before and after a run that chance is judged by.
+const NEAR: usize = 60;
+/// A run less likely than e to minus this is none of chance.
+const UNLIKELY: f64 = 18.0;
+
+/// [`improbable_runs`], value by value, each with its moment.
+#[derive(Clone)]
+pub(super) struct Repetitions<T, M> {
+    last: Option<(T, M)>,
+    /// Pairs of neighbours so far, and whether those shortly before repeat.
+    pairs: usize,
+    recent: VecDeque<bool>,
+    /// The run under way, and those that wait for what comes after them.
+    open: Option<Repeating<M>>,
+    waiting: VecDeque<Repeating<M>>,
+    found: Vec<Repeating<M>>,
+}
+
+/// A run of values that repeat the one before.
+#[derive(Clone, Copy)]
+pub(super) struct Repeating<M> {
+    /// Index and moment of the first value.
+    pub first: usize,
+    pub start: M,
+    /// Index and moment of the last one.
+    pub last: usize,
+    pub end: M,
+    /// Pairs shortly before and after, and how many of them repeat.
+    near: usize,
+    repeated: usize,
+    /// How many of them come after.
+    after: usize,
+}
+
+impl<T, M> Default for Repetitions<T, M> {
+    fn default() -> Self {
+        Self {
+            last: None,
+            pairs: 0,
+            recent: VecDeque::new(),
+            open: None,
+            waiting: VecDeque::new(),
+            found: Vec::new(),
         }
-        first += length + 1;
     }
-    runs
+}
+
+impl<T: PartialEq, M: Copy> Repetitions<T, M> {
+    pub fn push(&mut self, value: T, moment: M) {
+        let repeats = self.last.as_ref().map(|(last, start)| (*last == value, *start));
+        self.last = Some((value, moment));
+        if let Some((repeats, start)) = repeats {
+            self.pair(repeats, start, moment);
+        }
+    }
+
+    fn pair(&mut self, repeats: bool, start: M, end: M) {
+        if !repeats {
+            self.close();
+        }
+        for run in &mut self.waiting {
+            run.near += 1;
+            run.repeated += usize::from(repeats);
+            run.after += 1;
+        }
+        while self.waiting.front().is_some_and(|run| run.after == NEAR) {
+            self.judge();
+        }
+        if repeats {
+            let recent = &self.recent;
+            let run = self.open.get_or_insert_with(|| Repeating {
+                first: self.pairs,
+                start,
+                last: self.pairs,
+                end,
+                near: recent.len(),
+                repeated: recent.iter().filter(|repeats| **repeats).count(),
+                after: 0,
+            });
+            run.last += 1;
+            run.end = end;
+        }
+        self.pairs += 1;
+        self.recent.push_back(repeats);
+        if self.recent.len() > NEAR {
+            self.recent.pop_front();
+        }
+    }
+
+    /// Ends the run under way; a single repetition is none.
+    fn close(&mut self) {
+        self.waiting.extend(self.open.take().filter(|run| run.last - run.first > 1));
+    }
+
+    /// Judges the run that has waited longest.
+    fn judge(&mut self) {
+        let Some(run) = self.waiting.pop_front() else { return };
+        let chance = (run.repeated as f64 + 1.0) / (run.near as f64 + 2.0);
+        let length = (run.last - run.first) as f64;
+        if run.near >= NEAR / 4 && length * -chance.ln() > UNLIKELY {
+            self.found.push(run);
+        }
+    }
+
+    /// The runs, in their order.
+    pub fn finish(mut self) -> Vec<Repeating<M>> {
+        self.close();
+        while !self.waiting.is_empty() {
+            self.judge();
+        }
+        self.found
+    }
 }
 
 #[cfg(test)]

@@ -2,11 +2,11 @@
 //! accelerometers.
 
 use hovernav::ekf::Notice;
-use hovernav::frames::{Body, Ned, Rotation, Vector};
+use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 
 use super::Judged;
 use crate::finding::{Finding, Severity};
-use crate::rates::{Rates, rates};
+use crate::rates::Rates;
 use crate::statistics::quantile;
 
 /// Over how long a bias is averaged, s.
@@ -36,46 +36,54 @@ struct Excess {
     turn_radps: f64,
 }
 
-pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    // The witnesses need the unit's own attitude.
-    if log.dataset.imu.iter().any(|sample| sample.attitude.is_some()) {
-        witnessed(log, findings);
-    }
+pub(super) fn find(log: &Judged<'_>, witness: Witness, findings: &mut Vec<Finding>) {
+    let [turns, forces] = witness.finish(log);
+    step(&turns, "gyro", LEAST_GYRO, ("°/s", 180.0 / std::f64::consts::PI), findings);
+    step(&forces, "accelerometer", LEAST_ACCEL, ("m/s²", 1.0), findings);
     absorbed(log, findings);
 }
 
-/// Steps that the unit's own attitude and the fixes bear witness to.
-fn witnessed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let rates = rates(&log.dataset.imu);
-    let skipped = log.dataset.imu.len() - rates.len();
-    let attitude: Vec<Option<Rotation<Body, Ned>>> = log.dataset.imu[skipped..]
-        .iter()
-        .map(|sample| sample.attitude.map(Rotation::from_euler))
-        .collect();
-    let turns = means(&rates, |part, first| turn_excess(part, &attitude[first..]));
-    let forces = means(&rates, |part, first| force_excess(log, part, &attitude[first..]));
-    step(&turns, "gyro", LEAST_GYRO, ("°/s", 180.0 / std::f64::consts::PI), findings);
-    step(&forces, "accelerometer", LEAST_ACCEL, ("m/s²", 1.0), findings);
+/// What the unit's own attitude and the fixes bear witness to, part by part of [`MEAN_S`].
+#[derive(Default)]
+pub(super) struct Witness {
+    part: Vec<Rates>,
+    attitude: Vec<Option<Rotation<Body, Ned>>>,
+    turns: Vec<Excess>,
+    forces: Vec<Excess>,
 }
 
-/// `excess` of each part of [`MEAN_S`] that is whole.
-fn means(rates: &[Rates], excess: impl Fn(&[Rates], usize) -> Option<[f64; 3]>) -> Vec<Excess> {
-    let mut all = Vec::new();
-    let mut first = 0;
-    while first < rates.len() {
-        let start = rates[first].time;
-        let count = rates[first..].iter().take_while(|at| at.time - start < MEAN_S).count();
-        let part = &rates[first..first + count];
-        let is_whole = part.last().is_some_and(|last| last.time - start > 0.9 * MEAN_S)
-            && part.windows(2).all(|pair| pair[1].time - pair[0].time < 0.3);
-        if let Some(values) = is_whole.then(|| excess(part, first)).flatten() {
-            let turns = part.iter().map(|at| Vector::<Body>::from(at.turn_radps).norm());
-            let turn_radps = turns.sum::<f64>() / count as f64;
-            all.push(Excess { start_s: start.seconds(), values, turn_radps });
+impl Witness {
+    pub fn push(&mut self, log: &Judged<'_>, at: &Rates, attitude: Option<EulerAngles>) {
+        if self.part.first().is_some_and(|first| at.time - first.time >= MEAN_S) {
+            self.close(log);
         }
-        first += count.max(1);
+        self.part.push(*at);
+        self.attitude.push(attitude.map(Rotation::from_euler));
     }
-    all
+
+    /// Ends a part, which counts if it is whole.
+    fn close(&mut self, log: &Judged<'_>) {
+        let Self { part, attitude, .. } = self;
+        if let [first, .., last] = &part[..]
+            && last.time - first.time > 0.9 * MEAN_S
+            && part.windows(2).all(|pair| pair[1].time - pair[0].time < 0.3)
+        {
+            let turns = part.iter().map(|at| Vector::<Body>::from(at.turn_radps).norm());
+            let turn_radps = turns.sum::<f64>() / part.len() as f64;
+            let start_s = first.time.seconds();
+            let of = |values| Excess { start_s, values, turn_radps };
+            self.turns.extend(turn_excess(part, attitude).map(of));
+            self.forces.extend(force_excess(log, part, attitude).map(of));
+        }
+        self.part.clear();
+        self.attitude.clear();
+    }
+
+    /// Of turns and of forces.
+    fn finish(mut self, log: &Judged<'_>) -> [Vec<Excess>; 2] {
+        self.close(log);
+        [self.turns, self.forces]
+    }
 }
 
 /// Mean of gyro rates less those of the unit's own attitude.

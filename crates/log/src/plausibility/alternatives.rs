@@ -144,11 +144,10 @@ pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Op
     let mut config = *config;
     config.ekf.gps.velocity_smoothing_s = 0.0;
     let config = &config;
-    let mut part = dataset.clone();
-    let first_fix = part.fixes.first()?.time.offset_by(-5.0);
-    part.imu.retain(|sample| sample.time >= first_fix);
-    part.imu.truncate(SAMPLES);
-    part.order.clear();
+    let first_fix = dataset.fixes.first()?.time.offset_by(-5.0);
+    let near = dataset.samples().filter(|sample| sample.time >= first_fix).take(SAMPLES);
+    let part =
+        Dataset { imu: near.collect(), imu_file: None, order: Vec::new(), ..dataset.clone() };
     let [_, as_it_is] = disagreement(&part.estimate(config, |_| {})).unwrap_or([MOST; 2]);
     let tried = ALTERNATIVES.iter().filter_map(|other| {
         let run = other.applied(&part).estimate(config, |_| {});

@@ -1,10 +1,11 @@
 //! The gyros against the unit's own attitude, and against gravity where it has none.
 
-use hovernav::frames::Rotation;
+use hovernav::frames::{EulerAngles, Rotation};
 
 use super::regression::Regression;
-use super::{Judged, norm};
+use super::{Means, Second, norm};
 use crate::finding::SetupFinding;
+use crate::rates::Rates;
 
 /// Over how long rotations are compared, s: longer than an attitude lags, shorter than a turn.
 const OVER_S: f64 = 0.5;
@@ -14,43 +15,62 @@ const LEAST_RADPS: f64 = 0.02;
 const EXPLAINED: f64 = 0.5;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
-pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
-    if !with_attitude(log, found) {
-        against_gravity(log, found);
+/// Mean rates beside the turning of the attitude.
+pub(super) struct Turning {
+    regression: Regression<3>,
+    /// The samples of the part under way.
+    part: Vec<(Rates, Option<EulerAngles>)>,
+}
+
+impl Default for Turning {
+    fn default() -> Self {
+        Self { regression: Regression::NONE, part: Vec::new() }
     }
 }
 
-/// Compares mean rates with the turning of the attitude; false where there is none to compare with.
-fn with_attitude(log: &Judged<'_>, found: &mut Vec<SetupFinding>) -> bool {
-    let imu = &log.dataset.imu;
-    let skipped = imu.len() - log.rates.len();
-    let mut regression = Regression::<3>::NONE;
-    let mut first = 0;
-    while first < log.rates.len() {
-        let start = &log.rates[first];
-        let count =
-            log.rates[first..].iter().take_while(|at| at.time - start.time < OVER_S).count();
-        let last = first + count;
-        let end = log.rates.get(last).filter(|end| end.time - start.time < 1.5 * OVER_S);
-        if let (Some(end), Some(from)) = (end, imu[skipped + first].attitude)
-            && let Some(to) = imu[skipped + last].attitude
-        {
-            let length_s = end.time - start.time;
-            // Trapezoids over the samples between.
-            let mut turn = [0.0; 3];
-            for pair in log.rates[first..=last].windows(2) {
-                for ((turn, a), b) in
-                    turn.iter_mut().zip(pair[0].turn_radps).zip(pair[1].turn_radps)
-                {
-                    *turn += 0.5 * (a + b) * (pair[1].time - pair[0].time) / length_s;
-                }
-            }
-            let change =
-                (Rotation::from_euler(from).inverse() * Rotation::from_euler(to)).rotation_vector();
-            regression.push(turn, change.to_array().map(|angle_rad| angle_rad / length_s));
+impl Turning {
+    /// Takes in the next sample, with the unit's own attitude.
+    pub fn push(&mut self, at: &Rates, attitude: Option<EulerAngles>) {
+        let is_end = self.part.first().is_some_and(|(start, _)| at.time - start.time >= OVER_S);
+        self.part.push((*at, attitude));
+        if is_end {
+            self.compare();
+            self.part.clear();
+            self.part.push((*at, attitude));
         }
-        first = last.max(first + 1);
     }
+
+    /// Compares over the part under way, whose last sample ends it.
+    fn compare(&mut self) {
+        let (Some((start, Some(from))), Some((end, Some(to)))) =
+            (self.part.first(), self.part.last())
+        else {
+            return;
+        };
+        let length_s = end.time - start.time;
+        if length_s >= 1.5 * OVER_S {
+            return;
+        }
+        // Trapezoids over the samples between.
+        let mut turn = [0.0; 3];
+        for pair in self.part.windows(2) {
+            let [(before, _), (after, _)] = pair else { continue };
+            for ((turn, a), b) in turn.iter_mut().zip(before.turn_radps).zip(after.turn_radps) {
+                *turn += 0.5 * (a + b) * (after.time - before.time) / length_s;
+            }
+        }
+        let change =
+            (Rotation::from_euler(*from).inverse() * Rotation::from_euler(*to)).rotation_vector();
+        self.regression.push(turn, change.to_array().map(|angle_rad| angle_rad / length_s));
+    }
+
+    /// Judges the gyros by the attitude; false where there is none to compare with.
+    pub fn check(&self, found: &mut Vec<SetupFinding>) -> bool {
+        with_attitude(&self.regression, found)
+    }
+}
+
+fn with_attitude(regression: &Regression<3>, found: &mut Vec<SetupFinding>) -> bool {
     let Some(fit) = regression.fit(LEAST_RADPS) else { return false };
     if fit.explained.iter().any(|&explained| explained < EXPLAINED) {
         return false;
@@ -126,23 +146,55 @@ fn with_attitude(log: &Judged<'_>, found: &mut Vec<SetupFinding>) -> bool {
     true
 }
 
-/// Gravity turns in the body as the gyros say, the other way; where it hardly turns while the gyros
+/// Gravity beside the gyros: it turns in the body as they say, the other way; where it hardly turns while they
 /// say it goes round and round, they are in °/s.
-fn against_gravity(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
-    let means = log.means(OVER_S);
-    let (mut predicted, mut seen, mut count) = (0.0, 0.0, 0.0);
-    for pair in means.windows(2) {
-        let force = pair[0].force_mps2;
-        let size = norm(force).max(1e-9);
-        let [x, y, z] = force.map(|component| component / size);
-        let mid = [0, 1, 2].map(|axis| 0.5 * (pair[0].turn_radps[axis] + pair[1].turn_radps[axis]));
-        let [p, q, r] = mid;
-        let turned = norm([q * z - r * y, r * x - p * z, p * y - q * x]) * OVER_S;
-        let change = [0, 1, 2].map(|axis| (pair[1].force_mps2[axis] - force[axis]) / size);
-        predicted += turned * turned;
-        seen += norm(change).powi(2);
-        count += 1.0;
+pub(super) struct Tilting {
+    means: Means,
+    before: Option<Second>,
+    predicted: f64,
+    seen: f64,
+    count: f64,
+}
+
+impl Default for Tilting {
+    fn default() -> Self {
+        Self { means: Means::over(OVER_S), before: None, predicted: 0.0, seen: 0.0, count: 0.0 }
     }
+}
+
+impl Tilting {
+    pub fn push(&mut self, at: &Rates) {
+        let mean = self.means.push(at);
+        self.add(mean);
+    }
+
+    fn add(&mut self, mean: Option<Second>) {
+        let Some(after) = mean else { return };
+        if let Some(before) = &self.before {
+            let force = before.force_mps2;
+            let size = norm(force).max(1e-9);
+            let [x, y, z] = force.map(|component| component / size);
+            let mid =
+                [0, 1, 2].map(|axis| 0.5 * (before.turn_radps[axis] + after.turn_radps[axis]));
+            let [p, q, r] = mid;
+            let turned = norm([q * z - r * y, r * x - p * z, p * y - q * x]) * OVER_S;
+            let change = [0, 1, 2].map(|axis| (after.force_mps2[axis] - force[axis]) / size);
+            self.predicted += turned * turned;
+            self.seen += norm(change).powi(2);
+            self.count += 1.0;
+        }
+        self.before = Some(after);
+    }
+
+    pub fn check(mut self, found: &mut Vec<SetupFinding>) {
+        let last = self.means.finish();
+        self.add(last);
+        let Self { predicted, seen, count, .. } = self;
+        against_gravity(predicted, seen, count, found);
+    }
+}
+
+fn against_gravity(predicted: f64, seen: f64, count: f64, found: &mut Vec<SetupFinding>) {
     let (predicted, seen) = ((predicted / count).sqrt(), (seen / count).sqrt());
     // Half a radian in half a second, all the time, is no flight.
     if predicted > 0.5 && seen < 0.3 * predicted.min(2.0) {

@@ -1,7 +1,6 @@
 //! Whether the sensors' times can be of one clock, and the samples fast enough.
 
-use super::Judged;
-use crate::clock::median_interval_s;
+use crate::dataset::Dataset;
 use crate::finding::SetupFinding;
 use hovernav::time::Time;
 
@@ -9,17 +8,18 @@ use hovernav::time::Time;
 const LEAST_HZ: f64 = 18.0;
 const POOR_HZ: f64 = 24.0;
 
-pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
-    let imu: Vec<Time> = log.dataset.imu.iter().map(|sample| sample.time).collect();
-    let fixes: Vec<Time> = log.dataset.fixes.iter().map(|fix| fix.time).collect();
-    rate(&imu, found);
-    overlap(&imu, &fixes, found);
+pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
+    if let Some(interval_s) = dataset.sample_interval_s().filter(|interval_s| *interval_s > 0.0) {
+        rate(interval_s, found);
+    }
+    let fixes = &dataset.fixes;
+    let gps = || Some((fixes.first()?.time, fixes.last()?.time));
+    if let (Some(imu), Some(gps)) = (dataset.sample_span(), gps()) {
+        overlap(imu, gps, found);
+    }
 }
 
-fn rate(imu: &[Time], found: &mut Vec<SetupFinding>) {
-    let Some(interval_s) = median_interval_s(imu).filter(|interval_s| *interval_s > 0.0) else {
-        return;
-    };
+fn rate(interval_s: f64, found: &mut Vec<SetupFinding>) {
     let rate_hz = 1.0 / interval_s;
     if rate_hz > POOR_HZ {
         return;
@@ -47,11 +47,9 @@ fn rate(imu: &[Time], found: &mut Vec<SetupFinding>) {
     });
 }
 
-fn overlap(imu: &[Time], fixes: &[Time], found: &mut Vec<SetupFinding>) {
-    let span = |times: &[Time]| Some((times.first()?.seconds(), times.last()?.seconds()));
-    let (Some((imu_start, imu_end)), Some((gps_start, gps_end))) = (span(imu), span(fixes)) else {
-        return;
-    };
+fn overlap(imu: (Time, Time), gps: (Time, Time), found: &mut Vec<SetupFinding>) {
+    let seconds = |(start, end): (Time, Time)| (start.seconds(), end.seconds());
+    let ((imu_start, imu_end), (gps_start, gps_end)) = (seconds(imu), seconds(gps));
     let shared_s = imu_end.min(gps_end) - imu_start.max(gps_start);
     if shared_s >= 0.0 {
         return;
@@ -133,10 +131,8 @@ mod tests {
             (50, false, "thinned", "at least 24 "),
             (10_000, true, "milliseconds", "at least 18 "),
         ] {
-            let times: Vec<Time> =
-                (0..50).map(|k| Time::from_nanoseconds(k * interval_ms * 1_000_000)).collect();
             let mut found = Vec::new();
-            rate(&times, &mut found);
+            rate(1e-3 * f64::from(interval_ms), &mut found);
             assert_eq!(found.len(), 1);
             assert_eq!(found[0].is_certain, certain);
             assert!(found[0].cause.contains(expected), "{}", found[0]);

@@ -2,7 +2,6 @@
 
 use hovernav::gps::Fix;
 
-use super::Judged;
 use super::regression::{Fit, Regression};
 use crate::finding::SetupFinding;
 
@@ -27,8 +26,7 @@ const UNITS: [(f64, &str); 5] = [
 /// One degree in radians, which the displacements are too small by where degrees are radians.
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
-    let fixes = &log.dataset.fixes;
+pub(super) fn check(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     horizontal(fixes, found);
     vertical(fixes, found);
     if let Some(fix) = fixes.iter().find(|fix| !HEIGHTS_M.contains(&fix.position.height_m)) {

@@ -1,8 +1,9 @@
 //! Gravity: how large the mean specific force is, and where it points.
 
-use super::{G, Judged, norm};
+use super::{G, Means, Second, norm};
+use crate::distribution::Distribution;
 use crate::finding::SetupFinding;
-use crate::statistics::quantile;
+use crate::rates::Rates;
 
 /// Over so long, s, vibration is gone from a mean.
 const MEAN_S: f64 = 1.0;
@@ -17,10 +18,61 @@ const UPRIGHT: f64 = 0.5;
 const ASKEW: f64 = 0.94;
 const ASKEW_STEADY: f64 = 0.97;
 
-pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
-    let means: Vec<[f64; 3]> = log.means(MEAN_S).iter().map(|mean| mean.force_mps2).collect();
-    let mut sizes: Vec<f64> = means.iter().map(|&mean| norm(mean)).collect();
-    let Some(size) = quantile(&mut sizes, 0.5) else { return };
+/// The mean specific force, second by second.
+pub(super) struct Gravity {
+    means: Means,
+    sizes: Distribution,
+    /// Of the directions of the means, and how many.
+    directions: [f64; 3],
+    count: usize,
+    /// Of all samples.
+    sum: [f64; 3],
+}
+
+impl Default for Gravity {
+    fn default() -> Self {
+        Self {
+            means: Means::over(MEAN_S),
+            sizes: Distribution::default(),
+            directions: [0.0; 3],
+            count: 0,
+            sum: [0.0; 3],
+        }
+    }
+}
+
+impl Gravity {
+    pub fn push(&mut self, at: &Rates) {
+        self.sum = [0, 1, 2].map(|axis| self.sum[axis] + at.force_mps2[axis]);
+        let mean = self.means.push(at);
+        self.add(mean);
+    }
+
+    fn add(&mut self, mean: Option<Second>) {
+        let Some(Second { force_mps2, .. }) = mean else { return };
+        let size = norm(force_mps2);
+        self.sizes.push(size);
+        for (sum, value) in self.directions.iter_mut().zip(force_mps2) {
+            *sum += value / size.max(1e-9);
+        }
+        self.count += 1;
+    }
+
+    /// Where up is in the body, on the whole.
+    pub fn up(&self) -> [f64; 3] {
+        self.sum.map(|component| component / norm(self.sum).max(1e-12))
+    }
+
+    pub fn check(mut self, found: &mut Vec<SetupFinding>) {
+        let last = self.means.finish();
+        self.add(last);
+        let Some(size_mps2) = self.sizes.quantile(0.5) else { return };
+        size(size_mps2, found);
+        direction(self.directions, self.count, found);
+    }
+}
+
+fn size(size: f64, found: &mut Vec<SetupFinding>) {
     let in_g = size / G;
     if !(USUAL.0..=USUAL.1).contains(&in_g) {
         let (cause, mend) = size_error(in_g);
@@ -34,7 +86,6 @@ pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
             mend,
         });
     }
-    direction(&means, found);
 }
 
 /// What makes gravity so many times too large.
@@ -75,16 +126,9 @@ fn size_error(in_g: f64) -> (String, String) {
 }
 
 /// Whether gravity stands where the axes say: up is minus z.
-fn direction(means: &[[f64; 3]], found: &mut Vec<SetupFinding>) {
-    let mut sum = [0.0; 3];
-    for mean in means {
-        let size = norm(*mean).max(1e-9);
-        for (sum, value) in sum.iter_mut().zip(mean) {
-            *sum += value / size;
-        }
-    }
+fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
     // How steady the direction is, and what it is.
-    let steady = norm(sum) / means.len().max(1) as f64;
+    let steady = norm(sum) / count.max(1) as f64;
     let up = sum.map(|component| component / norm(sum).max(1e-9));
     if steady > ASKEW_STEADY && (UPRIGHT..ASKEW).contains(&-up[2]) {
         found.push(askew(up));

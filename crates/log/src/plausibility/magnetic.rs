@@ -1,9 +1,10 @@
 //! The magnetic field against the World Magnetic Model.
 
-use super::{Judged, norm};
+use super::norm;
+use crate::dataset::Dataset;
+use crate::distribution::Distribution;
 use crate::finding::SetupFinding;
 use crate::magnetic_field::{MagneticField, decimal_year};
-use crate::statistics::quantile;
 
 /// The dip may be off by this, °, through hard iron and a vehicle that is never level.
 const DIP_DEG: f64 = 35.0;
@@ -16,66 +17,66 @@ const UNITS: [(f64, &str, &str); 4] = [
     (1e4, "T", "multiply by 10 000"),
 ];
 
-pub(super) fn check(log: &Judged<'_>, found: &mut Vec<SetupFinding>) {
-    let dataset = log.dataset;
-    let fields: Vec<[f64; 3]> = if dataset.magnetometer.is_empty() {
-        let own = dataset.imu.iter().filter_map(|sample| sample.magnetic_field_gauss);
-        own.map(|field| field.to_array()).collect()
-    } else {
-        dataset.magnetometer.iter().map(|(_, field)| field.to_array()).collect()
-    };
-    let Some(place) = dataset.fixes.first().map(|fix| fix.position) else { return };
-    let date = dataset.manifest.date.and_then(|date| date.date);
-    let year = date.map_or(2025.0, |date| decimal_year(date.year, date.month, date.day));
-    let model = MagneticField::at(&place, year).or_else(|_| MagneticField::at(&place, 2025.0));
-    let Ok(model) = model else { return };
-    let mut sizes: Vec<f64> = fields.iter().map(|&field| norm(field)).collect();
-    let Some(size) = quantile(&mut sizes, 0.5) else { return };
-    let expected = model.strength_gauss();
-    let ratio = size / expected;
-    let (size_words, is_unit) = (
-        format!("the field is {size:.4} gauss strong, expected {expected:.3} gauss here"),
-        UNITS.iter().find(|(unit, ..)| (0.4..2.5).contains(&(ratio * unit))),
-    );
-    if (0.5..2.0).contains(&ratio) {
-        dip(log, &fields, &model, found);
-        return;
+/// The magnetic field, reading by reading.
+#[derive(Default)]
+pub(super) struct Field {
+    sizes: Distribution,
+    /// Of the directions, and how many.
+    directions: [f64; 3],
+    count: usize,
+}
+
+impl Field {
+    pub fn push(&mut self, field_gauss: [f64; 3]) {
+        let size = norm(field_gauss);
+        self.sizes.push(size);
+        for (sum, component) in self.directions.iter_mut().zip(field_gauss) {
+            *sum += component / size.max(1e-12);
+        }
+        self.count += 1;
     }
-    let (cause, mend) = match is_unit {
-        Some((_, unit, mend)) => (format!("a field in {unit}"), (*mend).to_owned()),
-        None => (
-            "iron or a current nearby that is as strong as the Earth's field, or another unit"
-                .into(),
-            "calibrate the magnetometer, or leave it out: [aiding] magnetometer = false".into(),
-        ),
-    };
-    found.push(SetupFinding {
-        sensor: "magnetometer",
-        is_certain: false,
-        found: size_words,
-        cause,
-        mend,
-    });
+
+    /// Judges the field at the place of `dataset`, `up` being where up is in the body on the whole.
+    pub fn check(&self, dataset: &Dataset, up: [f64; 3], found: &mut Vec<SetupFinding>) {
+        let Some(place) = dataset.fixes.first().map(|fix| fix.position) else { return };
+        let date = dataset.manifest.date.and_then(|date| date.date);
+        let year = date.map_or(2025.0, |date| decimal_year(date.year, date.month, date.day));
+        let model = MagneticField::at(&place, year).or_else(|_| MagneticField::at(&place, 2025.0));
+        let Ok(model) = model else { return };
+        let Some(size) = self.sizes.quantile(0.5) else { return };
+        let expected = model.strength_gauss();
+        let ratio = size / expected;
+        let (size_words, is_unit) = (
+            format!("the field is {size:.4} gauss strong, expected {expected:.3} gauss here"),
+            UNITS.iter().find(|(unit, ..)| (0.4..2.5).contains(&(ratio * unit))),
+        );
+        if (0.5..2.0).contains(&ratio) {
+            dip(self, up, &model, found);
+            return;
+        }
+        let (cause, mend) = match is_unit {
+            Some((_, unit, mend)) => (format!("a field in {unit}"), (*mend).to_owned()),
+            None => (
+                "iron or a current nearby that is as strong as the Earth's field, or another unit"
+                    .into(),
+                "calibrate the magnetometer, or leave it out: [aiding] magnetometer = false".into(),
+            ),
+        };
+        found.push(SetupFinding {
+            sensor: "magnetometer",
+            is_certain: false,
+            found: size_words,
+            cause,
+            mend,
+        });
+    }
 }
 
 /// Whether the field points as far below the horizon as it should.
-fn dip(
-    log: &Judged<'_>,
-    fields: &[[f64; 3]],
-    model: &MagneticField,
-    found: &mut Vec<SetupFinding>,
-) {
-    let mean = |vectors: &mut dyn Iterator<Item = [f64; 3]>| {
-        let sum = vectors.fold([0.0; 3], |sum, at| [0, 1, 2].map(|axis| sum[axis] + at[axis]));
-        sum.map(|component| component / norm(sum).max(1e-12))
-    };
-    // Mean directions: the vehicle is level on the whole.
-    let up = mean(&mut log.rates.iter().map(|at| at.force_mps2));
-    let sines = fields.iter().map(|field| {
-        let down: f64 = field.iter().zip(up).map(|(field, up)| -field * up).sum();
-        down / norm(*field).max(1e-12)
-    });
-    let sine = sines.sum::<f64>() / fields.len().max(1) as f64;
+fn dip(field: &Field, up: [f64; 3], model: &MagneticField, found: &mut Vec<SetupFinding>) {
+    // The vehicle is level on the whole.
+    let down: f64 = field.directions.iter().zip(up).map(|(sum, up)| -sum * up).sum();
+    let sine = down / field.count.max(1) as f64;
     let (dip_deg, expected_deg) =
         (sine.clamp(-1.0, 1.0).asin().to_degrees(), model.inclination_rad().to_degrees());
     if (dip_deg - expected_deg).abs() <= DIP_DEG {

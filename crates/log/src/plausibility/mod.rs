@@ -19,7 +19,12 @@ use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::finding::SetupFinding;
-use crate::rates::{Rates, rates};
+use crate::rates::{Rates, with_rates};
+use attitude::{Tilting, Turning};
+use gravity::Gravity;
+use hovernav::imu::ImuSample;
+use hovernav::time::Time;
+use magnetic::Field;
 
 pub use alternatives::alternative;
 
@@ -28,13 +33,51 @@ impl Dataset {
     /// reference and runs no filter.
     #[must_use]
     pub fn check_setup(&self) -> Vec<SetupFinding> {
-        let log = Judged { dataset: self, rates: rates(&self.imu) };
+        let mut look = SetupLook::default();
+        for (sample, rates) in with_rates(self.samples()) {
+            look.push(&sample, rates.as_ref());
+        }
+        look.check(self)
+    }
+}
+
+/// What the inertial samples tell of the set-up, gathered one by one.
+#[derive(Default)]
+pub(crate) struct SetupLook {
+    gravity: Gravity,
+    turning: Turning,
+    tilting: Tilting,
+    field: Field,
+}
+
+impl SetupLook {
+    pub fn push(&mut self, sample: &ImuSample, rates: Option<&Rates>) {
+        if let Some(field_gauss) = sample.magnetic_field_gauss {
+            self.field.push(field_gauss.to_array());
+        }
+        if let Some(rates) = rates {
+            self.gravity.push(rates);
+            self.turning.push(rates, sample.attitude);
+            self.tilting.push(rates);
+        }
+    }
+
+    /// Judges the set-up of `dataset`, whose samples these were: see [`Dataset::check_setup`].
+    pub fn check(mut self, dataset: &Dataset) -> Vec<SetupFinding> {
+        if !dataset.magnetometer.is_empty() {
+            self.field = Field::default();
+            let apart = dataset.magnetometer.iter();
+            apart.for_each(|(_, field_gauss)| self.field.push(field_gauss.to_array()));
+        }
+        let up = self.gravity.up();
         let mut found = Vec::new();
-        clocks::check(&log, &mut found);
-        gravity::check(&log, &mut found);
-        attitude::check(&log, &mut found);
-        fixes::check(&log, &mut found);
-        magnetic::check(&log, &mut found);
+        clocks::check(dataset, &mut found);
+        self.gravity.check(&mut found);
+        if !self.turning.check(&mut found) {
+            self.tilting.check(&mut found);
+        }
+        fixes::check(&dataset.fixes, &mut found);
+        self.field.check(dataset, up, &mut found);
         found.sort_by_key(|finding| !finding.is_certain);
         found
     }
@@ -55,34 +98,46 @@ impl Dataset {
     }
 }
 
-struct Judged<'a> {
-    dataset: &'a Dataset,
-    rates: Vec<Rates>,
-}
-
 /// Means over a second or so: vibration is gone, motion is still there.
 struct Second {
     turn_radps: [f64; 3],
     force_mps2: [f64; 3],
 }
 
-impl Judged<'_> {
-    /// Means over each `length_s` of the log; parts with fewer than three samples are left out.
-    fn means(&self, length_s: f64) -> Vec<Second> {
-        let Some(first) = self.rates.first() else { return Vec::new() };
-        let part = |at: &Rates| ((at.time - first.time) / length_s) as u64;
-        let parts = self.rates.chunk_by(|a, b| part(a) == part(b));
-        let mean = |part: &[Rates], of: fn(&Rates) -> [f64; 3]| {
-            let sum = part.iter().map(of).fold([0.0; 3], |s, v| [0, 1, 2].map(|i| s[i] + v[i]));
-            sum.map(|sum| sum / part.len() as f64)
-        };
-        parts
-            .filter(|part| part.len() >= 3)
-            .map(|part| Second {
-                turn_radps: mean(part, |at| at.turn_radps),
-                force_mps2: mean(part, |at| at.force_mps2),
-            })
-            .collect()
+/// Means over parts of one length; parts with fewer than three samples are left out.
+struct Means {
+    length_s: f64,
+    first: Option<Time>,
+    part: u64,
+    sum: Second,
+    count: usize,
+}
+
+impl Means {
+    const fn over(length_s: f64) -> Self {
+        let sum = Second { turn_radps: [0.0; 3], force_mps2: [0.0; 3] };
+        Self { length_s, first: None, part: 0, sum, count: 0 }
+    }
+
+    /// Takes in the next sample; the mean of the part before it, if it is the first of another.
+    fn push(&mut self, at: &Rates) -> Option<Second> {
+        let part = ((at.time - *self.first.get_or_insert(at.time)) / self.length_s) as u64;
+        let done = if part == self.part { None } else { self.finish() };
+        self.part = part;
+        let add = |sum: &mut [f64; 3], value: [f64; 3]| *sum = [0, 1, 2].map(|i| sum[i] + value[i]);
+        add(&mut self.sum.turn_radps, at.turn_radps);
+        add(&mut self.sum.force_mps2, at.force_mps2);
+        self.count += 1;
+        done
+    }
+
+    /// The mean of the part under way.
+    fn finish(&mut self) -> Option<Second> {
+        let Self { sum, count, .. } =
+            std::mem::replace(self, Self { first: self.first, ..Self::over(self.length_s) });
+        let mean = |sum: [f64; 3]| sum.map(|sum| sum / count as f64);
+        (count >= 3)
+            .then(|| Second { turn_radps: mean(sum.turn_radps), force_mps2: mean(sum.force_mps2) })
     }
 }
 

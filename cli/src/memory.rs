@@ -3,21 +3,36 @@
 use std::path::Path;
 
 use anyhow::ensure;
+use hovernav_formats::{Log, Options};
 use hovernav_log::Dataset;
+
+/// What a page and files take beside the log.
+const BESIDE: u64 = 64 << 20;
+
+/// Opens `log`, unless that and what is made of it take more memory than is free: so many times the log's own.
+pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
+    let (needed, free) = (times * hovernav_formats::bytes_of(log, options)?, free_bytes());
+    ensure!(
+        needed <= free,
+        "{}: to read it takes about {:.2} GB of memory, found {:.2} GB free: expected more memory or a shorter \
+         log",
+        log.display(),
+        needed as f64 / 1e9,
+        free as f64 / 1e9
+    );
+    Ok(hovernav_formats::open(log, options)?)
+}
 
 /// Refuses to smooth what the memory that is free will not hold, before it is begun.
 pub fn check_smoothing(log: &Path, dataset: &Dataset) -> anyhow::Result<()> {
-    // A page and files of it come on top.
-    const BESIDE: u64 = 64 << 20;
     let needed = dataset.smoothing_bytes() + BESIDE;
-    // Where nobody can tell, it is tried.
-    let free = free_bytes().unwrap_or(u64::MAX);
+    let free = free_bytes();
     ensure!(
         needed <= free,
         "{}: smoothing {} samples takes {:.2} GB of memory beside the log, found {:.2} GB free: \
          expected more memory, a shorter log, or no --smooth",
         log.display(),
-        dataset.imu.len(),
+        dataset.sample_count(),
         needed as f64 / 1e9,
         free as f64 / 1e9
     );
@@ -25,10 +40,11 @@ pub fn check_smoothing(log: &Path, dataset: &Dataset) -> anyhow::Result<()> {
 }
 
 /// Memory that this process may still take: the least of what the machine has, what its control group
-/// has left and what its own limit leaves. `None` where the system does not say.
-fn free_bytes() -> Option<u64> {
+/// has left and what its own limit leaves. Where the system does not say, it is tried.
+fn free_bytes() -> u64 {
     let machine = kilobytes("/proc/meminfo", "MemAvailable:");
-    [machine, left_in_group(), left_below_limit()].into_iter().flatten().min()
+    let known = [machine, left_in_group(), left_below_limit()].into_iter().flatten();
+    known.min().unwrap_or(u64::MAX)
 }
 
 /// The number of kB behind `key` in a file of such lines.

@@ -1,0 +1,91 @@
+//! What became of measurements: all counted, those taken as a matter of course kept in part.
+
+use std::collections::BTreeMap;
+
+use hovernav::ekf::{Channel, Notice, Report, Verdict};
+
+/// What became of all comparisons of one channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ChannelTally {
+    /// How many corrected the state.
+    pub used: usize,
+    /// How many a gate refused.
+    pub rejected: usize,
+    /// Sum of the squares of the normalised innovations that were used.
+    pub square_sum: f64,
+}
+
+impl ChannelTally {
+    pub(crate) fn count(tallies: &mut BTreeMap<&'static str, Self>, report: &Report) {
+        for axis in report.innovations() {
+            let channel = tallies.entry(axis.channel.name()).or_default();
+            if axis.verdict == Verdict::Rejected {
+                channel.rejected += 1;
+            } else {
+                channel.used += 1;
+                channel.square_sum += axis.normalised().powi(2);
+            }
+        }
+    }
+}
+
+/// Which routine comparisons stay among the notices of a run: at most 32 768 of each aid, evenly thinned.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Thinning(BTreeMap<Channel, Aid>);
+
+#[derive(Clone, Copy, Debug)]
+struct Aid {
+    /// Every how manieth stays.
+    stride: usize,
+    seen: usize,
+    kept: usize,
+}
+
+/// An even number, so that halves stay even.
+const MOST: usize = 1 << 15;
+
+impl Thinning {
+    /// Whether another routine comparison of `channel` stays; half of those in `notices` may go for it.
+    pub fn takes(&mut self, channel: Channel, notices: &mut Vec<Notice>) -> bool {
+        let aid = self.0.entry(channel).or_insert(Aid { stride: 1, seen: 0, kept: 0 });
+        let index = aid.seen;
+        aid.seen += 1;
+        if !index.is_multiple_of(aid.stride) {
+            return false;
+        }
+        if aid.kept == MOST {
+            let mut nth = 0;
+            notices.retain(|notice| {
+                let is_of_aid = routine(notice) == Some(channel);
+                nth += usize::from(is_of_aid);
+                !is_of_aid || nth % 2 == 1
+            });
+            aid.kept = MOST / 2;
+            aid.stride *= 2;
+        }
+        aid.kept += 1;
+        true
+    }
+}
+
+/// The first channel of a comparison of which nothing is to be told: an aid other than the receiver, accepted as
+/// a whole.
+pub(crate) fn routine(notice: &Notice) -> Option<Channel> {
+    let Notice::Updated(report) = notice else { return None };
+    let first = report.innovations().next()?.channel;
+    let is_accepted = report.innovations().all(|axis| axis.verdict == Verdict::Accepted);
+    let is_remarkable = report.biases_were_doubted() || report.covariance_was_reset();
+    (is_accepted && !is_remarkable && !is_gps(first)).then_some(first)
+}
+
+const fn is_gps(channel: Channel) -> bool {
+    matches!(
+        channel,
+        Channel::PositionNorth
+            | Channel::PositionEast
+            | Channel::PositionDown
+            | Channel::VelocityNorth
+            | Channel::VelocityEast
+            | Channel::VelocityDown
+    )
+}

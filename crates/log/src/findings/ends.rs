@@ -1,0 +1,177 @@
+//! Samples at the end of a sensor's range.
+
+use super::inertial::{AXES, UNIT, component};
+use super::spans::{Span, Spans};
+use super::{Judged, when};
+use crate::finding::{Finding, Severity};
+use crate::rates::Rates;
+
+/// Clipped samples closer than this, s, are one event.
+const APART_S: f64 = 10.0;
+
+/// Where the axes stand at their full scale: what that is takes one look at all samples, when they do another.
+pub(super) struct Ends {
+    axes: [End; 6],
+    /// Samples of the second look so far.
+    seen: usize,
+}
+
+/// One axis.
+struct End {
+    /// The known range, or zero, and how much of it was seen.
+    known: f64,
+    largest: f64,
+    is_marked: bool,
+    low: Extreme,
+    high: Extreme,
+    /// Readings where they pile up, from the second look on.
+    scale: [Option<f64>; 2],
+    spans: Spans,
+    /// First and last sample of each span.
+    within: Vec<(usize, usize)>,
+}
+
+impl Ends {
+    pub fn of(log: &Judged<'_>) -> Self {
+        let model = &log.run.config.ekf.imu;
+        let end = |axis: usize| End {
+            known: if axis < 3 { model.gyro_range_radps } else { model.accel_range_mps2 },
+            largest: 0.0,
+            is_marked: false,
+            low: Extreme::of(-1.0),
+            high: Extreme::of(1.0),
+            scale: [None; 2],
+            spans: Spans::apart(APART_S),
+            within: Vec::new(),
+        };
+        Self { axes: std::array::from_fn(end), seen: 0 }
+    }
+
+    pub fn look(&mut self, at: &Rates) {
+        for (axis, end) in self.axes.iter_mut().enumerate() {
+            let value = component(at, axis);
+            end.largest = end.largest.max(value.abs());
+            end.is_marked |= marked(at, axis);
+            end.low.push(value);
+            end.high.push(value);
+        }
+    }
+
+    /// Ends the first look; whether a second can find anything.
+    pub fn looked(&mut self) -> bool {
+        for end in &mut self.axes {
+            end.scale = [end.low.pile(), end.high.pile()];
+        }
+        self.axes
+            .iter()
+            .any(|end| end.is_marked || end.scale != [None; 2] || end.is_beyond_known(end.largest))
+    }
+
+    pub fn look_again(&mut self, at: &Rates) {
+        let index = self.seen;
+        self.seen += 1;
+        for (axis, end) in self.axes.iter_mut().enumerate() {
+            let value = component(at, axis);
+            let is_clipped = match end.is_marked {
+                true => marked(at, axis),
+                false => end.scale.contains(&Some(value)) || end.is_beyond_known(value.abs()),
+            };
+            if !is_clipped {
+                continue;
+            }
+            end.spans.push((at.time.seconds(), value.abs()));
+            end.within.resize(end.spans.found.len(), (index, index));
+            if let Some((_, last)) = end.within.last_mut() {
+                *last = index;
+            }
+        }
+    }
+
+    pub fn find(self, findings: &mut Vec<Finding>) {
+        for (axis, end) in self.axes.into_iter().enumerate() {
+            for (span, (first, last)) in end.spans.found.into_iter().zip(end.within) {
+                let Span { start_s, end_s, count, largest } = span;
+                // A marked sample is a mean of readings of which one may have been at the end.
+                let level = if end.is_marked {
+                    "full scale by the unit's own marks".to_owned()
+                } else if axis < 3 {
+                    format!("its full scale of {:.0} °/s", largest.to_degrees())
+                } else {
+                    format!("its full scale of {largest:.1} m/s² ({:.2} g)", largest / 9.806_65)
+                };
+                findings.push(Finding {
+                    start_s,
+                    end_s,
+                    sensor: UNIT,
+                    kind: "clipping",
+                    severity: Severity::Warning,
+                    count,
+                    words: format!(
+                        "{} clipped at {level} {}: {count} samples, {:.1} % of that \
+                         time, so what lay beyond is not known",
+                        AXES[axis],
+                        when(start_s, end_s),
+                        100.0 * count as f64 / (last - first + 1) as f64
+                    ),
+                });
+            }
+        }
+    }
+}
+
+impl End {
+    fn is_beyond_known(&self, size: f64) -> bool {
+        self.known > 0.0 && size >= 0.998 * self.known
+    }
+}
+
+/// The extreme of an axis to one side and the next reading to it, and how often each was found.
+struct Extreme {
+    side: f64,
+    end: f64,
+    next: f64,
+    at_end: usize,
+    at_next: usize,
+    /// Times that the end was reached from elsewhere.
+    visits: usize,
+    last: Option<f64>,
+}
+
+impl Extreme {
+    const fn of(side: f64) -> Self {
+        let none = f64::NEG_INFINITY;
+        Self { side, end: none, next: none, at_end: 0, at_next: 0, visits: 0, last: None }
+    }
+
+    fn push(&mut self, value: f64) {
+        let value = self.side * value;
+        let last = self.last.replace(value);
+        if value > self.end {
+            (self.next, self.at_next) = (self.end, self.at_end);
+            (self.end, self.at_end, self.visits) = (value, 0, 0);
+        } else if value > self.next && value < self.end {
+            (self.next, self.at_next) = (value, 0);
+        }
+        if value == self.end {
+            self.at_end += 1;
+            self.visits += usize::from(last.is_some_and(|last| last != value));
+        } else if value == self.next {
+            self.at_next += 1;
+        }
+    }
+
+    /// The extreme where readings pile up there, again and again, as they do at the end of a range and nowhere
+    /// else.
+    fn pile(&self) -> Option<f64> {
+        /// Readings, and times that the range was left and reached again, that make an end.
+        const PILED: usize = 6;
+        const VISITS: usize = 3;
+        let is_end =
+            self.at_end >= PILED && self.visits >= VISITS && self.at_end >= 4 * self.at_next;
+        is_end.then_some(self.side * self.end)
+    }
+}
+
+fn marked(at: &Rates, axis: usize) -> bool {
+    if axis < 3 { at.clipped.gyro[axis] } else { at.clipped.accel[axis - 3] }
+}

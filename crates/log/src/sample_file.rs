@@ -1,0 +1,266 @@
+//! Inertial samples that stay in their file.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::axes::Reading;
+use crate::clock::{FirstLook, looked_again};
+use crate::error::LogError;
+use crate::imu::{Faults, ImuRows};
+use crate::overview::Overview;
+use crate::records::Place;
+use crate::remarks::Remarks;
+use crate::size::rows_of;
+use hovernav::imu::ImuSample;
+use hovernav::time::Time;
+
+/// The inertial samples of an `imu.csv` that was read once to its end: what is to be left out is known, the
+/// samples themselves are read anew by whoever goes over them.
+#[derive(Clone, Debug)]
+pub struct SampleFile {
+    shared: Arc<Shared>,
+    /// How the samples are to be read beyond what they were read by at first.
+    turned: Vec<Reading>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    dir: PathBuf,
+    reading: Reading,
+    /// Which rows with a sample are left out, by number, rising; those with the time of the row before apart.
+    left_out: Vec<usize>,
+    overview: Overview,
+    /// Why a later reading failed.
+    failure: Mutex<Option<LogError>>,
+}
+
+/// The samples of an `imu.csv`, in memory as long as there are few.
+pub(crate) enum Opened {
+    InMemory(Vec<ImuSample>),
+    InFile(SampleFile),
+}
+
+/// Reads `imu.csv` of `dir`; the samples stay in memory if there are no more than `most`.
+pub(crate) fn open(
+    dir: &Path,
+    reading: Reading,
+    most: usize,
+    warnings: &mut Vec<String>,
+) -> Result<Opened, LogError> {
+    let mut rows = ImuRows::open(dir, reading)?;
+    let (mut look, mut gathered) = (FirstLook::default(), Gathered::new(dir, most));
+    while let Some((line, sample)) = rows.next()? {
+        if look.push(line, sample.time) {
+            gathered.push(line, &sample);
+        }
+    }
+    let path = rows.path().to_path_buf();
+    let mut remarks = rows.remarks;
+    let left_out = match look.left_out(&mut remarks) {
+        Some(left_out) => left_out,
+        None => disordered(dir, reading, &path, &mut remarks)?,
+    };
+    let mut shared = Shared {
+        dir: dir.into(),
+        reading,
+        left_out,
+        overview: Overview::default(),
+        failure: Mutex::default(),
+    };
+    if !shared.left_out.is_empty() {
+        gathered = Gathered::new(dir, most);
+        let mut again = FromFile::of(&shared, &[]);
+        while let Some((line, sample)) = again.read()? {
+            gathered.push(line, &sample);
+        }
+    }
+    if gathered.overview.count == 0 {
+        let reason = match remarks.summary() {
+            none if none.is_empty() => "no rows below the header".to_string(),
+            summary => format!("no usable row: {summary}"),
+        };
+        return Err(LogError::Unusable { path, reason });
+    }
+    gathered.faults.remark(&mut remarks);
+    warnings.extend(remarks.into_warnings());
+    shared.overview = gathered.overview;
+    Ok(match gathered.samples {
+        Some(samples) => Opened::InMemory(samples),
+        None => Opened::InFile(SampleFile { shared: Arc::new(shared), turned: Vec::new() }),
+    })
+}
+
+/// Which rows to leave out where time goes back: the times of all of them decide.
+fn disordered(
+    dir: &Path,
+    reading: Reading,
+    path: &Path,
+    remarks: &mut Remarks,
+) -> Result<Vec<usize>, LogError> {
+    let (mut times, mut lines) = (Vec::new(), Vec::new());
+    let mut rows = ImuRows::open(dir, reading)?;
+    while let Some((line, sample)) = rows.next()? {
+        times.push(sample.time);
+        lines.push(line);
+    }
+    looked_again(&times, &lines, path, remarks)
+}
+
+/// What one reading of the samples gathers.
+struct Gathered {
+    most: usize,
+    /// `None` where there are too many.
+    samples: Option<Vec<ImuSample>>,
+    faults: Faults,
+    overview: Overview,
+}
+
+impl Gathered {
+    fn new(dir: &Path, most: usize) -> Self {
+        // Room for all at once: a vector that grows holds twice what is in it. What seems too much is not begun.
+        let expected = usize::try_from(rows_of(&dir.join(crate::imu::FILE))).unwrap_or(usize::MAX);
+        let samples = (expected <= most).then(|| Vec::with_capacity(expected));
+        Self { most, samples, faults: Faults::default(), overview: Overview::default() }
+    }
+
+    fn push(&mut self, line: u64, sample: &ImuSample) {
+        self.faults.push(line, sample, "line");
+        self.overview.push(sample);
+        match &mut self.samples {
+            Some(samples) if samples.len() < self.most => samples.push(*sample),
+            samples => *samples = None,
+        }
+    }
+}
+
+impl SampleFile {
+    /// All samples, from the first on.
+    pub(crate) fn samples(&self) -> FromFile<'_> {
+        FromFile::of(&self.shared, &self.turned)
+    }
+
+    pub(crate) fn overview(&self) -> &Overview {
+        &self.shared.overview
+    }
+
+    /// From now on every sample is read as `reading` says on top.
+    pub(crate) fn turn(&mut self, reading: Reading) {
+        if reading != Reading::default() {
+            self.turned.push(reading);
+        }
+    }
+
+    /// Whether every reading so far found the samples that the first one found.
+    ///
+    /// # Errors
+    /// The first failure: the file was changed, or could not be read any more.
+    pub(crate) fn ensure_read(&self) -> Result<(), LogError> {
+        let mut failure = self.shared.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.take().map_or(Ok(()), Err)
+    }
+}
+
+/// Samples read one by one. A clone opens the file for itself, where it goes on from.
+pub(crate) struct FromFile<'a> {
+    shared: &'a Shared,
+    turned: &'a [Reading],
+    /// Open once something was read.
+    rows: Option<ImuRows>,
+    /// Where the row that was read last begins.
+    place: Option<Place>,
+    /// Rows read, and the time of the last.
+    read: usize,
+    last: Option<Time>,
+    /// How many of those left out were passed.
+    passed: usize,
+    given: usize,
+}
+
+impl<'a> FromFile<'a> {
+    fn of(shared: &'a Shared, turned: &'a [Reading]) -> Self {
+        Self { shared, turned, rows: None, place: None, read: 0, last: None, passed: 0, given: 0 }
+    }
+
+    /// The next sample and its line.
+    fn read(&mut self) -> Result<Option<(u64, ImuSample)>, LogError> {
+        if self.rows.is_none() {
+            let mut rows = ImuRows::open(&self.shared.dir, self.shared.reading)?;
+            if let Some(place) = self.place {
+                rows.resume(place)?;
+            }
+            self.rows = Some(rows);
+        }
+        let Some(rows) = &mut self.rows else { return Ok(None) };
+        while let Some((line, sample)) = rows.next()? {
+            let index = self.read;
+            self.read += 1;
+            self.place = Some(rows.place());
+            if self.last.replace(sample.time) == Some(sample.time) {
+                continue;
+            }
+            let left_out = &self.shared.left_out;
+            while left_out.get(self.passed).is_some_and(|&left_out| left_out < index) {
+                self.passed += 1;
+            }
+            if left_out.get(self.passed) != Some(&index) {
+                self.given += 1;
+                return Ok(Some((line, sample)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// How many are still to come.
+    pub fn remaining(&self) -> usize {
+        self.shared.overview.count.saturating_sub(self.given)
+    }
+
+    /// Keeps why there are no more samples, though there were when the file was opened.
+    fn fail(&self, error: Option<LogError>) {
+        let changed = || LogError::Unusable {
+            path: self.shared.dir.join(crate::imu::FILE),
+            reason: "the file was changed while it was in use, expected it to stay as it is".into(),
+        };
+        let mut failure = self.shared.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.get_or_insert_with(|| error.unwrap_or_else(changed));
+    }
+}
+
+impl Iterator for FromFile<'_> {
+    type Item = ImuSample;
+
+    fn next(&mut self) -> Option<ImuSample> {
+        let overview = &self.shared.overview;
+        // What a logger has added since is left for another time.
+        if self.given == overview.count {
+            return None;
+        }
+        let found = self.read();
+        let is_as_before =
+            |sample: &ImuSample| self.given < overview.count || overview.last == Some(sample.time);
+        match found {
+            Ok(Some((_, sample))) if is_as_before(&sample) => {
+                Some(self.turned.iter().fold(sample, |sample, reading| reading.applied(sample)))
+            }
+            other => {
+                self.fail(other.err());
+                None
+            }
+        }
+    }
+}
+
+impl Clone for FromFile<'_> {
+    fn clone(&self) -> Self {
+        Self { rows: None, ..*self }
+    }
+}
+
+impl std::fmt::Debug for FromFile<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("FromFile")
+            .field("dir", &self.shared.dir)
+            .field("given", &self.given)
+            .finish()
+    }
+}

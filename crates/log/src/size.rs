@@ -1,0 +1,68 @@
+//! How much memory a dataset directory takes.
+
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::mem::size_of;
+use std::path::Path;
+
+use crate::dataset::Dataset;
+use crate::{aids, auxiliary, gps, imu};
+use hovernav::event::RangeReading;
+use hovernav::frames::{Body, Vector};
+use hovernav::gps::{AntennaHeading, Fix};
+use hovernav::imu::ImuSample;
+use hovernav::time::Time;
+
+/// What goes with a row while the rows are put in order: line, time and whether it stays.
+const BESIDE_A_ROW: usize = size_of::<u64>() + size_of::<Time>() + 1;
+
+impl Dataset {
+    /// How much memory [`open_within`](Self::open_within) takes of the dataset in the directory `dir`, bytes, by
+    /// the sizes of its files and the lengths of their first rows. A file that cannot be read counts nothing.
+    #[must_use]
+    pub fn bytes_of(dir: &Path, most: usize) -> u64 {
+        let tables = [
+            (gps::FILE, size_of::<Fix>()),
+            (auxiliary::BARO_FILE, size_of::<(Time, f64)>()),
+            (auxiliary::MAG_FILE, size_of::<(Time, Vector<Body>)>()),
+            (aids::HEADING_FILE, size_of::<AntennaHeading>()),
+            (aids::RANGE_FILE, size_of::<RangeReading>()),
+            (aids::ROTOR_FILE, size_of::<(Time, f64)>()),
+            (auxiliary::CONTROLS_FILE, size_of::<(Time, [f64; 8])>()),
+        ];
+        let bytes =
+            |(file, row): (&str, usize)| rows_of(&dir.join(file)) * (row + BESIDE_A_ROW) as u64;
+        let samples = rows_of(&dir.join(imu::FILE)).min(most as u64);
+        tables.into_iter().map(bytes).sum::<u64>() + samples * size_of::<ImuSample>() as u64
+    }
+}
+
+/// About how many rows the table `path` has; none where it cannot be read.
+pub(crate) fn rows_of(path: &Path) -> u64 {
+    const HEAD: u64 = 1 << 16;
+    let read = || -> io::Result<u64> {
+        let (file, mut head) = (File::open(path)?, Vec::new());
+        let length = file.metadata()?.len();
+        file.take(HEAD).read_to_end(&mut head)?;
+        let rows = head.iter().filter(|byte| **byte == b'\n').count() as u64;
+        Ok(if head.is_empty() { 0 } else { rows * length / head.len() as u64 })
+    };
+    read().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hover_flight_takes_what_its_rows_take() {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../datasets/heli-hover");
+        let whole = Dataset::bytes_of(&dir, usize::MAX);
+        let rows = rows_of(&dir.join(imu::FILE));
+        assert!((9_700..10_100).contains(&rows), "{rows}");
+        let samples = rows * size_of::<ImuSample>() as u64;
+        assert_eq!(whole - Dataset::bytes_of(&dir, 0), samples);
+        assert!((samples..2 * samples).contains(&whole), "{whole}");
+        assert_eq!(Dataset::bytes_of(&dir.join("nowhere"), 100), 0);
+    }
+}

@@ -1,0 +1,196 @@
+//! Inertial samples that stay in their file give what samples in memory give, bit for bit.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hovernav_log::{Dataset, Finding, Keep, Run};
+
+fn heli_hover() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")
+}
+
+/// The dataset with its samples in memory, and the same with all of them in their file.
+fn both(log: &Path) -> [Dataset; 2] {
+    let [whole, left] = [usize::MAX, 0].map(|most| Dataset::open_within(log, most).unwrap());
+    assert!(whole.imu_file.is_none() && left.imu_file.is_some() && left.imu.is_empty());
+    [whole, left]
+}
+
+/// What is to be the same of both.
+fn assert_same([whole, left]: &[Dataset; 2]) {
+    assert_eq!(left.samples().collect::<Vec<_>>(), whole.imu);
+    assert_eq!(left.warnings, whole.warnings);
+    assert_eq!(left.sample_count(), whole.sample_count());
+    assert_eq!(left.sample_span(), whole.sample_span());
+    assert_eq!(left.sample_interval_s(), whole.sample_interval_s());
+    assert_eq!(left.imu_rate_hz(), whole.imu_rate_hz());
+    let setup =
+        |log: &Dataset| log.check_setup().iter().map(ToString::to_string).collect::<Vec<_>>();
+    assert_eq!(setup(left), setup(whole));
+    left.ensure_read().unwrap();
+}
+
+fn run(dataset: &mut Dataset) -> (Run, Vec<String>) {
+    let config = dataset.settings().unwrap();
+    let run = dataset
+        .estimate_each(&config, Keep::Thinned, |_| {}, |_| Ok::<(), std::convert::Infallible>(()))
+        .unwrap();
+    let findings = dataset.findings(&run);
+    (run, findings.into_iter().map(|Finding { words, .. }| words).collect())
+}
+
+#[test]
+fn a_flight_is_the_same_to_the_last_bit() {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets");
+    let names = ["quad-gps-glitch-aided", "quad-ardupilot-5hz", "uav-thor75-1hz"];
+    let (there, absent): (Vec<PathBuf>, _) =
+        names.map(|name| shared.join(name)).into_iter().partition(|log| log.exists());
+    println!("skipped, as they are not there: {absent:?}");
+    for log in [heli_hover()].iter().chain(&there) {
+        let mut both = both(log);
+        assert_same(&both);
+        let [(whole, told), (left, told_of_left)] = both.each_mut().map(run);
+        assert_eq!(left.solutions, whole.solutions);
+        assert_eq!(left.notices, whole.notices);
+        assert_eq!(told_of_left, told);
+        both[1].ensure_read().unwrap();
+    }
+}
+
+#[test]
+fn smoothing_is_the_same_to_the_last_bit() {
+    let mut both = both(&heli_hover());
+    let [whole, left] = both.each_mut().map(|dataset| {
+        let config = dataset.settings().unwrap();
+        dataset.smooth(&config, |_| {})
+    });
+    assert!(whole.solutions.len() > 9_000);
+    assert_eq!(left.solutions, whole.solutions);
+}
+
+/// The flight with every row of its samples made what `change` makes of it, by its number.
+fn changed(change: impl Fn(usize, &str) -> String) -> tempfile::TempDir {
+    let place = tempfile::tempdir().unwrap();
+    fs::copy(heli_hover().join("gps.csv"), place.path().join("gps.csv")).unwrap();
+    let text = fs::read_to_string(heli_hover().join("imu.csv")).unwrap();
+    let rows = text.lines().enumerate().map(|(number, row)| change(number, row));
+    fs::write(place.path().join("imu.csv"), rows.collect::<String>()).unwrap();
+    place
+}
+
+/// What is made of a row, by its number.
+type Change = Box<dyn Fn(usize, &str) -> String>;
+
+fn later(row: &str, by_s: f64) -> String {
+    let (time, rest) = row.split_once(',').unwrap();
+    format!("{:.6},{rest}\n", time.parse::<f64>().unwrap() + by_s)
+}
+
+#[test]
+fn a_damaged_file_is_mended_the_same_way() {
+    let plain = |row: &str| format!("{row}\n");
+    let damages: [(&str, Change); 7] = [
+        (
+            "a mark, blank lines and other line ends",
+            Box::new(|number, row| match number {
+                0 => format!("\u{feff}\n\n{row}\r\n"),
+                _ if number % 100 == 3 => format!("\r\n{row}\r\n\n"),
+                _ => format!("{row}\r\n"),
+            }),
+        ),
+        (
+            "rows with the time of the row before",
+            Box::new(move |number, row| match number {
+                0 => plain(row),
+                _ if number % 7 == 0 => plain(row) + &plain(row),
+                _ => plain(row),
+            }),
+        ),
+        (
+            "rows without values",
+            Box::new(move |number, row| match number % 11 {
+                5 => row.split(',').next().unwrap().to_owned() + ",,,,,,,,,\n",
+                6 => "1,2\n".to_owned(),
+                _ => plain(row),
+            }),
+        ),
+        (
+            "times that jump ahead and back",
+            Box::new(move |number, row| match number {
+                500 | 501 | 2000 => later(row, 30.0),
+                3000..3020 => later(row, -20.0),
+                _ => plain(row),
+            }),
+        ),
+        (
+            "rows hours from the rest",
+            Box::new(move |number, row| match number {
+                1..4 => later(row, -9_000.0),
+                9_898.. => later(row, 9_000.0),
+                _ => plain(row),
+            }),
+        ),
+        (
+            "a unit that was stuck, and a gap",
+            Box::new(move |number, row| match number {
+                0 => plain(row),
+                4000..4100 => String::new(),
+                5000..5040 => format!(
+                    "{},0.1,0.2,0.3,0.4,0.5,-9.8,0,0,0,0.2,0.1,0.3\n",
+                    row.split(',').next().unwrap()
+                ),
+                _ => plain(row),
+            }),
+        ),
+        (
+            "a last row that was cut off",
+            Box::new(move |number, row| match number {
+                9_899 => row[..20].to_owned(),
+                _ => plain(row),
+            }),
+        ),
+    ];
+    for (what, change) in damages {
+        println!("{what}");
+        let place = changed(change);
+        let mut both = both(place.path());
+        assert_same(&both);
+        let [(whole, told), (left, told_of_left)] = both.each_mut().map(run);
+        assert_eq!((left.solutions, told_of_left), (whole.solutions, told));
+    }
+}
+
+#[test]
+fn other_axes_that_a_later_file_tells_turn_samples_in_a_file_too() {
+    let place = tempfile::tempdir().unwrap();
+    let config = place.path().join("mine.toml");
+    fs::write(&config, "[imu]\naxes = \"flu\"\ngyro_unit = \"degps\"\n").unwrap();
+    let mut both = both(&heli_hover());
+    both.iter_mut().for_each(|dataset| dataset.configure(&config).unwrap());
+    assert_same(&both);
+}
+
+#[test]
+fn a_file_that_is_changed_in_use_is_told_of() {
+    let place = changed(|_, row| format!("{row}\n"));
+    let path = place.path().join("imu.csv");
+    let [_, dataset] = both(place.path());
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, &text[..text.len() / 2]).unwrap();
+    let half = dataset.samples().count();
+    assert!((4_000..6_000).contains(&half), "{half}");
+    let error = dataset.ensure_read().unwrap_err().to_string();
+    assert!(
+        error.ends_with(
+            "imu.csv: the file was changed while it was in use, expected it to stay as it is"
+        ),
+        "{error}"
+    );
+    fs::remove_file(&path).unwrap();
+    assert_eq!(dataset.samples().count(), 0);
+    assert!(dataset.ensure_read().is_err());
+    // What a logger adds meanwhile is left for another time.
+    fs::write(&path, format!("{text}400,0,0,0,0,0,-9.8,0,0,0,0.2,0.1,0.3\n")).unwrap();
+    assert_eq!(dataset.samples().count(), 9_899);
+    dataset.ensure_read().unwrap();
+}
