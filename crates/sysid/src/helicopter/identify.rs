@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::equations::largest_process_sigma;
 use super::error::IdentifyError;
-use super::flight::{FlightRecord, Velocity};
+use super::flight::{FlightRecord, INJECTED, Velocity};
 use super::kind::Kind;
 use super::stretches;
 use super::velocity_error::VelocityError;
@@ -299,12 +299,27 @@ impl Search<'_> {
 
     /// The model of `kind` from its `parts`.
     fn whole(&self, kind: Kind, parts: &[Found]) -> Result<Identified, PredictionErrorError> {
-        if let [all] = parts {
-            return Ok(all.identified.clone());
+        let parts = parts.iter().map(|part| self.with_injected_delay(part));
+        let parts = parts.collect::<Result<Vec<Identified>, _>>()?;
+        if let [all] = &parts[..] {
+            return Ok(all.clone());
         }
-        let parts: Vec<Identified> = parts.iter().map(|part| part.identified.clone()).collect();
         let structure = self.prepared(kind.structure());
         prediction_error::assemble(&structure, &parts, self.stretches, &self.settings(kind))
+    }
+
+    /// `part`, the delay of the collective as what was injected on it tells, where that was recorded: who holds the
+    /// height answers to gusts, and the likelihood takes the answer for late.
+    fn with_injected_delay(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
+        let found = &part.identified;
+        if part.kind != Kind::Heave {
+            return Ok(found.clone());
+        }
+        let signals = ("collective", INJECTED[2]);
+        let settings = self.settings(part.kind);
+        let told =
+            prediction_error::delay_from_injected(found, signals, self.stretches, &settings)?;
+        Ok(told.unwrap_or_else(|| found.clone()))
     }
 
     /// The likeliest of what the searches from every start find.
