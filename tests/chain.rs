@@ -301,6 +301,29 @@ fn delays_and_lags_keep_within_their_bounds() {
     }
 }
 
+/// Sticks that are recorded 80 ms late seem to be answered before they move.
+#[test]
+fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
+    let (mut dataset, solutions) =
+        flown(HelicopterParameters::raptor60(), &shipped::raptor60(), 828);
+    let verdict = |dataset: &Dataset| {
+        let found = identify(dataset, &solutions, Kind::Hybrid, Velocity::Estimated).unwrap();
+        found.verdict(None)
+    };
+    let names = |verdict: &Verdict, what: &str| {
+        println!("{}: {:?}", verdict.grade, verdict.reasons);
+        verdict.grade == Grade::DoNotFly && verdict.reasons.iter().any(|own| own.contains(what))
+    };
+    let turned = |controls: &mut [f64; 4]| controls[2] = -controls[2];
+    dataset.controls.iter_mut().for_each(|(_, controls)| turned(controls));
+    dataset.injected.iter_mut().for_each(turned);
+    assert!(names(&verdict(&dataset), "of the wrong sign: with a positive collective"));
+    dataset.controls.iter_mut().for_each(|(_, controls)| turned(controls));
+    dataset.injected.iter_mut().for_each(turned);
+    dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(0.08));
+    assert!(names(&verdict(&dataset), "the sticks are recorded late"));
+}
+
 #[test]
 #[ignore = "minutes: thirty flights, identifications and designs"]
 fn thirty_flights_lead_to_a_flight_or_a_refusal() {
