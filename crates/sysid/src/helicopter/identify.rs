@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use super::equations::largest_process_sigma;
 use super::error::IdentifyError;
-use super::flight::{FlightRecord, Velocity};
+use super::flight::{FlightRecord, INJECTED, Velocity};
 use super::kind::Kind;
 use super::stretches;
 use super::velocity_error::VelocityError;
 use crate::methods::prediction_error::{
-    self, Dropping, Estimate, Fit, Identified, PredictionErrorError, Settings,
+    self, Dropping, Estimate, Fit, Identified, PredictionErrorError, Settings, Status,
 };
 use crate::methods::structure::Structure;
 use crate::record::Experiment;
@@ -61,6 +61,9 @@ pub struct Identification {
     pub estimation: Fit,
     /// Fit over those held back, where there are any, of the model that had not seen them.
     pub validation: Option<Fit>,
+    /// How long before its sticks move in the record the vehicle answers, s, where that is more than any record
+    /// of sticks that moves on between its samples has: the sticks are late by that and by what servos take.
+    pub answers_early_s: Option<f64>,
     /// What a reader must know, one plain sentence each.
     pub warnings: Vec<String>,
 }
@@ -157,6 +160,7 @@ pub fn identify(
     let period_s = record.experiment.period_s;
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s };
     let mut parts = search.parts(kind)?;
+    let answers_early_s = search.answers_early_s(&parts);
     let mut estimated_s: f64 = stretches.iter().map(Experiment::duration_s).sum();
     let all = match velocity {
         Velocity::Estimated if !validation.is_empty() => stretches::stretches(&record, &[])?,
@@ -200,6 +204,7 @@ pub fn identify(
         identified,
         passed_over,
         validation,
+        answers_early_s,
         warnings,
     })
 }
@@ -299,12 +304,58 @@ impl Search<'_> {
 
     /// The model of `kind` from its `parts`.
     fn whole(&self, kind: Kind, parts: &[Found]) -> Result<Identified, PredictionErrorError> {
-        if let [all] = parts {
-            return Ok(all.identified.clone());
+        let parts = parts.iter().map(|part| self.with_injected_delay(part));
+        let parts = parts.collect::<Result<Vec<Identified>, _>>()?;
+        if let [all] = &parts[..] {
+            return Ok(all.clone());
         }
-        let parts: Vec<Identified> = parts.iter().map(|part| part.identified.clone()).collect();
         let structure = self.prepared(kind.structure());
         prediction_error::assemble(&structure, &parts, self.stretches, &self.settings(kind))
+    }
+
+    /// `part`, the delay of the collective as what was injected on it tells, where that was recorded: who holds the
+    /// height answers to gusts, and the likelihood takes the answer for late.
+    fn with_injected_delay(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
+        let found = &part.identified;
+        if part.kind != Kind::Heave {
+            return Ok(found.clone());
+        }
+        let signals = ("collective", INJECTED[2]);
+        let settings = self.settings(part.kind);
+        let told =
+            prediction_error::delay_from_injected(found, signals, self.stretches, &settings)?;
+        Ok(told.unwrap_or_else(|| found.clone()))
+    }
+
+    /// How long before its sticks the vehicle answers, of yaw or else of heave, where their delay ended on the lower
+    /// limit of its search: the same search on without that limit, from every sample.
+    fn answers_early_s(&self, parts: &[Found]) -> Option<f64> {
+        const EARLIEST_S: f64 = -0.3;
+        let of = |kind: Kind| parts.iter().find(|part| part.kind == kind);
+        let part = of(Kind::Yaw).filter(|_| !self.is_still("pedal")).or_else(|| of(Kind::Heave))?;
+        let name = part.kind.own_delay()?;
+        let mut free = part.identified.clone();
+        let place = free.structure.parameter(name)?;
+        let limit_s = free.structure.parameters[place].lower;
+        let own = free.estimates.list.get(place)?;
+        if own.status != Status::OnBound || own.value > limit_s {
+            return None;
+        }
+        free.structure.parameters[place].lower = EARLIEST_S;
+        let settings = self.settings(part.kind);
+        let samples = ((limit_s - EARLIEST_S) / self.period_s) as usize;
+        let tried = (0..=samples).into_par_iter().filter_map(|sample| {
+            let start = (name, limit_s - sample as f64 * self.period_s);
+            prediction_error::identify_from(&free, start, self.stretches, &settings).ok()
+        });
+        let best = tried.min_by(|one, other| one.aic.total_cmp(&other.aic))?;
+        let late = |name: &str| best.estimates.get(name).map_or(0.0, |own| own.value);
+        let late_s = late(name) + late(&name.replace("tau", "lag"));
+        (late_s < limit_s).then_some(-late_s)
+    }
+
+    fn is_still(&self, stick: &str) -> bool {
+        self.still.iter().any(|still| still == stick)
     }
 
     /// The likeliest of what the searches from every start find.
@@ -370,11 +421,7 @@ impl Search<'_> {
     /// for each sample, and under feedback the next one is nearly as likely.
     fn hopped(&self, mut found: Identified, kind: Kind) -> Identified {
         const MOST: usize = 3;
-        let delay = match kind {
-            Kind::Heave => "tau_col",
-            Kind::Yaw => "tau_ped",
-            _ => return found,
-        };
+        let Some(delay) = kind.own_delay() else { return found };
         let settings = self.settings(kind);
         for by_s in [-self.period_s, self.period_s] {
             for _ in 0..MOST {

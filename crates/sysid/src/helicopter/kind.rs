@@ -45,6 +45,15 @@ impl Kind {
         }
     }
 
+    /// The one delay of a part with a single stick of its own.
+    pub(super) const fn own_delay(self) -> Option<&'static str> {
+        match self {
+            Self::Yaw => Some("tau_ped"),
+            Self::Heave => Some("tau_col"),
+            _ => None,
+        }
+    }
+
     /// The name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -15,6 +15,20 @@ const DAMPING: [&str; 6] = ["Zw", "Nr", "Xu", "Yv", "Lp", "Mq"];
 const CONTROL_PERCENT: [f64; 2] = [15.0, 50.0];
 /// A damping no better known than this, percent, is not known.
 const DAMPING_PERCENT: f64 = 100.0;
+/// How it answers to its own speed, over seconds. No better known than this, one sigma in percent of the value,
+/// they are unknown.
+const SLOW: [&str; 7] = ["Zw", "Xu", "Yv", "Lu", "Lv", "Mu", "Mv"];
+const SLOW_PERCENT: f64 = 35.0;
+/// Sticks that go the same way on everything that keeps this record: what each does, and which way. The longitudinal
+/// stick is counted forwards by some and backwards by others.
+const WAYS: [(&str, f64, &str, &str); 4] = [
+    ("Zcol", -1.0, "collective", "sinks"),
+    ("Nped", 1.0, "pedal", "turns to the left"),
+    ("Blat", 1.0, "lateral", "rolls to the left"),
+    ("Llat", 1.0, "lateral", "rolls to the left"),
+];
+/// In one-sigmas: beyond, a value has the sign that it has.
+const SIGN: f64 = 2.0;
 /// A damping this much above 0, 1/s, is no helicopter's.
 const WRONG_PER_S: f64 = 1.0;
 /// Pairs more strongly correlated than this are one number, not two.
@@ -36,6 +50,12 @@ impl Identification {
         let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
         for estimate in self.parameters() {
             judge.parameter(estimate);
+        }
+        if let Some(early_s) = self.answers_early_s {
+            let early_ms = 1e3 * early_s;
+            judge.say(Grade::DoNotFly, format!(
+                "the sticks are recorded late: the vehicle answers {early_ms:.0} ms before they move, so that controls.csv is late by about {early_ms:.0} ms, and by what the servos take besides, up to 60 ms"
+            ));
         }
         for (one, other, value) in self.strong_correlations(SAME) {
             judge.say(
@@ -80,6 +100,7 @@ impl Identification {
                 judge.against_expected(found, expected);
             }
         }
+        judge.slow(self.parameters());
         match self.identified.poles() {
             Ok(poles) => {
                 let fastest = poles.iter().map(|pole| pole.value.re).fold(f64::MIN, f64::max);
@@ -93,7 +114,7 @@ impl Identification {
     }
 
     /// How far one of the [`parameters`](Self::parameters) can be relied on: by what the verdict says of it, and
-    /// with care only where its bound is larger than it is.
+    /// with care only where its bound is larger than it is, or than 35 % of it where it is slow.
     #[must_use]
     pub fn grade_of(&self, estimate: &Estimate) -> Grade {
         let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
@@ -106,7 +127,9 @@ impl Identification {
         let correlated = self.strong_correlations(SAME);
         let is_one_of =
             |(one, other, _): &(&str, &str, f64)| [*one, *other].contains(&&*estimate.name);
-        let is_vague = estimate.is_estimated() && estimate.bound_percent() > DAMPING_PERCENT;
+        let is_slow = SLOW.contains(&&*estimate.name);
+        let known = if is_slow { SLOW_PERCENT } else { DAMPING_PERCENT };
+        let is_vague = estimate.is_estimated() && estimate.bound_percent() > known;
         if is_vague || correlated.iter().any(is_one_of) {
             judge.grade = judge.grade.max(Grade::Care);
         }
@@ -167,8 +190,50 @@ impl Judge {
         }
     }
 
+    /// Names the slow ones among `parameters` that the flight did not tell, those left out too, less what is named
+    /// already.
+    fn slow(&mut self, parameters: &[Estimate]) {
+        let is_named = |name: &str| {
+            let named = format!("{name} is ");
+            self.reasons.iter().any(|reason| reason.starts_with(&named))
+        };
+        let slow =
+            parameters.iter().filter(|own| SLOW.contains(&&*own.name) && !is_named(&own.name));
+        let unknown: Vec<String> = slow
+            .filter_map(|own| {
+                let percent = own.bound_percent();
+                match own.status {
+                    Status::Dropped => Some(format!("{} (left out)", own.name)),
+                    _ if !own.is_estimated() || percent <= SLOW_PERCENT => None,
+                    _ => Some(format!("{} ({percent:.0} %)", own.name)),
+                }
+            })
+            .collect();
+        if !unknown.is_empty() {
+            self.say(Grade::Care, format!(
+                "unknown: {}, one sigma in percent of the value above {SLOW_PERCENT}: this flight does not tell how it answers to its own speed over seconds",
+                unknown.join(", ")
+            ));
+        }
+    }
+
+    /// Whether a stick goes the way that its derivative says.
+    fn way(&mut self, Estimate { name, unit, value, bound, .. }: &Estimate) {
+        let Some((_, sign, stick, does)) = WAYS.into_iter().find(|(own, ..)| own == name) else {
+            return;
+        };
+        if sign * value < -SIGN * bound {
+            // An autopilot that has the height the wrong way round loses it at once.
+            let grade = if stick == "collective" { Grade::DoNotFly } else { Grade::Care };
+            self.say(grade, format!(
+                "{name} is {value:.3} ± {bound:.3} {unit}, of the wrong sign: with a positive {stick} stick it {does}. Is {stick} the wrong way round in controls.csv?"
+            ));
+        }
+    }
+
     fn parameter(&mut self, estimate: &Estimate) {
         let Estimate { name, unit, value, bound, .. } = estimate;
+        self.way(estimate);
         let is_free = estimate.is_estimated();
         let percent = estimate.bound_percent();
         // A servo whose lag does not show ends at none.

@@ -72,7 +72,7 @@ pub fn identify_from(
     identify_on(&moved, experiments, settings)
 }
 
-fn records(
+pub(super) fn records(
     structure: &Structure,
     experiments: &[Experiment],
 ) -> Result<Vec<Record>, PredictionErrorError> {
@@ -81,7 +81,7 @@ fn records(
 }
 
 /// The likelihood at its start.
-fn problem<'a>(
+pub(super) fn problem<'a>(
     structure: &'a Structure,
     records: &'a [Record],
     experiments: &[Experiment],

@@ -103,7 +103,7 @@ fn scatter_of_gradients(
 
 /// Σₖₗ wₗ gₖ gₖ₊ₗᵀ of the columns g, w Bartlett's window over `lags`: that of the sums of `lags` + 1
 /// neighbours, as gₖ gₖ₊ₗᵀ is in `lags` + 1 − l of their products.
-fn correlated_scatter(columns: &DMatrix<f64>, lags: usize) -> DMatrix<f64> {
+pub(super) fn correlated_scatter(columns: &DMatrix<f64>, lags: usize) -> DMatrix<f64> {
     let length = columns.ncols();
     let mut sums = DMatrix::zeros(columns.nrows(), length + lags);
     let mut sum = DVector::zeros(columns.nrows());
@@ -137,7 +137,7 @@ fn gradients(problem: &Problem<'_>, normal: &Normal, forced: &Forced) -> Option<
 
 /// Sensitivities of the parameters, parameters × (samples · outputs), less what the record's own
 /// unknowns explain.
-fn projected(normal: &Normal, count: usize) -> Option<DMatrix<f64>> {
+pub(super) fn projected(normal: &Normal, count: usize) -> Option<DMatrix<f64>> {
     let columns = normal.gradient.len();
     let own = columns - count;
     let all = DMatrix::from_column_slice(

@@ -1,0 +1,271 @@
+//! The delay of an input from what was injected on it.
+//!
+//! Who holds a hover answers to gusts, and knows of them before noisy measurements show them: what the
+//! stick does then goes with innovations that are still to come. The likelihood takes every innovation for
+//! news to the pilot as well and finds the stick later than it is. What was injected on the stick knows
+//! nothing of gusts. At the true delay the innovations have nothing in common with anything that follows
+//! from the injected signal alone.
+//!
+//! # Source
+//! Söderström and Stoica (1983), *Instrumental Variable Methods for System Identification*, chapter 4; in
+//! a closed loop Gilson and Van den Hof (2005), *Automatica* 41(2). Equation (I33) of docs/equations.md.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::error::PredictionErrorError;
+use super::estimates::Status;
+use super::identified::Identified;
+use super::identify::{problem, records};
+use super::problem::Problem;
+use super::settings::Settings;
+use super::statistics::{correlated_scatter, projected};
+use crate::record::Experiment;
+
+/// Delays looked at from one sample to the next.
+const PARTS: u32 = 10;
+
+/// `found` with the delay of the input `input` as the input `injected` of the experiments, which is no
+/// input of the structure, tells it; everything else stays. `None` where the delay was not estimated or
+/// nothing was injected.
+///
+/// # Errors
+/// See [`PredictionErrorError`].
+pub fn delay_from_injected(
+    found: &Identified,
+    (input, injected): (&str, &str),
+    experiments: &[Experiment],
+    settings: &Settings,
+) -> Result<Option<Identified>, PredictionErrorError> {
+    let structure = &found.structure;
+    let column = structure.inputs.iter().position(|name| name == input);
+    let Some(delay) = column.and_then(|column| structure.delays[column]) else { return Ok(None) };
+    let free = &found.estimates.free;
+    let Some(place) = free.iter().position(|&index| index == delay) else { return Ok(None) };
+    let alone = experiments.iter().map(|own| alone(own, input, injected));
+    let Some(alone) = alone.collect::<Option<Vec<_>>>() else { return Ok(None) };
+    let (flown, injected) = (records(structure, experiments)?, records(structure, &alone)?);
+    let mut flown = problem(structure, &flown, experiments, settings)?;
+    let mut injected = problem(structure, &injected, &alone, settings)?;
+    flown.base.clone_from(&found.theta);
+    injected.base.clone_from(&found.theta);
+    let Some(told) = Told::of(&mut flown, &mut injected, delay) else { return Ok(None) };
+    let lags = (settings.residual_correlation_s / flown.period_s).round() as usize;
+    flown.free.clone_from(free);
+    Ok(told.put_into(found, &mut flown, (place, lags), settings.widened))
+}
+
+/// `experiment` with the signal `injected` for `input` and nothing else.
+fn alone(experiment: &Experiment, input: &str, injected: &str) -> Option<Experiment> {
+    let place = |name: &str| experiment.input_names.iter().position(|own| own == name);
+    let (from, to) = (place(injected)?, place(input)?);
+    let signal = experiment.inputs.column(from).into_owned();
+    let mut alone = experiment.clone();
+    alone.inputs.fill(0.0);
+    alone.outputs.fill(0.0);
+    alone.inputs.set_column(to, &signal);
+    Some(alone)
+}
+
+/// What the injected signal tells of a delay.
+struct Told {
+    delay_s: f64,
+    /// Delays all over its range, and how much of the innovations then lies in the space of the instruments.
+    left: Vec<(f64, f64)>,
+    /// What a change of the delay does to the innovations of each record by way of the injected signal.
+    instruments: Vec<DVector<f64>>,
+}
+
+impl Told {
+    /// The delay at which the least of the innovations lies in the space of the instruments: what follows from
+    /// the injected signal at every delay of whole samples. Between two of them the innovations are their mean.
+    fn of(flown: &mut Problem<'_>, injected: &mut Problem<'_>, delay: usize) -> Option<Self> {
+        let period_s = flown.period_s;
+        let first = (flown.lower[delay] / period_s).floor();
+        let count = (flown.upper[delay] / period_s - first).ceil() as usize + 1;
+        let at = |whole: usize| period_s * (first + whole as f64);
+        injected.free = vec![delay];
+        let (_, _, alone) = injected.pass(&[at(0)], true)?;
+        let earliest = alone.normals.iter().map(|normal| Some(projected(normal, 1)?.transpose()));
+        let p = flown.structure.outputs.len();
+        let instruments: Vec<DMatrix<f64>> = earliest
+            .map(|earliest| {
+                let earliest = earliest?;
+                Some(DMatrix::from_fn(earliest.len(), count, |row, later| {
+                    row.checked_sub(later * p).map_or(0.0, |row| earliest[row])
+                }))
+            })
+            .collect::<Option<_>>()?;
+        let own: DMatrix<f64> = instruments.iter().map(|own| own.tr_mul(own)).sum();
+        let root = Cholesky::new(own)?.unpack();
+        flown.free.clear();
+        let in_space = (0..count).map(|whole| {
+            flown.base[delay] = at(whole);
+            let (_, _, passed) = flown.pass(&[], true)?;
+            let errors = passed.normals.iter().zip(&instruments).map(|(normal, instruments)| {
+                instruments.tr_mul(&DVector::from_column_slice(&normal.whitened))
+            });
+            root.solve_lower_triangular(&errors.sum::<DVector<f64>>())
+        });
+        let in_space: Vec<DVector<f64>> = in_space.collect::<Option<_>>()?;
+        let pairs = || in_space.windows(2).map(|pair| (&pair[0], &pair[1] - &pair[0])).enumerate();
+        let delay_at = |whole: usize, part: f64| at(whole) + part * period_s;
+        let between = pairs().map(|(whole, (from, change))| {
+            let part = (-from.dot(&change) / change.norm_squared()).clamp(0.0, 1.0);
+            ((from + &change * part).norm_squared(), delay_at(whole, part), change)
+        });
+        let (_, delay_s, change) = between
+            .filter(|(left, ..)| left.is_finite())
+            .min_by(|one, other| one.0.total_cmp(&other.0))?;
+        let left = pairs().flat_map(|(whole, (from, change))| {
+            (0..PARTS).map(move |step| {
+                let part = f64::from(step) / f64::from(PARTS);
+                (delay_at(whole, part), (from + &change * part).norm_squared())
+            })
+        });
+        let left = left.collect();
+        let delay_s = delay_s.max(flown.lower[delay]).min(flown.upper[delay]);
+        let weights = root.transpose().solve_upper_triangular(&(change / period_s))?;
+        let instruments = instruments.iter().map(|own| own * &weights).collect();
+        Some(Self { delay_s, left, instruments })
+    }
+
+    /// The mean square distance of other delays, each as likely as what it leaves of the innovations says, counted
+    /// as often as that is `overstated`: a delay a sample off can be nearly as likely.
+    ///
+    /// # Source
+    /// Chernozhukov and Hong (2003), *Journal of Econometrics* 115(2).
+    fn spread(&self, overstated: f64) -> f64 {
+        let least = self.left.iter().map(|(_, left)| *left).fold(f64::INFINITY, f64::min);
+        let (mut weights, mut squares) = (0.0, 0.0);
+        for (delay_s, left) in &self.left {
+            let weight = (0.5 * (least - left) / overstated).exp();
+            weights += weight;
+            squares += weight * (delay_s - self.delay_s).powi(2);
+        }
+        squares / weights
+    }
+
+    /// `found` with this delay at `place` of what is free, its bound and its covariance with the rest: what the
+    /// others are off by moves it as much as it moves the innovations in the instrument's direction.
+    fn put_into(
+        self,
+        found: &Identified,
+        flown: &mut Problem<'_>,
+        (place, lags): (usize, usize),
+        widened: f64,
+    ) -> Option<Identified> {
+        let delay = flown.free[place];
+        let mut with = found.clone();
+        with.theta[delay] = self.delay_s;
+        let theta: Vec<f64> = flown.free.iter().map(|&index| with.theta[index]).collect();
+        let (_, _, passed) = flown.pass(&theta, true)?;
+        let mut slopes = DVector::zeros(theta.len());
+        let (mut white, mut colored) = (0.0, 0.0);
+        for (normal, instrument) in passed.normals.iter().zip(&self.instruments) {
+            slopes += projected(normal, theta.len())? * instrument;
+            white += instrument.norm_squared();
+            let errors = DVector::from_column_slice(&normal.whitened);
+            let shares = instrument.component_mul(&errors).transpose();
+            colored += correlated_scatter(&DMatrix::from_rows(&[shares]), lags)[(0, 0)];
+        }
+        let estimates = &mut with.estimates;
+        let own_parameters = flown.structure.parameters.len();
+        for (other, slope) in slopes.iter_mut().enumerate() {
+            let index = flown.free[other];
+            // Estimates of noises are σ, the search's are ln σ.
+            let scale = if index < own_parameters { 1.0 } else { estimates.list[index].value };
+            *slope /= white * scale;
+        }
+        slopes[place] = 0.0;
+        let overstated = widened * widened * (colored / white).max(1.0);
+        let colored = self.spread(overstated).max(overstated / white);
+        let matrices =
+            [(&mut estimates.covariance, colored), (&mut estimates.white_covariance, 1.0 / white)];
+        let [bound, white_bound] = matrices.map(|(matrix, noise)| {
+            let across = -(&*matrix * &slopes);
+            let variance = noise - slopes.dot(&across);
+            matrix.set_column(place, &across);
+            matrix.set_row(place, &across.transpose());
+            matrix[(place, place)] = variance;
+            variance.sqrt()
+        });
+        let estimate = &mut estimates.list[delay];
+        let is_within = flown.lower[delay] < self.delay_s && self.delay_s < flown.upper[delay];
+        estimate.status = if is_within { Status::Free } else { Status::OnBound };
+        (estimate.value, estimate.bound, estimate.white_bound) = (self.delay_s, bound, white_bound);
+        Some(with)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::methods::prediction_error::identify;
+    use crate::methods::structure::{Parameter, Structure};
+
+    const PERIOD_S: f64 = 0.03;
+    const DELAY_S: f64 = 1.4 * PERIOD_S;
+
+    /// w' = −0.8 w − 9 c, c late by 1.4 samples; the stick is what was injected and an answer to w.
+    fn flight(size: f64) -> Experiment {
+        let samples = 1500;
+        let noise = |sample: usize| ((sample * sample) as f64 * 0.618).fract() - 0.5;
+        let injected = |sample: usize| if (sample / 60) % 3 == 1 { size } else { 0.0 };
+        let (mut stick, mut w) = (vec![0.0; samples], 0.0);
+        let mut outputs = DMatrix::zeros(samples, 1);
+        let kept = f64::exp(-0.8 * PERIOD_S);
+        for sample in 0..samples {
+            outputs[(sample, 0)] = w + 0.002 * noise(sample);
+            stick[sample] = injected(sample) + 0.1 * w;
+            let late = |by: usize| sample.checked_sub(by).map_or(0.0, |at| stick[at]);
+            let held = 0.6 * late(1) + 0.4 * late(2);
+            w = kept * w - 9.0 * held * (1.0 - kept) / 0.8 + 0.002 * noise(3 * sample + 1);
+        }
+        let inputs = DMatrix::from_fn(samples, 2, |sample, input| match input {
+            0 => stick[sample],
+            _ => injected(sample),
+        });
+        let names = ["c", "injected_c"].map(str::to_owned).to_vec();
+        Experiment::new("held", PERIOD_S, names, vec!["w".to_owned()], inputs, outputs)
+            .expect("finite")
+    }
+
+    fn structure() -> Structure {
+        let parameters = vec![
+            Parameter::new("Zw", "1/s", -0.7),
+            Parameter::new("Zc", "m/s²", -8.0),
+            Parameter::new("tau", "s", 0.01).within(-0.03, 0.2),
+        ];
+        let text = "inputs c\noutputs w\nnoise n\ndelay c tau\nw' = Zw*w + Zc*c + n";
+        Structure::new("heave", parameters, text).expect("constant")
+    }
+
+    #[test]
+    fn an_injected_signal_tells_the_delay_from_wherever_the_search_ended() {
+        let flight = [flight(0.1)];
+        let settings = Settings::innovations(vec![0.1]);
+        let mut found = identify(&structure(), &flight, &settings).expect("it is identifiable");
+        let signals = ("c", "injected_c");
+        for off_s in [0.0, -0.05, 0.08] {
+            found.theta[2] = DELAY_S + off_s;
+            let told = delay_from_injected(&found, signals, &flight, &settings);
+            let told = told.expect("it has a predictor").expect("something was injected");
+            let delay = told.estimates.get("tau").expect("it has one");
+            assert!((delay.value - DELAY_S).abs() < 4.0 * delay.bound, "{delay:?}");
+            assert!(delay.bound < 0.1 * PERIOD_S, "{delay:?}");
+            assert_eq!(told.estimates.get("Zc"), found.estimates.get("Zc"));
+        }
+    }
+
+    #[test]
+    fn where_nothing_was_injected_the_delay_stays() {
+        let flight = [flight(0.0)];
+        let settings = Settings::innovations(vec![0.1]);
+        let structure = structure().with("tau", DELAY_S, false);
+        let found = identify(&structure, &flight, &settings).expect("noise moves it");
+        for signals in [("c", "injected_c"), ("c", "injected_d")] {
+            let told = delay_from_injected(&found, signals, &flight, &settings);
+            assert!(told.expect("it has a predictor").is_none());
+        }
+    }
+}
