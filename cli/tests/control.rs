@@ -207,6 +207,29 @@ fn a_model_that_is_not_to_be_flown_by_is_refused_by_everything_that_flies_it() {
 }
 
 #[test]
+fn an_identified_model_without_its_verdict_is_refused_and_one_by_hand_is_not() {
+    let dir = place("no_verdict");
+    let model = dir.join("model.toml");
+    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let parameters = "parameters = [{ name = \"Nr\", value = -4.0, unit = \"1/s\" }]\nstates = [";
+    let with_parameters = by_hand.replacen("states = [", parameters, 1);
+    let identified =
+        with_parameters.replacen("states = [", "parameter_covariance = [[0.01]]\nstates = [", 1);
+    fs::write(&model, &identified).expect("writable");
+    let design = ["design", text(&model), "--no-report", "--out", text(&dir)];
+    let expected = "found the covariance of identified parameters and no verdict";
+    assert_refused(&design, expected);
+    assert_refused(&["simulate", "--model", text(&model), "--out", text(&dir)], expected);
+    let good = identified.replacen("states = [", "verdict = \"good\"\nstates = [", 1);
+    let weights = dir.join("weights.toml");
+    fs::write(&weights, "").expect("writable");
+    for flyable in [&with_parameters, &good] {
+        fs::write(&model, flyable).expect("writable");
+        succeeds(&[&design[..], &["--weights", text(&weights)]].concat());
+    }
+}
+
+#[test]
 fn a_notch_is_counted_in_the_margins_and_its_phase_told() {
     let dir = place("notch");
     let weights = dir.join("weights.toml");
@@ -239,6 +262,16 @@ fn a_weight_too_many_is_refused() {
         &["design", "raptor60", "--weights", text(&weights), "--out", text(&dir)],
         "found yaw.states.2, counted from 0, which is one too many",
     );
+}
+
+#[test]
+fn a_flight_that_crashes_fails_after_its_record_is_written() {
+    let dir = place("crashes");
+    let told = "the vehicle crashed at ";
+    let lost = ["simulate", "--wind", "calm", "--fault", "power-loss@35", "--no-report"];
+    assert_refused(&[&lost[..], &["--duration", "90", "--out", text(&dir)]].concat(), told);
+    assert!(summary(&dir)["flight"]["crashed_s"].as_f64().expect("it crashed") > 35.0);
+    assert!(dir.join("reference.csv").exists() && dir.join("controls.csv").exists());
 }
 
 #[test]
@@ -343,6 +376,7 @@ fn wrong_usage_exits_with_two() {
         &["simulate", "--place", "1.3,103.8,50,abc"],
         &["simulate", "--disturbance", "p=1@-5"],
         &["simulate", "--excite", "pedal=3211@-1"],
+        &["simulate", "--excite", "all=3211:0"],
         &["simulate", "--flight", "tour", "--disturbance", "p=1"],
         &["campaign", "--shard", "3/2"],
         &["campaign", "--flights", "0"],
