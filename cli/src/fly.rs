@@ -110,6 +110,11 @@ fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
             hovernav_model::StateSpace::read(&beside.join(name)).context("[autopilot] model")?
         }
     };
+    crate::arguments::refuse_unflyable(
+        &model,
+        &format!("[autopilot] model: {}", name.display()),
+        "without `model` gains that `hovernav design --force` made of it are flown untried",
+    )?;
     let design = HoverDesign { period_s: flown.period_s, ..HoverDesign::for_model(&model) };
     for mode in FlightMode::ALL {
         let closed = design.close_in(&model, &flown.gains, mode, Cut::Actuators)?;

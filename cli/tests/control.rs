@@ -207,6 +207,74 @@ fn a_model_that_is_not_to_be_flown_by_is_refused_by_everything_that_flies_it() {
 }
 
 #[test]
+fn an_identified_model_without_its_verdict_is_refused_and_one_by_hand_is_not() {
+    let dir = place("no_verdict");
+    let model = dir.join("model.toml");
+    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let parameters = "parameters = [{ name = \"Nr\", value = -4.0, unit = \"1/s\" }]\nstates = [";
+    let with_parameters = by_hand.replacen("states = [", parameters, 1);
+    let identified =
+        with_parameters.replacen("states = [", "parameter_covariance = [[0.01]]\nstates = [", 1);
+    fs::write(&model, &identified).expect("writable");
+    let design = ["design", text(&model), "--no-report", "--out", text(&dir)];
+    let expected = "found the covariance of identified parameters and no verdict";
+    assert_refused(&design, expected);
+    assert_refused(&["simulate", "--model", text(&model), "--out", text(&dir)], expected);
+    let good = identified.replacen("states = [", "verdict = \"good\"\nstates = [", 1);
+    let weights = dir.join("weights.toml");
+    fs::write(&weights, "").expect("writable");
+    for flyable in [&with_parameters, &good] {
+        fs::write(&model, flyable).expect("writable");
+        succeeds(&[&design[..], &["--weights", text(&weights)]].concat());
+    }
+}
+
+#[test]
+fn a_notch_is_counted_in_the_margins_and_its_phase_told() {
+    let dir = place("notch");
+    let weights = dir.join("weights.toml");
+    fs::write(&weights, "").expect("writable");
+    let design = ["design", "raptor60", "--weights", text(&weights), "--no-report"];
+    let phase = |further: &[&str]| {
+        let out = [&design[..], &["--out", text(&dir)], further].concat();
+        let words = succeeds(&out);
+        (summary(&dir), words)
+    };
+    let (without, _) = phase(&[]);
+    let (with, words) = phase(&["--notch", "25:5", "--imu-rate", "200"]);
+    assert!(words.contains("notch at 25 Hz in samples of 200 Hz: 1.3 ms late"), "{words}");
+    for (name, cost) in with["notch"]["loops"].as_object().expect("loops") {
+        let lost_deg = cost["phase_lost_deg"].as_f64().expect("a number");
+        let margin = |of: &Value| of["margins"][name]["phase_deg"].as_f64().expect("a margin");
+        assert!((margin(&without) - margin(&with) - lost_deg).abs() < 0.3, "{name}: {lost_deg}");
+    }
+    assert!(words.contains("estimator 6.5 ms late in rates"), "{words}");
+    assert_eq!(hovernav(&["design", "raptor60", "--notch", "25:0"]).status.code(), Some(2));
+}
+
+#[test]
+fn a_weight_too_many_is_refused() {
+    let dir = place("surplus");
+    let weights = dir.join("weights.toml");
+    let yaw = "integral = 1.0\nstick = 1.0\ndecay_per_s = 0.0\n";
+    fs::write(&weights, format!("[yaw]\nstates = [1.0, 2.0, 3.0]\n{yaw}")).expect("writable");
+    assert_refused(
+        &["design", "raptor60", "--weights", text(&weights), "--out", text(&dir)],
+        "found yaw.states.2, counted from 0, which is one too many",
+    );
+}
+
+#[test]
+fn a_flight_that_crashes_fails_after_its_record_is_written() {
+    let dir = place("crashes");
+    let told = "the vehicle crashed at ";
+    let lost = ["simulate", "--wind", "calm", "--fault", "power-loss@35", "--no-report"];
+    assert_refused(&[&lost[..], &["--duration", "90", "--out", text(&dir)]].concat(), told);
+    assert!(summary(&dir)["flight"]["crashed_s"].as_f64().expect("it crashed") > 35.0);
+    assert!(dir.join("reference.csv").exists() && dir.join("controls.csv").exists());
+}
+
+#[test]
 fn an_autopilot_that_is_unstable_in_a_mode_is_not_written_unless_forced() {
     let dir = place("unstable_mode");
     // Heave rolls it, and roll heaves it: what velocity holds down, attitude alone does not.
@@ -220,7 +288,8 @@ fn an_autopilot_that_is_unstable_in_a_mode_is_not_written_unless_forced() {
     fs::write(&model, coupled).expect("writable");
     let weights = dir.join("weights.toml");
     let weak = "[attitude]\nstates = [1e-6, 1e-6, 1e-6, 1e-6]\nintegrals = [1e-9, 1e-9]\n\
-                sticks = [1.0, 1.0]\ndecay_per_s = 0.0\n";
+                sticks = [1.0, 1.0]\ndecay_per_s = 0.0\n\
+                [estimator]\nrate_s = 0.0\nattitude_s = 0.0\nvelocity_s = 0.0\n";
     fs::write(&weights, weak).expect("writable");
     let design =
         ["design", text(&model), "--weights", text(&weights), "--no-report", "--out", text(&dir)];
@@ -307,6 +376,7 @@ fn wrong_usage_exits_with_two() {
         &["simulate", "--place", "1.3,103.8,50,abc"],
         &["simulate", "--disturbance", "p=1@-5"],
         &["simulate", "--excite", "pedal=3211@-1"],
+        &["simulate", "--excite", "all=3211:0"],
         &["simulate", "--flight", "tour", "--disturbance", "p=1"],
         &["campaign", "--shard", "3/2"],
         &["campaign", "--flights", "0"],

@@ -1,9 +1,11 @@
 //! `hovernav design`: from a model to the autopilot's gains, checked at the loop's own rate.
 
+mod gusts;
 mod handling;
 mod loops;
 mod page;
 mod summary;
+mod wanted;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -11,11 +13,12 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use hovernav::autopilot::HoverConfig;
+use hovernav::imu::NotchConfig;
 use hovernav_design::hover::{HoverDesign, Search, Wanted};
-use hovernav_design::{CheckedDesign, DesignError};
+use hovernav_design::{CheckedDesign, DesignError, NotchCost};
 use hovernav_model::{Grade, shipped};
 
-use crate::arguments::refuse_unflyable;
+use crate::arguments::{finite, refuse_unflyable};
 use crate::emit::{self, Form};
 use crate::output;
 
@@ -30,6 +33,13 @@ pub struct Arguments {
     /// it weights are searched for
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
+    /// Count a notch on the rotor's harmonics, as [imu.notch] has it: its frequency, width at half power and how
+    /// many harmonics, 4 Hz and 1 unless given
+    #[arg(long, value_name = "HZ[:WIDTH[:HARMONICS]]", value_parser = notch)]
+    notch: Option<NotchConfig>,
+    /// The rate of the inertial unit that the notch filters, Hz; the loop's own unless given
+    #[arg(long, value_name = "HZ", requires = "notch")]
+    imu_rate: Option<f64>,
     /// Design for a model whose own verdict is "do not fly", and write an autopilot that is unstable in a
     /// mode
     #[arg(long)]
@@ -53,18 +63,33 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Path::new("out").join(format!("{}-autopilot", stem.to_string_lossy()))
     });
     output::create(&out)?;
+    let start = match &arguments.weights {
+        None => HoverDesign::for_model(&model),
+        Some(path) => read_weights(path)?,
+    };
+    let notch = arguments
+        .notch
+        .map(|config| NotchCost::new(config, arguments.imu_rate.unwrap_or(1.0 / start.period_s)));
+    let notch = notch.transpose()?;
+    let start = HoverDesign {
+        notch_s: notch.as_ref().map_or(start.notch_s, |notch| notch.delay_s),
+        ..start
+    };
     let (design, search) = match &arguments.weights {
         None => {
-            let start = HoverDesign::for_model(&model);
             let working = output::Working::on("searching for weights");
-            let search = start.searched(&model, &Wanted::default());
+            let wanted = Wanted::default();
+            let search = start.searched(&model, &wanted);
             drop(working);
             let search = search.with_context(|| arguments.model.clone())?;
-            (search.design.clone(), Some(search))
+            (search.design.clone(), Some((search, wanted)))
         }
-        Some(path) => (read_weights(path)?, None),
+        Some(_) => (start, None),
     };
     let mut checked = CheckedDesign::new(model, design).with_context(|| arguments.model.clone())?;
+    if let Some(notch) = notch {
+        checked = checked.with_notch(notch);
+    }
     if let Some(verdict) = checked.model.verdict().filter(|verdict| verdict.grade != Grade::Good) {
         let reasons = verdict.reasons.join("; ");
         checked
@@ -89,10 +114,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let _ = std::fs::remove_file(out.join("autopilot.toml"));
     }
     if !arguments.no_report {
-        page::write(&checked, &out.join("report.html"))?;
+        page::write(&checked, search.as_ref(), &out.join("report.html"))?;
     }
     let mut summary = summary::summary(&checked, &arguments.model);
-    if let Some(Search { shortfall, trials, .. }) = search {
+    if let Some((Search { shortfall, trials, .. }, _)) = search {
         summary["search"] = serde_json::json!({ "trials": trials, "shortfall": shortfall[0], "at_start": shortfall[1] });
     }
     summary["wall_s"] = started.elapsed().as_secs_f64().into();
@@ -107,10 +132,33 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
+fn notch(text: &str) -> Result<NotchConfig, String> {
+    let expected = || {
+        format!(
+            "found \"{text}\", expected HZ[:WIDTH[:HARMONICS]], frequencies above 0 and 1 to 4 harmonics"
+        )
+    };
+    let numbers: Option<Vec<f64>> = text.split(':').map(finite).collect();
+    let config = match numbers.as_deref() {
+        Some(&[hz]) => NotchConfig::at_hz(hz),
+        Some(&[hz, width]) => NotchConfig::at_hz(hz).with_width_hz(width),
+        Some(&[hz, width, harmonics])
+            if (1.0..=4.0).contains(&harmonics) && harmonics.fract() == 0.0 =>
+        {
+            NotchConfig::at_hz(hz).with_width_hz(width).with_harmonics(harmonics as u32)
+        }
+        _ => return Err(expected()),
+    };
+    let is_one = config.frequency_hz > 0.0 && config.out_of_range().is_none();
+    is_one.then_some(config).ok_or_else(expected)
+}
+
 /// The design that the file spells; an error names the file.
 fn read_weights(path: &Path) -> anyhow::Result<HoverDesign> {
     HoverDesign::read(path).map_err(|error| match error {
+        // These name it.
         DesignError::Toml(error) => error.into(),
+        surplus @ DesignError::Surplus { .. } => surplus.into(),
         other => anyhow::Error::new(other).context(path.display().to_string()),
     })
 }

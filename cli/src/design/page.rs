@@ -3,19 +3,26 @@
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
+use hovernav_design::hover::{Search, Wanted};
 use hovernav_design::{
     ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, Margins, root_locus,
 };
 use hovernav_model::Grade;
 
+use super::gusts::in_gusts;
 use super::handling::handling;
 use super::loops::{frequency_responses, nichols};
-use super::words::findings;
+use super::wanted::wanted;
+use super::words::{findings, of_lag, of_notch};
 use crate::page::{
     Axis, Fact, Figure, Level, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis, Verdict,
 };
 
-pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
+pub fn write(
+    checked: &CheckedDesign,
+    search: Option<&(Search, Wanted)>,
+    path: &Path,
+) -> anyhow::Result<()> {
     let rate_hz = 1.0 / checked.design.period_s;
     let slowest = checked.responses.iter().map(|r| r.recovered_s(0.05).unwrap_or(f64::INFINITY));
     let in_modes = checked.modes.iter().filter_map(|(_, margins)| margins.as_ref());
@@ -60,16 +67,21 @@ pub fn write(checked: &CheckedDesign, path: &Path) -> anyhow::Result<()> {
         let found = margins.as_ref().map_or_else(|| "unstable".into(), |found| weakest([found]));
         Fact::new(&format!("weakest margins holding {}", mode.name()), found)
     }));
+    facts.push(Fact::new("lag of the estimator", of_lag(checked)));
+    facts.extend(checked.notch.iter().map(|notch| Fact::new("notch", of_notch(notch))));
     facts.extend(checked.at_outputs.iter().map(|margins| {
         let found = weakest([margins]);
         Fact::new("weakest margins of one measured quantity, holding velocity", found)
     }));
-    let mut sections = vec![
+    let mut sections: Vec<Section> =
+        search.iter().map(|(search, asked)| wanted(checked, search, asked)).collect();
+    sections.extend([
         disturbances(checked),
+        in_gusts(checked),
         handling(checked),
         closed_loop(checked).folded("Each of the nine disturbances"),
         open_loop(checked).folded("Each of the nine disturbances"),
-    ];
+    ]);
     if let Some(printed) = &checked.printed {
         let section = Section::new(
             "printed",
@@ -185,6 +197,7 @@ fn disturbances(checked: &CheckedDesign) -> Section {
             seconds(response.recovered_s(0.05)),
             seconds(response.recovered_s(0.02)),
             seconds(response.settled_s()),
+            seconds(checked.limited[at].recovered_s(0.05)),
         ];
         numbers.extend(response.stick_peaks().map(|peak| format!("{:.1}", 100.0 * peak)));
         if let Some(printed) = &checked.printed {
@@ -198,6 +211,7 @@ fn disturbances(checked: &CheckedDesign) -> Section {
         "To 5 %, s",
         "To 2 %, s",
         "All at trim, s",
+        "With stops, s",
         "Lateral, %",
         "Longitudinal, %",
         "Collective, %",
@@ -212,7 +226,9 @@ fn disturbances(checked: &CheckedDesign) -> Section {
         format!(
             "The nine of Paw (2005), table 6.1, each alone, followed for {:.0} s in the \
              linear loop: when what was disturbed was back within 5 and 2 % of its size, when the \
-             vehicle was back at trim, and the most it took of each stick's travel on one side.",
+             vehicle was back at trim, and the most it took of each stick's travel on one side. With stops: \
+             to 5 % of the same plant under the regulators that fly, each stick within ±100 % about trim and no \
+             faster than four times that in a second.",
             CheckedDesign::FOLLOWED_S
         ),
     )
@@ -238,10 +254,10 @@ fn closed_loop(checked: &CheckedDesign) -> Section {
         "closed-loop",
         "Closed loop",
         "The same with the autopilot (appendix B), at the loop's own samples: model, servos, one \
-         sample of delay. Sticks are in percent of full travel about trim; the linear loop has no stops, \
-         the flight has.",
+         sample of delay. Sticks are in percent of full travel about trim, within their stops and rates as in \
+         flight.",
     );
-    with_responses(section, &checked.responses, true)
+    with_responses(section, &checked.limited, true)
 }
 
 /// What the lines of one colour are, from the top row to the last.
@@ -286,7 +302,7 @@ fn with_responses(
             })
             .collect();
         if with_sticks {
-            let mut row = Row { limits: Some([-300.0, 300.0]), ..Row::new("Sticks", "%") };
+            let mut row = Row { limits: Some([-130.0, 130.0]), ..Row::new("Sticks", "%") };
             let span = [0.0, time.last().copied().unwrap_or_default()];
             for stop in [-100.0, 100.0] {
                 row = row.with(Series::curve(Role::Limit, span.map(|s| (s, stop))).named("stop"));
@@ -375,5 +391,5 @@ fn loci(checked: &CheckedDesign) -> anyhow::Result<Section> {
         let row = mark(row, Role::Pole, 1.0, "as designed");
         section = section.with(plane(row).captioned(channel.name.clone()));
     }
-    Ok(section)
+    Ok(section.folded("A figure for each loop"))
 }

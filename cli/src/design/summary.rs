@@ -1,7 +1,9 @@
 //! `summary.json` of a design.
 
+use hovernav::controls::Sticks;
+use hovernav_design::hover::FlightMode;
 use hovernav_design::{
-    ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, Margins, Regulator,
+    ChannelMargins, CheckedDesign, Crossing, DISTURBED, DisturbanceResponse, Margins, Regulator,
 };
 use serde_json::{Value, json};
 
@@ -38,6 +40,39 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
         });
         Value::Object(entries.collect())
     };
+    let limited: serde_json::Map<String, Value> = checked
+        .limited
+        .iter()
+        .map(|response| {
+            let value = json!({
+                "recovered_s": response.recovered_s(0.05),
+                "recovered_to_2_percent_s": response.recovered_s(0.02),
+                "settled_s": response.settled_s(),
+                "stick_peaks": response.stick_peaks(),
+            });
+            (response.state.clone(), value)
+        })
+        .collect();
+    let in_gusts: serde_json::Map<String, Value> = checked
+        .in_gusts
+        .iter()
+        .map(|(mode, found)| {
+            let states = DISTURBED.into_iter().zip(found.states);
+            let all = states.chain(Sticks::NAMES.into_iter().zip(found.sticks));
+            let rms: serde_json::Map<String, Value> =
+                all.map(|(name, rms)| (name.to_owned(), rms.into())).collect();
+            (mode.name().to_owned(), Value::Object(rms))
+        })
+        .collect();
+    let by_lag: serde_json::Map<String, Value> = FlightMode::ALL
+        .into_iter()
+        .zip(&checked.by_lag)
+        .map(|(mode, by_lag)| {
+            let [without, with] = by_lag
+                .map(|(gain_db, phase_deg)| json!({ "gain_db": gain_db, "phase_deg": phase_deg }));
+            (mode.name().to_owned(), json!({ "without": without, "with": with }))
+        })
+        .collect();
     let weakest = |margins: &Margins| {
         let channels = || margins.channels.iter();
         json!({
@@ -90,9 +125,36 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
         "at_outputs": checked.at_outputs.as_ref().map(weakest),
         "sensitivity_peak": checked.margins.sensitivity.value,
         "disturbances": disturbances(&checked.responses),
+        "disturbances_within_stick_limits": limited,
+        "gusts": {
+            "sigma_mps": checked.gusts.sigma_mps,
+            "length_m": checked.gusts.length_m,
+            "passing_mps": checked.gusts.passing_mps,
+            "rms": in_gusts,
+        },
+        "estimator_lag": {
+            "rate_s": checked.lag.rate_s,
+            "attitude_s": checked.lag.attitude_s,
+            "velocity_s": checked.lag.velocity_s,
+            "modes": by_lag,
+        },
         "weights": checked.design,
         "warnings": checked.warnings,
     });
+    if let Some(notch) = &checked.notch {
+        let costs = notch.at_crossover.iter().map(|(name, radps, lag_rad)| {
+            let value = json!({ "crossover_radps": radps, "phase_lost_deg": lag_rad.to_degrees() });
+            (name.clone(), value)
+        });
+        summary["notch"] = json!({
+            "frequency_hz": notch.config.frequency_hz,
+            "width_hz": notch.config.width_hz,
+            "harmonics": notch.config.harmonics,
+            "imu_hz": notch.imu_hz,
+            "delay_s": notch.delay_s,
+            "loops": Value::Object(costs.collect()),
+        });
+    }
     if let Some(printed) = &checked.printed {
         let rows = |gain: &Regulator| -> Vec<Vec<f64>> {
             gain.gain.row_iter().map(|row| row.iter().copied().collect()).collect()

@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use hovernav_design::hover::PerturbedStability;
+use hovernav_design::hover::{EstimatorLag, FlightMode, GustResponse, PerturbedStability};
 use hovernav_design::{
-    ChannelMargins, CheckedDesign, CheckedPrintedDesign, Crossing, DesignError, Regulator,
+    ChannelMargins, CheckedDesign, CheckedPrintedDesign, Crossing, DesignError, NotchCost,
+    Regulator,
 };
 
 /// What the terminal shows.
@@ -45,17 +46,25 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
             writeln!(text, "{name:>14}  {gain_db:>5.1} dB  {:>8}  {phase_deg:>6.1}°", "weakest");
     }
     let _ = writeln!(text, "{}", perturbed(checked));
+    let _ = writeln!(text, "{}", of_lag(checked));
+    if let Some(notch) = &checked.notch {
+        let _ = writeln!(text, "{}", of_notch(notch));
+    }
     let _ = writeln!(
         text,
-        "\n{:>14}  {:>12}  {:>12}  {:>14}",
-        "disturbance", "within 5 %", "within 2 %", "all at trim"
+        "\n{:>14}  {:>12}  {:>12}  {:>14}  {:>16}",
+        "disturbance", "within 5 %", "within 2 %", "all at trim", "5 % with stops"
     );
-    for response in &checked.responses {
+    for (response, within) in checked.responses.iter().zip(&checked.limited) {
         let seconds = |s: Option<f64>| s.map_or_else(|| "-".into(), |s| format!("{s:.2} s"));
         let name = format!("{} {}", response.state, response.size);
         let own = |share| seconds(response.recovered_s(share));
         let (near, nearer, all) = (own(0.05), own(0.02), seconds(response.settled_s()));
-        let _ = writeln!(text, "{name:>14}  {near:>12}  {nearer:>12}  {all:>14}");
+        let stopped = seconds(within.recovered_s(0.05));
+        let _ = writeln!(text, "{name:>14}  {near:>12}  {nearer:>12}  {all:>14}  {stopped:>16}");
+    }
+    for (mode, found) in &checked.in_gusts {
+        let _ = writeln!(text, "\n{}", in_gusts(checked, *mode, found));
     }
     if let Some(printed) = &checked.printed {
         text.push_str(&printed_in_words(printed, 1.0 / checked.design.period_s));
@@ -70,6 +79,54 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
 pub fn perturbed(checked: &CheckedDesign) -> String {
     let PerturbedStability { off, stable, of } = checked.perturbed;
     format!("stable with every derivative off by up to {:.0} %: {stable} of {of}", 100.0 * off)
+}
+
+/// What the estimator's lag costs, in words.
+pub fn of_lag(checked: &CheckedDesign) -> String {
+    let EstimatorLag { rate_s, attitude_s, velocity_s } = checked.lag;
+    let weakest = |which: usize| {
+        let all = || checked.by_lag.iter().map(|by_lag| by_lag[which]);
+        let gain_db = all().map(|(gain, _)| gain).fold(f64::INFINITY, f64::min);
+        let phase_deg = all().map(|(_, phase)| phase).fold(f64::INFINITY, f64::min);
+        format!("{gain_db:.1} dB, {phase_deg:.1}°")
+    };
+    format!(
+        "estimator {:.1} ms late in rates, {:.1} ms in attitude, {:.1} ms in velocity: weakest in any mode {}, \
+         without it {}",
+        1e3 * rate_s,
+        1e3 * attitude_s,
+        1e3 * velocity_s,
+        weakest(1),
+        weakest(0)
+    )
+}
+
+/// What a notch costs, in words.
+pub fn of_notch(notch: &NotchCost) -> String {
+    let costs = notch.at_crossover.iter().map(|(name, radps, lag_rad)| {
+        format!("{name} {:.1}° at {radps:.1} rad/s", lag_rad.to_degrees())
+    });
+    format!(
+        "notch at {} Hz in samples of {:.0} Hz: {:.1} ms late, counted in every margin; phase lost at crossover: {}",
+        notch.config.frequency_hz,
+        notch.imu_hz,
+        1e3 * notch.delay_s,
+        costs.collect::<Vec<_>>().join(", ")
+    )
+}
+
+/// What gusts make of the vehicle in a mode, in words.
+fn in_gusts(checked: &CheckedDesign, mode: FlightMode, found: &GustResponse) -> String {
+    let [horizontal, vertical] = checked.gusts.sigma_mps;
+    let [p, q, r, phi, theta, psi, u, v, w] = found.states;
+    let [p, q, r, phi, theta, psi] = [p, q, r, phi, theta, psi].map(f64::to_degrees);
+    let [lateral, longitudinal, collective, pedal] = found.sticks.map(|stick| 100.0 * stick);
+    format!(
+        "holding {} in gusts of {horizontal} and {vertical} m/s, RMS: u, v, w {u:.2}, {v:.2}, {w:.2} m/s; roll, \
+         pitch, heading {phi:.1}, {theta:.1}, {psi:.1}°; p, q, r {p:.1}, {q:.1}, {r:.1} °/s; sticks {lateral:.1}, \
+         {longitudinal:.1}, {collective:.1}, {pedal:.1} %",
+        mode.name()
+    )
 }
 
 fn printed_in_words(printed: &CheckedPrintedDesign, rate_hz: f64) -> String {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::ensure;
+use anyhow::{bail, ensure};
 use hovernav::autopilot::HoverConfig;
 use hovernav::time::Time;
 use hovernav_design::hover::HoverDesign;
@@ -137,5 +137,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     summary.run.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
     crate::output::say_text(summary.run.in_words(&out));
+    if let Some(crashed_s) = flight.crashed_s {
+        bail!(
+            "the vehicle crashed at {crashed_s:.2} s; the flight until then is in {}",
+            out.display()
+        );
+    }
     Ok(())
 }

@@ -38,6 +38,11 @@ impl FromStr for TestInput {
         let kind = parts.next().unwrap_or_default();
         let mut number = || parts.next().map(|part| finite(part).ok_or_else(expected)).transpose();
         let (amplitude, lasts_s) = (number()?.unwrap_or(0.1), number()?);
+        if amplitude == 0.0 {
+            return Err(format!(
+                "found \"{text}\", a test input that moves nothing, expected a SIZE other than 0"
+            ));
+        }
         if parts.next().is_some() {
             return Err(expected());
         }

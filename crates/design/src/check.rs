@@ -3,10 +3,13 @@
 use super::disturbance::{DisturbanceResponse, TABLE_6_1};
 use super::error::DesignError;
 use super::handling::HandlingQualities;
-use super::hover::{Cut, FlightMode, HoverDesign, PerturbedStability};
+use super::hover::{
+    Cut, EstimatorLag, FlightMode, GustResponse, Gusts, HoverDesign, PerturbedStability,
+};
 use super::margins::{Loop, Margins};
+use super::notch::NotchCost;
 use super::thesis::PrintedDesign;
-use hovernav::autopilot::Gains;
+use hovernav::autopilot::{Gains, StickLimits};
 use hovernav::controls::Sticks;
 use hovernav_model::{StateSpace, shipped};
 
@@ -25,6 +28,10 @@ pub struct CheckedDesign {
     pub margins: Margins,
     /// The same in every mode that flies, cut at the actuators; `None` where the mode is unstable.
     pub modes: Vec<(FlightMode, Option<Margins>)>,
+    /// The lag of the estimator that the design counts, or where it counts none, what it usually is.
+    pub lag: EstimatorLag,
+    /// The weakest margins of each of these modes, dB and °, were the motion known without it, and with it.
+    pub by_lag: Vec<[(f64, f64); 2]>,
     /// And cut at what is measured, holding velocity.
     pub at_outputs: Option<Margins>,
     /// Handling qualities of phi, theta and psi, holding attitude.
@@ -35,8 +42,16 @@ pub struct CheckedDesign {
     pub spectral_radius: f64,
     /// What becomes of [`TABLE_6_1`] with the sticks at trim.
     pub open_responses: Vec<DisturbanceResponse>,
-    /// What becomes of it in the loops.
+    /// What becomes of it in the loops, were the sticks without stops.
     pub responses: Vec<DisturbanceResponse>,
+    /// What becomes of it within the sticks' travel and rate, by the autopilot's own limits.
+    pub limited: Vec<DisturbanceResponse>,
+    /// What a notch before the estimator costs, where there is one: the margins count it.
+    pub notch: Option<NotchCost>,
+    /// The gusts that the design is looked at in.
+    pub gusts: Gusts,
+    /// What they make of it, where it holds velocity and where it holds a place; none where that is unstable.
+    pub in_gusts: Vec<(FlightMode, GustResponse)>,
     /// For the model as the thesis prints it, its own design.
     pub printed: Option<CheckedPrintedDesign>,
     /// What a reader must know, one plain sentence each.
@@ -57,6 +72,10 @@ pub struct CheckedPrintedDesign {
 /// The margins below which a loop is warned of.
 const LEAST_GAIN_DB: f64 = 6.0;
 const LEAST_PHASE_DEG: f64 = 45.0;
+/// How long a disturbance may take, s.
+const LONGEST_S: f64 = 8.0;
+/// Frequencies at which margins are looked at that are told in passing.
+const QUICK_FREQUENCIES: usize = 600;
 
 impl CheckedDesign {
     /// How long disturbances are followed, s.
@@ -73,6 +92,19 @@ impl CheckedDesign {
         let spectral_radius = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
         let margins = closed.margins()?;
         let respond = |disturbance| design.respond(&model, &gains, disturbance, Self::FOLLOWED_S);
+        let limits = StickLimits::default();
+        let within = |disturbance| {
+            design.respond_within(&model, &gains, disturbance, Self::FOLLOWED_S, &limits)
+        };
+        let limited = TABLE_6_1.into_iter().map(within).collect::<Result<Vec<_>, _>>()?;
+        let gusts = Gusts::default();
+        let in_gusts: Vec<_> = [FlightMode::Velocity, FlightMode::Position]
+            .into_iter()
+            .filter_map(|mode| {
+                let found = design.in_gusts(&model, &gains, mode, &gusts);
+                found.ok().map(|found| (mode, found))
+            })
+            .collect();
         let drift = |disturbance| design.drift(&model, disturbance, Self::FOLLOWED_S);
         let responses = TABLE_6_1.into_iter().map(respond).collect::<Result<Vec<_>, _>>()?;
         let open_responses = TABLE_6_1.into_iter().map(drift).collect::<Result<_, _>>()?;
@@ -80,6 +112,19 @@ impl CheckedDesign {
             Ok((mode, design.close_in(&model, &gains, mode, Cut::Actuators)?.margins().ok()))
         };
         let modes = FlightMode::ALL.into_iter().map(in_mode).collect::<Result<Vec<_>, _>>()?;
+        let is_counted = design.estimator != EstimatorLag::NONE;
+        let lag = if is_counted { design.estimator } else { EstimatorLag::default() };
+        let by_lag = FlightMode::ALL
+            .into_iter()
+            .map(|mode| {
+                let weakest = |estimator| -> Result<_, DesignError> {
+                    let seen = HoverDesign { estimator, ..design.clone() };
+                    let closed = seen.close_in(&model, &gains, mode, Cut::Actuators)?;
+                    Ok(closed.weakest(QUICK_FREQUENCIES))
+                };
+                Ok([weakest(EstimatorLag::NONE)?, weakest(lag)?])
+            })
+            .collect::<Result<Vec<_>, DesignError>>()?;
         let at_outputs =
             design.close_in(&model, &gains, FlightMode::Velocity, Cut::Outputs)?.margins().ok();
         let holding = design.close_in(&model, &gains, FlightMode::Attitude, Cut::Outputs)?;
@@ -108,6 +153,18 @@ impl CheckedDesign {
                 ));
             }
         }
+        if !is_counted {
+            let all = || by_lag.iter().map(|[_, with]| *with);
+            let phase_deg = all().map(|(_, phase)| phase).fold(f64::INFINITY, f64::min);
+            let gain_db = all().map(|(gain, _)| gain).fold(f64::INFINITY, f64::min);
+            warnings.push(format!(
+                "the margins count no lag of the estimator: with {:.1} ms of rates, {:.1} ms of attitude and \
+                 {:.1} ms of velocity the weakest are {gain_db:.1} dB and {phase_deg:.1}°",
+                1e3 * lag.rate_s,
+                1e3 * lag.attitude_s,
+                1e3 * lag.velocity_s
+            ));
+        }
         for (mode, margins) in &modes {
             let Some(margins) = margins else {
                 warnings.push(format!("holding {} the loops are unstable", mode.name()));
@@ -126,21 +183,21 @@ impl CheckedDesign {
                 }
             }
         }
-        for response in &responses {
-            let DisturbanceResponse { state, size, .. } = response;
-            for (stick, peak) in Sticks::NAMES.into_iter().zip(response.stick_peaks()) {
-                if peak > 1.0 {
+        for (response, within) in responses.iter().zip(&limited) {
+            warnings.extend(of_limits(response, within));
+        }
+        for (mode, found) in &in_gusts {
+            for (stick, rms) in Sticks::NAMES.into_iter().zip(found.sticks) {
+                if 3.0 * rms > 1.0 {
                     warnings.push(format!(
-                        "{state} {size} asks for {:.0} % of {stick}: the stick stops at 100 %, and the \
-                         times below are those of a loop without stops",
-                        100.0 * peak
+                        "holding {} in gusts of {} m/s, {stick} moves by {:.0} % RMS: three times that is more \
+                         than its travel",
+                        mode.name(),
+                        gusts.sigma_mps[0],
+                        100.0 * rms
                     ));
                 }
             }
-        }
-        for response in responses.iter().filter(|r| r.recovered_s(0.05).is_none_or(|s| s > 8.0)) {
-            let DisturbanceResponse { state, size, .. } = response;
-            warnings.push(format!("{state} {size} is not back at trim within 8 s"));
         }
         Ok(Self {
             model,
@@ -149,16 +206,67 @@ impl CheckedDesign {
             closed,
             margins,
             modes,
+            lag,
+            by_lag,
             at_outputs,
             handling,
             perturbed,
             spectral_radius,
             open_responses,
             responses,
+            limited,
+            notch: None,
+            gusts,
+            in_gusts,
             printed,
             warnings,
         })
     }
+
+    /// The same, told what the notch costs whose delay the design counts as its
+    /// [`notch_s`](HoverDesign::notch_s).
+    #[must_use]
+    pub fn with_notch(mut self, notch: NotchCost) -> Self {
+        if notch.delay_s == 0.0 {
+            self.warnings.push(format!(
+                "a notch at {} Hz leaves the rotor in: in samples of {} Hz it appears too near to the vehicle\u{2019}s \
+                 own motion",
+                notch.config.frequency_hz, notch.imu_hz
+            ));
+        }
+        self.notch = Some(notch.on(&self.margins));
+        self
+    }
+}
+
+/// What a reader must know of a disturbance without stops, `linear`, and `within` the sticks' limits.
+fn of_limits(linear: &DisturbanceResponse, within: &DisturbanceResponse) -> Vec<String> {
+    let DisturbanceResponse { state, size, .. } = linear;
+    let [free_s, within_s] = [linear, within].map(|own| own.recovered_s(0.05));
+    let mut sentences = Vec::new();
+    for (stick, peak) in Sticks::NAMES.into_iter().zip(linear.stick_peaks()) {
+        if peak > 1.0 {
+            let told = within_s.map_or_else(
+                || "does not come back".to_owned(),
+                |s| format!("is back within 5 % in {s:.1} s"),
+            );
+            let free = free_s.map_or_else(|| "never".to_owned(), |s| format!("in {s:.1} s"));
+            sentences.push(format!(
+                "{state} {size} asks for {:.0} % of {stick}: the stick stops at 100 %, and with that it {told}; \
+                 without stops, {free}",
+                100.0 * peak
+            ));
+        }
+    }
+    let is_late = |s: Option<f64>| s.is_none_or(|s| s > LONGEST_S);
+    if is_late(free_s) {
+        sentences.push(format!("{state} {size} is not back at trim within 8 s"));
+    } else if is_late(within_s) {
+        sentences.push(format!(
+            "{state} {size} is not back at trim within 8 s where the sticks have their stops and rates"
+        ));
+    }
+    sentences
 }
 
 impl CheckedPrintedDesign {

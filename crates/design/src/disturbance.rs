@@ -39,7 +39,8 @@ pub struct DisturbanceResponse {
     pub time_s: Vec<f64>,
     /// Deviations from trim at those times, in the order of [`DISTURBED`].
     pub states: Vec<[f64; 9]>,
-    /// Lateral, longitudinal, collective, pedal about trim, −1…1, neither range nor rate limited.
+    /// Lateral, longitudinal, collective, pedal about trim, −1…1 is their range; limited only where whoever made
+    /// this says so.
     pub sticks: Vec<[f64; 4]>,
 }
 
@@ -108,6 +109,25 @@ fn largest<const N: usize>(rows: &[[f64; N]]) -> [f64; N] {
     most
 }
 
+/// Which of [`DISTURBED`] a disturbance moves, and at how many moments it is looked at.
+pub(super) fn followed(
+    (state, size): (&str, f64),
+    duration_s: f64,
+    interval_s: f64,
+) -> Result<(usize, usize), DesignError> {
+    let unknown = || {
+        let (name, expected) = ("disturbance", "one of p, q, r, phi, theta, psi, u, v, w");
+        DesignError::Range { name, value: size, expected }
+    };
+    let row = DISTURBED.iter().position(|name| *name == state).ok_or_else(unknown)?;
+    let rows = duration_s / interval_s;
+    if !(0.0..1e6).contains(&rows) {
+        let expected = "at most a million intervals";
+        return Err(DesignError::Range { name: "duration_s", value: duration_s, expected });
+    }
+    Ok((row, (rows + 1e-9) as usize + 1))
+}
+
 /// A linear system left to itself, and what is read off its state.
 pub(super) struct FreeResponse<'a> {
     /// From one row to the next.
@@ -127,19 +147,9 @@ impl FreeResponse<'_> {
         size: f64,
         duration_s: f64,
     ) -> Result<DisturbanceResponse, DesignError> {
-        let unknown = || {
-            let (name, expected) = ("disturbance", "one of p, q, r, phi, theta, psi, u, v, w");
-            DesignError::Range { name, value: size, expected }
-        };
-        let row = DISTURBED.iter().position(|name| *name == state).ok_or_else(unknown)?;
-        let rows = duration_s / self.interval_s;
-        if !(0.0..1e6).contains(&rows) {
-            let expected = "at most a million intervals";
-            return Err(DesignError::Range { name: "duration_s", value: duration_s, expected });
-        }
+        let (row, rows) = followed((state, size), duration_s, self.interval_s)?;
         let mut x = DVector::zeros(self.step.nrows());
         x[self.states[row]] = size;
-        let rows = (rows + 1e-9) as usize + 1;
         let mut response = DisturbanceResponse {
             state: state.into(),
             size,

@@ -1,5 +1,7 @@
 //! Why a design is refused.
 
+use std::path::PathBuf;
+
 use hovernav_model::ModelError;
 use hovernav_toml::TomlError;
 
@@ -95,6 +97,14 @@ pub enum DesignError {
         input: String,
         /// Its unit.
         unit: String,
+    },
+    /// A file of weights has something that nothing reads: one weight more than there is to weigh.
+    #[error("{}: found {place}, counted from 0, which is one too many, expected nothing there", path.display())]
+    Surplus {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: String,
     },
     /// A file of weights cannot be read, or does not spell a design.
     #[error(transparent)]

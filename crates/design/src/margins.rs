@@ -1,6 +1,7 @@
 //! How far a loop is from instability.
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 use nalgebra::{Complex, DMatrix};
 
@@ -8,13 +9,21 @@ use super::arguments::check;
 use super::error::DesignError;
 use super::response::logarithmic_frequencies;
 use hovernav_model::linalg::{complex, eigenvalues};
-use hovernav_model::{Signal, StateSpace, TimeDomain};
+use hovernav_model::{FrequencySweep, Signal, StateSpace, TimeDomain};
 
 /// A loop with negative feedback, cut open: L from what is sent into the cut to minus what comes
 /// back, as many outputs as inputs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Loop {
     open: StateSpace,
+    /// The same for many frequencies, from the first that is asked for.
+    sweep: OnceLock<FrequencySweep>,
+}
+
+impl PartialEq for Loop {
+    fn eq(&self, other: &Self) -> bool {
+        self.open == other.open
+    }
 }
 
 /// A margin and where it lies.
@@ -119,7 +128,7 @@ impl Loop {
         check("gain", gain, m, plant.states().len())?;
         let outputs = plant.inputs().to_vec();
         let open = plant.clone().with_outputs(outputs, gain.clone(), DMatrix::zeros(m, m))?;
-        Ok(Self { open })
+        Ok(Self::cut(open))
     }
 
     /// The loop of `plant` under a `controller` from the plant's outputs to u, u = −(controller) y,
@@ -132,7 +141,11 @@ impl Loop {
         plant: &StateSpace,
         controller: &StateSpace,
     ) -> Result<Self, DesignError> {
-        Ok(Self { open: series(plant, controller)? })
+        Ok(Self::cut(series(plant, controller)?))
+    }
+
+    fn cut(open: StateSpace) -> Self {
+        Self { open, sweep: OnceLock::new() }
     }
 
     /// The same loop, cut at the plant's outputs: what disturbance rejection is told by.
@@ -143,7 +156,7 @@ impl Loop {
         plant: &StateSpace,
         controller: &StateSpace,
     ) -> Result<Self, DesignError> {
-        Ok(Self { open: series(controller, plant)? })
+        Ok(Self::cut(series(controller, plant)?))
     }
 
     /// The open loop L.
@@ -304,7 +317,8 @@ impl Loop {
 
     /// (I + L)⁻¹ at a frequency.
     pub(super) fn sensitivity(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
-        let mut around = self.open.linear().frequency_response(frequency_radps)?;
+        let sweep = self.sweep.get_or_init(|| self.open.linear().sweep());
+        let mut around = sweep.at(frequency_radps)?;
         for index in 0..around.nrows() {
             around[(index, index)] += Complex::ONE;
         }

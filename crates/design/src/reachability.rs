@@ -135,7 +135,12 @@ pub(super) fn unstabilisable_mode(
 }
 
 /// ∫ e^(At)BBᵀe^(Aᵀt) dt over the horizon, or Σ AᵏBBᵀAᵀᵏ over its steps.
-fn gramian(a: &DMatrix<f64>, b: &DMatrix<f64>, time: TimeDomain, horizon_s: f64) -> DMatrix<f64> {
+pub(super) fn gramian(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    time: TimeDomain,
+    horizon_s: f64,
+) -> DMatrix<f64> {
     let n = a.nrows();
     let spread = b * b.transpose();
     match time {

@@ -35,8 +35,9 @@ pub fn bode(
         return Err(DesignError::Range { name: "output", value: output as f64, expected });
     }
     let mut before: Option<f64> = None;
+    let sweep = model.linear().sweep();
     let points = frequencies_radps.iter().map(|&frequency| {
-        let Some(response) = model.linear().frequency_response(frequency) else {
+        let Some(response) = sweep.at(frequency) else {
             return (f64::NAN, f64::NAN);
         };
         let value = response[(output, input)];

@@ -10,6 +10,7 @@
 
 mod error;
 mod file;
+mod frequency;
 pub mod helicopter;
 pub mod hover;
 pub mod linalg;
@@ -23,6 +24,7 @@ mod state_space;
 mod verdict;
 
 pub use error::ModelError;
+pub use frequency::FrequencySweep;
 pub use linear::{LinearModel, TimeDomain};
 pub use modes::{Mode, Modes};
 pub use nalgebra;

@@ -27,6 +27,14 @@ impl TimeDomain {
             Self::Discrete { .. } => "discrete",
         }
     }
+
+    /// z = jω for a continuous model, e^(jωT) for a discrete one.
+    pub(super) fn variable(self, frequency_radps: f64) -> Complex<f64> {
+        match self {
+            Self::Continuous => Complex::new(0.0, frequency_radps),
+            Self::Discrete { period_s } => Complex::from_polar(1.0, frequency_radps * period_s),
+        }
+    }
 }
 
 impl fmt::Display for TimeDomain {
@@ -134,18 +142,14 @@ impl LinearModel {
     }
 
     /// C(zI − A)⁻¹B + D, p×m, at `frequency_radps`: z = jω for a continuous model, e^(jωT) for a discrete
-    /// one. The points of a Nyquist plot, for a single loop. `None` at a mode on the border of stability.
+    /// one. The points of a Nyquist plot, for a single loop. `None` at a mode on the border of stability. For
+    /// many frequencies [`sweep`](Self::sweep) is quicker.
     ///
     /// # Source
     /// Equation (L12) of docs/equations.md.
     #[must_use]
     pub fn frequency_response(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
-        let z = match self.time {
-            TimeDomain::Continuous => Complex::new(0.0, frequency_radps),
-            TimeDomain::Discrete { period_s } => {
-                Complex::from_polar(1.0, frequency_radps * period_s)
-            }
-        };
+        let z = self.time.variable(frequency_radps);
         let mut resolvent = complex(&-&self.a);
         for index in 0..resolvent.nrows() {
             resolvent[(index, index)] += z;

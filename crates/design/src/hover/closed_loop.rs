@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::config::HoverDesign;
+use super::estimator::late;
 use super::plant::{places, stepped};
 use crate::disturbance::FreeResponse;
 use crate::{DISTURBED, DesignError, DisturbanceResponse, Loop};
@@ -58,7 +59,20 @@ pub(super) fn parts(
     Ok(Parts { plant, controller })
 }
 
-/// Model, servos and one sample of delay, with the guidance of `mode`.
+/// What of `whole` moves in `mode`, with the place that is held.
+pub(super) fn flown(whole: &StateSpace, mode: FlightMode) -> Result<StateSpace, DesignError> {
+    match mode {
+        FlightMode::Velocity => Ok(whole.clone()),
+        FlightMode::Position => with_place(whole),
+        FlightMode::Attitude => {
+            let names = whole.states().iter().map(|state| state.name.as_str());
+            let kept: Vec<&str> = names.filter(|name| !["u", "v"].contains(name)).collect();
+            Ok(whole.subsystem(&kept, &hovernav::controls::Sticks::NAMES)?)
+        }
+    }
+}
+
+/// Model, servos and one sample of delay, seen as late as the estimator is, with the guidance of `mode`.
 ///
 /// Holding attitude the vehicle drifts as it will: velocity is left out of the plant.
 pub(super) fn plant(
@@ -68,15 +82,7 @@ pub(super) fn plant(
 ) -> Result<StateSpace, DesignError> {
     let time = TimeDomain::Discrete { period_s: design.period_s };
     let sticks = whole.inputs().to_vec();
-    let flown = match mode {
-        FlightMode::Velocity => whole.clone(),
-        FlightMode::Position => with_place(whole)?,
-        FlightMode::Attitude => {
-            let names = whole.states().iter().map(|state| state.name.as_str());
-            let kept: Vec<&str> = names.filter(|name| !["u", "v"].contains(name)).collect();
-            whole.subsystem(&kept, &hovernav::controls::Sticks::NAMES)?
-        }
-    };
+    let flown = flown(whole, mode)?;
     let servos_s = [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s];
     let LinearModel { a: step, b: input, .. } = stepped(&flown, &servos_s, design.period_s)?;
     let moving = step.nrows();
@@ -126,11 +132,9 @@ pub(super) fn plant(
             }
         }
     }
-    Ok(StateSpace::new("plant", time, numbered(size), sticks, a, b)?.with_outputs(
-        measured(),
-        c,
-        DMatrix::zeros(MEASURED.len(), 4),
-    )?)
+    let plant = StateSpace::new("plant", time, numbered(size), sticks, a, b)?;
+    let plant = plant.with_outputs(measured(), c, DMatrix::zeros(MEASURED.len(), 4))?;
+    late(plant, design.estimator.and(design.notch_s), design.period_s)
 }
 
 /// The autopilot in `mode`, from what is measured to `sticks`.

@@ -21,7 +21,10 @@
 
 mod closed_loop;
 mod config;
+mod estimator;
 mod evolution;
+mod gusts;
+mod limited;
 mod perturbation;
 mod plant;
 mod regulator;
@@ -31,5 +34,7 @@ mod synthesis;
 
 pub use closed_loop::{Cut, FlightMode};
 pub use config::{AttitudeWeights, HeavePoles, HoverDesign, RollPitchWeights, YawWeights};
+pub use estimator::EstimatorLag;
+pub use gusts::{GustResponse, Gusts};
 pub use required::PerturbedStability;
 pub use search::{Search, Wanted};

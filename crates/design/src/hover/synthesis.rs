@@ -2,11 +2,16 @@
 
 use super::closed_loop::{self, Cut, FlightMode, Parts};
 use super::config::{HeavePoles, HoverDesign};
+use super::gusts::{self, GustResponse, Gusts};
+use super::limited;
 use super::plant::{normalised, other_states, rotor_states};
 use super::regulator::{self, Weights};
 use crate::{DesignError, DisturbanceResponse, Loop};
-use hovernav::autopilot::{Gains, PidGains, RegulatorGains};
+use hovernav::autopilot::{Gains, PidGains, RegulatorGains, StickLimits};
 use hovernav_model::StateSpace;
+
+/// Slowest that integrals follow a limited command, s.
+const SLOWEST_TRACKING_S: f64 = 1e3;
 
 impl HoverDesign {
     /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs
@@ -15,6 +20,10 @@ impl HoverDesign {
     ///
     /// # Errors
     /// [`DesignError`].
+    ///
+    /// # Source
+    /// That yaw's integral follows a limited pedal no faster than it integrates: Åström and Hägglund, *Advanced PID
+    /// Control* (2006), section 3.5.
     pub fn synthesise(&self, model: &StateSpace) -> Result<Gains, DesignError> {
         self.check()?;
         let whole = normalised(model)?;
@@ -48,7 +57,7 @@ impl HoverDesign {
             },
         )?;
         let weights = &self.yaw;
-        let yaw = self.regulator::<2, 2, 1>(
+        let mut yaw = self.regulator::<2, 2, 1>(
             &whole.subsystem(&[&["r", "psi"], &others[..]].concat(), &["pedal"])?,
             self.tail_servo_s,
             &Weights {
@@ -59,6 +68,11 @@ impl HoverDesign {
                 decay_per_s: weights.decay_per_s,
             },
         )?;
+        // Faster than it integrates, it would take what a limited pedal could not do for a moment, and let it out
+        // as slowly as it integrates.
+        let [[_, stiffness], [_, integral_per_s]] = [yaw.measured[0], yaw.integral_per_s[0]];
+        let integral_s = (stiffness / integral_per_s).abs().min(SLOWEST_TRACKING_S);
+        yaw.tracking_time_s = self.tracking_s.max(integral_s);
         let heave = whole.subsystem(&["w"], &["collective"])?;
         let turn = whole.subsystem(&["r"], &["collective", "pedal"])?;
         Ok(Gains {
@@ -115,6 +129,40 @@ impl HoverDesign {
     ) -> Result<DisturbanceResponse, DesignError> {
         self.check()?;
         closed_loop::respond(self, &normalised(model)?, gains, disturbance, duration_s)
+    }
+
+    /// The same within the `limits` of the sticks: no stick beyond its stops, none faster than it may, and
+    /// integrals that follow what became of their commands, as the autopilot flies. Trim is in the middle.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn respond_within(
+        &self,
+        model: &StateSpace,
+        gains: &Gains,
+        disturbance: (&str, f64),
+        duration_s: f64,
+        limits: &StickLimits,
+    ) -> Result<DisturbanceResponse, DesignError> {
+        self.check()?;
+        limited::respond(self, &normalised(model)?, gains, disturbance, duration_s, limits)
+    }
+
+    /// How strongly velocities, attitude, rates and sticks are moved in steady `gusts`, the loops closed as they
+    /// are in `mode`.
+    ///
+    /// # Errors
+    /// [`DesignError::UnstableLoop`] where the mode is not stable, [`DesignError::Range`] for gusts that are none,
+    /// and [`DesignError`].
+    pub fn in_gusts(
+        &self,
+        model: &StateSpace,
+        gains: &Gains,
+        mode: FlightMode,
+        gusts: &Gusts,
+    ) -> Result<GustResponse, DesignError> {
+        self.check()?;
+        gusts::respond(self, &normalised(model)?, gains, mode, gusts)
     }
 
     /// What becomes of `disturbance` with every stick left at trim, as [`respond`](Self::respond)

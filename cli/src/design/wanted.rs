@@ -1,0 +1,78 @@
+//! What a search was to reach and what it came to, on the page.
+
+use hovernav_design::hover::{Search, Wanted};
+use hovernav_design::{ChannelMargins, CheckedDesign};
+
+use crate::page::{Section, Table, TableRow};
+
+/// What was asked of the weights beside what they give: what falls short was traded for the rest.
+pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Section {
+    let back = |names: &[&str], wanted_s: f64| {
+        let own = checked.responses.iter().filter(|own| names.contains(&own.state.as_str()));
+        let found_s =
+            own.map(|own| own.recovered_s(0.02).unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
+        let found = if found_s.is_finite() { format!("{found_s:.2} s") } else { "never".into() };
+        row(
+            format!("{} within 2 %", names.join(", ")),
+            format!("at most {wanted_s} s"),
+            found,
+            found_s <= wanted_s,
+        )
+    };
+    let mut rows = vec![
+        back(&["phi", "theta", "p", "q", "u", "v"], wanted.settled_s[0]),
+        back(&["psi", "r"], wanted.settled_s[1]),
+        back(&["w"], wanted.settled_s[2]),
+    ];
+    for (mode, margins) in &checked.modes {
+        let channels = || margins.iter().flat_map(|margins| &margins.channels);
+        let gain_db =
+            channels().map(ChannelMargins::smallest_gain_db).fold(f64::INFINITY, f64::min);
+        let phase_deg = channels().map(ChannelMargins::phase_deg).fold(f64::INFINITY, f64::min);
+        let found = match margins {
+            Some(_) => format!("{phase_deg:.1}°, {gain_db:.1} dB"),
+            None => "unstable".into(),
+        };
+        rows.push(row(
+            format!("weakest margins holding {}", mode.name()),
+            format!("{}°, {} dB", wanted.phase_deg, wanted.gain_db),
+            found,
+            margins.is_some() && phase_deg >= wanted.phase_deg && gain_db >= wanted.gain_db,
+        ));
+    }
+    let perturbed = checked.perturbed;
+    rows.push(row(
+        format!("stable with every derivative off by up to {:.0} %", 100.0 * wanted.off),
+        format!("{0} of {0}", perturbed.of),
+        format!("{} of {}", perturbed.stable, perturbed.of),
+        perturbed.stable == perturbed.of,
+    ));
+    let peak = checked.responses.iter().flat_map(|own| own.stick_peaks()).fold(0.0, f64::max);
+    rows.push(row(
+        "most of a stick that a disturbance asks for".into(),
+        "at most 100 %".into(),
+        format!("{:.0} %", 100.0 * peak),
+        peak <= 1.0,
+    ));
+    let [at_end, at_start] = search.shortfall;
+    Section::new(
+        "wanted",
+        "What was wanted",
+        format!(
+            "The weights are searched for all of this at once, {} designs: what falls short was traded for the \
+             rest. The sum of what falls short is {at_end:.2}, of the first weights it was {at_start:.2}. More is \
+             wanted than is required: 45° and 6 dB, and 8, 1 and 2 s.",
+            search.trials
+        ),
+    )
+    .with(Table {
+        caption: "Wanted and found, in the linear loops".into(),
+        heads: ["", "Wanted", "Found", ""].map(Into::into).into(),
+        rows,
+    })
+}
+
+fn row(what: String, wanted: String, found: String, is_reached: bool) -> TableRow {
+    let verdict = if is_reached { "reached" } else { "falls short" };
+    TableRow::new(what, vec![wanted, found, verdict.into()])
+}

@@ -1,0 +1,156 @@
+//! How late what the loops are fed is against the motion.
+
+use nalgebra::DMatrix;
+
+use crate::DesignError;
+use hovernav_model::{Signal, StateSpace, TimeDomain};
+
+/// How late what the loops are fed is against the motion, s: what inertial unit and estimator take.
+///
+/// Between fixes the solution follows the inertial samples without a lag of its own, and what fixes correct is fed
+/// in slower than the loops act: neither is a lag at the frequencies where the loops cross over. What is left is
+/// that of the unit's own filter, and of velocity half a sample's integration.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EstimatorLag {
+    /// Of p, q and r.
+    pub rate_s: f64,
+    /// Of roll, pitch and heading.
+    pub attitude_s: f64,
+    /// Of velocity.
+    pub velocity_s: f64,
+}
+
+impl EstimatorLag {
+    /// What is fed to the loops is the motion.
+    pub const NONE: Self = Self { rate_s: 0.0, attitude_s: 0.0, velocity_s: 0.0 };
+
+    /// The same with `further_s` more in everything.
+    #[must_use]
+    pub fn and(self, further_s: f64) -> Self {
+        Self {
+            rate_s: self.rate_s + further_s,
+            attitude_s: self.attitude_s + further_s,
+            velocity_s: self.velocity_s + further_s,
+        }
+    }
+
+    /// Of p, q, phi, theta, u, v, w, r, psi.
+    const fn of_measured(self) -> [f64; 9] {
+        let Self { rate_s, attitude_s, velocity_s } = self;
+        [
+            rate_s, rate_s, attitude_s, attitude_s, velocity_s, velocity_s, velocity_s, rate_s,
+            attitude_s,
+        ]
+    }
+}
+
+impl Default for EstimatorLag {
+    /// Measured on simulated flights with the thesis's unit, whose filter passes 25 Hz, 6.4 ms: solution against
+    /// truth, 6.4 ms of rates, 7 ms of attitude, 10 ms of vertical velocity (`cargo test -p hovernav-sim --test
+    /// estimator_lag -- --nocapture`). That of horizontal velocity is too small against its error to be told from
+    /// that of the vertical one.
+    fn default() -> Self {
+        Self { rate_s: 0.0065, attitude_s: 0.007, velocity_s: 0.01 }
+    }
+}
+
+/// `plant`, a discrete one whose outputs are what the loops are fed, with each output as late as `lag` says.
+///
+/// Between samples it is taken as straight: exact for what is slow against the sample rate, and its phase within
+/// 1 % below a tenth of it.
+///
+/// # Source
+/// Equation (L22) of docs/equations.md.
+pub(super) fn late(
+    plant: StateSpace,
+    lag: EstimatorLag,
+    period_s: f64,
+) -> Result<StateSpace, DesignError> {
+    let lags = lag.of_measured().map(|lag_s| lag_s / period_s);
+    let n = plant.states().len();
+    let kept: Vec<usize> = lags.iter().map(|samples| samples.ceil() as usize).collect();
+    let size = n + kept.iter().sum::<usize>();
+    if size == n {
+        return Ok(plant);
+    }
+    let (mut a, mut c) = (plant.a().clone(), plant.c().clone());
+    a.resize_mut(size, size, 0.0);
+    c.resize_mut(lags.len(), size, 0.0);
+    let mut first = n;
+    for ((output, samples), kept) in lags.into_iter().enumerate().zip(kept) {
+        if kept == 0 {
+            continue;
+        }
+        // The states are the output one, two, … samples ago.
+        a.view_mut((first, 0), (1, n)).copy_from(&plant.c().row(output));
+        for ago in 1..kept {
+            a[(first + ago, first + ago - 1)] = 1.0;
+        }
+        let older = samples - (kept - 1) as f64;
+        c.row_mut(output).scale_mut(if kept == 1 { 1.0 - older } else { 0.0 });
+        c[(output, first + kept - 1)] = older;
+        if kept > 1 {
+            c[(output, first + kept - 2)] = 1.0 - older;
+        }
+        first += kept;
+    }
+    let states = (0..size).map(|k| Signal::new(&format!("x{k}"), "")).collect();
+    let inputs = plant.inputs().to_vec();
+    let (outputs, b) = (plant.outputs().to_vec(), plant.b().clone().resize_vertically(size, 0.0));
+    let through = DMatrix::zeros(outputs.len(), inputs.len());
+    let time = TimeDomain::Discrete { period_s };
+    Ok(StateSpace::new(plant.name(), time, states, inputs, a, b)?
+        .with_outputs(outputs, c, through)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hover::closed_loop::{FlightMode, plant};
+    use crate::hover::plant::normalised;
+    use crate::hover::{Cut, HoverDesign};
+    use hovernav_model::shipped;
+
+    fn design(estimator: EstimatorLag) -> HoverDesign {
+        HoverDesign { estimator, ..HoverDesign::default() }
+    }
+
+    #[test]
+    fn each_output_is_as_late_as_it_is_said_to_be() {
+        let whole = normalised(&shipped::raptor60()).unwrap();
+        let at = |lag, output: usize, input: usize, radps| {
+            let plant = plant(&design(lag), &whole, FlightMode::Velocity).unwrap();
+            plant.linear().frequency_response(radps).unwrap()[(output, input)]
+        };
+        // A part of a sample, a whole one, and more than two.
+        let lag = EstimatorLag { rate_s: 0.0065, attitude_s: 1.0 / 33.0, velocity_s: 0.07 };
+        for (output, input, lag_s) in
+            [(0, 0, lag.rate_s), (2, 0, lag.attitude_s), (6, 2, lag.velocity_s)]
+        {
+            for radps in [1.0, 4.0, 8.0] {
+                let ratio =
+                    at(lag, output, input, radps) / at(EstimatorLag::NONE, output, input, radps);
+                let expected = -radps * lag_s;
+                assert!((ratio.arg() / expected - 1.0).abs() < 0.01, "{output} {radps}: {ratio}");
+                assert!((ratio.norm() - 1.0).abs() < 0.01, "{output} {radps}: {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_lag_of_everything_costs_the_margin_its_phase_at_crossover() {
+        let model = shipped::raptor60();
+        let gains = HoverDesign::default().synthesise(&model).unwrap();
+        let margins = |lag: f64| {
+            let estimator = EstimatorLag::NONE.and(lag);
+            let closed =
+                design(estimator).close_in(&model, &gains, FlightMode::Velocity, Cut::Actuators);
+            closed.unwrap().margins().unwrap().channels
+        };
+        // Small, so that the crossover stays where it is. Of heave alone, which no other loop moves along.
+        let [one, other] = [margins(0.0), margins(1e-4)].map(|all| all[2].phase.unwrap());
+        let expected = 1e-4 * one.frequency_radps;
+        assert!(((one.margin - other.margin) / expected - 1.0).abs() < 0.05, "{one:?} {other:?}");
+    }
+}

@@ -1,0 +1,129 @@
+//! The answers of one linear model at many frequencies.
+
+use nalgebra::{Complex, DMatrix};
+
+use super::linear::{LinearModel, TimeDomain};
+
+/// A linear model with its A in Hessenberg form: an answer takes n² operations, where one by
+/// [`LinearModel::frequency_response`] takes n³.
+///
+/// ```
+/// use hovernav_model::shipped;
+///
+/// let model = shipped::raptor60();
+/// let sweep = model.linear().sweep();
+/// let [one, other] = [sweep.at(3.0).unwrap(), model.linear().frequency_response(3.0).unwrap()];
+/// assert!((&one - &other).norm() < 1e-12 * other.norm());
+/// ```
+#[derive(Clone, Debug)]
+pub struct FrequencySweep {
+    time: TimeDomain,
+    /// QᵀAQ, row by row, with its rows' first element left of the diagonal; zeros before it.
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    c: DMatrix<f64>,
+    d: DMatrix<f64>,
+}
+
+impl LinearModel {
+    /// The model made ready for many frequencies.
+    #[must_use]
+    pub fn sweep(&self) -> FrequencySweep {
+        let Self { time, a, b, c, d } = self.clone();
+        if a.nrows() < 2 {
+            return FrequencySweep { time, a, b, c, d };
+        }
+        let (q, a) = a.hessenberg().unpack();
+        FrequencySweep { time, a, b: q.tr_mul(&b), c: c * q, d }
+    }
+}
+
+impl FrequencySweep {
+    /// C(zI − A)⁻¹B + D at `frequency_radps`, as [`LinearModel::frequency_response`] has it.
+    ///
+    /// # Source
+    /// Laub (1981), *Efficient multivariable frequency response computations*, IEEE Transactions on Automatic
+    /// Control 26(2); equation (L12) of docs/equations.md.
+    #[must_use]
+    pub fn at(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
+        let z = self.time.variable(frequency_radps);
+        let (n, m) = self.b.shape();
+        // Transposed, so that a row of the equations lies in one piece: zI − A and B beside each other.
+        let mut rows = DMatrix::from_fn(n + m, n, |column, row| match column {
+            _ if column >= n => Complex::from(self.b[(row, column - n)]),
+            _ if column == row => z - self.a[(row, column)],
+            _ => Complex::from(-self.a[(row, column)]),
+        });
+        // Only the diagonal and what stands left of it can be the pivot.
+        for k in 0..n.saturating_sub(1) {
+            if rows[(k, k + 1)].norm_sqr() > rows[(k, k)].norm_sqr() {
+                rows.swap_columns(k, k + 1);
+            }
+            let factor = rows[(k, k + 1)] / rows[(k, k)];
+            if factor == Complex::ZERO {
+                continue;
+            }
+            let (pivot, mut next) = rows.columns_range_pair_mut(k, k + 1);
+            for (value, above) in next.iter_mut().zip(pivot.iter()).skip(k) {
+                *value -= factor * above;
+            }
+        }
+        for k in (0..n).rev() {
+            let own = rows[(k, k)];
+            for column in n..n + m {
+                let known: Complex<f64> =
+                    (k + 1..n).map(|other| rows[(other, k)] * rows[(column, other)]).sum();
+                rows[(column, k)] = (rows[(column, k)] - known) / own;
+            }
+        }
+        let mut response = DMatrix::zeros(self.d.nrows(), m);
+        for ((output, input), value) in (0..m)
+            .flat_map(|input| (0..self.d.nrows()).map(move |output| (output, input)))
+            .zip(response.iter_mut())
+        {
+            let of_states: Complex<f64> =
+                (0..n).map(|state| rows[(n + input, state)] * self.c[(output, state)]).sum();
+            *value = of_states + self.d[(output, input)];
+        }
+        response.iter().all(|value: &Complex<f64>| value.is_finite()).then_some(response)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shipped;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn the_sweep_answers_as_one_frequency_by_itself_does() {
+        for model in [shipped::raptor60(), shipped::mettler_r50(), shipped::thesis()] {
+            let held = model.linear().held(0.03).unwrap();
+            for linear in [model.linear(), &held] {
+                let sweep = linear.sweep();
+                for radps in [0.0, 0.01, 0.3, 2.0, 11.0, 60.0] {
+                    let expected = linear.frequency_response(radps);
+                    let found = sweep.at(radps);
+                    if let (Some(found), Some(expected)) = (found, expected) {
+                        assert!((found - &expected).norm() < 1e-9 * expected.norm(), "{radps}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn models_of_no_state_one_and_two_and_poles_on_the_border_are_answered_too() {
+        let one = |a, b, c, d| LinearModel { time: TimeDomain::Continuous, a, b, c, d };
+        let lag = one(dmatrix![-2.0], dmatrix![2.0], dmatrix![1.0], dmatrix![0.5]);
+        let at = lag.sweep().at(2.0).unwrap()[(0, 0)];
+        assert!((at - Complex::new(1.0, -0.5)).norm() < 1e-15);
+        let none =
+            one(DMatrix::zeros(0, 0), DMatrix::zeros(0, 1), DMatrix::zeros(1, 0), dmatrix![3.0]);
+        assert_eq!(none.sweep().at(1.0).unwrap()[(0, 0)], Complex::from(3.0));
+        let swing = dmatrix![0.0, 1.0; -4.0, 0.0];
+        let border = one(swing, dmatrix![0.0; 1.0], dmatrix![1.0, 0.0], dmatrix![0.0]).sweep();
+        assert!(border.at(2.0).is_none());
+        assert!((border.at(1.0).unwrap()[(0, 0)] - Complex::from(1.0 / 3.0)).norm() < 1e-15);
+    }
+}

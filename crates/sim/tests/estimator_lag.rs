@@ -1,0 +1,127 @@
+//! How late the estimator's solution is against the motion, measured where the truth is known: what the design's
+//! default counts for it.
+
+use hovernav::autopilot::{Excitation, ExcitationLimits, HoverConfig, Maneuver};
+use hovernav::controls::Sticks;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, Solution, SteplessSolution};
+use hovernav::event::Event;
+use hovernav_design::hover::{EstimatorLag, HoverDesign};
+use hovernav_log::Truth;
+use hovernav_model::shipped;
+use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent};
+
+/// What the loops are fed, in the order p, q, r, phi, theta, psi, u, v, w.
+const NAMES: [&str; 9] = ["p", "q", "r", "phi", "theta", "psi", "u", "v", "w"];
+
+/// A gusty hover on which the autopilot flies 3-2-1-1 on every stick. It flies by the truth: flown by the estimate,
+/// the vehicle would follow the estimate's errors, and what it follows late would look like a lag.
+fn flight(seed: u64) -> (Flight, FlightConfig) {
+    let (design, model) = (HoverDesign::default(), shipped::raptor60());
+    let autopilot = HoverConfig::new(design.period_s, design.synthesise(&model).unwrap());
+    let mut config = FlightConfig { seed, duration_s: 150.0, ..FlightConfig::new(autopilot) };
+    config.feedback = Feedback::Truth;
+    for (stick, at_s) in (0..4).zip([40.0, 65.0, 90.0, 115.0]) {
+        let mut direction = [0.0; 4];
+        direction[stick] = 1.0;
+        let excitation = Excitation {
+            direction: Sticks::from_array(direction),
+            maneuver: Maneuver::ThreeTwoOneOne { amplitude: 0.1, unit_s: 0.5 },
+            limits: ExcitationLimits::default(),
+        };
+        config.events.push((at_s, FlightEvent::Excite(excitation)));
+    }
+    let flight = config.fly().unwrap();
+    assert_eq!(flight.crashed_s, None);
+    (flight, config)
+}
+
+/// What the controller was given at each sample: the estimate without its steps.
+fn flown(flight: &Flight, config: &FlightConfig) -> Vec<Option<Solution>> {
+    let mut estimator: Estimator<Full, 28> = Estimator::new(config.settings().unwrap());
+    let mut stepless = SteplessSolution::default();
+    let mut fixes = flight.fixes.iter().peekable();
+    let heard = flight.samples.iter().zip(&flight.imu).map(|(sample, imu)| {
+        estimator.push_traced(&Event::Imu(*imu), &mut stepless, |_| {});
+        let now = sample.truth.time;
+        while let Some(fix) = fixes.next_if(|fix| fix.time + config.gps.latency_s <= now) {
+            estimator.push_traced(&Event::Gps(*fix), &mut stepless, |_| {});
+        }
+        estimator.solution().map(|solution| stepless.solution(&solution))
+    });
+    heard.collect()
+}
+
+fn quantities(of: &Truth) -> [f64; 9] {
+    let angles = of.body_to_ned.euler();
+    let [p, q, r] = of.angular_rate_radps.to_array();
+    let [u, v, w] = (of.body_to_ned.inverse() * of.velocity_mps).to_array();
+    [p, q, r, angles.roll_rad, angles.pitch_rad, angles.yaw_rad, u, v, w]
+}
+
+fn estimated(of: &Solution) -> [f64; 9] {
+    let angles = of.body_to_ned.euler();
+    let [p, q, r] = of.angular_rate_radps.to_array();
+    let [u, v, w] = of.velocity_body_mps().to_array();
+    [p, q, r, angles.roll_rad, angles.pitch_rad, angles.yaw_rad, u, v, w]
+}
+
+/// How late each quantity of the solution is, s: with s(t) the truth, the τ for which s − τ ds/dt is nearest to the
+/// estimate. Errors that do not go with the motion, a GPS's wander or a bias, average out.
+fn lags_s(seeds: std::ops::RangeInclusive<u64>) -> [f64; 9] {
+    /// Samples over which the mean is taken out of truth and error, some 3 s: what is slower is no lag.
+    const WINDOW: usize = 99;
+    let (mut product, mut square) = ([0.0; 9], [0.0; 9]);
+    for seed in seeds {
+        let (flight, config) = flight(seed);
+        let flown = flown(&flight, &config);
+        let period_s = config.autopilot.period_s;
+        let truth: Vec<[f64; 9]> = flight.samples.iter().map(|s| quantities(&s.truth)).collect();
+        let first = (35.0 / period_s) as usize;
+        for quantity in 0..9 {
+            let turn = |angle: f64| match quantity {
+                3..6 => hovernav::frames::wrap_angle(angle),
+                _ => angle,
+            };
+            let slope = |at: usize| {
+                turn(truth[at + 1][quantity] - truth[at - 1][quantity]) / (2.0 * period_s)
+            };
+            let error = |at: usize| {
+                let solution = flown[at].as_ref().expect("aligned by now");
+                turn(estimated(solution)[quantity] - truth[at][quantity])
+            };
+            let last = truth.len() - 1;
+            for start in (first..last - WINDOW).step_by(WINDOW) {
+                let window = start..start + WINDOW;
+                let mean_of =
+                    |of: &dyn Fn(usize) -> f64| window.clone().map(of).sum::<f64>() / WINDOW as f64;
+                let (mean_slope, mean_error) = (mean_of(&slope), mean_of(&error));
+                for at in window {
+                    let own = slope(at) - mean_slope;
+                    product[quantity] -= own * (error(at) - mean_error);
+                    square[quantity] += own * own;
+                }
+            }
+        }
+    }
+    std::array::from_fn(|quantity| product[quantity] / square[quantity])
+}
+
+#[test]
+fn the_design_counts_for_the_estimator_what_it_is_late_by() {
+    let lags_s = lags_s(1..=12);
+    for (name, lag_s) in NAMES.iter().zip(lags_s) {
+        println!("{name}: {:.1} ms late", 1e3 * lag_s);
+    }
+    let EstimatorLag { rate_s, attitude_s, velocity_s } = EstimatorLag::default();
+    let [p, q, r, phi, theta, psi, u, v, w] = lags_s;
+    for found in [p, q, r] {
+        assert!((found - rate_s).abs() < 1e-3, "{found}");
+    }
+    for found in [phi, theta, psi] {
+        assert!((found - attitude_s).abs() < 2e-3, "{found}");
+    }
+    assert!((w - velocity_s).abs() < 3e-3, "{w}");
+    // Attitude errors move horizontal velocities as slowly as manoeuvres do: these are known to some 15 ms.
+    assert!([u, v].iter().all(|found| found.abs() < 40e-3), "{u} {v}");
+}
