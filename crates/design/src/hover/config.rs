@@ -23,7 +23,8 @@ pub struct HoverDesign {
     /// How much later a notch on the rotor's harmonics makes everything that the loops are fed, s: the delay of
     /// [`NotchCost`](crate::NotchCost).
     pub notch_s: f64,
-    /// How fast integrals follow a limited command, s; that of the heading no faster than it integrates.
+    /// How fast integrals follow a limited command, s; that of the heading, where it integrates over more than ten
+    /// times as long, in half that time.
     pub tracking_s: f64,
     /// Roll and pitch with velocity.
     pub roll_pitch: RollPitchWeights,

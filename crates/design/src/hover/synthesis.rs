@@ -12,6 +12,8 @@ use hovernav_model::StateSpace;
 
 /// Slowest that integrals follow a limited command, s.
 const SLOWEST_TRACKING_S: f64 = 1e3;
+/// So many tracking times an integral takes that is slow.
+const SLOW_INTEGRAL: f64 = 10.0;
 
 impl HoverDesign {
     /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs
@@ -22,8 +24,8 @@ impl HoverDesign {
     /// [`DesignError`].
     ///
     /// # Source
-    /// That yaw's integral follows a limited pedal no faster than it integrates: Åström and Hägglund, *Advanced PID
-    /// Control* (2006), section 3.5.
+    /// That a slow integral of yaw follows a limited pedal in half the time in which it integrates: Åström and
+    /// Hägglund, *Advanced PID Control* (2006), section 3.5, between the times of derivative and integral.
     pub fn synthesise(&self, model: &StateSpace) -> Result<Gains, DesignError> {
         self.check()?;
         let whole = normalised(model)?;
@@ -68,11 +70,13 @@ impl HoverDesign {
                 decay_per_s: weights.decay_per_s,
             },
         )?;
-        // Faster than it integrates, it would take what a limited pedal could not do for a moment, and let it out
-        // as slowly as it integrates.
+        // A slow one would take what a limited pedal could not do for a moment, and let it out as slowly as it
+        // integrates; a fast one lets it out in time, and has to follow lest it wind up.
         let [[_, stiffness], [_, integral_per_s]] = [yaw.measured[0], yaw.integral_per_s[0]];
         let integral_s = (stiffness / integral_per_s).abs().min(SLOWEST_TRACKING_S);
-        yaw.tracking_time_s = self.tracking_s.max(integral_s);
+        if integral_s > SLOW_INTEGRAL * self.tracking_s {
+            yaw.tracking_time_s = 0.5 * integral_s;
+        }
         let heave = whole.subsystem(&["w"], &["collective"])?;
         let turn = whole.subsystem(&["r"], &["collective", "pedal"])?;
         Ok(Gains {
