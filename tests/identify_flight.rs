@@ -7,7 +7,7 @@ use hovernav_log::Dataset;
 use hovernav_sysid::helicopter::Kind;
 use hovernav_sysid::helicopter::{Identification, Velocity, identify};
 use hovernav_sysid::methods::prediction_error::{Estimates, Fit};
-use hovernav_sysid::record::{STICKS, find_test_points};
+use hovernav_sysid::record::{STICKS, find_test_points, stepped};
 
 fn folder() -> Option<PathBuf> {
     let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/datasets/heli-hover"));
@@ -103,6 +103,26 @@ fn a_flight_without_steps_has_no_test_points() {
         .collect();
     assert_eq!(find_test_points(&still), Vec::new());
     assert_eq!(find_test_points(&[]), Vec::new());
+}
+
+#[test]
+fn of_a_stick_that_is_held_and_stepped_the_steps_are_what_is_deliberate() {
+    let controls: Vec<(hovernav::time::Time, [f64; 4])> = (0..660)
+        .map(|sample| {
+            let time_s = f64::from(sample) / 33.0;
+            let held = 0.05 * time_s.sin();
+            let step = if (6.0..7.5).contains(&time_s) { 0.12 } else { 0.0 };
+            (hovernav::time::Time::ZERO + time_s, [held, held, held + step, held])
+        })
+        .collect();
+    let deliberate = stepped(&controls);
+    assert_eq!(deliberate.len(), controls.len());
+    for ((time, _), own) in controls.iter().zip(deliberate) {
+        let expected = if (6.0..7.5).contains(&time.seconds()) { 0.12 } else { 0.0 };
+        assert!((own[2] - expected).abs() < 0.005, "{time}: {own:?}");
+        assert_eq!([own[0], own[1], own[3]], [0.0; 3]);
+    }
+    assert_eq!(stepped(&[]), Vec::<[f64; 4]>::new());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::error::IdentifyError;
 use crate::record::preprocess::{LowPass, PreprocessError, filtered};
-use crate::record::{Experiment, STICKS, TestPoint, Tone, notch_delay_s, without_tones};
+use crate::record::{Experiment, STICKS, TestPoint, Tone, notch_delay_s, stepped, without_tones};
 use hovernav::ekf::Solution;
 use hovernav::gps::Fix;
 use hovernav::time::Time;
@@ -19,6 +19,10 @@ pub(super) const KINEMATIC: [&str; 5] = ["ku", "kv", "kw", "kphi", "ktheta"];
 /// What an autopilot injected on each stick, in the order of [`STICKS`].
 pub(super) const INJECTED: [&str; 4] =
     ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
+
+/// What test points stepped on each stick, where a record does not say what was injected.
+pub(super) const STEPPED: [&str; 4] =
+    ["stepped_lateral", "stepped_longitudinal", "stepped_collective", "stepped_pedal"];
 
 /// Order of the filter before samples are thinned out, and its corner as a part of half the new rate.
 const ALIAS_ORDER: usize = 8;
@@ -41,7 +45,7 @@ pub enum Velocity {
 pub struct FlightRecord {
     /// Time of the first sample.
     pub start: Time,
-    /// Inputs are [`STICKS`], and where it was recorded what of them was injected; outputs [`MOTION`], then what kinematics add to the linear equations:
+    /// Inputs are [`STICKS`] and what of them was injected, or else stepped; outputs [`MOTION`], then what kinematics add to the linear equations:
     /// ku, kv, kw, m/s², kphi and ktheta, rad/s.
     pub experiment: Experiment,
     /// Heading at each sample, rad.
@@ -82,14 +86,14 @@ impl FlightRecord {
         if dataset.controls.is_empty() {
             return Err(IdentifyError::NoControls);
         }
-        let injected: Vec<(Time, [f64; 4])> = dataset
-            .controls
-            .iter()
-            .zip(&dataset.injected)
-            .map(|(row, own)| (row.0, *own))
-            .collect();
-        let moved = [&dataset.controls, &injected];
-        let moved = if injected.is_empty() { &moved[..1] } else { &moved[..] };
+        let (deliberate, own_names) = if dataset.injected.iter().flatten().all(|own| *own == 0.0) {
+            (stepped(&dataset.controls), STEPPED)
+        } else {
+            (dataset.injected.clone(), INJECTED)
+        };
+        let times = dataset.controls.iter().map(|row| row.0);
+        let deliberate: Vec<_> = times.zip(deliberate).collect();
+        let moved = [&dataset.controls, &deliberate];
         let mut inputs = DMatrix::zeros(samples, STICKS.len() * moved.len());
         let mut outputs = DMatrix::zeros(samples, MOTION.len() + KINEMATIC.len());
         let mut heading_rad = Vec::with_capacity(samples);
@@ -117,8 +121,7 @@ impl FlightRecord {
         let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
         let name = dataset.manifest.name.clone();
         let measured = [&MOTION[..], &KINEMATIC].concat();
-        let moved = [&STICKS[..], &INJECTED].concat();
-        let moved = names(&moved[..inputs.ncols()]);
+        let moved = names(&[STICKS, own_names].concat());
         let experiment = Experiment::new(name, period_s, moved, names(&measured), inputs, outputs)?;
         Ok(Self { start: first.time, experiment, heading_rad })
     }

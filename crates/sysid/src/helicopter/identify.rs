@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::equations::largest_process_sigma;
 use super::error::IdentifyError;
-use super::flight::{FlightRecord, INJECTED, Velocity};
+use super::flight::{FlightRecord, INJECTED, STEPPED, Velocity};
 use super::kind::Kind;
 use super::stretches;
 use super::velocity_error::VelocityError;
@@ -313,18 +313,23 @@ impl Search<'_> {
         prediction_error::assemble(&structure, &parts, self.stretches, &self.settings(kind))
     }
 
-    /// `part`, the delay of the collective as what was injected on it tells, where that was recorded: who holds the
-    /// height answers to gusts, and the likelihood takes the answer for late.
+    /// `part`, the delay of the collective as what was injected on it tells, or else the steps of its test points: who
+    /// holds the height answers to gusts, and the likelihood takes the answer for late.
     fn with_injected_delay(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
         let found = &part.identified;
         if part.kind != Kind::Heave {
             return Ok(found.clone());
         }
-        let signals = ("collective", INJECTED[2]);
         let settings = self.settings(part.kind);
-        let told =
-            prediction_error::delay_from_injected(found, signals, self.stretches, &settings)?;
-        Ok(told.unwrap_or_else(|| found.clone()))
+        for deliberate in [INJECTED[2], STEPPED[2]] {
+            let signals = ("collective", deliberate);
+            let told =
+                prediction_error::delay_from_injected(found, signals, self.stretches, &settings)?;
+            if let Some(told) = told {
+                return Ok(told);
+            }
+        }
+        Ok(found.clone())
     }
 
     /// How long before its sticks the vehicle answers, of yaw or else of heave, where their delay ended on the lower

@@ -34,6 +34,38 @@ const LEAST_STEP: f64 = 0.03;
 /// A stick joins in where its largest step is at least this part of the largest.
 const JOINS_IN: f64 = 0.4;
 
+/// The least change from one sample to the next that is a step of each stick.
+fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
+    std::array::from_fn(|stick| {
+        let mut changes: Vec<f64> =
+            controls.windows(2).map(|pair| (pair[1].1[stick] - pair[0].1[stick]).abs()).collect();
+        changes.sort_by(f64::total_cmp);
+        let usual = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
+        (8.0 * usual).max(LEAST_STEP)
+    })
+}
+
+/// What of each stick was stepped by test points of that stick alone, a row for each of `controls`: the sum of its
+/// steps since the test point began, and nothing outside. Whatever else a pilot does may answer to gusts; these do
+/// not.
+#[must_use]
+pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
+    let least = least_steps(controls);
+    let mut rows = vec![[0.0; 4]; controls.len()];
+    for point in find_test_points(controls) {
+        let Some(stick) = point.stick else { continue };
+        let mut sum = 0.0;
+        for (row, pair) in rows.iter_mut().skip(1).zip(controls.windows(2)) {
+            if (point.first_step..=point.end).contains(&pair[1].0) {
+                let change = pair[1].1[stick] - pair[0].1[stick];
+                sum += if change.abs() >= least[stick] { change } else { 0.0 };
+                row[stick] = sum;
+            }
+        }
+    }
+    rows
+}
+
 /// Finds the test points of a flight from its sticks, each −1…1 about trim, in time order.
 ///
 /// A step is a change from one sample to the next of at least 3 % of full travel and eight times the
@@ -41,19 +73,14 @@ const JOINS_IN: f64 = 0.4;
 /// test of that stick; anything else is a manoeuvre, [`TestPoint::stick`] `None`.
 #[must_use]
 pub fn find_test_points(controls: &[(Time, [f64; 4])]) -> Vec<TestPoint> {
-    let mut usual = [0.0; 4];
-    for (stick, usual) in usual.iter_mut().enumerate() {
-        let mut changes: Vec<f64> =
-            controls.windows(2).map(|pair| (pair[1].1[stick] - pair[0].1[stick]).abs()).collect();
-        changes.sort_by(f64::total_cmp);
-        *usual = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
-    }
+    let least = least_steps(controls);
     let mut groups: Vec<(Time, Time, [usize; 4], [f64; 4])> = Vec::new();
     for pair in controls.windows(2) {
         let time = pair[1].0;
         for stick in 0..4 {
             let change = (pair[1].1[stick] - pair[0].1[stick]).abs();
-            if !(change >= LEAST_STEP && change >= 8.0 * usual[stick]) {
+            let is_step = change >= least[stick];
+            if !is_step {
                 continue;
             }
             match groups.last_mut() {
