@@ -44,6 +44,20 @@ pub enum Channel {
 }
 
 impl Channel {
+    /// Whether it is of a fix: position or velocity.
+    #[must_use]
+    pub const fn is_of_fix(self) -> bool {
+        matches!(
+            self,
+            Self::PositionNorth
+                | Self::PositionEast
+                | Self::PositionDown
+                | Self::VelocityNorth
+                | Self::VelocityEast
+                | Self::VelocityDown
+        )
+    }
+
     /// Its name in files, with its unit.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hovernav::ekf::{Channel, Notice, Verdict};
+use hovernav::ekf::{Notice, Verdict};
 use hovernav::ins::HeadingSource;
 use hovernav_formats::{InnovationSizes, OnboardDifference};
 use hovernav_log::{
@@ -114,7 +114,7 @@ pub fn fixes_of(run: &Run) -> (usize, usize) {
         Notice::Updated(report) => Some(report),
         _ => None,
     });
-    let of_gps = updates.filter(|report| report.innovations().any(|axis| is_gps(axis.channel)));
+    let of_gps = updates.filter(|report| report.innovations().any(|axis| axis.channel.is_of_fix()));
     of_gps.fold((0, 0), |(used, rejected), report| {
         (used + usize::from(report.any_accepted()), rejected + usize::from(report.any_rejected()))
     })
@@ -228,18 +228,6 @@ impl RunSummary {
         self.within_3_sigma = Some(of_axes(|axis| axis.within_3_sigma));
         self.error_over_sigma = Some(of_axes(|axis| axis.error_over_sigma));
     }
-}
-
-const fn is_gps(channel: Channel) -> bool {
-    matches!(
-        channel,
-        Channel::PositionNorth
-            | Channel::PositionEast
-            | Channel::PositionDown
-            | Channel::VelocityNorth
-            | Channel::VelocityEast
-            | Channel::VelocityDown
-    )
 }
 
 const fn heading_name(source: HeadingSource) -> &'static str {

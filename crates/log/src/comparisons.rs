@@ -75,17 +75,5 @@ pub(crate) fn routine(notice: &Notice) -> Option<Channel> {
     let first = report.innovations().next()?.channel;
     let is_accepted = report.innovations().all(|axis| axis.verdict == Verdict::Accepted);
     let is_remarkable = report.biases_were_doubted() || report.covariance_was_reset();
-    (is_accepted && !is_remarkable && !is_gps(first)).then_some(first)
-}
-
-const fn is_gps(channel: Channel) -> bool {
-    matches!(
-        channel,
-        Channel::PositionNorth
-            | Channel::PositionEast
-            | Channel::PositionDown
-            | Channel::VelocityNorth
-            | Channel::VelocityEast
-            | Channel::VelocityDown
-    )
+    (is_accepted && !is_remarkable && !first.is_of_fix()).then_some(first)
 }

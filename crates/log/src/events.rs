@@ -4,7 +4,7 @@ use std::iter::Peekable;
 use std::slice::Iter;
 
 use crate::dataset::{Dataset, Source};
-use crate::overview::Samples;
+use crate::samples::Samples;
 use hovernav::event::{Event, RangeReading};
 use hovernav::frames::{Body, Vector};
 use hovernav::gps::{AntennaHeading, Fix};

@@ -35,6 +35,7 @@ mod reference;
 mod remarks;
 mod replay;
 mod sample_file;
+mod samples;
 mod score;
 mod settings;
 mod setup;
@@ -67,12 +68,12 @@ pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
 };
 pub use open::open;
-pub use overview::Samples;
 pub use plausibility::alternative;
 pub use reference::{Reference, ReferenceMoment};
 pub use remarks::Remarks;
 pub use replay::{Outage, Run, UnusedReadings};
 pub use sample_file::SampleFile;
+pub use samples::Samples;
 pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
 };

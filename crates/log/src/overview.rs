@@ -1,42 +1,8 @@
-//! What is asked of the inertial samples as a whole, gathered as they pass.
+//! What inertial samples are as a whole, gathered as they pass.
 
-use std::borrow::Cow;
-use std::slice;
-
-use crate::dataset::Dataset;
 use crate::distribution::Distribution;
-use crate::error::LogError;
-use crate::sample_file::FromFile;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
-
-/// The inertial samples of a dataset, one after another.
-#[derive(Clone, Debug)]
-pub struct Samples<'a>(Where<'a>);
-
-#[derive(Clone, Debug)]
-enum Where<'a> {
-    Memory(slice::Iter<'a, ImuSample>),
-    File(Box<FromFile<'a>>),
-}
-
-impl Iterator for Samples<'_> {
-    type Item = ImuSample;
-
-    fn next(&mut self) -> Option<ImuSample> {
-        match &mut self.0 {
-            Where::Memory(samples) => samples.next().copied(),
-            Where::File(samples) => samples.next(),
-        }
-    }
-
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        match &self.0 {
-            Where::Memory(samples) => samples.size_hint(),
-            Where::File(samples) => (0, Some(samples.remaining())),
-        }
-    }
-}
 
 /// What the samples are as a whole.
 #[derive(Clone, Debug, Default)]
@@ -57,66 +23,5 @@ impl Overview {
             self.intervals.push(sample.time - last);
         }
         self.with_magnetic_field += usize::from(sample.magnetic_field_gauss.is_some());
-    }
-}
-
-impl Dataset {
-    /// The inertial samples, in order of time, from memory or from their file. Those from a file end early
-    /// where it can no longer be read, which [`ensure_read`](Self::ensure_read) tells.
-    #[must_use]
-    pub fn samples(&self) -> Samples<'_> {
-        Samples(match &self.imu_file {
-            Some(file) => Where::File(Box::new(file.samples())),
-            None => Where::Memory(self.imu.iter()),
-        })
-    }
-
-    /// How many inertial samples there are.
-    #[must_use]
-    pub fn sample_count(&self) -> usize {
-        self.imu_file.as_ref().map_or(self.imu.len(), |file| file.overview().count)
-    }
-
-    /// Times of the first inertial sample and of the last; `None` where there is none.
-    #[must_use]
-    pub fn sample_span(&self) -> Option<(Time, Time)> {
-        match &self.imu_file {
-            Some(file) => Some((file.overview().first?.time, file.overview().last?)),
-            None => Some((self.imu.first()?.time, self.imu.last()?.time)),
-        }
-    }
-
-    /// Whether the inertial unit has a magnetometer.
-    pub(crate) fn has_magnetic_samples(&self) -> bool {
-        match &self.imu_file {
-            Some(file) => file.overview().with_magnetic_field > 0,
-            None => self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some()),
-        }
-    }
-
-    /// The usual interval between inertial samples, s: the median; `None` of fewer than two.
-    #[must_use]
-    pub fn sample_interval_s(&self) -> Option<f64> {
-        self.overview().intervals.quantile(0.5)
-    }
-
-    /// Whether all samples were there whenever they were gone over.
-    ///
-    /// # Errors
-    /// The first failure since the dataset was opened or this was asked last: a file that was changed, or that
-    /// the system no longer gives.
-    pub fn ensure_read(&self) -> Result<(), LogError> {
-        self.imu_file.as_ref().map_or(Ok(()), |file| file.ensure_read())
-    }
-
-    pub(crate) fn overview(&self) -> Cow<'_, Overview> {
-        match &self.imu_file {
-            Some(file) => Cow::Borrowed(file.overview()),
-            None => {
-                let mut overview = Overview::default();
-                self.imu.iter().for_each(|sample| overview.push(sample));
-                Cow::Owned(overview)
-            }
-        }
     }
 }

@@ -10,7 +10,7 @@ use crate::imu::{Faults, ImuRows};
 use crate::overview::Overview;
 use crate::records::Place;
 use crate::remarks::Remarks;
-use crate::size::rows_of;
+use crate::table::rows_of;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 

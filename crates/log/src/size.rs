@@ -1,11 +1,10 @@
 //! How much memory a dataset directory takes.
 
-use std::fs::File;
-use std::io::{self, Read as _};
 use std::mem::size_of;
 use std::path::Path;
 
 use crate::dataset::Dataset;
+use crate::table::rows_of;
 use crate::{aids, auxiliary, gps, imu};
 use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Vector};
@@ -35,19 +34,6 @@ impl Dataset {
         let samples = rows_of(&dir.join(imu::FILE)).min(most as u64);
         tables.into_iter().map(bytes).sum::<u64>() + samples * size_of::<ImuSample>() as u64
     }
-}
-
-/// About how many rows the table `path` has; none where it cannot be read.
-pub(crate) fn rows_of(path: &Path) -> u64 {
-    const HEAD: u64 = 1 << 16;
-    let read = || -> io::Result<u64> {
-        let (file, mut head) = (File::open(path)?, Vec::new());
-        let length = file.metadata()?.len();
-        file.take(HEAD).read_to_end(&mut head)?;
-        let rows = head.iter().filter(|byte| **byte == b'\n').count() as u64;
-        Ok(if head.is_empty() { 0 } else { rows * length / head.len() as u64 })
-    };
-    read().unwrap_or(0)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Samples at the end of a sensor's range.
 
-use super::inertial::{AXES, UNIT, component};
 use super::spans::{Span, Spans};
+use super::unit::{AXES, UNIT, component};
 use super::{Judged, when};
 use crate::finding::{Finding, Severity};
 use crate::rates::Rates;

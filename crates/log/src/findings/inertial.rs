@@ -7,14 +7,12 @@ use hovernav::time::Time;
 use super::Judged;
 use super::ends::Ends;
 use super::spans::{Repeating, Repetitions, Span, Spans, spans};
+use super::unit::{AXES, UNIT, component};
 use super::when;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, Severity};
 use crate::rates::Rates;
 
-pub(super) const UNIT: &str = "inertial unit";
-pub(super) const AXES: [&str; 6] =
-    ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
 /// Events closer than this, s, are one.
 const APART_S: f64 = 2.0;
 /// An axis that repeats itself for less than this, s, is not called stuck.
@@ -291,8 +289,4 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             });
         }
     }
-}
-
-pub(super) fn component(at: &Rates, axis: usize) -> f64 {
-    if axis < 3 { at.turn_radps[axis] } else { at.force_mps2[axis - 3] }
 }

@@ -13,6 +13,7 @@ mod lever_arm;
 mod slow;
 mod spans;
 mod steps;
+mod unit;
 mod unused;
 
 use hovernav::ekf::Solution;

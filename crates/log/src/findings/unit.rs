@@ -1,0 +1,12 @@
+//! The inertial unit, as findings name it.
+
+use crate::rates::Rates;
+
+pub(super) const UNIT: &str = "inertial unit";
+pub(super) const AXES: [&str; 6] =
+    ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
+
+/// What the axis of that number of [`AXES`] reads, rad/s or m/s².
+pub(super) fn component(at: &Rates, axis: usize) -> f64 {
+    if axis < 3 { at.turn_radps[axis] } else { at.force_mps2[axis - 3] }
+}
