@@ -210,12 +210,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (K4) of docs/equations.md.
     pub(super) fn accel_noise(&self, over_s: T) -> T {
         let imu = &self.config.imu;
-        let share = square(T::of(imu.accel_vibration_share)) * T::of(imu.accel_vibration_time_s);
-        let walk = square(T::of(imu.velocity_random_walk_mps));
-        let shaken = self.samples.integrity.accel_vibration();
-        let sum =
-            shaken.into_iter().fold(T::ZERO, |sum, variance| sum + (share * variance).max(walk));
-        sum / over_s
+        let density = density(
+            imu.velocity_random_walk_mps,
+            imu.accel_vibration_share,
+            T::of(imu.accel_vibration_time_s),
+            self.samples.integrity.accel_vibration(),
+        );
+        density.into_iter().fold(T::ZERO, |sum, density| sum + density) / over_s
     }
 
     /// Variance that the inertial sensors add over one step to rotation, rad², and change of velocity, (m/s)²,
@@ -228,11 +229,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let imu = &self.config.imu;
         let over_s = T::of(self.excess.factor()) * interval_s;
         let sensed = |walk: f64, share: f64, alike_s: T, vibration: [T; 3]| {
-            let (walk, share) = (square(T::of(walk)), square(T::of(share)));
-            let alike_s = alike_s.max(interval_s);
-            // By a comparison: neither is NaN, for which `max` would look.
-            let greater = |shaken| if shaken > walk { shaken } else { walk };
-            vibration.map(|variance| greater(share * variance * alike_s) * over_s)
+            density(walk, share, alike_s.max(interval_s), vibration).map(|density| density * over_s)
         };
         let gyro = sensed(
             imu.angle_random_walk_rad,
@@ -307,6 +304,17 @@ const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
 
 /// No gap opens roll and pitch further than this, rad: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
+
+/// What a triad whose `vibration` is alike over `alike_s` adds to its integral, variance a second, axis by axis.
+#[inline(always)]
+fn density<T: Scalar>(walk: f64, share: f64, alike_s: T, vibration: [T; 3]) -> [T; 3] {
+    let (walk, share) = (square(T::of(walk)), square(T::of(share)));
+    vibration.map(|variance| {
+        let shaken = share * variance * alike_s;
+        // By a comparison: neither is NaN, for which `max` would look.
+        if shaken > walk { shaken } else { walk }
+    })
+}
 
 /// C diag(v) Cᵀ, upper triangle by rows: v₂ I + (v₀ − v₂) c₀ c₀ᵀ + (v₁ − v₂) c₁ c₁ᵀ, for the columns of C
 /// are orthonormal.

@@ -109,12 +109,12 @@ fn largest<const N: usize>(rows: &[[f64; N]]) -> [f64; N] {
     most
 }
 
-/// Which of [`DISTURBED`] a disturbance moves, and at how many moments it is looked at.
+/// Which of [`DISTURBED`] a disturbance moves, and its response before any of its moments was looked at.
 pub(super) fn followed(
     (state, size): (&str, f64),
     duration_s: f64,
     interval_s: f64,
-) -> Result<(usize, usize), DesignError> {
+) -> Result<(usize, DisturbanceResponse), DesignError> {
     let unknown = || {
         let (name, expected) = ("disturbance", "one of p, q, r, phi, theta, psi, u, v, w");
         DesignError::Range { name, value: size, expected }
@@ -125,7 +125,15 @@ pub(super) fn followed(
         let expected = "at most a million intervals";
         return Err(DesignError::Range { name: "duration_s", value: duration_s, expected });
     }
-    Ok((row, (rows + 1e-9) as usize + 1))
+    let rows = (rows + 1e-9) as usize + 1;
+    let response = DisturbanceResponse {
+        state: state.into(),
+        size,
+        time_s: (0..rows).map(|k| k as f64 * interval_s).collect(),
+        states: Vec::with_capacity(rows),
+        sticks: Vec::with_capacity(rows),
+    };
+    Ok((row, response))
 }
 
 /// A linear system left to itself, and what is read off its state.
@@ -147,17 +155,10 @@ impl FreeResponse<'_> {
         size: f64,
         duration_s: f64,
     ) -> Result<DisturbanceResponse, DesignError> {
-        let (row, rows) = followed((state, size), duration_s, self.interval_s)?;
+        let (row, mut response) = followed((state, size), duration_s, self.interval_s)?;
         let mut x = DVector::zeros(self.step.nrows());
         x[self.states[row]] = size;
-        let mut response = DisturbanceResponse {
-            state: state.into(),
-            size,
-            time_s: (0..rows).map(|k| k as f64 * self.interval_s).collect(),
-            states: Vec::with_capacity(rows),
-            sticks: Vec::with_capacity(rows),
-        };
-        for _ in 0..rows {
+        for _ in 0..response.time_s.len() {
             response.states.push(self.states.map(|index| x[index]));
             let sticks = self.sticks * &x;
             response.sticks.push([0, 1, 2, 3].map(|stick| sticks[stick]));

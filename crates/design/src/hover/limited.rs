@@ -20,13 +20,13 @@ pub(super) fn respond(
     design: &HoverDesign,
     whole: &StateSpace,
     gains: &Gains,
-    (state, size): (&str, f64),
+    disturbance: (&str, f64),
     duration_s: f64,
     limits: &StickLimits,
 ) -> Result<DisturbanceResponse, DesignError> {
     let plant = closed_loop::plant(design, whole, FlightMode::Velocity)?;
     let at = places(whole, DISTURBED)?;
-    let (row, rows) = followed((state, size), duration_s, design.period_s)?;
+    let (row, mut response) = followed(disturbance, duration_s, design.period_s)?;
     let refused = |error: ConfigError| DesignError::Range {
         name: error.what,
         value: error.found,
@@ -38,16 +38,9 @@ pub(super) fn respond(
     heave.start(0.0, 0.0, 0.0);
 
     let mut x = DVector::zeros(plant.states().len());
-    x[at[row]] = size;
+    x[at[row]] = response.size;
     let mut sticks = Sticks::NEUTRAL;
-    let mut response = DisturbanceResponse {
-        state: state.into(),
-        size,
-        time_s: (0..rows).map(|k| k as f64 * design.period_s).collect(),
-        states: Vec::with_capacity(rows),
-        sticks: Vec::with_capacity(rows),
-    };
-    for _ in 0..rows {
+    for _ in 0..response.time_s.len() {
         response.states.push(at.map(|index| x[index]));
         let measured = plant.c() * &x;
         let [p, q, phi, theta, u, v, w, r, psi] = std::array::from_fn(|index| measured[index]);
