@@ -143,6 +143,10 @@ pub(super) struct Guidance {
     /// Where it stays, once it has stopped.
     station: Option<Station>,
     heading_rad: f64,
+    /// Whether the heading is one by the map, not the one that the vehicle had.
+    heading_is_given: bool,
+    /// The solution's revision of its heading up to the step before, rad.
+    revised_rad: f64,
     reference: Reference,
     /// Whether the motion of engagement is still being brought to rest.
     stops: bool,
@@ -178,6 +182,8 @@ impl Guidance {
             set_point: SetPoint::Hold,
             station: None,
             heading_rad: 0.0,
+            heading_is_given: false,
+            revised_rad: 0.0,
             reference: Reference::default(),
             stops: false,
         }
@@ -192,6 +198,7 @@ impl Guidance {
                 }
                 if let Some(heading_rad) = heading_rad {
                     self.heading_rad = wrap_angle(heading_rad);
+                    self.heading_is_given = true;
                 }
                 self.station = Some(Station::at(position));
             }
@@ -206,6 +213,7 @@ impl Guidance {
                 {
                     return Err(SetPointError::TooFast);
                 }
+                self.heading_is_given = false;
             }
         }
         self.set_point = set_point;
@@ -218,6 +226,8 @@ impl Guidance {
         self.set_point = SetPoint::Hold;
         self.station = None;
         self.heading_rad = yaw_rad;
+        self.heading_is_given = false;
+        self.revised_rad = solution.heading_revision_rad;
         let velocity_mps = solution.velocity_mps;
         self.reference = Reference { velocity_mps, heading_rad: yaw_rad, ..Reference::default() };
         self.stops = true;
@@ -233,6 +243,7 @@ impl Guidance {
     /// # Source
     /// Equation (C6) of docs/equations.md.
     pub fn step(&mut self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Reference {
+        self.revise_heading(solution.heading_revision_rad);
         self.steer_heading(yaw_rad, trusted.heading);
         let wanted = self.wanted_velocity(solution, trusted);
         self.follow(wanted);
@@ -272,6 +283,20 @@ impl Guidance {
         self.reference.velocity_mps = velocity_mps + acceleration * self.period_s;
     }
 
+    /// Moves the heading to be held along where the solution's heading was found in error: the vehicle has not
+    /// turned, and shall not.
+    ///
+    /// # Source
+    /// Equation (C12) of docs/equations.md.
+    fn revise_heading(&mut self, revised_rad: f64) {
+        let more_rad = revised_rad - self.revised_rad;
+        self.revised_rad = revised_rad;
+        if !self.heading_is_given {
+            self.heading_rad = wrap_angle(self.heading_rad + more_rad);
+            self.reference.heading_rad = wrap_angle(self.reference.heading_rad + more_rad);
+        }
+    }
+
     fn steer_heading(&mut self, yaw_rad: f64, trusted: bool) {
         let fastest = self.config.yaw_rate_radps;
         let reference = &mut self.reference;
@@ -280,6 +305,7 @@ impl Guidance {
         }
         if !trusted {
             self.heading_rad = yaw_rad;
+            self.heading_is_given = false;
             reference.heading_rad = yaw_rad;
         }
         let missing = wrap_angle(self.heading_rad - reference.heading_rad) / self.period_s;
@@ -377,5 +403,28 @@ mod tests {
             }
             assert!((before.velocity_mps - Vector::new(-1.0, 0.0, 0.0)).norm() < 0.02);
         }
+    }
+
+    #[test]
+    fn a_heading_that_is_held_goes_along_with_its_revision_and_a_given_one_stays() {
+        let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
+        let trusted = Trusted { position: true, heading: true, sink_mps: None };
+        let mut guidance = Guidance::new(GuidanceConfig::default(), 0.02);
+        let mut solution = at(place, Vector::ZERO);
+        solution.heading_revision_rad = -0.3;
+        guidance.engage(&solution, 3.1);
+        assert!((guidance.step(&solution, 3.1, trusted).heading_rad - 3.1).abs() < 1e-9);
+        // By 0.1 rad over north's opposite, without a turn asked for.
+        solution.heading_revision_rad = -0.2;
+        let asked = guidance.step(&solution, wrap_angle(3.2), trusted);
+        assert!((asked.heading_rad - wrap_angle(3.2)).abs() < 1e-9, "{asked:?}");
+        assert!(asked.yaw_rate_radps.abs() < 1e-9, "{asked:?}");
+        let given = SetPoint::Place { position: place, heading_rad: Some(1.0) };
+        guidance.accept(given).unwrap();
+        for _ in 0..1_000 {
+            solution.heading_revision_rad += 0.001;
+            guidance.step(&solution, 0.0, trusted);
+        }
+        assert!((guidance.asked().1 - 1.0).abs() < 1e-9, "{:?}", guidance.asked());
     }
 }

@@ -304,6 +304,7 @@ fn is_finite(solution: &Solution) -> bool {
         && solution.velocity_mps.is_finite()
         && solution.body_to_ned.quaternion().is_finite()
         && solution.angular_rate_radps.is_finite()
+        && solution.heading_revision_rad.is_finite()
         && solution.position_sigma_m.is_finite()
         && solution.velocity_sigma_mps.is_finite()
         && solution.attitude_sigma_rad.iter().all(|sigma| sigma.is_finite())

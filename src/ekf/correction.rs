@@ -40,6 +40,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for (parameter, &value) in parameters.iter_mut().zip(corrections) {
             *parameter += value;
         }
+        if let Some(first) = L::ATTITUDE_REFERENCE {
+            let reference_error = self.estimate(first + 2);
+            self.heading_revision.corrected(self.state.time, at(ATTITUDE + 2), reference_error);
+        }
         false
     }
 
@@ -79,6 +83,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
         self.heading_distrusted = Some(time);
+        self.heading_revision.replaced(turn_rad);
         self.attitude_lost = None;
         self.antenna_heading.distrusted = Some(time);
         self.gates.doubt_filter(time);

@@ -7,6 +7,7 @@ use super::covariance::Covariance;
 use super::excess::Excess;
 use super::force_sum::ForceSum;
 use super::gate::Gates;
+use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
@@ -75,6 +76,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) heading_distrusted: Option<Time>,
     /// When a gap last hid where the attitude went, until one is measured.
     pub(super) attitude_lost: Option<Time>,
+    /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
+    pub(super) heading_revision: HeadingRevision,
     pub(super) baro_offset_m: Option<f64>,
     pub(super) ground: Ground,
     pub(super) antenna_heading: AntennaHeadingMemory,
@@ -121,6 +124,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             heading_doubt_rad: 0.0,
             heading_distrusted: None,
             attitude_lost: None,
+            heading_revision: HeadingRevision::NONE,
             baro_offset_m: None,
             ground: Ground::UNKNOWN,
             antenna_heading: AntennaHeadingMemory::NONE,
@@ -148,6 +152,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.heading_doubt_rad = 0.0;
         self.heading_distrusted = None;
         self.attitude_lost = None;
+        self.heading_revision = HeadingRevision::NONE;
         self.baro_offset_m = None;
         self.ground = Ground::UNKNOWN;
         self.antenna_heading = AntennaHeadingMemory::NONE;

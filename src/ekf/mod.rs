@@ -11,6 +11,7 @@ mod excess;
 mod filter;
 mod force_sum;
 mod gate;
+mod heading_revision;
 mod heading_search;
 mod history;
 mod innovation;

@@ -27,6 +27,9 @@ pub struct Solution {
     pub body_to_ned: Rotation<Body, Ned>,
     /// Angular rate p, q, r of the body against the ground's axes, rad/s, less bias.
     pub angular_rate_radps: Vector<Body>,
+    /// How far the filter has turned its heading, in all, by finding what gives it in error, rad: the vehicle did
+    /// not turn by that. Who holds a heading moves it along. 0 where nothing is known of it.
+    pub heading_revision_rad: f64,
     /// One-sigma of position, m.
     pub position_sigma_m: Vector<Ned>,
     /// One-sigma of velocity, m/s.
@@ -54,6 +57,7 @@ impl Solution {
             velocity_mps: Vector::ZERO,
             body_to_ned: Rotation::from_euler(EulerAngles::default()),
             angular_rate_radps: Vector::ZERO,
+            heading_revision_rad: 0.0,
             position_sigma_m: Vector::ZERO,
             velocity_sigma_mps: Vector::ZERO,
             attitude_sigma_rad: [0.0; 3],
@@ -80,6 +84,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             state: &self.state,
             covariance: &self.covariance,
             angular_rate_radps: self.angular_rate_radps,
+            heading_revision_rad: self.heading_revision.total_rad,
             gyro_bias_radps: errors.gyro_bias_radps,
             accel_bias_mps2: errors.accel_bias_mps2,
         };
@@ -92,6 +97,7 @@ pub(super) struct Estimate<'a, T, const N: usize> {
     pub state: &'a NavState<T>,
     pub covariance: &'a Covariance<T, N>,
     pub angular_rate_radps: Vector<Body, T>,
+    pub heading_revision_rad: f64,
     pub gyro_bias_radps: Vector<Body, T>,
     pub accel_bias_mps2: Vector<Body, T>,
 }
@@ -110,6 +116,7 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
                 .cast(),
             body_to_ned: state.body_to_ned.cast(),
             angular_rate_radps: self.angular_rate_radps.cast(),
+            heading_revision_rad: self.heading_revision_rad,
             position_sigma_m: self.point_sigma(POSITION, lever_arm.0),
             velocity_sigma_mps: self.point_sigma(VELOCITY, relative_velocity),
             attitude_sigma_rad: self.euler_sigma(),

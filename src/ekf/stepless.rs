@@ -42,6 +42,9 @@ pub struct SteplessSolution {
     /// The solution's time before.
     before: Option<Time>,
     attitude_rad: PendingCorrection,
+    /// About down, like the attitude that it goes with; and all of it up to the solution before.
+    heading_revision_rad: PendingCorrection,
+    revised_rad: f64,
     velocity_mps: PendingCorrection,
     position_m: PendingCorrection,
 }
@@ -89,6 +92,8 @@ impl SteplessSolution {
             },
             before: None,
             attitude_rad: PendingCorrection::default(),
+            heading_revision_rad: PendingCorrection::default(),
+            revised_rad: 0.0,
             velocity_mps: PendingCorrection::default(),
             position_m: PendingCorrection::default(),
         }
@@ -104,7 +109,15 @@ impl SteplessSolution {
     pub fn solution(&mut self, filtered: &Solution) -> Solution {
         let elapsed_s = self.before.map_or(0.0, |before| (filtered.time - before).max(0.0));
         self.before = Some(filtered.time);
-        for kept in [&mut self.attitude_rad, &mut self.velocity_mps, &mut self.position_m] {
+        let revised_rad = filtered.heading_revision_rad - self.revised_rad;
+        self.revised_rad = filtered.heading_revision_rad;
+        self.heading_revision_rad.left += Vector::new(0.0, 0.0, revised_rad);
+        for kept in [
+            &mut self.attitude_rad,
+            &mut self.heading_revision_rad,
+            &mut self.velocity_mps,
+            &mut self.position_m,
+        ] {
             kept.let_out(elapsed_s, self.time_constant_s);
         }
         let [attitude_rad, velocity_mps, position_m] = self.kept_back();
@@ -113,7 +126,8 @@ impl SteplessSolution {
             && position_m.norm() <= ANOTHER_M
             && attitude_rad.norm() <= core::f64::consts::PI;
         if !small {
-            *self = Self { before: self.before, ..Self::new(self.time_constant_s) };
+            let Self { before, revised_rad, time_constant_s, .. } = *self;
+            *self = Self { before, revised_rad, ..Self::new(time_constant_s) };
         }
         let [attitude_rad, velocity_mps, position_m] = self.kept_back();
         let wider = |sigma: Vector<Ned>, kept: Vector<Ned>| {
@@ -123,6 +137,8 @@ impl SteplessSolution {
         };
         Solution {
             body_to_ned: filtered.body_to_ned.turned_in_to(-attitude_rad),
+            heading_revision_rad: filtered.heading_revision_rad
+                - self.heading_revision_rad.left.z(),
             velocity_mps: filtered.velocity_mps - velocity_mps,
             position: filtered.position.displaced(-position_m),
             velocity_sigma_mps: wider(filtered.velocity_sigma_mps, velocity_mps),

@@ -1,4 +1,5 @@
-//! Where the heading goes in gusts, and by whose doing.
+//! Where the heading goes in gusts, and by whose doing: the filter finds its magnetometer in error all the while,
+//! and the vehicle shall not turn by it.
 
 use hovernav_sim::{Feedback, Flight, FlightConfig};
 
@@ -13,8 +14,6 @@ struct Heading {
     told_deg: f64,
     /// Farthest the estimate's error went from what it was at first.
     error_deg: f64,
-    /// Correlation of where the vehicle points with the estimate's error.
-    correlation: f64,
     /// Slope of where it points over the estimate's error.
     slope: f64,
     /// Farthest the pedal went.
@@ -43,14 +42,11 @@ fn heading(flight: &Flight) -> Heading {
     let (turned, led) = (about_mean(&truths), about_mean(&errors));
     let product =
         |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
-    let (own, across, of_error) =
-        (product(&turned, &turned), product(&turned, &led), product(&led, &led));
     Heading {
         farthest_deg: farthest(&truths, truths[0]),
         told_deg: farthest(&told, middle),
         error_deg: errors.first().map_or(0.0, |&first| farthest(&errors, first)),
-        correlation: across / (own * of_error).sqrt(),
-        slope: across / of_error,
+        slope: product(&turned, &led) / product(&led, &led),
         pedal: held().map(|sample| sample.sticks.pedal.abs()).fold(0.0, f64::max),
     }
 }
@@ -75,25 +71,23 @@ fn tell_apart(seeds: u64) {
         "by the estimate: farthest {farthest:.2?}°, from what it is told {told:.2?}°, error {error:.2?}°"
     );
     println!("pedal {pedal:.2?} of its travel; flown by the truth, farthest {by_truth:.2?}°");
-    let least = flown.iter().map(|own| -own.correlation).fold(1.0, f64::min);
     let slopes = || flown.iter().map(|own| own.slope);
     let slopes = [slopes().fold(0.0, f64::min), slopes().fold(f64::NEG_INFINITY, f64::max)];
-    println!(
-        "heading and error: correlation -{least:.3} or closer to -1 in each flight, slopes {slopes:.3?}"
-    );
-    assert!(least > 0.9, "a heading that does not go with its estimate's error: {least}");
-    assert!((-1.1..-0.9).contains(&slopes[0]) && (-1.1..-0.9).contains(&slopes[1]), "{slopes:?}");
-    assert!(told[1] < 2.5 && by_truth[1] < 2.5, "{told:?} {by_truth:?}");
+    println!("heading over its estimate's error: slopes {slopes:.3?}");
+    assert!(farthest[1] < 2.0, "a heading that is not held: {farthest:?}");
+    assert!(slopes[0] > -0.2 && slopes[1] < 0.2, "it goes after its estimate: {slopes:?}");
+    assert!(error[1] > 2.0 * farthest[1], "no error to go after: {error:?}");
+    assert!(by_truth[1] < 1.0, "{by_truth:?}");
     assert!(pedal[1] < 0.9, "{pedal:?}");
 }
 
 #[test]
-fn in_gusts_the_heading_goes_where_its_estimate_goes() {
+fn in_gusts_the_heading_stays_where_its_estimate_goes() {
     tell_apart(6);
 }
 
 #[test]
 #[ignore = "400 flights of 300 s"]
-fn in_two_hundred_gusty_hovers_the_heading_goes_where_its_estimate_goes() {
+fn in_two_hundred_gusty_hovers_the_heading_stays_where_its_estimate_goes() {
     tell_apart(200);
 }

@@ -112,6 +112,7 @@ impl<T: Scalar> Sector<T> {
             state: &self.state,
             covariance: &covariance,
             angular_rate_radps: self.angular_rate_radps,
+            heading_revision_rad: 0.0,
             gyro_bias_radps: Vector::new(p, q, r),
             accel_bias_mps2: Vector::new(x, y, z),
         };

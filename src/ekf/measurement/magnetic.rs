@@ -50,6 +50,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
+        self.heading_revision.is_magnetic = true;
         if is_first {
             // So far the state has stood for the slow error of an attitude reference.
             let missing = square(wander_rad) - self.covariance.variance(first);

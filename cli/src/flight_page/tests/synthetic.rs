@@ -98,6 +98,7 @@ pub fn fly(duration_s: f64, rate_hz: f64) -> SyntheticFlight {
             velocity_mps: velocity + velocity_error,
             body_to_ned: Rotation::from_euler(estimated),
             angular_rate_radps: noise.vector(0.01),
+            heading_revision_rad: 0.0,
             position_sigma_m: Vector::new(1.0, 1.0, 1.6) * position_sigma,
             velocity_sigma_mps: Vector::new(1.0, 1.0, 1.3) * velocity_sigma,
             attitude_sigma_rad: attitude_sigma,

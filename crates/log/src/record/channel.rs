@@ -149,6 +149,7 @@ impl Channel {
                 ("velocity_ned_mps", VECTOR),
                 ("body_to_ned_xyzw", Numbers(4)),
                 ("angular_rate_body_radps", VECTOR),
+                ("heading_revision_rad", Number),
                 ("position_sigma_ned_m", VECTOR),
                 ("velocity_sigma_ned_mps", VECTOR),
                 ("attitude_sigma_rad", VECTOR),

@@ -127,6 +127,7 @@ fn bits(solution: &Solution) -> impl Iterator<Item = u64> {
         .chain(solution.velocity_mps.to_array())
         .chain(solution.body_to_ned.quaternion().to_array())
         .chain(solution.angular_rate_radps.to_array())
+        .chain([solution.heading_revision_rad])
         .chain(solution.position_sigma_m.to_array())
         .chain(solution.velocity_sigma_mps.to_array())
         .chain(solution.attitude_sigma_rad)

@@ -123,6 +123,7 @@ fn unknown(time: Time) -> Solution {
         velocity_mps: nothing.into(),
         body_to_ned: Rotation::claim(DQuat::from_array([f64::NAN; 4])),
         angular_rate_radps: nothing.into(),
+        heading_revision_rad: 0.0,
         position_sigma_m: nothing.into(),
         velocity_sigma_mps: nothing.into(),
         attitude_sigma_rad: nothing,
