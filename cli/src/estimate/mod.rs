@@ -149,7 +149,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let drifts = drifts(solutions, &outages, reference.as_ref());
 
     let remark = format!("From {} by hovernav {}.", log.display(), env!("CARGO_PKG_VERSION"));
-    emit::estimator(&config, &remark, &arguments.emit, out)?;
+    emit::estimator(&config, dataset.manifest.imu.notch, &remark, &arguments.emit, out)?;
     let mut summary = RunSummary::new(log, &dataset, &run, !smoothed.is_empty());
     dataset.ensure_read()?;
     if arguments.smooth && smoothed.is_empty() {
