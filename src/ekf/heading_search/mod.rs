@@ -176,8 +176,8 @@ impl<T: Scalar> HeadingSearch<T> {
     #[inline(never)]
     fn predict_all(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         let mut verdict = Prediction::Stepped;
-        let samples = self.filter.samples;
-        let mut watched = samples;
+        let Samples { integrator, force_sum, .. } = self.filter.samples;
+        let mut watched = self.filter.samples;
         let before: Cursor<T> = self.filter.history.cursor();
         let mut forgotten = false;
         for sector in self.sectors.iter_mut().flatten() {
@@ -188,7 +188,6 @@ impl<T: Scalar> HeadingSearch<T> {
             verdict = filter.predict(sample)?;
             if watched.watched != filter.samples.watched {
                 // What the first has found the others need not look for; what they integrate is their own.
-                let (integrator, force_sum) = (samples.integrator, samples.force_sum);
                 watched = Samples { integrator, force_sum, ..filter.samples };
             }
             filter.update_at_rest(&mut ());
