@@ -113,11 +113,13 @@ impl HeadingSearch {
 
 impl<T: Scalar> HeadingSearch<T> {
     /// A search that is still to start.
-    pub(super) const fn unstarted(mut config: EkfConfig, mounting: Mounting) -> Self {
+    // As a part of its caller it is put together where the caller keeps it; so are its own parts.
+    #[inline(always)]
+    pub(super) fn unstarted(mut config: EkfConfig, mounting: Mounting) -> Self {
         // A sector keeps no sum of steps: the filter that goes from one to the next propagates at every sample.
         config.imu.covariance_interval_s = 0.0;
         Self {
-            sectors: [const { None }; SECTORS],
+            sectors: core::array::from_fn(|_| None),
             filter: Ekf::unstarted(config, mounting),
             last_fix: None,
             waiting: None,
@@ -125,7 +127,7 @@ impl<T: Scalar> HeadingSearch<T> {
             sample_s: 0.0,
             fast: false,
             borne_out: None,
-            monitor: Monitor::NONE,
+            monitor: Monitor::none(),
         }
     }
 
