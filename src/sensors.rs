@@ -187,6 +187,7 @@ impl Sensors {
     /// when the time that the last call returned was reached without any. Returns until when to
     /// read next.
     pub fn dmu(&mut self, mut bytes: &[u8], now: Time, mut emit: impl FnMut(SensorOutput)) -> Time {
+        // Turns: at most one for each byte held or handed in: each takes a packet.
         while let Some(received) = self.link.next_packet(&mut bytes, now) {
             self.packet(&received, now, &mut emit);
         }
@@ -233,6 +234,7 @@ impl Sensors {
         {
             self.fix(fix, &mut emit);
         }
+        // Turns: at most one for each byte held or handed in, and one for a fix that was ready.
         while let Some(fix) = self.receiver.read(&mut bytes, arrival) {
             self.fix(fix, &mut emit);
         }

@@ -318,6 +318,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
                 injected: vec![sticks],
                 imu,
                 imu_file: None,
+                controls_file: None,
                 fixes,
                 order: Vec::new(),
                 warnings: Vec::new(),

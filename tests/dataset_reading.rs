@@ -355,64 +355,6 @@ fn sticks_in_percent_are_refused_with_the_unit_that_is_expected() {
 }
 
 #[test]
-fn a_configuration_overrides_key_by_key() {
-    let dir = directory(&[
-        (
-            "dataset.toml",
-            "name = 'a'\ndate = 2025-07-08\n[imu]\nlever_arm_m = [1, 2, 3]\nrate_hz = 50\n[filter]\ngate = 5\nq = 1\n",
-        ),
-        (
-            "config.toml",
-            "[imu]\nrate_hz = 60\ncolour = 'red'\n[filter]\ngate = 6\n[solution]\npoint = 'imu'\n",
-        ),
-    ]);
-    let (manifest, _) = Manifest::read(&dir.path().join("dataset.toml")).unwrap();
-    let (merged, warnings) = manifest.merged_with(&dir.path().join("config.toml")).unwrap();
-    assert_eq!(warnings, ["config.toml: key imu.colour is not known and has no effect"]);
-    assert_eq!(merged.name, "a");
-    assert_eq!(merged.date.unwrap().to_string(), "2025-07-08");
-    assert_eq!(
-        (merged.imu.rate_hz, merged.imu.lever_arm_m.to_array()),
-        (Some(60.0), [1.0, 2.0, 3.0])
-    );
-    assert_eq!(merged.filter.to_string(), "gate = 6\nq = 1\n");
-    assert_eq!(merged.solution.point, Point::Imu);
-    assert_eq!(merged.reference, manifest.reference);
-}
-
-#[test]
-fn a_manifest_that_cannot_be_true_is_refused_with_its_line() {
-    for (text, expected) in [
-        (
-            "name = 'a'\n[imu]\nlever_arm_m = [nan, 0, 0]\n",
-            "dataset.toml:3: found [NaN, 0.0, 0.0], expected metres within ±100",
-        ),
-        ("[imu]\nlever_arm_m = [1, 2]\n", "dataset.toml:2: "),
-        (
-            "[gps]\n\nlatency_s = 'late'\n",
-            "dataset.toml:3: invalid type: string \"late\", expected f64",
-        ),
-        ("[gps]\nlatency_s = 99\n", "dataset.toml:2: found 99, expected a number from -10 to 10"),
-        (
-            "[imu]\ngyro_bias_sigma_degps = -1\n",
-            "dataset.toml:2: found -1, expected a number above 0",
-        ),
-        ("[imu]\nheading_reference = 'grid'\n", "dataset.toml:2: unknown variant `grid`"),
-        (
-            "[solution]\npoint = 'antenna'\n",
-            "dataset.toml:2: found \"antenna\", expected \"cg\" or \"imu\"",
-        ),
-        ("date = 'yesterday'\n", "dataset.toml:1: expected a date such as 2025-07-08"),
-        ("name = \n", "dataset.toml:1: "),
-        ("[imu\n", "dataset.toml:1: "),
-    ] {
-        let error =
-            open(&[("imu.csv", &imu_at(&["1"])), ("dataset.toml", text)]).unwrap_err().to_string();
-        assert!(error.contains(expected) && !error.contains('\n'), "{error}");
-    }
-}
-
-#[test]
 fn every_shared_dataset_is_read() {
     let shared = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/datasets"));
     if !shared.is_dir() {

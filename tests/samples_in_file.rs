@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::{Dataset, Finding, Keep, Run};
+use hovernav::time::Time;
+use hovernav_log::{Dataset, Finding, Keep, Reference, Run};
 
 fn heli_hover() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")
@@ -193,4 +194,121 @@ fn a_file_that_is_changed_in_use_is_told_of() {
     fs::write(&path, format!("{text}400,0,0,0,0,0,-9.8,0,0,0,0.2,0.1,0.3\n")).unwrap();
     assert_eq!(dataset.samples().count(), 9_899);
     dataset.ensure_read().unwrap();
+}
+
+/// A dataset whose `file` holds `text`, beside the flight's samples and fixes.
+fn with(file: &str, text: &str) -> tempfile::TempDir {
+    let place = changed(|_, row| format!("{row}\n"));
+    fs::write(place.path().join(file), text).unwrap();
+    place
+}
+
+/// `file` of the flight with every row made what `change` makes of it, by its number.
+fn rows_of(file: &str, change: impl Fn(usize, &str) -> String) -> String {
+    let text = fs::read_to_string(heli_hover().join(file)).unwrap();
+    text.lines().enumerate().map(|(number, row)| change(number, row)).collect()
+}
+
+/// What may be wrong with a table, as changes of its rows; its first column is the time.
+fn damages() -> [Change; 4] {
+    let plain = |row: &str| format!("{row}\n");
+    [
+        Box::new(move |_, row| plain(row)),
+        Box::new(move |number, row| match number {
+            0 => plain(row),
+            _ if number % 7 == 0 => plain(row) + &plain(row),
+            _ if number % 11 == 5 => {
+                row.split(',').next().unwrap().to_owned() + &",".repeat(15) + "\n"
+            }
+            4000..4100 => String::new(),
+            _ => plain(row),
+        }),
+        Box::new(move |number, row| match number {
+            500 | 501 | 2000 => later(row, 30.0),
+            3000..3020 => later(row, -20.0),
+            _ => plain(row),
+        }),
+        Box::new(move |number, row| match number {
+            1..4 => later(row, -9_000.0),
+            _ => plain(row),
+        }),
+    ]
+}
+
+#[test]
+fn sticks_in_their_file_are_those_in_memory() {
+    for change in damages() {
+        let place = with("controls.csv", &rows_of("controls.csv", change));
+        let [whole, left] = both(place.path());
+        assert!(left.controls.is_empty() && left.controls_file.is_some());
+        assert!(whole.controls.len() > 8_000 && whole.controls_file.is_none());
+        let mut found = Vec::new();
+        left.each_control(|time, sticks| found.push((time, sticks))).unwrap();
+        assert_eq!(found, whole.controls);
+        assert_eq!(left.warnings, whole.warnings);
+        let [one, other] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        whole.write(one.path(), &[]).unwrap();
+        left.write(other.path(), &[]).unwrap();
+        let [one, other] =
+            [one, other].map(|dir| fs::read(dir.path().join("controls.csv")).unwrap());
+        assert!(one == other);
+    }
+}
+
+#[test]
+fn sticks_that_are_changed_in_use_are_told_of() {
+    let text = rows_of("controls.csv", |_, row| format!("{row}\n"));
+    let place = with("controls.csv", &text);
+    let [_, left] = both(place.path());
+    let path = place.path().join("controls.csv");
+    fs::write(&path, format!("{text}400,0,0,0,0\n")).unwrap();
+    let mut count = 0;
+    left.each_control(|_, _| count += 1).unwrap();
+    assert_eq!(count, 9_899);
+    for half in [&text[..text.len() / 2], ""] {
+        fs::write(&path, half).unwrap();
+        assert!(left.each_control(|_, _| ()).is_err());
+    }
+    fs::remove_file(&path).unwrap();
+    let error = left.each_control(|_, _| ()).unwrap_err().to_string();
+    assert!(error.contains("controls.csv: the file was changed while it was in use"), "{error}");
+}
+
+#[test]
+fn a_reference_read_for_some_moments_is_the_whole_one_there() {
+    // Attitude once a second, velocity with a gap, and no velocity in body axes at all.
+    let sparse: Change = Box::new(|number, row| {
+        let mut fields: Vec<&str> = row.split(',').collect();
+        if number > 0 {
+            if number % 33 != 0 {
+                fields[7..10].fill("");
+            }
+            if (2_000..2_100).contains(&number) {
+                fields[4..7].fill("nan");
+            }
+            fields[10..13].fill("");
+        }
+        fields.join(",") + "\n"
+    });
+    for change in damages().into_iter().chain([sparse]) {
+        let place = with("reference.csv", &rows_of("reference.csv", change));
+        let manifest = Dataset::open(place.path()).unwrap().manifest;
+        let whole = Reference::open(place.path(), &manifest).unwrap().unwrap();
+        // On rows, between them, in gaps, before the first and after the last.
+        let times = |step_ns: i64| {
+            (-500_000_000..310_000_000_000).step_by(step_ns as usize).map(Time::from_nanoseconds)
+        };
+        for moments in [times(30_303_030).collect(), times(5_000_000_000).collect(), Vec::new()] {
+            let part = Reference::open_at(place.path(), &manifest, &moments).unwrap().unwrap();
+            assert_eq!(part.warnings, whole.warnings);
+            for moment in moments {
+                let [a, b] = [&part, &whole].map(|reference| {
+                    let at = reference.at(moment);
+                    let all = [at.position, at.velocity_mps, at.attitude_rad, at.body_velocity_mps];
+                    all.map(|of| of.map(f64::to_bits))
+                });
+                assert_eq!(a, b, "{moment}");
+            }
+        }
+    }
 }

@@ -11,6 +11,12 @@ const BESIDE: u64 = 64 << 20;
 
 /// Opens `log`, unless that and what is made of it take more memory than is free: so many times the log's own.
 pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
+    check(log, options, times)?;
+    Ok(hovernav_formats::open(log, options)?)
+}
+
+/// Refuses `log` where to read it and what is made of it take more memory than is free.
+pub fn check(log: &Path, options: &Options, times: u64) -> anyhow::Result<()> {
     let (needed, free) = (times * hovernav_formats::bytes_of(log, options)?, free_bytes());
     ensure!(
         needed <= free,
@@ -20,7 +26,7 @@ pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
         needed as f64 / 1e9,
         free as f64 / 1e9
     );
-    Ok(hovernav_formats::open(log, options)?)
+    Ok(())
 }
 
 /// Refuses to smooth what the memory that is free will not hold, before it is begun.

@@ -43,6 +43,26 @@ fn an_estimate_of_a_record_says_that_it_is_what_flew() {
     assert!(summary(&out)["flown"].is_null());
 }
 
+/// Without memory for it nothing is read, and both numbers are told.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_record_that_memory_will_not_hold_is_not_reported_on() {
+    let (place, path) = recorded("large");
+    let record = fs::OpenOptions::new().write(true).open(&path).expect("the record");
+    record.set_len(1 << 30).expect("room for nothing");
+    let out = place.join("out");
+    let command = "ulimit -v 200000; exec \"$0\" report \"$1\" --out \"$2\"";
+    let program = env!("CARGO_BIN_EXE_hovernav");
+    let run = std::process::Command::new("sh")
+        .args(["-c", command, program, text(&path), text(&out)])
+        .output()
+        .expect("a shell");
+    let message = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert_eq!(run.status.code(), Some(1), "{message}");
+    let told = "to read it takes about 2.15 GB of memory, found 0.";
+    assert!(message.contains(told) && !out.exists(), "{message}");
+}
+
 #[test]
 fn info_tells_of_sensors_losses_and_events() {
     let (_, path) = recorded("info");

@@ -9,13 +9,17 @@
 //     static _Alignas(HOVERNAV_ALIGNMENT) unsigned char memory[HOVERNAV_SIZE];
 //
 //     HovernavConfig config;
-//     hovernav_default_config(&config, HOVERNAV_ABI);
+//     if (hovernav_default_config(&config, HOVERNAV_ABI) != HOVERNAV_STATUS_OK)
+//         return complain("the library is not this header's");
 //     config.antenna_lever_arm_m[0] = -0.35;            // 35 cm behind the centre of gravity
 //
 //     Hovernav *nav;
-//     HovernavFault fault;
-//     if (hovernav_create(memory, sizeof memory, &config, &fault, &nav) != HOVERNAV_STATUS_OK)
+//     HovernavFault fault;                              // written where a value is out of range
+//     HovernavStatus status = hovernav_create(memory, sizeof memory, &config, &fault, &nav);
+//     if (status == HOVERNAV_STATUS_OUT_OF_RANGE)
 //         return report(fault.what, fault.found, fault.expected);
+//     if (status != HOVERNAV_STATUS_OK)
+//         return complain(hovernav_status_text(status));
 //
 //     for (;;) {                                        // the loop of a flight computer
 //         HovernavImuSample sample = {.time_ns = now, .gyro = {p, q, r}, .accel = {x, y, z}};

@@ -1,7 +1,7 @@
 //! An object's beginning and end, and what the library is.
 
 use core::ffi::{c_char, c_void};
-use core::mem::{align_of, size_of};
+use core::mem::{MaybeUninit, align_of, size_of};
 
 use hovernav::autopilot::HealthMonitor;
 use hovernav::ekf::Estimator;
@@ -9,7 +9,7 @@ use hovernav::ekf::Estimator;
 use crate::access::{input, object, optional, output};
 use crate::object::{Flight, HOVERNAV_ABI, Hovernav, MARK};
 use crate::queue::NoticeQueue;
-use crate::settings::Config;
+use crate::settings::{Checked, Config};
 use crate::status::{Fault, Status};
 
 /// Bytes of memory that an object of this library takes: at most HOVERNAV_SIZE.
@@ -72,23 +72,28 @@ pub unsafe extern "C" fn hovernav_create(
             return Err(Status::MemoryTooSmall);
         }
         let config = config.checked().map_err(|wrong| Status::refuse(wrong, fault))?;
-        // SAFETY: not null, aligned and large enough, and the caller's to give away.
-        unsafe {
-            place.write(Hovernav {
-                mark: MARK,
-                lines: None,
-                flight: Flight {
-                    estimator: Estimator::new(config.estimator),
-                    monitor: HealthMonitor::new(config.health),
-                    autopilot: None,
-                    notices: NoticeQueue::default(),
-                },
-            });
-        }
+        // SAFETY: not null, aligned and large enough, and the caller's to give away; it need not hold anything.
+        make(unsafe { &mut *place.cast() }, &config);
         created.write(place);
         Ok(())
     };
     Status::of(create())
+}
+
+/// Makes an object in its memory. In a frame of its own the compiler sees that the memory is nobody else's, and puts the
+/// object together there and not on the stack.
+#[inline(never)]
+fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
+    memory.write(Hovernav {
+        mark: MARK,
+        lines: None,
+        flight: Flight {
+            estimator: Estimator::new(config.estimator),
+            monitor: HealthMonitor::new(config.health),
+            autopilot: None,
+            notices: NoticeQueue::default(),
+        },
+    });
 }
 
 /// Ends an object: its memory is the caller's again, and its address is no object any more. Null is

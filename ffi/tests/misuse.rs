@@ -90,6 +90,18 @@ fn creation_finds_null_small_and_misaligned_memory() {
 }
 
 #[test]
+fn an_object_is_made_in_its_memory_and_never_stands_on_the_stack_as_a_whole() {
+    let mut memory = Memory::new();
+    // More would end the process.
+    let little = std::thread::Builder::new().stack_size(24 << 10);
+    std::thread::scope(|scope| {
+        let made = little.spawn_scoped(scope, || create(&mut memory).is_null()).unwrap();
+        assert!(!made.join().unwrap());
+    });
+    assert!(hovernav_size() > 24 << 10);
+}
+
+#[test]
 fn a_wrong_setting_is_named_with_what_was_found_and_expected() {
     let mut wrong = config();
     wrong.imu.gap_s = -1.0;

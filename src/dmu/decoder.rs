@@ -140,6 +140,8 @@ impl Decoder {
     /// The next packet. Takes what it needs from the front of `bytes`; `None` means that all of them
     /// were taken and that no packet is complete.
     pub fn next_packet(&mut self, bytes: &mut &[u8]) -> Option<Received> {
+        // Turns: at most two for each byte held or handed in: each takes in, skips or delivers one or more, as the
+        // buffer is longer than the two packets that it may wait for.
         loop {
             match self.advance() {
                 Advance::Found(packet) => return Some(self.deliver(packet)),

@@ -119,6 +119,8 @@ const HELD: usize = 4;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// An estimator that has seen nothing yet.
+    // As a part of its caller it is put together where the caller keeps it, and not on the stack to be copied.
+    #[inline(always)]
     #[must_use]
     pub fn new(config: EstimatorConfig) -> Self {
         Self {

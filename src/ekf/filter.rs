@@ -109,6 +109,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// A filter that knows nothing yet, to be [`restart`](Self::restart)ed.
+    // As a part of its caller it is put together where the caller keeps it.
+    #[inline(always)]
     pub(super) const fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
         const { assert!(layout::is_sound::<L, N>(), "the layout breaks its rules") };
         Self {

@@ -257,6 +257,7 @@ impl<T: Scalar> History<T> {
         let mut travel_m = Vector::ZERO;
         let mut entries = self.newest_first();
         let mut change = Change::default();
+        // Turns: at most CAPACITY, one an entry.
         while let Some(entry) = entries.next() {
             back.angular_rate_radps = entry.motion.rotation_rad * (T::ONE / entry.interval_s);
             let left_s: T = back.state.time.seconds_since(time);

@@ -57,13 +57,13 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
             section(
                 "cycle",
                 "The flight loop",
-                "How many of all cycles took longer: decode, estimate, control, servos, telemetry, record.",
+                "How many of a million cycles took longer: decode, estimate, control, servos, telemetry, record.",
                 [&report.cycle],
             ),
             section(
                 "steps",
                 "The filter's steps, 26 states",
-                "How many of all calls took longer.",
+                "How many of a million calls took longer.",
                 report.steps.iter().filter(|timed| {
                     timed.states == 26
                         && ["inertial step", "fix: position and velocity", "attitude"]
@@ -97,7 +97,8 @@ fn section<'a>(
         .into_iter()
         .zip(roles)
         .map(curve)
-        .fold(Row { logarithmic: true, ..Row::new("longer, of a million", "") }, Row::with);
+        // Short enough for one line beside numbers of six digits.
+        .fold(Row { logarithmic: true, ..Row::new("of a million", "") }, Row::with);
     Section::new(anchor, title, explanation)
         .with(Figure::against(Axis::logarithmic("time", "µs"), [row]))
 }

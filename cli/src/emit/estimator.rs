@@ -4,26 +4,34 @@ use std::path::Path;
 
 use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::{Body, Vector};
+use hovernav::imu::NotchConfig;
 use hovernav::ins::HeadingSource;
 use serde_json::{Value, to_value};
 
 use super::language::{assignments, comment, number};
 use super::{Form, write};
 
-/// Writes `config` into `directory`, as `estimator` with the ending of each form.
+/// Writes `config`, and the notch that stands before the estimator, into `directory`, as `estimator` with the ending
+/// of each form.
 pub fn estimator(
     config: &EstimatorConfig,
+    notch: Option<NotchConfig>,
     remark: &str,
     forms: &[Form],
     directory: &Path,
 ) -> anyhow::Result<()> {
-    write(forms, directory, "estimator", |form| bytes(config, remark, form))
+    write(forms, directory, "estimator", |form| bytes(config, notch, remark, form))
 }
 
-pub(super) fn bytes(config: &EstimatorConfig, remark: &str, form: Form) -> anyhow::Result<Vec<u8>> {
+pub(super) fn bytes(
+    config: &EstimatorConfig,
+    notch: Option<NotchConfig>,
+    remark: &str,
+    form: Form,
+) -> anyhow::Result<Vec<u8>> {
     Ok(match form {
-        Form::Rust => rust(config, remark)?.into_bytes(),
-        Form::C => c(config, remark)?.into_bytes(),
+        Form::Rust => rust(config, notch, remark)?.into_bytes(),
+        Form::C => c(config, notch, remark)?.into_bytes(),
         Form::Postcard => {
             let (alignment, ekf) = (&config.alignment, &config.ekf);
             postcard::to_allocvec(&(
@@ -40,6 +48,7 @@ pub(super) fn bytes(config: &EstimatorConfig, remark: &str, form: Form) -> anyho
                     alignment.baseline_m.map(Vector::to_array),
                     config.antenna_heading,
                 ),
+                notch,
             ))?
         }
     })
@@ -67,7 +76,22 @@ fn alignment(place: &str, config: &EstimatorConfig) -> anyhow::Result<String> {
     Ok(assignments(place, &value))
 }
 
-fn rust(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
+/// A line for each setting of a notch, assigned to its place below `place`.
+fn notch_lines(place: &str, notch: &NotchConfig) -> String {
+    let [frequency, width, least] =
+        [notch.frequency_hz, notch.width_hz, notch.least_hz].map(number);
+    format!(
+        "    {place}.frequency_hz = {frequency};\n    {place}.width_hz = {width};\n    \
+         {place}.harmonics = {};\n    {place}.least_hz = {least};\n",
+        notch.harmonics
+    )
+}
+
+fn rust(
+    config: &EstimatorConfig,
+    notch: Option<NotchConfig>,
+    remark: &str,
+) -> anyhow::Result<String> {
     let vector = |vector: Vector<Body>| {
         let [x, y, z] = vector.to_array().map(number);
         format!("Vector::new({x}, {y}, {z})")
@@ -109,17 +133,27 @@ fn rust(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
     // Without a source of its own, the settings need no name for one.
     let source =
         if config.alignment.heading.is_some() { "use hovernav::ins::HeadingSource;\n" } else { "" };
+    let notch = notch.map_or_else(
+        || "    None\n".to_owned(),
+        |notch| {
+            let lines = notch_lines("notch", &notch);
+            format!("    let mut notch = NotchConfig::default();\n{lines}    Some(notch)\n")
+        },
+    );
     let remark = comment(remark);
     Ok(format!(
         "{remark}\n\n\
-         use hovernav::ekf::EstimatorConfig;\nuse hovernav::frames::Vector;\n{source}\n\
+         use hovernav::ekf::EstimatorConfig;\nuse hovernav::frames::Vector;\n\
+         use hovernav::imu::NotchConfig;\n{source}\n\
          /// The whole configuration.\n\
          pub fn estimator() -> EstimatorConfig {{\n    \
-         let mut config = EstimatorConfig::default();\n{lines}    config\n}}\n"
+         let mut config = EstimatorConfig::default();\n{lines}    config\n}}\n\n\
+         /// What each inertial sample goes through before the estimator, by a `Notch`; `None` if nothing.\n\
+         pub fn notch() -> Option<NotchConfig> {{\n{notch}}}\n"
     ))
 }
 
-fn c(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
+fn c(config: &EstimatorConfig, notch: Option<NotchConfig>, remark: &str) -> anyhow::Result<String> {
     let mut lines = String::new();
     for (name, arm) in [
         ("imu_lever_arm_m", config.mounting.imu_lever_arm_m),
@@ -160,8 +194,15 @@ fn c(config: &EstimatorConfig, remark: &str) -> anyhow::Result<String> {
     let heading = to_value(config.antenna_heading)?;
     lines += &assignments("config->second_antenna.model", &heading);
     let remark = comment(remark);
+    let notch = notch.map_or_else(String::new, |notch| {
+        format!(
+            "// The settings also have a notch at {} Hz, which hovernav.h knows nothing of: without it these samples\n\
+             // are not what the estimate was made from.\n\n",
+            notch.frequency_hz
+        )
+    });
     Ok(format!(
-        "{remark}\n\n\
+        "{remark}\n\n{notch}\
          #ifndef HOVERNAV_ESTIMATOR_H\n#define HOVERNAV_ESTIMATOR_H\n\n\
          #include <hovernav.h>\n\n\
          // Fills in the whole configuration.\n\

@@ -1,9 +1,10 @@
 use hovernav::autopilot::{Gains, HoverConfig};
 use hovernav::ekf::{
-    Aiding, AttitudeModel, BaroModel, EstimatorConfig, GateConfig, GpsModel, ImuModel,
-    MagnetometerModel,
+    Aiding, AntennaHeadingModel, AttitudeModel, BaroModel, EstimatorConfig, GateConfig, GpsModel,
+    ImuModel, MagnetometerModel, RangeModel,
 };
 use hovernav::frames::Vector;
+use hovernav::imu::NotchConfig;
 use hovernav::ins::{AlignmentConfig, HeadingSource};
 
 use super::Form;
@@ -28,6 +29,10 @@ fn estimator() -> EstimatorConfig {
     config
 }
 
+fn notch() -> NotchConfig {
+    NotchConfig::at_hz(70.0 / 3.0).with_harmonics(2)
+}
+
 fn text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap()
 }
@@ -38,10 +43,13 @@ fn postcard_reads_back_as_the_same_configuration() {
     assert_eq!(postcard::from_bytes::<HoverConfig>(&bytes).unwrap(), hover());
 
     type Models = (ImuModel, GpsModel, AttitudeModel, MagnetometerModel, BaroModel, GateConfig);
-    type Parts = ([f64; 3], [f64; 3], (f64, f64), AlignmentConfig, Models, Aiding);
-    let bytes = super::estimator::bytes(&estimator(), "", Form::Postcard).unwrap();
-    let (imu, _, (_, declination_rad), alignment, models, aiding): Parts =
+    type Arm = [f64; 3];
+    type Aids = (Arm, Arm, RangeModel, Option<Arm>, AntennaHeadingModel);
+    type Parts = (Arm, Arm, (f64, f64), AlignmentConfig, Models, Aiding, Aids, Option<NotchConfig>);
+    let bytes = super::estimator::bytes(&estimator(), Some(notch()), "", Form::Postcard).unwrap();
+    let (imu, _, (_, declination_rad), alignment, models, aiding, _, read): Parts =
         postcard::from_bytes(&bytes).unwrap();
+    assert_eq!(read, Some(notch()));
     assert_eq!((imu, declination_rad), ([0.1, -0.2, 0.3], 1.0 / 3.0));
     assert_eq!(alignment.heading, Some(HeadingSource::Course));
     assert_eq!((models.5, aiding), (estimator().ekf.gate, estimator().aiding));
@@ -54,11 +62,29 @@ fn numbers_keep_every_bit_in_rust_and_c() {
         for number in ["0.03333333333333333", "-0.1", "0.04285714285714286"] {
             assert!(hover.contains(number), "{number}: {hover}");
         }
-        let estimator = text(super::estimator::bytes(&estimator(), "", form).unwrap());
+        let estimator =
+            text(super::estimator::bytes(&estimator(), Some(notch()), "", form).unwrap());
         for number in ["0.3333333333333333", "gate.sigmas = 4.5;"] {
             assert!(estimator.contains(number), "{number}: {estimator}");
         }
     }
+}
+
+#[test]
+fn the_notch_before_the_estimator_is_told_whole() {
+    let told = |notch| text(super::estimator::bytes(&estimator(), notch, "", Form::Rust).unwrap());
+    let with = told(Some(notch()));
+    for line in [
+        "pub fn notch() -> Option<NotchConfig> {",
+        "    notch.frequency_hz = 23.333333333333332;",
+        "    notch.width_hz = 4.0;",
+        "    notch.harmonics = 2;",
+        "    notch.least_hz = 6.0;",
+        "    Some(notch)",
+    ] {
+        assert!(with.lines().any(|found| found == line), "{line}: {with}");
+    }
+    assert!(told(None).ends_with("pub fn notch() -> Option<NotchConfig> {\n    None\n}\n"));
 }
 
 const HEADER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../ffi/include");
@@ -90,7 +116,10 @@ fn headers_are_c_and_cpp_whatever_they_are_made_of() {
     let remark = "By\n#error a name of two lines";
     for (name, bytes) in [
         ("autopilot", super::autopilot::bytes(&hover(), remark, Form::C).unwrap()),
-        ("estimator", super::estimator::bytes(&estimator(), remark, Form::C).unwrap()),
+        (
+            "estimator",
+            super::estimator::bytes(&estimator(), Some(notch()), remark, Form::C).unwrap(),
+        ),
     ] {
         let header = place.path().join(format!("{name}.h"));
         std::fs::write(&header, bytes).unwrap();

@@ -79,8 +79,8 @@ fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("found \"{text}\", expected a number of hertz above 0"))
 }
 
-/// Of a longer log the inertial samples stay in their file, and are read anew whenever they are gone over: 36 MB,
-/// two hours at 33 Hz.
+/// Of a longer log the inertial samples stay in their file, and so do the sticks, and are read anew whenever they are
+/// gone over: 36 MB of samples, two hours at 33 Hz.
 const SAMPLES_IN_MEMORY: usize = 1 << 18;
 
 /// Samples between two steps of the bar.
@@ -133,9 +133,14 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     );
 
     let judging = Working::on("judging");
+    let mut moments: Vec<Time> =
+        run.solutions.iter().chain(&smoothed).map(|solution| solution.time).collect();
+    moments.sort_unstable();
     let reference = match format {
         // A mapping's directory may have one, too.
-        Format::Dataset | Format::Text if log.is_dir() => Reference::open(log, &dataset.manifest)?,
+        Format::Dataset | Format::Text if log.is_dir() => {
+            Reference::open_at(log, &dataset.manifest, &moments)?
+        }
         _ => None,
     };
     let first_imu = dataset.sample_span().map_or(Time::ZERO, |(first, _)| first);
@@ -144,7 +149,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let drifts = drifts(solutions, &outages, reference.as_ref());
 
     let remark = format!("From {} by hovernav {}.", log.display(), env!("CARGO_PKG_VERSION"));
-    emit::estimator(&config, &remark, &arguments.emit, out)?;
+    emit::estimator(&config, dataset.manifest.imu.notch, &remark, &arguments.emit, out)?;
     let mut summary = RunSummary::new(log, &dataset, &run, !smoothed.is_empty());
     dataset.ensure_read()?;
     if arguments.smooth && smoothed.is_empty() {
@@ -178,7 +183,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
             onboard: onboard.as_ref(),
             log: Some(&dataset),
             baro: &dataset.baro,
-            controls: &dataset.controls,
+            sticks: &flight_page::sticks(&dataset)?,
             notices: &run.notices,
             findings: &summary.findings,
         };

@@ -4,7 +4,8 @@ use hovernav::ekf::{Innovation, Notice, Solution};
 use hovernav::gps::Fix;
 use hovernav::time::Time;
 use hovernav_formats::Onboard;
-use hovernav_log::{Dataset, Finding, Outage, Reference, ReferenceMoment, Run, Score};
+use hovernav_log::statistics::Extremes;
+use hovernav_log::{Dataset, Finding, LogError, Outage, Reference, ReferenceMoment, Run, Score};
 
 use crate::page::Fact;
 
@@ -40,8 +41,8 @@ pub struct FlightData<'a> {
     pub log: Option<&'a Dataset>,
     /// Barometric heights, m.
     pub baro: &'a [(Time, f64)],
-    /// Stick positions: lateral, longitudinal, collective, pedal.
-    pub controls: &'a [(Time, [f64; 4])],
+    /// The sticks, from [`sticks`].
+    pub sticks: &'a [Vec<(Time, f64)>],
     /// What the estimator reported.
     pub notices: &'a [Notice],
     /// What happened in the run, as spans.
@@ -66,6 +67,20 @@ pub fn innovations(run: &Run) -> Vec<Innovation> {
         _ => None,
     });
     reports.flat_map(|report| report.innovations().copied()).collect()
+}
+
+/// The sticks of `dataset`, lateral, longitudinal, collective and pedal, each over time as far as a page shows it;
+/// nothing where there are none.
+pub fn sticks(dataset: &Dataset) -> Result<Vec<Vec<(Time, f64)>>, LogError> {
+    let mut sticks = <[Extremes<Time>; 4]>::default();
+    dataset.each_control(|time, positions| {
+        for (stick, position) in sticks.iter_mut().zip(positions) {
+            stick.push((time, position));
+        }
+    })?;
+    let mut sticks: Vec<_> = sticks.into_iter().map(Extremes::finish).collect();
+    sticks.retain(|points| !points.is_empty());
+    Ok(sticks)
 }
 
 /// The reference at the moments of the solution; nothing where there is no reference.

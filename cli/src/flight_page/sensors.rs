@@ -20,7 +20,7 @@ pub fn sections(data: &FlightData<'_>, raw: Option<&Raw>, clock: Clock) -> Vec<S
     if let Some(raw) = raw {
         sections.push(intervals(data, raw, clock));
     }
-    if !data.controls.is_empty() {
+    if !data.sticks.is_empty() {
         sections.push(sticks(data, clock));
     }
     sections
@@ -125,10 +125,10 @@ fn intervals(data: &FlightData<'_>, raw: &Raw, clock: Clock) -> Section {
 }
 
 fn sticks(data: &FlightData<'_>, clock: Clock) -> Section {
-    let time: Vec<f64> = data.controls.iter().map(|(time, _)| clock.seconds(*time)).collect();
     let names = ["Lateral", "Longitudinal", "Collective", "Pedal"];
-    let rows = names.into_iter().enumerate().map(|(stick, name)| {
-        let values: Vec<f64> = data.controls.iter().map(|(_, sticks)| sticks[stick]).collect();
+    let rows = names.into_iter().zip(data.sticks).map(|(name, points)| {
+        let (time, values): (Vec<f64>, Vec<f64>) =
+            points.iter().map(|&(time, value)| (clock.seconds(time), value)).unzip();
         Row::new(name, "").with(Series::line(Role::Input, &time, &values, None).named("Stick"))
     });
     Section::new(

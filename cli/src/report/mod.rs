@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::ensure;
+use hovernav_formats::Options;
 use hovernav_log::LogError;
 use hovernav_log::record::Record;
 
 use self::page::RecordPage;
 use self::summary::RecordSummary;
-use crate::output;
-use crate::summary::fixes_of;
+use crate::{memory, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -32,6 +32,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let reason = reason.to_owned();
         return Err(LogError::Unusable { path: path.clone(), reason }.into());
     }
+    memory::check(path, &Options::default(), 1)?;
     let working = output::Working::on("replaying");
     let record = Record::open(path)?;
     let dataset = record.dataset()?;
@@ -43,7 +44,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .clone()
         .unwrap_or_else(|| Path::new("out").join(format!("{}-report", output::name_of(path))));
     output::create(&out)?;
-    let fixes = fixes_of(&replayed);
+    let fixes = replayed.fixes_compared;
     let mut summary = RecordSummary::new(path, &record, &dataset, reproduction, sticks, fixes);
     RecordPage { record: &record, summary: &summary }.write(&out.join("report.html"))?;
     summary.wall_s = started.elapsed().as_secs_f64();

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::Dataset;
 use hovernav_log::record::{Cycle, Level, Record, Reproduction, StickReproduction};
+use hovernav_log::{Dataset, FixTally};
 use serde::Serialize;
 
 use crate::page::Fact;
@@ -63,7 +63,7 @@ impl RecordSummary {
         dataset: &Dataset,
         reproduction: Reproduction,
         sticks: Option<StickReproduction>,
-        (gps_fixes_used, gps_fixes_rejected): (usize, usize),
+        fixes: FixTally,
     ) -> Self {
         let modes = spans(record);
         let flown = || modes.iter().filter(|span| span.mode != "manual");
@@ -82,8 +82,8 @@ impl RecordSummary {
             duration_s: record.end - record.header.start,
             wall_s: 0.0,
             imu_samples: dataset.imu.len(),
-            gps_fixes_used,
-            gps_fixes_rejected,
+            gps_fixes_used: fixes.used,
+            gps_fixes_rejected: fixes.rejected,
             gps_fixes: dataset.fixes.len(),
             is_ended: record.is_ended,
             replay: in_words(reproduction, sticks),

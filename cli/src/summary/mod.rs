@@ -4,4 +4,4 @@ mod reproduction;
 mod run;
 mod words;
 
-pub use run::{OutageDrift, RunSummary, fixes_of};
+pub use run::{OutageDrift, RunSummary};

@@ -7,7 +7,8 @@ use hovernav::ekf::{Notice, Verdict};
 use hovernav::ins::HeadingSource;
 use hovernav_formats::{InnovationSizes, OnboardDifference};
 use hovernav_log::{
-    AxisScore, ChannelTally, Dataset, Finding, Run, Score, Statistics, UnusedReadings, sentences,
+    AxisScore, ChannelTally, Dataset, Finding, FixTally, Run, Score, Statistics, UnusedReadings,
+    sentences,
 };
 use serde::Serialize;
 
@@ -108,18 +109,6 @@ pub struct OutageDrift {
     pub max_horizontal_m: Option<f64>,
 }
 
-/// Fixes of which something was used, and of which something was refused.
-pub fn fixes_of(run: &Run) -> (usize, usize) {
-    let updates = run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => Some(report),
-        _ => None,
-    });
-    let of_gps = updates.filter(|report| report.innovations().any(|axis| axis.channel.is_of_fix()));
-    of_gps.fold((0, 0), |(used, rejected), report| {
-        (used + usize::from(report.any_accepted()), rejected + usize::from(report.any_rejected()))
-    })
-}
-
 impl RunSummary {
     /// What a run over `dataset` gave; scores and times are still to come.
     pub fn new(input: &Path, dataset: &Dataset, run: &Run, smoothed: bool) -> Self {
@@ -158,6 +147,12 @@ impl RunSummary {
                 "page, scores and findings rest on {kept} of {all} solutions, evenly thinned"
             ));
         }
+        if run.fixes_left_out > 0 {
+            summary.notes.push(format!(
+                "page and findings leave out {} comparisons of fixes that were accepted, evenly; all are counted",
+                run.fixes_left_out
+            ));
+        }
         if run.comparisons_left_out > 0 {
             summary.notes.push(format!(
                 "the page leaves out {} comparisons of aids that were accepted, evenly; all are counted",
@@ -169,7 +164,8 @@ impl RunSummary {
     }
 
     fn add_notices(&mut self, run: &Run) {
-        (self.gps_fixes_used, self.gps_fixes_rejected) = fixes_of(run);
+        let FixTally { used, rejected } = run.fixes_compared;
+        (self.gps_fixes_used, self.gps_fixes_rejected) = (used, rejected);
         for notice in &run.notices {
             match notice {
                 Notice::Aligned(alignment) => {

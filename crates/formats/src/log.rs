@@ -21,8 +21,8 @@ pub struct Options {
     /// Which topic of a ROS 2 log has the receiver's own velocity, by its name, or `none`; unless given, one
     /// that names a receiver, shares the fixes' frame or has a message for each fix.
     pub velocity: Option<String>,
-    /// How many inertial samples of a dataset directory are held in memory, at most: of more, all stay in their
-    /// file, see [`Dataset::open_within`]. Unless given, all are in memory, as those of any other format are.
+    /// How many inertial samples of a dataset directory, and rows of its `controls.csv`, are held in memory, at most:
+    /// of more, all stay in their file, see [`Dataset::open_within`]. Unless given, all are in memory, as those of any other format are.
     pub samples_in_memory: Option<usize>,
 }
 

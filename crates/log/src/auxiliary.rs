@@ -1,6 +1,5 @@
-//! `baro.csv`, `mag.csv` and `controls.csv`: what may lie beside the inertial unit and the GPS.
+//! `baro.csv` and `mag.csv`: what may lie beside the inertial unit and the GPS.
 
-use std::cell::Cell;
 use std::path::Path;
 
 use crate::clock::Rows;
@@ -8,17 +7,12 @@ use crate::error::LogError;
 use crate::imu::{MAGNETIC, STRONGEST_FIELD_GAUSS};
 use crate::remarks::Remarks;
 use crate::table::Table;
-use hovernav::controls::Sticks;
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
 
 pub(crate) const BARO_FILE: &str = "baro.csv";
 pub(crate) const MAG_FILE: &str = "mag.csv";
-pub(crate) const CONTROLS_FILE: &str = "controls.csv";
 pub(crate) const ALTITUDE: &str = "altitude_m";
-pub(crate) const CONTROLS: [&str; 4] = Sticks::NAMES;
-pub(crate) const INJECTED: [&str; 4] =
-    ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
 
 /// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level;
 /// `None` outside the troposphere's 22 632 Pa to 11 km, and the like below −2 km (127 774 Pa).
@@ -67,64 +61,6 @@ pub(crate) fn read_magnetometer(
     read_timed(table, MAG_FILE, columns, warnings, |field| {
         field.iter().all(|component| component.abs() <= STRONGEST_FIELD_GAUSS).then(|| field.into())
     })
-}
-
-/// The sticks, and what of them was injected where the file tells.
-#[derive(Default)]
-pub(crate) struct ControlRows {
-    pub sticks: Vec<(Time, [f64; 4])>,
-    /// As many as `sticks`, or none.
-    pub injected: Vec<[f64; 4]>,
-}
-
-pub(crate) fn read_controls(
-    dir: &Path,
-    warnings: &mut Vec<String>,
-) -> Result<ControlRows, LogError> {
-    let Some(mut table) = Table::open(dir, CONTROLS_FILE)? else {
-        return Ok(ControlRows::default());
-    };
-    let sticks = table.require(CONTROLS)?;
-    let path = table.path().to_path_buf();
-    let (beyond, largest) = (Cell::new(0_usize), Cell::new(0.0_f64));
-    // Trim may lie off centre, so a full stroke from it may exceed 1, but never 2.
-    let is_possible = |values: &[f64]| {
-        let most = values.iter().fold(0.0, |most, stick| stick.abs().max(most));
-        largest.set(largest.get().max(most));
-        beyond.set(beyond.get() + usize::from(most > 2.0));
-        most <= 2.0
-    };
-    // A damaged row now and then is left out; more is another unit.
-    let in_unit = |rows: usize| {
-        let (beyond, largest) = (beyond.get(), largest.get());
-        if beyond <= 10 || 100 * beyond <= rows + beyond {
-            return Ok(());
-        }
-        let reason = format!(
-            "sticks up to {largest:.0} in {beyond} of {} rows, expected fractions of full travel, −1 to 1, \
-             not percent or microseconds",
-            rows + beyond
-        );
-        Err(LogError::Unusable { path: path.clone(), reason })
-    };
-    let Some(injected) = table.find(INJECTED) else {
-        let rows = read_timed(table, CONTROLS_FILE, sticks, warnings, |sticks| {
-            is_possible(&sticks).then_some(sticks)
-        })?;
-        in_unit(rows.len())?;
-        return Ok(ControlRows { sticks: rows, injected: Vec::new() });
-    };
-    let columns: [usize; 8] =
-        std::array::from_fn(|place| if place < 4 { sticks[place] } else { injected[place - 4] });
-    let rows = read_timed(table, CONTROLS_FILE, columns, warnings, |row| {
-        is_possible(&row).then_some(row)
-    })?;
-    in_unit(rows.len())?;
-    let (sticks, injected) = rows
-        .into_iter()
-        .map(|(time, [a, b, c, d, e, f, g, h])| ((time, [a, b, c, d]), [e, f, g, h]))
-        .unzip();
-    Ok(ControlRows { sticks, injected })
 }
 
 /// All rows whose numbers are known and make a `value`, in time order.

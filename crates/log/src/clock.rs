@@ -260,9 +260,9 @@ pub(crate) fn gaps(times: &[Time]) -> Vec<Gap> {
 const SHORTEST_GAP_S: f64 = 0.2;
 
 /// [`gaps`], time by time.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Gaps {
-    last: Option<Time>,
+    pub last: Option<Time>,
     pub intervals: Distribution,
     /// Those that may be: no more than five a second, however fast the sensor is.
     long: Vec<Gap>,

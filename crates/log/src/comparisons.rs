@@ -29,7 +29,26 @@ impl ChannelTally {
     }
 }
 
-/// Which routine comparisons stay among the notices of a run: at most 32 768 of each aid, evenly thinned.
+/// What became of all fixes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FixTally {
+    /// Of how many anything corrected the state.
+    pub used: usize,
+    /// Of how many a gate refused anything.
+    pub rejected: usize,
+}
+
+impl FixTally {
+    pub(crate) fn count(&mut self, report: &Report) {
+        if report.innovations().any(|axis| axis.channel.is_of_fix()) {
+            self.used += usize::from(report.any_accepted());
+            self.rejected += usize::from(report.any_rejected());
+        }
+    }
+}
+
+/// Which routine comparisons stay among the notices of a run: at most 65 536 of fixes and 32 768 of each other
+/// aid, evenly thinned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Thinning(BTreeMap<Channel, Aid>);
 
@@ -41,7 +60,8 @@ struct Aid {
     kept: usize,
 }
 
-/// An even number, so that halves stay even.
+/// Even numbers, so that halves stay even. An hour of fixes at 18 Hz are as many.
+const MOST_OF_FIXES: usize = 1 << 16;
 const MOST: usize = 1 << 15;
 
 impl Thinning {
@@ -53,14 +73,15 @@ impl Thinning {
         if !index.is_multiple_of(aid.stride) {
             return false;
         }
-        if aid.kept == MOST {
+        let most = if channel.is_of_fix() { MOST_OF_FIXES } else { MOST };
+        if aid.kept == most {
             let mut nth = 0;
             notices.retain(|notice| {
                 let is_of_aid = routine(notice) == Some(channel);
                 nth += usize::from(is_of_aid);
                 !is_of_aid || nth % 2 == 1
             });
-            aid.kept = MOST / 2;
+            aid.kept = most / 2;
             aid.stride *= 2;
         }
         aid.kept += 1;
@@ -68,12 +89,11 @@ impl Thinning {
     }
 }
 
-/// The first channel of a comparison of which nothing is to be told: an aid other than the receiver, accepted as
-/// a whole.
+/// The first channel of a comparison of which nothing is to be told: accepted as a whole.
 pub(crate) fn routine(notice: &Notice) -> Option<Channel> {
     let Notice::Updated(report) = notice else { return None };
     let first = report.innovations().next()?.channel;
     let is_accepted = report.innovations().all(|axis| axis.verdict == Verdict::Accepted);
     let is_remarkable = report.biases_were_doubted() || report.covariance_was_reset();
-    (is_accepted && !is_remarkable && !first.is_of_fix()).then_some(first)
+    (is_accepted && !is_remarkable).then_some(first)
 }

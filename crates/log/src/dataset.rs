@@ -1,5 +1,7 @@
 //! A recorded flight in memory.
 
+use crate::controls::ControlFile;
+use crate::error::LogError;
 use crate::manifest::Manifest;
 use crate::sample_file::SampleFile;
 use hovernav::event::RangeReading;
@@ -52,6 +54,9 @@ pub struct Dataset {
     /// What of each of the [`controls`](Self::controls) is a test input, injected beside whoever flies, in
     /// their order; empty where none was flown. In `controls.csv` they are `injected_lateral` and so on.
     pub injected: Vec<[f64; 4]>,
+    /// Where the two before are while there are too many rows of them, and both are empty: see
+    /// [`open_within`](Self::open_within). Whoever goes over [`each_control`](Self::each_control) gets either.
+    pub controls_file: Option<ControlFile>,
     /// Which sensor's event came next, from the first to the last, as a flight record has it. Where
     /// it does not list as many as there are, events are taken in the order of their times.
     pub order: Vec<Source>,
@@ -60,4 +65,20 @@ pub struct Dataset {
     /// What was chosen or taken for granted while reading, with nothing wrong: one plain sentence
     /// each.
     pub notes: Vec<String>,
+}
+
+impl Dataset {
+    /// Hands the [`controls`](Self::controls) to `each`, one after another, from memory or from their file.
+    ///
+    /// # Errors
+    /// A file that was changed since the dataset was opened, or that the system no longer gives.
+    pub fn each_control(&self, mut each: impl FnMut(Time, [f64; 4])) -> Result<(), LogError> {
+        match &self.controls_file {
+            Some(file) => file.each(each),
+            None => {
+                self.controls.iter().for_each(|&(time, sticks)| each(time, sticks));
+                Ok(())
+            }
+        }
+    }
 }

@@ -127,6 +127,12 @@ impl LogError {
         move |source| Self::Io { path: path.to_path_buf(), source }
     }
 
+    /// The file `path` is no longer what it was when it was opened.
+    pub(crate) fn changed(path: PathBuf) -> Self {
+        let reason = "the file was changed while it was in use, expected it to stay as it is";
+        Self::Unusable { path, reason: reason.into() }
+    }
+
     /// What is wrong with `path` at byte `offset`, from 0.
     #[must_use]
     pub fn bytes(path: &Path, offset: usize, reason: String) -> Self {

@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::axes::Reading;
 use crate::clock::Gaps;
 use crate::error::LogError;
+use crate::ordered::TimedRows;
 use crate::records::Place;
 use crate::remarks::Remarks;
 use crate::table::{Row, Table};
@@ -67,17 +68,6 @@ impl ImuRows {
         Ok(Self { table, columns, remarks })
     }
 
-    /// The next row that holds a sample, with its line.
-    pub fn next(&mut self) -> Result<Option<(u64, ImuSample)>, LogError> {
-        while let Some(row) = self.table.next(&mut self.remarks)? {
-            match self.columns.sample(&row)? {
-                Ok(sample) => return Ok(Some((row.line, sample))),
-                Err(why) => self.remarks.count(why, row.line),
-            }
-        }
-        Ok(None)
-    }
-
     /// Where the row that was read last begins.
     pub fn place(&self) -> Place {
         self.table.place()
@@ -88,9 +78,31 @@ impl ImuRows {
         self.table.resume(place)?;
         self.next().map(drop)
     }
+}
 
-    pub fn path(&self) -> &Path {
+impl TimedRows for ImuRows {
+    type Row = ImuSample;
+
+    fn next(&mut self) -> Result<Option<(u64, ImuSample)>, LogError> {
+        while let Some(row) = self.table.next(&mut self.remarks)? {
+            match self.columns.sample(&row)? {
+                Ok(sample) => return Ok(Some((row.line, sample))),
+                Err(why) => self.remarks.count(why, row.line),
+            }
+        }
+        Ok(None)
+    }
+
+    fn time(sample: &ImuSample) -> Time {
+        sample.time
+    }
+
+    fn path(&self) -> &Path {
         self.table.path()
+    }
+
+    fn remarks(&mut self) -> &mut Remarks {
+        &mut self.remarks
     }
 }
 
@@ -192,17 +204,17 @@ fn is_within(values: [f64; 3], largest: f64) -> bool {
 
 /// Says where `samples`, found at `lines`, have gaps, and where the unit was stuck.
 pub fn remark_faults(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks) {
-    let mut faults = Faults::default();
+    let (mut faults, mut gaps) = (Faults::default(), Gaps::default());
     for (sample, line) in samples.iter().zip(lines) {
         faults.push(*line, sample, remarks.place());
+        gaps.push(sample.time);
     }
-    faults.remark(remarks);
+    faults.remark(&gaps, remarks);
 }
 
-/// Where samples are missing, and where the unit was stuck, sample by sample.
+/// Where the unit was stuck, sample by sample.
 #[derive(Debug, Default)]
 pub(crate) struct Faults {
-    pub gaps: Gaps,
     run: Option<Repeated>,
     stuck: Vec<String>,
 }
@@ -219,7 +231,6 @@ struct Repeated {
 impl Faults {
     /// Takes in the sample found at `line`, or at what `place` calls it.
     pub fn push(&mut self, line: u64, sample: &ImuSample, place: &str) {
-        self.gaps.push(sample.time);
         match &mut self.run {
             // Runs are of neighbours that are alike, so the last is like the first.
             Some(run) if run.first.motion == sample.motion => {
@@ -244,10 +255,10 @@ impl Faults {
         }
     }
 
-    /// Says what was found: the samples stay, and the filter coasts across.
-    pub fn remark(mut self, remarks: &mut Remarks) {
+    /// Says what was found, and where samples are missing: those there stay, and the filter coasts across.
+    pub fn remark(mut self, gaps: &Gaps, remarks: &mut Remarks) {
         self.end_run(remarks.place());
-        let gaps = self.gaps.found();
+        let gaps = gaps.found();
         for gap in gaps.iter().take(GAPS_NAMED) {
             remarks.say(format!("gap of {:.3} s after {}", gap.length_s, gap.after));
         }

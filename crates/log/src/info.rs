@@ -62,6 +62,9 @@ impl fmt::Display for Info<'_> {
 
 /// The sensors present, by name, with the times of their samples.
 pub(crate) fn sensors(dataset: &Dataset) -> Vec<(&'static str, Vec<Time>)> {
+    let mut controls = Vec::new();
+    // Of a file that can no longer be read, those before.
+    dataset.each_control(|time, _| controls.push(time)).ok();
     let mut sensors = vec![
         ("imu", dataset.samples().map(|sample| sample.time).collect::<Vec<_>>()),
         ("gps", dataset.fixes.iter().map(|fix| fix.time).collect()),
@@ -70,7 +73,7 @@ pub(crate) fn sensors(dataset: &Dataset) -> Vec<(&'static str, Vec<Time>)> {
         ("second antenna", dataset.headings.iter().map(|heading| heading.time).collect()),
         ("rangefinder", dataset.ranges.iter().map(|reading| reading.time).collect()),
         ("rotor", dataset.rotor.iter().map(|row| row.0).collect()),
-        ("controls", dataset.controls.iter().map(|row| row.0).collect()),
+        ("controls", controls),
     ];
     sensors.retain(|(_, times)| !times.is_empty());
     sensors

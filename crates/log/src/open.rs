@@ -7,11 +7,11 @@ use crate::error::LogError;
 use crate::manifest::{MANIFEST_FILE, Manifest};
 use crate::record::Record;
 use crate::sample_file::{self, Opened};
-use crate::{aids, auxiliary, gps};
+use crate::{aids, auxiliary, controls, gps};
 use hovernav_toml::TomlError;
 
 /// The dataset that `log` is, a directory or a flight record, and the record itself if it is one. Of a directory
-/// at most `most` inertial samples are held in memory: see [`Dataset::open_within`].
+/// at most `most` inertial samples and rows of controls are held in memory: see [`Dataset::open_within`].
 ///
 /// # Errors
 /// [`LogError`] where the log cannot be read, with file and line or byte.
@@ -38,11 +38,11 @@ impl Dataset {
         Self::open_within(log, usize::MAX)
     }
 
-    /// [`open`](Self::open), a directory's inertial samples left in their file where there are more than `most`:
-    /// the memory that the dataset takes does not grow with them. Each time that they are gone over the file is
-    /// read anew, so it has to stay as it is.
+    /// [`open`](Self::open), a directory's inertial samples left in their file where there are more than `most`,
+    /// and so the rows of `controls.csv`: the memory that the dataset takes does not grow with them. Each time that
+    /// they are gone over the file is read anew, so it has to stay as it is.
     ///
-    /// Where time goes back in the file, the times of all rows are in memory while it is opened.
+    /// Where time goes back in a file, the times of all rows are in memory while it is opened.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -89,7 +89,7 @@ impl Dataset {
         let headings = aids::read_headings(dir, &mut warnings)?;
         let ranges = aids::read_ranges(dir, &mut warnings)?;
         let rotor = aids::read_rotor(dir, &mut warnings)?;
-        let controls = auxiliary::read_controls(dir, &mut warnings)?;
+        let controls = controls::read(dir, most, &mut warnings)?;
         Ok(Self {
             manifest,
             imu,
@@ -102,6 +102,7 @@ impl Dataset {
             rotor,
             controls: controls.sticks,
             injected: controls.injected,
+            controls_file: controls.file,
             warnings,
             ..Self::default()
         })

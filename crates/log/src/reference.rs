@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use crate::clock::{Rows, median_interval_s};
 use crate::error::LogError;
 use crate::gps::{POSITION, VELOCITY};
 use crate::imu::ATTITUDE;
 use crate::manifest::Manifest;
+use crate::ordered::{self, Gathered, TimedRows};
 use crate::remarks::Remarks;
+use crate::series::{Series, SeriesAt};
 use crate::table::Table;
 use crate::trajectory::Trajectory;
 use hovernav::earth::Geodetic;
@@ -34,10 +35,6 @@ pub(crate) const COLUMNS: [&str; 16] = [
     "q_radps",
     "r_radps",
 ];
-
-/// Longer stretches between reference rows are not interpolated, s, unless three median intervals
-/// are longer still.
-const LONGEST_GAP_S: f64 = 0.5;
 
 /// The motion a solution is scored against, in time order, each quantity with times of its own.
 #[derive(Clone, Debug)]
@@ -80,46 +77,52 @@ impl Reference {
     /// # Errors
     /// As [`Dataset::open`](crate::Dataset::open), for `reference.csv`.
     pub fn open(dir: &Path, manifest: &Manifest) -> Result<Option<Self>, LogError> {
-        let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
-        let mut remarks = Remarks::new(FILE);
-        let [time] = table.require(["t_s"])?;
-        let columns: Vec<Option<usize>> =
-            COLUMNS[1..13].iter().map(|name| table.find([name]).map(|[column]| column)).collect();
-        table.remark_unused(&COLUMNS, &mut remarks);
-        let mut rows = Rows::new();
-        while let Some(row) = table.next(&mut remarks)? {
-            let Some(time) = row.time(time)? else {
-                remarks.count("left out: no time", row.line);
-                continue;
-            };
-            let mut values = [f64::NAN; 12];
-            for (value, column) in values.iter_mut().zip(&columns) {
-                if let Some(column) = *column {
-                    *value = row.number(column)?;
-                }
-            }
-            rows.push(row.line, (time, values));
+        Self::read(dir, manifest, None)
+    }
+
+    /// [`open`](Self::open), in memory no more of it than what it takes to say where it was at the `moments`, in
+    /// order of time: at any other it says nothing, or too little.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_at(
+        dir: &Path,
+        manifest: &Manifest,
+        moments: &[Time],
+    ) -> Result<Option<Self>, LogError> {
+        Self::read(dir, manifest, Some(moments))
+    }
+
+    fn read(
+        dir: &Path,
+        manifest: &Manifest,
+        moments: Option<&[Time]>,
+    ) -> Result<Option<Self>, LogError> {
+        if ReferenceRows::open(dir)?.is_none() {
+            return Ok(None);
         }
-        let (rows, _) = rows.in_time_order(|row| row.0, table.path(), &mut remarks)?;
-        if rows.is_empty() {
-            remarks.say("holds no usable row".into());
+        let path = dir.join(FILE);
+        let Gathered { made, mut rows, .. } = ordered::gather(
+            || ReferenceRows::open(dir)?.ok_or_else(|| LogError::changed(path.clone())),
+            || Quantities::at(moments),
+            |quantities, _, (time, values)| quantities.push(time, values),
+        )?;
+        let Quantities { position, velocity, attitude, body_velocity, count } = made;
+        if count == 0 {
+            rows.remarks().say("holds no usable row".into());
         }
         let point = manifest.lever_arm_m(manifest.reference.point);
         Ok(Some(Self {
-            position: Series::of(&rows, |[lat, lon, height, ..]| {
-                [lat.to_radians(), lon.to_radians(), height]
-            }),
-            velocity: Series::of(&rows, |[_, _, _, vn, ve, vd, ..]| [vn, ve, vd]),
-            attitude: Series::of(&rows, |[_, _, _, _, _, _, roll, pitch, yaw, ..]| {
-                [roll, pitch, yaw].map(f64::to_radians)
-            }),
-            body_velocity: Series::of(&rows, |[.., u, v, w]| [u, v, w]),
+            position: position.finish(),
+            velocity: velocity.finish(),
+            attitude: attitude.finish(),
+            body_velocity: body_velocity.finish(),
             from_solution_point_m: point - manifest.lever_arm_m(manifest.solution.point),
             skip_s: manifest.reference.skip_s,
             position_sigma_m: manifest.reference.position_sigma_m,
             velocity_sigma_mps: manifest.reference.velocity_sigma_mps,
             attitude_sigma_deg: manifest.reference.attitude_sigma_deg,
-            warnings: remarks.into_warnings().collect(),
+            warnings: rows.remarks.into_warnings().collect(),
         }))
     }
 
@@ -128,7 +131,9 @@ impl Reference {
     pub fn of_trajectory(trajectory: &Trajectory) -> Self {
         let of = |pick: &dyn Fn(&Solution) -> [f64; 3]| {
             let rows = trajectory.solutions.iter();
-            Series::new(rows.map(|solution| (solution.time, pick(solution))))
+            let mut series = SeriesAt::new(None);
+            rows.for_each(|solution| series.push(solution.time, pick(solution)));
+            series.finish()
         };
         Self {
             position: of(&|solution| {
@@ -170,43 +175,85 @@ impl Reference {
     }
 }
 
-/// Three components over time; NaN where one is unknown.
-#[derive(Clone, Debug)]
-struct Series {
-    times: Vec<Time>,
-    values: Vec<[f64; 3]>,
-    longest_gap_s: f64,
+/// The rows of `reference.csv`, read forward: each with the twelve quantities behind its time, NaN where one is
+/// not known.
+struct ReferenceRows {
+    table: Table,
+    time: usize,
+    columns: Vec<Option<usize>>,
+    remarks: Remarks,
 }
 
-impl Series {
-    fn of(rows: &[(Time, [f64; 12])], pick: impl Fn([f64; 12]) -> [f64; 3]) -> Self {
-        Self::new(rows.iter().map(|(time, row)| (*time, pick(*row))))
+impl ReferenceRows {
+    /// Opens `reference.csv` of `dir`; `None` where there is no such file.
+    fn open(dir: &Path) -> Result<Option<Self>, LogError> {
+        let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
+        let [time] = table.require(["t_s"])?;
+        let columns: Vec<Option<usize>> =
+            COLUMNS[1..13].iter().map(|name| table.find([name]).map(|[column]| column)).collect();
+        let mut remarks = Remarks::new(FILE);
+        table.remark_unused(&COLUMNS, &mut remarks);
+        Ok(Some(Self { table, time, columns, remarks }))
+    }
+}
+
+impl TimedRows for ReferenceRows {
+    type Row = (Time, [f64; 12]);
+
+    fn next(&mut self) -> Result<Option<(u64, Self::Row)>, LogError> {
+        while let Some(row) = self.table.next(&mut self.remarks)? {
+            let Some(time) = row.time(self.time)? else {
+                self.remarks.count("left out: no time", row.line);
+                continue;
+            };
+            let mut values = [f64::NAN; 12];
+            for (value, column) in values.iter_mut().zip(&self.columns) {
+                if let Some(column) = *column {
+                    *value = row.number(column)?;
+                }
+            }
+            return Ok(Some((row.line, (time, values))));
+        }
+        Ok(None)
     }
 
-    fn new(rows: impl Iterator<Item = (Time, [f64; 3])>) -> Self {
-        let (times, values): (Vec<Time>, Vec<[f64; 3]>) =
-            rows.filter(|(_, values)| values.iter().any(|value| value.is_finite())).unzip();
-        let longest_gap_s = LONGEST_GAP_S.max(3.0 * median_interval_s(&times).unwrap_or(0.0));
-        Self { times, values, longest_gap_s }
+    fn time(row: &Self::Row) -> Time {
+        row.0
     }
 
-    fn at(
-        &self,
-        time: Time,
-        interpolate: impl Fn([f64; 3], [f64; 3], f64) -> [f64; 3],
-    ) -> [f64; 3] {
-        const UNKNOWN: [f64; 3] = [f64::NAN; 3];
-        let next = self.times.partition_point(|known| *known <= time);
-        let Some(last) = next.checked_sub(1) else { return UNKNOWN };
-        if self.times[last] == time {
-            return self.values[last];
-        }
-        let Some(&end) = self.times.get(next) else { return UNKNOWN };
-        let interval_s = end - self.times[last];
-        if interval_s > self.longest_gap_s {
-            return UNKNOWN;
-        }
-        interpolate(self.values[last], self.values[next], (time - self.times[last]) / interval_s)
+    fn path(&self) -> &Path {
+        self.table.path()
+    }
+
+    fn remarks(&mut self) -> &mut Remarks {
+        &mut self.remarks
+    }
+}
+
+/// What the rows are gathered into.
+struct Quantities<'a> {
+    position: SeriesAt<'a>,
+    velocity: SeriesAt<'a>,
+    attitude: SeriesAt<'a>,
+    body_velocity: SeriesAt<'a>,
+    /// Rows so far.
+    count: usize,
+}
+
+impl<'a> Quantities<'a> {
+    fn at(moments: Option<&'a [Time]>) -> Self {
+        let [position, velocity, attitude, body_velocity] =
+            std::array::from_fn(|_| SeriesAt::new(moments));
+        Self { position, velocity, attitude, body_velocity, count: 0 }
+    }
+
+    fn push(&mut self, time: Time, values: [f64; 12]) {
+        let [lat, lon, height, vn, ve, vd, roll, pitch, yaw, u, v, w] = values;
+        self.position.push(time, [lat.to_radians(), lon.to_radians(), height]);
+        self.velocity.push(time, [vn, ve, vd]);
+        self.attitude.push(time, [roll, pitch, yaw].map(f64::to_radians));
+        self.body_velocity.push(time, [u, v, w]);
+        self.count += 1;
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use serde::Serialize;
 
-use crate::comparisons::{ChannelTally, Thinning, routine};
+use crate::comparisons::{ChannelTally, FixTally, Thinning, routine};
 use crate::dataset::{Dataset, Source};
 use crate::kept::{Keep, Kept};
 use hovernav::ekf::layout::{Full, Layout as _};
@@ -39,12 +39,16 @@ pub struct Run {
     pub solutions: Vec<Solution>,
     /// How many were not.
     pub solutions_left_out: usize,
-    /// What the estimator reported, in order, but for readings left out by design. Of the comparisons of aids
-    /// other than the receiver that were accepted as a matter of course, at most 32 768 of each, evenly thinned,
-    /// where solutions are ([`Keep::Thinned`]).
+    /// What the estimator reported, in order, but for readings left out by design. Of the comparisons that were
+    /// accepted as a matter of course, at most 65 536 of fixes and 32 768 of each other aid, evenly thinned, where
+    /// solutions are ([`Keep::Thinned`]).
     pub notices: Vec<Notice>,
-    /// How many comparisons are not among the notices.
+    /// How many comparisons of fixes are not among the notices.
+    pub fixes_left_out: usize,
+    /// How many comparisons of other aids are not.
     pub comparisons_left_out: usize,
+    /// Fixes of which anything corrected the state, and of which anything was refused.
+    pub fixes_compared: FixTally,
     /// What became of all comparisons, by the channel's name.
     pub channels: BTreeMap<&'static str, ChannelTally>,
     /// Readings that could not be used for a fault of theirs, each a notice too.
@@ -108,11 +112,16 @@ impl Run {
         }
         if let Notice::Updated(report) = &notice {
             ChannelTally::count(&mut self.channels, report);
+            self.fixes_compared.count(report);
         }
         if let (Some(thinning), Some(channel)) = (&mut self.thinning, routine(&notice)) {
             let kept = self.notices.len();
             let takes = thinning.takes(channel, &mut self.notices);
-            self.comparisons_left_out += kept - self.notices.len() + usize::from(!takes);
+            let left_out = kept - self.notices.len() + usize::from(!takes);
+            match channel.is_of_fix() {
+                true => self.fixes_left_out += left_out,
+                false => self.comparisons_left_out += left_out,
+            }
             if !takes {
                 return;
             }

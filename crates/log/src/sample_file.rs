@@ -4,15 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::axes::Reading;
-use crate::clock::{FirstLook, looked_again};
 use crate::error::LogError;
 use crate::imu::{Faults, ImuRows};
+use crate::ordered::{self, Gathered, Passing, TimedRows as _};
 use crate::overview::Overview;
 use crate::records::Place;
-use crate::remarks::Remarks;
 use crate::table::rows_of;
 use hovernav::imu::ImuSample;
-use hovernav::time::Time;
 
 /// The inertial samples of an `imu.csv` that was read once to its end: what is to be left out is known, the
 /// samples themselves are read anew by whoever goes over them.
@@ -47,67 +45,31 @@ pub(crate) fn open(
     most: usize,
     warnings: &mut Vec<String>,
 ) -> Result<Opened, LogError> {
-    let mut rows = ImuRows::open(dir, reading)?;
-    let (mut look, mut gathered) = (FirstLook::default(), Gathered::new(dir, most));
-    while let Some((line, sample)) = rows.next()? {
-        if look.push(line, sample.time) {
-            gathered.push(line, &sample);
-        }
-    }
-    let path = rows.path().to_path_buf();
-    let mut remarks = rows.remarks;
-    let left_out = match look.left_out(&mut remarks) {
-        Some(left_out) => left_out,
-        None => disordered(dir, reading, &path, &mut remarks)?,
-    };
-    let mut shared = Shared {
-        dir: dir.into(),
-        reading,
-        left_out,
-        overview: Overview::default(),
-        failure: Mutex::default(),
-    };
-    if !shared.left_out.is_empty() {
-        gathered = Gathered::new(dir, most);
-        let mut again = FromFile::of(&shared, &[]);
-        while let Some((line, sample)) = again.read()? {
-            gathered.push(line, &sample);
-        }
-    }
-    if gathered.overview.count == 0 {
+    let Gathered { made, left_out, rows } = ordered::gather(
+        || ImuRows::open(dir, reading),
+        || FirstReading::new(dir, most),
+        |made, line, sample| made.push(line, &sample),
+    )?;
+    let FirstReading { samples, faults, overview, .. } = made;
+    let (path, mut remarks) = (rows.path().to_path_buf(), rows.remarks);
+    if overview.count == 0 {
         let reason = match remarks.summary() {
             none if none.is_empty() => "no rows below the header".to_string(),
             summary => format!("no usable row: {summary}"),
         };
         return Err(LogError::Unusable { path, reason });
     }
-    gathered.faults.remark(&mut remarks);
+    faults.remark(&overview.gaps, &mut remarks);
     warnings.extend(remarks.into_warnings());
-    shared.overview = gathered.overview;
-    Ok(match gathered.samples {
+    let shared = Shared { dir: dir.into(), reading, left_out, overview, failure: Mutex::default() };
+    Ok(match samples {
         Some(samples) => Opened::InMemory(samples),
         None => Opened::InFile(SampleFile { shared: Arc::new(shared), turned: Vec::new() }),
     })
 }
 
-/// Which rows to leave out where time goes back: the times of all of them decide.
-fn disordered(
-    dir: &Path,
-    reading: Reading,
-    path: &Path,
-    remarks: &mut Remarks,
-) -> Result<Vec<usize>, LogError> {
-    let (mut times, mut lines) = (Vec::new(), Vec::new());
-    let mut rows = ImuRows::open(dir, reading)?;
-    while let Some((line, sample)) = rows.next()? {
-        times.push(sample.time);
-        lines.push(line);
-    }
-    looked_again(&times, &lines, path, remarks)
-}
-
 /// What one reading of the samples gathers.
-struct Gathered {
+struct FirstReading {
     most: usize,
     /// `None` where there are too many.
     samples: Option<Vec<ImuSample>>,
@@ -115,7 +77,7 @@ struct Gathered {
     overview: Overview,
 }
 
-impl Gathered {
+impl FirstReading {
     fn new(dir: &Path, most: usize) -> Self {
         // Room for all at once: a vector that grows holds twice what is in it. What seems too much is not begun.
         let expected = usize::try_from(rows_of(&dir.join(crate::imu::FILE))).unwrap_or(usize::MAX);
@@ -168,17 +130,13 @@ pub(crate) struct FromFile<'a> {
     rows: Option<ImuRows>,
     /// Where the row that was read last begins.
     place: Option<Place>,
-    /// Rows read, and the time of the last.
-    read: usize,
-    last: Option<Time>,
-    /// How many of those left out were passed.
-    passed: usize,
+    passing: Passing,
     given: usize,
 }
 
 impl<'a> FromFile<'a> {
     fn of(shared: &'a Shared, turned: &'a [Reading]) -> Self {
-        Self { shared, turned, rows: None, place: None, read: 0, last: None, passed: 0, given: 0 }
+        Self { shared, turned, rows: None, place: None, passing: Passing::default(), given: 0 }
     }
 
     /// The next sample and its line.
@@ -192,17 +150,8 @@ impl<'a> FromFile<'a> {
         }
         let Some(rows) = &mut self.rows else { return Ok(None) };
         while let Some((line, sample)) = rows.next()? {
-            let index = self.read;
-            self.read += 1;
             self.place = Some(rows.place());
-            if self.last.replace(sample.time) == Some(sample.time) {
-                continue;
-            }
-            let left_out = &self.shared.left_out;
-            while left_out.get(self.passed).is_some_and(|&left_out| left_out < index) {
-                self.passed += 1;
-            }
-            if left_out.get(self.passed) != Some(&index) {
+            if self.passing.stays(sample.time, &self.shared.left_out) {
                 self.given += 1;
                 return Ok(Some((line, sample)));
             }
@@ -217,10 +166,7 @@ impl<'a> FromFile<'a> {
 
     /// Keeps why there are no more samples, though there were when the file was opened.
     fn fail(&self, error: Option<LogError>) {
-        let changed = || LogError::Unusable {
-            path: self.shared.dir.join(crate::imu::FILE),
-            reason: "the file was changed while it was in use, expected it to stay as it is".into(),
-        };
+        let changed = || LogError::changed(self.shared.dir.join(crate::imu::FILE));
         let mut failure = self.shared.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.get_or_insert_with(|| error.unwrap_or_else(changed));
     }
@@ -236,8 +182,9 @@ impl Iterator for FromFile<'_> {
             return None;
         }
         let found = self.read();
-        let is_as_before =
-            |sample: &ImuSample| self.given < overview.count || overview.last == Some(sample.time);
+        let is_as_before = |sample: &ImuSample| {
+            self.given < overview.count || overview.gaps.last == Some(sample.time)
+        };
         match found {
             Ok(Some((_, sample))) if is_as_before(&sample) => {
                 Some(self.turned.iter().fold(sample, |sample, reading| reading.applied(sample)))

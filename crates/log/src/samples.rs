@@ -59,7 +59,7 @@ impl Dataset {
     #[must_use]
     pub fn sample_span(&self) -> Option<(Time, Time)> {
         match &self.imu_file {
-            Some(file) => Some((file.overview().first?.time, file.overview().last?)),
+            Some(file) => Some((file.overview().first?.time, file.overview().gaps.last?)),
             None => Some((self.imu.first()?.time, self.imu.last()?.time)),
         }
     }
@@ -75,7 +75,7 @@ impl Dataset {
     /// The usual interval between inertial samples, s: the median; `None` of fewer than two.
     #[must_use]
     pub fn sample_interval_s(&self) -> Option<f64> {
-        self.overview().intervals.quantile(0.5)
+        self.overview().gaps.intervals.quantile(0.5)
     }
 
     /// Whether all samples were there whenever they were gone over.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::dataset::Dataset;
 use crate::table::rows_of;
-use crate::{aids, auxiliary, gps, imu};
+use crate::{aids, auxiliary, controls, gps, imu};
 use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
@@ -27,12 +27,13 @@ impl Dataset {
             (aids::HEADING_FILE, size_of::<AntennaHeading>()),
             (aids::RANGE_FILE, size_of::<RangeReading>()),
             (aids::ROTOR_FILE, size_of::<(Time, f64)>()),
-            (auxiliary::CONTROLS_FILE, size_of::<(Time, [f64; 8])>()),
         ];
         let bytes =
             |(file, row): (&str, usize)| rows_of(&dir.join(file)) * (row + BESIDE_A_ROW) as u64;
-        let samples = rows_of(&dir.join(imu::FILE)).min(most as u64);
-        tables.into_iter().map(bytes).sum::<u64>() + samples * size_of::<ImuSample>() as u64
+        let within = |file, row: usize| rows_of(&dir.join(file)).min(most as u64) * row as u64;
+        tables.into_iter().map(bytes).sum::<u64>()
+            + within(imu::FILE, size_of::<ImuSample>())
+            + within(controls::FILE, size_of::<(Time, [f64; 8])>())
     }
 }
 
@@ -47,7 +48,8 @@ mod tests {
         let rows = rows_of(&dir.join(imu::FILE));
         assert!((9_700..10_100).contains(&rows), "{rows}");
         let samples = rows * size_of::<ImuSample>() as u64;
-        assert_eq!(whole - Dataset::bytes_of(&dir, 0), samples);
+        let sticks = rows_of(&dir.join(controls::FILE)) * size_of::<(Time, [f64; 8])>() as u64;
+        assert_eq!(whole - Dataset::bytes_of(&dir, 0), samples + sticks);
         assert!((samples..2 * samples).contains(&whole), "{whole}");
         assert_eq!(Dataset::bytes_of(&dir.join("nowhere"), 100), 0);
     }

@@ -70,28 +70,29 @@ fn extremes(channel: &[f64], start: usize, end: usize) -> Option<[usize; 2]> {
 }
 
 /// A series to draw, thinned while it comes: every point of a short one, of a longer one the lowest and the
-/// highest of every few, so that peaks survive at their own height and time. No more than 65 536 points stay.
+/// highest of every few, so that peaks survive at their own height and time. No more than 65 536 points stay. `X` is
+/// what it is drawn against.
 #[derive(Clone, Debug)]
-pub struct Extremes {
+pub struct Extremes<X = f64> {
     /// Points of the series to two that stay, or 1 while all of them do.
     stride: usize,
     /// The extremes of points that are not yet `stride`, and how many they are.
-    near: Option<[(f64, f64); 2]>,
+    near: Option<[(X, f64); 2]>,
     count: usize,
-    points: Vec<(f64, f64)>,
+    points: Vec<(X, f64)>,
 }
 
-impl Default for Extremes {
+impl<X> Default for Extremes<X> {
     fn default() -> Self {
         Self { stride: 1, near: None, count: 0, points: Vec::new() }
     }
 }
 
-impl Extremes {
+impl<X: Copy + PartialOrd> Extremes<X> {
     const MOST: usize = 1 << 16;
 
     /// Adds the next point, finite, its abscissa after that of the one before.
-    pub fn push(&mut self, point: (f64, f64)) {
+    pub fn push(&mut self, point: (X, f64)) {
         self.near = Some(self.near.map_or([point; 2], |near| widened(near, point)));
         self.count += 1;
         if self.count < self.stride {
@@ -116,19 +117,19 @@ impl Extremes {
 
     /// Those that stay, in their order.
     #[must_use]
-    pub fn finish(mut self) -> Vec<(f64, f64)> {
+    pub fn finish(mut self) -> Vec<(X, f64)> {
         self.flush();
         self.points
     }
 }
 
 /// The lowest and the highest point with another.
-fn widened([low, high]: [(f64, f64); 2], point: (f64, f64)) -> [(f64, f64); 2] {
+fn widened<X: Copy>([low, high]: [(X, f64); 2], point: (X, f64)) -> [(X, f64); 2] {
     [if point.1 < low.1 { point } else { low }, if point.1 > high.1 { point } else { high }]
 }
 
 /// Both by their abscissa, or the one that both are.
-fn in_order([low, high]: [(f64, f64); 2]) -> impl Iterator<Item = (f64, f64)> {
+fn in_order<X: Copy + PartialOrd>([low, high]: [(X, f64); 2]) -> impl Iterator<Item = (X, f64)> {
     let [first, second] = if low.0 <= high.0 { [low, high] } else { [high, low] };
     std::iter::once(first).chain((first != second).then_some(second))
 }
@@ -197,7 +198,7 @@ mod tests {
         };
         assert_eq!(drawn(60_000).len(), 60_000);
         let long = drawn(1_000_000);
-        assert!(long.len() <= Extremes::MOST && long.len() > Extremes::MOST / 4);
+        assert!(long.len() <= Extremes::<f64>::MOST && long.len() > Extremes::<f64>::MOST / 4);
         assert!(long.windows(2).all(|pair| pair[0].0 < pair[1].0));
         let has = |time: f64| long.iter().any(|point| point.0 == time);
         assert!(has(700_001.0) && has(12_345.0));

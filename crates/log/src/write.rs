@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use crate::Truth;
+use crate::controls::ControlFile;
 use crate::csv_writer::CsvWriter;
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::manifest::MANIFEST_FILE;
-use crate::{auxiliary, gps, imu, reference};
+use crate::{auxiliary, controls, gps, imu, reference};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::Motion;
@@ -132,18 +133,22 @@ impl Dataset {
     }
 
     fn write_controls(&self, dir: &Path) -> Result<(), LogError> {
+        let whole = self.controls_file.as_ref().map(ControlFile::whole).transpose()?;
+        let (sticks, injected) = match &whole {
+            Some(whole) => (&whole.sticks, &whole.injected),
+            None => (&self.controls, &self.injected),
+        };
         let mut columns = vec!["t_s"];
-        columns.extend(auxiliary::CONTROLS);
-        let file = auxiliary::CONTROLS_FILE;
-        if self.injected.len() != self.controls.len() || self.controls.is_empty() {
-            return write_table(dir, file, &columns, &self.controls, |csv, (time, sticks)| {
+        columns.extend(controls::STICKS);
+        if injected.len() != sticks.len() || sticks.is_empty() {
+            return write_table(dir, controls::FILE, &columns, sticks, |csv, (time, sticks)| {
                 csv.time(*time);
                 csv.shortest_or_empty(Some(*sticks))
             });
         }
-        columns.extend(auxiliary::INJECTED);
-        let rows: Vec<_> = self.controls.iter().zip(&self.injected).collect();
-        write_table(dir, file, &columns, &rows, |csv, ((time, sticks), injected)| {
+        columns.extend(controls::INJECTED);
+        let rows: Vec<_> = sticks.iter().zip(injected).collect();
+        write_table(dir, controls::FILE, &columns, &rows, |csv, ((time, sticks), injected)| {
             csv.time(*time);
             csv.shortest_or_empty(Some(*sticks))?;
             csv.shortest_or_empty(Some(**injected))

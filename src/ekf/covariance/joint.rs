@@ -92,6 +92,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
                 clippy::needless_range_loop,
                 reason = "by iterators it takes 80 instructions more"
             )]
+            // Turns: at most MOST.
             for before in first..=b {
                 if let Some(other) = each[before] {
                     self.seen[before][b] = other.dot(&self.projected[b]);
@@ -247,6 +248,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             let mut left: [T; K] = core::array::from_fn(|slot| projected[slot][state]);
             let mut correction = self.correction[state];
             for behind in 0..K {
+                // Turns: at most K.
                 for before in 0..behind {
                     let known = shares[before][behind] * left[before];
                     left[behind] -= known;

@@ -60,6 +60,7 @@ pub(in super::super) mod sealed {
 
 impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     const SEARCHES: bool = true;
+    #[inline(always)]
     fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
         Self::unstarted(config, mounting)
     }

@@ -113,11 +113,13 @@ impl HeadingSearch {
 
 impl<T: Scalar> HeadingSearch<T> {
     /// A search that is still to start.
-    pub(super) const fn unstarted(mut config: EkfConfig, mounting: Mounting) -> Self {
+    // As a part of its caller it is put together where the caller keeps it; so are its own parts.
+    #[inline(always)]
+    pub(super) fn unstarted(mut config: EkfConfig, mounting: Mounting) -> Self {
         // A sector keeps no sum of steps: the filter that goes from one to the next propagates at every sample.
         config.imu.covariance_interval_s = 0.0;
         Self {
-            sectors: [const { None }; SECTORS],
+            sectors: core::array::from_fn(|_| None),
             filter: Ekf::unstarted(config, mounting),
             last_fix: None,
             waiting: None,
@@ -125,7 +127,7 @@ impl<T: Scalar> HeadingSearch<T> {
             sample_s: 0.0,
             fast: false,
             borne_out: None,
-            monitor: Monitor::NONE,
+            monitor: Monitor::none(),
         }
     }
 
@@ -176,8 +178,8 @@ impl<T: Scalar> HeadingSearch<T> {
     #[inline(never)]
     fn predict_all(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         let mut verdict = Prediction::Stepped;
-        let samples = self.filter.samples;
-        let mut watched = samples;
+        let Samples { integrator, force_sum, .. } = self.filter.samples;
+        let mut watched = self.filter.samples;
         let before: Cursor<T> = self.filter.history.cursor();
         let mut forgotten = false;
         for sector in self.sectors.iter_mut().flatten() {
@@ -188,7 +190,6 @@ impl<T: Scalar> HeadingSearch<T> {
             verdict = filter.predict(sample)?;
             if watched.watched != filter.samples.watched {
                 // What the first has found the others need not look for; what they integrate is their own.
-                let (integrator, force_sum) = (samples.integrator, samples.force_sum);
                 watched = Samples { integrator, force_sum, ..filter.samples };
             }
             filter.update_at_rest(&mut ());

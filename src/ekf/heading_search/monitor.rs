@@ -168,18 +168,23 @@ impl<T: Scalar> Guess<T> {
 }
 
 impl<T: Scalar> Monitor<T> {
-    pub const NONE: Self = Self {
-        guesses: [Guess::NONE; SECTORS],
-        body_to_level: Rotation::IDENTITY,
-        felt_mps: Vector::ZERO,
-        felt_s: T::ZERO,
-        last_fix: None,
-        wrong: None,
-    };
+    /// A monitor that has heard nothing.
+    // No constant, which would be copied from where constants are.
+    #[inline(always)]
+    pub const fn none() -> Self {
+        Self {
+            guesses: [Guess::NONE; SECTORS],
+            body_to_level: Rotation::IDENTITY,
+            felt_mps: Vector::ZERO,
+            felt_s: T::ZERO,
+            last_fix: None,
+            wrong: None,
+        }
+    }
 
     /// Begins anew at the next fix, from a level attitude.
     pub fn restart(&mut self, body_to_level: Rotation<Body, Ned, T>) {
-        *self = Self { body_to_level, ..Self::NONE };
+        *self = Self { body_to_level, ..Self::none() };
     }
 
     /// Takes in what was felt over a sample's interval, less bias.

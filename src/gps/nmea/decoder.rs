@@ -74,6 +74,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
+        // Turns: at most one a byte: each takes a sentence from `bytes`.
         loop {
             let line = self.framer.next(bytes, arrival)?;
             let started = line.arrival;

@@ -40,6 +40,7 @@ impl<'a> Fields<'a> {
 
     /// Passes over `count` fields, which must be there.
     pub fn skip(&mut self, count: usize) -> Result<(), Malformed> {
+        // Turns: at most one a field: past the last it is refused.
         for _ in 0..count {
             self.text()?;
         }

@@ -50,6 +50,7 @@ impl Default for Framer {
 impl Framer {
     /// Consumes `bytes` up to the end of the next sentence; `None` when they are used up.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Line<'a>> {
+        // Turns: one a byte.
         loop {
             let (byte, rest) = bytes.split_first()?;
             *bytes = rest;

@@ -92,6 +92,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
+        // Turns: at most one a byte: each takes the end of a packet from `bytes`.
         loop {
             let packet = self.framer.next(bytes, arrival)?;
             let packet_arrival = packet.arrival;

@@ -68,6 +68,7 @@ impl Framer {
     /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next packet; `None` when
     /// they are used up.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Packet<'a>> {
+        // Turns: at most one a byte: each takes one or more.
         while !self.advance(bytes, arrival)? {}
         let payload = self.payload.get(..self.length)?;
         Some(Packet { id: self.id, payload, arrival: self.arrival })

@@ -81,6 +81,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
+        // Turns: at most one for each byte held or handed in: each takes a message.
         loop {
             let message = self.framer.next(bytes, arrival)?;
             let started = message.arrival;

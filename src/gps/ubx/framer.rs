@@ -69,6 +69,7 @@ impl Framer {
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Message<'a>> {
         let spent = core::mem::take(&mut self.spent);
         self.discard(spent);
+        // Turns: at most two for each byte held or handed in: each takes one in or discards one.
         loop {
             if !self.may_start_a_message() {
                 self.discard(1);

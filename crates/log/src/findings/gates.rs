@@ -126,6 +126,7 @@ fn refusal(
     span: &Span,
 ) -> Finding {
     let within = |at: &&Compared| (span.start_s..=span.end_s).contains(&at.time_s);
+    let first = &GROUPS[sensor.start];
     let (mut parts, mut reopened, mut large, mut is_refused) =
         (Vec::new(), None, false, [false; 8]);
     for index in sensor.clone() {
@@ -142,15 +143,15 @@ fn refusal(
         reopened = opened.map(|at| at.time_s).next_back().or(reopened);
         let (name, unit) = (group.name, group.unit);
         // Of a thinned run it is not known how many were accepted in between.
-        let of_all = match sensor.start == 0 || log.run.comparisons_left_out == 0 {
-            true => format!(" of {}", heard.count()),
-            false => String::new(),
+        let left_out = match first.sensor {
+            "gps" => log.run.fixes_left_out,
+            _ => log.run.comparisons_left_out,
         };
+        let of_all = if left_out == 0 { format!(" of {}", heard.count()) } else { String::new() };
         let count = refused.len();
         parts.push(format!("{name} by up to {largest:.1} {unit} ({count}{of_all} readings)"));
     }
     let lasting = span.count >= LASTING && span.end_s - span.start_s >= LASTING_S;
-    let first = &GROUPS[sensor.start];
     // The velocity's gate tells whether the receiver contradicts itself.
     let agrees = !is_refused[2] && !is_refused[3];
     let why = cause(log, first, span.start_s, agrees);

@@ -1,0 +1,176 @@
+//! `controls.csv`: the sticks, and what of them was a test input.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::LogError;
+use crate::ordered::{self, Gathered, TimedRows};
+use crate::remarks::Remarks;
+use crate::table::Table;
+use hovernav::controls::Sticks;
+use hovernav::time::Time;
+
+pub(crate) const FILE: &str = "controls.csv";
+pub(crate) const STICKS: [&str; 4] = Sticks::NAMES;
+pub(crate) const INJECTED: [&str; 4] =
+    ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
+
+/// Trim may lie off centre, so a full stroke from it may exceed 1, but never this.
+const LONGEST_STROKE: f64 = 2.0;
+
+/// The rows of a `controls.csv` that was read once to its end, and is read anew by whoever goes over them.
+#[derive(Clone, Debug)]
+pub struct ControlFile {
+    dir: PathBuf,
+    left_out: Vec<usize>,
+    count: usize,
+}
+
+/// What `controls.csv` holds.
+#[derive(Default)]
+pub(crate) struct Controls {
+    pub sticks: Vec<(Time, [f64; 4])>,
+    /// As many as `sticks`, or none.
+    pub injected: Vec<[f64; 4]>,
+    /// Where both are instead, if they are too many.
+    pub file: Option<ControlFile>,
+}
+
+/// Reads `controls.csv` of `dir`; its rows stay in memory if there are no more than `most`.
+pub(crate) fn read(
+    dir: &Path,
+    most: usize,
+    warnings: &mut Vec<String>,
+) -> Result<Controls, LogError> {
+    let Some(first) = ControlRows::open(dir)? else { return Ok(Controls::default()) };
+    let (path, has_injected) = (first.path().to_path_buf(), first.injected.is_some());
+    drop(first);
+    let Gathered { made: (mut controls, count), left_out, rows } = ordered::gather(
+        || again(dir),
+        || (Controls::default(), 0_usize),
+        |(controls, count), _, Row { time, sticks, injected }| {
+            *count += 1;
+            if *count <= most {
+                controls.sticks.push((time, sticks));
+                controls.injected.extend(has_injected.then_some(injected));
+            } else if *count == most.saturating_add(1) {
+                *controls = Controls::default();
+            }
+        },
+    )?;
+    if count > most {
+        controls.file = Some(ControlFile { dir: dir.into(), left_out, count });
+    }
+    warnings.extend(rows.remarks.into_warnings());
+    // A damaged row now and then is left out; more is another unit.
+    let (beyond, largest, all) = (rows.beyond, rows.largest, count + rows.beyond);
+    if beyond > 10 && 100 * beyond > all {
+        let reason = format!(
+            "sticks up to {largest:.0} in {beyond} of {all} rows, expected fractions of full travel, −1 to 1, \
+             not percent or microseconds"
+        );
+        return Err(LogError::Unusable { path, reason });
+    }
+    Ok(controls)
+}
+
+impl ControlFile {
+    /// All of them, in memory.
+    pub(crate) fn whole(&self) -> Result<Controls, LogError> {
+        read(&self.dir, usize::MAX, &mut Vec::new())
+    }
+
+    /// Hands every row to `each`: its time, and the sticks as in [`Dataset::controls`](crate::Dataset::controls).
+    pub(crate) fn each(&self, mut each: impl FnMut(Time, [f64; 4])) -> Result<(), LogError> {
+        let mut given = 0;
+        ordered::go_over(again(&self.dir)?, &self.left_out, |_, Row { time, sticks, .. }| {
+            given += 1;
+            // What a logger has added since is left for another time.
+            if given <= self.count {
+                each(time, sticks);
+            }
+        })?;
+        if given < self.count { Err(changed(&self.dir)) } else { Ok(()) }
+    }
+}
+
+fn changed(dir: &Path) -> LogError {
+    LogError::changed(dir.join(FILE))
+}
+
+/// The rows of a file that was there before.
+fn again(dir: &Path) -> Result<ControlRows, LogError> {
+    ControlRows::open(dir)?.ok_or_else(|| changed(dir))
+}
+
+/// A row of the file.
+struct Row {
+    time: Time,
+    sticks: [f64; 4],
+    /// Zero where the file does not tell.
+    injected: [f64; 4],
+}
+
+/// The rows of `controls.csv`, read forward.
+struct ControlRows {
+    table: Table,
+    time: usize,
+    sticks: [usize; 4],
+    injected: Option<[usize; 4]>,
+    remarks: Remarks,
+    /// Rows with a stick beyond its longest stroke, and the furthest stick of all.
+    beyond: usize,
+    largest: f64,
+}
+
+impl ControlRows {
+    /// Opens `controls.csv` of `dir`; `None` where there is no such file.
+    fn open(dir: &Path) -> Result<Option<Self>, LogError> {
+        let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
+        let (sticks, injected) = (table.require(STICKS)?, table.find(INJECTED));
+        let [time] = table.require(["t_s"])?;
+        let mut remarks = Remarks::new(FILE);
+        table.remark_unused(&["temp_degc"], &mut remarks);
+        Ok(Some(Self { table, time, sticks, injected, remarks, beyond: 0, largest: 0.0 }))
+    }
+}
+
+impl TimedRows for ControlRows {
+    type Row = Row;
+
+    fn next(&mut self) -> Result<Option<(u64, Row)>, LogError> {
+        while let Some(row) = self.table.next(&mut self.remarks)? {
+            let time = row.time(self.time)?;
+            let sticks = row.finite(Some(self.sticks))?;
+            let injected = match self.injected {
+                Some(columns) => row.finite(Some(columns))?,
+                None => Some([0.0; 4]),
+            };
+            let (Some(time), Some(sticks), Some(injected)) = (time, sticks, injected) else {
+                self.remarks.count("left out: a value is missing", row.line);
+                continue;
+            };
+            let all = sticks.iter().chain(&injected);
+            let furthest = all.fold(0.0, |furthest: f64, stick| furthest.max(stick.abs()));
+            self.largest = self.largest.max(furthest);
+            if furthest > LONGEST_STROKE {
+                self.beyond += 1;
+                self.remarks.count("left out: a value is out of range", row.line);
+                continue;
+            }
+            return Ok(Some((row.line, Row { time, sticks, injected })));
+        }
+        Ok(None)
+    }
+
+    fn time(row: &Row) -> Time {
+        row.time
+    }
+
+    fn path(&self) -> &Path {
+        self.table.path()
+    }
+
+    fn remarks(&mut self) -> &mut Remarks {
+        &mut self.remarks
+    }
+}
