@@ -115,6 +115,9 @@ impl Margins {
     }
 }
 
+/// A gain that may change by this factor, 120 dB, may change by any: at rest an integral has no finite gain, and
+/// what comes out there is rounding.
+const ANY_GAIN: f64 = 1e6;
 /// Points of the first search over frequency.
 const GRID: usize = 1500;
 
@@ -344,6 +347,9 @@ impl Loop {
                 return;
             }
             let crossing = Crossing { frequency_radps, margin: -1.0 / value.re };
+            if !(1.0 / ANY_GAIN..=ANY_GAIN).contains(&crossing.margin) {
+                return;
+            }
             if crossing.margin >= 1.0 {
                 if margins.gain_up.is_none_or(|known| crossing.margin < known.margin) {
                     margins.gain_up = Some(crossing);
@@ -496,7 +502,7 @@ fn zeros(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Vec<f64> {
 
 /// The highest point of a function of frequency: that of the grid, refined by golden section between
 /// its neighbours.
-fn peak(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Peak {
+pub(super) fn peak(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Peak {
     let at = |frequency: f64| value(frequency).unwrap_or(f64::NEG_INFINITY);
     let values: Vec<f64> = grid.iter().map(|&frequency| at(frequency)).collect();
     let highest =
