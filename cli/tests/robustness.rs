@@ -66,6 +66,10 @@ fn a_model_of_which_little_is_known_is_warned_of() {
     let found = &summary(&dir)["sampled"];
     assert!(found["within_proven"].as_u64() <= found["stable"].as_u64(), "{found}");
     assert_eq!(found["modes"]["velocity"]["worst"]["phase_deg"], 0.0);
+    // So little that no motion can be told is no reason to design nothing.
+    fs::write(&model, identified("1e300", "0.0", SLOPE)).expect("writable");
+    let words = succeeds(&[&["design", text(&model)][..], &out].concat());
+    assert!(words.contains("off by less than 0.00 sigmas, where 0 of"), "{words}");
 }
 
 #[test]

@@ -17,7 +17,10 @@ pub fn robustness(checked: &CheckedDesign) -> Option<Section> {
         };
         let mut cells = vec![format!("{stable} of {of}")];
         cells.extend([twentieth.0, twentieth.1, worst.0, worst.1].map(number));
-        cells.push(proven.map_or_else(|| "none".into(), |proven| format!("{:.2}", proven.sigmas)));
+        let sigmas = |sigmas: f64| {
+            if sigmas < 1e3 { format!("{sigmas:.2}") } else { "over 1000".into() }
+        };
+        cells.push(proven.map_or_else(|| "none".into(), |proven| sigmas(proven.sigmas)));
         cells.push(proven.map_or_else(|| "-".into(), |own| format!("{:.2}", own.frequency_radps)));
         TableRow::new(format!("holding {}", mode.name()), cells)
     };

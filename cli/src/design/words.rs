@@ -97,6 +97,7 @@ pub fn sampled(found: &SampledRobustness) -> [String; 2] {
     };
     let proven = modes.iter().map(|own| own.proven.map_or(0.0, |proven| proven.sigmas));
     let proven = proven.fold(f64::INFINITY, f64::min);
+    let proven = if proven < 1e3 { format!("{proven:.2}") } else { "a thousand".to_owned() };
     [
         format!(
             "vehicles drawn from the covariance of the model\u{2019}s parameters: {stable} of {of} stable in every \
@@ -106,7 +107,7 @@ pub fn sampled(found: &SampledRobustness) -> [String; 2] {
         ),
         format!(
             "proven: stable wherever all parameters together, {directions} directions, are off by less than \
-             {proven:.2} sigmas, where {within_proven} of these vehicles lie"
+             {proven} sigmas, where {within_proven} of these vehicles lie"
         ),
     ]
 }

@@ -67,6 +67,9 @@ impl<'a> Uncertainty<'a> {
     }
 
     /// A vehicle by chance, as by how many sigmas it is off along each direction.
+    ///
+    /// # Source
+    /// Equation (L23) of docs/equations.md.
     pub fn draw(&self, random: &mut Random) -> DVector<f64> {
         DVector::from_fn(self.directions(), |_, _| random.normal())
     }
