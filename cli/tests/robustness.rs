@@ -81,7 +81,6 @@ fn a_model_that_speaks_nonsense_of_how_sure_it_is_is_refused_in_one_line() {
     for (name, text_of, expected) in [
         ("nan", identified("0.25", "0.0", &slope("r", "nan")), "slope 1, slope: found \"NaN\""),
         ("place", identified("0.25", "0.0", &slope("13", "1.0")), "slope 1, column: found \"13\""),
-        ("huge", identified("0.25", "0.0", &slope("r", "1e308")), "A: found "),
         ("negative", identified("-0.25", "0.0", SLOPE), "Nr: found a variance below 0"),
         ("certain", identified("0.25", "1.0", SLOPE), "tau_ped: found a correlation beyond 1"),
         ("not_one", identified("nan", "0.0", SLOPE), "covariance: found NaN"),

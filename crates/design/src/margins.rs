@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix};
 use super::arguments::check;
 use super::error::DesignError;
 use super::response::logarithmic_frequencies;
+use super::zeros::zeros;
 use hovernav_model::linalg::{complex, eigenvalues};
 use hovernav_model::{FrequencySweep, Signal, StateSpace, TimeDomain};
 
@@ -474,30 +475,6 @@ fn scaled_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
         }
     }
     largest_singular_value(&scaled).min(largest_singular_value(matrix))
-}
-
-/// Where a function of frequency crosses zero between the points of a grid, by bisection.
-fn zeros(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Vec<f64> {
-    let values: Vec<Option<f64>> = grid.iter().map(|&frequency| value(frequency)).collect();
-    let mut found = Vec::new();
-    for (ends, signs) in grid.windows(2).zip(values.windows(2)) {
-        let (&[mut low, mut high], &[Some(at_low), Some(at_high)]) = (ends, signs) else {
-            continue;
-        };
-        if (at_low < 0.0) == (at_high < 0.0) {
-            continue;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            match value(middle) {
-                Some(at_middle) if (at_middle < 0.0) == (at_low < 0.0) => low = middle,
-                Some(_) => high = middle,
-                None => break,
-            }
-        }
-        found.push(0.5 * (low + high));
-    }
-    found
 }
 
 /// The highest point of a function of frequency: that of the grid, refined by golden section between
