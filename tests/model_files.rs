@@ -1,8 +1,13 @@
 //! What a model's file promises, and a model that is refused.
 
-use hovernav_model::{ModelError, Parameter, Signal, StateSpace, TimeDomain, shipped};
+use hovernav_model::{ModelError, Parameter, Signal, Slope, StateSpace, TimeDomain, shipped};
 use nalgebra::DMatrix;
 use std::path::Path;
+
+fn slope(parameter: &str, row: &str, column: &str, slope: f64) -> Slope {
+    let [parameter, row, column] = [parameter, row, column].map(str::to_owned);
+    Slope { parameter, row, column, slope }
+}
 
 #[test]
 fn a_model_file_gives_back_the_model_to_the_last_bit() {
@@ -31,6 +36,8 @@ fn a_model_file_gives_back_the_model_to_the_last_bit() {
         parameters.to_vec(),
         Some(DMatrix::from_row_slice(2, 2, &[1e-4, 1e-5, 1e-5, 4e-4])),
     )
+    .unwrap()
+    .with_slopes(vec![slope("Lp", "p", "p", 0.1 + 0.2), slope("Mq", "p", "lateral", -1e-9)])
     .unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.toml");
@@ -50,6 +57,12 @@ fn a_file_that_is_no_model_is_refused_with_line_and_reason() {
         inputs = [{ name = \"lateral\", unit = \"stick\" }]\n\
         A = [[-8.0, 0.0], [1.0, 0.0]]\nB = [[20.0], [0.0]]\n";
     assert!(StateSpace::parse(good, Path::new("m.toml")).is_ok());
+    let slopes = |parameter: &str, row: &str, column: &str, slope: &str| {
+        format!(
+            "parameters = [{{ name = \"Lp\", value = -8.0, unit = \"1/s\" }}]\nslopes = [{{ parameter = \
+             \"{parameter}\", row = \"{row}\", column = \"{column}\", slope = {slope} }}]\nB ="
+        )
+    };
     for (from, to, expected) in [
         ("time_domain = \"continuous\"\n", "", "time_domain"),
         ("\"continuous\"", "\"sampled\"", "m.toml:2: unknown variant `sampled`"),
@@ -62,6 +75,16 @@ fn a_file_that_is_no_model_is_refused_with_line_and_reason() {
         ("[[20.0], [0.0]]", "[[20.0]]", "m.toml:6: B: found 1x1, expected 2x1"),
         ("\"phi\"", "\"p\"", "m.toml:3: states: found the name \"p\" twice"),
         ("\"lateral\"", "\"\"", "m.toml:4: inputs: found the name \"\" empty"),
+        ("B =", "slopes = [{ parameter = \"Lp\"}]\nB =", "m.toml:6: missing field `row`"),
+        ("B =", &slopes("Lv", "p", "p", "1.0"), "m.toml:7: slope 1, parameter: found \"Lv\""),
+        (
+            "B =",
+            &slopes("Lp", "q", "p", "1.0"),
+            "slope 1, row: found \"q\", expected one of the st",
+        ),
+        ("B =", &slopes("Lp", "p", "pedal", "1.0"), "slope 1, column: found \"pedal\", expected"),
+        ("B =", &slopes("Lp", "p", "p", "nan"), "slope 1, slope: found \"NaN\", expected a finite"),
+        ("B =", &slopes("Lp", "p", "p", "\"1\""), "m.toml:7: invalid type"),
         ("B =", "b =", "unknown field `b`"),
         ("name = \"m\"", "name = ", "m.toml:1"),
     ] {
@@ -102,4 +125,48 @@ fn parameters_and_covariances_that_none_has_are_refused_by_name() {
     // What a search finds of a stick that comes early by less than a sample, and a rotor's own time.
     let found = vec![parameter("tau_lat", -0.015), parameter("tau_f", 0.1)];
     assert!(shipped::thesis().with_parameters(found, None).is_ok());
+}
+
+/// Each pair may be, all three may not: what goes with two that go together cannot go against one of them.
+#[test]
+fn correlations_that_no_variables_have_together_are_refused() {
+    let named = |name: &str| Parameter { name: name.into(), value: 1.0, unit: String::new() };
+    let parameters = ["Lb", "Ma", "Nr"].map(named).to_vec();
+    let with = |last: f64| {
+        let covariance = [1.0, 90.0, 0.9, 90.0, 1e4, 100.0 * last, 0.9, 100.0 * last, 1.0];
+        let covariance = DMatrix::from_row_slice(3, 3, &covariance);
+        shipped::thesis().with_parameters(parameters.clone(), Some(covariance))
+    };
+    assert!(with(0.9).is_ok());
+    // What was held or dropped has no variance.
+    let exact = Some(DMatrix::zeros(3, 3));
+    assert!(shipped::thesis().with_parameters(parameters.clone(), exact).is_ok());
+    assert!(shipped::thesis().with_parameters(Vec::new(), Some(DMatrix::zeros(0, 0))).is_ok());
+    let refused = with(-0.9).unwrap_err().to_string();
+    assert!(refused.contains("found correlations that no variables have together"), "{refused}");
+}
+
+#[test]
+fn a_model_moves_along_its_slopes_and_by_nothing_else() {
+    let parameters = ["Lp", "tau_lat"].map(|name| Parameter {
+        name: name.into(),
+        value: 0.05,
+        unit: String::new(),
+    });
+    let thesis = shipped::thesis();
+    let model = thesis.clone().with_parameters(parameters.to_vec(), None).unwrap();
+    let twice = vec![slope("Lp", "p", "p", 1.0), slope("Lp", "p", "p", 2.0)];
+    let twice = model.clone().with_slopes(twice).unwrap_err().to_string();
+    assert!(twice.contains("slope 2, parameter: found \"Lp\", expected it once"), "{twice}");
+    let slopes = vec![slope("Lp", "p", "p", 2.0), slope("Lp", "q", "lateral", -3.0)];
+    let model = model.with_slopes(slopes).unwrap();
+    let moved = model.moved(&[0.5, 0.01]).unwrap();
+    let (p, q, lateral) = (model.state("p"), model.state("q"), model.input("lateral"));
+    let (p, q, lateral) = (p.unwrap(), q.unwrap(), lateral.unwrap());
+    let (mut a, mut b) = (thesis.a().clone(), thesis.b().clone());
+    a[(p, p)] += 1.0;
+    b[(q, lateral)] -= 1.5;
+    assert_eq!((moved.a(), moved.b()), (&a, &b));
+    assert_eq!([moved.parameters()[0].value, moved.parameters()[1].value], [0.55, 0.05 + 0.01]);
+    assert!(model.moved(&[0.5]).is_err() && model.moved(&[f64::INFINITY, 0.0]).is_err());
 }

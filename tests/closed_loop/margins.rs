@@ -36,6 +36,23 @@ fn every_loop_of_the_60_class_has_6_db_and_45_degrees() {
     assert_margins(&HoverDesign::default(), &shipped::raptor60());
 }
 
+/// An integral has no finite gain at rest: its rounding was told as a margin of -297 dB.
+#[test]
+fn a_gain_that_may_fall_to_nothing_has_no_margin_downwards() {
+    for model in [shipped::raptor60(), shipped::mettler_r50(), shipped::thesis()] {
+        let design = HoverDesign::for_model(&model);
+        let gains = design.synthesise(&model).unwrap();
+        for mode in FlightMode::ALL {
+            let closed = design.close_in(&model, &gains, mode, Cut::Actuators).unwrap();
+            for channel in closed.margins().unwrap().channels {
+                let down = channel.gain_down.map_or(-0.0, |crossing| crossing.margin_db());
+                println!("{} {} {}: {down:.1} dB", model.name(), mode.name(), channel.name);
+                assert!(down >= -120.0, "{} {}: {down}", mode.name(), channel.name);
+            }
+        }
+    }
+}
+
 #[test]
 fn every_loop_of_the_printed_model_has_6_db_and_45_degrees() {
     assert_margins(&HoverDesign::thesis(), &shipped::thesis());

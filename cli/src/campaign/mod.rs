@@ -47,6 +47,9 @@ pub struct Arguments {
     /// Share of the flights whose engine stops once, with the autopilot none the wiser
     #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
     power_loss: f64,
+    /// Share of the flights in which the servo of a stick jams once, with the autopilot none the wiser
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    jams: f64,
     /// Where to write; out/campaign unless given
     #[arg(long, value_name = "DIR", default_value = "out/campaign")]
     out: PathBuf,
@@ -142,6 +145,7 @@ fn campaign(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result
     campaign.most_wind_mps = within("wind, m/s", arguments.wind, 0.0, 20.0)?;
     campaign.outage_share = within("share of outages", arguments.outages, 0.0, 1.0)?;
     campaign.power_loss_share = within("share of power losses", arguments.power_loss, 0.0, 1.0)?;
+    campaign.jam_share = within("share of jams", arguments.jams, 0.0, 1.0)?;
     campaign.nominal.dmu.rate_hz = 1.0 / autopilot.period_s;
     Ok(campaign)
 }

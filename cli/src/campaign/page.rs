@@ -47,6 +47,14 @@ pub fn write(
             ),
         ),
         Fact::new(
+            "engine and servos",
+            format!(
+                "the engine stops in {:.0} % of the flights, a servo jams in {:.0} %",
+                100.0 * campaign.power_loss_share,
+                100.0 * campaign.jam_share
+            ),
+        ),
+        Fact::new(
             "airframe drawn from",
             if identified.is_empty() {
                 format!("5 % in mass, 10 % in {}, one sigma", UNCERTAIN[1..].join(", "))
@@ -208,12 +216,22 @@ fn causes(results: &[CampaignResult]) -> Section {
         }
         Figure::against(axis, [row]).captioned(caption)
     };
+    let mass = results.iter().filter_map(|result| {
+        let held = result.hover.as_ref()?;
+        Some((result.draw.factors[0], 100.0 * held.sticks_mean[2]))
+    });
+    let by_mass = Row::new("Collective", "%")
+        .with(Series::points(Role::Gps, mass).named("mean about the trim it is rigged for"));
+    let by_mass = Figure::against(Axis::linear("Mass, of what it was taken for", ""), [by_mass])
+        .captioned("What the mass is off by, the collective has to hold");
     let calm = |result: &CampaignResult| result.draw.outage_s.is_none().then(|| speed(result));
     Section::new(
         "causes",
         "What it depends on",
-        "How far a flight strayed from where it was when judging began, one dot a flight.",
+        "How far a flight strayed from where it was when judging began, and what of the collective it took, one \
+         dot a flight.",
     )
     .with(against(Axis::linear("Wind", "m/s"), &calm, "By wind, GPS never lost"))
     .with(against(Axis::linear("GPS outage", "s"), &length, "By the length of the GPS outage"))
+    .with(by_mass)
 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context as _;
+use hovernav::controls::Sticks;
 use hovernav_sim::HoverStatistics;
 use hovernav_sim::campaign::{CampaignResult, Outcome, SensorGrade, UNCERTAIN, percentile};
 
@@ -19,7 +20,7 @@ pub struct Measure {
 
 impl Measure {
     /// All of them, in the order of the columns.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 22] = [
         Self { name: "u_rms_mps", of: |_, held| held.velocity_rms_mps[0] },
         Self { name: "v_rms_mps", of: |_, held| held.velocity_rms_mps[1] },
         Self { name: "w_rms_mps", of: |_, held| held.velocity_rms_mps[2] },
@@ -40,7 +41,12 @@ impl Measure {
         Self { name: "lateral_rms", of: |_, held| held.sticks_rms[0] },
         Self { name: "longitudinal_rms", of: |_, held| held.sticks_rms[1] },
         Self { name: "pedal_rms", of: |_, held| held.sticks_rms[3] },
+        Self { name: "collective_rms", of: |_, held| held.sticks_rms[2] },
+        Self { name: "collective_mean", of: |_, held| held.sticks_mean[2] },
     ];
+
+    /// So many of them stand before the other columns of a flight.
+    const FIRST: usize = 20;
 
     /// Of one flight; NaN where it did not last.
     pub fn of(&self, result: &CampaignResult) -> f64 {
@@ -79,10 +85,15 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
     for name in UNCERTAIN {
         let _ = write!(text, ",factor_{name}");
     }
-    for measure in &Measure::ALL {
+    let (first, last) = Measure::ALL.split_at(Measure::FIRST);
+    for measure in first {
         let _ = write!(text, ",{}", measure.name);
     }
-    text += ",power_loss_s\n";
+    text += ",power_loss_s";
+    for measure in last {
+        let _ = write!(text, ",{}", measure.name);
+    }
+    text += ",jam,jam_s\n";
     let known = |value: Option<f64>| match value.filter(|value| value.is_finite()) {
         Some(value) => value.to_string(),
         None => String::new(),
@@ -105,10 +116,16 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
         for factor in draw.factors {
             let _ = write!(text, ",{factor}");
         }
-        for measure in &Measure::ALL {
+        for measure in first {
             let _ = write!(text, ",{}", known(Some(measure.of(result))));
         }
-        let _ = writeln!(text, ",{}", known(draw.power_loss_s));
+        let _ = write!(text, ",{}", known(draw.power_loss_s));
+        for measure in last {
+            let _ = write!(text, ",{}", known(Some(measure.of(result))));
+        }
+        let stick = draw.jam.and_then(|(stick, _)| Sticks::NAMES.get(stick));
+        let at_s = draw.jam.map(|(_, at_s)| at_s);
+        let _ = writeln!(text, ",{},{}", stick.unwrap_or(&""), known(at_s));
     }
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -4,6 +4,7 @@ mod gusts;
 mod handling;
 mod loops;
 mod page;
+mod robustness;
 mod summary;
 mod wanted;
 mod words;

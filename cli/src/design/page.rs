@@ -12,6 +12,7 @@ use hovernav_model::Grade;
 use super::gusts::in_gusts;
 use super::handling::handling;
 use super::loops::{frequency_responses, nichols};
+use super::robustness::robustness;
 use super::wanted::wanted;
 use super::words::{findings, of_lag, of_notch};
 use crate::page::{
@@ -75,6 +76,7 @@ pub fn write(
     }));
     let mut sections: Vec<Section> =
         search.iter().map(|(search, asked)| wanted(checked, search, asked)).collect();
+    sections.extend(robustness(checked));
     sections.extend([
         disturbances(checked),
         in_gusts(checked),

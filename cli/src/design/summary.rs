@@ -1,7 +1,7 @@
 //! `summary.json` of a design.
 
 use hovernav::controls::Sticks;
-use hovernav_design::hover::FlightMode;
+use hovernav_design::hover::{FlightMode, SampledMode, SampledRobustness};
 use hovernav_design::{
     ChannelMargins, CheckedDesign, Crossing, DISTURBED, DisturbanceResponse, Margins, Regulator,
 };
@@ -122,6 +122,7 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
         "perturbed": {
             "off": checked.perturbed.off, "stable": checked.perturbed.stable, "of": checked.perturbed.of,
         },
+        "sampled": checked.sampled.as_ref().map(sampled),
         "at_outputs": checked.at_outputs.as_ref().map(weakest),
         "sensitivity_peak": checked.margins.sensitivity.value,
         "disturbances": disturbances(&checked.responses),
@@ -170,4 +171,28 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
         });
     }
     summary
+}
+
+/// What the design is worth on vehicles drawn from the covariance of the model's parameters.
+fn sampled(found: &SampledRobustness) -> Value {
+    let margins =
+        |(gain_db, phase_deg): (f64, f64)| json!({ "gain_db": gain_db, "phase_deg": phase_deg });
+    let modes = found.modes.iter().map(|own| {
+        let SampledMode { mode, stable, twentieth, worst, proven } = own;
+        let value = json!({
+            "stable": stable,
+            "twentieth": margins(*twentieth),
+            "worst": margins(*worst),
+            "proven_sigmas": proven.map(|proven| proven.sigmas),
+            "proven_at_radps": proven.map(|proven| proven.frequency_radps),
+        });
+        (mode.name().to_owned(), value)
+    });
+    json!({
+        "of": found.of,
+        "stable": found.stable,
+        "directions": found.directions,
+        "within_proven": found.within_proven,
+        "modes": Value::Object(modes.collect()),
+    })
 }

@@ -47,6 +47,14 @@ pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Sect
         format!("{} of {}", perturbed.stable, perturbed.of),
         perturbed.stable == perturbed.of,
     ));
+    rows.extend(checked.sampled.iter().map(|sampled| {
+        row(
+            "stable on vehicles drawn from the covariance of the model\u{2019}s parameters".into(),
+            format!("{0} of {0}", sampled.of),
+            format!("{} of {}", sampled.stable, sampled.of),
+            sampled.stable == sampled.of,
+        )
+    }));
     let peak = checked.responses.iter().flat_map(|own| own.stick_peaks()).fold(0.0, f64::max);
     rows.push(row(
         "most of a stick that a disturbance asks for".into(),

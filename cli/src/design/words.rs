@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use hovernav_design::hover::{EstimatorLag, FlightMode, GustResponse, PerturbedStability};
+use hovernav_design::hover::{
+    EstimatorLag, FlightMode, GustResponse, PerturbedStability, SampledMode, SampledRobustness,
+};
 use hovernav_design::{
     ChannelMargins, CheckedDesign, CheckedPrintedDesign, Crossing, DesignError, NotchCost,
     Regulator,
@@ -46,6 +48,9 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
             writeln!(text, "{name:>14}  {gain_db:>5.1} dB  {:>8}  {phase_deg:>6.1}°", "weakest");
     }
     let _ = writeln!(text, "{}", perturbed(checked));
+    for sentence in checked.sampled.iter().flat_map(sampled) {
+        let _ = writeln!(text, "{sentence}");
+    }
     let _ = writeln!(text, "{}", of_lag(checked));
     if let Some(notch) = &checked.notch {
         let _ = writeln!(text, "{}", of_notch(notch));
@@ -79,6 +84,32 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
 pub fn perturbed(checked: &CheckedDesign) -> String {
     let PerturbedStability { off, stable, of } = checked.perturbed;
     format!("stable with every derivative off by up to {:.0} %: {stable} of {of}", 100.0 * off)
+}
+
+/// What the design is worth on vehicles drawn from the model's covariance, and what is proven of it, in words.
+pub fn sampled(found: &SampledRobustness) -> [String; 2] {
+    let SampledRobustness { of, stable, directions, within_proven, modes } = found;
+    let least = |margins: fn(&SampledMode) -> (f64, f64)| {
+        let all = || modes.iter().map(margins);
+        let gain_db = all().map(|(gain, _)| gain).fold(f64::INFINITY, f64::min);
+        let phase_deg = all().map(|(_, phase)| phase).fold(f64::INFINITY, f64::min);
+        format!("{gain_db:.1} dB, {phase_deg:.1}°")
+    };
+    let proven = modes.iter().map(|own| own.proven.map_or(0.0, |proven| proven.sigmas));
+    let proven = proven.fold(f64::INFINITY, f64::min);
+    let proven = if proven < 1e3 { format!("{proven:.2}") } else { "a thousand".to_owned() };
+    [
+        format!(
+            "vehicles drawn from the covariance of the model\u{2019}s parameters: {stable} of {of} stable in every \
+             mode; one in twenty has less than {}, the worst {}",
+            least(|own| own.twentieth),
+            least(|own| own.worst)
+        ),
+        format!(
+            "proven: stable wherever all parameters together, {directions} directions, are off by less than \
+             {proven} sigmas, where {within_proven} of these vehicles lie"
+        ),
+    ]
 }
 
 /// What the estimator's lag costs, in words.

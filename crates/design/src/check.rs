@@ -5,6 +5,7 @@ use super::error::DesignError;
 use super::handling::HandlingQualities;
 use super::hover::{
     Cut, EstimatorLag, FlightMode, GustResponse, Gusts, HoverDesign, PerturbedStability,
+    SampledRobustness,
 };
 use super::margins::{Loop, Margins};
 use super::notch::NotchCost;
@@ -38,6 +39,8 @@ pub struct CheckedDesign {
     pub handling: Vec<HandlingQualities>,
     /// How many models with every derivative off it keeps stable.
     pub perturbed: PerturbedStability,
+    /// What it is worth on vehicles drawn from the covariance of the model's parameters, where the model tells.
+    pub sampled: Option<SampledRobustness>,
     /// Spectral radius of the closed loop.
     pub spectral_radius: f64,
     /// What becomes of [`TABLE_6_1`] with the sticks at trim.
@@ -133,6 +136,7 @@ impl CheckedDesign {
             .map(|output| HandlingQualities::of(&holding, output))
             .collect::<Result<_, _>>()?;
         let perturbed = PerturbedStability::of(&design, &model, &gains)?;
+        let sampled = SampledRobustness::of(&design, &model, &gains)?;
         let printed = (model == shipped::thesis())
             .then(|| CheckedPrintedDesign::new(design.period_s))
             .transpose()?;
@@ -183,6 +187,15 @@ impl CheckedDesign {
                 }
             }
         }
+        if let Some(SampledRobustness { of, stable, .. }) = sampled.as_ref()
+            && stable < of
+        {
+            warnings.push(format!(
+                "{} of {of} vehicles drawn from the covariance of the model\u{2019}s parameters are unstable in a \
+                 mode that flies",
+                of - stable
+            ));
+        }
         for (response, within) in responses.iter().zip(&limited) {
             warnings.extend(of_limits(response, within));
         }
@@ -211,6 +224,7 @@ impl CheckedDesign {
             at_outputs,
             handling,
             perturbed,
+            sampled,
             spectral_radius,
             open_responses,
             responses,

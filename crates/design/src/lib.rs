@@ -23,6 +23,7 @@ mod reachability;
 mod response;
 mod riccati;
 pub mod thesis;
+mod zeros;
 
 pub use check::{CheckedDesign, CheckedPrintedDesign};
 pub use discretize::zero_order_hold;

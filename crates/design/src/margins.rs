@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix};
 use super::arguments::check;
 use super::error::DesignError;
 use super::response::logarithmic_frequencies;
+use super::zeros::zeros;
 use hovernav_model::linalg::{complex, eigenvalues};
 use hovernav_model::{FrequencySweep, Signal, StateSpace, TimeDomain};
 
@@ -115,6 +116,9 @@ impl Margins {
     }
 }
 
+/// A gain that may change by this factor, 120 dB, may change by any: at rest an integral has no finite gain, and
+/// what comes out there is rounding.
+const ANY_GAIN: f64 = 1e6;
 /// Points of the first search over frequency.
 const GRID: usize = 1500;
 
@@ -344,6 +348,9 @@ impl Loop {
                 return;
             }
             let crossing = Crossing { frequency_radps, margin: -1.0 / value.re };
+            if !(1.0 / ANY_GAIN..=ANY_GAIN).contains(&crossing.margin) {
+                return;
+            }
             if crossing.margin >= 1.0 {
                 if margins.gain_up.is_none_or(|known| crossing.margin < known.margin) {
                     margins.gain_up = Some(crossing);
@@ -470,33 +477,9 @@ fn scaled_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
     largest_singular_value(&scaled).min(largest_singular_value(matrix))
 }
 
-/// Where a function of frequency crosses zero between the points of a grid, by bisection.
-fn zeros(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Vec<f64> {
-    let values: Vec<Option<f64>> = grid.iter().map(|&frequency| value(frequency)).collect();
-    let mut found = Vec::new();
-    for (ends, signs) in grid.windows(2).zip(values.windows(2)) {
-        let (&[mut low, mut high], &[Some(at_low), Some(at_high)]) = (ends, signs) else {
-            continue;
-        };
-        if (at_low < 0.0) == (at_high < 0.0) {
-            continue;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            match value(middle) {
-                Some(at_middle) if (at_middle < 0.0) == (at_low < 0.0) => low = middle,
-                Some(_) => high = middle,
-                None => break,
-            }
-        }
-        found.push(0.5 * (low + high));
-    }
-    found
-}
-
 /// The highest point of a function of frequency: that of the grid, refined by golden section between
 /// its neighbours.
-fn peak(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Peak {
+pub(super) fn peak(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Peak {
     let at = |frequency: f64| value(frequency).unwrap_or(f64::NEG_INFINITY);
     let values: Vec<f64> = grid.iter().map(|&frequency| at(frequency)).collect();
     let highest =

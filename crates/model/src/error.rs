@@ -52,6 +52,18 @@ pub enum ModelError {
         /// `"empty"` or `"twice"`.
         found: &'static str,
     },
+    /// A slope speaks of what the model does not have, or is no number.
+    #[error("slope {index}, {what}: found \"{found}\", expected {expected}")]
+    Slope {
+        /// Which, from 1.
+        index: usize,
+        /// What of it.
+        what: &'static str,
+        /// What was found.
+        found: String,
+        /// What was expected.
+        expected: &'static str,
+    },
     /// A name that the model does not have.
     #[error("{list}: the model has no \"{name}\", expected one of {known}")]
     Unknown {

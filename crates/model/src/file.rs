@@ -10,8 +10,9 @@ use hovernav_toml::TomlError;
 
 use super::error::ModelError;
 use super::linear::TimeDomain;
+use super::parameter::{Parameter, Slope};
 use super::signal::Signal;
-use super::state_space::{Parameter, StateSpace};
+use super::state_space::StateSpace;
 use super::verdict::{Grade, Verdict};
 
 type Rows = Vec<Vec<f64>>;
@@ -39,6 +40,7 @@ struct Written {
     outputs: Option<Spanned<Vec<Signal>>>,
     #[serde(default)]
     parameters: Vec<Parameter>,
+    slopes: Option<Spanned<Vec<Slope>>>,
     verdict: Option<Grade>,
     #[serde(default)]
     reasons: Vec<String>,
@@ -65,7 +67,8 @@ impl StateSpace {
     /// Keys: `name`, `source`, `time_domain` (`"continuous"` or `"discrete"`, never left out),
     /// `period_s` (s, with a discrete model alone), matrices `A`, `B` and optionally `C`, `D` as lists
     /// of rows, `states`, `inputs` and optionally `outputs` as tables of `name` and `unit`,
-    /// `parameters` as tables of `name`, `value`, `unit`, `parameter_covariance`, and `verdict` (`"good"`, `"care"` or
+    /// `parameters` as tables of `name`, `value`, `unit`, `parameter_covariance`, `slopes` as tables of
+    /// `parameter`, `row`, `column`, `slope` as [`Slope`] has them, and `verdict` (`"good"`, `"care"` or
     /// `"do not fly"`) with its `reasons`. Without
     /// `outputs` the states are the outputs.
     ///
@@ -123,6 +126,10 @@ impl StateSpace {
                 ModelError::Period { .. } => {
                     written.period_s.as_ref().map(|period| period.span().start)
                 }
+                ModelError::Parameter { .. } => start_of(&written.parameter_covariance),
+                ModelError::Slope { .. } => {
+                    written.slopes.as_ref().map(|slopes| slopes.span().start)
+                }
                 _ => None,
             };
             refused(start.unwrap_or(0), error.to_string())
@@ -153,7 +160,10 @@ impl StateSpace {
                 return Err(refused(start, reason.into()));
             }
         }
-        model.with_parameters(written.parameters.clone(), covariance).map_err(placed)
+        let model =
+            model.with_parameters(written.parameters.clone(), covariance).map_err(placed)?;
+        let slopes = written.slopes.as_ref().map(|slopes| slopes.get_ref().clone());
+        model.with_slopes(slopes.unwrap_or_default()).map_err(placed)
     }
 
     /// The text of `model.toml`: [`StateSpace::parse`] gives the same model back, to the last bit.
@@ -201,6 +211,17 @@ impl StateSpace {
         }
         if let Some(covariance) = self.covariance() {
             text += &rows_of("parameter_covariance", covariance);
+        }
+        if !self.slopes().is_empty() {
+            let rows = self.slopes().iter().map(|slope| {
+                let [parameter, row, column] =
+                    [&slope.parameter, &slope.row, &slope.column].map(|name| quoted(name));
+                let value = toml::Value::from(slope.slope);
+                format!(
+                    "    {{ parameter = {parameter}, row = {row}, column = {column}, slope = {value} }},\n"
+                )
+            });
+            text += &format!("slopes = [\n{}]\n", rows.collect::<String>());
         }
         text
     }

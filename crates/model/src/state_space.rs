@@ -4,20 +4,9 @@ use nalgebra::DMatrix;
 
 use super::error::ModelError;
 use super::linear::{LinearModel, TimeDomain};
-use super::signal::{Signal, check_names, check_unique, position};
+use super::parameter::{Parameter, Slope, check_covariance, check_parameters};
+use super::signal::{Signal, check_names, position};
 use super::verdict::Verdict;
-
-/// A parameter from which the matrices were filled.
-#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Parameter {
-    /// Name, as `Lp`.
-    pub name: String,
-    /// Value.
-    pub value: f64,
-    /// Unit.
-    pub unit: String,
-}
 
 /// A linear time-invariant model, n states, m inputs, p outputs: ẋ or x⁺ = A x + B u, y = C x + D u.
 ///
@@ -32,6 +21,7 @@ pub struct StateSpace {
     outputs: Vec<Signal>,
     parameters: Vec<Parameter>,
     covariance: Option<DMatrix<f64>>,
+    slopes: Vec<Slope>,
     verdict: Option<Verdict>,
 }
 
@@ -68,6 +58,7 @@ impl StateSpace {
             inputs,
             parameters: Vec::new(),
             covariance: None,
+            slopes: Vec::new(),
             verdict: None,
         })
     }
@@ -108,55 +99,96 @@ impl StateSpace {
     ///
     /// # Errors
     /// As [`StateSpace::new`], and [`ModelError::Parameter`] for a value that is not finite, a delay or servo lag
-    /// of a stick that none has, a variance below zero, a covariance that is not symmetric or a correlation
-    /// beyond 1.
+    /// of a stick that none has, a variance below zero, and a covariance that is none: not symmetric, with a
+    /// correlation beyond 1, or with a sum of parameters whose variance is below zero.
     pub fn with_parameters(
         mut self,
         parameters: Vec<Parameter>,
         covariance: Option<DMatrix<f64>>,
     ) -> Result<Self, ModelError> {
-        let refused = |parameter: &Parameter, reason| ModelError::Parameter {
-            name: parameter.name.clone(),
-            reason,
-        };
-        check_unique("parameters", parameters.iter().map(|parameter| parameter.name.as_str()))?;
-        if let Some(parameter) = parameters.iter().find(|parameter| !parameter.value.is_finite()) {
-            return Err(refused(parameter, "found a value that is not finite, expected a number"));
-        }
-        for parameter in &parameters {
-            let found = parameter.value;
-            match parameter.name.split_once('_') {
-                Some(("tau", "lat" | "lon" | "col" | "ped")) if !(-0.05..=1.0).contains(&found) => {
-                    return Err(refused(parameter, "found a stick's delay outside -0.05 to 1 s"));
-                }
-                Some(("lag", _)) if !(0.0..=1.0).contains(&found) => {
-                    return Err(refused(parameter, "found a servo's lag outside 0 to 1 s"));
-                }
-                _ => {}
-            }
-        }
+        check_parameters(&parameters)?;
         if let Some(covariance) = &covariance {
             check_matrix("covariance", covariance, parameters.len(), parameters.len())?;
-            for (row, parameter) in parameters.iter().enumerate() {
-                if covariance[(row, row)] < 0.0 {
-                    return Err(refused(parameter, "found a variance below 0"));
-                }
-                for column in 0..row {
-                    let [above, below] = [covariance[(column, row)], covariance[(row, column)]];
-                    let scale = (covariance[(row, row)] * covariance[(column, column)]).sqrt();
-                    // Written so that a NaN is refused too.
-                    let even = (above - below).abs() <= 1e-9 * scale;
-                    if !even {
-                        return Err(refused(parameter, "found a covariance that is not symmetric"));
-                    }
-                    if above.abs() > (1.0 + 1e-6) * scale {
-                        return Err(refused(parameter, "found a correlation beyond 1"));
-                    }
-                }
-            }
+            check_covariance(&parameters, covariance)?;
         }
         (self.parameters, self.covariance) = (parameters, covariance);
         Ok(self)
+    }
+
+    /// The same model, told how its matrices move with its parameters.
+    ///
+    /// # Errors
+    /// [`ModelError::Slope`] for a parameter, row or column that the model does not have, a number that is not
+    /// finite, and a slope that is told twice.
+    pub fn with_slopes(mut self, slopes: Vec<Slope>) -> Result<Self, ModelError> {
+        let mut seen = std::collections::HashSet::new();
+        for (index, slope) in slopes.iter().enumerate() {
+            let refused = |what: &'static str, found: &str, expected: &'static str| {
+                Err(ModelError::Slope { index: index + 1, what, found: found.to_owned(), expected })
+            };
+            let Slope { parameter, row, column, slope: value } = slope;
+            if !self.parameters.iter().any(|known| known.name == *parameter) {
+                return refused("parameter", parameter, "one of the parameters");
+            }
+            if self.state(row).is_err() {
+                return refused("row", row, "one of the states");
+            }
+            if self.state(column).is_err() && self.input(column).is_err() {
+                return refused("column", column, "one of the states or inputs");
+            }
+            if !value.is_finite() {
+                return refused("slope", &value.to_string(), "a finite number");
+            }
+            if !seen.insert((parameter, row, column)) {
+                return refused("parameter", parameter, "it once for each row and column");
+            }
+        }
+        self.slopes = slopes;
+        Ok(self)
+    }
+
+    /// The model whose parameters are off by `by`, in their order and units: A and B move along their
+    /// slopes, to first order.
+    ///
+    /// # Errors
+    /// [`ModelError::Shape`] where `by` has another length than the parameters, [`ModelError::NotFinite`] where a
+    /// matrix does not stay finite.
+    pub fn moved(&self, by: &[f64]) -> Result<Self, ModelError> {
+        let count = self.parameters.len();
+        if by.len() != count {
+            let (rows, columns, matrix) = (by.len(), 1, "what the parameters are off by");
+            let (expected_rows, expected_columns) = (count, 1);
+            return Err(ModelError::Shape {
+                matrix,
+                rows,
+                columns,
+                expected_rows,
+                expected_columns,
+            });
+        }
+        let mut moved = self.clone();
+        for (parameter, by) in moved.parameters.iter_mut().zip(by) {
+            parameter.value += by;
+        }
+        for Slope { parameter, row, column, slope } in &self.slopes {
+            let by: f64 = self
+                .parameters
+                .iter()
+                .zip(by)
+                .filter(|(known, _)| known.name == *parameter)
+                .map(|(_, by)| by)
+                .sum();
+            let row = self.state(row)?;
+            if let Ok(column) = self.state(column) {
+                moved.linear.a[(row, column)] += slope * by;
+            } else {
+                moved.linear.b[(row, self.input(column)?)] += slope * by;
+            }
+        }
+        let (n, m) = (self.states.len(), self.inputs.len());
+        check_matrix("A", &moved.linear.a, n, n)?;
+        check_matrix("B", &moved.linear.b, n, m)?;
+        Ok(moved)
     }
 
     /// What the model is called.
@@ -241,6 +273,12 @@ impl StateSpace {
     #[must_use]
     pub fn covariance(&self) -> Option<&DMatrix<f64>> {
         self.covariance.as_ref()
+    }
+
+    /// How A and B move with the parameters, where told.
+    #[must_use]
+    pub fn slopes(&self) -> &[Slope] {
+        &self.slopes
     }
 
     /// Refuses a model that is not continuous.

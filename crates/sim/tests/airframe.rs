@@ -7,6 +7,7 @@ use hovernav::frames::Vector;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::helicopter::{Helicopter, HelicopterParameters};
 use hovernav_model::shipped;
+use hovernav_sim::campaign::Campaign;
 use hovernav_sim::{
     Feedback, Flight, FlightConfig, FlightEvent, Vehicle, VehicleConfig, WindConfig,
 };
@@ -81,6 +82,22 @@ fn a_heavier_airframe_shows_in_a_flight() {
     let [own, heavy] = [8.0, 10.0].map(fly);
     println!("collective in flight at 8 and 10 kg: {own:.3} {heavy:.3}");
     assert!(heavy - own > 0.1);
+}
+
+#[test]
+fn what_the_mass_is_off_by_shows_in_the_figures_of_a_campaign() {
+    let design = HoverDesign::default();
+    let gains = design.synthesise(&shipped::raptor60()).unwrap();
+    let autopilot = HoverConfig::new(design.period_s, gains);
+    let campaign = Campaign { duration_s: 40.0, ..Campaign::new(autopilot) };
+    let mut draw = campaign.draw(3);
+    let mut mean = |factor| {
+        draw.factors[0] = factor;
+        campaign.fly(&draw).unwrap().hover.unwrap().sticks_mean[2]
+    };
+    let [light, heavy] = [0.9, 1.1].map(&mut mean);
+    println!("collective in the mean at nine and eleven tenths of the mass: {light:.3} {heavy:.3}");
+    assert!(heavy - light > 0.05);
 }
 
 #[test]

@@ -80,10 +80,24 @@ pub(super) fn plant(
     whole: &StateSpace,
     mode: FlightMode,
 ) -> Result<StateSpace, DesignError> {
+    plant_behind(design, servos_s(design), whole, mode)
+}
+
+/// Time constants of the servos of `design`, in the order of the controls.
+pub(super) fn servos_s(design: &HoverDesign) -> [f64; 4] {
+    [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s]
+}
+
+/// The same as [`plant`] behind servos of these time constants.
+pub(super) fn plant_behind(
+    design: &HoverDesign,
+    servos_s: [f64; 4],
+    whole: &StateSpace,
+    mode: FlightMode,
+) -> Result<StateSpace, DesignError> {
     let time = TimeDomain::Discrete { period_s: design.period_s };
     let sticks = whole.inputs().to_vec();
     let flown = flown(whole, mode)?;
-    let servos_s = [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s];
     let LinearModel { a: step, b: input, .. } = stepped(&flown, &servos_s, design.period_s)?;
     let moving = step.nrows();
     // Guidance: a velocity and an acceleration asked for along each axis.

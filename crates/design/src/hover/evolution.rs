@@ -114,20 +114,23 @@ pub(super) fn minimise(
     best
 }
 
-/// The costs of all points, worked out on as many threads as the machine has processors.
-fn side_by_side(points: &[DVector<f64>], cost: impl Fn(&DVector<f64>) -> f64 + Sync) -> Vec<f64> {
+/// What `work` makes of all points, in their order, on as many threads as the machine has processors.
+pub(super) fn side_by_side<P: Sync, R: Send>(
+    points: &[P],
+    work: impl Fn(&P) -> R + Sync,
+) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let mut costs = vec![f64::INFINITY; points.len()];
     let each = points.len().div_ceil(threads).max(1);
+    let work = &work;
     std::thread::scope(|scope| {
-        for (points, costs) in points.chunks(each).zip(costs.chunks_mut(each)) {
-            let cost = &cost;
-            scope.spawn(move || {
-                for (point, own) in points.iter().zip(costs) {
-                    *own = cost(point);
-                }
-            });
-        }
-    });
-    costs
+        let parts = points.chunks(each);
+        let parts: Vec<_> = parts
+            .map(|part| scope.spawn(move || part.iter().map(work).collect::<Vec<R>>()))
+            .collect();
+        let done = parts.into_iter().map(|part| match part.join() {
+            Ok(done) => done,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        done.flatten().collect()
+    })
 }

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::closed_loop::{self, FlightMode};
 use super::config::HoverDesign;
-use super::plant::places;
+use super::plant::{normalised, places};
 use crate::disturbance::followed;
 use crate::{DISTURBED, DesignError, DisturbanceResponse};
 use hovernav::autopilot::{ConfigError, Gains, Pid, Regulator, StickLimits};
@@ -57,6 +57,27 @@ pub(super) fn respond(
         x = plant.a() * x + plant.b() * DVector::from_row_slice(&sticks.to_array());
     }
     Ok(response)
+}
+
+/// When the disturbance of `linear`, which knows no stops, is within 5 % of its size under sticks that have them,
+/// s from it: infinite where it is not by the end of `linear`; `None` where no stick is asked for more than its
+/// travel.
+pub(super) fn back_with_stops_s(
+    design: &HoverDesign,
+    model: &StateSpace,
+    gains: &Gains,
+    linear: &DisturbanceResponse,
+) -> Result<Option<f64>, DesignError> {
+    // What is no number asks for more than there is.
+    if linear.stick_peaks().into_iter().all(|peak| peak <= 1.0) {
+        return Ok(None);
+    }
+    let disturbance = (linear.state.as_str(), linear.size);
+    let duration_s = linear.time_s.last().copied().unwrap_or(0.0);
+    let whole = normalised(model)?;
+    let limits = StickLimits::default();
+    let within = respond(design, &whole, gains, disturbance, duration_s, &limits)?;
+    Ok(Some(within.recovered_s(0.05).unwrap_or(f64::INFINITY)))
 }
 
 #[cfg(test)]
@@ -154,6 +175,20 @@ mod tests {
         let limits = StickLimits::default();
         let found = design.respond_within(&model, &gains, ("psi", 0.3), 20.0, &limits).unwrap();
         assert!(found.recovered_s(0.05).unwrap() < 1.5, "{:?}", found.recovered_s(0.05));
+    }
+
+    #[test]
+    fn stops_are_told_of_where_a_stick_reaches_one_and_only_there() {
+        let (model, design) = (shipped::raptor60(), HoverDesign::default());
+        let gains = design.synthesise(&model).unwrap();
+        let back_s = |size: f64| {
+            let linear = design.respond(&model, &gains, ("r", size), 20.0).unwrap();
+            let free_s = linear.recovered_s(0.05).unwrap();
+            (free_s, back_with_stops_s(&design, &model, &gains, &linear).unwrap())
+        };
+        assert_eq!(back_s(0.01).1, None);
+        let (free_s, Some(stopped_s)) = back_s(30.0) else { panic!("a stop is reached") };
+        assert!(stopped_s > free_s, "{stopped_s} {free_s}");
     }
 
     #[test]

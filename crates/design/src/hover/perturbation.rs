@@ -1,15 +1,80 @@
 //! Models whose derivatives are not what was identified.
 
+use super::closed_loop::{self, FlightMode};
+use super::config::HoverDesign;
 use super::evolution::Random;
+use super::plant::normalised;
+use super::uncertainty::Uncertainty;
 use crate::DesignError;
 use hovernav_model::StateSpace;
 
-/// `model` with every derivative off by up to `share` of it, each for itself; kinematics and gravity stay.
-pub(super) fn off_by(
+const SEED: u64 = 20_050_613;
+
+/// Plants, holding velocity, that a candidate is tried on.
+///
+/// Every derivative off by itself asks for robustness in what is well known and in what is not alike; the
+/// covariance knows which is which, where there is one, but only what the identification knew. A design has to
+/// withstand both: of the two sets the one counts on which it does worse.
+pub(super) struct Perturbed {
+    sets: Vec<Vec<StateSpace>>,
+}
+
+impl Perturbed {
+    /// `of` plants with every derivative off by up to `share`, and where `model` tells how sure its parameters are
+    /// and where they stand, as many drawn from their covariance.
+    pub fn new(
+        design: &HoverDesign,
+        model: &StateSpace,
+        (share, of): (f64, usize),
+        random: &mut Random,
+    ) -> Result<Self, DesignError> {
+        let mut sets = vec![plants_off_by(design, model, (share, of), random)?];
+        if let Some(uncertainty) = Uncertainty::of(model) {
+            let mut random = Random(SEED);
+            // One that is so far off that its motion over a period is no number tells nothing of the weights.
+            let draw = |_| {
+                let vehicle = uncertainty.vehicle(&uncertainty.draw(&mut random)).ok()?;
+                vehicle.plant(design, FlightMode::Velocity).ok()
+            };
+            sets.push((0..of).filter_map(draw).collect());
+        }
+        Ok(Self { sets })
+    }
+
+    /// The mean of `cost` over a set, of that in which it is highest.
+    pub fn worst(
+        &self,
+        cost: impl Fn(&StateSpace) -> Result<f64, DesignError>,
+    ) -> Result<f64, DesignError> {
+        let mut worst = 0.0;
+        for set in &self.sets {
+            let mut sum = 0.0;
+            for plant in set {
+                sum += cost(plant)?;
+            }
+            worst = f64::max(worst, sum / set.len().max(1) as f64);
+        }
+        Ok(worst)
+    }
+}
+
+/// `of` plants, holding velocity, with every derivative off by up to `share`, behind the servos of `design`.
+pub(super) fn plants_off_by(
+    design: &HoverDesign,
     model: &StateSpace,
-    share: f64,
+    (share, of): (f64, usize),
     random: &mut Random,
-) -> Result<StateSpace, DesignError> {
+) -> Result<Vec<StateSpace>, DesignError> {
+    let whole = normalised(model)?;
+    let draw = |_| {
+        let other = off_by(&whole, share, random)?;
+        closed_loop::plant(design, &other, FlightMode::Velocity)
+    };
+    (0..of).map(draw).collect()
+}
+
+/// `model` with every derivative off by up to `share` of it, each for itself; kinematics and gravity stay.
+fn off_by(model: &StateSpace, share: f64, random: &mut Random) -> Result<StateSpace, DesignError> {
     let is_angle: Vec<bool> = model
         .states()
         .iter()

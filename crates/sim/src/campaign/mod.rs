@@ -33,6 +33,7 @@ use super::dmu::DmuConfig;
 use super::flight::{Flight, FlightConfig, FlightError, FlightEvent, HoverStatistics};
 use super::noise::{Noise, Stream};
 use hovernav::autopilot::{HoverConfig, Mode};
+use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav_log::statistics::quantile;
@@ -65,6 +66,8 @@ pub struct Campaign {
     pub outage_s: Range<f64>,
     /// Share of the flights whose engine stops once.
     pub power_loss_share: f64,
+    /// Share of the flights in which the servo of a stick, each as often, jams once.
+    pub jam_share: f64,
 }
 
 /// What counts as a hover: over the last [`lasts_s`](Self::lasts_s) of a flight, against the truth.
@@ -120,6 +123,8 @@ pub struct Draw {
     pub outage_s: Option<Range<f64>>,
     /// When the engine stops, s, if it does.
     pub power_loss_s: Option<f64>,
+    /// Which servo jams and when, s, if one does: 0 lateral to 3 pedal.
+    pub jam: Option<(usize, f64)>,
 }
 
 /// How one flight ended.
@@ -186,6 +191,7 @@ impl Campaign {
             outage_share: 0.25,
             outage_s: 5.0..20.0,
             power_loss_share: 0.0,
+            jam_share: 0.0,
         }
     }
 
@@ -210,10 +216,13 @@ impl Campaign {
                 from_s..from_s + length_s
             });
         let (loses_power, when) = (noise.uniform(), noise.uniform());
-        let power_loss_s = (loses_power < self.power_loss_share)
-            .then_some(self.judged_from_s + (self.duration_s - self.judged_from_s) * when);
+        let at_s = |when: f64| self.judged_from_s + (self.duration_s - self.judged_from_s) * when;
+        let power_loss_s = (loses_power < self.power_loss_share).then_some(at_s(when));
+        let (jams, which, when) = (noise.uniform(), noise.uniform(), noise.uniform());
+        let stick = ((which * Sticks::NAMES.len() as f64) as usize).min(Sticks::NAMES.len() - 1);
+        let jam = (jams < self.jam_share).then_some((stick, at_s(when)));
         let wind_mps = [speed * cos, speed * sin];
-        Draw { seed, factors, wind_mps, gust_mps, grade, outage_s, power_loss_s }
+        Draw { seed, factors, wind_mps, gust_mps, grade, outage_s, power_loss_s, jam }
     }
 
     /// The flight that `draw` makes of the nominal one.
@@ -233,6 +242,7 @@ impl Campaign {
             ..self.nominal.clone()
         };
         flight.events.extend(draw.power_loss_s.map(|at_s| (at_s, FlightEvent::PowerLoss)));
+        flight.events.extend(draw.jam.map(|(stick, at_s)| (at_s, FlightEvent::Jam(stick))));
         flight.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
         let wind = &mut flight.wind;
         wind.steady_mps = Vector::new(north, east, 0.0);
@@ -325,6 +335,23 @@ mod tests {
         let outages = draws.iter().filter(|draw| draw.outage_s.is_some()).count();
         assert!((900..1100).contains(&outages), "{outages}");
         assert!(draws.iter().all(|draw| draw.wind_mps[0].hypot(draw.wind_mps[1]) <= 5.0));
+    }
+
+    #[test]
+    fn every_servo_jams_as_often_and_nothing_else_is_drawn_otherwise_for_it() {
+        let without = campaign();
+        let with = Campaign { jam_share: 0.5, ..campaign() };
+        let mut jams = [0; 4];
+        for seed in 1..=4000 {
+            let draw = with.draw(seed);
+            assert_eq!(Draw { jam: None, ..draw.clone() }, without.draw(seed));
+            let Some((stick, at_s)) = draw.jam else { continue };
+            jams[stick] += 1;
+            assert!((with.judged_from_s..=with.duration_s).contains(&at_s));
+            let events = with.flight(&draw).events;
+            assert!(events.contains(&(at_s, FlightEvent::Jam(stick))));
+        }
+        assert!(jams.iter().all(|&own| (430..570).contains(&own)), "{jams:?}");
     }
 
     #[test]

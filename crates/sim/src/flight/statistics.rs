@@ -21,6 +21,8 @@ pub struct HoverStatistics {
     pub attitude_error_rms_deg: [f64; 3],
     /// Root mean square of the commands about their means.
     pub sticks_rms: [f64; 4],
+    /// Means of the commands: what the vehicle is off its trim by.
+    pub sticks_mean: [f64; 4],
 }
 
 /// The extremes of a stretch of flight.
@@ -106,6 +108,9 @@ impl Flight {
                 })
             }),
             sticks_rms: [0, 1, 2, 3].map(|stick| spread(&|m| m.sticks.to_array()[stick])),
+            sticks_mean: [0, 1, 2, 3].map(|stick| {
+                held.iter().map(|m| m.sticks.to_array()[stick]).sum::<f64>() / held.len() as f64
+            }),
         }
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{Complex, DMatrix, Matrix2};
 use crate::methods::prediction_error::{Estimate, Identified};
 use crate::record::STICKS;
 use hovernav_model::linalg::eigenvalues;
-use hovernav_model::{LinearModel, ModelError, Parameter, Signal, StateSpace, TimeDomain};
+use hovernav_model::{LinearModel, ModelError, Parameter, Signal, Slope, StateSpace, TimeDomain};
 
 /// An eigenvalue of an identified vehicle with what its parameters' bounds make of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,8 +48,8 @@ impl Identified {
     /// The vehicle alone, continuous in time: what of the structure is not a model of gusts
     /// or of measurements. Outputs
     /// are the states; sticks are in units of −1…1 about trim. With it go the parameters and their
-    /// covariance, in which what was held or dropped has none; transport delays are parameters, not
-    /// part of the matrices.
+    /// covariance, in which what was held or dropped has none, and the slopes of the matrices by what was
+    /// estimated; transport delays are parameters, not part of the matrices.
     ///
     /// # Errors
     /// [`ModelError::NotFinite`] where a parameter is not finite.
@@ -72,7 +72,39 @@ impl Identified {
             covariance[(row, column)] = value;
         }
         StateSpace::new(&structure.name, time, states, inputs, a, b)?
-            .with_parameters(parameters.collect(), Some(covariance))
+            .with_parameters(parameters.collect(), Some(covariance))?
+            .with_slopes(self.slopes(&kept))
+    }
+
+    /// How the vehicle's matrices, of the states `kept`, move with each parameter that was estimated.
+    fn slopes(&self, kept: &[usize]) -> Vec<Slope> {
+        let (structure, values) = (&self.structure, self.values());
+        let n = structure.states.len();
+        let sticks = structure.inputs.iter().enumerate();
+        let sticks = sticks.filter(|(_, input)| STICKS.contains(&input.as_str()));
+        let columns: Vec<(usize, &String)> = kept
+            .iter()
+            .map(|&state| (state, &structure.states[state]))
+            .chain(sticks.map(|(input, name)| (n + input, name)))
+            .collect();
+        let mut slopes = Vec::new();
+        for parameter in self.free_parameters() {
+            let by = structure.slope(&values, parameter);
+            for &row in kept {
+                for &(column, name) in &columns {
+                    let slope = by[(row, column)];
+                    if slope != 0.0 {
+                        slopes.push(Slope {
+                            parameter: structure.parameters[parameter].name.clone(),
+                            row: structure.states[row].clone(),
+                            column: name.clone(),
+                            slope,
+                        });
+                    }
+                }
+            }
+        }
+        slopes
     }
 
     /// How the sticks move the states `kept` of the structure, all of them outputs, were its parameters
@@ -288,6 +320,23 @@ mod tests {
                 name.starts_with('d') || name.starts_with('e')
             };
             assert!(gusts.iter().all(named), "{kind}: {gusts:?}");
+        }
+    }
+
+    #[test]
+    fn the_vehicle_moves_along_its_slopes_as_its_structure_does() {
+        let found = yaw();
+        let (vehicle, values) = (found.vehicle().expect("finite"), found.values());
+        assert!(!vehicle.slopes().is_empty());
+        for parameter in found.free_parameters() {
+            let by = 1e-6 * found.estimates.list[parameter].bound;
+            let (mut moved, mut off) = (values.clone(), vec![0.0; values.len()]);
+            (moved[parameter], off[parameter]) = (values[parameter] + by, by);
+            let expected = found.vehicle_at(&moved, &found.vehicle_states());
+            let own = vehicle.moved(&off).expect("finite");
+            let name = &found.structure.parameters[parameter].name;
+            assert!((own.a() - expected.a).amax() <= 1e-3 * by, "{name}");
+            assert!((own.b() - expected.b).amax() <= 1e-3 * by, "{name}");
         }
     }
 

@@ -135,6 +135,17 @@ impl Structure {
         }
     }
 
+    /// The derivative of [A B] with respect to a parameter at the parameters `theta`, n×(n + m).
+    pub(crate) fn slope(&self, theta: &[f64], parameter: usize) -> DMatrix<f64> {
+        let n = self.states.len();
+        let mut slope = DMatrix::zeros(n, n + self.inputs.len());
+        let seen = slope.ncols();
+        for term in self.dynamics.iter().filter(|term| term.column < seen) {
+            slope[(term.row, term.column)] += term.derivative(theta, parameter);
+        }
+        slope
+    }
+
     /// How the process noises drive the states at the parameters `theta`, states × noises.
     ///
     /// # Panics

@@ -1,0 +1,95 @@
+//! What `design` makes of a model that says how sure it is, and of one that says nonsense.
+
+#![cfg(feature = "lab")]
+
+mod common;
+
+use std::fs;
+use std::path::PathBuf;
+
+use common::{place, refusal, succeeds, summary, text};
+use serde_json::Value;
+
+/// An identified model by hand, with one parameter of Mq's and one of a delay's known to `variance`.
+fn identified(variance: &str, covariance: &str, slopes: &str) -> String {
+    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let told = format!(
+        "verdict = \"good\"\nparameters = [\n    {{ name = \"Nr\", value = -4.0, unit = \"1/s\" }},\n    {{ name = \
+         \"tau_ped\", value = 0.03, unit = \"s\" }},\n]\nparameter_covariance = [[{variance}, {covariance}], \
+         [{covariance}, 1e-6]]\nslopes = [{slopes}]\nstates = ["
+    );
+    by_hand.replacen("states = [", &told, 1)
+}
+
+const SLOPE: &str = "{ parameter = \"Nr\", row = \"r\", column = \"r\", slope = 1.0 }";
+
+/// The model and weights, in a directory of this name.
+fn written(name: &str, model: &str) -> [PathBuf; 3] {
+    let dir = place(name);
+    let (file, weights) = (dir.join("model.toml"), dir.join("weights.toml"));
+    fs::write(&file, model).expect("writable");
+    fs::write(&weights, "").expect("writable");
+    [dir, file, weights]
+}
+
+#[test]
+fn what_the_identification_leaves_open_is_sampled_and_bounded_and_the_two_agree() {
+    let [dir, model, weights] = written("robustness", &identified("0.25", "1e-5", SLOPE));
+    let out = ["--weights", text(&weights), "--out", text(&dir)];
+    let words = succeeds(&[&["design", text(&model)][..], &out].concat());
+    assert!(words.contains("500 of 500 stable in every mode; one in twenty has less"), "{words}");
+    assert!(words.contains("2 directions, are off by less than"), "{words}");
+    let found = &summary(&dir)["sampled"];
+    let number = |value: &Value| value.as_f64().expect("a number");
+    assert_eq!((number(&found["of"]), number(&found["directions"])), (500.0, 2.0));
+    assert!(number(&found["within_proven"]) <= number(&found["stable"]));
+    for mode in ["velocity", "position", "attitude"] {
+        let own = &found["modes"][mode];
+        assert!(number(&own["worst"]["phase_deg"]) <= number(&own["twentieth"]["phase_deg"]));
+        assert!(number(&own["proven_sigmas"]) > 0.0);
+    }
+    let page = fs::read_to_string(dir.join("report.html")).expect("a page");
+    assert!(page.contains("What the identification leaves open"));
+    // One that does not tell is judged by every derivative off alone, as ever.
+    let words = succeeds(&[&["design", "raptor60"][..], &out].concat());
+    assert!(!words.contains("drawn from the covariance") && words.contains("off by up to 20 %"));
+    assert_eq!(summary(&dir)["sampled"], Value::Null);
+}
+
+#[test]
+fn a_model_of_which_little_is_known_is_warned_of() {
+    let [dir, model, weights] = written("little_known", &identified("400.0", "0.0", SLOPE));
+    let out = ["--weights", text(&weights), "--out", text(&dir), "--no-report"];
+    let words = succeeds(&[&["design", text(&model)][..], &out].concat());
+    let warning = "vehicles drawn from the covariance of the model\u{2019}s parameters are unstable in a mode";
+    assert!(words.contains(warning), "{words}");
+    let found = &summary(&dir)["sampled"];
+    assert!(found["within_proven"].as_u64() <= found["stable"].as_u64(), "{found}");
+    assert_eq!(found["modes"]["velocity"]["worst"]["phase_deg"], 0.0);
+    // So little that no motion can be told is no reason to design nothing.
+    fs::write(&model, identified("1e300", "0.0", SLOPE)).expect("writable");
+    let words = succeeds(&[&["design", text(&model)][..], &out].concat());
+    assert!(words.contains("off by less than 0.00 sigmas, where 0 of"), "{words}");
+}
+
+#[test]
+fn a_model_that_speaks_nonsense_of_how_sure_it_is_is_refused_in_one_line() {
+    let slope = |column: &str, value: &str| {
+        format!("{{ parameter = \"Nr\", row = \"r\", column = \"{column}\", slope = {value} }}")
+    };
+    let good = identified("0.25", "1e-5", SLOPE);
+    for (name, text_of, expected) in [
+        ("nan", identified("0.25", "0.0", &slope("r", "nan")), "slope 1, slope: found \"NaN\""),
+        ("place", identified("0.25", "0.0", &slope("13", "1.0")), "slope 1, column: found \"13\""),
+        ("negative", identified("-0.25", "0.0", SLOPE), "Nr: found a variance below 0"),
+        ("certain", identified("0.25", "1.0", SLOPE), "tau_ped: found a correlation beyond 1"),
+        ("not_one", identified("nan", "0.0", SLOPE), "covariance: found NaN"),
+        ("infinite", identified("inf", "0.0", SLOPE), "covariance: found inf"),
+        ("cut", good[..good.find("unit = \"s\"").expect("it is there")].to_owned(), "model.toml:"),
+    ] {
+        let [dir, model, weights] = written(&format!("nonsense_{name}"), &text_of);
+        let arguments = ["design", text(&model), "--weights", text(&weights), "--out", text(&dir)];
+        let message = refusal(&arguments);
+        assert!(message.contains(expected), "{name}: {message}");
+    }
+}

@@ -1,0 +1,200 @@
+//! How far all parameters of a loop may be off together before it can be unstable: an upper bound of the
+//! structured singular value.
+
+use nalgebra::{Complex, DMatrix};
+
+use crate::logarithmic_frequencies;
+use crate::margins::peak;
+use hovernav_model::linalg::{complex, symmetric};
+use hovernav_model::{FrequencySweep, LinearModel, TimeDomain};
+
+/// Frequencies that are looked at before the highest is refined, and the first of them, rad/s.
+const FREQUENCIES: usize = 240;
+const FIRST_RADPS: f64 = 0.01;
+/// So often the scaling is improved, and less where that gains less than this share.
+const IMPROVED: usize = 60;
+const CONVERGED: f64 = 1e-4;
+/// What keeps the scaling definite, as a share of its size.
+const DEFINITE: f64 = 1e-8;
+
+/// How far the parameters may be off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProvenRadius {
+    /// Radius of the ellipsoid of parameters, in one-sigmas, within which every loop is stable; infinite where
+    /// nothing can make it unstable.
+    pub sigmas: f64,
+    /// Where the bound is reached, rad/s.
+    pub frequency_radps: f64,
+}
+
+/// A stable loop x⁺ = (M + Σ ξₖ Mₖ) x of which ξ is not known.
+pub(super) struct UncertainLoop {
+    /// From what the parameters add to the rows that they move to the columns that they move them by.
+    answer: FrequencySweep,
+    /// vec X to vec Σ MₖᵀX Mₖ, rows and columns of Mₖ as above.
+    moved: DMatrix<f64>,
+    period_s: f64,
+}
+
+impl UncertainLoop {
+    /// The loop whose `step` moves by `moves` for each ξₖ; `None` where nothing moves it.
+    pub fn new(step: &DMatrix<f64>, moves: &[DMatrix<f64>], period_s: f64) -> Option<Self> {
+        let n = step.nrows();
+        let is_moved = |entries: &dyn Fn(&DMatrix<f64>) -> f64| {
+            moves.iter().map(entries).fold(0.0, f64::max) > 0.0
+        };
+        let rows: Vec<usize> = (0..n).filter(|&row| is_moved(&|own| own.row(row).amax())).collect();
+        let columns: Vec<usize> =
+            (0..n).filter(|&column| is_moved(&|own| own.column(column).amax())).collect();
+        if rows.is_empty() {
+            return None;
+        }
+        // Each row in the unit in which it is moved by about one: units are no part of the bound, only of its
+        // rounding.
+        let size = |row: usize| moves.iter().map(|own| own.row(row).norm_squared()).sum::<f64>();
+        let units: Vec<f64> = rows.iter().map(|&row| size(row).sqrt()).collect();
+        let mut into = DMatrix::zeros(n, rows.len());
+        for (column, (&row, unit)) in rows.iter().zip(&units).enumerate() {
+            into[(row, column)] = *unit;
+        }
+        let mut out = DMatrix::zeros(columns.len(), n);
+        for (row, &column) in columns.iter().enumerate() {
+            out[(row, column)] = 1.0;
+        }
+        let mut moved = DMatrix::zeros(columns.len().pow(2), rows.len().pow(2));
+        for own in moves {
+            let own = own.select_rows(&rows).select_columns(&columns);
+            let own = DMatrix::from_fn(columns.len(), rows.len(), |column, row| {
+                own[(row, column)] / units[row]
+            });
+            moved += own.kronecker(&own);
+        }
+        let direct = DMatrix::zeros(columns.len(), rows.len());
+        let time = TimeDomain::Discrete { period_s };
+        let answer = LinearModel { time, a: step.clone(), b: into, c: out, d: direct };
+        Some(Self { answer: answer.sweep(), moved, period_s })
+    }
+
+    /// The radius of the ball of ξ, real or complex, in which the loop stays stable.
+    ///
+    /// At a frequency, T(z) from the rows to the columns, the loop loses its stability where I − Σ ξₖ MₖT is
+    /// singular. For every positive X, ‖Σ ξₖ X^½MₖT X^-½‖² is at most |ξ|² times the largest eigenvalue of
+    /// X^-½ Φ(X) X^-½, Φ(X) = Σ (MₖT)* X MₖT; the least of these over all X is the spectral radius of Φ, which is
+    /// a positive map. Iterations of Φ lead there, and every X on the way gives a bound.
+    ///
+    /// # Source
+    /// Full D scaling of one block ξᵀ ⊗ I: Packard and Doyle (1993), *The complex structured singular value*,
+    /// Automatica 29(1). Spectral radius of a positive map: Evans and Høegh-Krohn (1978), J. London Math. Soc.
+    /// 17(2). Equation (L24) of docs/equations.md.
+    pub fn radius(&self) -> ProvenRadius {
+        let nyquist = std::f64::consts::PI / self.period_s;
+        let grid = logarithmic_frequencies(FIRST_RADPS, nyquist, FREQUENCIES);
+        let gain = |frequency_radps: f64| self.gain(frequency_radps);
+        let highest = peak(&grid, gain);
+        let at_zero = gain(0.0).unwrap_or(0.0);
+        let (gain, frequency_radps) = if at_zero > highest.value {
+            (at_zero, 0.0)
+        } else {
+            (highest.value, highest.frequency_radps)
+        };
+        ProvenRadius { sigmas: 1.0 / gain.max(0.0), frequency_radps }
+    }
+
+    /// The bound at a frequency: one over the radius.
+    fn gain(&self, frequency_radps: f64) -> Option<f64> {
+        let answer = self.answer.at(frequency_radps)?;
+        let rows = answer.ncols();
+        let mut shape = complex(&DMatrix::identity(rows, rows));
+        let mut least = f64::INFINITY;
+        for _ in 0..IMPROVED {
+            let next = self.map(&answer, &shape);
+            let bound = relative_size(&next, &shape)?;
+            let gained = least - bound;
+            least = least.min(bound);
+            let size = next.trace().re;
+            if gained < CONVERGED * bound || !(size > 0.0 && size.is_finite()) {
+                break;
+            }
+            shape = next / Complex::from(size / rows as f64);
+            for index in 0..rows {
+                shape[(index, index)] += DEFINITE;
+            }
+        }
+        Some(least.max(0.0).sqrt()).filter(|gain| gain.is_finite())
+    }
+
+    /// Φ(X).
+    fn map(
+        &self,
+        answer: &DMatrix<Complex<f64>>,
+        shape: &DMatrix<Complex<f64>>,
+    ) -> DMatrix<Complex<f64>> {
+        let part = |of: fn(&Complex<f64>) -> f64| {
+            let flat = DMatrix::from_iterator(shape.len(), 1, shape.iter().map(of));
+            &self.moved * flat
+        };
+        let (real, imaginary) = (part(|value| value.re), part(|value| value.im));
+        let parts = real.iter().zip(&imaginary).map(|(&re, &im)| Complex::new(re, im));
+        let columns = answer.nrows();
+        answer.ad_mul(&(DMatrix::from_iterator(columns, columns, parts) * answer))
+    }
+}
+
+/// The largest eigenvalue of X^-½ Y X^-½, both Hermitian and X positive definite.
+fn relative_size(y: &DMatrix<Complex<f64>>, x: &DMatrix<Complex<f64>>) -> Option<f64> {
+    let factor = x.clone().cholesky()?.unpack();
+    let half = factor.solve_lower_triangular(y)?;
+    let whole = factor.solve_lower_triangular(&half.adjoint())?;
+    Some(largest_eigenvalue(&whole))
+}
+
+/// That of a Hermitian matrix, by the symmetric one of twice its size.
+fn largest_eigenvalue(matrix: &DMatrix<Complex<f64>>) -> f64 {
+    let n = matrix.nrows();
+    let real = DMatrix::from_fn(2 * n, 2 * n, |row, column| {
+        let value = matrix[(row % n, column % n)];
+        match (row < n, column < n) {
+            (true, false) => -value.im,
+            (false, true) => value.im,
+            _ => value.re,
+        }
+    });
+    symmetric(&real).symmetric_eigenvalues().iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    fn sigmas(step: &DMatrix<f64>, moves: &[DMatrix<f64>]) -> f64 {
+        UncertainLoop::new(step, moves, 0.03).unwrap().radius().sigmas
+    }
+
+    #[test]
+    fn the_radius_is_exact_where_it_is_known() {
+        let near = |found: f64, expected: f64| {
+            assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+        };
+        // 0.5 + 0.1 ξ reaches 1 at 5 sigmas.
+        near(sigmas(&dmatrix![0.5], &[dmatrix![0.1]]), 5.0);
+        // Two parameters together reach it in √2 of the way.
+        near(sigmas(&dmatrix![0.5], &[dmatrix![0.1], dmatrix![0.1]]), 5.0 / 2f64.sqrt());
+        // Two that have nothing to do with each other: the nearer counts.
+        let apart = [dmatrix![0.1, 0.0; 0.0, 0.0], dmatrix![0.0, 0.0; 0.0, 0.1]];
+        near(sigmas(&dmatrix![0.5, 0.0; 0.0, 0.8], &apart), 2.0);
+        // (z − 0.5)² = ξ, in units that differ by a thousand.
+        let coupled = [dmatrix![0.0, 0.0; 1e-3, 0.0]];
+        near(sigmas(&dmatrix![0.5, 1e3; 0.0, 0.5], &coupled), 0.25);
+        // At the Nyquist frequency.
+        near(sigmas(&dmatrix![-0.5], &[dmatrix![0.1]]), 5.0);
+    }
+
+    #[test]
+    fn what_cannot_make_a_loop_unstable_has_no_radius() {
+        // Only what the second state makes of the first, which nothing feeds back.
+        let found = sigmas(&dmatrix![0.5, 0.0; 0.0, 0.5], &[dmatrix![0.0, 0.1; 0.0, 0.0]]);
+        assert!(found > 1e3, "{found}");
+        assert!(UncertainLoop::new(&dmatrix![0.5], &[dmatrix![0.0]], 0.03).is_none());
+    }
+}

@@ -1,0 +1,210 @@
+//! How many of the vehicles that a model may stand for a design keeps stable, and with which margins.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::closed_loop::{self, FlightMode};
+use super::config::HoverDesign;
+use super::evolution::{Random, side_by_side};
+use super::plant::normalised;
+use super::proven::{ProvenRadius, UncertainLoop};
+use super::required::growth_per_s;
+use super::uncertainty::Uncertainty;
+use crate::{DesignError, Loop};
+use hovernav::autopilot::Gains;
+use hovernav_model::StateSpace;
+
+/// Frequencies at which the margins of a vehicle are looked at.
+const FREQUENCIES: usize = 90;
+const SEED: u64 = 20_050_614;
+
+/// What a design is worth on vehicles drawn from the covariance of its model's parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampledRobustness {
+    /// Vehicles drawn.
+    pub of: usize,
+    /// Of them stable in every mode that flies.
+    pub stable: usize,
+    /// Directions in which the parameters are not known: as many as parameters that are not each other's image.
+    pub directions: usize,
+    /// Of the vehicles drawn those that lie within the radius that is proven in every mode.
+    pub within_proven: usize,
+    /// Mode by mode.
+    pub modes: Vec<SampledMode>,
+}
+
+/// The same in one mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampledMode {
+    /// The mode.
+    pub mode: FlightMode,
+    /// Vehicles that are stable in it.
+    pub stable: usize,
+    /// The weakest gain margin, dB, and phase margin, °, of any loop that one vehicle in twenty has less than;
+    /// one that is unstable has none.
+    pub twentieth: (f64, f64),
+    /// And the least of all.
+    pub worst: (f64, f64),
+    /// How far all parameters may be off together, whichever way, with the loops sure to stay stable; `None`
+    /// where the loops are unstable as designed, or one sigma is so much that nothing can be said.
+    pub proven: Option<ProvenRadius>,
+}
+
+impl SampledRobustness {
+    /// Vehicles drawn.
+    pub const OF: usize = 500;
+
+    /// That of `gains` on 500 vehicles that the covariance of `model` allows; `None` where the model does not tell
+    /// how sure its parameters are and where they stand in its matrices. None of the vehicles is one that the
+    /// search saw.
+    ///
+    /// Parameters are normal, correlated as they were identified, and move the matrices along their slopes. What
+    /// the delay and lag of a stick are off by counts as a longer or shorter lag of its servo.
+    ///
+    /// # Errors
+    /// [`DesignError`] where the loops cannot be closed around `model`.
+    pub fn of(
+        design: &HoverDesign,
+        model: &StateSpace,
+        gains: &Gains,
+    ) -> Result<Option<Self>, DesignError> {
+        let Some(uncertainty) = Uncertainty::of(model) else { return Ok(None) };
+        let whole = normalised(model)?;
+        let mut random = Random(SEED);
+        let draws: Vec<DVector<f64>> =
+            (0..Self::OF).map(|_| uncertainty.draw(&mut random)).collect();
+        let mut is_stable = vec![true; draws.len()];
+        let mut modes = Vec::with_capacity(FlightMode::ALL.len());
+        for mode in FlightMode::ALL {
+            let controller = closed_loop::controller(design, whole.inputs(), gains, mode)?;
+            let flown = Flown { design, uncertainty: &uncertainty, controller, mode };
+            let found = side_by_side(&draws, |sigmas| flown.weakest(sigmas));
+            for (own, found) in is_stable.iter_mut().zip(&found) {
+                *own &= found.is_some();
+            }
+            let sorted = |of: fn((f64, f64)) -> f64| {
+                let mut values: Vec<f64> =
+                    found.iter().map(|margins| margins.map_or(0.0, of)).collect();
+                values.sort_by(f64::total_cmp);
+                values
+            };
+            let (gains_db, phases_deg) = (sorted(|(gain, _)| gain), sorted(|(_, phase)| phase));
+            modes.push(SampledMode {
+                mode,
+                stable: found.iter().flatten().count(),
+                twentieth: (gains_db[Self::OF / 20], phases_deg[Self::OF / 20]),
+                worst: (gains_db[0], phases_deg[0]),
+                proven: flown.proven()?,
+            });
+        }
+        let radius = modes.iter().map(|own| own.proven.map_or(0.0, |proven| proven.sigmas));
+        let radius = radius.fold(f64::INFINITY, f64::min);
+        Ok(Some(Self {
+            of: Self::OF,
+            stable: is_stable.iter().filter(|stable| **stable).count(),
+            directions: uncertainty.directions(),
+            within_proven: draws.iter().filter(|sigmas| sigmas.norm() < radius).count(),
+            modes,
+        }))
+    }
+}
+
+/// The autopilot in one mode, and the vehicles that it may fly.
+struct Flown<'a> {
+    design: &'a HoverDesign,
+    uncertainty: &'a Uncertainty<'a>,
+    controller: StateSpace,
+    mode: FlightMode,
+}
+
+impl Flown<'_> {
+    fn closed(&self, sigmas: &DVector<f64>) -> Result<Loop, DesignError> {
+        let plant = self.uncertainty.vehicle(sigmas)?.plant(self.design, self.mode)?;
+        Loop::at_plant_input(&plant, &self.controller)
+    }
+
+    /// Margins of the vehicle, dB and °; `None` where it is unstable, or so far off that its motion over a period
+    /// is no number.
+    fn weakest(&self, sigmas: &DVector<f64>) -> Option<(f64, f64)> {
+        let closed = self.closed(sigmas).ok()?;
+        let growth = growth_per_s(&closed, self.design.period_s);
+        // Written so that what is no number is not stable.
+        if growth < 0.0 { Some(closed.weakest(FREQUENCIES)) } else { None }
+    }
+
+    /// How the loop moves with each direction is that between one sigma to either side; nothing is proven where
+    /// that is no number.
+    fn proven(&self) -> Result<Option<ProvenRadius>, DesignError> {
+        let step = |sigmas: &DVector<f64>| -> Result<DMatrix<f64>, DesignError> {
+            let closed = self.closed(sigmas)?;
+            Ok(closed.open().a() - closed.open().b() * closed.open().c())
+        };
+        let directions = self.uncertainty.directions();
+        let nominal = self.closed(&DVector::zeros(directions))?;
+        if growth_per_s(&nominal, self.design.period_s) >= 0.0 {
+            return Ok(None);
+        }
+        let moves = (0..directions).map(|direction| {
+            let mut one = DVector::zeros(directions);
+            one[direction] = 1.0;
+            let (above, below) = (step(&one)?, step(&-&one)?);
+            Ok((above - below) * 0.5)
+        });
+        let Ok(moves) = moves.collect::<Result<Vec<_>, DesignError>>() else { return Ok(None) };
+        let step = step(&DVector::zeros(directions))?;
+        let unmoved = ProvenRadius { sigmas: f64::INFINITY, frequency_radps: 0.0 };
+        let uncertain = UncertainLoop::new(&step, &moves, self.design.period_s);
+        Ok(Some(uncertain.map_or(unmoved, |own| own.radius())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::uncertainty::tests::known_to;
+    use super::*;
+    use hovernav_model::shipped;
+
+    #[test]
+    fn what_is_known_well_is_stable_with_nearly_the_margins_of_the_model() {
+        let (model, design) = (known_to(0.02), HoverDesign::default());
+        let gains = design.synthesise(&model).unwrap();
+        let of = |model| SampledRobustness::of(&design, model, &gains).unwrap();
+        let found = of(&model).unwrap();
+        assert_eq!((found.stable, found.within_proven, found.directions), (500, 500, 9));
+        let own = design.close(&model, &gains).unwrap().weakest(FREQUENCIES);
+        let SampledMode { twentieth, worst, .. } = found.modes[0];
+        assert!(worst.0 <= twentieth.0 && twentieth.0 <= own.0 + 0.5, "{worst:?} {twentieth:?}");
+        assert!(worst.1 <= twentieth.1 && twentieth.1 <= own.1 + 1.0, "{worst:?} {twentieth:?}");
+        assert!(own.0 - worst.0 < 2.0 && own.1 - worst.1 < 8.0, "{worst:?} {own:?}");
+        assert_eq!(of(&shipped::raptor60()), None);
+    }
+
+    /// The bound is one: nothing within it is unstable, and not far from it something is.
+    #[test]
+    fn no_vehicle_within_the_proven_radius_is_unstable_and_some_are_not_far_from_it() {
+        let (model, design) = (known_to(0.3), HoverDesign::default());
+        let gains = design.synthesise(&model).unwrap();
+        let uncertainty = Uncertainty::of(&model).unwrap();
+        let whole = normalised(&model).unwrap();
+        let mode = FlightMode::Velocity;
+        let controller = closed_loop::controller(&design, whole.inputs(), &gains, mode).unwrap();
+        let flown = Flown { design: &design, uncertainty: &uncertainty, controller, mode };
+        let radius = flown.proven().unwrap().unwrap().sigmas;
+        let mut random = Random(2);
+        // From the middle outwards along as many directions: how far until it is lost, in radii.
+        let lost_at = |direction: DVector<f64>| {
+            let direction = direction.normalize();
+            (1..60).map(|step| 0.1 * f64::from(step)).find(|radii| {
+                let sigmas = &direction * (*radii * radius);
+                flown.weakest(&sigmas).is_none()
+            })
+        };
+        let lost: Vec<Option<f64>> =
+            (0..60).map(|_| lost_at(uncertainty.draw(&mut random))).collect();
+        let nearest = lost.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        println!(
+            "proven {radius:.2} sigmas; the nearest of 60 that is lost, in radii: {nearest:.1}"
+        );
+        assert!(nearest > 1.0, "{nearest} radii");
+        assert!(nearest < 4.0, "{nearest} radii");
+    }
+}

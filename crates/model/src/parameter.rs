@@ -1,0 +1,107 @@
+//! What fills the matrices of a model, how sure it is, and where it stands in them.
+
+use nalgebra::DMatrix;
+
+use super::error::ModelError;
+use super::signal::check_unique;
+
+/// A parameter from which the matrices were filled.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameter {
+    /// Name, as `Lp`.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// By how much an entry of A or B moves with a parameter.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Slope {
+    /// The parameter's name.
+    pub parameter: String,
+    /// The state whose derivative, or next value, it moves.
+    pub row: String,
+    /// The state it stands before, an entry of A, or else the input, an entry of B.
+    pub column: String,
+    /// The entry's derivative with respect to the parameter, in their units.
+    pub slope: f64,
+}
+
+/// Least eigenvalue of a matrix of correlations that rounding leaves.
+const ROUNDING: f64 = -1e-6;
+
+/// Refuses a name that is empty or repeated, a value that is not finite, and a delay or servo lag of a stick that
+/// none has.
+pub(super) fn check_parameters(parameters: &[Parameter]) -> Result<(), ModelError> {
+    check_unique("parameters", parameters.iter().map(|parameter| parameter.name.as_str()))?;
+    for parameter in parameters {
+        let found = parameter.value;
+        if !found.is_finite() {
+            return Err(refused(parameter, "found a value that is not finite, expected a number"));
+        }
+        match parameter.name.split_once('_') {
+            Some(("tau", "lat" | "lon" | "col" | "ped")) if !(-0.05..=1.0).contains(&found) => {
+                return Err(refused(parameter, "found a stick's delay outside -0.05 to 1 s"));
+            }
+            Some(("lag", _)) if !(0.0..=1.0).contains(&found) => {
+                return Err(refused(parameter, "found a servo's lag outside 0 to 1 s"));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Refuses what is no covariance of `parameters`: square in their order and finite it is.
+pub(super) fn check_covariance(
+    parameters: &[Parameter],
+    covariance: &DMatrix<f64>,
+) -> Result<(), ModelError> {
+    for (row, parameter) in parameters.iter().enumerate() {
+        if covariance[(row, row)] < 0.0 {
+            return Err(refused(parameter, "found a variance below 0"));
+        }
+        for column in 0..row {
+            let [above, below] = [covariance[(column, row)], covariance[(row, column)]];
+            let scale = covariance[(row, row)].sqrt() * covariance[(column, column)].sqrt();
+            // Written so that a NaN is refused too.
+            let even = (above - below).abs() <= 1e-9 * scale;
+            if !even {
+                return Err(refused(parameter, "found a covariance that is not symmetric"));
+            }
+            if above.abs() > (1.0 + 1e-6) * scale {
+                return Err(refused(parameter, "found a correlation beyond 1"));
+            }
+        }
+    }
+    let known: Vec<usize> =
+        (0..parameters.len()).filter(|&at| covariance[(at, at)] > 0.0).collect();
+    if known.is_empty() {
+        return Ok(());
+    }
+    let correlations = DMatrix::from_fn(known.len(), known.len(), |row, column| {
+        let (row, column) = (known[row], known[column]);
+        covariance[(row, column)]
+            / covariance[(row, row)].sqrt()
+            / covariance[(column, column)].sqrt()
+    });
+    let axes = correlations.symmetric_eigen();
+    let least = (0..known.len())
+        .min_by(|&one, &other| axes.eigenvalues[one].total_cmp(&axes.eigenvalues[other]));
+    match least {
+        Some(least) if axes.eigenvalues[least] < ROUNDING * known.len() as f64 => {
+            let most = axes.eigenvectors.column(least).iamax();
+            let parameter = &parameters[known[most]];
+            Err(refused(parameter, "found correlations that no variables have together"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn refused(parameter: &Parameter, reason: &'static str) -> ModelError {
+    ModelError::Parameter { name: parameter.name.clone(), reason }
+}
