@@ -148,6 +148,11 @@ settings! {
         turn_error_share = 0.0012,
         /// A turn errs to one side for about this long, s.
         turn_error_time_s = 2.0,
+        /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where the layout
+        /// has no states for it.
+        net_turn_error_share = 0.003,
+        /// A net turn is forgotten with this time constant, s.
+        net_turn_memory_s = 30.0,
         /// Full scale of the gyros, rad/s; 0 where it is not known and has to be learned.
         gyro_range_radps = 0.0,
         /// Full scale of the accelerometers, m/s²; 0 where it is not known.

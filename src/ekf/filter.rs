@@ -12,6 +12,7 @@ use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::motion_sum::MotionSum;
+use super::net_turn::NetTurn;
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
 use super::square;
@@ -87,6 +88,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) wander_unknown: bool,
     /// The steps that the covariance has not been propagated over yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
+    pub(super) net_turn: NetTurn<T>,
     /// How long the parameters have not relaxed, s, at the last propagation.
     pub(super) unrelaxed_s: T,
     /// Learned size of the GPS errors against what is stated or configured: variances of position and of
@@ -133,6 +135,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gps_wander: None,
             wander_unknown: false,
             unpropagated: None,
+            net_turn: NetTurn::NONE,
             unrelaxed_s: T::ZERO,
             gps_learned: [1.0; 3],
             excess: Excess::NONE,
@@ -161,6 +164,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_wander = None;
         self.wander_unknown = false;
         self.unpropagated = None;
+        self.net_turn = NetTurn::NONE;
         self.unrelaxed_s = T::ZERO;
         self.gps_learned = [1.0; 3];
         self.excess = Excess::NONE;

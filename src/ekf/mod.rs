@@ -18,6 +18,7 @@ mod innovation;
 mod joint;
 mod measurement;
 mod motion_sum;
+mod net_turn;
 mod prediction;
 mod process;
 #[cfg(feature = "alloc")]

@@ -141,7 +141,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         advance: &Advance<T>,
         trace: &mut impl Trace<T, N>,
     ) {
-        let (angle_variance, velocity_variance) = self.noise(increment);
+        let net_turn = match L::GYRO_SCALE {
+            Some(_) => [T::ZERO; 3],
+            None => {
+                let memory_s = T::of(self.config.imu.net_turn_memory_s);
+                self.net_turn.push(increment.rotation_rad, increment.interval_s, memory_s)
+            }
+        };
+        let (angle_variance, velocity_variance) = self.noise(increment, net_turn);
         let mut motion = MotionSum {
             increment: *increment,
             body_to_ned_rows: advance.body_to_ned_rows,
@@ -220,11 +227,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Variance that the inertial sensors add over one step to rotation, rad², and change of velocity, (m/s)²,
-    /// about and along the axes of the body.
+    /// about and along the axes of the body, where the square of the net turn has grown by `net_turn`, rad².
     ///
     /// # Source
     /// Equation (K4) of docs/equations.md.
-    fn noise(&self, increment: &Increment<T>) -> ([T; 3], [T; 3]) {
+    fn noise(&self, increment: &Increment<T>, net_turn: [T; 3]) -> ([T; 3], [T; 3]) {
         let interval_s = increment.interval_s;
         let imu = &self.config.imu;
         let over_s = T::of(self.excess.factor()) * interval_s;
@@ -252,7 +259,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     * T::of(imu.turn_error_time_s)
             }
         };
-        let gyro = sum(gyro, [turning; 3]);
+        let share = square(T::of(imu.net_turn_error_share));
+        let gyro = sum(sum(gyro, [turning; 3]), net_turn.map(|grown| share * grown));
         let suspicion = &self.samples.suspicion;
         (sum(gyro, suspicion.angle_variance), sum(accel, suspicion.velocity_variance))
     }

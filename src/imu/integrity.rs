@@ -245,7 +245,7 @@ impl<T: Scalar> Integrity<T> {
         let is_late = interval_s > longest;
         let usual_s = if is_late { longest } else { interval_s };
         self.typical_interval_s += T::of(0.005) * (usual_s - typical);
-        let late_s = interval_s - usual_s;
+        let lost_s = if is_late { interval_s - typical } else { T::ZERO };
         let is_even = !is_late && interval_s >= T::of(0.5) * typical;
         self.even = if is_even { self.even.saturating_add(1) } else { 0 };
 
@@ -260,13 +260,13 @@ impl<T: Scalar> Integrity<T> {
             (rates.angular_rate_radps, marks.gyro),
             (interval_s, &weights),
             (scale.gyro_radps, LEAST_GYRO_SCALE, LEAST_GYRO_SHAKING, LEAST_GYRO_BLOW),
-            (late_s, STUCK_GYRO_RADPS),
+            ((lost_s, typical), STUCK_GYRO_RADPS),
         );
         let accel = self.accel.push(
             (rates.specific_force_mps2, marks.accel),
             (interval_s, &weights),
             (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
-            (late_s, STUCK_ACCEL_MPS2),
+            ((lost_s, typical), STUCK_ACCEL_MPS2),
         );
         let sampling = Sampling { interval_s, momentary, even: self.even >= EVEN };
         let held = self.held.push(rates.specific_force_mps2, accel.shock, &sampling);
@@ -313,7 +313,7 @@ impl<T: Scalar> Triad<T> {
         (sample, marks): (Vector<Body, T>, [bool; 3]),
         (interval_s, weights): (T, &Weights<T>),
         (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
-        (late_s, stuck_sigma): (T, f64),
+        ((lost_s, typical_s), stuck_sigma): ((T, T), f64),
     ) -> Found<T> {
         let number = T::of;
         let values = sample.to_array();
@@ -361,13 +361,15 @@ impl<T: Scalar> Triad<T> {
             self.count_clipping(clipped, interval_s);
         }
         let mut variance = [T::ZERO; 3];
-        // A trapezoid over a lost sample weighs its ends twice: their vibration no longer cancels.
-        if late_s > T::ZERO {
+        // A trapezoid over lost samples weighs its ends for them: what they would have taken back is missing,
+        // and the ends count too much.
+        if lost_s > T::ZERO {
             let bend = bend.unwrap_or_default();
+            let ends_and_lost = lost_s * (number(0.5) * lost_s + typical_s);
             for axis in 0..3 {
-                let shaken = number(0.5) * self.usual[axis].max(self.now[axis])
-                    + bend[axis] * bend[axis] / number(36.0);
-                variance[axis] = shaken * late_s * late_s;
+                let moved = bend[axis] * lost_s;
+                variance[axis] = self.usual[axis].max(self.now[axis]) * ends_and_lost
+                    + moved * moved / number(36.0);
             }
         }
         let mut stuck = false;

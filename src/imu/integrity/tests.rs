@@ -138,6 +138,50 @@ fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
     assert!(missed.abs() < 3.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
 }
 
+/// Of vibration that looks like noise or like a tone, one sample or several in a row lost now and then: the
+/// trapezoid over the gap against those over all samples.
+#[test]
+fn lost_samples_leave_the_error_that_is_told() {
+    const USUAL_S: f64 = 0.03;
+    let mut shaking = noise();
+    let mut next = noise();
+    next();
+    for (lost, turn_rad) in [1, 2, 4].into_iter().flat_map(|n| [(n, 0.0), (n, 1.5), (n, 2.4)]) {
+        let mut integrity = Integrity::<f64>::NONE;
+        let (mut squares, mut variances) = (0.0, 0.0);
+        let (mut before, mut missed_mps, mut missing) = (0.0, 0.0, 0);
+        for k in 0..20_000u32 {
+            let tone = (turn_rad * f64::from(k)).sin();
+            let force = if turn_rad == 0.0 { 3.0 * shaking() } else { 3.0 * tone };
+            if missing == 0 && k > 1000 && next() > 0.95 {
+                missing = lost;
+            }
+            if missing > 0 {
+                missing -= 1;
+                missed_mps += force * USUAL_S;
+                continue;
+            }
+            let length = if missed_mps == 0.0 { 1 } else { lost + 1 };
+            let interval_s = USUAL_S * f64::from(length);
+            let found = integrity.push(
+                (&rates(force, 0.0), true),
+                &ClippedAxes::NONE,
+                interval_s,
+                &FullScale::default(),
+            );
+            if length > 1 {
+                let off = 0.5 * (before + force) * f64::from(lost) * USUAL_S - missed_mps;
+                squares += off * off;
+                variances += found.velocity_variance[0];
+                missed_mps = 0.0;
+            }
+            before = force;
+        }
+        let ratio = f64::sqrt(squares / variances);
+        assert!((0.6..1.3).contains(&ratio), "{lost} lost, {turn_rad}: {ratio}");
+    }
+}
+
 #[test]
 fn a_burst_is_forgotten_whole() {
     let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
