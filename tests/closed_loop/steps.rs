@@ -242,45 +242,63 @@ fn moved_deg(flight: &Flight, from_s: f64, until_s: f64) -> f64 {
     moved_rad.fold(0.0, f64::max).to_degrees()
 }
 
+/// What fifty engagements and releases do to the attitude, °, median and worst.
+struct Excursions {
+    engaged: [f64; 2],
+    released: [f64; 2],
+}
+
 /// Every flight is flown twice in the same gusts, with the change and without it: what their attitudes are
 /// apart is the change's doing. By the truth that is what the transfer itself takes; by the estimate the
 /// autopilot also brings the velocity to where the estimate has it wrong.
-#[test]
-fn fifty_engagements_and_releases_move_the_attitude_by_little() {
-    let (engage_s, release_s) = (12.0, 20.0);
-    let changes = |feedback: Feedback| {
-        let mut apart = [const { Vec::new() }; 5];
-        for seed in 1..=50 {
-            let fly = |engage_s: f64, events: Vec<(f64, FlightEvent)>| {
-                let flown = FlightConfig { seed, feedback, ..FlightConfig::new(autopilot()) };
-                FlightConfig { engage_s, events, duration_s: 20.6, ..flown }.fly().unwrap()
-            };
-            let flown = fly(engage_s, Vec::new());
-            let by_pilot = fly(f64::INFINITY, Vec::new());
-            let handed_back = fly(engage_s, vec![(release_s, FlightEvent::Engage(false))]);
-            apart[0].push(apart_deg(&flown, &by_pilot, engage_s, 2.0));
-            apart[1].push(apart_deg(&flown, &handed_back, release_s, 0.6));
-            apart[2].push(moved_deg(&flown, engage_s, 2.0));
-            apart[3].push(moved_deg(&by_pilot, engage_s, 2.0));
-            // What the hold does when the taking over is long past.
-            apart[4].extend([4.0, 6.0].map(|later_s| moved_deg(&flown, engage_s + later_s, 2.0)));
-        }
-        apart.map(|mut apart| {
-            apart.sort_by(f64::total_cmp);
-            [apart[apart.len() / 2], apart[apart.len() - 1]]
-        })
-    };
-    let [engaged, released, moved, by_pilot, held] = changes(Feedback::Truth);
-    let [engaged_by_estimate, released_by_estimate, moved_by_estimate, _, held_by_estimate] =
-        changes(Feedback::Estimator);
+fn excursions(feedback: Feedback, engage_s: f64) -> Excursions {
+    let release_s = engage_s + 8.0;
+    let mut apart = [const { Vec::new() }; 5];
+    for seed in 1..=50 {
+        let fly = |engage_s: f64, events: Vec<(f64, FlightEvent)>| {
+            let flown = FlightConfig { seed, feedback, ..FlightConfig::new(autopilot()) };
+            let duration_s = release_s + 0.6;
+            FlightConfig { engage_s, events, duration_s, ..flown }.fly().unwrap()
+        };
+        let flown = fly(engage_s, Vec::new());
+        let by_pilot = fly(f64::INFINITY, Vec::new());
+        let handed_back = fly(engage_s, vec![(release_s, FlightEvent::Engage(false))]);
+        apart[0].push(apart_deg(&flown, &by_pilot, engage_s, 2.0));
+        apart[1].push(apart_deg(&flown, &handed_back, release_s, 0.6));
+        apart[2].push(moved_deg(&flown, engage_s, 2.0));
+        apart[3].push(moved_deg(&by_pilot, engage_s, 2.0));
+        // What the hold does when the taking over is long past.
+        apart[4].extend([4.0, 6.0].map(|later_s| moved_deg(&flown, engage_s + later_s, 2.0)));
+    }
+    let [engaged, released, moved, by_pilot, held] = apart.map(|mut apart| {
+        apart.sort_by(f64::total_cmp);
+        [apart[apart.len() / 2], apart[apart.len() - 1]]
+    });
     println!(
-        "apart from the flight without the change, median and worst, deg: engaged {engaged:.2?}, released \
-         {released:.2?}; by the estimate {engaged_by_estimate:.2?}, {released_by_estimate:.2?}\n\
-         from where it was: engaged {moved:.2?}, by the estimate {moved_by_estimate:.2?}, by the pilot \
-         {by_pilot:.2?}, in 2 s of holding {held:.2?}, by the estimate {held_by_estimate:.2?}"
+        "by the {feedback:?}, {engage_s} s after the start, median and worst, deg: apart from the flight without the \
+         change: engaged {engaged:.2?}, released {released:.2?}; from where it was: engaged {moved:.2?}, by the \
+         pilot {by_pilot:.2?}, in 2 s of holding {held:.2?}"
     );
-    // Within 3° is wanted of both. In gusts an engagement may take more: there is a velocity to bring to rest.
-    assert!(released[1] < 3.0 && released_by_estimate[1] < 3.0, "{released_by_estimate:?}");
-    assert!(engaged[0] < 2.0 && engaged_by_estimate[0] < 2.5, "{engaged_by_estimate:?}");
-    assert!(engaged[1] < 4.0 && engaged_by_estimate[1] < 5.0, "{engaged_by_estimate:?}");
+    Excursions { engaged, released }
+}
+
+/// As over the lines, where the pilot has flown for three quarters of a minute.
+#[test]
+fn fifty_engagements_and_releases_move_the_attitude_by_no_more_than_3_degrees() {
+    for feedback in [Feedback::Truth, Feedback::Estimator] {
+        let Excursions { engaged, released } = excursions(feedback, 45.0);
+        assert!(engaged[1] < 3.0 && released[1] < 3.0, "{feedback:?}: {engaged:?} {released:?}");
+    }
+}
+
+/// Twelve seconds after the filter's first sample neither its errors nor the vehicle are at rest yet.
+#[test]
+fn an_engagement_soon_after_the_start_moves_the_attitude_by_little_more() {
+    for (feedback, most_deg) in [(Feedback::Truth, 4.0), (Feedback::Estimator, 5.0)] {
+        let Excursions { engaged, released } = excursions(feedback, 12.0);
+        assert!(
+            engaged[1] < most_deg && released[1] < 3.0,
+            "{feedback:?}: {engaged:?} {released:?}"
+        );
+    }
 }
