@@ -172,3 +172,22 @@ fn gains_that_are_unstable_on_the_vehicles_model_are_refused() {
     let message = last_line(&fly);
     assert!(message.contains("[autopilot] model") && message.contains("nowhere.toml"), "{message}");
 }
+
+#[test]
+fn a_model_that_is_not_to_be_flown_by_is_refused_by_the_flight_too() {
+    let directory = place("unflyable-flight");
+    let at = |name: &str| directory.join(name).display().to_string();
+    let named = example(&directory).replace("model = \"raptor60\"", "model = \"model.toml\"");
+    fs::write(at("loop.toml"), named).unwrap();
+    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let identified = "parameters = [{ name = \"Nr\", value = -4.0, unit = \"1/s\" }]\n\
+                      parameter_covariance = [[0.01]]\nstates = [";
+    for (more, expected) in [
+        ("verdict = \"do not fly\"\nreasons = [\"Lb has the wrong sign\"]\nstates = [", "Lb has"),
+        (identified, "no verdict"),
+    ] {
+        fs::write(at("model.toml"), by_hand.replacen("states = [", more, 1)).unwrap();
+        let message = last_line(&["fly", "--config", &at("loop.toml"), "--duration", "1"]);
+        assert!(message.contains("[autopilot] model") && message.contains(expected), "{message}");
+    }
+}
