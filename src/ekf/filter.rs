@@ -10,6 +10,7 @@ use super::gate::Gates;
 use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::level_force::LevelForce;
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::motion_sum::MotionSum;
 use super::net_turn::NetTurn;
@@ -89,6 +90,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// The steps that the covariance has not been propagated over yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
     pub(super) net_turn: NetTurn<T>,
+    pub(super) level_force: LevelForce<T>,
     /// How long the parameters have not relaxed, s, at the last propagation.
     pub(super) unrelaxed_s: T,
     /// Learned size of the GPS errors against what is stated or configured: variances of position and of
@@ -136,6 +138,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             wander_unknown: false,
             unpropagated: None,
             net_turn: NetTurn::NONE,
+            level_force: LevelForce::NONE,
             unrelaxed_s: T::ZERO,
             gps_learned: [1.0; 3],
             excess: Excess::NONE,
@@ -165,6 +168,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.wander_unknown = false;
         self.unpropagated = None;
         self.net_turn = NetTurn::NONE;
+        self.level_force = LevelForce::NONE;
         self.unrelaxed_s = T::ZERO;
         self.gps_learned = [1.0; 3];
         self.excess = Excess::NONE;

@@ -2,6 +2,7 @@
 
 pub mod covariance;
 pub mod layout;
+mod level_force;
 
 mod config;
 mod correction;

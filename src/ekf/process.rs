@@ -149,6 +149,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         };
         let (angle_variance, velocity_variance) = self.noise(increment, net_turn);
+        self.level_force.push(advance.from_specific_force_mps, increment.interval_s);
         let mut motion = MotionSum {
             increment: *increment,
             body_to_ned_rows: advance.body_to_ned_rows,
@@ -273,13 +274,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(always)]
     fn transition(&mut self, motion: &MotionSum<T>) -> Transition<T, N> {
         let MotionSum { increment, body_to_ned_rows: c, force_mps, .. } = motion;
+        self.weigh_level_force(c);
         let interval_s = increment.interval_s;
         let scaled =
             |factors: [T; 3]| c.map(|row| core::array::from_fn(|axis| row[axis] * factors[axis]));
         let mut transition = Transition {
             interval_s,
             turn: scaled([interval_s; 3]),
-            force: force_mps.to_array(),
+            force: self.level_force.of_motion(*force_mps).to_array(),
             scaled_rotation: match L::GYRO_SCALE {
                 Some(_) => scaled(increment.rotation_rad.to_array()),
                 None => [[T::ZERO; 3]; 3],

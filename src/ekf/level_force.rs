@@ -1,0 +1,196 @@
+//! How much of the level specific force is motion, by which a heading is told.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
+
+use super::filter::Ekf;
+use super::layout::{ACCEL_BIAS, ATTITUDE, Layout};
+use super::scalar::Scalar;
+use super::square;
+use crate::frames::{Ned, Vector};
+
+/// The level specific force is averaged over so long, s.
+const AVERAGED_S: f64 = 1.0;
+/// Below so many variances of its own error nothing is taken for motion.
+const VARIANCES: f64 = 2.0;
+/// As tilt turns it into what looks like motion, m/s².
+const GRAVITY_MPS2: f64 = 9.81;
+
+/// Mean level specific force of late, and the share of it that is motion.
+///
+/// A heading that is off turns every change of velocity that was felt. What accelerometers feel without any
+/// motion, noise and gravity by a tilt that is not known, is turned as well, but no fix can tell: held for
+/// motion, it makes a filter in a calm hover surer of its heading with every second in which it learns nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LevelForce<T> {
+    mean_mps2: [T; 2],
+    share: T,
+}
+
+impl<T: Scalar> LevelForce<T> {
+    /// None felt yet.
+    pub const NONE: Self = Self { mean_mps2: [T::ZERO; 2], share: T::ZERO };
+
+    /// Takes in a step's change of velocity by specific force.
+    pub fn push(&mut self, force_mps: Vector<Ned, T>, interval_s: T) {
+        let averaged_s = T::of(AVERAGED_S);
+        let left = (T::ONE - interval_s / averaged_s).max(T::ZERO);
+        let [north, east, _] = force_mps.to_array();
+        self.mean_mps2 = [
+            self.mean_mps2[0] * left + north / averaged_s,
+            self.mean_mps2[1] * left + east / averaged_s,
+        ];
+    }
+
+    /// Sets the share, where `variance` is that of the mean's own error, both axes together.
+    fn weigh(&mut self, variance: T) {
+        let [north, east] = self.mean_mps2;
+        let squared = north * north + east * east;
+        let unsure = T::of(VARIANCES) * variance;
+        // Written so that a NaN tells nothing.
+        self.share = if squared > unsure { T::ONE - unsure / squared } else { T::ZERO };
+    }
+
+    /// What of a change of velocity, or of position, by specific force tells the heading.
+    ///
+    /// # Source
+    /// Equation (K23) of docs/equations.md.
+    pub fn of_motion(&self, force: Vector<Ned, T>) -> Vector<Ned, T> {
+        let [north, east, down] = force.to_array();
+        Vector::new(north * self.share, east * self.share, down)
+    }
+}
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Finds how much of the level force is motion, for a unit whose axes have these rows in NED.
+    ///
+    /// # Source
+    /// Equation (K23) of docs/equations.md.
+    pub(super) fn weigh_level_force(&mut self, body_to_ned_rows: &[[T; 3]; 3]) {
+        let over_s = T::of(2.0 * AVERAGED_S);
+        let sensed = self.accel_noise(over_s) * T::of(2.0 / 3.0);
+        let gravity = T::of(GRAVITY_MPS2);
+        let north = self.level_variance(&body_to_ned_rows[0], ATTITUDE + 1, -gravity);
+        let east = self.level_variance(&body_to_ned_rows[1], ATTITUDE, gravity);
+        self.level_force.weigh(sensed + (north + east).max(T::ZERO));
+    }
+
+    /// Variance of the level force along an axis with these components in the body, by the accelerometers' biases
+    /// and by the tilt that turns so much of gravity into it.
+    fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {
+        let value = |one: usize, other: usize| self.covariance.value(one, other);
+        let mut variance = square(gravity) * value(tilt, tilt);
+        // Turns: 3.
+        for axis in 0..3 {
+            let bias = ACCEL_BIAS + axis;
+            let next = (axis + 1) % 3;
+            let twice = T::of(2.0) * row[axis];
+            variance += square(row[axis]) * value(bias, bias)
+                + twice * row[next] * value(bias, ACCEL_BIAS + next)
+                - twice * gravity * value(tilt, bias);
+        }
+        variance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BaseEkf, EkfConfig};
+    use super::*;
+    use crate::earth::Geodetic;
+    use crate::frames::{Body, Rotation};
+    use crate::gps::Fix;
+    use crate::imu::{ImuSample, Motion};
+    use crate::ins::{Mounting, NavState, Start};
+    use crate::time::Time;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng as _;
+    use rand_distr::{Distribution as _, StandardNormal};
+
+    const GYRO_BIAS_SIGMA_RADPS: f64 = 0.0015;
+    const FORCE_SIGMA_MPS2: f64 = 0.4;
+    const STEP_S: f64 = 0.02;
+
+    /// Heading error and its one-sigma, rad, after 240 s of a hover in which nothing moves, with everything drawn
+    /// from what the filter assumes.
+    fn hovered(seed: u64) -> [f64; 2] {
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        let mut vector = |sigma: f64| {
+            let mut drawn = || {
+                let normal: f64 = StandardNormal.sample(&mut generator);
+                sigma * normal
+            };
+            [drawn(), drawn(), drawn()]
+        };
+        let mut config = EkfConfig::default();
+        config.imu.gyro_bias_sigma_radps = GYRO_BIAS_SIGMA_RADPS;
+        config.imu.gyro_bias_time_s = 1e6;
+        config.imu.velocity_random_walk_mps = FORCE_SIGMA_MPS2 * STEP_S.sqrt();
+        config.imu.accel_vibration_share = 0.0;
+        config.imu.gyro_vibration_share = 0.0;
+        let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        let sure = Vector::new(0.01, 0.01, 0.02);
+        let start = Start {
+            state: NavState {
+                time: Time::ZERO,
+                position: place,
+                velocity_mps: Vector::ZERO,
+                body_to_ned: Rotation::IDENTITY,
+            },
+            attitude_sigma_rad: sure,
+            velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
+            position_sigma_m: Vector::new(1.0, 1.0, 1.0),
+            gyro_bias_radps: Vector::ZERO,
+            gyro_bias_sigma_radps: None,
+        };
+        let off = Vector::<Ned>::from(vector(0.01));
+        let heading = Vector::new(0.0, 0.0, 2.0 * off.z());
+        let off = Vector::new(off.x(), off.y(), 0.0);
+        let truth = Rotation::IDENTITY.turned_in_to(off + heading);
+        let down = truth.inverse() * Vector::new(0.0, 0.0, -9.807);
+        let bias = Vector::<Body>::from(vector(GYRO_BIAS_SIGMA_RADPS));
+        let mut filter = BaseEkf::new(config, Mounting::default(), start);
+        for k in 1..=12_000_i64 {
+            let time = Time::from_nanoseconds(k * 20_000_000);
+            let motion = Motion::Rates {
+                angular_rate_radps: bias,
+                specific_force_mps2: down + Vector::from(vector(FORCE_SIGMA_MPS2)),
+            };
+            filter.predict(&ImuSample::new(time, motion)).unwrap();
+            if k % 10 == 0 {
+                let [north, east, fall] = vector(0.1);
+                let place = place.displaced(Vector::from(vector(1.0)));
+                let fix = Fix {
+                    horizontal_velocity_mps: Some([north, east]),
+                    down_velocity_mps: Some(fall),
+                    ..Fix::at(time, place)
+                };
+                filter.update_gps(&fix).unwrap();
+            }
+        }
+        let solution = filter.solution();
+        let error_rad = solution.body_to_ned.euler().yaw_rad - truth.euler().yaw_rad;
+        [error_rad, solution.attitude_sigma_rad[2]]
+    }
+
+    /// Forty hovers: the heading goes away with the yaw gyro's bias, and the filter says so.
+    #[test]
+    fn a_calm_hover_tells_no_heading() {
+        let squares: f64 = (1..=40).map(hovered).map(|[error, sigma]| square(error / sigma)).sum();
+        let normalised = (squares / 40.0).sqrt();
+        let [error, sigma] = hovered(1);
+        println!("{normalised:.2} of its one-sigma, {error:.3} and {sigma:.3} rad in the first");
+        assert!((0.6..1.4).contains(&normalised), "{normalised}");
+    }
+
+    /// What is felt beyond its own error counts nearly whole, at once.
+    #[test]
+    fn a_manoeuvre_is_motion_within_a_tenth_of_a_second() {
+        let mut force = LevelForce::<f64>::NONE;
+        for _ in 0..5 {
+            force.push(Vector::new(0.06, 0.0, -0.196), STEP_S);
+            force.weigh(0.002);
+        }
+        assert!(force.of_motion(Vector::new(1.0, 1.0, 1.0)).x() > 0.95);
+        force.weigh(f64::NAN);
+        assert!(force.of_motion(Vector::new(1.0, 1.0, 1.0)) == Vector::new(0.0, 0.0, 1.0));
+    }
+}
