@@ -124,6 +124,10 @@ impl Moment {
         };
         let mut config = EkfConfig::default();
         config.imu.covariance_interval_s = 0.0;
+        // Accelerometers without noise, so that all that they feel is motion.
+        config.imu.velocity_random_walk_mps = 0.0;
+        config.imu.accel_vibration_share = 0.0;
+        config.imu.accel_bias_sigma_mps2 = 1e-9;
         let mut filter = Ekf::<WithScaleFactors, N>::new(config, Mounting::default(), start);
         let mut steps = Steps::default();
         for sample in self.samples() {

@@ -79,7 +79,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// When a gap last hid where the attitude went, until one is measured.
     pub(super) attitude_lost: Option<Time>,
     /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
-    pub(super) heading_revision: HeadingRevision,
+    pub(super) heading_revision: HeadingRevision<T>,
     pub(super) baro_offset_m: Option<f64>,
     pub(super) ground: Ground,
     pub(super) antenna_heading: AntennaHeadingMemory,

@@ -14,25 +14,25 @@ const FARTHEST_APART_S: f64 = 1.0;
 /// # Source
 /// Equation (K22) of docs/equations.md.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct HeadingRevision {
+pub(super) struct HeadingRevision<T> {
     /// Up to now, rad.
-    pub total_rad: f64,
+    pub total_rad: T,
     /// Whether what gives the heading is a magnetometer, whose error stays while the heading does. That of a heading
     /// which a unit computes wanders by itself.
     pub is_magnetic: bool,
     /// What of the changes of the error is not in it yet, rad.
-    pending_rad: f64,
+    pending_rad: T,
     /// The error after the correction before, rad, and when it was.
-    reference_error_rad: f64,
+    reference_error_rad: T,
     corrected: Time,
 }
 
-impl HeadingRevision {
+impl<T: Scalar> HeadingRevision<T> {
     pub const NONE: Self = Self {
-        total_rad: 0.0,
+        total_rad: T::ZERO,
         is_magnetic: false,
-        pending_rad: 0.0,
-        reference_error_rad: 0.0,
+        pending_rad: T::ZERO,
+        reference_error_rad: T::ZERO,
         corrected: Time::ZERO,
     };
 
@@ -43,26 +43,28 @@ impl HeadingRevision {
     /// matched by the opposite change of the error is an error found, at once; and what else the error has changed
     /// since the correction before, by being forgotten and found again, comes slowly, and only of a magnetometer:
     /// it may be a disturbance.
-    pub fn corrected<T: Scalar>(&mut self, time: Time, turned_rad: T, reference_error_rad: T) {
-        let (turned, error) = (turned_rad.wide(), reference_error_rad.wide());
-        let opposite = self.reference_error_rad - error;
-        let found = turned.min(opposite).max(0.0) + turned.max(opposite).min(0.0);
-        let pending = if self.is_magnetic { self.pending_rad + opposite - found } else { 0.0 };
-        let farthest = FOLLOWED_RADPS * (time - self.corrected).clamp(0.0, FARTHEST_APART_S);
-        let followed = pending.max(-farthest).min(farthest);
-        *self = Self {
-            total_rad: self.total_rad + found + followed,
-            is_magnetic: self.is_magnetic,
-            pending_rad: pending - followed,
-            reference_error_rad: error,
-            corrected: time,
-        };
+    pub fn corrected(&mut self, time: Time, turned_rad: T, reference_error_rad: T) {
+        let opposite = self.reference_error_rad - reference_error_rad;
+        let found = turned_rad.min(opposite).max(T::ZERO) + turned_rad.max(opposite).min(T::ZERO);
+        self.total_rad += found;
+        self.reference_error_rad = reference_error_rad;
+        if self.is_magnetic {
+            let pending = self.pending_rad + opposite - found;
+            let elapsed_s = T::of((time - self.corrected).clamp(0.0, FARTHEST_APART_S));
+            let farthest = T::of(FOLLOWED_RADPS) * elapsed_s;
+            let followed = pending.max(-farthest).min(farthest);
+            self.total_rad += followed;
+            self.pending_rad = pending - followed;
+        } else {
+            self.pending_rad = T::ZERO;
+        }
+        self.corrected = time;
     }
 
     /// A wrong heading was replaced by one turned by `turn_rad`, and what gave the wrong one is taken to be right.
     pub fn replaced(&mut self, turn_rad: f64) {
         *self = Self {
-            total_rad: self.total_rad + turn_rad,
+            total_rad: self.total_rad + T::of(turn_rad),
             is_magnetic: self.is_magnetic,
             ..Self::NONE
         };
@@ -74,12 +76,12 @@ mod tests {
     use super::*;
 
     /// Gives a correction every 0.1 s.
-    fn corrected(revision: &mut HeadingRevision, step: i64, turned_rad: f64, error_rad: f64) {
+    fn corrected(revision: &mut HeadingRevision<f64>, step: i64, turned_rad: f64, error_rad: f64) {
         let time = Time::from_nanoseconds(step * 100_000_000);
         revision.corrected(time, turned_rad, error_rad);
     }
 
-    fn magnetic() -> HeadingRevision {
+    fn magnetic() -> HeadingRevision<f64> {
         HeadingRevision { is_magnetic: true, ..HeadingRevision::NONE }
     }
 
@@ -108,7 +110,7 @@ mod tests {
     #[test]
     fn a_disturbance_is_followed_slowly_and_the_units_own_heading_not_at_all() {
         let mut revision = magnetic();
-        let mut own = HeadingRevision::NONE;
+        let mut own = HeadingRevision::<f64>::NONE;
         for step in 1..=300 {
             let error_rad = if (100..150).contains(&step) { 0.52 } else { 0.0 };
             corrected(&mut revision, step, 0.0, error_rad);

@@ -22,29 +22,25 @@ const GRAVITY_MPS2: f64 = 9.81;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LevelForce<T> {
     mean_mps2: [T; 2],
+    /// Of the mean's own error, both axes together, (m/s²)².
+    variance: T,
     share: T,
 }
 
 impl<T: Scalar> LevelForce<T> {
-    /// None felt yet.
-    pub const NONE: Self = Self { mean_mps2: [T::ZERO; 2], share: T::ZERO };
+    /// None felt yet, and nothing known against it.
+    pub const NONE: Self = Self { mean_mps2: [T::ZERO; 2], variance: T::ZERO, share: T::ONE };
 
     /// Takes in a step's change of velocity by specific force.
     pub fn push(&mut self, force_mps: Vector<Ned, T>, interval_s: T) {
         let averaged_s = T::of(AVERAGED_S);
         let left = (T::ONE - interval_s / averaged_s).max(T::ZERO);
         let [north, east, _] = force_mps.to_array();
-        self.mean_mps2 = [
-            self.mean_mps2[0] * left + north / averaged_s,
-            self.mean_mps2[1] * left + east / averaged_s,
-        ];
-    }
-
-    /// Sets the share, where `variance` is that of the mean's own error, both axes together.
-    fn weigh(&mut self, variance: T) {
-        let [north, east] = self.mean_mps2;
+        let north = self.mean_mps2[0] * left + north / averaged_s;
+        let east = self.mean_mps2[1] * left + east / averaged_s;
+        self.mean_mps2 = [north, east];
         let squared = north * north + east * east;
-        let unsure = T::of(VARIANCES) * variance;
+        let unsure = T::of(VARIANCES) * self.variance;
         // Written so that a NaN tells nothing.
         self.share = if squared > unsure { T::ONE - unsure / squared } else { T::ZERO };
     }
@@ -60,17 +56,18 @@ impl<T: Scalar> LevelForce<T> {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Finds how much of the level force is motion, for a unit whose axes have these rows in NED.
+    /// Finds how wrong the mean level force may be: now and then, for it changes little meanwhile.
     ///
     /// # Source
     /// Equation (K23) of docs/equations.md.
-    pub(super) fn weigh_level_force(&mut self, body_to_ned_rows: &[[T; 3]; 3]) {
+    pub(super) fn judge_level_force(&mut self) {
+        let [north, east, _] = self.state.body_to_ned.rows();
         let over_s = T::of(2.0 * AVERAGED_S);
         let sensed = self.accel_noise(over_s) * T::of(2.0 / 3.0);
         let gravity = T::of(GRAVITY_MPS2);
-        let north = self.level_variance(&body_to_ned_rows[0], ATTITUDE + 1, -gravity);
-        let east = self.level_variance(&body_to_ned_rows[1], ATTITUDE, gravity);
-        self.level_force.weigh(sensed + (north + east).max(T::ZERO));
+        let north = self.level_variance(&north, ATTITUDE + 1, -gravity);
+        let east = self.level_variance(&east, ATTITUDE, gravity);
+        self.level_force.variance = sensed + (north + east).max(T::ZERO);
     }
 
     /// Variance of the level force along an axis with these components in the body, by the accelerometers' biases
@@ -184,13 +181,12 @@ mod tests {
     /// What is felt beyond its own error counts nearly whole, at once.
     #[test]
     fn a_manoeuvre_is_motion_within_a_tenth_of_a_second() {
-        let mut force = LevelForce::<f64>::NONE;
+        let mut force = LevelForce::<f64> { variance: 0.002, ..LevelForce::NONE };
         for _ in 0..5 {
             force.push(Vector::new(0.06, 0.0, -0.196), STEP_S);
-            force.weigh(0.002);
         }
         assert!(force.of_motion(Vector::new(1.0, 1.0, 1.0)).x() > 0.95);
-        force.weigh(f64::NAN);
+        force.push(Vector::new(f64::NAN, 0.0, 0.0), STEP_S);
         assert!(force.of_motion(Vector::new(1.0, 1.0, 1.0)) == Vector::new(0.0, 0.0, 1.0));
     }
 }

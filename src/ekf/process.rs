@@ -153,7 +153,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut motion = MotionSum {
             increment: *increment,
             body_to_ned_rows: advance.body_to_ned_rows,
-            force_mps: advance.from_specific_force_mps,
+            force_mps: self.level_force.of_motion(advance.from_specific_force_mps),
             angle_variance,
             velocity_variance,
         };
@@ -203,6 +203,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn relax(&mut self, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
         if self.unrelaxed_s > T::ZERO {
+            self.judge_level_force();
             let relaxation = self.relaxation(self.unrelaxed_s);
             self.unrelaxed_s = T::ZERO;
             self.covariance.relax(&relaxation);
@@ -274,14 +275,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(always)]
     fn transition(&mut self, motion: &MotionSum<T>) -> Transition<T, N> {
         let MotionSum { increment, body_to_ned_rows: c, force_mps, .. } = motion;
-        self.weigh_level_force(c);
         let interval_s = increment.interval_s;
         let scaled =
             |factors: [T; 3]| c.map(|row| core::array::from_fn(|axis| row[axis] * factors[axis]));
         let mut transition = Transition {
             interval_s,
             turn: scaled([interval_s; 3]),
-            force: self.level_force.of_motion(*force_mps).to_array(),
+            force: force_mps.to_array(),
             scaled_rotation: match L::GYRO_SCALE {
                 Some(_) => scaled(increment.rotation_rad.to_array()),
                 None => [[T::ZERO; 3]; 3],
@@ -298,6 +298,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // Put where it belongs: it is large, and a copy of none is a copy.
         if let Some(due_s) = self.relaxation_due_s(interval_s) {
             transition.relaxation = Some(self.relaxation(due_s));
+            self.judge_level_force();
         }
         transition
     }

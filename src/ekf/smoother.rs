@@ -324,7 +324,8 @@ impl<const N: usize> Adjoint<N> {
         filter.angular_rate_radps = sample.angular_rate_radps - Vector::new(x, y, z);
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
-        filter.solution()
+        // Nobody holds a heading of the past.
+        Solution { heading_revision_rad: 0.0, ..filter.solution() }
     }
 }
 

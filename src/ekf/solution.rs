@@ -28,7 +28,7 @@ pub struct Solution {
     /// Angular rate p, q, r of the body against the ground's axes, rad/s, less bias.
     pub angular_rate_radps: Vector<Body>,
     /// How far the filter has turned its heading, in all, by finding what gives it in error, rad: the vehicle did
-    /// not turn by that. Who holds a heading moves it along. 0 where nothing is known of it.
+    /// not turn by that. Who holds a heading moves it along. 0 where nothing is known of it, and where smoothed.
     pub heading_revision_rad: f64,
     /// One-sigma of position, m.
     pub position_sigma_m: Vector<Ned>,
@@ -84,7 +84,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             state: &self.state,
             covariance: &self.covariance,
             angular_rate_radps: self.angular_rate_radps,
-            heading_revision_rad: self.heading_revision.total_rad,
+            heading_revision_rad: self.heading_revision.total_rad.wide(),
             gyro_bias_radps: errors.gyro_bias_radps,
             accel_bias_mps2: errors.accel_bias_mps2,
         };

@@ -3,6 +3,7 @@
 use super::super::config::{AntennaHeadingModel, EkfConfig};
 use super::super::covariance::{Covariance, Gain, Sensitivity, Transition};
 use super::super::layout::{ATTITUDE, Full, GYRO_BIAS, Layout, POSITION};
+use super::super::level_force::LevelForce;
 use super::super::{FullEkf, Rangefinder, Trace};
 use super::*;
 use crate::earth::Geodetic;
@@ -61,6 +62,8 @@ fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
         filter.predict(&sample).unwrap();
     }
     filter.parameters = *parameters;
+    // As if all that was felt were motion.
+    filter.level_force = LevelForce::NONE;
     if let Some(state) = nominal {
         filter.state = state;
     }
