@@ -2,7 +2,9 @@
 //
 //     cargo build --release -p hovernav-ffi
 //     cc -std=c11 -Iffi/include examples/04_c_flight_computer.c -Ltarget/release -lhovernav_c -lm
-//     LD_LIBRARY_PATH=target/release ./a.out datasets/heli-hover
+//     LD_LIBRARY_PATH=target/release ./a.out datasets/heli-hover [SAMPLES [ROTOR_HZ]]
+//
+// ROTOR_HZ takes the vibration of a rotor and its second harmonic out of the samples.
 //
 // What stands in main() between reading a row and the end of the loop is what a flight computer does.
 
@@ -93,6 +95,7 @@ static HovernavFix fix_of(const double *row) {
 int main(int count, char **arguments) {
     const char *directory = count > 1 ? arguments[1] : "datasets/heli-hover";
     long most = count > 2 ? atol(arguments[2]) : -1;
+    double rotor_hz = count > 3 ? atof(arguments[3]) : 0.0;
 
     // What dataset.toml says of the vehicle; everything else as the defaults have it.
     HovernavConfig config;
@@ -107,6 +110,8 @@ int main(int count, char **arguments) {
     config.imu.gyro_range_radps = 200.0 * RAD_PER_DEG;
     config.imu.accel_range_mps2 = 4.0 * 9.80665;
     config.alignment.declination_rad = 0.42 * RAD_PER_DEG;
+    config.notch.frequency_hz = rotor_hz;
+    config.notch.harmonics = rotor_hz > 0.0 ? 2 : 0;
 
     Hovernav *nav;
     HovernavFault fault;

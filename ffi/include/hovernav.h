@@ -56,14 +56,14 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: grows with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 3
+#define HOVERNAV_ABI 4
 
 // Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 // much it is in this one.
-#define HOVERNAV_SIZE 53248
+#define HOVERNAV_SIZE 54272
 
 // The same where the library was built without heading-search.
-#define HOVERNAV_SIZE_WITHOUT_SEARCH 26624
+#define HOVERNAV_SIZE_WITHOUT_SEARCH 28672
 
 // Alignment of an object's memory, bytes.
 #define HOVERNAV_ALIGNMENT 16
@@ -176,6 +176,8 @@ enum {
     HOVERNAV_STATUS_NOT_BUILT = -10,
     // A set-point is not finite, no place on Earth, or faster than the configuration allows.
     HOVERNAV_STATUS_SET_POINT_REFUSED = -11,
+    // The configuration's notch has no harmonics: there is none.
+    HOVERNAV_STATUS_NO_NOTCH = -12,
 };
 
 // How far a quantity can be trusted.
@@ -449,6 +451,11 @@ typedef struct HovernavImuModel {
     double turn_error_share;
     // A turn errs to one side for about this long, s.
     double turn_error_time_s;
+    // One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where there are no states
+    // for it.
+    double net_turn_error_share;
+    // A net turn is forgotten with this time constant, s.
+    double net_turn_memory_s;
     // Full scale of the gyros, rad/s; 0 where it is not known.
     double gyro_range_radps;
     // Full scale of the accelerometers, m/s^2; 0 where it is not known.
@@ -594,6 +601,19 @@ typedef struct HovernavSecondAntenna {
     struct HovernavAntennaHeadingModel model;
 } HovernavSecondAntenna;
 
+// A notch at the speed of a rotor: takes its vibration out of the inertial samples before anything hears them. What
+// is slow comes out of it width_hz / (2 pi frequency_hz^2) seconds late, and the samples are dated back by that.
+typedef struct HovernavNotch {
+    // Speed of the rotor, turns a second, Hz; 0 until hovernav_push_rotor_speed() tells it.
+    double frequency_hz;
+    // Width of the notch at half power, Hz, the same at each harmonic.
+    double width_hz;
+    // What appears below this in the samples, Hz, is left in: the vehicle moves there itself.
+    double least_hz;
+    // How many multiples of the speed are taken out, 1 to 4; 0 for no notch, and then frequency_hz is 0.
+    uint32_t harmonics;
+} HovernavNotch;
+
 // What is good enough to fly by: one-sigma and times.
 typedef struct HovernavHealthLimits {
     // Roll and pitch, rad.
@@ -650,6 +670,8 @@ typedef struct HovernavConfig {
     struct HovernavRangefinder rangefinder;
     // The second antenna.
     struct HovernavSecondAntenna second_antenna;
+    // The notch before the estimator.
+    struct HovernavNotch notch;
     // What hovernav_get_health() finds good enough.
     struct HovernavHealthLimits health;
 } HovernavConfig;
@@ -1189,6 +1211,14 @@ HovernavStatus hovernav_push_baro(struct Hovernav *nav,
 HovernavStatus hovernav_push_magnetometer(struct Hovernav *nav,
                                           int64_t time_ns,
                                           const double *field_gauss);
+
+// Takes in the speed of the rotor, turns a second, Hz, as it is now: the notch follows it from the next sample on. 0,
+// a rotor that stands, leaves the notch where it is.
+//
+// HOVERNAV_STATUS_NO_NOTCH where the configuration has none; HOVERNAV_STATUS_OUT_OF_RANGE for a speed that is not
+// finite, negative, or 10000 Hz and more.
+HovernavStatus hovernav_push_rotor_speed(struct Hovernav *nav,
+                                         double rotor_hz);
 
 // Takes in a distance to the ground along the beam of the rangefinder, m, true at `time_ns`. `sigma_m`
 // is its one-sigma, m, and `quality` how good the sensor takes it to be, from 0, not valid, to 1; NaN where it does

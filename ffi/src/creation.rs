@@ -5,6 +5,7 @@ use core::mem::{MaybeUninit, align_of, size_of};
 
 use hovernav::autopilot::HealthMonitor;
 use hovernav::ekf::Estimator;
+use hovernav::imu::Notch;
 
 use crate::access::{input, object, optional, output};
 use crate::object::{Flight, HOVERNAV_ABI, Hovernav, MARK};
@@ -88,6 +89,7 @@ fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
         mark: MARK,
         lines: None,
         flight: Flight {
+            notch: config.notch.map(Notch::new),
             estimator: Estimator::new(config.estimator),
             monitor: HealthMonitor::new(config.health),
             autopilot: None,

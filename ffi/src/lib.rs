@@ -59,11 +59,11 @@ pub use object::*;
 pub use solution::*;
 pub use status::*;
 
+/// cbindgen:ignore
 #[cfg(all(feature = "bare-metal", target_os = "none"))]
 mod bare_metal {
     use core::panic::PanicInfo;
 
-    /// cbindgen:ignore
     unsafe extern "C" {
         /// Defined nowhere.
         fn hovernav_a_panic_is_reachable() -> !;

@@ -205,3 +205,25 @@ pub unsafe extern "C" fn hovernav_push_magnetometer(
         Ok(())
     }))
 }
+
+/// Takes in the speed of the rotor, turns a second, Hz, as it is now: the notch follows it from the next sample on. 0,
+/// a rotor that stands, leaves the notch where it is.
+///
+/// HOVERNAV_STATUS_NO_NOTCH where the configuration has none; HOVERNAV_STATUS_OUT_OF_RANGE for a speed that is not
+/// finite, negative, or 10000 Hz and more.
+///
+/// # Safety
+/// Pointers as the crate's rules say.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hovernav_push_rotor_speed(nav: *mut Hovernav, rotor_hz: f64) -> Status {
+    // SAFETY: the caller's promise.
+    let nav = unsafe { object(nav) };
+    Status::of(nav.and_then(|nav| {
+        let notch = nav.flight.notch.as_mut().ok_or(Status::NoNotch)?;
+        if !(0.0..1e4).contains(&rotor_hz) {
+            return Err(Status::OutOfRange);
+        }
+        notch.set_frequency_hz(rotor_hz);
+        Ok(())
+    }))
+}

@@ -5,20 +5,21 @@ use core::mem::{align_of, size_of};
 use hovernav::autopilot::{HealthMonitor, HoverAutopilot};
 use hovernav::ekf::{Estimator, Notice};
 use hovernav::event::Event;
+use hovernav::imu::Notch;
 use hovernav::sensors::Sensors;
 
 use crate::queue::NoticeQueue;
 use crate::status::Status;
 
 /// Version of the binary interface: grows with every change of a structure, a code or a function.
-pub const HOVERNAV_ABI: u32 = 3;
+pub const HOVERNAV_ABI: u32 = 4;
 
 /// Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 /// much it is in this one.
-pub const HOVERNAV_SIZE: usize = 53_248;
+pub const HOVERNAV_SIZE: usize = 54_272;
 
 /// The same where the library was built without heading-search.
-pub const HOVERNAV_SIZE_WITHOUT_SEARCH: usize = 26_624;
+pub const HOVERNAV_SIZE_WITHOUT_SEARCH: usize = 28_672;
 
 /// Alignment of an object's memory, bytes.
 pub const HOVERNAV_ALIGNMENT: usize = 16;
@@ -47,6 +48,8 @@ pub struct Hovernav {
 
 /// All that hears what the sensors say.
 pub(crate) struct Flight {
+    /// Before all the others.
+    pub notch: Option<Notch>,
     pub estimator: Filtering<Number, Search>,
     pub monitor: HealthMonitor,
     pub autopilot: Option<HoverAutopilot>,
@@ -71,9 +74,14 @@ impl Flight {
         Ok(())
     }
 
-    /// Everyone hears the event, then what the estimator made of it.
+    /// Everyone hears the event, a sample without the rotor's vibration, then what the estimator made of it.
     pub fn push(&mut self, event: &Event) {
-        let Self { estimator, monitor, autopilot, notices, .. } = self;
+        let Self { notch, estimator, monitor, autopilot, notices } = self;
+        let filtered = match (event, notch) {
+            (Event::Imu(sample), Some(notch)) => Some(Event::Imu(notch.filter(sample))),
+            _ => None,
+        };
+        let event = filtered.as_ref().unwrap_or(event);
         monitor.hear(event);
         if let Some(autopilot) = autopilot {
             autopilot.hear(event);

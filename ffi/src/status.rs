@@ -35,10 +35,12 @@ pub enum Status {
     NotBuilt = -10,
     /// A set-point is not finite, no place on Earth, or faster than the configuration allows.
     SetPointRefused = -11,
+    /// The configuration's notch has no harmonics: there is none.
+    NoNotch = -12,
 }
 
 impl Status {
-    const ALL: [Self; 13] = [
+    const ALL: [Self; 14] = [
         Self::Ok,
         Self::NotYet,
         Self::NullPointer,
@@ -52,6 +54,7 @@ impl Status {
         Self::NoLines,
         Self::NotBuilt,
         Self::SetPointRefused,
+        Self::NoNotch,
     ];
 
     const fn text(self) -> &'static CStr {
@@ -69,6 +72,7 @@ impl Status {
             Self::NoLines => c"hovernav_start_lines() was not called",
             Self::NotBuilt => c"the library was built without this receiver protocol or aid",
             Self::SetPointRefused => c"the set-point is no place, not finite or too fast",
+            Self::NoNotch => c"the configuration has no notch",
         }
     }
 

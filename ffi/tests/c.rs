@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 
 use hovernav::ekf::Estimator;
 use hovernav::event::Event;
+use hovernav::imu::NotchConfig;
 use hovernav_c::Solution;
 use hovernav_log::Dataset;
 
@@ -66,9 +67,10 @@ fn build(source: &str, more: &[&str], place: &Path) -> Option<PathBuf> {
 const REPLAY: &str = "examples/04_c_flight_computer.c";
 
 /// What the replay prints first: samples, solutions, refused axes, and a hash of every solution's bytes;
-/// computed by the Rust core.
-fn flown(most: usize) -> String {
+/// computed by the Rust core, with a `notch` before it or none.
+fn flown(most: usize, notch: Option<NotchConfig>) -> String {
     let mut dataset = Dataset::open(&root().join("datasets/heli-hover")).unwrap();
+    dataset.manifest.imu.notch = notch;
     let config = dataset.settings().unwrap();
     let mut estimator: Estimator = Estimator::new(config);
     let (mut samples, mut solutions, mut refused) = (0, 0, 0);
@@ -124,7 +126,7 @@ fn words(solution: &Solution) -> Vec<u64> {
     words
 }
 
-fn replay(program: &Path, wrapper: &[&str], most: usize) -> String {
+fn replay(program: &Path, wrapper: &[&str], arguments: &[&str]) -> String {
     let mut command = match wrapper {
         [] => Command::new(program),
         [first, rest @ ..] => {
@@ -133,7 +135,7 @@ fn replay(program: &Path, wrapper: &[&str], most: usize) -> String {
             command
         }
     };
-    let output = command.arg(root().join("datasets/heli-hover")).arg(most.to_string()).output();
+    let output = command.arg(root().join("datasets/heli-hover")).args(arguments).output();
     text(&output.unwrap())
 }
 
@@ -141,9 +143,20 @@ fn replay(program: &Path, wrapper: &[&str], most: usize) -> String {
 fn a_flight_replayed_in_c_gives_the_bits_of_rust() {
     let place = tempfile::tempdir().unwrap();
     let Some(program) = build(REPLAY, &[], place.path()) else { return };
-    let printed = replay(&program, &[], usize::MAX >> 1);
+    let printed = replay(&program, &[], &[]);
     println!("{printed}");
-    assert_eq!(printed.lines().next().unwrap(), flown(usize::MAX));
+    assert_eq!(printed.lines().next().unwrap(), flown(usize::MAX, None));
+}
+
+#[test]
+fn and_so_it_does_without_the_vibration_of_a_rotor() {
+    let place = tempfile::tempdir().unwrap();
+    let Some(program) = build(REPLAY, &[], place.path()) else { return };
+    let notch = NotchConfig::at_hz(12.5).with_harmonics(2);
+    let printed = replay(&program, &[], &["2000", "12.5"]);
+    let first = printed.lines().next().unwrap();
+    assert_eq!(first, flown(2_000, Some(notch)));
+    assert_ne!(first, flown(2_000, None));
 }
 
 #[test]
@@ -163,7 +176,7 @@ fn the_shared_library_gives_them_too() {
         .output()
         .unwrap();
     text(&built);
-    assert_eq!(replay(&program, &[], 2_000).lines().next().unwrap(), flown(2_000));
+    assert_eq!(replay(&program, &[], &["2000"]).lines().next().unwrap(), flown(2_000, None));
 }
 
 #[test]
@@ -174,7 +187,7 @@ fn valgrind_finds_nothing_in_the_replay() {
     }
     let Some(program) = build(REPLAY, &[], place.path()) else { return };
     let valgrind = ["valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full"];
-    assert_eq!(replay(&program, &valgrind, 600).lines().next().unwrap(), flown(600));
+    assert_eq!(replay(&program, &valgrind, &["600"]).lines().next().unwrap(), flown(600, None));
 }
 
 #[test]
@@ -182,26 +195,28 @@ fn sanitizers_find_nothing_in_the_replay() {
     let place = tempfile::tempdir().unwrap();
     let sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
     let Some(program) = build(REPLAY, &sanitize, place.path()) else { return };
-    assert_eq!(replay(&program, &[], 2_000).lines().next().unwrap(), flown(2_000));
+    assert_eq!(replay(&program, &[], &["2000"]).lines().next().unwrap(), flown(2_000, None));
+}
+
+const LINES: &str = "ffi/examples/lines.cpp";
+
+fn reach(command: &mut Command) {
+    let printed = text(&command.output().unwrap());
+    println!("{printed}");
+    assert!(printed.starts_with("30 fixes, height 520.0 m"), "{printed}");
 }
 
 #[test]
 fn bytes_of_a_receiver_reach_the_sticks_in_cpp() {
     let place = tempfile::tempdir().unwrap();
-    let source = "ffi/examples/lines.cpp";
-    let reach = |command: &mut Command| {
-        let printed = text(&command.output().unwrap());
-        println!("{printed}");
-        assert!(printed.starts_with("30 fixes, height 520.0 m"), "{printed}");
-    };
-    let Some(program) = build(source, &[], place.path()) else { return };
+    let Some(program) = build(LINES, &[], place.path()) else { return };
     reach(&mut Command::new(&program));
     if found("valgrind") {
         let valgrind = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
         reach(Command::new("valgrind").args(valgrind).arg(&program));
     }
     let sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
-    let Some(program) = build(source, &sanitize, place.path()) else { return };
+    let Some(program) = build(LINES, &sanitize, place.path()) else { return };
     reach(&mut Command::new(program));
 }
 
@@ -235,42 +250,72 @@ fn pkg_config_finds_what_was_installed() {
         .arg("300")
         .env("LD_LIBRARY_PATH", place.path().join("lib"))
         .output();
-    assert_eq!(text(&run.unwrap()).lines().next().unwrap(), flown(300));
+    assert_eq!(text(&run.unwrap()).lines().next().unwrap(), flown(300, None));
+}
+
+/// Configures the CMake project `text` of `languages` against what is installed at `prefix`; its output and where it is
+/// built.
+fn configure(prefix: &Path, languages: &str, text: &str) -> (Output, PathBuf) {
+    let build = prefix.join("build");
+    let project =
+        format!("cmake_minimum_required(VERSION 3.16)\nproject(consumer {languages})\n{text}");
+    std::fs::write(prefix.join("CMakeLists.txt"), project).unwrap();
+    let mut command = Command::new("cmake");
+    command.arg("-S").arg(prefix).arg("-B").arg(&build);
+    command.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
+    (command.output().unwrap(), build)
 }
 
 #[test]
 fn cmake_finds_what_was_installed() {
-    if !found("cmake") || !found("gcc") {
+    if !found("cmake") || !found("gcc") || !found("g++") {
         return;
     }
     let place = tempfile::tempdir().unwrap();
     install(place.path());
     let project = format!(
-        "cmake_minimum_required(VERSION 3.16)\n\
-         project(replay C)\n\
-         find_package(hovernav 0.1 REQUIRED)\n\
-         add_executable(shared {source})\n\
+        "find_package(hovernav 0.1 REQUIRED)\n\
+         add_executable(shared {replay})\n\
          target_link_libraries(shared PRIVATE hovernav::hovernav m)\n\
-         add_executable(static {source})\n\
-         target_link_libraries(static PRIVATE hovernav::static)\n",
-        source = root().join(REPLAY).display()
+         add_executable(static {replay})\n\
+         target_link_libraries(static PRIVATE hovernav::static)\n\
+         add_executable(cpp_shared {lines})\n\
+         add_executable(cpp_static {lines})\n\
+         target_compile_features(cpp_shared PRIVATE cxx_std_17)\n\
+         target_compile_features(cpp_static PRIVATE cxx_std_17)\n\
+         target_link_libraries(cpp_shared PRIVATE hovernav::hovernav)\n\
+         target_link_libraries(cpp_static PRIVATE hovernav::static)\n",
+        replay = root().join(REPLAY).display(),
+        lines = root().join(LINES).display()
     );
-    std::fs::write(place.path().join("CMakeLists.txt"), project).unwrap();
-    let build = place.path().join("build");
-    let configure = Command::new("cmake")
-        .arg("-S")
-        .arg(place.path())
-        .arg("-B")
-        .arg(&build)
-        .arg(format!("-DCMAKE_PREFIX_PATH={}", place.path().display()))
-        .output();
-    text(&configure.unwrap());
+    let (configured, build) = configure(place.path(), "C CXX", &project);
+    text(&configured);
     text(&Command::new("cmake").arg("--build").arg(&build).output().unwrap());
     for program in ["shared", "static"] {
         let run = Command::new(build.join(program))
             .arg(root().join("datasets/heli-hover"))
             .arg("300")
             .output();
-        assert_eq!(text(&run.unwrap()).lines().next().unwrap(), flown(300), "{program}");
+        assert_eq!(text(&run.unwrap()).lines().next().unwrap(), flown(300, None), "{program}");
+    }
+    reach(&mut Command::new(build.join("cpp_shared")));
+    reach(&mut Command::new(build.join("cpp_static")));
+}
+
+/// Before version 1 each minor version may change what the header declares.
+#[test]
+fn cmake_is_refused_another_minor_version() {
+    if !found("cmake") || !found("gcc") {
+        return;
+    }
+    for (version, fits) in
+        [("0.1", true), ("0.1.0 EXACT", true), ("0.2", false), ("0.1.9", false), ("0.0.1", false)]
+    {
+        let place = tempfile::tempdir().unwrap();
+        install(place.path());
+        let project = format!("find_package(hovernav {version} REQUIRED)\n");
+        let (configured, _) = configure(place.path(), "C", &project);
+        let errors = String::from_utf8_lossy(&configured.stderr);
+        assert_eq!(configured.status.success(), fits, "{version}: {errors}");
     }
 }

@@ -169,6 +169,7 @@ fn what_is_no_object_is_refused_by_every_function() {
                 hovernav_push_range(nav, 0, 1.0, f64::NAN, f64::NAN),
                 hovernav_push_antenna_heading(nav, 0, 1.0, f64::NAN, f64::NAN),
                 hovernav_push_magnetometer(nav, 0, field.as_ptr()),
+                hovernav_push_rotor_speed(nav, 20.0),
                 hovernav_get_solution(nav, solution.as_mut_ptr()),
                 hovernav_get_covariance(nav, covariance.as_mut_ptr()),
                 hovernav_get_health(nav, 0, health.as_mut_ptr()),
@@ -180,7 +181,7 @@ fn what_is_no_object_is_refused_by_every_function() {
                 hovernav_push_gps_bytes(nav, null(), 0, 0, result.as_mut_ptr()),
             ]
         };
-        assert_eq!(answers, [status; 15]);
+        assert_eq!(answers, [status; 16]);
     }
 }
 
@@ -223,6 +224,7 @@ fn what_is_not_there_yet_is_said_so() {
         let status = hovernav_step_autopilot(nav, &inputs, outputs.as_mut_ptr());
         assert_eq!(status, Status::NoAutopilot);
         assert_eq!(hovernav_set(nav, &SetPoint::default()), Status::NoAutopilot);
+        assert_eq!(hovernav_push_rotor_speed(nav, 20.0), Status::NoNotch);
         let status = hovernav_push_gps_bytes(nav, null(), 0, 0, result.as_mut_ptr());
         assert_eq!(status, Status::NoLines);
     }
@@ -274,10 +276,10 @@ fn every_status_has_a_text_of_its_own() {
         // SAFETY: a text of this library ends with a zero byte.
         unsafe { CStr::from_ptr(hovernav_status_text(status)) }.to_str().unwrap()
     };
-    let mut texts: Vec<&str> = (-11..=1).map(text).collect();
+    let mut texts: Vec<&str> = (-12..=1).map(text).collect();
     texts.sort_unstable();
     texts.dedup();
-    assert_eq!(texts.len(), 13, "{texts:?}");
+    assert_eq!(texts.len(), 14, "{texts:?}");
     assert_eq!(text(77), "no status of this library");
     assert_eq!(text(i32::MIN), "no status of this library");
 }

@@ -3,9 +3,10 @@
 use hovernav::autopilot::{Gains as CoreGains, HealthLimits, HoverConfig};
 use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::Vector;
+use hovernav::imu::NotchConfig;
 use hovernav_c::settings::{
     Alignment, AntennaHeadingModel, AttitudeModel, AutopilotConfig, BaroModel, Config, GateModel,
-    GpsModel, ImuModel, MagnetometerModel, RangeModel,
+    GpsModel, ImuModel, MagnetometerModel, Notch, RangeModel,
 };
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;
@@ -46,6 +47,7 @@ fn no_setting_of_the_filter_is_missing() {
             numbers(&to_value(all.antenna_heading).unwrap()),
             doubles::<AntennaHeadingModel>(),
         ),
+        ("notch", numbers(&to_value(NotchConfig::default()).unwrap()), doubles::<Notch>()),
         // The two declinations are not read from files.
         (
             "alignment",
@@ -78,8 +80,12 @@ fn a_configuration_survives_the_way_to_c_and_back() {
     config.antenna_heading.floor_rad = 0.01;
     let mut health = HealthLimits::default();
     health.age_s = 0.5;
-    let back = Config::of(&config, &health).checked().unwrap();
+    let mut notch = NotchConfig::at_hz(23.5).with_width_hz(3.0).with_harmonics(4);
+    notch.least_hz = 5.0;
+    let back = Config::of(&config, Some(notch), &health).checked().unwrap();
     assert_eq!(back.estimator, config);
+    assert_eq!(back.notch, Some(notch));
+    assert_eq!(Config::of(&config, None, &health).checked().unwrap().notch, None);
     assert_eq!(back.health, health);
 
     let gains = HoverDesign::default().synthesise(&shipped::raptor60()).unwrap();

@@ -141,6 +141,8 @@ fn a_place_for_the_fault_that_is_misaligned_is_found_by_every_function() {
     assert!(nav.is_null());
 }
 
+const NO_NOTCH: &str = "1 to 4, or 0 and no frequency for no notch";
+
 #[test]
 fn a_setting_beyond_its_range_is_refused_with_the_range() {
     for (wrong, what, expected) in [
@@ -157,13 +159,25 @@ fn a_setting_beyond_its_range_is_refused_with_the_range() {
             "rangefinder.model.least_quality",
             "0 to 1",
         ),
+        (|config| config.notch.frequency_hz = 25.0, "notch.harmonics", NO_NOTCH),
+        (|config| config.notch.harmonics = 5, "notch.harmonics", NO_NOTCH),
+        (
+            |config| (config.notch.harmonics, config.notch.frequency_hz) = (1, f64::NAN),
+            "notch.frequency_hz",
+            "0 to less than 10000 Hz",
+        ),
+        (
+            |config| (config.notch.harmonics, config.notch.width_hz) = (1, 0.0),
+            "notch.width_hz",
+            "more than 0, less than 10000 Hz",
+        ),
         // Its square is not finite.
         (
             |config| config.imu.gyro_bias_sigma_radps = 1e300,
             "imu.gyro_bias_sigma_radps",
             "0 to 1e9",
         ),
-    ] as [(fn(&mut Config), _, _); 6]
+    ] as [(fn(&mut Config), _, _); 10]
     {
         let mut config = config();
         wrong(&mut config);

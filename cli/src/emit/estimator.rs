@@ -193,16 +193,11 @@ fn c(config: &EstimatorConfig, notch: Option<NotchConfig>, remark: &str) -> anyh
     lines += &assignments("config->rangefinder.model", &range);
     let heading = to_value(config.antenna_heading)?;
     lines += &assignments("config->second_antenna.model", &heading);
+    // The defaults have none.
+    lines += &notch.map_or_else(String::new, |notch| notch_lines("config->notch", &notch));
     let remark = comment(remark);
-    let notch = notch.map_or_else(String::new, |notch| {
-        format!(
-            "// The settings also have a notch at {} Hz, which hovernav.h knows nothing of: without it these samples\n\
-             // are not what the estimate was made from.\n\n",
-            notch.frequency_hz
-        )
-    });
     Ok(format!(
-        "{remark}\n\n{notch}\
+        "{remark}\n\n\
          #ifndef HOVERNAV_ESTIMATOR_H\n#define HOVERNAV_ESTIMATOR_H\n\n\
          #include <hovernav.h>\n\n\
          // Fills in the whole configuration.\n\

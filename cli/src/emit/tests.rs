@@ -85,6 +85,18 @@ fn the_notch_before_the_estimator_is_told_whole() {
         assert!(with.lines().any(|found| found == line), "{line}: {with}");
     }
     assert!(told(None).ends_with("pub fn notch() -> Option<NotchConfig> {\n    None\n}\n"));
+
+    let told = |notch| text(super::estimator::bytes(&estimator(), notch, "", Form::C).unwrap());
+    let with = told(Some(notch()));
+    for line in [
+        "    config->notch.frequency_hz = 23.333333333333332;",
+        "    config->notch.width_hz = 4.0;",
+        "    config->notch.harmonics = 2;",
+        "    config->notch.least_hz = 6.0;",
+    ] {
+        assert!(with.lines().any(|found| found == line), "{line}: {with}");
+    }
+    assert!(!told(None).contains("notch"));
 }
 
 const HEADER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../ffi/include");

@@ -3,10 +3,11 @@
 use hovernav::autopilot::HealthLimits as CoreHealthLimits;
 use hovernav::ekf as core_ekf;
 use hovernav::ekf::EstimatorConfig;
+use hovernav::imu::NotchConfig;
 use hovernav::ins::{AlignmentConfig, HeadingSource, Mounting};
 
 use super::aids::{Rangefinder, SecondAntenna};
-use super::{HealthLimits, flag, mirror, within};
+use super::{HealthLimits, Notch, flag, mirror, within};
 use crate::access::{input, optional, output};
 use crate::object::HOVERNAV_ABI;
 use crate::status::{Fault, Status};
@@ -82,6 +83,11 @@ pub struct ImuModel {
     pub turn_error_share: f64,
     /// A turn errs to one side for about this long, s.
     pub turn_error_time_s: f64,
+    /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where there are no states
+    /// for it.
+    pub net_turn_error_share: f64,
+    /// A net turn is forgotten with this time constant, s.
+    pub net_turn_memory_s: f64,
     /// Full scale of the gyros, rad/s; 0 where it is not known.
     pub gyro_range_radps: f64,
     /// Full scale of the accelerometers, m/s^2; 0 where it is not known.
@@ -223,6 +229,8 @@ pub struct Config {
     pub rangefinder: Rangefinder,
     /// The second antenna.
     pub second_antenna: SecondAntenna,
+    /// The notch before the estimator.
+    pub notch: Notch,
     /// What hovernav_get_health() finds good enough.
     pub health: HealthLimits,
 }
@@ -231,8 +239,8 @@ mirror!(ImuModel, core_ekf::ImuModel {
     angle_random_walk_rad velocity_random_walk_mps gyro_vibration_share accel_vibration_share
     accel_vibration_time_s gyro_bias_sigma_radps gyro_bias_time_s accel_bias_sigma_mps2
     accel_bias_time_s gyro_scale_sigma accel_scale_sigma turn_error_share turn_error_time_s
-    gyro_range_radps accel_range_mps2 gap_s gap_acceleration_mps2 gap_rate_radps
-    covariance_interval_s
+    net_turn_error_share net_turn_memory_s gyro_range_radps accel_range_mps2 gap_s
+    gap_acceleration_mps2 gap_rate_radps covariance_interval_s
 });
 mirror!(GpsModel, core_ekf::GpsModel {
     horizontal_sigma_m vertical_sigma_m horizontal_velocity_sigma_mps vertical_velocity_sigma_mps
@@ -310,6 +318,8 @@ impl Alignment {
 pub struct Checked {
     /// Of the estimator.
     pub estimator: EstimatorConfig,
+    /// Of the notch before it, where there is one.
+    pub notch: Option<NotchConfig>,
     /// What is good enough to fly by.
     pub health: CoreHealthLimits,
 }
@@ -317,7 +327,11 @@ pub struct Checked {
 impl Config {
     /// The structure of a configuration of the core.
     #[must_use]
-    pub fn of(estimator: &EstimatorConfig, health: &CoreHealthLimits) -> Self {
+    pub fn of(
+        estimator: &EstimatorConfig,
+        notch: Option<NotchConfig>,
+        health: &CoreHealthLimits,
+    ) -> Self {
         let ekf = &estimator.ekf;
         Self {
             imu_lever_arm_m: estimator.mounting.imu_lever_arm_m.to_array(),
@@ -336,6 +350,7 @@ impl Config {
             gate: (&ekf.gate).into(),
             rangefinder: Rangefinder::of(estimator),
             second_antenna: SecondAntenna::of(estimator),
+            notch: Notch::of(notch),
             health: health.into(),
         }
     }
@@ -389,13 +404,14 @@ impl Config {
                 return Err(Fault::new(&[group, key], found, expected));
             }
         }
+        let notch = self.notch.core()?;
         let mut health = CoreHealthLimits::default();
         self.health.put(&mut health);
         within!("health.", self.health, 1e-6, 1e3, "1e-6 to 1000";
             tilt_sigma_rad heading_sigma_rad velocity_sigma_mps vertical_velocity_sigma_mps
             position_sigma_m age_s dead_reckoning_s disagreement_s);
         within!("health.", self.health, 0.0, 1e3, "0 to 1000"; recovery_s);
-        Ok(Checked { estimator, health })
+        Ok(Checked { estimator, notch, health })
     }
 }
 
@@ -413,7 +429,7 @@ pub unsafe extern "C" fn hovernav_default_config(config: *mut Config, abi: u32) 
     // SAFETY: the caller's promise.
     let place = unsafe { output(config) };
     Status::of(place.map(|place| {
-        place.write(Config::of(&EstimatorConfig::default(), &CoreHealthLimits::default()));
+        place.write(Config::of(&EstimatorConfig::default(), None, &CoreHealthLimits::default()));
     }))
 }
 

@@ -3,6 +3,8 @@
 
 mod aids;
 
+mod notch;
+
 mod estimator;
 
 mod autopilot;
@@ -18,6 +20,7 @@ pub use autopilot::*;
 pub use estimator::*;
 pub use gains::*;
 pub use lines::*;
+pub use notch::*;
 
 /// Copies the named fields both ways between a structure here and the core's of the same meaning.
 macro_rules! mirror {

@@ -11,7 +11,7 @@ use hovernav::controls::{Channels, Sticks};
 use hovernav::dmu::{
     Calibration, Link, LinkAction, Measurement, Packet, Plausibility, Received, SampleClock,
 };
-use hovernav::ekf::layout::{Base, Full, WithoutHeightAids};
+use hovernav::ekf::layout::{Base, Full, Layout, WithoutHeightAids};
 use hovernav::ekf::{
     Estimator, HeadingSearch, NoHeadingSearch, Notice, Solution, SteplessSolution,
 };
@@ -77,7 +77,31 @@ pub fn estimator_small_push(
 /// Estimator, autopilot and one receiver: what a small flight computer links.
 #[unsafe(no_mangle)]
 pub fn flight_computer(
+    estimator: &mut Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>,
+    receiver: &mut ubx::Decoder,
+    autopilot: &mut HoverAutopilot,
+    bytes: &mut &[u8],
+    event: &Event,
+    inputs: &Inputs<'_>,
+) -> Outputs {
+    fly(estimator, receiver, autopilot, bytes, event, inputs)
+}
+
+/// The same with a barometer and a rangefinder.
+#[unsafe(no_mangle)]
+pub fn flight_computer_with_height_aids(
     estimator: &mut Estimator<Full, 28, f64, NoHeadingSearch>,
+    receiver: &mut ubx::Decoder,
+    autopilot: &mut HoverAutopilot,
+    bytes: &mut &[u8],
+    event: &Event,
+    inputs: &Inputs<'_>,
+) -> Outputs {
+    fly(estimator, receiver, autopilot, bytes, event, inputs)
+}
+
+fn fly<L: Layout<N>, const N: usize>(
+    estimator: &mut Estimator<L, N, f64, NoHeadingSearch>,
     receiver: &mut ubx::Decoder,
     autopilot: &mut HoverAutopilot,
     bytes: &mut &[u8],
