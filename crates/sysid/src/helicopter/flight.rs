@@ -143,9 +143,12 @@ impl FlightRecord {
         }
     }
 
-    /// Whether sticks and motion were recorded all the time from `from` to `to`.
+    /// Whether sticks and motion were recorded all the time from `from` to `to`, and so long before that filters
+    /// which look back have forgotten what was not.
     pub(super) fn is_whole(&self, from: Time, to: Time) -> bool {
-        !self.gaps.iter().any(|gap| gap.from < to && from < gap.to)
+        /// Three time constants of the narrowest notch.
+        const FORGOTTEN_S: f64 = 2.0;
+        !self.gaps.iter().any(|gap| gap.from < to && from < gap.to.offset_by(FORGOTTEN_S))
     }
 
     /// The record at the longest whole multiple of its period up to `longest_s`, low-passed for it.
