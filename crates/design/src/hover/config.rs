@@ -254,3 +254,31 @@ fn within(
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav_model::{Parameter, shipped};
+
+    /// An empty file once took the servos for prompt whatever the model had found.
+    #[test]
+    fn what_a_file_leaves_out_is_as_the_model_has_it() {
+        let late = Parameter { name: "tau_col".into(), value: 0.09, unit: "s".into() };
+        let model = shipped::raptor60().with_parameters(vec![late], None).unwrap();
+        let path =
+            std::env::temp_dir().join(format!("hovernav-weights-{}.toml", std::process::id()));
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            let design = HoverDesign::read(&path, &model);
+            std::fs::remove_file(&path).unwrap();
+            design
+        };
+        let own = HoverDesign::for_model(&model);
+        assert!(own.servo_s > 2.0 * HoverDesign::default().servo_s);
+        assert_eq!(read("").unwrap(), own);
+        let given = read("servo_s = 0.03\nnotch_s = 0.001").unwrap();
+        assert_eq!(given, HoverDesign { servo_s: 0.03, notch_s: 0.001, ..own });
+        assert!(matches!(read("servo_s = -1.0"), Err(DesignError::Range { name: "servo_s", .. })));
+        assert!(matches!(read("none = 1"), Err(DesignError::Toml(_))));
+    }
+}
