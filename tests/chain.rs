@@ -2,8 +2,8 @@
 //!
 //! The truth is the simulator's linearisation in the wind of the flight. Seeds 1, 4, 6, 7, 101 to 105, 200 to 219,
 //! 300 to 329, 400 to 429, 500 to 529, 828 to 869, 1000 to 1015 and 1100 to 1139 were looked at while the method was
-//! made, 106 to 130, 600 to 629, 700 to 789, 800 to 827, 1016 to 1090, 1140 to 1190, 1200 to 1379, 1400 to 1407,
-//! 1410 to 1441, 1500 to 1503 and 1510 to 1525 once.
+//! made, 106 to 130, 600 to 629, 700 to 789, 800 to 827, 870 to 899, 1016 to 1090, 1140 to 1190, 1200 to 1379,
+//! 1400 to 1407, 1410 to 1441, 1500 to 1503 and 1510 to 1525 once.
 
 use std::f64::consts::TAU;
 
@@ -365,7 +365,7 @@ fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
 #[test]
 #[ignore = "minutes: thirty flights, identifications and designs"]
 fn thirty_flights_lead_to_a_flight_or_a_refusal() {
-    let outcomes: Vec<Outcome> = (101..=130).map(outcome).collect();
+    let outcomes: Vec<Outcome> = (870..=899).map(outcome).collect();
     outcomes.iter().for_each(assert_sound);
     let close = |outcome: &&Outcome| outcome.costs.iter().all(|cost| *cost <= 100.0);
     println!("{} of 30 with J up to 100 in p, q, w and r", outcomes.iter().filter(close).count());

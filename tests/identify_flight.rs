@@ -163,20 +163,56 @@ fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
     let mut dataset = Dataset::open(&folder).unwrap();
     let config = dataset.settings().unwrap();
     let solutions = dataset.smooth(&config, |_| ()).solutions;
-    let parts = [(Kind::Yaw, "tau_ped"), (Kind::Heave, "tau_col")];
-    let delays = |dataset: &Dataset| {
-        parts.map(|(kind, name)| {
-            let found = identify(dataset, &solutions, kind, Velocity::Estimated).unwrap();
-            found.identified.estimates.get(name).unwrap().value
-        })
+    let parts: [(Kind, &[&str]); 3] = [
+        (Kind::Yaw, &["pedal"]),
+        (Kind::Heave, &["collective"]),
+        (Kind::Flapping, &["lateral", "longitudinal"]),
+    ];
+    let late_s = |dataset: &Dataset| -> Vec<f64> {
+        let of = |(kind, sticks): (Kind, &[&str])| -> Vec<f64> {
+            let found =
+                identify(dataset, &solutions, kind, Velocity::Estimated).unwrap().identified;
+            let late = |stick| found.delay(stick).unwrap().value + found.lag(stick).unwrap().value;
+            sticks.iter().map(|stick| late(stick)).collect()
+        };
+        parts.into_iter().flat_map(of).collect()
     };
-    let before = delays(&dataset);
+    let before = late_s(&dataset);
     for (time, _) in &mut dataset.controls {
         *time = time.offset_by(-0.08);
     }
-    let after = delays(&dataset);
-    for ((_, name), (before, after)) in parts.iter().zip(before.into_iter().zip(after)) {
-        println!("{name}: {:.1} ms, then {:.1} ms", 1e3 * before, 1e3 * after);
-        assert!((after - before - 0.08).abs() < 0.005, "{name}: {before} s, then {after} s");
+    let after = late_s(&dataset);
+    let sticks = parts.into_iter().flat_map(|(_, sticks)| sticks);
+    for (stick, (before, after)) in sticks.zip(before.into_iter().zip(after)) {
+        println!("{stick}: {:.1} ms late, then {:.1} ms", 1e3 * before, 1e3 * after);
+        assert!((after - before - 0.08).abs() < 0.005, "{stick}: {before} s, then {after} s");
     }
+}
+
+#[test]
+fn what_was_not_recorded_is_left_out_and_told() {
+    let Some(folder) = folder() else { return };
+    let mut dataset = Dataset::open(&folder).unwrap();
+    let config = dataset.settings().unwrap();
+    let mut solutions = dataset.smooth(&config, |_| ()).solutions;
+    let whole = identify(&dataset, &solutions, Kind::Yaw, Velocity::Estimated).unwrap();
+    let start = solutions[0].time;
+    let after_s = |time: hovernav::time::Time| time - start;
+    dataset.controls.retain(|(time, _)| !(160.0..175.0).contains(&after_s(*time)));
+    solutions.retain(|solution| !(200.0..210.0).contains(&after_s(solution.time)));
+    let found = identify(&dataset, &solutions, Kind::Yaw, Velocity::Estimated).unwrap();
+    println!("{:?}", found.warnings);
+    println!("{} s of {} s", found.estimated_s, whole.estimated_s);
+    for of in ["sticks", "motion"] {
+        let told = format!("{of} not recorded from ");
+        assert_eq!(found.warnings.iter().filter(|own| own.starts_with(&told)).count(), 1);
+    }
+    assert!(whole.warnings.is_empty());
+    assert!(found.estimated_s < whole.estimated_s - 5.0);
+    for point in &found.test_points {
+        for gap in [160.0..175.0, 200.0..210.0] {
+            assert!(after_s(point.end) <= gap.start + 0.1 || after_s(point.start) >= gap.end - 0.1);
+        }
+    }
+    score(&found, &["Nr", "Nped"]);
 }

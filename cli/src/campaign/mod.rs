@@ -50,6 +50,9 @@ pub struct Arguments {
     /// Share of the flights in which the servo of a stick jams once, with the autopilot none the wiser
     #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
     jams: f64,
+    /// Fuel in a full tank, kg: flights begin with anything from what they burn to all of it; 0 for what burns none
+    #[arg(long, value_name = "KG", default_value_t = 0.4)]
+    fuel: f64,
     /// Where to write; out/campaign unless given
     #[arg(long, value_name = "DIR", default_value = "out/campaign")]
     out: PathBuf,
@@ -146,6 +149,7 @@ fn campaign(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result
     campaign.outage_share = within("share of outages", arguments.outages, 0.0, 1.0)?;
     campaign.power_loss_share = within("share of power losses", arguments.power_loss, 0.0, 1.0)?;
     campaign.jam_share = within("share of jams", arguments.jams, 0.0, 1.0)?;
+    campaign.fuel_kg = within("fuel, kg", arguments.fuel, 0.0, 2.0)?;
     campaign.nominal.dmu.rate_hz = 1.0 / autopilot.period_s;
     Ok(campaign)
 }

@@ -55,6 +55,14 @@ pub fn write(
             ),
         ),
         Fact::new(
+            "fuel",
+            format!(
+                "a tank of {} kg, half of it in the nominal mass; at the start anything from what the flight \
+                 burns to all of it",
+                campaign.fuel_kg
+            ),
+        ),
+        Fact::new(
             "airframe drawn from",
             if identified.is_empty() {
                 format!("5 % in mass, 10 % in {}, one sigma", UNCERTAIN[1..].join(", "))
@@ -74,7 +82,7 @@ pub fn write(
         warnings: &warnings,
         facts: &facts,
         table: Some(percentiles(results)),
-        sections: vec![outcomes(results), distributions(results), causes(results)],
+        sections: vec![outcomes(results), distributions(results), causes(campaign, results)],
         time: None,
     };
     page.write(path)
@@ -94,11 +102,12 @@ fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
     } else {
         (Level::Good, "Every flight hovers at the end.".into())
     };
-    let HoverBounds { lasts_s, speed_mps, tilt_rad, distance_m } = campaign.hover;
+    let HoverBounds { lasts_s, speed_mps, tilt_rad, distance_m, turned_rad } = campaign.hover;
     let bounds = format!(
         "A hover holds a position and stays for its last {lasts_s:.0} s below {speed_mps} m/s and {:.0}° of \
-         tilt, within {distance_m:.0} m of where it was at {:.0} s.",
+         tilt, within {distance_m:.0} m and {:.0}° of where it was at {:.0} s.",
         tilt_rad.to_degrees(),
+        turned_rad.to_degrees(),
         campaign.judged_from_s
     );
     Verdict { level, words, points: vec![bounds] }
@@ -201,7 +210,7 @@ fn distributions(results: &[CampaignResult]) -> Section {
     shown.into_iter().filter_map(figure).fold(section, Section::with)
 }
 
-fn causes(results: &[CampaignResult]) -> Section {
+fn causes(campaign: &Campaign, results: &[CampaignResult]) -> Section {
     let speed = |result: &CampaignResult| result.draw.wind_mps[0].hypot(result.draw.wind_mps[1]);
     let length = |result: &CampaignResult| {
         result.draw.outage_s.as_ref().map(|outage| outage.end - outage.start)
@@ -218,12 +227,15 @@ fn causes(results: &[CampaignResult]) -> Section {
     };
     let mass = results.iter().filter_map(|result| {
         let held = result.hover.as_ref()?;
-        Some((result.draw.factors[0], 100.0 * held.sticks_mean[2]))
+        let fuel_kg = result.draw.fuel_kg - 0.5 * campaign.fuel_kg;
+        let of_nominal = result.draw.factors[0] + fuel_kg / campaign.nominal.helicopter.mass_kg;
+        Some((of_nominal, 100.0 * held.sticks_mean[2]))
     });
     let by_mass = Row::new("Collective", "%")
         .with(Series::points(Role::Gps, mass).named("mean about the trim it is rigged for"));
-    let by_mass = Figure::against(Axis::linear("Mass, of what it was taken for", ""), [by_mass])
-        .captioned("What the mass is off by, the collective has to hold");
+    let by_mass =
+        Figure::against(Axis::linear("Mass at the start, of what it was taken for", ""), [by_mass])
+            .captioned("What the mass is off by, the collective has to hold");
     let calm = |result: &CampaignResult| result.draw.outage_s.is_none().then(|| speed(result));
     Section::new(
         "causes",

@@ -93,7 +93,7 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
     for measure in last {
         let _ = write!(text, ",{}", measure.name);
     }
-    text += ",jam,jam_s\n";
+    text += ",jam,jam_s,fuel_kg\n";
     let known = |value: Option<f64>| match value.filter(|value| value.is_finite()) {
         Some(value) => value.to_string(),
         None => String::new(),
@@ -125,7 +125,8 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
         }
         let stick = draw.jam.and_then(|(stick, _)| Sticks::NAMES.get(stick));
         let at_s = draw.jam.map(|(_, at_s)| at_s);
-        let _ = writeln!(text, ",{},{}", stick.unwrap_or(&""), known(at_s));
+        let (stick, at_s) = (stick.unwrap_or(&""), known(at_s));
+        let _ = writeln!(text, ",{stick},{at_s},{}", draw.fuel_kg);
     }
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

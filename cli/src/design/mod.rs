@@ -17,7 +17,7 @@ use hovernav::autopilot::HoverConfig;
 use hovernav::imu::NotchConfig;
 use hovernav_design::hover::{HoverDesign, Search, Wanted};
 use hovernav_design::{CheckedDesign, DesignError, NotchCost};
-use hovernav_model::{Grade, shipped};
+use hovernav_model::{Grade, StateSpace, shipped};
 
 use crate::arguments::{finite, refuse_unflyable};
 use crate::emit::{self, Form};
@@ -30,8 +30,8 @@ pub struct Arguments {
     /// Where to write; out/MODEL-autopilot unless given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// A TOML file of weights, poles, servos and period, as `weights` in summary.json has them; without
-    /// it weights are searched for
+    /// A TOML file of weights, poles, servos and period, as `weights` in summary.json has them; what it leaves
+    /// out is the start of the search, without it weights are searched for
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
     /// Count a notch on the rotor's harmonics, as [imu.notch] has it: its frequency, width at half power and how
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::create(&out)?;
     let start = match &arguments.weights {
         None => HoverDesign::for_model(&model),
-        Some(path) => read_weights(path)?,
+        Some(path) => read_weights(path, &model)?,
     };
     let notch = arguments
         .notch
@@ -155,8 +155,8 @@ fn notch(text: &str) -> Result<NotchConfig, String> {
 }
 
 /// The design that the file spells; an error names the file.
-fn read_weights(path: &Path) -> anyhow::Result<HoverDesign> {
-    HoverDesign::read(path).map_err(|error| match error {
+fn read_weights(path: &Path, model: &StateSpace) -> anyhow::Result<HoverDesign> {
+    HoverDesign::read(path, model).map_err(|error| match error {
         // These name it.
         DesignError::Toml(error) => error.into(),
         surplus @ DesignError::Surplus { .. } => surplus.into(),

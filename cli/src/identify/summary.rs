@@ -266,11 +266,19 @@ impl Summary {
         }
         let fit = found.fit();
         for channel in fit.channels().0.iter().filter(|one| one.percent < GOOD_FIT_PERCENT) {
-            summary.warn([format!(
-                "{} fits to {:.1} %, below the {GOOD_FIT_PERCENT} % that count as good; the noise \
-                 would let a perfect model reach {:.1} %",
-                channel.name, channel.percent, channel.floor_percent
-            )]);
+            let (name, percent, floor) = (&channel.name, channel.percent, channel.floor_percent);
+            let fits = format!("{name} fits to {percent:.1} %");
+            let below = format!("below the {GOOD_FIT_PERCENT} % that count as good");
+            summary.warn([if floor <= 0.0 {
+                let window_s = fit.window_s();
+                format!(
+                    "{fits}, which says nothing: within {window_s:.0} s gusts and noise move it more than the sticks do"
+                )
+            } else if percent >= floor {
+                format!("{fits}, {below}, and as well as gusts and noise let a perfect model")
+            } else {
+                format!("{fits}, {below}; gusts and noise would let a perfect model reach {floor:.1} %")
+            }]);
         }
         summary
     }

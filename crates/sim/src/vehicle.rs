@@ -191,11 +191,15 @@ impl Vehicle {
         self.pushes.push(Push { disturbance: *disturbance, elapsed_s: 0.0 });
     }
 
-    /// The servo of `stick`, lateral, longitudinal, collective or pedal, stays where it stands from now on. One
-    /// of another number is none.
+    /// The servo of `stick`, lateral, longitudinal, collective or pedal, stays where it stands from now on, that of
+    /// the tail with what its gyro had made of it. One of another number is none.
     pub fn jam(&mut self, stick: usize) {
         if let Some(jammed) = self.jammed.get_mut(stick) {
             *jammed = true;
+        }
+        if Sticks::NAMES.get(stick) == Some(&"pedal") {
+            let pitch_rad = self.helicopter.tail_pitch_rad(&self.motion, self.servos().pedal);
+            self.helicopter = self.helicopter.clone().with_stuck_tail(pitch_rad);
         }
     }
 

@@ -131,6 +131,28 @@ fn a_jammed_servo_stays_where_it_is() {
     assert!((vehicle.servos().pedal - 0.3).abs() < 0.01);
 }
 
+/// The gyro stands before the tail's servo: with that jammed nothing damps the heading but the air.
+#[test]
+fn a_jammed_tail_has_no_gyro() {
+    let turned_rad = |jams: bool| {
+        let mut vehicle = vehicle(30.0);
+        if jams {
+            vehicle.jam(3);
+            vehicle.set_mass(8.2).unwrap();
+        }
+        let up = Sticks { collective: 0.1, ..Sticks::NEUTRAL };
+        for _ in 0..30 {
+            vehicle.step(up, Vector::ZERO, 0.03);
+        }
+        vehicle.state().body_to_ned.euler().yaw_rad.abs()
+    };
+    let [moving, jammed] = [false, true].map(turned_rad);
+    println!(
+        "turned after 0.9 s of more torque: {moving:.4} rad, with a jammed tail {jammed:.3} rad"
+    );
+    assert!(jammed > 5.0 * moving && jammed > 0.1);
+}
+
 #[test]
 fn a_mass_that_is_none_is_refused() {
     assert!(vehicle(30.0).set_mass(f64::NAN).is_err());

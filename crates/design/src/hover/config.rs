@@ -17,8 +17,7 @@ pub struct HoverDesign {
     /// Time constant of the tail's servo, s.
     pub tail_servo_s: f64,
     /// How late what the loops are fed is against the motion: none in [`default`](Self::default), as measured in
-    /// [`for_model`](Self::for_model) and in a file that does not say.
-    #[serde(default)]
+    /// [`for_model`](Self::for_model).
     pub estimator: EstimatorLag,
     /// How much later a notch on the rotor's harmonics makes everything that the loops are fed, s: the delay of
     /// [`NotchCost`](crate::NotchCost).
@@ -192,16 +191,21 @@ impl HoverDesign {
         [late(&["lat", "lon", "col"]), late(&["ped"])]
     }
 
-    /// Reads weights, poles and times from a TOML file; what it leaves out is as by default.
+    /// Reads weights, poles and times from a TOML file; what it leaves out, sections as wholes, is as
+    /// [`for_model`](Self::for_model) has it for `model`, its servos' lags and the estimator's among them.
     ///
     /// # Errors
     /// [`DesignError::Toml`], [`DesignError::Surplus`] for one weight too many, and [`DesignError::Range`] for what no
     /// design can have: a weight below zero makes the cost indefinite.
-    pub fn read(path: &Path) -> Result<Self, DesignError> {
-        let (design, unread): (Self, Vec<String>) = hovernav_toml::read(path)?;
+    pub fn read(path: &Path, model: &StateSpace) -> Result<Self, DesignError> {
+        let text = hovernav_toml::read_text(path)?;
+        let (_, unread): (Self, Vec<String>) = hovernav_toml::parse(&text, path)?;
         if let Some(place) = unread.into_iter().next() {
             return Err(DesignError::Surplus { path: path.into(), place });
         }
+        let given = hovernav_toml::parse_table(&text, path)?;
+        let design = hovernav_toml::overlaid(&Self::for_model(model), given)
+            .map_err(|error| hovernav_toml::TomlError::at(path, &text, 0, &error.to_string()))?;
         design.check()?;
         Ok(design)
     }
@@ -248,5 +252,33 @@ fn within(
     match values.iter().find(|value| !(lowest..=highest).contains(*value)) {
         Some(&value) => Err(DesignError::Range { name, value, expected }),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav_model::{Parameter, shipped};
+
+    /// An empty file once took the servos for prompt whatever the model had found.
+    #[test]
+    fn what_a_file_leaves_out_is_as_the_model_has_it() {
+        let late = Parameter { name: "tau_col".into(), value: 0.09, unit: "s".into() };
+        let model = shipped::raptor60().with_parameters(vec![late], None).unwrap();
+        let path =
+            std::env::temp_dir().join(format!("hovernav-weights-{}.toml", std::process::id()));
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            let design = HoverDesign::read(&path, &model);
+            std::fs::remove_file(&path).unwrap();
+            design
+        };
+        let own = HoverDesign::for_model(&model);
+        assert!(own.servo_s > 2.0 * HoverDesign::default().servo_s);
+        assert_eq!(read("").unwrap(), own);
+        let given = read("servo_s = 0.03\nnotch_s = 0.001").unwrap();
+        assert_eq!(given, HoverDesign { servo_s: 0.03, notch_s: 0.001, ..own });
+        assert!(matches!(read("servo_s = -1.0"), Err(DesignError::Range { name: "servo_s", .. })));
+        assert!(matches!(read("none = 1"), Err(DesignError::Toml(_))));
     }
 }

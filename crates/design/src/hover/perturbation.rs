@@ -16,7 +16,10 @@ const SEED: u64 = 20_050_613;
 /// covariance knows which is which, where there is one, but only what the identification knew. A design has to
 /// withstand both: of the two sets the one counts on which it does worse.
 pub(super) struct Perturbed {
-    sets: Vec<Vec<StateSpace>>,
+    /// With every derivative off.
+    off: Vec<StateSpace>,
+    /// Drawn from the covariance; none where there is none.
+    drawn: Vec<StateSpace>,
 }
 
 impl Perturbed {
@@ -28,7 +31,8 @@ impl Perturbed {
         (share, of): (f64, usize),
         random: &mut Random,
     ) -> Result<Self, DesignError> {
-        let mut sets = vec![plants_off_by(design, model, (share, of), random)?];
+        let off = plants_off_by(design, model, (share, of), random)?;
+        let mut drawn = Vec::new();
         if let Some(uncertainty) = Uncertainty::of(model) {
             let mut random = Random(SEED);
             // One that is so far off that its motion over a period is no number tells nothing of the weights.
@@ -36,25 +40,25 @@ impl Perturbed {
                 let vehicle = uncertainty.vehicle(&uncertainty.draw(&mut random)).ok()?;
                 vehicle.plant(design, FlightMode::Velocity).ok()
             };
-            sets.push((0..of).filter_map(draw).collect());
+            drawn = (0..of).filter_map(draw).collect();
         }
-        Ok(Self { sets })
+        Ok(Self { off, drawn })
     }
 
-    /// The mean of `cost` over a set, of that in which it is highest.
+    /// The mean of `cost` over a set, of that in which it is highest. One that is drawn costs `most` at most: a
+    /// normal distribution reaches as far as vehicles that nothing can fly, and no weights are worth finding for
+    /// these.
     pub fn worst(
         &self,
+        most: f64,
         cost: impl Fn(&StateSpace) -> Result<f64, DesignError>,
     ) -> Result<f64, DesignError> {
-        let mut worst = 0.0;
-        for set in &self.sets {
-            let mut sum = 0.0;
-            for plant in set {
-                sum += cost(plant)?;
-            }
-            worst = f64::max(worst, sum / set.len().max(1) as f64);
-        }
-        Ok(worst)
+        let mean = |plants: &[StateSpace], most: f64| {
+            let costs = plants.iter().map(|plant| Ok(cost(plant)?.min(most)));
+            let sum = costs.sum::<Result<f64, DesignError>>()?;
+            Ok::<_, DesignError>(sum / plants.len().max(1) as f64)
+        };
+        Ok(mean(&self.off, f64::INFINITY)?.max(mean(&self.drawn, most)?))
     }
 }
 
@@ -92,4 +96,24 @@ fn off_by(model: &StateSpace, share: f64, random: &mut Random) -> Result<StateSp
     }
     let (states, inputs) = (model.states().to_vec(), model.inputs().to_vec());
     Ok(StateSpace::new(model.name(), model.time(), states, inputs, a, b)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::uncertainty::tests::known_to;
+    use super::*;
+
+    #[test]
+    fn one_vehicle_that_nothing_can_fly_counts_for_one() {
+        let model = known_to(0.1);
+        let design = HoverDesign::default();
+        let perturbed = Perturbed::new(&design, &model, (0.2, 10), &mut Random(1)).unwrap();
+        let wild = &perturbed.drawn[3];
+        let cost = |plant: &StateSpace| Ok(if plant == wild { 1e6 } else { 0.0 });
+        assert_eq!(perturbed.worst(f64::INFINITY, cost).unwrap(), 1e5);
+        assert_eq!(perturbed.worst(0.2, cost).unwrap(), 0.02);
+        let wild = &perturbed.off[3];
+        let cost = |plant: &StateSpace| Ok(if plant == wild { 1e6 } else { 0.0 });
+        assert_eq!(perturbed.worst(0.2, cost).unwrap(), 1e5);
+    }
 }

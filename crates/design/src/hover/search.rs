@@ -256,7 +256,7 @@ fn in_flight(
     }
     let sticks = normalised(model)?.inputs().to_vec();
     let controller = closed_loop::controller(design, &sticks, &gains, FlightMode::Velocity)?;
-    let lost = perturbed.worst(|plant| {
+    let lost = perturbed.worst(1.0, |plant| {
         let closed = ClosedLoop::at_plant_input(plant, &controller)?;
         Ok(if dies_out(&closed) { 0.0 } else { 1.0 })
     })?;

@@ -233,6 +233,17 @@ impl Helicopter {
         self.unstopped(motion, &sticks.map(|stick| stick.clamp(-1.0, 1.0)))
     }
 
+    /// Pitch of the tail's blades under `pedal` at the yaw rate `r`, rad.
+    pub(super) fn tail_pitch<T: Real>(&self, pedal: T, r: T) -> T {
+        if let Some(stuck_rad) = self.stuck_tail_rad {
+            return T::constant(stuck_rad);
+        }
+        let par = &self.parameters;
+        let [lowest, highest] = par.tail_pitch_limits_rad;
+        ((pedal * par.pedal_rate_radps - r) * par.gyro_gain_s + self.rigging.tail_pitch_rad)
+            .clamp(lowest, highest)
+    }
+
     /// The equations of motion with sticks that go as far as they are asked to.
     ///
     /// # Source
@@ -265,11 +276,7 @@ impl Helicopter {
             * main.torque_scale_nm;
 
         let tail_speed = va - r * par.tail_arm_m + p * par.tail_height_m;
-        let [lowest, highest] = par.tail_pitch_limits_rad;
-        let tail_pitch = ((pedal * par.pedal_rate_radps - r) * par.gyro_gain_s
-            + rigging.tail_pitch_rad)
-            .clamp(lowest, highest)
-            * (1.0 / 3.0);
+        let tail_pitch = self.tail_pitch(pedal, r) * (1.0 / 3.0);
         let tail_climb = -tail_speed * (T::constant(con.tail.per_tip_speed) / speed);
         let tail_inflow = con.tail.axial_inflow(tail_pitch, tail_climb);
         let tail_coefficient = tail_pitch - tail_inflow * 0.5;

@@ -149,6 +149,8 @@ pub struct Helicopter {
     rigging: Rigging,
     hover: HelicopterState,
     hover_sticks: Sticks,
+    /// Pitch at which the tail's blades are stuck, rad, where they are.
+    stuck_tail_rad: Option<f64>,
 }
 
 impl Helicopter {
@@ -169,6 +171,19 @@ impl Helicopter {
     #[must_use]
     pub const fn hover_sticks(&self) -> Sticks {
         self.hover_sticks
+    }
+
+    /// Pitch of the tail's blades in `state` under `pedal`, rad: what pedal and gyro make of it, within its limits.
+    #[must_use]
+    pub fn tail_pitch_rad(&self, state: &HelicopterState, pedal: f64) -> f64 {
+        self.tail_pitch(pedal.clamp(-1.0, 1.0), state.rate_radps.z())
+    }
+
+    /// The same with the tail's blades stuck at `pitch_rad`: neither pedal nor gyro moves them any more.
+    #[must_use]
+    pub const fn with_stuck_tail(mut self, pitch_rad: f64) -> Self {
+        self.stuck_tail_rad = Some(pitch_rad);
+        self
     }
 
     /// How `state` moves under `controls` in a wind of `wind_mps`, the rotors at their nominal speed.

@@ -54,6 +54,7 @@ impl Helicopter {
             },
             hover: level,
             hover_sticks: Sticks::NEUTRAL,
+            stuck_tail_rad: None,
         };
         // The sticks that trim are folded into the rigging until none are needed.
         for _ in 0..MOST_STEPS {
@@ -79,7 +80,7 @@ impl Helicopter {
     }
 
     /// A helicopter of `parameters` whose controls are rigged as this one's are: heavier, lighter, or not
-    /// quite what it was rigged for. Its hover takes sticks.
+    /// quite what it was rigged for. Its hover takes sticks, and a tail that moves.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -91,8 +92,9 @@ impl Helicopter {
             return Err(HelicopterError::Parameter { name, value });
         }
         let constants = Constants::new(&parameters);
-        let mut other = Self { parameters, constants, ..self.clone() };
+        let mut other = Self { parameters, constants, stuck_tail_rad: None, ..self.clone() };
         let (hover, sticks) = other.steady(Vector::ZERO, Vector::ZERO, 0.0)?;
+        other.stuck_tail_rad = self.stuck_tail_rad;
         (other.hover, other.hover_sticks) = (hover, Sticks::from_array(sticks));
         Ok(other)
     }

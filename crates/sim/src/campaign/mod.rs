@@ -34,8 +34,8 @@ use super::flight::{Flight, FlightConfig, FlightError, FlightEvent, HoverStatist
 use super::noise::{Noise, Stream};
 use hovernav::autopilot::{HoverConfig, Mode};
 use hovernav::controls::Sticks;
-use hovernav::earth::Geodetic;
-use hovernav::frames::Vector;
+use hovernav::frames::{Vector, wrap_angle};
+use hovernav_log::Truth;
 use hovernav_log::statistics::quantile;
 
 /// What is flown again and again, and what is drawn anew each time.
@@ -68,7 +68,16 @@ pub struct Campaign {
     pub power_loss_share: f64,
     /// Share of the flights in which the servo of a stick, each as often, jams once.
     pub jam_share: f64,
+    /// Fuel in a full tank, kg, half of it in the nominal mass; 0 for what burns none. A flight begins with
+    /// anything from what it burns to all of it, and burns a tank in twelve minutes, or in its own time where that
+    /// is longer.
+    pub fuel_kg: f64,
 }
+
+/// A tank lasts so long, s.
+const TANK_S: f64 = 720.0;
+/// The mass follows what is burnt at these intervals, s.
+const BURNT_S: f64 = 5.0;
 
 /// What counts as a hover: over the last [`lasts_s`](Self::lasts_s) of a flight, against the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,28 +90,38 @@ pub struct HoverBounds {
     pub tilt_rad: f64,
     /// Farthest from where it was when it was first judged, m: what a receiver's place may wander within.
     pub distance_m: f64,
+    /// Farthest from the heading that it had then, rad.
+    pub turned_rad: f64,
 }
 
 impl Default for HoverBounds {
-    /// 5 s, 1.5 m/s, 15°, 15 m.
+    /// 5 s, 1.5 m/s, 15°, 15 m, 20°.
     fn default() -> Self {
-        Self { lasts_s: 5.0, speed_mps: 1.5, tilt_rad: 0.26, distance_m: 15.0 }
+        Self { lasts_s: 5.0, speed_mps: 1.5, tilt_rad: 0.26, distance_m: 15.0, turned_rad: 0.35 }
     }
 }
 
 impl HoverBounds {
-    /// Whether `flight` ended in a hover that began at `station`.
-    fn hold(&self, flight: &Flight, station: &Geodetic) -> bool {
+    /// Whether `flight` ended in a hover that began as `station` was.
+    fn hold(&self, flight: &Flight, station: &Truth) -> bool {
         let end_s = flight.samples.last().map_or(0.0, |sample| sample.truth.time.seconds());
         let from_s = end_s - self.lasts_s;
         let worst = flight.excursion(from_s, f64::INFINITY);
-        let last = flight.samples.iter().filter(|sample| sample.truth.time.seconds() >= from_s);
-        let distance_m = last
-            .map(|sample| sample.truth.position.displacement_from(station).norm())
+        let last = || {
+            let samples = flight.samples.iter().map(|sample| &sample.truth);
+            samples.filter(|truth| truth.time.seconds() >= from_s)
+        };
+        let distance_m = last()
+            .map(|truth| truth.position.displacement_from(&station.position).norm())
+            .fold(0.0, f64::max);
+        let heading_rad = |truth: &Truth| truth.body_to_ned.euler().yaw_rad;
+        let turned_rad = last()
+            .map(|truth| wrap_angle(heading_rad(truth) - heading_rad(station)).abs())
             .fold(0.0, f64::max);
         worst.speed_mps <= self.speed_mps
             && worst.tilt_rad <= self.tilt_rad
             && distance_m <= self.distance_m
+            && turned_rad <= self.turned_rad
     }
 }
 
@@ -125,6 +144,8 @@ pub struct Draw {
     pub power_loss_s: Option<f64>,
     /// Which servo jams and when, s, if one does: 0 lateral to 3 pedal.
     pub jam: Option<(usize, f64)>,
+    /// Fuel in the tank at the start, kg.
+    pub fuel_kg: f64,
 }
 
 /// How one flight ended.
@@ -192,6 +213,7 @@ impl Campaign {
             outage_s: 5.0..20.0,
             power_loss_share: 0.0,
             jam_share: 0.0,
+            fuel_kg: 0.4,
         }
     }
 
@@ -222,7 +244,25 @@ impl Campaign {
         let stick = ((which * Sticks::NAMES.len() as f64) as usize).min(Sticks::NAMES.len() - 1);
         let jam = (jams < self.jam_share).then_some((stick, at_s(when)));
         let wind_mps = [speed * cos, speed * sin];
-        Draw { seed, factors, wind_mps, gust_mps, grade, outage_s, power_loss_s, jam }
+        let burnt_kg = self.burnt_kgps() * self.duration_s;
+        let fuel_kg = burnt_kg + (self.fuel_kg - burnt_kg) * noise.uniform();
+        Draw { seed, factors, wind_mps, gust_mps, grade, outage_s, power_loss_s, jam, fuel_kg }
+    }
+
+    /// What the engine burns, kg/s.
+    fn burnt_kgps(&self) -> f64 {
+        self.fuel_kg / TANK_S.max(self.duration_s)
+    }
+
+    /// What the vehicle of `draw` weighs every so often, s and kg.
+    fn masses_kg(&self, draw: &Draw) -> impl Iterator<Item = (f64, f64)> {
+        let empty_kg = self.nominal.helicopter.mass_kg * draw.factors[0] - 0.5 * self.fuel_kg;
+        let (fuel_kg, burnt_kgps) = (draw.fuel_kg, self.burnt_kgps());
+        let changes = if burnt_kgps > 0.0 { self.duration_s / BURNT_S } else { 0.0 };
+        (0..=changes as u32).map(move |change| {
+            let at_s = BURNT_S * f64::from(change);
+            (at_s, empty_kg + fuel_kg - burnt_kgps * at_s)
+        })
     }
 
     /// The flight that `draw` makes of the nominal one.
@@ -231,8 +271,11 @@ impl Campaign {
         let (dmu, mut gps) = draw.grade.sensors();
         gps.outages_s.extend(draw.outage_s.clone());
         let [north, east] = draw.wind_mps;
+        let mut masses_kg = self.masses_kg(draw);
+        let mut helicopter = airframe::airframe(&self.nominal.helicopter, &draw.factors);
+        helicopter.mass_kg = masses_kg.next().map_or(helicopter.mass_kg, |(_, mass_kg)| mass_kg);
         let mut flight = FlightConfig {
-            helicopter: airframe::airframe(&self.nominal.helicopter, &draw.factors),
+            helicopter,
             // Rigged for what it was taken for: what it weighs more shows in the sticks.
             rigged_for: Some(self.nominal.rigged_for.unwrap_or(self.nominal.helicopter)),
             dmu: DmuConfig { rate_hz: self.nominal.dmu.rate_hz, ..dmu },
@@ -243,6 +286,7 @@ impl Campaign {
         };
         flight.events.extend(draw.power_loss_s.map(|at_s| (at_s, FlightEvent::PowerLoss)));
         flight.events.extend(draw.jam.map(|(stick, at_s)| (at_s, FlightEvent::Jam(stick))));
+        flight.events.extend(masses_kg.map(|(at_s, mass_kg)| (at_s, FlightEvent::Mass(mass_kg))));
         flight.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
         let wind = &mut flight.wind;
         wind.steady_mps = Vector::new(north, east, 0.0);
@@ -263,7 +307,7 @@ impl Campaign {
         let judged = flight.samples.get(judged..).unwrap_or_default();
         let tilt = |angles: hovernav::frames::EulerAngles| angles.roll_rad.hypot(angles.pitch_rad);
         let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-        let station = judged.first().map(|sample| sample.truth.position);
+        let station = judged.first().map(|sample| sample.truth);
         let outcome = match flight.samples.last().map(|sample| sample.mode) {
             _ if flight.crashed_s.is_some() => Outcome::Crashed,
             Some(Mode::Position)
@@ -283,7 +327,7 @@ impl Campaign {
                 &mut judged.iter().map(|m| tilt(m.truth.body_to_ned.euler()).to_degrees()),
             ),
             distance_worst_m: largest(&mut station.iter().flat_map(|station| {
-                judged.iter().map(|m| m.truth.position.displacement_from(station).norm())
+                judged.iter().map(|m| m.truth.position.displacement_from(&station.position).norm())
             })),
         })
     }
@@ -352,6 +396,31 @@ mod tests {
             assert!(events.contains(&(at_s, FlightEvent::Jam(stick))));
         }
         assert!(jams.iter().all(|&own| (430..570).contains(&own)), "{jams:?}");
+    }
+
+    #[test]
+    fn fuel_is_drawn_and_burnt_in_flight_and_changes_nothing_else() {
+        let (with, without) = (campaign(), Campaign { fuel_kg: 0.0, ..campaign() });
+        let burnt_kg = 0.4 * with.duration_s / 720.0;
+        let (mut least, mut most) = (f64::INFINITY, 0.0);
+        for seed in 1..=1000 {
+            let draw = with.draw(seed);
+            assert_eq!(Draw { fuel_kg: 0.0, ..draw.clone() }, without.draw(seed));
+            (least, most) = (f64::min(least, draw.fuel_kg), f64::max(most, draw.fuel_kg));
+            let flight = with.flight(&draw);
+            let dry = without.flight(&without.draw(seed));
+            assert_eq!(dry.events, Vec::new());
+            let start_kg = flight.helicopter.mass_kg;
+            assert!((start_kg - dry.helicopter.mass_kg - (draw.fuel_kg - 0.2)).abs() < 1e-9);
+            let Some((end_s, FlightEvent::Mass(end_kg))) = flight.events.last() else {
+                panic!("it burns")
+            };
+            assert_eq!(*end_s, with.duration_s);
+            assert!((start_kg - end_kg - burnt_kg).abs() < 1e-9);
+        }
+        assert!(least >= burnt_kg && least < burnt_kg + 0.01 && most > 0.39 && most <= 0.4);
+        let long = Campaign { duration_s: 3600.0, ..campaign() };
+        assert_eq!(long.draw(1).fuel_kg, 0.4);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::error::IdentifyError;
+use super::gaps::{Gap, gaps};
 use crate::record::preprocess::{LowPass, PreprocessError, filtered};
 use crate::record::{Experiment, STICKS, TestPoint, Tone, notch_delay_s, stepped, without_tones};
 use hovernav::ekf::Solution;
@@ -50,6 +51,8 @@ pub struct FlightRecord {
     pub experiment: Experiment,
     /// Heading at each sample, rad.
     pub heading_rad: Vec<f64>,
+    /// Where there were no sticks or no motion: the samples there are what was before, or between.
+    pub gaps: Vec<Gap>,
 }
 
 impl FlightRecord {
@@ -91,8 +94,11 @@ impl FlightRecord {
         } else {
             (dataset.injected.clone(), INJECTED)
         };
-        let times = dataset.controls.iter().map(|row| row.0);
-        let deliberate: Vec<_> = times.zip(deliberate).collect();
+        let rows: Vec<Time> = dataset.controls.iter().map(|row| row.0).collect();
+        let of_motion: Vec<Time> = solutions.iter().map(|solution| solution.time).collect();
+        let ends = [first.time, last.time];
+        let gaps = [gaps("sticks", &rows, ends), gaps("motion", &of_motion, ends)].concat();
+        let deliberate: Vec<_> = rows.into_iter().zip(deliberate).collect();
         let moved = [&dataset.controls, &deliberate];
         let mut inputs = DMatrix::zeros(samples, STICKS.len() * moved.len());
         let mut outputs = DMatrix::zeros(samples, MOTION.len() + KINEMATIC.len());
@@ -123,7 +129,7 @@ impl FlightRecord {
         let measured = [&MOTION[..], &KINEMATIC].concat();
         let moved = names(&[STICKS, own_names].concat());
         let experiment = Experiment::new(name, period_s, moved, names(&measured), inputs, outputs)?;
-        Ok(Self { start: first.time, experiment, heading_rad })
+        Ok(Self { start: first.time, experiment, heading_rad, gaps })
     }
 
     /// The record without `tones`: see [`without_tones`].
@@ -133,7 +139,16 @@ impl FlightRecord {
             start: self.start.offset_by(-later_s),
             experiment: without_tones(&self.experiment, tones, filled),
             heading_rad: self.heading_rad.clone(),
+            gaps: self.gaps.clone(),
         }
+    }
+
+    /// Whether sticks and motion were recorded all the time from `from` to `to`, and so long before that filters
+    /// which look back have forgotten what was not.
+    pub(super) fn is_whole(&self, from: Time, to: Time) -> bool {
+        /// Three time constants of the narrowest notch.
+        const FORGOTTEN_S: f64 = 2.0;
+        !self.gaps.iter().any(|gap| gap.from < to && from < gap.to.offset_by(FORGOTTEN_S))
     }
 
     /// The record at the longest whole multiple of its period up to `longest_s`, low-passed for it.
@@ -173,7 +188,7 @@ impl FlightRecord {
         });
         let heading_rad = (0..samples).map(|sample| self.heading_rad[sample * every]).collect();
         let experiment = Experiment { period_s, inputs, outputs, ..smooth };
-        Ok(Self { start: self.start, experiment, heading_rad })
+        Ok(Self { start: self.start, experiment, heading_rad, gaps: self.gaps.clone() })
     }
 
     /// The samples of a test point, named after its stick and time.

@@ -90,7 +90,9 @@ pub fn identify(
     let record = record.thinned(LONGEST_PERIOD_S).map_err(IdentifyError::Preprocess)?;
     let end = record.start.offset_by(record.experiment.duration_s());
     let mut test_points = find_test_points(&dataset.controls);
-    test_points.retain(|point| point.start >= record.start && point.end <= end);
+    test_points.retain(|point| {
+        point.start >= record.start && point.end <= end && record.is_whole(point.start, point.end)
+    });
     let structure = kind.structure();
     let (mut estimation_points, mut validation_points) = (Vec::new(), Vec::new());
     for (index, stick) in STICKS.iter().enumerate() {
@@ -119,7 +121,7 @@ pub fn identify(
             still.push(stick.to_owned());
         }
     }
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = record.gaps.iter().map(ToString::to_string).collect();
     if estimation_points.is_empty() {
         if still.len() == structure.inputs_of_pilot().count() {
             return Err(IdentifyError::StillStick {

@@ -61,20 +61,25 @@ pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
         .collect()
 }
 
-/// Ranges of samples near a hover and not `left_out`.
+/// Ranges of samples near a hover, recorded and not `left_out`.
 fn steady(record: &FlightRecord, left_out: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let experiment = &record.experiment;
     let least = (LEAST_S / experiment.period_s) as usize;
+    let at = |sample: usize| record.start.offset_by(sample as f64 * experiment.period_s);
     let value = |sample: usize, channel: usize| experiment.outputs[(sample, channel)];
     let hovers = |sample: usize| {
         value(sample, 0).hypot(value(sample, 1)) < FASTEST_MPS
             && value(sample, 2).abs() < FASTEST_DOWN_MPS
             && value(sample, 6).abs().max(value(sample, 7).abs()) < STEEPEST_RAD
     };
+    let is_known = |sample: usize| record.is_whole(at(sample), at(sample + 1));
     let mut found: Vec<Range<usize>> = Vec::new();
     let mut first = None;
     for sample in 0..=experiment.samples() {
-        let within = sample < experiment.samples() && hovers(sample) && !left_out(sample);
+        let within = sample < experiment.samples()
+            && is_known(sample)
+            && hovers(sample)
+            && !left_out(sample);
         let turned = first.is_some_and(|first: usize| {
             let headings = record.heading_rad.get(sample).zip(record.heading_rad.get(first));
             headings.is_some_and(|(now, then)| wrap_angle(now - then).abs() > TURNED_RAD)
