@@ -75,3 +75,23 @@ fn a_shock_at_full_scale_moves_the_velocity_by_less_than_a_metre_a_second() {
         assert!(pulled[pulled.len() / 2] < 0.55, "{pulled:.2?}");
     }
 }
+
+/// A magnet that comes and goes turns the field in strength and dip as well as about the vertical.
+#[test]
+fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_its_sigma_says() {
+    for (flight, most_deg) in [(heli_hover(), 6.0), (Flight::Simulated, 6.0)] {
+        let outcomes = outcomes(flight, "mag-vector=0.2");
+        // By up to 14 and 31° where readings that came within the gate led the heading and the gyros' bias away.
+        assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < most_deg);
+        let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside[5];
+        assert!(worst(&outcomes, outside) < 0.1);
+    }
+}
+
+#[test]
+fn an_antenna_a_metre_from_where_its_lever_arm_says_is_found_in_turns() {
+    let outcomes = outcomes(heli_hover(), "lever-arm=1");
+    // Of roll 37 % lay outside, turned by what a yaw manoeuvre made of the arm.
+    let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside_motion;
+    assert!(worst(&outcomes, outside) < 0.03);
+}

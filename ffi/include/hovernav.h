@@ -248,6 +248,14 @@ enum {
     HOVERNAV_NOTICE_KIND_HEADING_DOUBTED = 10,
     // Something that this header does not know.
     HOVERNAV_NOTICE_KIND_OTHER = 11,
+    // The magnetic field has come off what is usual: a current or iron is nearby. `value`: by which share of its
+    // strength; `sigma`: one-sigma of what this makes of the heading that goes by it, rad.
+    HOVERNAV_NOTICE_KIND_FIELD_DISTURBED = 12,
+    // The magnetic field is what it was again.
+    HOVERNAV_NOTICE_KIND_FIELD_RESTORED = 13,
+    // The antenna does not stand where its lever arm says, and is taken to stand where it was found. `value`: how far
+    // off, m; `sigma`: one-sigma of each level part, m.
+    HOVERNAV_NOTICE_KIND_ANTENNA_ELSEWHERE = 14,
 };
 
 // What measures beside the inertial unit.

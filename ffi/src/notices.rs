@@ -39,6 +39,14 @@ pub enum NoticeKind {
     HeadingDoubted = 10,
     /// Something that this header does not know.
     Other = 11,
+    /// The magnetic field has come off what is usual: a current or iron is nearby. `value`: by which share of its
+    /// strength; `sigma`: one-sigma of what this makes of the heading that goes by it, rad.
+    FieldDisturbed = 12,
+    /// The magnetic field is what it was again.
+    FieldRestored = 13,
+    /// The antenna does not stand where its lever arm says, and is taken to stand where it was found. `value`: how far
+    /// off, m; `sigma`: one-sigma of each level part, m.
+    AntennaElsewhere = 14,
 }
 
 /// What measures beside the inertial unit.
@@ -309,6 +317,17 @@ impl From<&CoreNotice> for Notice {
                 sigma: sigma_rad,
                 ..Self::at(NoticeKind::HeadingDoubted, time)
             },
+            CoreNotice::FieldDisturbed { time, share, sigma_rad } => Self {
+                value: share,
+                sigma: sigma_rad,
+                ..Self::at(NoticeKind::FieldDisturbed, time)
+            },
+            CoreNotice::AntennaElsewhere { time, offset_m, sigma_m } => Self {
+                value: offset_m.norm(),
+                sigma: sigma_m,
+                ..Self::at(NoticeKind::AntennaElsewhere, time)
+            },
+            CoreNotice::FieldRestored { time } => Self::at(NoticeKind::FieldRestored, time),
             CoreNotice::HeadingMissing { time } => Self::at(NoticeKind::HeadingMissing, time),
             CoreNotice::Updated(ref report) => {
                 let mut notice = Self::at(NoticeKind::Updated, Time::ZERO);

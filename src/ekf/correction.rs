@@ -208,6 +208,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// One-sigma of the slow error of what gives the heading, `usual_rad` where nothing is known against it,
     /// `elapsed_s` after the last time that it was asked for.
     pub(super) fn heading_wander_rad(&mut self, usual_rad: f64, elapsed_s: f64) -> f64 {
+        let field_rad = f64::from(self.field_watch.doubt_rad);
+        let usual_rad =
+            if field_rad == 0.0 { usual_rad } else { Scalar::hypot(usual_rad, field_rad) };
         if self.heading_doubt_rad == 0.0 {
             return usual_rad;
         }

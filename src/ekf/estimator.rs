@@ -17,7 +17,7 @@ use super::solution::Solution;
 use super::trace::Trace;
 use crate::earth::Geodetic;
 use crate::event::Event;
-use crate::frames::{Body, EulerAngles, Rotation, Vector};
+use crate::frames::Vector;
 use crate::gps::Fix;
 use crate::imu::ImuSample;
 use crate::ins::{ALIGNABLE_S, Aligner, Alignment, HeadingSource, Start};
@@ -186,6 +186,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 }
             }
             Event::Magnetometer { time, field_gauss } => {
+                self.watch_field(*time, *field_gauss, trace, notify);
                 self.magnetometer(*time, *field_gauss, trace, notify);
             }
             Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, notify),
@@ -338,6 +339,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 self.gps(&fix, trace, notify);
             }
         }
+        if let Some(field) = sample.magnetic_field_gauss {
+            self.watch_field(sample.time, field, trace, notify);
+        }
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
             self.attitude(sample.time, angles, trace, notify);
         } else if let Some(field) = sample.magnetic_field_gauss {
@@ -382,6 +386,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Phase::Navigating => self.filter.take_in_gps(fix, true, &mut report, trace),
         };
         notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
+        if let Some((offset_m, sigma_m)) = self.filter.antenna.news() {
+            let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
+            notify(Notice::AntennaElsewhere { time: fix.time, offset_m, sigma_m });
+        }
         if self.phase == Phase::Navigating {
             self.watch_heading(fix, trace, notify);
         }
@@ -430,45 +438,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.search.watch(filter.state.body_to_ned);
         trace.turned(Vector::new(0.0, 0.0, turn_rad));
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
-    }
-
-    #[inline(never)]
-    fn attitude(
-        &mut self,
-        time: Time,
-        angles: EulerAngles,
-        trace: &mut impl Trace<T, N>,
-        notify: &mut dyn FnMut(Notice),
-    ) {
-        let yaw_rad = angles.yaw_rad + self.aligner.config().attitude_declination_rad;
-        let reference = Rotation::of_angles(EulerAngles { yaw_rad, ..angles });
-        let mut report = Report::default();
-        let result = self
-            .navigating()
-            .and_then(|filter| filter.take_in_attitude(time, reference, &mut report, trace));
-        self.watch_from(&report);
-        notify(Notice::of_report(time, Aid::Attitude, result, &report));
-    }
-
-    #[inline(never)]
-    fn magnetometer(
-        &mut self,
-        time: Time,
-        field_gauss: Vector<Body>,
-        trace: &mut impl Trace<T, N>,
-        notify: &mut dyn FnMut(Notice),
-    ) {
-        if !self.aiding.magnetometer {
-            return;
-        }
-        let declination_rad = self.aligner.config().declination_rad;
-        let result = self.navigating_at(time).and_then(|filter| {
-            filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
-        });
-        if let Ok(report) = &result {
-            self.watch_from(report);
-        }
-        notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
 
     /// Begins anew to watch the heading where the attitude was opened for a measured one.

@@ -2,9 +2,11 @@
 
 use core::marker::PhantomData;
 
+use super::antenna::AntennaOffset;
 use super::config::EkfConfig;
 use super::covariance::Covariance;
 use super::excess::Excess;
+use super::field_watch::FieldWatch;
 use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::heading_revision::HeadingRevision;
@@ -74,6 +76,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) heading_wander: (f64, f64),
     /// How far off what gives the heading may be beyond its own slow error, rad, by what the fixes said.
     pub(super) heading_doubt_rad: f64,
+    pub(super) field_watch: FieldWatch,
     /// When what gives the heading last disagreed with a heading that was turned against it.
     pub(super) heading_distrusted: Option<Time>,
     /// When a gap last hid where the attitude went, until one is measured.
@@ -96,6 +99,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Learned size of the GPS errors against what is stated or configured: variances of position and of
     /// horizontal and vertical velocity.
     pub(super) gps_learned: [f32; 3],
+    pub(super) antenna: AntennaOffset,
     pub(super) excess: Excess,
     pub(super) bias_shift: BiasShift,
     pub(super) samples: Samples<T>,
@@ -128,6 +132,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             attitude_used: None,
             heading_wander: (config.attitude.heading_wander_rad, config.attitude.wander_time_s),
             heading_doubt_rad: 0.0,
+            field_watch: FieldWatch::NONE,
             heading_distrusted: None,
             attitude_lost: None,
             heading_revision: HeadingRevision::NONE,
@@ -141,6 +146,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             level_force: LevelForce::NONE,
             unrelaxed_s: T::ZERO,
             gps_learned: [1.0; 3],
+            antenna: AntennaOffset::UNSEEN,
             excess: Excess::NONE,
             bias_shift: BiasShift::UNKNOWN,
             samples: Samples::NONE,
@@ -158,6 +164,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gates = Gates::NONE;
         self.attitude_used = None;
         self.heading_doubt_rad = 0.0;
+        self.field_watch = FieldWatch::NONE;
         self.heading_distrusted = None;
         self.attitude_lost = None;
         self.heading_revision = HeadingRevision::NONE;
@@ -171,6 +178,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.level_force = LevelForce::NONE;
         self.unrelaxed_s = T::ZERO;
         self.gps_learned = [1.0; 3];
+        self.antenna = AntennaOffset::UNSEEN;
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
         self.samples = Samples::NONE;

@@ -4,11 +4,13 @@ pub mod covariance;
 pub mod layout;
 mod level_force;
 
+mod antenna;
 mod config;
 mod correction;
 mod estimator;
 mod estimator_config;
 mod excess;
+mod field_watch;
 mod filter;
 mod force_sum;
 mod gate;

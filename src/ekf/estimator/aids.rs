@@ -1,16 +1,80 @@
-//! What the estimator makes of a rangefinder and of a second antenna.
+//! What the estimator makes of what measures beside the inertial unit and the receiver.
 
+use super::super::field_watch::FieldChange;
 use super::super::heading_search::{FoundHeading, HeadingMethod};
 use super::super::layout::Layout;
-use super::super::measurement::Aid;
+use super::super::measurement::{Aid, Report};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
 use super::{Estimator, Notice, Phase};
 use crate::event::RangeReading;
-use crate::frames::Vector;
+use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::AntennaHeading;
+use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
+    #[inline(never)]
+    pub(super) fn attitude(
+        &mut self,
+        time: Time,
+        angles: EulerAngles,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        let yaw_rad = angles.yaw_rad + self.aligner.config().attitude_declination_rad;
+        let reference = Rotation::of_angles(EulerAngles { yaw_rad, ..angles });
+        let mut report = Report::default();
+        let result = self
+            .navigating()
+            .and_then(|filter| filter.take_in_attitude(time, reference, &mut report, trace));
+        self.watch_from(&report);
+        notify(Notice::of_report(time, Aid::Attitude, result, &report));
+    }
+
+    #[inline(never)]
+    pub(super) fn magnetometer(
+        &mut self,
+        time: Time,
+        field_gauss: Vector<Body>,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        if !self.aiding.magnetometer {
+            return;
+        }
+        let declination_rad = self.aligner.config().declination_rad;
+        let result = self.navigating_at(time).and_then(|filter| {
+            filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
+        });
+        if let Ok(report) = &result {
+            self.watch_from(report);
+        }
+        notify(Notice::of_update(time, Aid::Magnetometer, result));
+    }
+
+    /// Looks whether the field by which a heading is given, or the unit's own goes, is what it was.
+    pub(super) fn watch_field(
+        &mut self,
+        time: Time,
+        field_gauss: Vector<Body>,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        let aided = self.aiding.attitude || self.aiding.magnetometer;
+        let filter = self.navigating_at(time).ok().filter(|_| aided);
+        let change = filter.and_then(|filter| filter.watch_field(time, field_gauss, trace));
+        match change {
+            Some(FieldChange { disturbed: Some(true), share, sigma_rad }) => {
+                let (share, sigma_rad) = (f64::from(share), f64::from(sigma_rad));
+                notify(Notice::FieldDisturbed { time, share, sigma_rad });
+            }
+            Some(FieldChange { disturbed: Some(false), .. }) => {
+                notify(Notice::FieldRestored { time });
+            }
+            _ => {}
+        }
+    }
+
     #[inline(never)]
     pub(super) fn range(
         &mut self,

@@ -2,6 +2,7 @@
 
 use super::super::measurement::{Aid, Report, Unusable};
 use super::super::prediction::{ImuFault, ResetCause};
+use crate::frames::{Body, Vector};
 use crate::imu::Suspicion;
 use crate::ins::Alignment;
 use crate::time::Time;
@@ -40,6 +41,31 @@ pub enum Notice {
         off_rad: f64,
         /// One-sigma of that, rad.
         sigma_rad: f64,
+    },
+    /// The magnetic field has come off what is usual, in strength or dip: a current or iron is nearby. What gives
+    /// the heading by it is less sure until the field is back.
+    FieldDisturbed {
+        /// When.
+        time: Time,
+        /// By which share of its strength.
+        share: f64,
+        /// One-sigma of what this makes of the heading that it gives, rad.
+        sigma_rad: f64,
+    },
+    /// The magnetic field is what it was again.
+    FieldRestored {
+        /// When.
+        time: Time,
+    },
+    /// The antenna does not stand where its lever arm says, by what turns show; from now on it is taken to stand where
+    /// it was found. Told again when that has become far surer.
+    AntennaElsewhere {
+        /// When.
+        time: Time,
+        /// From where the lever arm says to where it was found, level parts alone, m.
+        offset_m: Vector<Body>,
+        /// One-sigma of each part, m.
+        sigma_m: f64,
     },
     /// Alignment has everything but a heading, and waits for one: nothing gives it, and this
     /// estimator has no search for it.

@@ -15,6 +15,7 @@ use super::{Compared, Report, Unusable};
 use crate::earth::Local;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
+use crate::ins::LeverArm;
 
 /// White variances of a fix, north, east, down.
 struct GpsNoise {
@@ -119,7 +120,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
         }
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
-        let ([vn, ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
+        let ([mut vn, mut ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
+        if let (Some(north), Some(east)) = (&mut vn, &mut ve) {
+            self.watch_antenna(north, east, velocity_then);
+        }
         let ([n, e, d], position) = self.position_axes(&earth, fix, position_then, &noise);
         let mut sensitivity = FixSensitivity { velocity, position, age_s: position_then.age_s };
         if is_beyond {
@@ -237,7 +241,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Axes<T> {
         let wander: Vector<Ned, T> =
             L::GPS_POSITION.map_or([T::ZERO; 3], |first| self.block(first)).into();
-        let antenna_arm = self.mounting.antenna_from_imu().cast::<T>();
+        let antenna_arm = self.antenna_arm();
         let arm = back.state.body_to_ned * antenna_arm.0;
         let off = earth.displacement(&back.state.position, &fix.position) - arm;
         let innovation = (off - wander).to_array();
@@ -275,7 +279,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn velocity_axes(&self, fix: &Fix, back: &LookBack<T>, noise: &GpsNoise) -> Axes<T> {
         let wander: Vector<Ned, T> =
             L::GPS_VELOCITY.map_or([T::ZERO; 3], |first| self.block(first)).into();
-        let antenna_arm = self.mounting.antenna_from_imu().cast::<T>();
+        let antenna_arm = self.antenna_arm();
         let body_to_ned = back.state.body_to_ned;
         let swing = body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
         let predicted = (back.state.velocity_mps + swing + wander).to_array();
@@ -305,6 +309,32 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         (axes, sensitivity)
     }
 
+    /// Lets a level velocity tell where the antenna stands, and prices what that is not sure of.
+    fn watch_antenna(
+        &mut self,
+        north: &mut Compared<T>,
+        east: &mut Compared<T>,
+        back: &LookBack<T>,
+    ) {
+        let body_to_ned = back.state.body_to_ned;
+        let (sin, cos) = body_to_ned.heading_sincos();
+        let (n, e) = (north.innovation, east.innovation);
+        let ahead = [cos * n + sin * e, cos * e - sin * n].map(single);
+        let turning_radps = single((body_to_ned * back.angular_rate_radps).z());
+        let level_mps2 = single(back.acceleration_mps2.x().hypot(back.acceleration_mps2.y()));
+        let expected = |axis: &Compared<T>, state| axis.noise + self.covariance.value(state, state);
+        let variance = single(expected(north, VELOCITY) + expected(east, VELOCITY + 1)) * 0.5;
+        let unsure = T::of(f64::from(self.antenna.velocity_variance(turning_radps)));
+        self.antenna.told(turning_radps, level_mps2, ahead, variance);
+        north.noise += unsure;
+        east.noise += unsure;
+    }
+
+    /// From the inertial unit to where the antenna was found to stand.
+    fn antenna_arm(&self) -> LeverArm<T> {
+        LeverArm(self.mounting.antenna_from_imu().cast::<T>().0 + self.antenna.offset_m().cast())
+    }
+
     /// Variance that the inertial sensors' noise, or a gap in their samples, added to velocity since
     /// then, times the square of `lever`.
     ///
@@ -327,6 +357,11 @@ fn significant<T: Scalar>(v: Vector<Ned, T>, variance: T) -> Vector<Ned, T> {
     let squared = v.dot(v);
     // Written so that a NaN tells nothing.
     if squared > variance { v * (T::ONE - variance / squared) } else { Vector::ZERO }
+}
+
+/// In single precision: what has errors of its own needs no more.
+fn single<T: Scalar>(value: T) -> f32 {
+    value.wide() as f32
 }
 
 /// [v ×], row by row: the matrix whose product with w is v × w.

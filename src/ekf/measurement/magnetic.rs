@@ -1,6 +1,7 @@
 //! Magnetic heading.
 
 use super::super::covariance::Sensitivity;
+use super::super::field_watch::{FieldChange, Parts};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::Channel;
@@ -13,6 +14,39 @@ use crate::frames::{Body, Vector, wrap_angle};
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Looks at a magnetic field, gauss, before it gives a heading or a unit's own follows it: where what does not
+    /// change with the heading has changed, the slow error of what gives the heading is opened by as much. Gives that
+    /// change. While nobody knows where a gap has led the attitude it is not looked at.
+    ///
+    /// # Source
+    /// Equation (M15) of docs/equations.md.
+    pub(in super::super) fn watch_field(
+        &mut self,
+        time: Time,
+        field_gauss: Vector<Body>,
+        trace: &mut impl Trace<T, N>,
+    ) -> Option<FieldChange> {
+        let error = L::ATTITUDE_REFERENCE? + 2;
+        let interval_s = self.config.magnetometer.interval_s;
+        let elapsed_s = self.attitude_used.map_or(interval_s, |used| time - used);
+        let field = self.state.body_to_ned * field_gauss.cast();
+        if self.attitude_lost.is_some() || elapsed_s < interval_s || !field.is_finite() {
+            return None;
+        }
+        let [level, down] = [field.x().hypot(field.y()), field.z()].map(|part| part.wide() as f32);
+        let tilt_rad = Scalar::sqrt(self.tilt_variance()) as f32;
+        let field = Parts { level, down };
+        let change = self.field_watch.push(field, tilt_rad, elapsed_s as f32)?;
+        self.relax(trace);
+        self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
+        Some(change)
+    }
+
+    /// The larger variance of the tilt's two axes, rad².
+    fn tilt_variance(&self) -> f64 {
+        self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1))
+    }
+
     /// Takes in a magnetic field, gauss: heading from magnetic north, `declination_rad` east of true
     /// north, levelled by the filter's own roll and pitch.
     ///
@@ -44,10 +78,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part: an
         // error of the reference, as slow as that of the tilt, and no reason to move the tilt.
         let dip = (field.z() / horizontal).wide();
-        let tilt_variance =
-            self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1));
         let usual_rad =
-            Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * tilt_variance);
+            Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * self.tilt_variance());
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
         self.heading_revision.is_magnetic = true;

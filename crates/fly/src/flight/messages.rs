@@ -33,6 +33,17 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
             "heading in doubt, {:.0} deg off by the fixes: less sure now",
             off_rad.to_degrees()
         )),
+        Notice::FieldDisturbed { share, sigma_rad, .. } => ShortText::new(format_args!(
+            "magnetic field {:.0} % off: heading by it may be {:.0} deg off, counts less",
+            100.0 * share,
+            sigma_rad.to_degrees()
+        )),
+        Notice::AntennaElsewhere { offset_m, .. } => ShortText::new(format_args!(
+            "antenna {:.1} m fwd, {:.1} m right of its lever arm: taken to be there",
+            offset_m.x(),
+            offset_m.y()
+        )),
+        Notice::FieldRestored { .. } => ShortText::new("magnetic field what it was again"),
         Notice::HeadingMissing { .. } => ShortText::new("alignment waits for a heading"),
         Notice::NotUsed { aid, reason, .. } if reason.is_fault() => {
             ShortText::new(format_args!("{aid} not used: {reason}"))

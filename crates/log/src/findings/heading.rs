@@ -12,6 +12,8 @@ use hovernav::time::Time;
 
 /// A field whose strength is off its median by this share is not the Earth's alone.
 const DISTURBED: f64 = 0.25;
+/// A field that comes off what it was by no more than this share may be that of a unit that is not quite calibrated.
+const UNCALIBRATED: f64 = 0.15;
 /// A doubt of less than this, rad (10°), is chance now and then.
 const DOUBTED_RAD: f64 = 0.175;
 /// Doubts no further apart than this, s, are one.
@@ -22,7 +24,45 @@ const LASTING_S: f64 = 3.0;
 pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Finding>) {
     start(log, findings);
     doubts(log, findings);
+    let known = findings.len();
     field.find(findings);
+    changed_fields(log, known, findings);
+}
+
+/// Where the field came off what was usual by the filter's own watch over it, and no look at its strength, from the
+/// `known`th finding on, has told already.
+fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
+    let log_end_s = log.span_s().map_or(0.0, |(_, end_s)| end_s);
+    let mut notices = log.run.notices.iter();
+    while let Some(notice) = notices.next() {
+        let Notice::FieldDisturbed { time, share, sigma_rad } = notice else { continue };
+        let start_s = time.seconds();
+        let restored_s = notices.clone().find_map(|notice| match notice {
+            Notice::FieldRestored { time } => Some(time.seconds()),
+            _ => None,
+        });
+        let end_s = restored_s.unwrap_or(log_end_s);
+        let told = |found: &Finding| found.start_s < end_s && start_s < found.end_s;
+        if end_s - start_s < LASTING_S || findings.iter().skip(known).any(told) {
+            continue;
+        }
+        findings.push(Finding {
+            start_s,
+            end_s,
+            sensor: "magnetometer",
+            kind: "magnetic disturbance",
+            severity: if *share > UNCALIBRATED { Severity::Warning } else { Severity::Info },
+            count: 1,
+            words: format!(
+                "magnetometer disturbed {}: the field came off what it was by {:.0} % of its strength, in strength or \
+                 dip, by a current or iron nearby; the heading it gives, wrong by perhaps {:.0}°, counted for as much \
+                 less",
+                when(start_s, end_s),
+                100.0 * share,
+                sigma_rad.to_degrees()
+            ),
+        });
+    }
 }
 
 fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {

@@ -16,11 +16,22 @@ const LONGEST_S: f64 = 3.0;
 const OUTLIER: f64 = 4.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let Some((arm, sigma)) = missing_arm(log) else { return };
-    let (size, sigma_m) = (arm.norm(), sigma);
-    if size < LEAST_M || size < SURE * sigma_m {
-        return;
-    }
+    // What the filter has found is no longer left of the fixes.
+    let found = log.run.notices.iter().rev().find_map(|notice| match *notice {
+        Notice::AntennaElsewhere { time, offset_m, sigma_m } => Some((
+            offset_m,
+            sigma_m,
+            format!("and is taken to since {:.0} s at the latest", time.seconds()),
+        )),
+        _ => None,
+    });
+    let left = || {
+        let (arm, sigma_m) = missing_arm(log)?;
+        let is_sure = arm.norm() >= LEAST_M.max(SURE * sigma_m);
+        is_sure.then(|| (arm, sigma_m, "throughout".into()))
+    };
+    let Some((arm, sigma_m, since)) = found.or_else(left) else { return };
+    let size = arm.norm();
     let (start_s, end_s) = log.span_s().unwrap_or_default();
     let declared = log.dataset.manifest.gps.antenna_lever_arm_m;
     let likely = (declared + arm).to_array().map(|metres| (10.0 * metres).round() / 10.0);
@@ -29,11 +40,11 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         end_s,
         sensor: "gps",
         kind: "lever arm",
-        severity: Severity::Warning,
+        severity: if size < LEAST_M { Severity::Info } else { Severity::Warning },
         count: 1,
         words: format!(
             "gps antenna seems to stand {size:.1} m from where its lever arm says (one-sigma \
-             {sigma_m:.1} m), throughout: what is left of position and velocity turns with the vehicle; \
+             {sigma_m:.1} m), {since}: what is left of position and velocity turns with the vehicle; \
              is [gps] antenna_lever_arm_m about [{}, {}, {}]?",
             likely[0], likely[1], likely[2]
         ),

@@ -147,6 +147,27 @@ impl<W: Write> MessageWriter<W> {
                 );
                 self.event(*time, Level::Warning, "heading_doubted", &text)
             }
+            Notice::FieldDisturbed { time, share, sigma_rad } => {
+                let text = format!(
+                    "magnetic field {:.0} % off what is usual: the heading that goes by it may be {:.0}° off, and \
+                     counts for as much less until the field is back",
+                    100.0 * share,
+                    sigma_rad.to_degrees()
+                );
+                self.event(*time, Level::Warning, "field_disturbed", &text)
+            }
+            Notice::AntennaElsewhere { time, offset_m, sigma_m } => {
+                let text = format!(
+                    "antenna {:.1} m forward and {:.1} m right of where its lever arm says (one-sigma {sigma_m:.1} m): \
+                     taken to stand there",
+                    offset_m.x(),
+                    offset_m.y()
+                );
+                self.event(*time, Level::Warning, "antenna_elsewhere", &text)
+            }
+            Notice::FieldRestored { time } => {
+                self.event(*time, Level::Info, "field_restored", "magnetic field what it was again")
+            }
             Notice::Updated(report) => {
                 let message = InnovationsMessage::new(report.innovations());
                 let time = Time::from_nanoseconds(message.time_ns);

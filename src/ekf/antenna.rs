@@ -1,0 +1,194 @@
+//! How far the antenna stands from where its lever arm says, by what turns about the vertical show.
+//!
+//! An antenna that stands δ to the side moves by r × δ in a turn at r. A filter that takes this for motion makes
+//! tilt and biases of it. The two level parts of δ are found beside the filter, each fix's velocity for itself: what
+//! they hang together with in the filter's own states is left out. They are used once the fixes are likelier with
+//! them than without, in turns to the left and in turns to the right: what else errs does not change its sign with the
+//! turn.
+
+use super::square;
+use crate::frames::{Body, Vector};
+use crate::scalar::Scalar;
+
+/// Where the antenna was found to stand, from where its lever arm says.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AntennaOffset {
+    /// Forward and to the right, levelled, m.
+    found_m: [f32; 2],
+    /// Variance of each, in squares of [`SIGMA_M`].
+    variance: f32,
+    /// Logarithm of how much likelier the fixes of late are with it than without, in turns to the left and to the right.
+    evidence: [f32; 2],
+    used: bool,
+    /// The variance when it was last told of, m²; none before.
+    told_variance: Option<f32>,
+}
+
+/// One-sigma of where a lever arm that is wrong says the antenna is, m.
+const SIGMA_M: f32 = 0.3;
+/// Slower turns tell nothing, rad/s.
+const SLOWEST_RADPS: f32 = 0.1;
+/// A fix may hold so much earlier or later than is known, s: what that makes of an acceleration must be less than what
+/// an antenna makes of a turn.
+const LATE_S: f32 = 0.05;
+/// The offset is used from this much evidence on, on either side, until there is none left on one; more than the most
+/// counts as that.
+const ENOUGH: f32 = 4.0;
+const MOST: f32 = 10.0;
+/// What is less is not worth its own error, m.
+const LEAST_M: f32 = 0.25;
+/// What is further off than so many one-sigmas has other causes.
+const OUTLIER: f32 = 5.0;
+/// It is told of anew when its variance has fallen to this share.
+const FALLEN: f32 = 0.25;
+
+impl AntennaOffset {
+    /// The antenna is where its lever arm says.
+    pub const UNSEEN: Self = Self {
+        found_m: [0.0; 2],
+        variance: 1.0,
+        evidence: [0.0; 2],
+        used: false,
+        told_variance: None,
+    };
+
+    /// What to add to the lever arm, body axes of a vehicle that is level, m.
+    pub fn offset_m(&self) -> Vector<Body, f32> {
+        let [x, y] = if self.used { self.found_m } else { [0.0; 2] };
+        Vector::new(x, y, 0.0)
+    }
+
+    /// What it has come to, m, and its one-sigma, m, when it begins to be used and when it has become far surer.
+    pub fn news(&mut self) -> Option<(Vector<Body, f32>, f32)> {
+        let surer = |told: f32| self.variance < FALLEN * told;
+        if !(self.used && self.told_variance.is_none_or(surer)) {
+            return None;
+        }
+        self.told_variance = Some(self.variance);
+        Some((self.offset_m(), SIGMA_M * Scalar::sqrt(self.variance)))
+    }
+
+    /// The variance that it leaves of the level velocity of a fix at this rate about the vertical, (m/s)².
+    pub fn velocity_variance(&self, rate_radps: f32) -> f32 {
+        if self.used { self.own_variance(rate_radps) } else { 0.0 }
+    }
+
+    fn own_variance(&self, rate_radps: f32) -> f32 {
+        SIGMA_M * SIGMA_M * square(rate_radps) * self.variance
+    }
+
+    /// Takes in the innovation of a fix's level velocity, forward and to the right, m/s, of which each had this
+    /// `variance`, (m/s)², that of the antenna's place left out, in a turn and at a level acceleration, m/s².
+    ///
+    /// # Source
+    /// Equation (M16) of docs/equations.md.
+    pub fn told(
+        &mut self,
+        rate_radps: f32,
+        acceleration_mps2: f32,
+        [forward, right]: [f32; 2],
+        variance: f32,
+    ) {
+        let is_turn = rate_radps.abs() >= SLOWEST_RADPS
+            && LATE_S * acceleration_mps2 < SIGMA_M * rate_radps.abs();
+        // Written so that a NaN tells nothing.
+        if !(is_turn && (forward + right).is_finite() && variance > 0.0) {
+            return;
+        }
+        let own = self.own_variance(rate_radps);
+        let [x, y] = self.found_m;
+        // What the offset makes of the turn, and what is left with it and without.
+        let (swing_forward, swing_right) = (-rate_radps * y, rate_radps * x);
+        let (with, without) = if self.used {
+            ([forward, right], [forward + swing_forward, right + swing_right])
+        } else {
+            ([forward - swing_forward, right - swing_right], [forward, right])
+        };
+        let size = |[a, b]: [f32; 2]| square(a) + square(b);
+        if size(with) > square(OUTLIER) * (variance + own) {
+            return;
+        }
+        let likelier = 0.5 * (size(without) / variance - size(with) / (variance + own))
+            - Scalar::ln((variance + own) / variance);
+        let [left_hand, right_hand] = &mut self.evidence;
+        let side = if rate_radps < 0.0 { left_hand } else { right_hand };
+        *side = (*side + likelier).max(0.0).min(MOST);
+        if self.used && *side == 0.0 {
+            *self = Self::UNSEEN;
+            return;
+        }
+        let gain = own / (own + variance);
+        let [forward, right] = with;
+        self.found_m = [x + gain * right / rate_radps, y - gain * forward / rate_radps];
+        self.variance = self.variance * (1.0 - gain);
+        let is_far = size(self.found_m) > square(LEAST_M);
+        self.used |= is_far && self.evidence.iter().all(|side| *side > ENOUGH);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One-sigma of a velocity as a fix gives it, m/s.
+    const NOISE_MPS: f32 = 0.1;
+
+    /// Fixes in turns at these rates, of an antenna that stands `off_m` from where its lever arm says; what was found
+    /// after each, and whether it was used.
+    fn flown(off_m: [f32; 2], rates_radps: impl IntoIterator<Item = f32>) -> AntennaOffset {
+        let mut antenna = AntennaOffset::UNSEEN;
+        for (step, rate) in rates_radps.into_iter().enumerate() {
+            // No two alike, and of unit variance over many.
+            let phase = 2.4 * step as f32;
+            let noise = [phase.sin(), phase.cos()].map(|unit| unit * NOISE_MPS * 2_f32.sqrt());
+            let known = antenna.offset_m().to_array();
+            let left = [off_m[0] - known[0], off_m[1] - known[1]];
+            let innovation = [-rate * left[1] + noise[0], rate * left[0] + noise[1]];
+            antenna.told(rate, 0.3, innovation, NOISE_MPS * NOISE_MPS);
+        }
+        antenna
+    }
+
+    fn to_and_fro(turns: usize) -> impl Iterator<Item = f32> {
+        (0..turns).map(|turn| if turn % 4 < 2 { 0.5 } else { -0.5 })
+    }
+
+    #[test]
+    fn an_antenna_a_metre_off_is_found_by_turns_to_both_sides() {
+        let mut antenna = flown([0.4, -0.9], to_and_fro(40));
+        let (offset_m, sigma_m) = antenna.news().unwrap();
+        assert!(
+            (offset_m - Vector::new(0.4, -0.9, 0.0)).norm() < 3.0 * sigma_m,
+            "{offset_m:?} {sigma_m}"
+        );
+        assert!(sigma_m < 0.05 && antenna.news().is_none());
+    }
+
+    #[test]
+    fn turns_to_one_side_alone_convince_nobody() {
+        let mut antenna = flown([0.4, -0.9], core::iter::repeat_n(0.5, 100));
+        assert!(antenna.news().is_none() && antenna.offset_m() == Vector::ZERO);
+        assert!(antenna.velocity_variance(0.5) == 0.0);
+    }
+
+    #[test]
+    fn an_antenna_that_stands_where_its_lever_arm_says_stays_there() {
+        for turns in 1..400 {
+            assert!(flown([0.0, 0.0], to_and_fro(turns)).offset_m() == Vector::ZERO);
+        }
+    }
+
+    #[test]
+    fn slow_turns_hard_accelerations_and_what_is_no_number_tell_nothing() {
+        let mut antenna = flown([0.4, -0.9], to_and_fro(40).map(|rate| 0.1 * rate));
+        for step in 0..100 {
+            let rate = if step % 4 < 2 { 0.5 } else { -0.5 };
+            antenna.told(rate, 10.0, [0.5 * rate, rate], 0.01);
+            antenna.told(rate, 0.0, [f32::NAN, rate], 0.01);
+            antenna.told(rate, f32::NAN, [rate, rate], 0.01);
+            antenna.told(f32::NAN, 0.0, [rate, rate], 0.01);
+            antenna.told(rate, 0.0, [rate, rate], f32::NAN);
+        }
+        assert!(antenna.variance == 1.0 && antenna.evidence == [0.0; 2]);
+    }
+}
