@@ -301,10 +301,11 @@ fn parse<M: DeserializeOwned>(data: &[u8]) -> Option<M> {
 
 fn begin(message: ConfigurationMessage, path: &Path) -> Result<Record, LogError> {
     let ConfigurationMessage { version, start_ns, start_unix_ns, fly_toml } = message;
-    let mut config = FlyConfig::parse(&fly_toml, "its fly.toml".as_ref()).map_err(|error| {
-        let reason = format!("recorded by hovernav {version}: {error}");
-        LogError::Unusable { path: path.into(), reason }
-    })?;
+    let mut config =
+        FlyConfig::parse_flown(&fly_toml, "its fly.toml".as_ref()).map_err(|error| {
+            let reason = format!("recorded by hovernav {version}: {error}");
+            LogError::Unusable { path: path.into(), reason }
+        })?;
     let name = &mut config.navigation.name;
     if name.is_empty() {
         *name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
