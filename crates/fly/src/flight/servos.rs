@@ -188,14 +188,7 @@ impl Servos {
         // In failsafe the pulses are the receiver's own, not the pilot's.
         let is_pilots = pilot.signal != Some(Signal::Failsafe);
         let own_ms = pilot.widths_ms.map(|width_ms| width_ms.filter(|_| is_pilots));
-        let sticks = self.swashplate.pilot_sticks(&self.channels, &own_ms);
-        let throttle_ms = own_ms.throttle.unwrap_or(f64::NAN);
-        match sticks {
-            Some(sticks) if !self.swashplate.passes_through() => {
-                self.swashplate.widths_ms(&self.channels, sticks, throttle_ms)
-            }
-            _ => own_ms.map(|width_ms| width_ms.unwrap_or(f64::NAN)),
-        }
+        self.swashplate.passed_on_ms(&self.channels, &own_ms)
     }
 
     /// Sends widths, ms, to the servos within range and rate, once the pilot has been there.
