@@ -7,7 +7,7 @@ use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
 use hovernav_log::record::{Cycle, Level, Record, RecordedCycle};
 
-use super::summary::{RecordSummary, level_name};
+use super::summary::RecordSummary;
 use crate::page::{Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis};
 
 /// What the page of a flight shows.
@@ -24,7 +24,7 @@ impl RecordPage<'_> {
         let told: Vec<String> = record
             .events
             .iter()
-            .filter(|event| event.level == Level::Error)
+            .filter(|event| event.level >= Level::Error)
             .map(|event| format!("{:.2} s: {}", event.time.seconds(), event.text))
             .collect();
         let warnings: Vec<String> = told.into_iter().chain(self.summary.warnings.clone()).collect();
@@ -242,12 +242,12 @@ impl RecordPage<'_> {
         let rows = self.record.events.iter().map(|event| {
             TableRow::new(
                 format!("{:.3} s", event.time.seconds()),
-                vec![level_name(event.level).into(), event.text.clone()],
+                vec![event.level.name().into(), event.part.clone(), event.text.clone()],
             )
         });
         Section::new("events", "Events", "What happened, in words.").with(Table {
             caption: format!("{} events", self.record.events.len()),
-            heads: ["When", "Level", "What"].map(Into::into).into(),
+            heads: ["When", "Level", "Whose", "What"].map(Into::into).into(),
             rows: rows.collect(),
         })
     }

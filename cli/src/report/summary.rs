@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::record::{Cycle, Level, Record, Reproduction, StickReproduction};
+use hovernav_log::record::{Cycle, Record, Reproduction, StickReproduction};
 use hovernav_log::{Dataset, FixTally};
 use serde::Serialize;
 
@@ -23,6 +23,8 @@ pub struct EventSummary {
     pub time_s: f64,
     pub level: &'static str,
     pub kind: String,
+    /// Which sensor or part did it or is at fault.
+    pub part: String,
     pub text: String,
 }
 
@@ -71,8 +73,9 @@ impl RecordSummary {
         let turnaround = sorted(record, |cycle| cycle.turnaround_s);
         let events = record.events.iter().map(|event| EventSummary {
             time_s: event.time.seconds(),
-            level: level_name(event.level),
+            level: event.level.name(),
             kind: event.kind.clone(),
+            part: event.part.clone(),
             text: event.text.clone(),
         });
         Self {
@@ -144,14 +147,6 @@ impl RecordSummary {
         }
         let _ = writeln!(text, "{:<38} {} ({:.3} s)", "written", out.display(), self.wall_s);
         text
-    }
-}
-
-pub fn level_name(level: Level) -> &'static str {
-    match level {
-        Level::Info => "info",
-        Level::Warning => "warning",
-        Level::Error => "error",
     }
 }
 

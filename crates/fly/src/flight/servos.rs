@@ -12,7 +12,7 @@ use hovernav::servo::{
     Swashplate,
 };
 use hovernav::time::Time;
-use hovernav_log::record::{Level, Line};
+use hovernav_log::record::{Level, Line, Part};
 use hovernav_log::{CaptureSection, FlyConfig};
 
 /// Pieces of the pilot's stream that may wait: 5 s of them.
@@ -50,7 +50,8 @@ impl ServoEvent<'_> {
                 log.event(now, port_level(event), "servo_port", format_args!("pilot: {event}"));
             }
             Self::OutputPort(event) => {
-                log.event(now, port_level(event), "servo_port", format_args!("servos: {event}"));
+                let text = format_args!("servos: {event}");
+                log.event_of(Part::Servos, now, port_level(event), "servo_port", text);
             }
             Self::Signal(Signal::Good) => {
                 log.event(now, Level::Info, pilot, "the pilot's signal is there");
