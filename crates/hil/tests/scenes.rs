@@ -70,8 +70,9 @@ fn every_failsafe_answers_in_time_and_nothing_crashes() {
     for name in ["unit", "frozen unit"] {
         assert_eq!(handed(name), (Level::Critical, "inertial unit".into()), "{name}");
     }
-    // Nothing is good again that was never bad.
+    // Nothing is good again that was never bad; gains without a model are told at the start.
     assert_eq!(of("held").at("is good again"), None);
+    assert!(of("held").at("tried on no model").is_some());
     let held = of("held").statistics();
     let fastest_mps = held.velocity_rms_mps.into_iter().fold(0.0, f64::max);
     assert!(fastest_mps < 0.5 && held.heading_rad < 0.15, "{held:?}");

@@ -110,7 +110,10 @@ impl FlightLoop {
         let estimator = Estimator::new(config.settings()?);
         let mut snapshot = Snapshot::at(start);
         snapshot.status.recorder = true;
-        let log = EventLog::new(Recorder::create(record, &header)?, notifications, downlinks);
+        let mut log = EventLog::new(Recorder::create(record, &header)?, notifications, downlinks);
+        if config.autopilot.as_ref().is_some_and(|section| section.model.is_none()) {
+            log.event(start, Level::Warning, "untried_gains", messages::UNTRIED_GAINS);
+        }
         Ok(Self {
             log,
             notch: config.navigation.imu.notch.map(Notch::new),

@@ -9,6 +9,10 @@ use hovernav::flight_control::{ControlNotice, HandedBack};
 use hovernav::sensors::SensorOutput;
 use hovernav_log::record::{Level, Part, ShortText, Status, dmu_lost_level};
 
+/// Of an autopilot without the model of its vehicle.
+pub const UNTRIED_GAINS: &str = "the autopilot's gains have been tried on no model: set [autopilot] model in \
+     fly.toml to the vehicle's, and they are before each flight";
+
 /// A notice of the estimator; `None` for an ordinary update.
 pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
     let text = match notice {

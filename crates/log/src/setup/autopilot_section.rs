@@ -196,7 +196,7 @@ impl AutopilotSection {
 }
 
 /// Least way that a control must have from trim to each of its limits, share of full stick.
-const ROOM: f64 = 0.05;
+const ROOM: f64 = 0.01;
 
 /// Whether every control can go both ways from where hover needs it.
 fn check_room(config: &HoverConfig) -> Result<(), FlyConfigError> {
