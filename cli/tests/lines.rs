@@ -101,6 +101,7 @@ fn a_flight_over_the_lines_leaves_a_dataset_and_a_summary_like_any_other() {
     let is_late =
         fs::read_to_string(at("report/summary.json")).unwrap().contains("deadline_missed");
     assert!(is_late || reported.starts_with("Good: "), "{reported}");
+    assert!(!summary(&directory.join("truth"))["servo_packets"]["longest_gap_s"].is_null());
     for written in ["truth", "report"] {
         let summary = summary(&directory.join(written));
         let keys = ["tool", "version", "input", "duration_s", "wall_s", "imu_samples"];
