@@ -53,6 +53,53 @@ fn a_spoilt_byte_never_becomes_a_wrong_value() {
     }
 }
 
+/// Where the chunks of a record begin, and how long each is with its head.
+fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
+    let mut at = 8;
+    let mut found = Vec::new();
+    while at + 9 <= bytes.len() - 8 {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize + 9;
+        if bytes[at] == mcap::records::op::CHUNK {
+            found.push((at, length));
+        }
+        at += length;
+    }
+    found
+}
+
+#[test]
+fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
+    let (path, dir) = recorded(3.0);
+    let good = std::fs::read(path).unwrap();
+    let whole = read(&good).unwrap();
+    let chunks = chunks(&good);
+    let (at, length) = chunks[chunks.len() / 2];
+    let (next, _) = chunks[chunks.len() / 2 + 1];
+    assert!(chunks.len() > 10 && next == at + length, "{chunks:?}");
+    // Longer than the file, too long, too short, 0.
+    for (byte, bits) in [(8, 0x40), (3, 0x01), (2, 0x01), (1, 0x03), (2, 0xff)] {
+        let mut bytes = good.clone();
+        bytes[at + byte] ^= bits;
+        let record = read(&bytes).unwrap();
+        let lost = whole.solutions.len() - record.solutions.len();
+        assert!((1..10).contains(&lost), "{byte}: {lost} of {}", whole.solutions.len());
+        assert!(record.is_ended);
+        assert_eq!(record.solutions.last(), whole.solutions.last());
+        let (here, there) = (format!("byte {at}"), format!("byte {next}"));
+        let told = record.warnings.iter().any(|one| one.contains(&here) && one.contains(&there));
+        assert!(told, "{:?}", record.warnings);
+
+        let damaged = dir.path().join(format!("damaged-{byte}-{bits}.mcap"));
+        let mended = dir.path().join(format!("mended-{byte}-{bits}.mcap"));
+        std::fs::write(&damaged, &bytes).unwrap();
+        let repaired = repair(&damaged, &mended).unwrap();
+        assert!(repaired.warnings.iter().any(|one| one.contains(&there)), "{repaired:?}");
+        let again = Record::open(&mended).unwrap();
+        assert_eq!(again.solutions, record.solutions);
+        assert_eq!(again.calls, record.calls);
+    }
+}
+
 #[test]
 fn nonsense_with_a_good_checksum_is_left_out_or_told() {
     let (path, _dir) = recorded(1.0);
