@@ -135,7 +135,7 @@ fn what_cannot_be_flown_is_refused_with_the_key() {
             "[autopilot] file: found gains for 33.00 Hz",
         ),
         ("pilot = \"override\"", "override_travel = 0.1", "[autopilot] override_travel"),
-        ("radius_m = 60", "radius_m = nan", "fence.radius_m"),
+        ("radius_m = 60", "radius_m = nan", "[autopilot.fence] radius_m: found NaN"),
         (site, "", "[autopilot] fence: found no [site]"),
         (
             "[autopilot]\n",
@@ -147,9 +147,9 @@ fn what_cannot_be_flown_is_refused_with_the_key() {
         (
             "[autopilot]\n",
             "[autopilot]\nswitch = { pulses = 0 }\n",
-            "[autopilot] switch: pulses is 0",
+            "[autopilot.switch] pulses: found 0",
         ),
-        ("[autopilot]\n", "[autopilot]\nready = { speed_mps = nan }\n", "ready.speed_mps"),
+        ("[autopilot]\n", "[autopilot]\nready = { speed_mps = nan }\n", "ready] speed_mps"),
         ("[autopilot]\n", "[autopilot]\nswich = 3\n", "swich"),
     ] {
         assert!(good.contains(from), "{from}");

@@ -87,7 +87,11 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                 )),
             ));
         }
-        None
+        // Between two records it can be cut off too.
+        (!std::mem::replace(&mut is_over, true)).then(|| {
+            let reason = "the file ends without its last record: it was cut off";
+            (offset, Piece::Damage(reason.into()))
+        })
     })
 }
 
