@@ -341,7 +341,10 @@ fn a_configuration_that_cannot_be_flown_is_refused_with_the_reason() {
     }
     let mut config = FlyConfig::parse(base, Path::new("fly.toml")).unwrap();
     let unsettled = config.settle(0).unwrap_err();
-    assert!(matches!(unsettled, FlyConfigError::Value { section: "navigation.imu", .. }));
+    assert!(
+        matches!(&unsettled, FlyConfigError::Value { section, .. } if section == "navigation.imu"),
+        "{unsettled}"
+    );
 
     let somewhere = format!("{base}[site]\nlatitude_deg = 1.35\nlongitude_deg = 103.8\n");
     let mut config = FlyConfig::parse(&somewhere, Path::new("fly.toml")).unwrap();

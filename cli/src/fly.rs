@@ -83,14 +83,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn print(notifications: &Receiver<Notification>) {
-    for Notification { time, level, text, .. } in notifications {
+    for Notification { time, level, part, text, .. } in notifications {
         let level = match level {
             Level::Info => "",
             Level::Warning => "warning: ",
             Level::Error => "error: ",
+            Level::Critical => "CRITICAL: ",
         };
+        // Whose fault it is; what is as it should be is nobody's.
+        let whose = if level.is_empty() { String::new() } else { format!(" [{}]", part.name()) };
         // Nobody may be there to read it.
-        let _ = writeln!(stderr(), "{:9.3}  {level}{}", time.seconds(), text.as_str());
+        let _ = writeln!(stderr(), "{:9.3}  {level}{text}{whose}", time.seconds());
     }
 }
 

@@ -431,11 +431,7 @@ impl FlightControl {
             return (Some(sticks), mixed(sticks));
         }
         // The pilot's own pulses, to the last bit, where nothing has to be mixed.
-        let widths_ms = match pilot {
-            Some(pilot) if !config.swashplate.passes_through() => mixed(pilot),
-            _ => pilot_ms.map(|width_ms| width_ms.unwrap_or(f64::NAN)),
-        };
-        (pilot, widths_ms)
+        (pilot, config.swashplate.passed_on_ms(&config.channels, &pilot_ms))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::autopilot::{ProgrammeChange, Readiness, Transition};
+use crate::autopilot::{Distrust, Mode, ProgrammeChange, Readiness, Reason, Transition};
 
 /// Why the autopilot gave the sticks back though the switch is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,34 +47,129 @@ pub enum ControlNotice {
     TestInputs(ProgrammeChange),
 }
 
+/// Who flies now, why, and what to do about it, in plain words.
 impl fmt::Display for ControlNotice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Engaged => f.write_str("the autopilot flies"),
+            Self::Engaged => {
+                f.write_str("the autopilot flies; to take over, open the switch or move a stick far")
+            }
             Self::Refused(readiness) => {
                 let failed = readiness.failed().count();
-                write!(f, "the autopilot does not take over: {failed} of its checks fail")
+                write!(
+                    f,
+                    "the autopilot does not take over: {failed} of its checks fail; the pilot flies on, open \
+                     the switch before trying again"
+                )
             }
             Self::Released => f.write_str("the pilot flies: the switch is open"),
-            Self::HandedBack(HandedBack::Override) => {
-                f.write_str("the pilot flies: a stick was moved")
+            Self::HandedBack(why) => {
+                let what = match why {
+                    HandedBack::Override => "a stick was moved; open the switch before engaging again",
+                    HandedBack::NoAttitude => "the attitude is not known; fly by hand and land",
+                    HandedBack::Late => {
+                        "the loop is late again and again; fly by hand, look for what keeps the computer busy"
+                    }
+                };
+                write!(f, "the pilot flies: {what}")
             }
-            Self::HandedBack(HandedBack::NoAttitude) => {
-                f.write_str("the pilot flies: the attitude is not known")
-            }
-            Self::HandedBack(HandedBack::Late) => {
-                f.write_str("the pilot flies: the loop is late again and again")
-            }
-            Self::Mode(Transition { from, to, reason, .. }) => {
-                write!(f, "autopilot: {from:?} to {to:?}: {reason:?}")
-            }
-            Self::PilotLost => f.write_str("the pilot's signal is lost: the autopilot holds"),
+            Self::Mode(transition) => mode_in_words(transition, f),
+            Self::PilotLost => f.write_str(
+                "the pilot's signal is lost: the autopilot holds; check transmitter and receiver",
+            ),
             Self::PilotBack => f.write_str("the pilot's signal is back"),
-            Self::Descends => f.write_str("no pilot: the autopilot descends"),
-            Self::FenceReached => f.write_str("the fence is reached: the autopilot goes back"),
+            Self::Descends => f.write_str(
+                "no pilot: the autopilot descends; keep clear below, the sticks count again with the signal",
+            ),
+            Self::FenceReached => f.write_str(
+                "the fence is reached: the autopilot goes back to its middle; take over to fly on",
+            ),
             Self::FenceLeft => f.write_str("inside the fence again"),
             Self::TestInputs(change) => change.fmt(f),
-            Self::Saturated => f.write_str("a control is at its end"),
+            Self::Saturated => f.write_str(
+                "a control is at its end, attitude comes first; take over if it does not come back",
+            ),
         }
+    }
+}
+
+fn mode_in_words(transition: &Transition, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let Transition { to, reason, .. } = transition;
+    let what = match to {
+        Mode::Manual => "the sticks are the pilot's",
+        Mode::Position => "the autopilot holds its place",
+        Mode::Velocity => "the autopilot holds velocity and not its place: it may drift",
+        Mode::Attitude => "the autopilot holds attitude alone: it drifts with the wind",
+        Mode::Descent => "the autopilot descends",
+        Mode::Neutral => "the sticks go to trim: nobody steers",
+    };
+    let again = if *reason == Reason::Recovered { " again" } else { "" };
+    write!(f, "{what}{again}, as ")?;
+    match reason {
+        Reason::Switch => f.write_str("the switch was moved"),
+        Reason::Override => f.write_str("a stick was moved"),
+        Reason::Recovered => f.write_str("the estimate is good enough for it"),
+        Reason::Patience => f.write_str("velocity did not come back"),
+        Reason::Distrust(Distrust::Frozen) if *to == Mode::Neutral => {
+            f.write_str("the inertial unit repeats itself")
+        }
+        Reason::Distrust(Distrust::Frozen) => f.write_str("the receiver repeats itself"),
+        Reason::Distrust(why) => write!(f, "{why}"),
+    }?;
+    match (to, reason) {
+        (_, Reason::Switch | Reason::Override | Reason::Recovered) | (Mode::Manual, _) => Ok(()),
+        (Mode::Position | Mode::Velocity, _) => f.write_str("; wait for it, or take over"),
+        (Mode::Attitude | Mode::Descent, _) => f.write_str("; take over"),
+        (Mode::Neutral, _) => f.write_str("; take over at once"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::Time;
+
+    /// No name of the program's own, and short enough for the record.
+    #[test]
+    fn a_change_of_mode_is_told_in_plain_words_with_what_to_do() {
+        let distrusts = [
+            Distrust::Missing,
+            Distrust::NotFinite,
+            Distrust::Stale,
+            Distrust::Tilt,
+            Distrust::Heading,
+            Distrust::Velocity,
+            Distrust::VerticalVelocity,
+            Distrust::Position,
+            Distrust::Frozen,
+            Distrust::Disagreement,
+        ];
+        let others = [Reason::Switch, Reason::Override, Reason::Recovered, Reason::Patience];
+        for reason in distrusts.map(Reason::Distrust).into_iter().chain(others) {
+            for to in Mode::ALL {
+                let time = Time::ZERO;
+                let told =
+                    ControlNotice::Mode(Transition { time, from: Mode::Position, to, reason })
+                        .to_string();
+                assert!(told.len() <= 160, "{told}");
+                for name in ["Distrust", "Recovered", "Patience", "Position", "Neutral"] {
+                    assert!(!told.contains(name), "{told}");
+                }
+                let grave = matches!(reason, Reason::Distrust(_) | Reason::Patience);
+                let advised = told.contains("take over");
+                assert_eq!(advised, grave && to != Mode::Manual, "{told}");
+            }
+        }
+        let lost = Transition {
+            time: Time::ZERO,
+            from: Mode::Position,
+            to: Mode::Velocity,
+            reason: Reason::Distrust(Distrust::Position),
+        };
+        assert_eq!(
+            ControlNotice::Mode(lost).to_string(),
+            "the autopilot holds velocity and not its place: it may drift, as position is too uncertain; \
+             wait for it, or take over"
+        );
     }
 }

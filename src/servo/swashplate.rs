@@ -99,15 +99,17 @@ impl Swashplate {
         within("swashplate.phase_deg", self.phase_deg, -45.0, 45.0)?;
         within("swashplate.lowest_collective", self.lowest_collective, -1.0, 0.0)?;
         within("swashplate.highest_collective", self.highest_collective, 0.0, 1.0)?;
-        if self.kind == SwashplateKind::H1 {
-            return Ok(());
-        }
+        // A plate that mixes nothing does not go by its travels, but a number they must be.
+        let mixes = self.kind != SwashplateKind::H1;
         for (key, travel) in [
             ("swashplate.lateral", self.lateral),
             ("swashplate.longitudinal", self.longitudinal),
             ("swashplate.collective", self.collective),
         ] {
-            within(key, libm::fabs(travel), 0.05, 1.0)?;
+            within(key, libm::fabs(travel), if mixes { 0.05 } else { 0.0 }, 1.0)?;
+        }
+        if !mixes {
+            return Ok(());
         }
         let ends = [
             Sticks { lateral: 1.0, ..Sticks::NEUTRAL },
@@ -127,8 +129,8 @@ impl Swashplate {
                 let config = channels[channel];
                 let value = config.width_ms(stick);
                 let (from, to) = (config.min_ms, config.max_ms);
-                // A microsecond is below what a servo resolves.
-                if value < from - 1e-3 || value > to + 1e-3 {
+                // A microsecond is below what a servo resolves. Written so that a NaN is refused.
+                if !(value >= from - 1e-3 && value <= to + 1e-3) {
                     let key = "swashplate: width at full stick, ms,";
                     return Err(ConfigError { channel: Some(channel), key, value, from, to });
                 }
@@ -145,14 +147,26 @@ impl Swashplate {
     }
 
     /// Where the servos stand, each a stick fraction of its own channel, for `sticks`; collective is
-    /// brought into its limits.
+    /// brought into its limits. A stick that is NaN or infinite makes NaN of every servo that it moves: of a
+    /// mixed plate all three, for no two of them alone keep it level. The limiter holds what is NaN.
     ///
     /// # Source
     /// Equation (C10) of docs/equations.md.
     #[must_use]
     pub fn servos(&self, sticks: Sticks) -> Sticks {
-        let collective = sticks.collective.max(self.lowest_collective).min(self.highest_collective);
+        let sticks = Sticks::from_array(sticks.to_array().map(finite));
+        // `max` and `min` would take a limit for a NaN: full collective for none.
+        let collective = if sticks.collective.is_nan() {
+            f64::NAN
+        } else {
+            sticks.collective.max(self.lowest_collective).min(self.highest_collective)
+        };
         let Some(side_rad) = self.kind.side_rad() else { return Sticks { collective, ..sticks } };
+        let plate = sticks.lateral + sticks.longitudinal + collective;
+        if plate.is_nan() {
+            let none = f64::NAN;
+            return Sticks { lateral: none, longitudinal: none, collective: none, ..sticks };
+        }
         let (sin_phase, cos_phase) = self.phase_deg.to_radians().sincos();
         let (right, front) =
             (self.lateral * sticks.lateral, self.longitudinal * sticks.longitudinal);
@@ -190,7 +204,7 @@ impl Swashplate {
         }
     }
 
-    /// The pilot's sticks from the widths of the pulses, ms; `None` unless all four are there.
+    /// The pilot's sticks from the widths of the pulses, ms; `None` unless all four are there and finite.
     #[must_use]
     pub fn pilot_sticks(
         &self,
@@ -206,7 +220,27 @@ impl Swashplate {
             collective: fraction.collective?,
             pedal: fraction.pedal?,
         };
-        Some(if self.pilot_is_mixed { self.sticks(said) } else { said })
+        let sticks = if self.pilot_is_mixed { self.sticks(said) } else { said };
+        sticks.is_finite().then_some(sticks)
+    }
+
+    /// The widths, ms, that pass the pilot's pulses on: to the last bit where nothing has to be mixed, mixed
+    /// where the receiver has not. NaN where a pulse is missing or no number, and for all three servos of a
+    /// mixed plate that lacks one of its controls: unmixed pulses would tilt it anywhere.
+    #[must_use]
+    pub fn passed_on_ms(
+        &self,
+        channels: &Channels<ChannelConfig>,
+        pilot_ms: &Channels<Option<f64>>,
+    ) -> Channels<f64> {
+        let own_ms = pilot_ms.map(|width_ms| width_ms.map_or(f64::NAN, finite));
+        if self.passes_through() {
+            return own_ms;
+        }
+        let said = own_ms.zip(*channels).map(|(width_ms, config)| config.stick(width_ms));
+        let Channels { lateral, longitudinal, collective, pedal, throttle: _ } = said;
+        let sticks = Sticks { lateral, longitudinal, collective, pedal };
+        self.widths_ms(channels, sticks, own_ms.throttle)
     }
 
     /// The widths, ms, that put the servos where `sticks` want them; not limited, and with the throttle
@@ -227,6 +261,11 @@ impl Swashplate {
             pedal: channels.pedal.width_ms(servos.pedal),
         }
     }
+}
+
+/// NaN of an infinite number too.
+fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { f64::NAN }
 }
 
 #[cfg(test)]
@@ -342,5 +381,83 @@ mod tests {
         assert_eq!(error.key, "swashplate.longitudinal");
         let error = Swashplate { phase_deg: f64::NAN, ..plate }.check(&channels).unwrap_err();
         assert_eq!(error.key, "swashplate.phase_deg");
+    }
+
+    /// No command is not full-down collective, nor half a command for a plate on three servos.
+    #[test]
+    fn a_stick_that_is_no_number_commands_no_servo_that_it_moves() {
+        let channels = Channels::<ChannelConfig>::default();
+        for kind in [SwashplateKind::H1, MIXED[0], MIXED[1], MIXED[2], MIXED[3]] {
+            for pilot_is_mixed in [false, true] {
+                let plate = Swashplate { kind, pilot_is_mixed, ..Swashplate::default() };
+                for (stick, none) in (0..4).flat_map(|stick| {
+                    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(|none| (stick, none))
+                }) {
+                    let mut sticks = [0.1; 4];
+                    sticks[stick] = none;
+                    let sticks = Sticks::from_array(sticks);
+                    let widths_ms = plate.widths_ms(&channels, sticks, 1.2);
+                    let said = [
+                        widths_ms.lateral,
+                        widths_ms.longitudinal,
+                        widths_ms.collective,
+                        widths_ms.pedal,
+                    ];
+                    let mixed = kind != SwashplateKind::H1;
+                    for (servo, width_ms) in said.into_iter().enumerate() {
+                        let moved = servo == stick || (mixed && servo < 3 && stick < 3);
+                        let what = format!("{kind:?}: {sticks:?}: {said:?}");
+                        assert_eq!(width_ms.is_nan(), moved, "{what}");
+                        assert!(moved || (1.0..=2.0).contains(&width_ms), "{what}");
+                    }
+                    assert_eq!(plate.pilot_sticks(&channels, &widths_ms.map(Some)), None);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pulses_of_a_mixed_plate_are_passed_on_mixed_or_not_at_all() {
+        let channels = Channels::<ChannelConfig>::default();
+        let plate = Swashplate { kind: SwashplateKind::Ccpm120, ..Swashplate::default() };
+        let whole = Channels::from_fn(|_| Some(1.6));
+        let mixed = plate.passed_on_ms(&channels, &whole);
+        let sticks = plate.pilot_sticks(&channels, &whole).unwrap();
+        assert_eq!(mixed, plate.widths_ms(&channels, sticks, 1.6));
+        for missing in [Channel::Lateral, Channel::Longitudinal, Channel::Collective] {
+            let mut part = whole;
+            part[missing] = None;
+            let passed = plate.passed_on_ms(&channels, &part);
+            let servos = [passed.lateral, passed.longitudinal, passed.collective];
+            assert!(servos.iter().all(|width_ms| width_ms.is_nan()), "{missing}: {passed:?}");
+            assert_eq!((passed.pedal, passed.throttle), (1.6, 1.6));
+        }
+        let tailless = plate.passed_on_ms(&channels, &Channels { pedal: None, ..whole });
+        assert_eq!(tailless.lateral, mixed.lateral);
+        assert!(tailless.pedal.is_nan());
+    }
+
+    #[test]
+    fn mixing_by_no_numbers_is_refused_whatever_the_plate() {
+        let channels = Channels::<ChannelConfig>::default();
+        for kind in [SwashplateKind::H1, SwashplateKind::Ccpm120] {
+            for none in [f64::NAN, f64::INFINITY] {
+                let good = Swashplate { kind, ..Swashplate::default() };
+                for bad in [
+                    Swashplate { phase_deg: none, ..good },
+                    Swashplate { lateral: none, ..good },
+                    Swashplate { longitudinal: none, ..good },
+                    Swashplate { collective: none, ..good },
+                    Swashplate { lowest_collective: none, ..good },
+                    Swashplate { highest_collective: none, ..good },
+                ] {
+                    assert!(bad.check(&channels).is_err(), "{bad:?}");
+                }
+            }
+        }
+        let plate = Swashplate { kind: SwashplateKind::Ccpm120, ..Swashplate::default() };
+        let mut bad = channels;
+        bad.collective.trim_ms = f64::NAN;
+        assert_eq!(plate.check(&bad).unwrap_err().channel, Some(Channel::Collective));
     }
 }

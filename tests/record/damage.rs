@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use hovernav::time::Time;
-use hovernav_log::record::{Record, RecordInfo, Recorder, repair};
+use hovernav_log::record::{Entry, Record, RecordInfo, Recorder, repair};
 
-use crate::flight::header;
+use crate::flight::{START, header};
 use crate::replay::recorded;
 
 fn read(bytes: &[u8]) -> Result<Record, String> {
@@ -50,6 +50,82 @@ fn a_spoilt_byte_never_becomes_a_wrong_value() {
             assert_eq!(record.header, whole.header);
         }
         bytes[index] ^= 1 << (index % 8);
+    }
+}
+
+/// Wherever it is cut, between two records too.
+#[test]
+fn a_record_that_is_cut_off_says_so() {
+    let (path, _dir) = recorded(1.0);
+    let bytes = std::fs::read(path).unwrap();
+    let (at, length) = *chunks(&bytes).last().unwrap();
+    for end in [at + length - 1, at + length, at + length + 1] {
+        let record = read(&bytes[..end]).unwrap();
+        assert!(!record.is_ended);
+        let told = record.warnings.iter().any(|warning| warning.contains("cut off"));
+        assert!(told, "{end}: {:?}", record.warnings);
+    }
+}
+
+/// Where the chunks of a record begin, and how long each is with its head.
+fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
+    let mut at = 8;
+    let mut found = Vec::new();
+    while at + 9 <= bytes.len() - 8 {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize + 9;
+        if bytes[at] == mcap::records::op::CHUNK {
+            found.push((at, length));
+        }
+        at += length;
+    }
+    found
+}
+
+#[test]
+fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("flight.mcap");
+    let mut recorder = Recorder::create(&path, &header()).unwrap();
+    for moment in 0..240 {
+        let stick = f64::from(moment) / 240.0;
+        recorder.push(START + stick, Entry::Controls([stick, 0.0, 0.0, 0.0]));
+        // A chunk is written every 50 ms.
+        if moment % 20 == 19 {
+            std::thread::sleep(std::time::Duration::from_millis(70));
+        }
+    }
+    recorder.finish();
+    let good = std::fs::read(path).unwrap();
+    let whole = read(&good).unwrap();
+    let chunks = chunks(&good);
+    assert!(chunks.len() > 4, "{chunks:?}");
+    let (at, _) = chunks[chunks.len() / 2];
+    let (next, _) = chunks[chunks.len() / 2 + 1];
+    // Longer than the file, too long, too short, 0.
+    for (byte, bits) in [(8, 0x40), (3, 0x01), (2, 0x01), (1, 0x03), (2, 0xff)] {
+        let mut bytes = good.clone();
+        bytes[at + byte] ^= bits;
+        let record = read(&bytes).unwrap();
+        let lost = whole.controls.len() - record.controls.len();
+        // A chunk that is whole by its own lengths is kept, whatever is said before it.
+        assert!(lost < 100, "{byte}: {lost} of {}", whole.controls.len());
+        assert!(record.is_ended);
+        assert_eq!(record.controls.last(), whole.controls.last());
+        let read_on = "bytes left out, read on from the chunk at byte ";
+        let told = record.warnings.iter().find(|one| one.contains(read_on));
+        let told = told.unwrap_or_else(|| panic!("{byte}: {:?}", record.warnings));
+        if byte == 8 {
+            assert!(lost > 0 && told.contains(&format!("at byte {at}: ")), "{told}");
+            assert!(told.ends_with(&format!("{read_on}{next}")), "{told}");
+        }
+
+        let damaged = dir.path().join(format!("damaged-{byte}-{bits}.mcap"));
+        let mended = dir.path().join(format!("mended-{byte}-{bits}.mcap"));
+        std::fs::write(&damaged, &bytes).unwrap();
+        let repaired = repair(&damaged, &mended).unwrap();
+        assert!(repaired.warnings.iter().any(|one| one.contains(read_on)), "{repaired:?}");
+        let again = Record::open(&mended).unwrap();
+        assert_eq!(again.controls, record.controls);
     }
 }
 

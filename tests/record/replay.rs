@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hovernav::event::Event;
 use hovernav::time::Time;
-use hovernav_log::record::{Call, Entry, Level, Line, Record, Recorder};
+use hovernav_log::record::{Call, Entry, Level, Line, Part, Record, Recorder, ShortText};
 use hovernav_log::{Dataset, Outage};
 
 use crate::flight::{START, fly, header};
@@ -90,17 +90,20 @@ fn calls_longer_than_an_entry_and_other_entries_come_back() {
     recorder.raw(Line::Servo, &[1, 2, 3], at(2));
     recorder.push(at(3), Entry::Controls([0.25, -0.5, 0.0, 1.0]));
     recorder.push(at(4), Entry::event(Level::Warning, "port_lost", "/dev/ttyS1 does not answer"));
+    let (level, kind, text) = (Level::Critical, "autopilot", ShortText::new("it descends"));
+    recorder.push(at(4), Entry::Event { level, kind, part: Part::Pilot, text });
     recorder.push(at(5), Entry::Servo { captured_ms: [1.5; 5], commanded_ms: [1.25; 5] });
     assert_eq!(recorder.finish().lost_raw, 0);
     let record = Record::open(&path).unwrap();
     assert_eq!(record.calls, [(at(1), Call::Gps(long)), (at(2), Call::Servo(vec![1, 2, 3]))]);
     assert_eq!(record.controls, [(at(3), [0.25, -0.5, 0.0, 1.0])]);
-    let [event] = &record.events[..] else { panic!("{:?}", record.events) };
+    let [event, grave] = &record.events[..] else { panic!("{:?}", record.events) };
     assert_eq!(
         (event.time, event.level, event.kind.as_str()),
         (at(4), Level::Warning, "port_lost")
     );
     assert_eq!(event.text, "/dev/ttyS1 does not answer");
+    assert_eq!((grave.level, grave.part.as_str()), (Level::Critical, "pilot's signal"));
     assert_eq!(record.end, at(5));
 }
 

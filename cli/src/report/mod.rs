@@ -2,6 +2,7 @@
 
 mod page;
 mod summary;
+mod verdict;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -4,11 +4,15 @@ use std::path::Path;
 
 use hovernav::autopilot::{Check, Mode};
 use hovernav::controls::Sticks;
+use hovernav::earth::{Geodetic, Local};
 use hovernav::ekf::Solution;
 use hovernav_log::record::{Cycle, Level, Record, RecordedCycle};
 
-use super::summary::{RecordSummary, level_name};
-use crate::page::{Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis};
+use super::summary::RecordSummary;
+use super::verdict;
+use crate::page::{
+    Abscissa, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis,
+};
 
 /// What the page of a flight shows.
 pub struct RecordPage<'a> {
@@ -21,17 +25,15 @@ impl RecordPage<'_> {
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
         let record = self.record;
         let facts = self.summary.facts();
-        let told: Vec<String> = record
-            .events
-            .iter()
-            .filter(|event| event.level == Level::Error)
-            .map(|event| format!("{:.2} s: {}", event.time.seconds(), event.text))
+        let told: Vec<String> = verdict::of_flight(record)
+            .filter(|event| event.level >= Level::Error)
+            .map(|event| verdict::sentence(event, 1, record))
             .collect();
         let warnings: Vec<String> = told.into_iter().chain(self.summary.warnings.clone()).collect();
         let headlines = [Fact::new("replay", &self.summary.replay)];
         let start_s = record.header.start.seconds();
         let page = Page {
-            verdict: None,
+            verdict: Some(self.summary.verdict.on_page()),
             title: &format!("Flight of {}", record.header.config.navigation.name),
             headlines: &headlines,
             warnings: &warnings,
@@ -39,6 +41,7 @@ impl RecordPage<'_> {
             table: None,
             sections: vec![
                 self.modes(),
+                self.place(),
                 self.sticks(),
                 self.velocity(),
                 self.attitude(),
@@ -123,6 +126,47 @@ impl RecordPage<'_> {
         let explanation = "What the servos were commanded, and where the pilot's own sticks were, percent \
                            of full travel about trim.";
         Section::new("sticks", "Sticks", explanation).with(Figure::against_time(rows))
+    }
+
+    /// The flight from above and its height, with the fence.
+    fn place(&self) -> Section {
+        let config = &self.record.header.config;
+        let site = config.site.and_then(|site| {
+            Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)
+        });
+        let fence = config.autopilot.as_ref().and_then(|own| own.fence).filter(|_| site.is_some());
+        let solutions = &self.record.solutions;
+        let first = solutions.first().map(|solution| solution.position);
+        // Without a fence the site is a few kilometres wide.
+        let origin = if fence.is_some() { site } else { first };
+        let local = origin.map(|origin| (origin, Local::at(&origin)));
+        let at = |solution: &Solution| match &local {
+            Some((origin, local)) => local.displacement(origin, &solution.position).to_array(),
+            None => [f64::NAN; 3],
+        };
+        let time: Vec<f64> = solutions.iter().map(|solution| solution.time.seconds()).collect();
+        let column = |axis: usize| solutions.iter().map(|one| at(one)[axis]).collect::<Vec<f64>>();
+        let (north, east) = (column(0), column(1));
+        let mut map = Row::new("North", "m")
+            .with(Series::track(Role::Estimate, &time, [&north, &east]).named("flown"));
+        let mut height = Row::new("Height", "m")
+            .with(self.solutions(Role::Estimate, |one| -at(one)[2], None).named("flown"));
+        if let Some(fence) = fence {
+            let circle = (0..=180).map(|step| {
+                let (sin, cos) = (f64::from(step) * std::f64::consts::PI / 90.0).sin_cos();
+                (fence.radius_m * sin, fence.radius_m * cos)
+            });
+            map = map.with(Series::curve(Role::Second, circle).named("fence"));
+            let ends = [self.record.header.start.seconds(), self.record.end.seconds()];
+            let top = [fence.height_m; 2];
+            height = height.with(Series::line(Role::Second, &ends, &top, None).named("fence"));
+        }
+        let from = if fence.is_some() { "the middle of the fence" } else { "its first point" };
+        let explanation =
+            format!("The flight from above, both axes to one scale, and its height, from {from}.");
+        Section::new("place", "Place", explanation)
+            .with(Figure::new(Abscissa::EastM, [map]))
+            .with(Figure::against_time([height]))
     }
 
     fn velocity(&self) -> Section {
@@ -242,12 +286,12 @@ impl RecordPage<'_> {
         let rows = self.record.events.iter().map(|event| {
             TableRow::new(
                 format!("{:.3} s", event.time.seconds()),
-                vec![level_name(event.level).into(), event.text.clone()],
+                vec![event.level.name().into(), event.part.clone(), event.text.clone()],
             )
         });
         Section::new("events", "Events", "What happened, in words.").with(Table {
             caption: format!("{} events", self.record.events.len()),
-            heads: ["When", "Level", "What"].map(Into::into).into(),
+            heads: ["When", "Level", "Whose", "What"].map(Into::into).into(),
             rows: rows.collect(),
         })
     }

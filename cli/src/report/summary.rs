@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::record::{Cycle, Level, Record, Reproduction, StickReproduction};
+use hovernav_log::record::{Cycle, Record, Reproduction, StickReproduction};
 use hovernav_log::{Dataset, FixTally};
 use serde::Serialize;
 
+use super::verdict::{self, Grounds, RecordVerdict};
 use crate::page::Fact;
 
 /// A stretch in one mode.
@@ -23,6 +24,8 @@ pub struct EventSummary {
     pub time_s: f64,
     pub level: &'static str,
     pub kind: String,
+    /// Which sensor or part did it or is at fault.
+    pub part: String,
     pub text: String,
 }
 
@@ -32,6 +35,7 @@ pub struct RecordSummary {
     tool: &'static str,
     version: &'static str,
     input: PathBuf,
+    pub verdict: RecordVerdict,
     duration_s: f64,
     pub wall_s: f64,
     imu_samples: usize,
@@ -71,11 +75,23 @@ impl RecordSummary {
         let turnaround = sorted(record, |cycle| cycle.turnaround_s);
         let events = record.events.iter().map(|event| EventSummary {
             time_s: event.time.seconds(),
-            level: level_name(event.level),
+            level: event.level.name(),
             kind: event.kind.clone(),
+            part: event.part.clone(),
             text: event.text.clone(),
         });
+        let replay = in_words(reproduction, sticks);
+        // The sum of nothing is −0.
+        let autopilot_s = flown().map(|span| span.end_s - span.start_s).sum::<f64>() + 0.0;
+        let engagements = modes
+            .windows(2)
+            .filter(|pair| pair[0].mode == "manual" && pair[1].mode != "manual")
+            .count();
+        let is_reproduced = reproduction.first_difference.is_none()
+            && sticks.is_none_or(|sticks| sticks.first_difference.is_none());
+        let grounds = Grounds { replay: &replay, is_reproduced, engagements, autopilot_s };
         Self {
+            verdict: verdict::of_record(record, &grounds),
             tool: "hovernav",
             version: env!("CARGO_PKG_VERSION"),
             input: input.to_path_buf(),
@@ -86,14 +102,10 @@ impl RecordSummary {
             gps_fixes_rejected: fixes.rejected,
             gps_fixes: dataset.fixes.len(),
             is_ended: record.is_ended,
-            replay: in_words(reproduction, sticks),
+            replay,
             cycles: record.cycles.len(),
-            // The sum of nothing is −0.
-            autopilot_s: flown().map(|span| span.end_s - span.start_s).sum::<f64>() + 0.0,
-            engagements: modes
-                .windows(2)
-                .filter(|pair| pair[0].mode == "manual" && pair[1].mode != "manual")
-                .count(),
+            autopilot_s,
+            engagements,
             work_p50_s: quantile(&work, 0.5),
             work_p99_s: quantile(&work, 0.99),
             work_max_s: quantile(&work, 1.0),
@@ -132,7 +144,10 @@ impl RecordSummary {
     }
 
     pub fn in_words(&self, out: &Path) -> String {
-        let mut text = String::new();
+        let mut text = format!("{}\n", self.verdict.words);
+        for reason in &self.verdict.reasons {
+            let _ = writeln!(text, "  - {reason}");
+        }
         for fact in self.facts() {
             let _ = writeln!(text, "{:<38} {}", fact.label, fact.value);
         }
@@ -144,14 +159,6 @@ impl RecordSummary {
         }
         let _ = writeln!(text, "{:<38} {} ({:.3} s)", "written", out.display(), self.wall_s);
         text
-    }
-}
-
-pub fn level_name(level: Level) -> &'static str {
-    match level {
-        Level::Info => "info",
-        Level::Warning => "warning",
-        Level::Error => "error",
     }
 }
 

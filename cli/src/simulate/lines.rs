@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure};
-use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene};
+use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene, ServoPackets};
 use hovernav_log::CaptureSection;
 use hovernav_sim::FlightConfig;
 use serde::Serialize;
@@ -36,6 +36,16 @@ struct LinesSummary {
     place_m: f64,
     stick_step: f64,
     turnaround_s: Turnaround,
+    servo_packets: ServoPacketSummary,
+}
+
+/// How steadily the flight computer's packets came to the servos.
+#[derive(Serialize)]
+struct ServoPacketSummary {
+    came: u64,
+    late: u64,
+    missing: u64,
+    longest_gap_s: f64,
 }
 
 /// From the last byte of an inertial packet to the first byte for the servos, s.
@@ -45,6 +55,28 @@ struct Turnaround {
     p99: f64,
     p99_9: f64,
     longest: f64,
+}
+
+/// Without a packet for longer than this the servos' own pass-through, at 0.2 s, is near, s.
+const LONG_GAP_S: f64 = 0.1;
+
+/// Whether the machine had a part in it.
+fn packets_in_words(packets: &ServoPackets) -> String {
+    let ServoPackets { came, late, missing, longest_gap_s } = packets;
+    if *late == 0 {
+        return format!(
+            "all {came} servo packets came in time, {longest_gap_s:.3} s apart at most"
+        );
+    }
+    let busy = if *longest_gap_s > LONG_GAP_S {
+        ": the machine was too busy, or the flight computer was held up"
+    } else {
+        ""
+    };
+    format!(
+        "of {came} servo packets {late} came late, {missing} were missing, the longest gap was \
+         {longest_gap_s:.3} s{busy}"
+    )
 }
 
 /// Flies `flight` behind the lines that `fly_config` names.
@@ -113,6 +145,7 @@ pub fn run(
         }
     }
     let turnaround = flying.turnaround();
+    let packets = flying.servo_packets();
     let crashed_s = flying.crashed_s();
     let elapsed_s = flying.elapsed_s().unwrap_or_default();
     let (mut dataset, samples) = flying.end()?;
@@ -145,11 +178,20 @@ pub fn run(
             p99_9: turnaround.quantile_s(0.999),
             longest: turnaround.longest_s(),
         },
+        servo_packets: ServoPacketSummary {
+            came: packets.came,
+            late: packets.late,
+            missing: packets.missing,
+            longest_gap_s: packets.longest_gap_s,
+        },
     };
     output::write_json(&summary, &out.join("summary.json"))?;
     match crashed_s {
         Some(crashed_s) => crate::output::say(format_args!("crashed at {crashed_s:.1} s")),
         None => crate::output::say(format_args!("flown {elapsed_s:.1} s")),
+    }
+    if crashed_s.is_some() || packets.longest_gap_s > LONG_GAP_S {
+        crate::output::say(format_args!("{}", packets_in_words(&packets)));
     }
     let [u, v, w] = statistics.velocity_rms_mps;
     crate::output::say(format_args!(

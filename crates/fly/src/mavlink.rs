@@ -152,6 +152,7 @@ impl Mavlink {
             Level::Info => common::MavSeverity::MAV_SEVERITY_INFO,
             Level::Warning => common::MavSeverity::MAV_SEVERITY_WARNING,
             Level::Error => common::MavSeverity::MAV_SEVERITY_ERROR,
+            Level::Critical => common::MavSeverity::MAV_SEVERITY_CRITICAL,
         };
         let mut rest = text.trim();
         while !rest.is_empty() {

@@ -10,6 +10,6 @@ mod statistics;
 
 pub use error::LiveFlightError;
 pub use lines::{LinePaths, LiveFlight};
-pub use plant::{LiveConfig, LiveSample};
+pub use plant::{LiveConfig, LiveSample, ServoPackets};
 pub use scene::{Act, ActError, Scene, TimedAct};
 pub use statistics::LiveStatistics;

@@ -13,7 +13,7 @@ use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_log::Dataset;
 
 use crate::error::LiveFlightError;
-use crate::plant::{LiveConfig, LiveSample, PILOT_PERIOD_S, Plant};
+use crate::plant::{LiveConfig, LiveSample, PILOT_PERIOD_S, Plant, ServoPackets};
 use crate::scene::Act;
 
 /// Bytes of the pilot's packets come at 57 600 baud, 10 bits each.
@@ -130,6 +130,12 @@ impl LiveFlight {
     #[must_use]
     pub fn turnaround(&self) -> DurationHistogram {
         lock(&self.plant).turnaround.clone()
+    }
+
+    /// How steadily the flight computer's packets came to the servos.
+    #[must_use]
+    pub fn servo_packets(&self) -> ServoPackets {
+        lock(&self.plant).servo_packets()
     }
 
     /// Whether it has flown to its end, crashed, or lost a line for good.

@@ -47,6 +47,31 @@ pub struct LiveConfig {
     pub scene: Scene,
 }
 
+/// How steadily the flight computer's packets came to the servos, those that the scene cut off aside.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ServoPackets {
+    /// How many came.
+    pub came: u64,
+    /// How many came later after the one before than one and a half periods.
+    pub late: u64,
+    /// How many were missing in between.
+    pub missing: u64,
+    /// Longest time between two, s.
+    pub longest_gap_s: f64,
+}
+
+impl ServoPackets {
+    /// A gap of `gap_s` where there is one packet every `period_s`.
+    fn add(&mut self, gap_s: f64, period_s: f64) {
+        let periods = gap_s / period_s;
+        if periods > 1.5 {
+            self.late += 1;
+            self.missing += (periods.round() as u64).saturating_sub(1);
+        }
+        self.longest_gap_s = self.longest_gap_s.max(gap_s);
+    }
+}
+
 /// The vehicle at one period of a live flight.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSample {
@@ -86,6 +111,9 @@ pub(crate) struct Plant {
     servo_stream: PacketCapture,
     packets: u64,
     last_packet_at: Option<Time>,
+    /// The packet from which the next gap counts.
+    gap_from: Option<Time>,
+    servo_packets: ServoPackets,
     commanded: Sticks,
     sequence: u8,
     /// When the last bytes of the inertial unit went out, until the servos hear of them.
@@ -122,6 +150,8 @@ impl Plant {
             servo_stream: PacketCapture::default(),
             packets: 0,
             last_packet_at: None,
+            gap_from: None,
+            servo_packets: ServoPackets::default(),
             commanded: neutral,
             sequence: 0,
             unit_sent_at: None,
@@ -136,6 +166,15 @@ impl Plant {
 
     pub fn has_crashed(&self) -> bool {
         self.vehicle.has_crashed()
+    }
+
+    /// How steadily the servos' packets came up to now; what has not come by now is missing.
+    pub fn servo_packets(&self) -> ServoPackets {
+        let mut packets = self.servo_packets;
+        if let Some(before) = self.gap_from {
+            packets.add(self.time() - before, self.skill.period_s);
+        }
+        packets
     }
 
     /// Brings the flight up to `now`.
@@ -282,6 +321,7 @@ impl Plant {
         }
         self.advance(now);
         if self.config.scene.has(Act::ServosCut, now.seconds()) {
+            self.gap_from = None;
             return;
         }
         let pulses = *self.servo_stream.receive(bytes, now);
@@ -289,6 +329,10 @@ impl Plant {
             return;
         }
         self.packets = self.servo_stream.counts().packets;
+        self.servo_packets.came += 1;
+        if let Some(before) = self.gap_from.replace(now) {
+            self.servo_packets.add(now - before, self.skill.period_s);
+        }
         let (channels, plate) = (self.config.channels, self.config.swashplate);
         let stick = pulses
             .channels
@@ -315,4 +359,19 @@ fn moved_by(held: Sticks, moved: Sticks) -> Sticks {
 fn plus(sticks: Sticks, others: Sticks, times: f64) -> Sticks {
     let (sticks, others) = (sticks.to_array(), others.to_array());
     Sticks::from_array(std::array::from_fn(|stick| sticks[stick] + times * others[stick]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn late_and_missing_packets_are_counted_with_the_longest_gap() {
+        let mut packets = ServoPackets::default();
+        for gap_s in [0.03, 0.031, 0.029, 0.05, 0.12, 0.03] {
+            packets.add(gap_s, 0.03);
+        }
+        assert_eq!((packets.late, packets.missing), (2, 4));
+        assert_eq!(packets.longest_gap_s, 0.12);
+    }
 }

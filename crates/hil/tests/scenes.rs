@@ -4,6 +4,7 @@
 mod common;
 
 use common::{Flown, Setup, all_flown};
+use hovernav_log::record::Level;
 
 const LENGTH_S: f64 = 24.0;
 const ENGAGED: &str = "engage@8:13";
@@ -54,12 +55,24 @@ fn every_failsafe_answers_in_time_and_nothing_crashes() {
     in_time("unit", 12.0, 0.2, "the pilot flies: the attitude is not known");
     in_time("frozen unit", 12.0, 0.2, "the pilot flies: the attitude is not known");
     in_time("hands", 12.0, 0.0, "the pilot flies: a stick was moved");
-    in_time("satellites", 10.0, 9.5, "Distrust");
+    in_time("satellites", 10.0, 9.5, "drift");
     assert!(of("satellites").at("the pilot flies: the attitude").is_none());
     in_time("not ready", 9.0, 0.1, "the autopilot does not take over");
     in_time("not ready", 9.0, 0.1, "age of the last fix");
     assert!(of("steered").at("a stick was moved").is_none());
     assert!(of("steered").statistics().place_m > 2.0, "it went where the stick pointed");
+    // The record says whose fault it was and how grave.
+    let handed = |name: &str| {
+        let mut events = of(name).record.events.iter();
+        let event = events.find(|event| event.text.contains("the attitude is not known")).unwrap();
+        (event.level, event.part.clone())
+    };
+    for name in ["unit", "frozen unit"] {
+        assert_eq!(handed(name), (Level::Critical, "inertial unit".into()), "{name}");
+    }
+    // Nothing is good again that was never bad; gains without a model are told at the start.
+    assert_eq!(of("held").at("is good again"), None);
+    assert!(of("held").at("tried on no model").is_some());
     let held = of("held").statistics();
     let fastest_mps = held.velocity_rms_mps.into_iter().fold(0.0, f64::max);
     assert!(fastest_mps < 0.5 && held.heading_rad < 0.15, "{held:?}");

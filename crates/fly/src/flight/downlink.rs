@@ -112,7 +112,8 @@ impl Packed {
         let severity = match level {
             Level::Info => Severity::Info,
             Level::Warning => Severity::Warning,
-            Level::Error => Severity::Error,
+            // A packed frame has no more than this.
+            Level::Error | Level::Critical => Severity::Error,
         };
         let mut rest = line.trim();
         while !rest.is_empty() {

@@ -155,7 +155,7 @@ impl FlightComputer {
     fn end(self, start: Time) -> FlightReport {
         let now = self.clock.now();
         let counts = *self.sensors.link().counts();
-        let mut report = self.flight.end();
+        let mut report = self.flight.end(now);
         report.duration_s = now - start;
         report.dmu_packets_missing = counts.packets_missing;
         report.dmu_port = self.dmu_port.counts();

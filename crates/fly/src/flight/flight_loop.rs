@@ -24,7 +24,7 @@ use hovernav::servo::Signal;
 use hovernav::telemetry::{GpsSummary, Snapshot, Supplement, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
-use hovernav_log::record::{Cycle, Entry, Header, Level, Recorder};
+use hovernav_log::record::{Cycle, Entry, Header, Level, Part, Recorder};
 
 /// A cycle where the inertial unit does not set its length, s: 33 Hz.
 const CYCLE_S: f64 = 1.0 / 33.0;
@@ -52,8 +52,10 @@ pub struct FlightLoop {
     /// The same without steps, for the autopilot.
     flown: Option<Solution>,
     monitor: HealthMonitor,
-    /// Of attitude, velocity and position, as last told.
-    trusts: [Trust; 3],
+    /// Of attitude, velocity and position, as last told; `None` before the first solution.
+    trusts: Option<[Trust; 3]>,
+    /// Which of them have been good.
+    were_good: [bool; 3],
     servos: Servos,
     /// Pilot and autopilot; `None` where the pilot alone flies.
     control: Option<FlightControl>,
@@ -108,15 +110,20 @@ impl FlightLoop {
         let estimator = Estimator::new(config.settings()?);
         let mut snapshot = Snapshot::at(start);
         snapshot.status.recorder = true;
+        let mut log = EventLog::new(Recorder::create(record, &header)?, notifications, downlinks);
+        if config.autopilot.as_ref().is_some_and(|section| section.model.is_none()) {
+            log.event(start, Level::Warning, "untried_gains", messages::UNTRIED_GAINS);
+        }
         Ok(Self {
-            log: EventLog::new(Recorder::create(record, &header)?, notifications, downlinks),
+            log,
             notch: config.navigation.imu.notch.map(Notch::new),
             estimator,
             solution: None,
             stepless: SteplessSolution::default(),
             flown: None,
             monitor: HealthMonitor::new(limits),
-            trusts: [Trust::Valid; 3],
+            trusts: None,
+            were_good: [false; 3],
             servos,
             control,
             mode: Mode::Manual,
@@ -148,7 +155,7 @@ impl FlightLoop {
         if !cycle.on_time {
             let late = if cycle.woke_late { ", and began late" } else { "" };
             let text = format_args!("a cycle took {:.1} ms of work{late}", 1e3 * cycle.work_s);
-            self.log.event(now, Level::Warning, "deadline_missed", text);
+            self.log.repeated_event(now, Level::Warning, "deadline_missed", text);
         }
         let timing = &mut self.snapshot.timing;
         timing.work_s = Some(cycle.work_s);
@@ -165,8 +172,8 @@ impl FlightLoop {
     /// Handles what the bytes of a sensor's line came to.
     pub fn handle(&mut self, now: Time, report: SensorOutput) {
         self.log.recorder.push(now, report);
-        if let Some(text) = messages::of_sensor_fault(&report) {
-            self.log.notify(now, Level::Warning, text.as_str());
+        if let Some((part, level, text)) = messages::of_sensor_fault(&report) {
+            self.log.repeated(part, now, level, text);
         }
         match report {
             SensorOutput::Measured(_, measurement) => {
@@ -195,7 +202,7 @@ impl FlightLoop {
                 self.snapshot.gps = GpsSummary::of(&fix, now);
                 for failure in failures.iter() {
                     let text = format_args!("fix refused: {failure}");
-                    self.log.notify(now, Level::Warning, text);
+                    self.log.repeated(Part::Receiver, now, Level::Warning, text);
                 }
             }
             _ => {}
@@ -250,8 +257,8 @@ impl FlightLoop {
             if let Notice::Updated(report) = &notice {
                 report.innovations().for_each(|one| snapshot.innovations.note(one));
             }
-            if let Some((level, text)) = messages::of_notice(&notice) {
-                log.notify(now, level, text.as_str());
+            if let Some((part, level, text)) = messages::of_notice(&notice) {
+                log.repeated(part, now, level, text);
             }
         });
     }
@@ -313,7 +320,7 @@ impl FlightLoop {
         let log = &mut self.log;
         let outputs = control.step(&inputs, |notice| {
             let level = messages::control_level(&notice);
-            log.event(now, level, "autopilot", notice);
+            log.event_of(messages::control_part(&notice), now, level, "autopilot", notice);
             if let ControlNotice::Refused(readiness) = &notice {
                 for failed in readiness.failed() {
                     log.event(now, level, "not_ready", failed);
@@ -386,15 +393,18 @@ impl FlightLoop {
         let health = self.monitor.assess(self.solution.as_ref(), now);
         snapshot.status = snapshot.status.with_estimate(&health);
         let trusts = [health.attitude_trust(), health.velocity_trust(), health.position_trust()];
+        // Before the first solution there is nothing to lose, and the first is no change.
+        let before = if self.solution.is_some() { self.trusts.replace(trusts) } else { None };
         let names = ["attitude", "velocity", "position"];
-        let before = std::mem::replace(&mut self.trusts, trusts);
-        for ((name, trust), before) in names.into_iter().zip(trusts).zip(before) {
-            // Before the first solution nothing is lost.
-            if trust != before && self.solution.is_some() {
-                let (level, text) = messages::of_trust(name, trust, &health);
-                self.log.event(now, level, "health", text.as_str());
+        let each = names.into_iter().zip(trusts).zip(before.unwrap_or(trusts));
+        for (((name, trust), before), was_good) in each.zip(&mut self.were_good) {
+            if trust != before {
+                let (part, level, text) = messages::of_trust(name, trust, &health, *was_good);
+                self.log.event_of(part, now, level, "health", text);
             }
+            *was_good |= self.solution.is_some() && trust == Trust::Valid;
         }
+        self.log.settle_repeats(now);
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
         snapshot.gps.age_s = self.last_fix.map(|arrival| (now - arrival).max(0.0));
@@ -423,7 +433,8 @@ impl FlightLoop {
     }
 
     /// Ends the record; what of the report this part of the flight knows.
-    pub fn end(self) -> FlightReport {
+    pub fn end(mut self, now: Time) -> FlightReport {
+        self.log.end_repeats(now);
         let mut report = self.report;
         report.work = self.timer.work;
         report.wake_latency = self.timer.wake_latency;

@@ -3,14 +3,18 @@
 use std::io;
 
 use crate::serial::PortEvent;
-use hovernav::autopilot::{Health, ProgrammeChange, Trust};
-use hovernav::ekf::Notice;
-use hovernav::flight_control::ControlNotice;
+use hovernav::autopilot::{Distrust, Health, Mode, ProgrammeChange, Reason, Trust};
+use hovernav::ekf::{Aid, Notice};
+use hovernav::flight_control::{ControlNotice, HandedBack};
 use hovernav::sensors::SensorOutput;
-use hovernav_log::record::{Level, ShortText, Status};
+use hovernav_log::record::{Level, Part, ShortText, Status, dmu_lost_level};
+
+/// Of an autopilot without the model of its vehicle.
+pub const UNTRIED_GAINS: &str = "the autopilot's gains have been tried on no model: set [autopilot] model in \
+     fly.toml to the vehicle's, and they are before each flight";
 
 /// A notice of the estimator; `None` for an ordinary update.
-pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
+pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
     let text = match notice {
         Notice::Updated(report) if report.any_reopened() => ShortText::new(format_args!(
             "gps refused until now: the filter had locked itself out, and was reopened, {:.1} off",
@@ -67,45 +71,93 @@ pub fn of_notice(notice: &Notice) -> Option<(Level, ShortText)> {
         Notice::Aligned(_) | Notice::HeadingFound { .. } => Level::Info,
         _ => Level::Warning,
     };
-    Some((level, text))
+    let part = match notice {
+        Notice::GapBridged { .. }
+        | Notice::CovarianceReset { .. }
+        | Notice::SampleSuspect { .. }
+        | Notice::SampleRefused { .. } => Part::InertialUnit,
+        Notice::NotUsed { aid: Aid::Gps, .. } => Part::Receiver,
+        _ => Part::Estimator,
+    };
+    Some((part, level, text))
 }
 
-/// A part of the estimate that is trusted otherwise than before: its name, and what of it now.
-pub fn of_trust(name: &str, trust: Trust, health: &Health) -> (Level, ShortText) {
+/// A part of the estimate that is trusted otherwise than before: whose fault it is, its name, and what of it
+/// now. `again` is whether it was good before.
+pub fn of_trust(
+    name: &str,
+    trust: Trust,
+    health: &Health,
+    again: bool,
+) -> (Part, Level, ShortText) {
     let why =
         [health.tilt, health.velocity, health.vertical_velocity, health.position, health.heading]
             .into_iter()
             .find_map(Result::err);
+    let again = if again { " again" } else { "" };
     match (trust, why, health.dead_reckoning_since) {
-        (Trust::Valid, ..) => (Level::Info, ShortText::new(format_args!("{name} is good again"))),
+        (Trust::Valid, ..) => {
+            let text = ShortText::new(format_args!("{name} is good{again}"));
+            (Part::Estimator, Level::Info, text)
+        }
         (Trust::Lost, Some(why), _) => {
-            (Level::Warning, ShortText::new(format_args!("{name} is not to be flown by: {why}")))
+            let is_all = health.tilt.is_err();
+            // Without attitude nobody but the pilot can fly; that the rest is lost with it goes without saying.
+            let (level, what) = match name {
+                "attitude" if is_all => (Level::Critical, "; fly by hand"),
+                _ => (Level::Warning, ""),
+            };
+            let text = format_args!("{name} is not to be flown by: {why}{what}");
+            (part_of(why, is_all), level, ShortText::new(text))
         }
         (_, _, Some(since)) => (
+            Part::Receiver,
             Level::Warning,
             ShortText::new(format_args!(
                 "{name} is by dead reckoning: the last fix was accepted at second {:.2}",
                 since.seconds()
             )),
         ),
-        _ => (Level::Info, ShortText::new(format_args!("{name} is doubtful, but good enough"))),
+        _ => {
+            let text = ShortText::new(format_args!("{name} is doubtful, but good enough"));
+            (Part::Estimator, Level::Info, text)
+        }
     }
 }
 
-/// A fault of a sensor that its driver reports; a refused fix has a text of its own for each reason.
-pub fn of_sensor_fault(report: &SensorOutput) -> Option<ShortText> {
+/// Whose fault it is that an estimate is not to be flown by; `is_all` is whether nothing of it is.
+const fn part_of(why: Distrust, is_all: bool) -> Part {
+    match why {
+        Distrust::Stale | Distrust::Missing => Part::InertialUnit,
+        Distrust::Frozen if is_all => Part::InertialUnit,
+        // Without fixes these grow.
+        Distrust::Frozen
+        | Distrust::Velocity
+        | Distrust::VerticalVelocity
+        | Distrust::Position
+        | Distrust::Disagreement => Part::Receiver,
+        _ => Part::Estimator,
+    }
+}
+
+/// A fault of a sensor that its driver reports, whose it is and how much it matters; a refused fix has a text of
+/// its own for each reason.
+pub fn of_sensor_fault(report: &SensorOutput) -> Option<(Part, Level, ShortText)> {
+    let (part, level) = (Part::InertialUnit, Level::Warning);
     match report {
         SensorOutput::DmuLost(_, fault) => {
-            Some(ShortText::new(format_args!("inertial unit: {fault}")))
+            let text = format_args!("inertial unit: {fault}; look at its power and line");
+            Some((part, dmu_lost_level(*fault), ShortText::new(text)))
         }
         SensorOutput::DmuImplausible(_, what) => {
-            Some(ShortText::new(format_args!("inertial unit: {what}")))
+            Some((part, level, ShortText::new(format_args!("inertial unit: {what}"))))
         }
         SensorOutput::DmuClockFault(_, fault) => {
-            Some(ShortText::new(format_args!("inertial unit: {fault}")))
+            Some((part, level, ShortText::new(format_args!("inertial unit: {fault}"))))
         }
         SensorOutput::FixWithoutHeight(_) => {
-            Some(ShortText::new("a fix without height above the ellipsoid; set geoid_separation_m"))
+            let text = "a fix without height above the ellipsoid; set geoid_separation_m";
+            Some((Part::Receiver, level, ShortText::new(text)))
         }
         _ => None,
     }
@@ -126,20 +178,99 @@ pub fn of_record(good: bool, status: &Status) -> (Level, ShortText) {
 /// How much what flight control tells matters.
 pub fn control_level(notice: &ControlNotice) -> Level {
     match notice {
+        // Somebody has to fly, or to keep clear.
+        ControlNotice::HandedBack(HandedBack::NoAttitude | HandedBack::Late)
+        | ControlNotice::Descends => Level::Critical,
+        ControlNotice::Mode(transition) => match (transition.to, transition.reason) {
+            (Mode::Descent | Mode::Neutral, _) => Level::Critical,
+            (_, Reason::Distrust(_)) => Level::Warning,
+            _ => Level::Info,
+        },
         ControlNotice::Engaged
         | ControlNotice::Released
+        // The pilot's own choice.
+        | ControlNotice::HandedBack(HandedBack::Override)
         | ControlNotice::PilotBack
         | ControlNotice::FenceLeft
-        | ControlNotice::Mode(_)
         | ControlNotice::TestInputs(ProgrammeChange::Begins { .. } | ProgrammeChange::Done) => {
             Level::Info
         }
-        ControlNotice::PilotLost | ControlNotice::Descends => Level::Error,
+        ControlNotice::PilotLost => Level::Error,
         _ => Level::Warning,
+    }
+}
+
+/// Whose doing it is.
+pub fn control_part(notice: &ControlNotice) -> Part {
+    match notice {
+        ControlNotice::Released
+        | ControlNotice::HandedBack(HandedBack::Override)
+        | ControlNotice::PilotLost
+        | ControlNotice::PilotBack
+        | ControlNotice::Descends => Part::Pilot,
+        ControlNotice::HandedBack(HandedBack::NoAttitude) => Part::InertialUnit,
+        ControlNotice::HandedBack(HandedBack::Late) => Part::Computer,
+        ControlNotice::Mode(transition) => match transition.reason {
+            Reason::Switch | Reason::Override => Part::Pilot,
+            Reason::Distrust(why) => {
+                part_of(why, matches!(transition.to, Mode::Neutral | Mode::Manual))
+            }
+            Reason::Patience => Part::Receiver,
+            _ => Part::Estimator,
+        },
+        _ => Part::Autopilot,
     }
 }
 
 /// How much a change of a port matters.
 pub fn port_level(event: &PortEvent) -> Level {
     if *event == PortEvent::Opened { Level::Info } else { Level::Warning }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::autopilot::Transition;
+    use hovernav::dmu::LinkFault;
+    use hovernav::time::Time;
+
+    fn mode(to: Mode, reason: Reason) -> ControlNotice {
+        ControlNotice::Mode(Transition { time: Time::ZERO, from: Mode::Position, to, reason })
+    }
+
+    #[test]
+    fn what_somebody_has_to_act_on_at_once_is_critical_and_names_whose_fault_it_is() {
+        let frozen = Reason::Distrust(Distrust::Frozen);
+        let stale = Reason::Distrust(Distrust::Stale);
+        for (notice, part) in [
+            (ControlNotice::HandedBack(HandedBack::NoAttitude), Part::InertialUnit),
+            (ControlNotice::HandedBack(HandedBack::Late), Part::Computer),
+            (ControlNotice::Descends, Part::Pilot),
+            (mode(Mode::Neutral, stale), Part::InertialUnit),
+            (mode(Mode::Neutral, frozen), Part::InertialUnit),
+            (mode(Mode::Descent, Reason::Patience), Part::Receiver),
+        ] {
+            assert_eq!(control_level(&notice), Level::Critical, "{notice}");
+            assert_eq!(control_part(&notice), part, "{notice}");
+        }
+        for (notice, level, part) in [
+            (mode(Mode::Attitude, frozen), Level::Warning, Part::Receiver),
+            (mode(Mode::Position, Reason::Recovered), Level::Info, Part::Estimator),
+            (ControlNotice::HandedBack(HandedBack::Override), Level::Info, Part::Pilot),
+            (ControlNotice::PilotLost, Level::Error, Part::Pilot),
+        ] {
+            assert_eq!((control_level(&notice), control_part(&notice)), (level, part), "{notice}");
+        }
+        let lost = SensorOutput::DmuLost(Time::ZERO, LinkFault::NoData);
+        let (part, level, text) = of_sensor_fault(&lost).unwrap();
+        assert_eq!((part, level), (Part::InertialUnit, Level::Critical), "{text}");
+    }
+
+    #[test]
+    fn what_was_never_bad_is_not_good_again() {
+        let health = Health::none(Distrust::Missing);
+        let words = |again| of_trust("attitude", Trust::Valid, &health, again).2;
+        assert_eq!(words(false).as_str(), "attitude is good");
+        assert_eq!(words(true).as_str(), "attitude is good again");
+    }
 }

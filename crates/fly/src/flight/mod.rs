@@ -9,6 +9,7 @@ mod ground_line;
 mod messages;
 mod notification;
 mod realtime;
+mod repeats;
 mod report;
 mod servos;
 mod utc;

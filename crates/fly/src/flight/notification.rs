@@ -4,8 +4,9 @@ use std::fmt;
 use std::sync::mpsc::SyncSender;
 
 use super::downlink::Downlinks;
+use super::repeats::Repeats;
 use hovernav::time::Time;
-use hovernav_log::record::{Entry, Level, Recorder, ShortText};
+use hovernav_log::record::{Entry, Level, Part, Recorder, ShortText};
 
 /// Something that happened, for whoever watches the flight.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +16,8 @@ pub struct Notification {
     pub time: Time,
     /// How much it matters.
     pub level: Level,
+    /// Whose it is: which sensor or part did it or is at fault.
+    pub part: Part,
     /// In words.
     pub text: ShortText,
 }
@@ -23,6 +26,7 @@ pub struct Notification {
 pub struct EventLog {
     pub recorder: Recorder,
     notifications: SyncSender<Notification>,
+    repeats: Repeats,
     pub downlinks: Downlinks,
 }
 
@@ -32,14 +36,61 @@ impl EventLog {
         notifications: SyncSender<Notification>,
         downlinks: Downlinks,
     ) -> Self {
-        Self { recorder, notifications, downlinks }
+        Self { recorder, notifications, repeats: Repeats::default(), downlinks }
     }
 
-    /// Records an event under the name `kind`, and notifies of it.
+    /// Records an event under the name `kind`, which tells whose it is, and notifies of it.
     pub fn event(&mut self, now: Time, level: Level, kind: &'static str, text: impl fmt::Display) {
+        self.event_of(Part::of_kind(kind), now, level, kind, text);
+    }
+
+    /// The same of `part`, where the kind does not tell.
+    pub fn event_of(
+        &mut self,
+        part: Part,
+        now: Time,
+        level: Level,
+        kind: &'static str,
+        text: impl fmt::Display,
+    ) {
         let text = ShortText::new(text);
-        self.recorder.push(now, Entry::Event { level, kind, text });
-        self.notify(now, level, text.as_str());
+        self.recorder.push(now, Entry::Event { level, kind, part, text });
+        self.notify(part, now, level, text);
+    }
+
+    /// Records an event each time, and notifies of it with growing pauses.
+    pub fn repeated_event(
+        &mut self,
+        now: Time,
+        level: Level,
+        kind: &'static str,
+        text: impl fmt::Display,
+    ) {
+        let (part, text) = (Part::of_kind(kind), ShortText::new(text));
+        self.recorder.push(now, Entry::Event { level, kind, part, text });
+        self.repeated(part, now, level, text);
+    }
+
+    /// Notifies with growing pauses of what the record holds each time in another form.
+    pub fn repeated(&mut self, part: Part, now: Time, level: Level, text: impl fmt::Display) {
+        let text = ShortText::new(text);
+        if let Some(text) = self.repeats.hear(now, level, part, text) {
+            self.notify(part, now, level, text);
+        }
+    }
+
+    /// Once a cycle: says what is left to say of what no longer repeats.
+    pub fn settle_repeats(&mut self, now: Time) {
+        if let Some(rest) = self.repeats.over(now) {
+            self.notify(rest.part, now, rest.level, rest.text);
+        }
+    }
+
+    /// At the end: says all that is left.
+    pub fn end_repeats(&mut self, now: Time) {
+        while let Some(rest) = self.repeats.last() {
+            self.notify(rest.part, now, rest.level, rest.text);
+        }
     }
 
     /// Tells the ground what UTC is less the flight's clock, ns.
@@ -47,11 +98,9 @@ impl EventLog {
         self.downlinks.tell_utc(offset_ns);
     }
 
-    /// Notifies of what the record holds in another form.
-    pub fn notify(&self, time: Time, level: Level, text: impl fmt::Display) {
+    fn notify(&self, part: Part, time: Time, level: Level, text: ShortText) {
         // Where the queue is full, the watcher misses it and the record has it.
-        let text = ShortText::new(text);
-        let _ = self.notifications.try_send(Notification { time, level, text });
+        let _ = self.notifications.try_send(Notification { time, level, part, text });
         self.downlinks.say(time, level, text);
     }
 }

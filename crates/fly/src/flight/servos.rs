@@ -12,7 +12,7 @@ use hovernav::servo::{
     Swashplate,
 };
 use hovernav::time::Time;
-use hovernav_log::record::{Level, Line};
+use hovernav_log::record::{Level, Line, Part};
 use hovernav_log::{CaptureSection, FlyConfig};
 
 /// Pieces of the pilot's stream that may wait: 5 s of them.
@@ -50,7 +50,8 @@ impl ServoEvent<'_> {
                 log.event(now, port_level(event), "servo_port", format_args!("pilot: {event}"));
             }
             Self::OutputPort(event) => {
-                log.event(now, port_level(event), "servo_port", format_args!("servos: {event}"));
+                let text = format_args!("servos: {event}");
+                log.event_of(Part::Servos, now, port_level(event), "servo_port", text);
             }
             Self::Signal(Signal::Good) => {
                 log.event(now, Level::Info, pilot, "the pilot's signal is there");
@@ -188,14 +189,7 @@ impl Servos {
         // In failsafe the pulses are the receiver's own, not the pilot's.
         let is_pilots = pilot.signal != Some(Signal::Failsafe);
         let own_ms = pilot.widths_ms.map(|width_ms| width_ms.filter(|_| is_pilots));
-        let sticks = self.swashplate.pilot_sticks(&self.channels, &own_ms);
-        let throttle_ms = own_ms.throttle.unwrap_or(f64::NAN);
-        match sticks {
-            Some(sticks) if !self.swashplate.passes_through() => {
-                self.swashplate.widths_ms(&self.channels, sticks, throttle_ms)
-            }
-            _ => own_ms.map(|width_ms| width_ms.unwrap_or(f64::NAN)),
-        }
+        self.swashplate.passed_on_ms(&self.channels, &own_ms)
     }
 
     /// Sends widths, ms, to the servos within range and rate, once the pilot has been there.

@@ -238,6 +238,24 @@ fn a_long_text_goes_out_in_whole_words_and_none_of_it_is_lost() {
 }
 
 #[test]
+fn how_grave_a_text_is_goes_along_with_it() {
+    use common::MavSeverity::*;
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(0.0));
+    for (level, expected) in [
+        (Level::Info, MAV_SEVERITY_INFO),
+        (Level::Warning, MAV_SEVERITY_WARNING),
+        (Level::Error, MAV_SEVERITY_ERROR),
+        (Level::Critical, MAV_SEVERITY_CRITICAL),
+    ] {
+        let mut bytes = Vec::new();
+        mavlink.encode_text(level, "the pilot flies", &mut bytes);
+        let messages = read(&bytes);
+        let [(_, MavMessage::STATUSTEXT(said))] = &messages[..] else { panic!("{messages:?}") };
+        assert_eq!(said.severity, expected);
+    }
+}
+
+#[test]
 fn only_a_vehicle_whose_servos_are_driven_is_armed() {
     let armed = |snapshot: &Snapshot| {
         let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(0.0));

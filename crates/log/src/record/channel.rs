@@ -201,6 +201,7 @@ impl Channel {
                 ("name", Text),
                 ("file", Text),
                 ("line", Integer),
+                ("part", Text),
             ],
             Self::Lost => &[("raw", Integer), ("decoded", Integer)],
         }

@@ -26,44 +26,110 @@ pub enum Piece<'a> {
     End,
 }
 
-/// Walks over `bytes`, a whole file with its magic bytes: each piece with the byte it begins at.
+/// Bytes that a search for the next whole chunk may check, as a multiple of the file's: no forged file makes it
+/// long.
+const SEARCHED: usize = 4;
+
+/// Walks over `bytes`, a whole file with its magic bytes: each piece with the byte it begins at. Where a record
+/// does not end where its length says, the walk goes on at the next chunk that is whole.
 pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
     let mut offset = mcap::MAGIC.len();
     let mut is_over = false;
+    let mut budget = bytes.len().saturating_mul(SEARCHED);
     std::iter::from_fn(move || {
         while !is_over && offset < bytes.len() {
             let at = offset;
-            let Some((opcode, body)) = frame(&bytes[at..]) else {
-                is_over = true;
-                let reason = "the file ends within a record: it was cut off";
-                return Some((at, Piece::Damage(reason.into())));
-            };
-            offset += FRAME + body.len();
-            match opcode {
-                op::CHUNK => {
-                    return Some((at, chunk(body).map_or_else(Piece::Damage, Piece::Chunk)));
+            let found = frame(&bytes[at..]);
+            let reason = match found {
+                None => "the file ends within a record: it was cut off".to_owned(),
+                Some((0, _)) => "found a zero, expected the kind of a record".to_owned(),
+                Some((op::CHUNK, body)) => match chunk(body) {
+                    Ok(data) => {
+                        offset += FRAME + body.len();
+                        return Some((at, Piece::Chunk(data)));
+                    }
+                    // Its text is damaged, or its length: then what follows is no record.
+                    Err(reason) if is_followed(bytes, at + FRAME + body.len()) => {
+                        offset += FRAME + body.len();
+                        return Some((at, Piece::Damage(reason)));
+                    }
+                    Err(reason) => reason,
+                },
+                Some((opcode, _)) if !is_known(opcode) => {
+                    format!("found a record of kind {opcode}, which none is")
                 }
-                op::FOOTER => {
+                Some((op::FOOTER, _)) => {
                     is_over = true;
                     return Some((at, Piece::End));
                 }
-                0 => {
-                    is_over = true;
-                    let reason = "found a zero, expected the kind of a record";
-                    return Some((at, Piece::Damage(reason.into())));
-                }
-                op::STATISTICS => {
+                Some((opcode, body)) => {
+                    offset += FRAME + body.len();
+                    if opcode != op::STATISTICS {
+                        continue;
+                    }
                     let piece = match mcap::parse_record(opcode, body) {
                         Ok(McapRecord::Statistics(found)) => Piece::Statistics(found.message_count),
                         _ => Piece::Damage("the statistics are damaged".into()),
                     };
                     return Some((at, piece));
                 }
-                _ => {}
-            }
+            };
+            let Some(next) = next_whole(bytes, at + 1, &mut budget) else {
+                is_over = true;
+                return Some((at, Piece::Damage(reason)));
+            };
+            offset = next;
+            let left_out = next - at;
+            return Some((
+                at,
+                Piece::Damage(format!(
+                    "{reason}; {left_out} bytes left out, read on from the chunk at byte {next}"
+                )),
+            ));
         }
-        None
+        // Between two records it can be cut off too.
+        (!std::mem::replace(&mut is_over, true)).then(|| {
+            let reason = "the file ends without its last record: it was cut off";
+            (offset, Piece::Damage(reason.into()))
+        })
     })
+}
+
+/// Whether `opcode` is one of MCAP's.
+const fn is_known(opcode: u8) -> bool {
+    matches!(opcode, op::HEADER..=op::DATA_END)
+}
+
+/// Whether the file ends at `at`, or a record that can be begins there.
+fn is_followed(bytes: &[u8], at: usize) -> bool {
+    let Some(rest) = bytes.get(at..) else { return false };
+    rest.is_empty() || frame(rest).is_some_and(|(opcode, _)| is_known(opcode))
+}
+
+/// Where the next chunk begins that is whole, from byte `from` on; `budget` is how many bytes may still be
+/// summed for it.
+fn next_whole(bytes: &[u8], from: usize, budget: &mut usize) -> Option<usize> {
+    (from..bytes.len()).find(|&at| {
+        let Some((op::CHUNK, body)) = frame(&bytes[at..]) else { return false };
+        if !has_chunk_lengths(body) || body.len() > *budget {
+            return false;
+        }
+        *budget -= body.len();
+        chunk(body).is_ok()
+    })
+}
+
+/// Whether the lengths within the head of a chunk, not compressed, are those of `body`.
+fn has_chunk_lengths(body: &[u8]) -> bool {
+    /// Two times, the length of the text, its checksum, the empty name of its compression, and how much of the
+    /// file it takes.
+    const HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
+    let number = |from: usize| {
+        let bytes = body.get(from..)?.first_chunk::<8>()?;
+        usize::try_from(u64::from_le_bytes(*bytes)).ok()
+    };
+    let text = body.len().checked_sub(HEAD);
+    text.is_some() && number(16) == text && number(32) == text && body.get(28..32) == Some(&[0; 4])
 }
 
 /// What the chunk `body` holds if all of it is whole; else what is wrong with it.

@@ -5,13 +5,13 @@ use std::io::Write;
 use mcap::McapResult;
 
 use super::channel::Channel;
-use super::entry::{Entry, Level, Line, Queued};
+use super::entry::{Entry, Level, Line, Part, Queued};
 use super::message::{
     ControlsMessage, CycleMessage, FixMessage, ImuMessage, InnovationsMessage, LocationMessage,
     LogMessage, LostMessage, RawMessage, RestartMessage, ServoMessage, SolutionMessage, Timestamp,
 };
 use super::writer::MessageWriter;
-use hovernav::dmu::Measurement;
+use hovernav::dmu::{LinkFault, Measurement};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Aid, Notice};
 use hovernav::frames::Vector;
@@ -61,7 +61,9 @@ impl<W: Write> MessageWriter<W> {
             Entry::Cycle(cycle) => {
                 self.message(Channel::Autopilot, now, &CycleMessage::new(now, cycle))
             }
-            Entry::Event { level, kind, text } => self.event(now, *level, kind, text.as_str()),
+            Entry::Event { level, kind, part, text } => {
+                self.event_of(*part, now, *level, kind, text.as_str())
+            }
             Entry::Lost { raw, decoded } => {
                 let (raw, decoded) = (*raw, *decoded);
                 self.message(Channel::Lost, now, &LostMessage { raw, decoded })?;
@@ -83,7 +85,7 @@ impl<W: Write> MessageWriter<W> {
                 self.event(*time, Level::Warning, "fix_without_height", text)
             }
             SensorOutput::DmuLost(time, fault) => {
-                self.event(*time, Level::Error, "dmu_lost", &fault.to_string())
+                self.event(*time, dmu_lost_level(*fault), "dmu_lost", &fault.to_string())
             }
             SensorOutput::DmuImplausible(time, reason) => {
                 self.event(*time, Level::Warning, "dmu_implausible", &reason.to_string())
@@ -236,14 +238,36 @@ impl<W: Write> MessageWriter<W> {
         kind: &str,
         text: &str,
     ) -> McapResult<()> {
+        self.event_of(Part::of_kind(kind), time, level, kind, text)
+    }
+
+    fn event_of(
+        &mut self,
+        part: Part,
+        time: Time,
+        level: Level,
+        kind: &str,
+        text: &str,
+    ) -> McapResult<()> {
         let level = match level {
             Level::Info => 2,
             Level::Warning => 3,
             Level::Error => 4,
+            Level::Critical => 5,
         };
         let timestamp = Timestamp::new(self.header.unix_ns(time));
-        let message = LogMessage { timestamp, level, message: text, name: kind, file: "", line: 0 };
+        let (message, part) = (text, part.name());
+        let message = LogMessage { timestamp, level, message, name: kind, file: "", line: 0, part };
         self.message(Channel::Events, time, &message)
+    }
+}
+
+/// How much the loss of the inertial unit matters: one that was there is what everything is flown by.
+#[must_use]
+pub const fn dmu_lost_level(fault: LinkFault) -> Level {
+    match fault {
+        LinkFault::Startup(_) => Level::Error,
+        LinkFault::NoData | LinkFault::Garbled => Level::Critical,
     }
 }
 

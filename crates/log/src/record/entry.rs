@@ -63,6 +63,76 @@ pub enum Level {
     Warning,
     /// Something is lost.
     Error,
+    /// Somebody has to act at once.
+    Critical,
+}
+
+impl Level {
+    /// Its name for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Info => "info",
+            Self::Warning => "warning",
+            Self::Error => "error",
+            Self::Critical => "critical",
+        }
+    }
+}
+
+/// Whose an event is: the sensor or the part of the vehicle that did it or is at fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The inertial unit, its line included.
+    InertialUnit,
+    /// The GPS receiver, its line included.
+    Receiver,
+    /// The pilot's transmitter, receiver and line.
+    Pilot,
+    /// The servos and the line to them.
+    Servos,
+    /// The estimator.
+    Estimator,
+    /// The autopilot.
+    Autopilot,
+    /// The loop's computer.
+    Computer,
+    /// The record and its disk.
+    Record,
+}
+
+impl Part {
+    /// What it is called.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::InertialUnit => "inertial unit",
+            Self::Receiver => "GPS receiver",
+            Self::Pilot => "pilot's signal",
+            Self::Servos => "servos",
+            Self::Estimator => "estimator",
+            Self::Autopilot => "autopilot",
+            Self::Computer => "computer",
+            Self::Record => "record",
+        }
+    }
+
+    /// Whose events of this kind are, where the kind alone tells.
+    #[must_use]
+    pub fn of_kind(kind: &str) -> Self {
+        match kind {
+            "dmu_lost" | "dmu_implausible" | "dmu_clock" | "dmu_port" | "dmu_command"
+            | "imu_fault" | "imu_suspect" => Self::InertialUnit,
+            "gps_port" | "gps_command" | "gps_fixes" | "fix_refused" | "fix_without_height"
+            | "fix_unusable" | "utc" => Self::Receiver,
+            "pilot_signal" | "servo_port" => Self::Pilot,
+            "servos" => Self::Servos,
+            "deadline_missed" | "priority" => Self::Computer,
+            "record" | "entries_lost" => Self::Record,
+            "autopilot" | "not_ready" | "untried_gains" => Self::Autopilot,
+            _ => Self::Estimator,
+        }
+    }
 }
 
 /// A line of text of at most 160 bytes; what is longer is cut.
@@ -99,6 +169,12 @@ impl fmt::Write for ShortText {
         self.bytes[length..length + fits].copy_from_slice(&text.as_bytes()[..fits]);
         self.length = (length + fits) as u8;
         if fits < text.len() { Err(fmt::Error) } else { Ok(()) }
+    }
+}
+
+impl fmt::Display for ShortText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
     }
 }
 
@@ -175,6 +251,8 @@ pub enum Entry {
         level: Level,
         /// What kind it is, for programs: lower case, words joined by `_`.
         kind: &'static str,
+        /// Whose it is.
+        part: Part,
         /// What happened, for people.
         text: ShortText,
     },
@@ -188,10 +266,10 @@ pub enum Entry {
 }
 
 impl Entry {
-    /// An event that displays as `text`.
+    /// An event that displays as `text`, of the part that the kind tells.
     #[must_use]
     pub fn event(level: Level, kind: &'static str, text: impl fmt::Display) -> Self {
-        Self::Event { level, kind, text: ShortText::new(text) }
+        Self::Event { level, kind, part: Part::of_kind(kind), text: ShortText::new(text) }
     }
 
     /// Whether a replay needs it.

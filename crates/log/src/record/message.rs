@@ -362,6 +362,8 @@ pub struct LogMessage<'a> {
     pub name: &'a str,
     pub file: &'static str,
     pub line: u32,
+    /// Whose it is: beside what `foxglove.Log` has.
+    pub part: &'static str,
 }
 
 /// What is read of a [`LogMessage`].
@@ -370,4 +372,7 @@ pub struct ReadLogMessage {
     pub level: u8,
     pub message: String,
     pub name: String,
+    /// Older records have none.
+    #[serde(default)]
+    pub part: String,
 }

@@ -39,7 +39,8 @@ mod spool;
 mod status;
 mod writer;
 
-pub use entry::{Cycle, Entry, Level, Line, RawBytes, ShortText};
+pub use encode::dmu_lost_level;
+pub use entry::{Cycle, Entry, Level, Line, Part, RawBytes, ShortText};
 pub use header::Header;
 pub use info::RecordInfo;
 pub use read::{Call, Record, RecordedCycle, RecordedEvent};

@@ -42,6 +42,8 @@ pub struct RecordedEvent {
     pub level: Level,
     /// What kind it is, for programs.
     pub kind: String,
+    /// Which sensor or part of the vehicle did it or is at fault; empty where the record does not say.
+    pub part: String,
     /// What happened, for people.
     pub text: String,
 }
@@ -230,13 +232,14 @@ impl Reader {
             }),
             Channel::Events => parse::<ReadLogMessage>(data).map(|message| {
                 let time = record.header.time(header.publish_time);
-                let ReadLogMessage { level, message: text, name: kind } = message;
+                let ReadLogMessage { level, message: text, name: kind, part } = message;
                 let level = match level {
                     ..=2 => Level::Info,
                     3 => Level::Warning,
-                    4.. => Level::Error,
+                    4 => Level::Error,
+                    5.. => Level::Critical,
                 };
-                record.events.push(RecordedEvent { time, level, kind, text });
+                record.events.push(RecordedEvent { time, level, kind, part, text });
             }),
             Channel::Lost => parse::<LostMessage>(data).map(|LostMessage { raw, decoded }| {
                 record.lost_raw += u64::from(raw);
@@ -301,10 +304,11 @@ fn parse<M: DeserializeOwned>(data: &[u8]) -> Option<M> {
 
 fn begin(message: ConfigurationMessage, path: &Path) -> Result<Record, LogError> {
     let ConfigurationMessage { version, start_ns, start_unix_ns, fly_toml } = message;
-    let mut config = FlyConfig::parse(&fly_toml, "its fly.toml".as_ref()).map_err(|error| {
-        let reason = format!("recorded by hovernav {version}: {error}");
-        LogError::Unusable { path: path.into(), reason }
-    })?;
+    let mut config =
+        FlyConfig::parse_flown(&fly_toml, "its fly.toml".as_ref()).map_err(|error| {
+            let reason = format!("recorded by hovernav {version}: {error}");
+            LogError::Unusable { path: path.into(), reason }
+        })?;
     let name = &mut config.navigation.name;
     if name.is_empty() {
         *name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -114,6 +114,7 @@ impl AutopilotSection {
         let path = directory.join(&self.file);
         let mut config = read_autopilot(&path)
             .map_err(|error| FlyConfigError::value("autopilot", "file", &error))?;
+        check_room(&config)?;
         if self.pilot == PilotRole::Steer {
             config.transfer.override_travel = self.override_travel.min(1.0);
             let guidance = config.guidance;
@@ -192,4 +193,23 @@ impl AutopilotSection {
         }
         Ok(())
     }
+}
+
+/// Least way that a control must have from trim to each of its limits, share of full stick.
+const ROOM: f64 = 0.01;
+
+/// Whether every control can go both ways from where hover needs it.
+fn check_room(config: &HoverConfig) -> Result<(), FlyConfigError> {
+    let HoverConfig { limits, trim, .. } = config;
+    let ends = limits.lowest.to_array().into_iter().zip(limits.highest.to_array());
+    for ((lowest, highest), trim) in ends.zip(trim.sticks.to_array()) {
+        if trim - lowest < ROOM || highest - trim < ROOM {
+            let why = format!(
+                "its limits.lowest and limits.highest: found {lowest} to {highest} about trim.sticks at {trim}, \
+                 expected {ROOM} of way to either side"
+            );
+            return Err(FlyConfigError::value("autopilot", "file", &why));
+        }
+    }
+    Ok(())
 }

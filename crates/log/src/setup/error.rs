@@ -22,9 +22,9 @@ pub enum FlyConfigError {
     #[error("{}{key}: {reason}", bracketed(section))]
     Value {
         /// The section; empty of the keys that stand in none.
-        section: &'static str,
+        section: String,
         /// The key.
-        key: &'static str,
+        key: String,
         /// What was found and expected.
         reason: String,
     },
@@ -32,11 +32,11 @@ pub enum FlyConfigError {
 
 impl FlyConfigError {
     pub(super) fn value(
-        section: &'static str,
-        key: &'static str,
+        section: impl Into<String>,
+        key: impl Into<String>,
         reason: &impl std::fmt::Display,
     ) -> Self {
-        Self::Value { section, key, reason: reason.to_string() }
+        Self::Value { section: section.into(), key: key.into(), reason: reason.to_string() }
     }
 }
 

@@ -17,13 +17,13 @@ pub struct ExcitationSection {
     /// A pilot's stick this far from where it was at engagement ends all of them until the next
     /// engagement, 0.01 to 0.5.
     pub dead_band: f64,
-    /// How fast a stick is moved for them, full travels a second, at least 0.1.
+    /// How fast a stick is moved for them, full travels a second, 0.1 to 50.
     pub stick_rate_per_s: f64,
-    /// Roll or pitch beyond this ends them, rad, up to 0.8.
+    /// Roll or pitch beyond this ends them, rad, 0.02 to 0.8.
     pub tilt_rad: f64,
-    /// An angular rate beyond this ends them, rad/s, up to 10.
+    /// An angular rate beyond this ends them, rad/s, 0.05 to 10.
     pub rate_radps: f64,
-    /// A speed over ground beyond this ends them, m/s, up to 20.
+    /// A speed over ground beyond this ends them, m/s, 0.2 to 20.
     pub speed_mps: f64,
     /// The inputs, in the order in which they are flown; with their repetitions 1 to 16.
     pub inputs: Vec<InputSection>,
@@ -222,8 +222,15 @@ mod tests {
         let one = "inputs = [{ stick = 'pedal', kind = 'step' }]";
         for (text, expected) in [
             (String::new(), "found 0 with their repetitions, expected 1 to 16"),
-            (one.replace("'step'", "'step', times = 17"), "found 17 with their repetitions"),
-            (one.replace("'step'", "'step', times = 0"), "found 0 with their repetitions"),
+            (one.replace("'step'", "'step', times = 17"), "times: found 17, expected 1 to 16"),
+            (one.replace("'step'", "'step', times = 0"), "times: found 0, expected 1 to 16"),
+            (
+                one.replace(
+                    "'step' }",
+                    "'step', times = 9 }, { stick = 'pedal', kind = 'step', times = 8 }",
+                ),
+                "found 17 with their repetitions",
+            ),
             (
                 one.replace("'step'", "'step', last_hz = 2.0"),
                 "found last_hz, expected it of a sweep",
@@ -232,9 +239,9 @@ mod tests {
             (one.replace("'step'", "'step', amplitude = nan"), "amplitude: found NaN"),
             (one.replace("'pedal'", "'throttle'"), "throttle"),
             (one.replace("'step'", "'step', hold = 3"), "hold"),
-            (format!("{one}\nspeed_mps = nan"), "limit of speed: found NaN"),
+            (format!("{one}\nspeed_mps = nan"), "speed_mps: found NaN"),
             (format!("{one}\nfirst_s = 0.1"), "first_s: found 0.1, expected 2 to 600 s"),
-            (format!("{one}\nstick_rate_per_s = 0"), "rate of the stick: found 0"),
+            (format!("{one}\nstick_rate_per_s = 0"), "stick_rate_per_s: found 0"),
         ] {
             let error = parsed(&text).unwrap_err();
             assert!(error.contains(expected), "{text}: {error}");

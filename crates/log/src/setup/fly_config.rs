@@ -87,15 +87,33 @@ impl FlyConfig {
         Ok(config)
     }
 
-    /// The configuration that `text` spells; `path` names it in messages.
+    /// The configuration that `text` spells, every number of it one to fly with; `path` names it in
+    /// messages.
     ///
     /// # Errors
     /// [`FlyConfigError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, FlyConfigError> {
+        Self::parse_with(text, path, Self::check_ranges)
+    }
+
+    /// The same of a configuration that has flown already, whatever its numbers: its record shall be read.
+    ///
+    /// # Errors
+    /// [`FlyConfigError`].
+    pub(crate) fn parse_flown(text: &str, path: &Path) -> Result<Self, FlyConfigError> {
+        Self::parse_with(text, path, |_| Ok(()))
+    }
+
+    fn parse_with(
+        text: &str,
+        path: &Path,
+        check_ranges: impl Fn(&Self) -> Result<(), FlyConfigError>,
+    ) -> Result<Self, FlyConfigError> {
         let (mut config, keys): (Self, _) = hovernav_toml::parse(text, path)?;
         if !keys.is_empty() {
             return Err(FlyConfigError::UnknownKeys { path: path.to_path_buf(), keys });
         }
+        check_ranges(&config)?;
         let table = toml::Value::Table(hovernav_toml::parse_table(text, path)?);
         let heading = ["navigation", "imu", "heading_reference"];
         if heading.iter().try_fold(&table, |value, key| value.get(key)).is_none() {
@@ -110,7 +128,6 @@ impl FlyConfig {
             return Err(value("site", "height_m", &why));
         }
         config.sensors()?;
-        config.check_ranges()?;
         config.check_servos()?;
         if let Some(section) = &config.telemetry {
             check_ground_line("telemetry", section.port.as_deref(), section.udp.as_deref())?;
@@ -207,6 +224,7 @@ impl FlyConfig {
             }
             section.flown = Some(flown);
         }
+        self.check_ranges()?;
         self.flight_control()?;
         Ok(())
     }

@@ -26,7 +26,7 @@ impl FlyConfig {
         for (section, key, port) in &ports {
             if port.as_os_str().is_empty() {
                 let why = "found none, expected the path of a serial port";
-                return Err(FlyConfigError::value(section, key, &why));
+                return Err(FlyConfigError::value(*section, *key, &why));
             }
         }
         let spelled = |port: &PathBuf| port.display().to_string();

@@ -4,9 +4,11 @@ mod autopilot;
 mod autopilot_section;
 mod error;
 mod excitation_section;
+mod filter_ranges;
 mod fly_config;
 mod lines;
 mod mavlink;
+mod range;
 mod ranges;
 mod sections;
 

@@ -1,120 +1,217 @@
-//! The ranges of the numbers in `fly.toml` that nothing else checks.
+//! What the numbers of a flight's devices, servos and autopilot may be: generous for whatever one may own.
 
-use super::error::FlyConfigError;
-use super::fly_config::FlyConfig;
-use super::sections::CaptureSection;
+use super::range::{Range, Section, range};
 
-impl FlyConfig {
-    /// Whether every number is one that a flight can be flown with; a NaN, which would switch a check off,
-    /// never is.
-    pub(super) fn check_ranges(&self) -> Result<(), FlyConfigError> {
-        let limits = &self.receiver.limits;
-        let signal = &self.servo.signal;
-        let imu = &self.navigation.imu;
-        let line = |section, baud: u32| (section, "baud", f64::from(baud), 300.0, 4e6);
-        let mut numbers = vec![
-            ("receiver.limits", "max_position_dilution", limits.max_position_dilution, 1.0, 99.0),
-            (
-                "receiver.limits",
-                "max_horizontal_dilution",
-                limits.max_horizontal_dilution,
-                0.5,
-                99.0,
-            ),
-            ("receiver.limits", "max_horizontal_sigma_m", limits.max_horizontal_sigma_m, 0.1, 1e3),
-            ("receiver.limits", "max_vertical_sigma_m", limits.max_vertical_sigma_m, 0.1, 1e3),
-            (
-                "receiver.limits",
-                "max_velocity_sigma_mps",
-                limits.max_velocity_sigma_mps,
-                0.05,
-                100.0,
-            ),
-            ("receiver.limits", "max_ground_speed_mps", limits.max_ground_speed_mps, 1.0, 500.0),
-            (
-                "receiver.limits",
-                "max_vertical_speed_mps",
-                limits.max_vertical_speed_mps,
-                1.0,
-                500.0,
-            ),
-            ("receiver.limits", "max_jump_m", limits.max_jump_m, 1.0, 1e4),
-            ("receiver.limits", "max_delay_s", limits.max_delay_s, 0.01, 10.0),
-            ("receiver.limits", "min_satellites", f64::from(limits.min_satellites), 0.0, 50.0),
-            ("servo", "hold_s", self.servo.hold_s, 0.0, 10.0),
-            ("servo.signal", "stale_after_s", signal.stale_after_s, 0.02, 2.0),
-            ("servo.signal", "failsafe_throttle_ms", signal.failsafe_throttle_ms, 0.0, 2.5),
-            (
-                "navigation.imu",
-                "gyro_range_degps",
-                imu.gyro_range_degps.unwrap_or(200.0),
-                10.0,
-                1e4,
-            ),
-            ("navigation.imu", "accel_range_g", imu.accel_range_g.unwrap_or(4.0), 0.5, 200.0),
-            line("dmu", self.dmu.baud),
-            line("receiver", self.receiver.baud()),
-        ];
-        numbers.extend(self.telemetry.as_ref().map(|section| line("telemetry", section.baud)));
-        numbers.extend(self.mavlink.as_ref().map(|section| line("mavlink", section.baud)));
-        numbers
-            .extend(self.servo.stream.as_ref().map(|section| line("servo.stream", section.baud)));
-        if let Some(CaptureSection::Serial(pilot)) = &self.servo.capture {
-            numbers.push(line("servo.capture", pilot.baud));
-        }
-        if let Some(site) = self.site {
-            numbers.extend([
-                ("site", "latitude_deg", site.latitude_deg, -90.0, 90.0),
-                ("site", "longitude_deg", site.longitude_deg, -180.0, 360.0),
-                ("site", "height_m", site.height_m, -500.0, 9e3),
-            ]);
-        }
-        for (section, key, found, from, to) in numbers {
-            if !(from..=to).contains(&found) {
-                let why = format!("found {found}, expected {from} to {to}");
-                return Err(FlyConfigError::value(section, key, &why));
-            }
-        }
-        Ok(())
-    }
-}
+const BAUD: Range = range("baud", 300.0, 4e6, "baud");
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The devices, their lines, and the servos. `*` stands for any one key.
+pub(super) const DEVICES: &[Section] = &[
+    ("", &[range("realtime_priority", 1.0, 99.0, "")]),
+    ("dmu", &[BAUD, range("rate_hz", 20.0, 70.0, "Hz"), range("latency_s", 0.0, 0.1, "s")]),
+    (
+        "receiver",
+        &[BAUD, range("rate_hz", 0.0, 10.0, "Hz"), range("geoid_separation_m", -120.0, 100.0, "m")],
+    ),
+    (
+        "receiver.limits",
+        &[
+            range("min_satellites", 0.0, 50.0, ""),
+            range("max_position_dilution", 1.0, 99.0, ""),
+            range("max_horizontal_dilution", 0.5, 99.0, ""),
+            range("max_horizontal_sigma_m", 0.1, 1e3, "m"),
+            range("max_vertical_sigma_m", 0.1, 1e3, "m"),
+            range("max_velocity_sigma_mps", 0.05, 100.0, "m/s"),
+            range("max_ground_speed_mps", 1.0, 500.0, "m/s"),
+            range("max_vertical_speed_mps", 1.0, 500.0, "m/s"),
+            range("max_jump_m", 1.0, 1e4, "m"),
+            range("max_delay_s", 0.01, 10.0, "s"),
+        ],
+    ),
+    (
+        "site",
+        &[
+            range("latitude_deg", -90.0, 90.0, "°"),
+            range("longitude_deg", -180.0, 360.0, "°"),
+            range("height_m", -500.0, 9e3, "m"),
+        ],
+    ),
+    ("servo", &[range("hold_s", 0.0, 10.0, "s")]),
+    (
+        "servo.signal",
+        &[range("stale_after_s", 0.02, 2.0, "s"), range("failsafe_throttle_ms", 0.0, 2.5, "ms")],
+    ),
+    ("servo.capture.serial", &[BAUD]),
+    ("servo.capture.gpio", &[range("aux", 0.0, 1023.0, "")]),
+    ("servo.capture.gpio.lines", &[range("*", 0.0, 1023.0, "")]),
+    ("servo.output.*", &[range("chip", 0.0, 255.0, ""), range("output", 0.0, 255.0, "")]),
+    ("servo.stream", &[BAUD]),
+    (
+        "servo.channels.*",
+        &[
+            range("trim_ms", 0.5, 2.5, "ms"),
+            range("min_ms", 0.5, 2.5, "ms"),
+            range("max_ms", 0.5, 2.5, "ms"),
+            range("travel_ms", 0.05, 2.0, "ms"),
+            range("failsafe_ms", 0.5, 2.5, "ms"),
+            range("rate_limit_ms_per_s", 0.1, 1e3, "ms/s"),
+        ],
+    ),
+    (
+        "servo.swashplate",
+        &[
+            range("phase_deg", -45.0, 45.0, "°"),
+            range("lateral", -1.0, 1.0, ""),
+            range("longitudinal", -1.0, 1.0, ""),
+            range("collective", -1.0, 1.0, ""),
+            range("lowest_collective", -1.0, -0.05, ""),
+            range("highest_collective", 0.05, 1.0, ""),
+        ],
+    ),
+    ("telemetry", &[BAUD]),
+    ("mavlink", &[BAUD]),
+    (
+        "mavlink.speaker",
+        &[
+            range("system_id", 1.0, 255.0, ""),
+            range("component_id", 1.0, 255.0, ""),
+            range("gate_sigmas", 0.1, 1e3, "one-sigmas"),
+        ],
+    ),
+    ("mavlink.speaker.rates", &[range("*", 0.01, 1e3, "Hz").or_zero()]),
+];
 
-    #[test]
-    fn numbers_that_would_switch_a_check_off_are_refused_with_their_key() {
-        let good = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n";
-        FlyConfig::parse(good, "fly.toml".as_ref()).unwrap();
-        for (text, key) in [
-            ("[receiver.limits]\nmax_jump_m = nan\n", "max_jump_m"),
-            ("[receiver.limits]\nmax_ground_speed_mps = inf\n", "max_ground_speed_mps"),
-            ("[servo.signal]\nstale_after_s = 1e9\n", "stale_after_s"),
-            ("[servo]\nhold_s = nan\n", "hold_s"),
-            ("[navigation.imu]\ngyro_range_degps = 1e9\n", "gyro_range_degps"),
-            ("[mavlink]\nport = 'c'\nspeaker = { system_id = 0 }\n", "system_id"),
-            ("[mavlink]\nport = 'c'\nspeaker = { gate_sigmas = 0 }\n", "gate_sigmas"),
-            ("[mavlink]\nport = 'c'\nspeaker = { rates = { attitude_hz = nan } }\n", "attitude_hz"),
-            ("[site]\nlatitude_deg = 91\nlongitude_deg = 0\n", "latitude_deg"),
-            ("[telemetry]\nport = 'd'\nbaud = 5\n", "baud"),
-            ("[servo.capture]\nserial = { port = 'c', baud = 5 }\n", "baud"),
-            ("[mavlink]\nport = 'c'\nspeaker = { component_id = 0 }\n", "component_id"),
-            (
-                "[servo.capture]\nserial = { port = 'c' }\n[autopilot]\nfile = 'a'\n\
-                 fence = { radius_m = 50, height_m = 50 }\n\
-                 [site]\nlatitude_deg = 1\nlongitude_deg = 2\n",
-                "[site] height_m",
-            ),
-            ("[telemetry]\nport = 'd'\nudp = 'ground:14551'\n", "udp"),
-            ("[telemetry]\nudp = 'ground'\n", "udp"),
-            ("[telemetry]\nudp = 'ground:0'\n", "udp"),
-            ("[mavlink]\nbaud = 9600\n", "port"),
-        ] {
-            let error = FlyConfig::parse(&format!("{good}{text}"), "fly.toml".as_ref())
-                .expect_err(text)
-                .to_string();
-            assert!(error.contains(key) && error.contains("expected"), "{text}: {error}");
-        }
-    }
-}
+/// `[autopilot]`, and the file it names, which stands below `flown` once it is loaded.
+pub(super) const AUTOPILOT: &[Section] = &[
+    ("autopilot", &[range("override_travel", 0.01, 1.0, "of full stick")]),
+    (
+        "autopilot.switch",
+        &[
+            range("threshold_ms", 0.5, 2.5, "ms"),
+            range("hysteresis_ms", 0.0, 0.5, "ms"),
+            range("pulses", 1.0, 100.0, ""),
+        ],
+    ),
+    (
+        "autopilot.ready",
+        &[
+            range("estimate_age_s", 0.02, 1.0, "s"),
+            range("tilt_sigma_rad", 0.005, 0.5, "rad"),
+            range("heading_sigma_rad", 0.01, 1.6, "rad"),
+            range("velocity_sigma_mps", 0.02, 5.0, "m/s"),
+            range("vertical_velocity_sigma_mps", 0.02, 5.0, "m/s"),
+            range("position_sigma_m", 0.02, 50.0, "m"),
+            range("fix_age_s", 0.1, 10.0, "s"),
+            range("speed_mps", 0.1, 20.0, "m/s"),
+            range("rate_radps", 0.05, 5.0, "rad/s"),
+            range("level_rad", 0.02, 1.0, "rad"),
+            range("stick", 0.02, 2.0, "of full stick"),
+            range("period", 0.001, 0.2, "of the period"),
+        ],
+    ),
+    (
+        "autopilot.steering",
+        &[
+            range("dead_band", 0.01, 0.5, "of full stick"),
+            range("full_stick", 0.06, 1.0, "of full stick"),
+            range("speed_mps", 0.1, 10.0, "m/s"),
+            range("climb_mps", 0.1, 3.0, "m/s"),
+            range("yaw_rate_radps", 0.05, 2.0, "rad/s"),
+        ],
+    ),
+    ("autopilot.steering.signs", &[range("*", -1.0, 1.0, "")]),
+    (
+        "autopilot.failsafe",
+        &[
+            range("pilot_lost_hold_s", 0.0, 600.0, "s"),
+            range("descent_mps", 0.1, 2.0, "m/s"),
+            range("late_cycles", 1.0, 100.0, "cycles"),
+            range("saturation_s", 0.1, 60.0, "s"),
+        ],
+    ),
+    ("autopilot.fence", &[range("radius_m", 5.0, 1e4, "m"), range("height_m", 5.0, 1e3, "m")]),
+    (
+        "autopilot.excitation",
+        &[
+            range("first_s", 2.0, 600.0, "s"),
+            range("pause_s", 1.0, 600.0, "s"),
+            range("dead_band", 0.01, 0.5, "of full stick"),
+            range("stick_rate_per_s", 0.1, 50.0, "full travels a second"),
+            range("tilt_rad", 0.02, 0.8, "rad"),
+            range("rate_radps", 0.05, 10.0, "rad/s"),
+            range("speed_mps", 0.2, 20.0, "m/s"),
+        ],
+    ),
+    (
+        "autopilot.excitation.inputs",
+        &[
+            range("amplitude", -0.5, 0.5, "of full stick"),
+            range("length_s", 0.05, 300.0, "s"),
+            range("first_hz", 0.01, 20.0, "Hz"),
+            range("last_hz", 0.01, 20.0, "Hz"),
+            range("times", 1.0, 16.0, ""),
+        ],
+    ),
+    ("autopilot.flown", &[range("period_s", 0.001, 0.2, "s")]),
+    (
+        "autopilot.flown.trim",
+        &[range("roll_rad", -0.5, 0.5, "rad"), range("pitch_rad", -0.5, 0.5, "rad")],
+    ),
+    ("autopilot.flown.trim.sticks", &[range("*", -1.0, 1.0, "")]),
+    ("autopilot.flown.limits.lowest", &[range("*", -1.0, 0.0, "")]),
+    ("autopilot.flown.limits.highest", &[range("*", 0.0, 1.0, "")]),
+    ("autopilot.flown.limits.rate_per_s", &[range("*", 0.05, 1e3, "full travels a second")]),
+    (
+        "autopilot.flown.guidance",
+        &[
+            range("position_gain_per_s", 0.01, 2.0, "1/s"),
+            range("height_gain_per_s", 0.01, 2.0, "1/s"),
+            range("speed_mps", 0.1, 15.0, "m/s"),
+            range("climb_mps", 0.1, 5.0, "m/s"),
+            range("acceleration_mps2", 0.05, 5.0, "m/s²"),
+            range("climb_acceleration_mps2", 0.05, 5.0, "m/s²"),
+            range("yaw_rate_radps", 0.01, 3.0, "rad/s"),
+        ],
+    ),
+    (
+        "autopilot.flown.health",
+        &[
+            range("tilt_sigma_rad", 0.005, 1.0, "rad"),
+            range("heading_sigma_rad", 0.01, 3.2, "rad"),
+            range("velocity_sigma_mps", 0.02, 20.0, "m/s"),
+            range("vertical_velocity_sigma_mps", 0.02, 20.0, "m/s"),
+            range("position_sigma_m", 0.02, 200.0, "m"),
+            range("age_s", 0.02, 2.0, "s"),
+            range("dead_reckoning_s", 0.1, 120.0, "s"),
+            range("disagreement_s", 0.1, 120.0, "s"),
+            range("recovery_s", 0.0, 120.0, "s"),
+        ],
+    ),
+    (
+        "autopilot.flown.transfer",
+        &[
+            range("fade_s", 0.05, 60.0, "s"),
+            range("hand_back_s", 0.02, 10.0, "s"),
+            range("neutral_s", 0.05, 60.0, "s"),
+            range("override_travel", 0.01, 1.0, "of full stick"),
+            range("patience_s", 0.0, 600.0, "s"),
+            range("descent_mps", 0.1, 3.0, "m/s"),
+            range("descent_collective", 0.005, 0.5, "of full stick"),
+            range("trim_s", 0.1, 1e4, "s"),
+        ],
+    ),
+    ("autopilot.flown.gains", &[range("pedal_per_collective", -10.0, 10.0, "")]),
+    ("autopilot.flown.gains.heave", GAINS),
+    ("autopilot.flown.gains.yaw", GAINS),
+    ("autopilot.flown.gains.roll_pitch", GAINS),
+    ("autopilot.flown.gains.attitude", GAINS),
+];
+
+/// At the end of its range a gain answers a hundredth of a rad, of a m/s or of a rad/s with full stick.
+const GAINS: &[Range] = &[
+    range("derivative_filter_s", 0.0, 100.0, "s"),
+    range("tracking_time_s", 0.01, 1e6, "s"),
+    range("hidden_from_hidden", -1e3, 1e3, ""),
+    range("hidden_from_measured", -1e3, 1e3, ""),
+    range("hidden_from_pending", -1e3, 1e3, ""),
+    range("*", -100.0, 100.0, "full sticks a unit of what is fed back"),
+];

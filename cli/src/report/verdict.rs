@@ -1,0 +1,180 @@
+//! What a flight came to, in a few plain sentences.
+
+use std::collections::BTreeMap;
+
+use hovernav::time::Time;
+use hovernav_log::record::{Call, Level as EventLevel, Record, RecordedEvent};
+use serde::Serialize;
+
+use crate::page::{Level, Verdict};
+
+/// Reasons that are named.
+const NAMED: usize = 5;
+/// Lines whose last bytes came within this of each other fell silent together, s: a receiver speaks once a
+/// second.
+const TOGETHER_S: f64 = 2.5;
+/// Lines that end together do so one after the other, within this, s.
+const CLOSING_S: f64 = 0.25;
+/// A record that goes on for longer after that says so, s.
+const SILENT_S: f64 = 0.5;
+/// One late cycle in so many is no reason to look.
+const LATE_IN: usize = 1000;
+
+/// The verdict over a flight.
+#[derive(Clone, Debug, Serialize)]
+pub struct RecordVerdict {
+    pub level: Level,
+    /// What it came to, in a sentence.
+    pub words: String,
+    /// What went wrong, worst first.
+    pub reasons: Vec<String>,
+}
+
+impl RecordVerdict {
+    /// For the head of a page.
+    pub fn on_page(&self) -> Verdict {
+        let Self { level, words, reasons } = self.clone();
+        Verdict { level, words, points: reasons }
+    }
+}
+
+/// What the verdict goes by beside the record.
+pub struct Grounds<'a> {
+    /// What the replay came to, in words, and whether it gave the same.
+    pub replay: &'a str,
+    pub is_reproduced: bool,
+    pub engagements: usize,
+    pub autopilot_s: f64,
+}
+
+/// The verdict over `record`.
+pub fn of_record(record: &Record, grounds: &Grounds<'_>) -> RecordVerdict {
+    let mut reasons: Vec<(Level, String)> = Vec::new();
+    if !grounds.is_reproduced {
+        reasons
+            .push((Level::Bad, format!("the replay differs from what flew: {}", grounds.replay)));
+    }
+    if record.solutions.is_empty() {
+        reasons.push((Level::Bad, "the estimator never aligned: nothing was estimated".into()));
+    }
+    reasons.extend(event_reasons(record));
+    let late = record.events.iter().filter(|event| event.kind == "deadline_missed").count();
+    if late * LATE_IN > record.cycles.len().max(LATE_IN) {
+        reasons.push((
+            Level::Care,
+            format!("{late} cycles were late: the computer was too busy, or too slow"),
+        ));
+    }
+    reasons.extend(record.warnings.iter().map(|warning| (Level::Care, warning.clone())));
+    reasons.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+    let level = reasons.first().map_or(Level::Good, |(level, _)| *level);
+    let judged = match level {
+        Level::Good => "Good",
+        Level::Care => "With care",
+        Level::Bad => "Not as it should be",
+    };
+    let unnamed = reasons.len().saturating_sub(NAMED);
+    reasons.truncate(NAMED);
+    let mut reasons: Vec<String> = reasons.into_iter().map(|(_, words)| words).collect();
+    if unnamed > 0 {
+        reasons.push(format!("and {unnamed} more among the events"));
+    }
+    RecordVerdict { level, words: format!("{judged}: {}", in_words(record, grounds)), reasons }
+}
+
+/// What happened, whatever went wrong.
+fn in_words(record: &Record, grounds: &Grounds<'_>) -> String {
+    let duration_s = record.end - record.header.start;
+    let flew = match (grounds.engagements, record.header.config.autopilot.is_some()) {
+        (0, false) => format!("{duration_s:.0} s without an autopilot"),
+        (0, true) => format!("{duration_s:.0} s by hand, the autopilot was not engaged"),
+        (count, _) => {
+            let times = if count == 1 { "once".into() } else { format!("{count} times") };
+            format!(
+                "the autopilot was engaged {times} and flew {:.1} of {duration_s:.0} s",
+                grounds.autopilot_s
+            )
+        }
+    };
+    let replayed =
+        if grounds.is_reproduced { "; the replay gives the same to the bit" } else { "" };
+    let silent = lines_end(record).map(|end| record.end - end).filter(|silent| *silent > SILENT_S);
+    let silent = silent.map_or(String::new(), |silent_s| {
+        format!("; all lines fell silent together {silent_s:.1} s before the record's end")
+    });
+    format!("{flew}{replayed}{silent}.")
+}
+
+/// When the last line said its last, if all that ever spoke fell silent together; what a flight computer
+/// notices after that is an ordinary end: it was switched off later than the rest, or than the simulation.
+pub fn lines_end(record: &Record) -> Option<Time> {
+    let mut last: [Option<Time>; 3] = [None; 3];
+    for (time, call) in &record.calls {
+        let (line, bytes) = match call {
+            Call::Dmu(bytes) => (0, bytes),
+            Call::Gps(bytes) => (1, bytes),
+            Call::Servo(bytes) => (2, bytes),
+            Call::RestartGps => continue,
+        };
+        if !bytes.is_empty() {
+            last[line] = Some(*time);
+        }
+    }
+    let end = last.into_iter().flatten().max()?;
+    last.into_iter().flatten().all(|one| end - one < TOGETHER_S).then_some(end)
+}
+
+/// The events of a flight proper: from its first solution to the silence of all lines.
+pub fn of_flight(record: &Record) -> impl Iterator<Item = &RecordedEvent> {
+    let start = record.solutions.first().map_or(record.end, |solution| solution.time);
+    let end = lines_end(record).map_or(record.end, |end| end + -CLOSING_S);
+    record.events.iter().filter(move |event| {
+        // Before it is aligned nothing is lost but by its own fault.
+        event.time <= end && (event.time >= start || event.level == EventLevel::Critical)
+            || event.kind == "untried_gains"
+    })
+}
+
+/// What of the events speaks against the flight: each kind of text once, with how often.
+fn event_reasons(record: &Record) -> Vec<(Level, String)> {
+    let mut all: BTreeMap<(&str, String), (usize, &RecordedEvent)> = BTreeMap::new();
+    for event in of_flight(record) {
+        // What stands elsewhere, what one cycle may do, and the checks of a refusal beside it.
+        let is_counted = ["deadline_missed", "not_ready", "priority", "utc"];
+        if event.level < EventLevel::Warning || is_counted.contains(&event.kind.as_str()) {
+            continue;
+        }
+        let letters = event.text.chars().filter(|letter| !letter.is_ascii_digit()).collect();
+        all.entry((&event.kind, letters)).or_insert((0, event)).0 += 1;
+    }
+    let mut kinds: Vec<(usize, &RecordedEvent)> = all.into_values().collect();
+    kinds.sort_by(|(_, a), (_, b)| b.level.cmp(&a.level).then(a.time.cmp(&b.time)));
+    kinds
+        .into_iter()
+        // A measurement now and then beyond its gate is what gates are for.
+        .filter(|(count, event)| event.kind != "innovation_rejected" || *count > 2)
+        .map(|(count, event)| {
+            let level = if event.level == EventLevel::Critical { Level::Bad } else { Level::Care };
+            (level, sentence(event, count, record))
+        })
+        .collect()
+}
+
+/// An event in words, as the warnings of the page have it where it was alone.
+pub fn sentence(event: &RecordedEvent, count: usize, record: &Record) -> String {
+    let refusal = event.kind == "autopilot" && event.text.contains("does not take over");
+    let checks: Vec<&str> = record
+        .events
+        .iter()
+        .filter(|other| refusal && other.kind == "not_ready" && other.time == event.time)
+        .map(|other| other.text.as_str())
+        .collect();
+    let checks = if checks.is_empty() { String::new() } else { format!(": {}", checks.join("; ")) };
+    let times = if count > 1 { format!(" ({count} times, this the first)") } else { String::new() };
+    let whose = if event.part.is_empty() || event.text.contains(&event.part) {
+        String::new()
+    } else {
+        format!(" [{}]", event.part)
+    };
+    format!("{:.2} s: {}{checks}{whose}{times}", event.time.seconds(), event.text)
+}

@@ -1,0 +1,174 @@
+//! What says the same again and again: told at once, then with growing pauses, with the count of what was not.
+
+use hovernav::time::Time;
+use hovernav_log::record::{Level, Part, ShortText};
+
+/// Texts that are watched at a time; where there are more, the one heard longest ago gives way.
+const WATCHED: usize = 16;
+/// From the first telling to the second, s, at least; then twice as long each time,
+const FIRST_PAUSE_S: f64 = 2.0;
+/// up to this.
+const LONGEST_PAUSE_S: f64 = 60.0;
+/// What has not been heard for so long is over, s.
+const OVER_S: f64 = 10.0;
+
+/// A text that comes again and again.
+#[derive(Clone, Copy, Debug)]
+struct Repeated {
+    key: u64,
+    level: Level,
+    part: Part,
+    text: ShortText,
+    /// When it was last told, and last heard.
+    told: Time,
+    heard: Time,
+    pause_s: f64,
+    /// How often it was heard and not told since.
+    untold: u32,
+}
+
+/// What is left to say of a text that has not been heard for a while.
+#[derive(Clone, Copy, Debug)]
+pub struct Rest {
+    pub level: Level,
+    pub part: Part,
+    pub text: ShortText,
+}
+
+/// The texts that come again and again.
+#[derive(Clone, Debug, Default)]
+pub struct Repeats([Option<Repeated>; WATCHED]);
+
+impl Repeats {
+    /// Takes in `text` at `now`: what is to be told, if anything is.
+    pub fn hear(
+        &mut self,
+        now: Time,
+        level: Level,
+        part: Part,
+        text: ShortText,
+    ) -> Option<ShortText> {
+        let key = key(text.as_str());
+        let known = self.0.iter_mut().flatten().find(|one| one.key == key);
+        if let Some(one) = known {
+            (one.heard, one.text, one.level) = (now, text, level);
+            if now - one.told < one.pause_s {
+                one.untold += 1;
+                return None;
+            }
+            one.told = now;
+            one.pause_s = (2.0 * one.pause_s).min(LONGEST_PAUSE_S);
+            return Some(match std::mem::take(&mut one.untold) {
+                0 => text,
+                untold => ShortText::new(format_args!("{text} ({untold} more before)")),
+            });
+        }
+        let one = Repeated {
+            key,
+            level,
+            part,
+            text,
+            told: now,
+            heard: now,
+            pause_s: FIRST_PAUSE_S,
+            untold: 0,
+        };
+        let longest_ago =
+            self.0.iter_mut().min_by_key(|slot| slot.map(|one| one.heard.nanoseconds()));
+        if let Some(slot) = longest_ago {
+            *slot = Some(one);
+        }
+        Some(text)
+    }
+
+    /// One of the texts that are over at `now`, with what of it was not told; all are forgotten in turn.
+    pub fn over(&mut self, now: Time) -> Option<Rest> {
+        self.end(|one| now - one.heard > OVER_S)
+    }
+
+    /// The same of any, for the end of a flight.
+    pub fn last(&mut self) -> Option<Rest> {
+        self.end(|_| true)
+    }
+
+    fn end(&mut self, is_over: impl Fn(&Repeated) -> bool) -> Option<Rest> {
+        self.0.iter_mut().find_map(|slot| {
+            let one = slot.take_if(|one| is_over(one)).filter(|one| one.untold > 0)?;
+            let Repeated { level, part, text, heard, untold, .. } = one;
+            let at_s = heard.seconds();
+            let text =
+                ShortText::new(format_args!("{text} ({untold} more, the last at {at_s:.1} s)"));
+            Some(Rest { level, part, text })
+        })
+    }
+}
+
+/// The same of texts that differ in their numbers alone (FNV-1a).
+fn key(text: &str) -> u64 {
+    let letters = text.bytes().filter(|byte| !byte.is_ascii_digit());
+    letters.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(seconds: f64) -> Time {
+        Time::from_seconds(seconds).unwrap()
+    }
+
+    fn hear(repeats: &mut Repeats, seconds: f64, text: &str) -> Option<String> {
+        let text = ShortText::new(text);
+        let told = repeats.hear(at(seconds), Level::Critical, Part::InertialUnit, text);
+        told.map(|text| text.as_str().to_owned())
+    }
+
+    #[test]
+    fn a_fault_that_repeats_is_told_with_growing_pauses_and_every_one_is_counted() {
+        let mut repeats = Repeats::default();
+        let mut told: Vec<(f64, String)> = Vec::new();
+        let faults: u32 = 400;
+        for fault in 0..faults {
+            let seconds = 1.65 * f64::from(fault);
+            let text = format!("inertial unit: no packet for {seconds:.1} s");
+            told.extend(hear(&mut repeats, seconds, &text).map(|text| (seconds, text)));
+        }
+        assert_eq!(told[0], (0.0, "inertial unit: no packet for 0.0 s".into()));
+        assert!(told.len() < 20, "{told:?}");
+        let pauses: Vec<f64> = told.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+        assert!(pauses.iter().is_sorted_by(|a, b| **a < **b + 1.7), "{pauses:?}");
+        assert!(pauses[0] < 4.0 && pauses.iter().all(|pause_s| *pause_s < 62.0), "{pauses:?}");
+        let rest = repeats.last().map(|rest| rest.text.as_str().to_owned());
+        let counted = told.iter().map(|(_, text)| text.clone()).chain(rest);
+        let untold = |text: &String| {
+            let number = text.rsplit_once('(').and_then(|(_, more)| more.split_once(' '));
+            number.map_or(0, |(number, _)| number.parse::<usize>().unwrap())
+        };
+        let all: usize = counted.map(|text| untold(&text)).sum::<usize>() + told.len();
+        assert_eq!(all, faults as usize);
+    }
+
+    #[test]
+    fn another_fault_is_told_at_once_and_one_that_is_over_with_what_is_left() {
+        let mut repeats = Repeats::default();
+        assert!(hear(&mut repeats, 0.0, "fix refused: a jump of 30 m").is_some());
+        assert!(hear(&mut repeats, 1.0, "fix refused: a jump of 31 m").is_none());
+        assert!(hear(&mut repeats, 1.0, "inertial unit: sample stuck").is_some());
+        assert!(repeats.over(at(5.0)).is_none());
+        let rest = repeats.over(at(11.5)).unwrap();
+        assert_eq!(rest.text.as_str(), "fix refused: a jump of 31 m (1 more, the last at 1.0 s)");
+        assert!(repeats.over(at(12.0)).is_none());
+        // After that it is news again.
+        assert!(hear(&mut repeats, 12.0, "fix refused: a jump of 29 m").is_some());
+    }
+
+    #[test]
+    fn more_faults_than_are_watched_are_told_all_the_same() {
+        let mut repeats = Repeats::default();
+        for (index, letter) in ('a'..='z').enumerate() {
+            assert!(hear(&mut repeats, index as f64, &letter.to_string()).is_some());
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! The range of a number in `fly.toml`, and the walk that holds every number to its own.
+
+use toml::Value;
+
+use super::error::FlyConfigError;
+use super::filter_ranges::NAVIGATION;
+use super::fly_config::FlyConfig;
+use super::ranges::{AUTOPILOT, DEVICES};
+
+/// What the number of a key may be.
+#[derive(Clone, Copy)]
+pub(super) struct Range {
+    key: &'static str,
+    from: f64,
+    to: f64,
+    unit: &'static str,
+    /// Whether 0, which says that there is none, is good too.
+    or_zero: bool,
+}
+
+/// A section and its numbers; `*` stands for any one key, of the section or of the number, that has no line
+/// of its own before it.
+pub(super) type Section = (&'static str, &'static [Range]);
+
+/// `key` from `from` to `to`.
+pub(super) const fn range(key: &'static str, from: f64, to: f64, unit: &'static str) -> Range {
+    Range { key, from, to, unit, or_zero: false }
+}
+
+impl Range {
+    /// The same, or 0.
+    pub const fn or_zero(self) -> Self {
+        Self { or_zero: true, ..self }
+    }
+
+    /// Never of a NaN.
+    fn holds(&self, found: f64) -> bool {
+        (self.from..=self.to).contains(&found) || (self.or_zero && found == 0.0)
+    }
+}
+
+impl std::fmt::Display for Range {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { from, to, unit, .. } = self;
+        if self.or_zero {
+            f.write_str("0, or ")?;
+        }
+        write!(f, "{from} to {to}")?;
+        if unit.is_empty() { Ok(()) } else { write!(f, " {unit}") }
+    }
+}
+
+impl FlyConfig {
+    /// Whether every number is one that a flight can be flown with; a NaN, which would switch a check off,
+    /// never is. The autopilot's own once its file is loaded.
+    pub(super) fn check_ranges(&self) -> Result<(), FlyConfigError> {
+        let spelled =
+            Value::try_from(self).map_err(|error| FlyConfigError::value("", "settings", &error))?;
+        let mut path = Vec::new();
+        let mut refused = None;
+        numbers(&spelled, &mut path, &mut |section, key, found| {
+            if refused.is_none()
+                && let Some(range) = range_of(section, key)
+                && !range.holds(found)
+            {
+                let why = match found.abs() {
+                    0.0 | 1e-6..1e9 => format!("found {found}, expected {range}"),
+                    _ => format!("found {found:e}, expected {range}"),
+                };
+                let section = section.join(".");
+                refused = Some(match section.strip_prefix("autopilot.flown") {
+                    // A person has it in a file of its own.
+                    Some(own) => {
+                        let why = format!("its {}.{key}: {why}", own.trim_start_matches('.'));
+                        let why = why.replace("its .", "its ");
+                        FlyConfigError::value("autopilot", "file", &why)
+                    }
+                    None => FlyConfigError::value(section, key, &why),
+                });
+            }
+        });
+        refused.map_or(Ok(()), Err)
+    }
+}
+
+/// Calls `each` with section, key and number of every number below `value`, which stands at `path`; of an
+/// array, with its own key for every element.
+fn numbers<'a>(
+    value: &'a Value,
+    path: &mut Vec<&'a str>,
+    each: &mut impl FnMut(&[&'a str], &'a str, f64),
+) {
+    let number = match value {
+        Value::Float(number) => *number,
+        // A whole number that a double lacks is in no range either way.
+        Value::Integer(number) => *number as f64,
+        Value::Array(values) => {
+            values.iter().for_each(|value| numbers(value, path, each));
+            return;
+        }
+        Value::Table(table) => {
+            for (key, value) in table {
+                path.push(key);
+                numbers(value, path, each);
+                path.pop();
+            }
+            return;
+        }
+        _ => return,
+    };
+    if let Some((key, section)) = path.split_last() {
+        each(section, key, number);
+    }
+}
+
+/// The range of the number `key` of `section`.
+fn range_of(section: &[&str], key: &str) -> Option<&'static Range> {
+    let is = |pattern: &str, key: &str| pattern == "*" || pattern == key;
+    let tables = [DEVICES, AUTOPILOT, NAVIGATION];
+    let (_, ranges) = tables.into_iter().flatten().find(|(name, _)| {
+        let mut keys = section.iter();
+        name.split('.')
+            .filter(|name| !name.is_empty())
+            .all(|name| keys.next().is_some_and(|key| is(name, key)))
+            && keys.next().is_none()
+    })?;
+    ranges.iter().find(|range| is(range.key, key))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_would_switch_a_check_off_are_refused_with_their_key() {
+        let good = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n";
+        FlyConfig::parse(good, "fly.toml".as_ref()).unwrap();
+        for (text, key) in [
+            ("[receiver.limits]\nmax_jump_m = nan\n", "max_jump_m"),
+            ("[receiver.limits]\nmax_ground_speed_mps = inf\n", "max_ground_speed_mps"),
+            ("[servo.signal]\nstale_after_s = 1e9\n", "stale_after_s"),
+            ("[servo]\nhold_s = nan\n", "hold_s"),
+            ("[navigation.imu]\ngyro_range_degps = 1e9\n", "gyro_range_degps"),
+            ("[mavlink]\nport = 'c'\nspeaker = { system_id = 0 }\n", "system_id"),
+            ("[mavlink]\nport = 'c'\nspeaker = { gate_sigmas = 0 }\n", "gate_sigmas"),
+            ("[mavlink]\nport = 'c'\nspeaker = { rates = { attitude_hz = nan } }\n", "attitude_hz"),
+            ("[site]\nlatitude_deg = 91\nlongitude_deg = 0\n", "latitude_deg"),
+            ("[telemetry]\nport = 'd'\nbaud = 5\n", "baud"),
+            ("[servo.capture]\nserial = { port = 'c', baud = 5 }\n", "baud"),
+            ("[mavlink]\nport = 'c'\nspeaker = { component_id = 0 }\n", "component_id"),
+            (
+                "[servo.capture]\nserial = { port = 'c' }\n[autopilot]\nfile = 'a'\n\
+                 fence = { radius_m = 50, height_m = 50 }\n\
+                 [site]\nlatitude_deg = 1\nlongitude_deg = 2\n",
+                "[site] height_m",
+            ),
+            ("[telemetry]\nport = 'd'\nudp = 'ground:14551'\n", "udp"),
+            ("[telemetry]\nudp = 'ground'\n", "udp"),
+            ("[telemetry]\nudp = 'ground:0'\n", "udp"),
+            ("[mavlink]\nbaud = 9600\n", "port"),
+        ] {
+            let error = FlyConfig::parse(&format!("{good}{text}"), "fly.toml".as_ref())
+                .expect_err(text)
+                .to_string();
+            assert!(error.contains(key) && error.contains("expected"), "{text}: {error}");
+        }
+    }
+}
