@@ -3,7 +3,9 @@
 use hovernav::autopilot::{
     HoverAutopilot, Inputs, Mode as CoreMode, Outputs, Reason, SetPoint as CoreSetPoint,
 };
+use hovernav::controls::Sticks as CoreSticks;
 use hovernav::earth::Geodetic;
+use hovernav::scalar::Scalar;
 use hovernav::time::Time;
 
 use crate::access::{input, object, optional, output};
@@ -89,8 +91,8 @@ const fn mode(mode: CoreMode) -> Mode {
     }
 }
 
-impl From<&Outputs> for AutopilotOutputs {
-    fn from(core: &Outputs) -> Self {
+impl<T: Scalar> From<&Outputs<T>> for AutopilotOutputs {
+    fn from(core: &Outputs<T>) -> Self {
         let (reason, why) = match core.transition.map(|transition| transition.reason) {
             None => (ModeReason::Unchanged, Distrust::None),
             Some(Reason::Switch) => (ModeReason::Switch, Distrust::None),
@@ -100,7 +102,7 @@ impl From<&Outputs> for AutopilotOutputs {
             Some(Reason::Patience) => (ModeReason::Patience, Distrust::None),
             Some(_) => (ModeReason::Other, Distrust::None),
         };
-        Self { sticks: core.sticks.into(), mode: mode(core.mode), reason, distrust: why }
+        Self { sticks: core.sticks.cast().into(), mode: mode(core.mode), reason, distrust: why }
     }
 }
 
@@ -124,7 +126,7 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
     let fault = unsafe { optional(fault) };
     Status::of(nav.and_then(|nav| {
         let (config, fault) = (config?, fault?);
-        let autopilot = HoverAutopilot::new(config.core()).map_err(|error| {
+        let autopilot = HoverAutopilot::new(config.core().cast()).map_err(|error| {
             Status::refuse(Fault::new(&[error.what], error.found, error.expected), fault)
         })?;
         nav.flight.autopilot = Some(autopilot);
@@ -161,7 +163,7 @@ pub unsafe extern "C" fn hovernav_step_autopilot(
         let stepped = autopilot.step(&Inputs {
             now: Time::from_nanoseconds(inputs.now_ns),
             solution: solution.as_ref(),
-            pilot: (inputs.has_pilot == 1).then(|| inputs.pilot.into()),
+            pilot: (inputs.has_pilot == 1).then(|| CoreSticks::from(inputs.pilot).cast()),
             engage: inputs.engage == 1,
         });
         place.write(AutopilotOutputs::from(&stepped));

@@ -91,7 +91,7 @@ fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
         flight: Flight {
             notch: config.notch.map(Notch::new),
             estimator: Estimator::new(config.estimator),
-            monitor: HealthMonitor::new(config.health),
+            monitor: HealthMonitor::new(config.health.cast()),
             autopilot: None,
             notices: NoticeQueue::default(),
         },

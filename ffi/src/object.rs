@@ -51,8 +51,8 @@ pub(crate) struct Flight {
     /// Before all the others.
     pub notch: Option<Notch>,
     pub estimator: Filtering<Number, Search>,
-    pub monitor: HealthMonitor,
-    pub autopilot: Option<HoverAutopilot>,
+    pub monitor: HealthMonitor<Number>,
+    pub autopilot: Option<HoverAutopilot<Number>>,
     pub notices: NoticeQueue,
 }
 
