@@ -5,12 +5,13 @@ use hovernav::autopilot::{
 };
 use hovernav::controls::Sticks as CoreSticks;
 use hovernav::earth::Geodetic;
+use hovernav::ekf::SteplessSolution;
 use hovernav::scalar::Scalar;
 use hovernav::time::Time;
 
 use crate::access::{input, object, optional, output};
 use crate::health::{Distrust, distrust};
-use crate::object::Hovernav;
+use crate::object::{Flight, Hovernav};
 use crate::settings::{AutopilotConfig, Sticks};
 use crate::status::{Fault, Status};
 
@@ -130,14 +131,16 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
             Status::refuse(Fault::new(&[error.what], error.found, error.expected), fault)
         })?;
         nav.flight.autopilot = Some(autopilot);
+        nav.flight.stepless = SteplessSolution::default();
         Ok(())
     }))
 }
 
-/// One step of the autopilot on the solution as it stands: call it once every period of its
-/// configuration. Each call is taken for one period, whatever `now_ns` says: gains designed for another rate
-/// are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long a mode has
-/// lasted.
+/// One step of the autopilot: call it once every period of its configuration. It flies on the solution as it
+/// stands less what measurements have just corrected, which is let in over about a second, so that no fix
+/// moves a stick by a step. Each call is taken for one period, whatever `now_ns` says: gains designed for
+/// another rate are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long
+/// a mode has lasted.
 ///
 /// # Safety
 /// Pointers as the crate's rules say.
@@ -158,8 +161,9 @@ pub unsafe extern "C" fn hovernav_step_autopilot(
         if inputs.has_pilot > 1 || inputs.engage > 1 {
             return Err(Status::UnknownCode);
         }
-        let autopilot = nav.flight.autopilot.as_mut().ok_or(Status::NoAutopilot)?;
-        let solution = nav.flight.estimator.solution();
+        let Flight { estimator, stepless, autopilot, .. } = &mut nav.flight;
+        let autopilot = autopilot.as_mut().ok_or(Status::NoAutopilot)?;
+        let solution = estimator.solution().map(|own| stepless.solution(&own));
         let stepped = autopilot.step(&Inputs {
             now: Time::from_nanoseconds(inputs.now_ns),
             solution: solution.as_ref(),
