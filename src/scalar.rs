@@ -44,6 +44,8 @@ pub trait Scalar:
     fn sincos(self) -> (Self, Self);
     /// The angle of the point (`x`, `self`), rad, in [−π, π].
     fn atan2(self, x: Self) -> Self;
+    /// The angle with this sine, rad, in [−π/2, π/2]; NaN beyond ±1.
+    fn asin(self) -> Self;
     /// The length of the hypotenuse over these sides, to two units in the last place; infinite where their
     /// squares are, from 1e154 on (1e19 in single precision).
     fn hypot(self, other: Self) -> Self;
@@ -53,6 +55,8 @@ pub trait Scalar:
     fn ln(self) -> Self;
     /// Without its sign.
     fn abs(self) -> Self;
+    /// With the sign of another.
+    fn copysign(self, sign: Self) -> Self;
     /// The greater of two; of a number and NaN the number.
     fn max(self, other: Self) -> Self;
     /// The less of two; of a number and NaN the number.
@@ -68,7 +72,7 @@ mod sealed {
 }
 
 macro_rules! scalar {
-    ($T:ident, $most_information:literal, $sqrt:path, $sincos:path, $atan2:ident, $exp:ident, $ln:ident, $round:ident) => {
+    ($T:ident, $most_information:literal, $sqrt:path, $sincos:path, $atan2:ident, $asin:ident, $exp:ident, $ln:ident, $round:ident) => {
         impl Scalar for $T {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -104,6 +108,10 @@ macro_rules! scalar {
                 libm::$atan2(self, x)
             }
             #[inline(always)]
+            fn asin(self) -> Self {
+                libm::$asin(self)
+            }
+            #[inline(always)]
             fn hypot(self, other: Self) -> Self {
                 $sqrt(self * self + other * other)
             }
@@ -118,6 +126,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn abs(self) -> Self {
                 $T::abs(self)
+            }
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                $T::copysign(self, sign)
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
@@ -135,8 +147,8 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, 2896.0, sqrt_single, sincos_single, atan2f, expf, logf, roundf);
-scalar!(f64, 67_108_864.0, sqrt_double, sincos_double, atan2, exp, log, round);
+scalar!(f32, 2896.0, sqrt_single, sincos_single, atan2f, asinf, expf, logf, roundf);
+scalar!(f64, 67_108_864.0, sqrt_double, sincos_double, atan2, asin, exp, log, round);
 
 /// The bits are those of `libm`, whose own is an instruction of SSE in whatever build: amid the wide vectors of a
 /// build for one processor (`target-cpu=native`) it waits for all their parts, and a fix takes half as long again.

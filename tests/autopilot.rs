@@ -430,3 +430,25 @@ fn a_test_input_ends_at_its_limits_and_with_the_pilot() {
     assert_eq!(outputs.mode, Mode::Manual);
     assert_eq!((outputs.aborted, outputs.injected), (Some(ExcitationAbort::Mode), Sticks::NEUTRAL));
 }
+
+#[test]
+fn limits_in_single_precision_are_those_that_were_written() {
+    // None of them is a number of single precision; the nearest of two are beyond what is allowed.
+    let mut config = config();
+    config.guidance.speed_mps = 2.3;
+    config.transfer.fade_s = 0.01;
+    config.health.dead_reckoning_s = 0.1;
+    let mut autopilot = HoverAutopilot::new(config.cast::<f32>()).unwrap();
+    let forward = |forward_mps| SetPoint::Velocity {
+        forward_mps,
+        right_mps: 0.0,
+        down_mps: 0.0,
+        yaw_rate_radps: 0.0,
+    };
+    assert_eq!(autopilot.set(forward(2.3)), Ok(()));
+    assert_eq!(autopilot.set(forward(2.301)), Err(SetPointError::TooFast));
+    // What is no number of it is refused.
+    config.gains.heave.proportional = 1e300;
+    assert_eq!(HoverAutopilot::new(config.cast::<f32>()).unwrap_err().what, "gains.heave");
+    assert!(HoverAutopilot::new(config).is_ok());
+}

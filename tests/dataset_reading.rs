@@ -111,6 +111,21 @@ fn a_missing_manifest_gps_or_unknown_column_is_said_once() {
 }
 
 #[test]
+fn a_notch_that_cannot_be_is_refused_with_its_range() {
+    let imu = format!("{IMU_HEADER}\n1,0,0,0,0,0,-9.81\n");
+    for (setting, expected) in [
+        ("harmonics = 9", "harmonics: found 9, expected 1 to 4"),
+        ("width_hz = 0.0", "width_hz: found 0, expected more than 0, less than 10000 Hz"),
+        ("frequency_hz = -3.0", "frequency_hz: found -3, expected 0 to less than 10000 Hz"),
+    ] {
+        let manifest = format!("[imu.notch]\n{setting}\n");
+        let files = [("imu.csv", imu.as_str()), ("dataset.toml", manifest.as_str())];
+        let error = open(&files).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
 fn text_where_a_number_should_be_is_refused_with_its_place() {
     let imu = format!("{IMU_HEADER}\n0.5,1,2,3,4,5,6\n\n0.6,1,2,abc,4,5,7\n");
     let error = open(&[("imu.csv", &imu)]).unwrap_err().to_string();

@@ -30,7 +30,7 @@ fn solutions<T: Scalar>(dataset: &Dataset, config: &EstimatorConfig) -> Vec<Solu
     for event in dataset.events() {
         estimator.push(&event, |_| {});
         if matches!(event, Event::Imu(_)) {
-            solutions.extend(estimator.solution());
+            solutions.extend(estimator.solution().map(|solution| solution.cast()));
         }
     }
     solutions

@@ -1280,10 +1280,11 @@ HovernavStatus hovernav_start_autopilot(struct Hovernav *nav,
                                         const struct HovernavAutopilotConfig *config,
                                         struct HovernavFault *fault);
 
-// One step of the autopilot on the solution as it stands: call it once every period of its
-// configuration. Each call is taken for one period, whatever `now_ns` says: gains designed for another rate
-// are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long a mode has
-// lasted.
+// One step of the autopilot: call it once every period of its configuration. It flies on the solution as it
+// stands less what measurements have just corrected, which is let in over about a second, so that no fix
+// moves a stick by a step. Each call is taken for one period, whatever `now_ns` says: gains designed for
+// another rate are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long
+// a mode has lasted.
 HovernavStatus hovernav_step_autopilot(struct Hovernav *nav,
                                        const struct HovernavAutopilotInputs *inputs,
                                        struct HovernavAutopilotOutputs *outputs);

@@ -3,12 +3,15 @@
 use hovernav::autopilot::{
     HoverAutopilot, Inputs, Mode as CoreMode, Outputs, Reason, SetPoint as CoreSetPoint,
 };
+use hovernav::controls::Sticks as CoreSticks;
 use hovernav::earth::Geodetic;
+use hovernav::ekf::SteplessSolution;
+use hovernav::scalar::Scalar;
 use hovernav::time::Time;
 
 use crate::access::{input, object, optional, output};
 use crate::health::{Distrust, distrust};
-use crate::object::Hovernav;
+use crate::object::{Flight, Hovernav};
 use crate::settings::{AutopilotConfig, Sticks};
 use crate::status::{Fault, Status};
 
@@ -89,8 +92,8 @@ const fn mode(mode: CoreMode) -> Mode {
     }
 }
 
-impl From<&Outputs> for AutopilotOutputs {
-    fn from(core: &Outputs) -> Self {
+impl<T: Scalar> From<&Outputs<T>> for AutopilotOutputs {
+    fn from(core: &Outputs<T>) -> Self {
         let (reason, why) = match core.transition.map(|transition| transition.reason) {
             None => (ModeReason::Unchanged, Distrust::None),
             Some(Reason::Switch) => (ModeReason::Switch, Distrust::None),
@@ -100,7 +103,7 @@ impl From<&Outputs> for AutopilotOutputs {
             Some(Reason::Patience) => (ModeReason::Patience, Distrust::None),
             Some(_) => (ModeReason::Other, Distrust::None),
         };
-        Self { sticks: core.sticks.into(), mode: mode(core.mode), reason, distrust: why }
+        Self { sticks: core.sticks.cast().into(), mode: mode(core.mode), reason, distrust: why }
     }
 }
 
@@ -124,18 +127,20 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
     let fault = unsafe { optional(fault) };
     Status::of(nav.and_then(|nav| {
         let (config, fault) = (config?, fault?);
-        let autopilot = HoverAutopilot::new(config.core()).map_err(|error| {
+        let autopilot = HoverAutopilot::new(config.core().cast()).map_err(|error| {
             Status::refuse(Fault::new(&[error.what], error.found, error.expected), fault)
         })?;
         nav.flight.autopilot = Some(autopilot);
+        nav.flight.stepless = SteplessSolution::default();
         Ok(())
     }))
 }
 
-/// One step of the autopilot on the solution as it stands: call it once every period of its
-/// configuration. Each call is taken for one period, whatever `now_ns` says: gains designed for another rate
-/// are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long a mode has
-/// lasted.
+/// One step of the autopilot: call it once every period of its configuration. It flies on the solution as it
+/// stands less what measurements have just corrected, which is let in over about a second, so that no fix
+/// moves a stick by a step. Each call is taken for one period, whatever `now_ns` says: gains designed for
+/// another rate are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long
+/// a mode has lasted.
 ///
 /// # Safety
 /// Pointers as the crate's rules say.
@@ -156,12 +161,13 @@ pub unsafe extern "C" fn hovernav_step_autopilot(
         if inputs.has_pilot > 1 || inputs.engage > 1 {
             return Err(Status::UnknownCode);
         }
-        let autopilot = nav.flight.autopilot.as_mut().ok_or(Status::NoAutopilot)?;
-        let solution = nav.flight.estimator.solution();
+        let Flight { estimator, stepless, autopilot, .. } = &mut nav.flight;
+        let autopilot = autopilot.as_mut().ok_or(Status::NoAutopilot)?;
+        let solution = estimator.solution().map(|own| stepless.solution(&own));
         let stepped = autopilot.step(&Inputs {
             now: Time::from_nanoseconds(inputs.now_ns),
             solution: solution.as_ref(),
-            pilot: (inputs.has_pilot == 1).then(|| inputs.pilot.into()),
+            pilot: (inputs.has_pilot == 1).then(|| CoreSticks::from(inputs.pilot).cast()),
             engage: inputs.engage == 1,
         });
         place.write(AutopilotOutputs::from(&stepped));

@@ -4,7 +4,7 @@ use core::ffi::{c_char, c_void};
 use core::mem::{MaybeUninit, align_of, size_of};
 
 use hovernav::autopilot::HealthMonitor;
-use hovernav::ekf::Estimator;
+use hovernav::ekf::{Estimator, SteplessSolution};
 use hovernav::imu::Notch;
 
 use crate::access::{input, object, optional, output};
@@ -91,7 +91,8 @@ fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
         flight: Flight {
             notch: config.notch.map(Notch::new),
             estimator: Estimator::new(config.estimator),
-            monitor: HealthMonitor::new(config.health),
+            monitor: HealthMonitor::new(config.health.cast()),
+            stepless: SteplessSolution::default(),
             autopilot: None,
             notices: NoticeQueue::default(),
         },

@@ -3,7 +3,7 @@
 use core::mem::{align_of, size_of};
 
 use hovernav::autopilot::{HealthMonitor, HoverAutopilot};
-use hovernav::ekf::{Estimator, Notice};
+use hovernav::ekf::{Estimator, Notice, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::imu::Notch;
 use hovernav::sensors::Sensors;
@@ -51,8 +51,10 @@ pub(crate) struct Flight {
     /// Before all the others.
     pub notch: Option<Notch>,
     pub estimator: Filtering<Number, Search>,
-    pub monitor: HealthMonitor,
-    pub autopilot: Option<HoverAutopilot>,
+    pub monitor: HealthMonitor<Number>,
+    /// What the autopilot flies on: it began with it.
+    pub stepless: SteplessSolution<Number>,
+    pub autopilot: Option<HoverAutopilot<Number>>,
     pub notices: NoticeQueue,
 }
 
@@ -76,7 +78,7 @@ impl Flight {
 
     /// Everyone hears the event, a sample without the rotor's vibration, then what the estimator made of it.
     pub fn push(&mut self, event: &Event) {
-        let Self { notch, estimator, monitor, autopilot, notices } = self;
+        let Self { notch, estimator, monitor, stepless, autopilot, notices } = self;
         let filtered = match (event, notch) {
             (Event::Imu(sample), Some(notch)) => Some(Event::Imu(notch.filter(sample))),
             _ => None,
@@ -86,7 +88,7 @@ impl Flight {
         if let Some(autopilot) = autopilot {
             autopilot.hear(event);
         }
-        estimator.push(event, |notice: Notice| {
+        estimator.push_traced(event, stepless, |notice: Notice| {
             monitor.hear_notice(&notice);
             if let Some(autopilot) = autopilot {
                 autopilot.hear_notice(&notice);

@@ -92,7 +92,7 @@ pub unsafe extern "C" fn hovernav_get_solution(
     Status::of(nav.and_then(|nav| {
         let place = place?;
         let solution = nav.flight.estimator.solution();
-        place.write(solution.as_ref().ok_or(Status::NotYet)?.into());
+        place.write(Solution::from(&solution.ok_or(Status::NotYet)?.cast()));
         Ok(())
     }))
 }

@@ -8,7 +8,7 @@ use std::ptr::null_mut;
 use hovernav::autopilot::{Gains, HealthLimits, HoverAutopilot, HoverConfig, Inputs};
 use hovernav::dmu::{AnglePacket, Calibration, Flow, Mode as DmuMode};
 use hovernav::earth::Geodetic;
-use hovernav::ekf::{Estimator, EstimatorConfig};
+use hovernav::ekf::{Estimator, EstimatorConfig, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::frames::EulerAngles;
 use hovernav::gps::Protocol;
@@ -189,6 +189,7 @@ fn nmea(second: u32) -> Vec<u8> {
 struct Core {
     sensors: Sensors,
     estimator: Estimator,
+    stepless: SteplessSolution,
     autopilot: HoverAutopilot,
 }
 
@@ -196,13 +197,13 @@ impl Core {
     /// Takes in bytes of the inertial unit, or of the receiver; what to write in return, and until when to read.
     fn read(&mut self, is_dmu: bool, bytes: &[u8], now: Time) -> (Vec<u8>, i64) {
         let mut reply = Vec::new();
-        let Self { sensors, estimator, autopilot } = self;
+        let Self { sensors, estimator, stepless, autopilot } = self;
         let hear = |output| match output {
             SensorOutput::WriteDmu(command) => reply.push(command.byte()),
             SensorOutput::WriteGps(command) => reply.extend_from_slice(command.as_bytes()),
             SensorOutput::Event(event) => {
                 autopilot.hear(&event);
-                estimator.push(&event, |notice| autopilot.hear_notice(&notice));
+                estimator.push_traced(&event, stepless, |notice| autopilot.hear_notice(&notice));
             }
             _ => {}
         };
@@ -272,6 +273,7 @@ fn raw_bytes_of_both_lines_come_to_the_same_solution_and_sticks() {
     let mut in_rust = Core {
         sensors: Sensors::new(dmu, gps, Time::ZERO),
         estimator: Estimator::new(EstimatorConfig::default()),
+        stepless: SteplessSolution::default(),
         autopilot: HoverAutopilot::new(hover).unwrap(),
     };
     let in_c = Navigator::new(None);
@@ -285,7 +287,7 @@ fn raw_bytes_of_both_lines_come_to_the_same_solution_and_sticks() {
         let status = hovernav_start_autopilot(in_c.nav, &raw const autopilot, null_mut());
         assert_eq!(status, Status::Ok);
     }
-    let mut timer = 0_u16;
+    let (mut timer, mut steps) = (0_u16, 0);
     for cycle in 0..1_500_u32 {
         let began = Time::ZERO + f64::from(cycle) * CYCLE_S;
         let now = began + DmuMode::Angle.transfer_time_s();
@@ -308,14 +310,16 @@ fn raw_bytes_of_both_lines_come_to_the_same_solution_and_sticks() {
         let solution = in_rust.estimator.solution();
         let told = solution.map(|core| format!("{:?}", Solution::from(&core)));
         assert_eq!(in_c.solution(), told, "cycle {cycle}");
+        let flown = solution.map(|own| in_rust.stepless.solution(&own));
+        steps += u32::from(flown != solution);
         let inputs = Inputs {
             now,
-            solution: solution.as_ref(),
+            solution: flown.as_ref(),
             pilot: Some(hovernav::controls::Sticks::NEUTRAL),
             engage: true,
         };
         let outputs = AutopilotOutputs::from(&in_rust.autopilot.step(&inputs));
         assert_eq!(in_c.step(now), format!("{outputs:?}"), "cycle {cycle}");
     }
-    assert!(in_rust.estimator.solution().is_some());
+    assert!(steps > 1_000, "the autopilot flies without the steps of corrections: {steps}");
 }

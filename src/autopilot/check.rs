@@ -1,5 +1,7 @@
 //! What every configuration of the autopilot is checked with.
 
+use crate::scalar::Scalar;
+
 /// A value no autopilot can fly with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -21,25 +23,25 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 /// Refuses a value that is NaN or infinite.
-pub(super) fn finite(what: &'static str, found: f64) -> Result<(), ConfigError> {
+pub(super) fn finite<T: Scalar>(what: &'static str, found: T) -> Result<(), ConfigError> {
     if found.is_finite() {
         Ok(())
     } else {
-        Err(ConfigError { what, found, expected: "a finite number" })
+        Err(ConfigError { what, found: found.wide(), expected: "a finite number" })
     }
 }
 
-/// Refuses a value outside `lowest` to `highest`, and NaN.
-pub(super) fn within(
+/// Refuses a value outside `lowest` to `highest`, both as near as its type has them, and NaN.
+pub(super) fn within<T: Scalar>(
     what: &'static str,
-    found: f64,
+    found: T,
     lowest: f64,
     highest: f64,
     expected: &'static str,
 ) -> Result<(), ConfigError> {
-    if found >= lowest && found <= highest {
+    if found >= T::of(lowest) && found <= T::of(highest) {
         Ok(())
     } else {
-        Err(ConfigError { what, found, expected })
+        Err(ConfigError { what, found: found.wide(), expected })
     }
 }

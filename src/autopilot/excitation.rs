@@ -4,6 +4,7 @@ use super::check::{self, ConfigError};
 use super::maneuver::Maneuver;
 use crate::controls::Sticks;
 use crate::ekf::Solution;
+use crate::scalar::Scalar;
 
 /// A test input on top of what the autopilot commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -155,7 +156,7 @@ struct Running {
     level: f64,
 }
 
-/// The test input under way, if there is one.
+/// The test input under way, if there is one. It is worked out in `f64`, whatever the autopilot computes in.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Exciter {
     running: Option<Running>,
@@ -181,9 +182,9 @@ impl Exciter {
 
     /// What to add over the next `period_s`, or why there is nothing more to add. `flown` is the estimate,
     /// while velocity is held.
-    pub fn step(
+    pub fn step<T: Scalar>(
         &mut self,
-        flown: Option<&Solution>,
+        flown: Option<&Solution<T>>,
         period_s: f64,
     ) -> (Sticks, Option<ExcitationAbort>) {
         let Some(running) = self.running else { return (Sticks::NEUTRAL, None) };
@@ -209,13 +210,13 @@ impl Exciter {
 
 impl ExcitationLimits {
     /// What of them the estimate is beyond; `None` counts as no velocity held.
-    fn crossed(&self, flown: Option<&Solution>) -> Option<ExcitationAbort> {
+    fn crossed<T: Scalar>(&self, flown: Option<&Solution<T>>) -> Option<ExcitationAbort> {
         let Some(solution) = flown else { return Some(ExcitationAbort::Mode) };
-        let angles = solution.body_to_ned.euler();
+        let [roll_rad, pitch_rad, _] = solution.body_to_ned.angles();
         let rates = solution.angular_rate_radps.to_array();
         // Written so that NaN is beyond every limit.
-        let within = |value: f64, limit: f64| value.abs() <= limit;
-        if !(within(angles.roll_rad, self.tilt_rad) && within(angles.pitch_rad, self.tilt_rad)) {
+        let within = |value: T, limit: f64| value.abs() <= T::of(limit);
+        if !(within(roll_rad, self.tilt_rad) && within(pitch_rad, self.tilt_rad)) {
             Some(ExcitationAbort::Tilt)
         } else if !rates.iter().all(|rate| within(*rate, self.rate_radps)) {
             Some(ExcitationAbort::Rate)

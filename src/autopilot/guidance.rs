@@ -69,21 +69,21 @@ impl core::error::Error for SetPointError {}
     serde(default, deny_unknown_fields)
 )]
 #[non_exhaustive]
-pub struct GuidanceConfig {
+pub struct GuidanceConfig<T = f64> {
     /// Horizontal speed per distance from the place, 1/s.
-    pub position_gain_per_s: f64,
+    pub position_gain_per_s: T,
     /// Vertical speed per height missing, 1/s.
-    pub height_gain_per_s: f64,
+    pub height_gain_per_s: T,
     /// Fastest horizontal speed, m/s.
-    pub speed_mps: f64,
+    pub speed_mps: T,
     /// Fastest climb and descent, m/s.
-    pub climb_mps: f64,
+    pub climb_mps: T,
     /// Hardest horizontal acceleration asked for, m/s².
-    pub acceleration_mps2: f64,
+    pub acceleration_mps2: T,
     /// Hardest vertical acceleration asked for, m/s².
-    pub climb_acceleration_mps2: f64,
+    pub climb_acceleration_mps2: T,
     /// Fastest turn, rad/s.
-    pub yaw_rate_radps: f64,
+    pub yaw_rate_radps: T,
 }
 
 impl Default for GuidanceConfig {
@@ -110,6 +110,23 @@ impl GuidanceConfig {
     pub fn follows_per_s(period_s: f64) -> f64 {
         FOLLOWS_PER_S.min(0.5 / period_s)
     }
+}
+
+impl<T: Scalar> GuidanceConfig<T> {
+    /// The same in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> GuidanceConfig<U> {
+        let number = |value: T| U::of(value.wide());
+        GuidanceConfig {
+            position_gain_per_s: number(self.position_gain_per_s),
+            height_gain_per_s: number(self.height_gain_per_s),
+            speed_mps: number(self.speed_mps),
+            climb_mps: number(self.climb_mps),
+            acceleration_mps2: number(self.acceleration_mps2),
+            climb_acceleration_mps2: number(self.climb_acceleration_mps2),
+            yaw_rate_radps: number(self.yaw_rate_radps),
+        }
+    }
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let gain = "0 to 2 1/s";
@@ -127,63 +144,66 @@ impl GuidanceConfig {
 
 /// What the loops shall follow now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Reference {
-    pub velocity_mps: Vector<Ned>,
-    pub acceleration_mps2: Vector<Ned>,
-    pub heading_rad: f64,
-    pub yaw_rate_radps: f64,
+pub(super) struct Reference<T> {
+    pub velocity_mps: Vector<Ned, T>,
+    pub acceleration_mps2: Vector<Ned, T>,
+    pub heading_rad: T,
+    pub yaw_rate_radps: T,
 }
 
 /// From set-points to references that no step jumps.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Guidance {
-    config: GuidanceConfig,
-    period_s: f64,
+pub(super) struct Guidance<T> {
+    config: GuidanceConfig<T>,
+    period_s: T,
+    /// [`GuidanceConfig::follows_per_s`].
+    follows_per_s: T,
     set_point: SetPoint,
     /// Where it stays, once it has stopped.
-    station: Option<Station>,
-    heading_rad: f64,
+    station: Option<Station<T>>,
+    heading_rad: T,
     /// Whether the heading is one by the map, not the one that the vehicle had.
     heading_is_given: bool,
     /// The solution's revision of its heading up to the step before, rad.
-    revised_rad: f64,
-    reference: Reference,
+    revised_rad: T,
+    reference: Reference<T>,
     /// Whether the motion of engagement is still being brought to rest.
     stops: bool,
 }
 
 /// A place to stay at, and the Earth there, which need not be worked out at every step.
 #[derive(Clone, Copy, Debug)]
-struct Station {
+struct Station<T> {
     position: Geodetic,
-    earth: Local,
+    earth: Local<T>,
 }
 
-impl Station {
+impl<T: Scalar> Station<T> {
     fn at(position: Geodetic) -> Self {
-        Self { position, earth: Local::at(&position) }
+        Self { position, earth: Local::about(&position) }
     }
 }
 
 /// What guidance may steer by.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Trusted {
+pub(super) struct Trusted<T> {
     pub position: bool,
     pub heading: bool,
     /// Downward speed to keep whatever the set-point says, m/s.
-    pub sink_mps: Option<f64>,
+    pub sink_mps: Option<T>,
 }
 
-impl Guidance {
-    pub fn new(config: GuidanceConfig, period_s: f64) -> Self {
+impl<T: Scalar> Guidance<T> {
+    pub fn new(config: GuidanceConfig<T>, period_s: f64) -> Self {
         Self {
             config,
-            period_s,
+            period_s: T::of(period_s),
+            follows_per_s: T::of(GuidanceConfig::follows_per_s(period_s)),
             set_point: SetPoint::Hold,
             station: None,
-            heading_rad: 0.0,
+            heading_rad: T::ZERO,
             heading_is_given: false,
-            revised_rad: 0.0,
+            revised_rad: T::ZERO,
             reference: Reference::default(),
             stops: false,
         }
@@ -197,7 +217,7 @@ impl Guidance {
                     return Err(SetPointError::NotFinite);
                 }
                 if let Some(heading_rad) = heading_rad {
-                    self.heading_rad = wrap_angle(heading_rad);
+                    self.heading_rad = T::of(wrap_angle(heading_rad));
                     self.heading_is_given = true;
                 }
                 self.station = Some(Station::at(position));
@@ -207,9 +227,9 @@ impl Guidance {
                 if !all.iter().all(|value| value.is_finite()) {
                     return Err(SetPointError::NotFinite);
                 }
-                if Scalar::hypot(forward_mps, right_mps) > self.config.speed_mps
-                    || libm::fabs(down_mps) > self.config.climb_mps
-                    || libm::fabs(yaw_rate_radps) > self.config.yaw_rate_radps
+                if T::of(Scalar::hypot(forward_mps, right_mps)) > self.config.speed_mps
+                    || T::of(down_mps).abs() > self.config.climb_mps
+                    || T::of(yaw_rate_radps).abs() > self.config.yaw_rate_radps
                 {
                     return Err(SetPointError::TooFast);
                 }
@@ -222,7 +242,7 @@ impl Guidance {
     }
 
     /// Begins at the motion there is, and stops from there.
-    pub fn engage(&mut self, solution: &Solution, yaw_rad: f64) {
+    pub fn engage(&mut self, solution: &Solution<T>, yaw_rad: T) {
         self.set_point = SetPoint::Hold;
         self.station = None;
         self.heading_rad = yaw_rad;
@@ -234,7 +254,7 @@ impl Guidance {
     }
 
     /// The velocity, m/s, and heading, rad, that were last asked of the loops.
-    pub fn asked(&self) -> (Vector<Ned>, f64) {
+    pub fn asked(&self) -> (Vector<Ned, T>, T) {
         (self.reference.velocity_mps, self.reference.heading_rad)
     }
 
@@ -242,14 +262,19 @@ impl Guidance {
     ///
     /// # Source
     /// Equation (C6) of docs/equations.md.
-    pub fn step(&mut self, solution: &Solution, yaw_rad: f64, trusted: Trusted) -> Reference {
+    pub fn step(
+        &mut self,
+        solution: &Solution<T>,
+        yaw_rad: T,
+        trusted: Trusted<T>,
+    ) -> Reference<T> {
         self.revise_heading(solution.heading_revision_rad);
         self.steer_heading(yaw_rad, trusted.heading);
         let wanted = self.wanted_velocity(solution, trusted);
         self.follow(wanted);
         if self.set_point == SetPoint::Hold
             && self.station.is_none()
-            && self.reference.velocity_mps.is_shorter_than(0.05)
+            && self.reference.velocity_mps.is_shorter_than(T::of(0.05))
         {
             self.stops = false;
             self.station = trusted.position.then(|| Station::at(solution.position));
@@ -259,21 +284,22 @@ impl Guidance {
 
     /// Moves the reference towards the velocity `wanted`: critically damped, so that neither velocity nor
     /// acceleration jumps, whatever jumps in what is wanted.
-    fn follow(&mut self, wanted: Vector<Ned>) {
+    fn follow(&mut self, wanted: Vector<Ned, T>) {
         let Reference { velocity_mps, acceleration_mps2, .. } = self.reference;
         // Left to decay, both would come to numbers that processors compute with a hundred times slower.
-        if (wanted - velocity_mps).is_shorter_than(REACHED)
-            && acceleration_mps2.is_shorter_than(REACHED)
+        let reached = T::of(REACHED);
+        if (wanted - velocity_mps).is_shorter_than(reached)
+            && acceleration_mps2.is_shorter_than(reached)
         {
             self.reference.velocity_mps = wanted;
             self.reference.acceleration_mps2 = Vector::ZERO;
             return;
         }
-        let rate_per_s = GuidanceConfig::follows_per_s(self.period_s);
-        let rate_per_s = if self.stops { rate_per_s.min(STOPS_PER_S) } else { rate_per_s };
+        let rate_per_s = self.follows_per_s;
+        let rate_per_s = if self.stops { rate_per_s.min(T::of(STOPS_PER_S)) } else { rate_per_s };
         let jerk = (wanted - velocity_mps) * (rate_per_s * rate_per_s)
-            - acceleration_mps2 * (2.0 * rate_per_s);
-        let jerk = within_sizes(jerk, HARDEST_JERK_MPS3, HARDEST_JERK_MPS3);
+            - acceleration_mps2 * (T::of(2.0) * rate_per_s);
+        let jerk = within_sizes(jerk, T::of(HARDEST_JERK_MPS3), T::of(HARDEST_JERK_MPS3));
         let acceleration = within_sizes(
             acceleration_mps2 + jerk * self.period_s,
             self.config.acceleration_mps2,
@@ -288,7 +314,7 @@ impl Guidance {
     ///
     /// # Source
     /// Equation (C12) of docs/equations.md.
-    fn revise_heading(&mut self, revised_rad: f64) {
+    fn revise_heading(&mut self, revised_rad: T) {
         let more_rad = revised_rad - self.revised_rad;
         self.revised_rad = revised_rad;
         if !self.heading_is_given {
@@ -297,11 +323,12 @@ impl Guidance {
         }
     }
 
-    fn steer_heading(&mut self, yaw_rad: f64, trusted: bool) {
+    fn steer_heading(&mut self, yaw_rad: T, trusted: bool) {
         let fastest = self.config.yaw_rate_radps;
         let reference = &mut self.reference;
         if let SetPoint::Velocity { yaw_rate_radps, .. } = self.set_point {
-            self.heading_rad = wrap_angle(self.heading_rad + yaw_rate_radps * self.period_s);
+            let turn_rad = T::of(yaw_rate_radps) * self.period_s;
+            self.heading_rad = wrap_angle(self.heading_rad + turn_rad);
         }
         if !trusted {
             self.heading_rad = yaw_rad;
@@ -315,10 +342,12 @@ impl Guidance {
     }
 
     /// Equation (C5) of docs/equations.md.
-    fn wanted_velocity(&self, solution: &Solution, trusted: Trusted) -> Vector<Ned> {
+    fn wanted_velocity(&self, solution: &Solution<T>, trusted: Trusted<T>) -> Vector<Ned, T> {
         let config = &self.config;
         let wanted = match self.set_point {
             SetPoint::Velocity { forward_mps, right_mps, down_mps, .. } => {
+                let [forward_mps, right_mps, down_mps] =
+                    [forward_mps, right_mps, down_mps].map(T::of);
                 let (sin, cos) = solution.body_to_ned.heading_sincos();
                 let north = cos * forward_mps - sin * right_mps;
                 let east = sin * forward_mps + cos * right_mps;
@@ -328,12 +357,13 @@ impl Guidance {
                 Some(station) if trusted.position => {
                     let missing = station.earth.displacement(&solution.position, &station.position);
                     let [north, east, down] = missing.to_array();
-                    let distance = Scalar::sqrt(north * north + east * east);
+                    let distance = (north * north + east * east).sqrt();
                     // Half the hardest deceleration brakes, the rest is left for the wind.
-                    let braking = Scalar::sqrt(config.acceleration_mps2 * distance);
+                    let braking = (config.acceleration_mps2 * distance).sqrt();
                     let speed =
                         (config.position_gain_per_s * distance).min(config.speed_mps).min(braking);
-                    let per_distance = if distance > 1e-6 { speed / distance } else { 0.0 };
+                    let per_distance =
+                        if distance > T::of(1e-6) { speed / distance } else { T::ZERO };
                     let down = within_size(config.height_gain_per_s * down, config.climb_mps);
                     Vector::new(north * per_distance, east * per_distance, down)
                 }
@@ -341,23 +371,23 @@ impl Guidance {
             },
         };
         match trusted.sink_mps {
-            Some(sink_mps) => Vector::new(0.0, 0.0, sink_mps),
+            Some(sink_mps) => Vector::new(T::ZERO, T::ZERO, sink_mps),
             None => wanted,
         }
     }
 }
 
 /// `vector` shortened to `horizontal` and, downwards, to `vertical`.
-fn within_sizes(vector: Vector<Ned>, horizontal: f64, vertical: f64) -> Vector<Ned> {
+fn within_sizes<T: Scalar>(vector: Vector<Ned, T>, horizontal: T, vertical: T) -> Vector<Ned, T> {
     let [north, east, down] = vector.to_array();
     let square = north * north + east * east;
     let longer = square > horizontal * horizontal;
-    let share = if longer { horizontal / Scalar::sqrt(square) } else { 1.0 };
+    let share = if longer { horizontal / square.sqrt() } else { T::ONE };
     Vector::new(north * share, east * share, within_size(down, vertical))
 }
 
 /// `value` brought into ±`size`.
-fn within_size(value: f64, size: f64) -> f64 {
+fn within_size<T: Scalar>(value: T, size: T) -> T {
     value.max(-size).min(size)
 }
 

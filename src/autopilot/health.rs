@@ -9,6 +9,7 @@ use core::fmt;
 
 use super::check::{ConfigError, within};
 use crate::ekf::Solution;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// One-sigmas up to which an estimate is good enough to fly by, and its greatest age. In
@@ -20,25 +21,25 @@ use crate::time::Time;
     serde(default, deny_unknown_fields)
 )]
 #[non_exhaustive]
-pub struct HealthLimits {
+pub struct HealthLimits<T = f64> {
     /// Roll and pitch, rad.
-    pub tilt_sigma_rad: f64,
+    pub tilt_sigma_rad: T,
     /// Heading, rad.
-    pub heading_sigma_rad: f64,
+    pub heading_sigma_rad: T,
     /// Horizontal velocity, m/s.
-    pub velocity_sigma_mps: f64,
+    pub velocity_sigma_mps: T,
     /// Vertical velocity, m/s.
-    pub vertical_velocity_sigma_mps: f64,
+    pub vertical_velocity_sigma_mps: T,
     /// Position, each axis, m.
-    pub position_sigma_m: f64,
+    pub position_sigma_m: T,
     /// Age of the estimate, s.
-    pub age_s: f64,
+    pub age_s: T,
     /// Without an accepted fix for this long, s, the estimate is by dead reckoning.
-    pub dead_reckoning_s: f64,
+    pub dead_reckoning_s: T,
     /// Fixes that are refused for this long, s, deny the estimate.
-    pub disagreement_s: f64,
+    pub disagreement_s: T,
     /// A value must be trusted this long, s, before a better mode is flown on it again.
-    pub recovery_s: f64,
+    pub recovery_s: T,
 }
 
 impl Default for HealthLimits {
@@ -57,7 +58,24 @@ impl Default for HealthLimits {
     }
 }
 
-impl HealthLimits {
+impl<T: Scalar> HealthLimits<T> {
+    /// The same in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> HealthLimits<U> {
+        let number = |value: T| U::of(value.wide());
+        HealthLimits {
+            tilt_sigma_rad: number(self.tilt_sigma_rad),
+            heading_sigma_rad: number(self.heading_sigma_rad),
+            velocity_sigma_mps: number(self.velocity_sigma_mps),
+            vertical_velocity_sigma_mps: number(self.vertical_velocity_sigma_mps),
+            position_sigma_m: number(self.position_sigma_m),
+            age_s: number(self.age_s),
+            dead_reckoning_s: number(self.dead_reckoning_s),
+            disagreement_s: number(self.disagreement_s),
+            recovery_s: number(self.recovery_s),
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         const EXPECTED: &str = "above 0, at most 1000";
         within("health.tilt_sigma_rad", self.tilt_sigma_rad, 1e-6, 1e3, EXPECTED)?;
@@ -149,12 +167,15 @@ impl Doubt {
     pub const NONE: Self = Self { attitude: false, velocity: false, position: false };
 
     /// What of a solution comes near its limits.
-    pub(super) fn near(solution: Option<&Solution>, limits: &HealthLimits) -> Self {
+    pub(super) fn near<T: Scalar>(
+        solution: Option<&Solution<T>>,
+        limits: &HealthLimits<T>,
+    ) -> Self {
         let Some(solution) = solution else { return Self::NONE };
         let [roll, pitch, yaw] = solution.attitude_sigma_rad;
         let [north, east, down] = solution.velocity_sigma_mps.to_array();
         let [x, y, z] = solution.position_sigma_m.to_array();
-        let near = |sigma: f64, limit: f64| sigma > DOUBTFUL * limit;
+        let near = |sigma: T, limit: T| sigma > T::of(DOUBTFUL) * limit;
         Self {
             attitude: near(roll.max(pitch), limits.tilt_sigma_rad)
                 || near(yaw, limits.heading_sigma_rad),
@@ -239,7 +260,11 @@ impl Health {
 
     /// What of `solution` is good enough to fly by at `now`, on the solution's clock.
     #[must_use]
-    pub fn assess(solution: Option<&Solution>, now: Time, limits: &HealthLimits) -> Self {
+    pub fn assess<T: Scalar>(
+        solution: Option<&Solution<T>>,
+        now: Time,
+        limits: &HealthLimits<T>,
+    ) -> Self {
         let health = Self::within(solution, now, limits, &[true; 5]);
         let near = health.tilt.is_ok().then(|| Doubt::near(solution, limits));
         Self { doubt: near.unwrap_or(Doubt::NONE), ..health }
@@ -247,21 +272,21 @@ impl Health {
 
     /// The same without doubts, where quantities that were not good enough before have to be well within
     /// their limits: `was_good` in the order of [`are_good`](Self::are_good).
-    pub(super) fn within(
-        solution: Option<&Solution>,
+    pub(super) fn within<T: Scalar>(
+        solution: Option<&Solution<T>>,
         now: Time,
-        limits: &HealthLimits,
+        limits: &HealthLimits<T>,
         was_good: &[bool; 5],
     ) -> Self {
         let Some(solution) = solution else { return Self::none(Distrust::Missing) };
         if !is_finite(solution) {
             return Self::none(Distrust::NotFinite);
         }
-        if libm::fabs(now - solution.time) > limits.age_s {
+        if now.seconds_since::<T>(solution.time).abs() > limits.age_s {
             return Self::none(Distrust::Stale);
         }
         let [tilt, heading, velocity, vertical, position] =
-            was_good.map(|was_good| if was_good { 1.0 } else { GOOD_AGAIN });
+            was_good.map(|was_good| if was_good { T::ONE } else { T::of(GOOD_AGAIN) });
         let [roll, pitch, yaw] = solution.attitude_sigma_rad;
         if roll.max(pitch) > tilt * limits.tilt_sigma_rad {
             return Self::none(Distrust::Tilt);
@@ -295,14 +320,14 @@ const fn trust(is_good: bool, is_doubtful: bool) -> Trust {
     }
 }
 
-fn below(sigma: f64, limit: f64, why: Distrust) -> Result<(), Distrust> {
+fn below<T: Scalar>(sigma: T, limit: T, why: Distrust) -> Result<(), Distrust> {
     if sigma <= limit { Ok(()) } else { Err(why) }
 }
 
-fn is_finite(solution: &Solution) -> bool {
+fn is_finite<T: Scalar>(solution: &Solution<T>) -> bool {
     solution.position.is_navigable()
         && solution.velocity_mps.is_finite()
-        && solution.body_to_ned.quaternion().is_finite()
+        && solution.body_to_ned.is_finite()
         && solution.angular_rate_radps.is_finite()
         && solution.heading_revision_rad.is_finite()
         && solution.position_sigma_m.is_finite()

@@ -15,33 +15,34 @@ use crate::controls::Sticks;
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::ekf::{Notice, Solution};
 use crate::event::Event;
-use crate::frames::{EulerAngles, Ned, Vector, wrap_angle};
+use crate::frames::{Ned, Vector, wrap_angle};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// What one step of the autopilot goes by.
 #[derive(Clone, Copy, Debug)]
-pub struct Inputs<'a> {
+pub struct Inputs<'a, T = f64> {
     /// The moment of the step, on the estimator's clock.
     pub now: Time,
     /// The estimator's latest solution, if there is one.
-    pub solution: Option<&'a Solution>,
+    pub solution: Option<&'a Solution<T>>,
     /// The pilot's sticks; `None` without a signal. Values that are not finite count as no signal.
-    pub pilot: Option<Sticks>,
+    pub pilot: Option<Sticks<T>>,
     /// The pilot's switch: whether the autopilot shall fly.
     pub engage: bool,
 }
 
 /// The result of one step of the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outputs {
+pub struct Outputs<T = f64> {
     /// Where the controls go, within range and, when the autopilot flies, rate.
-    pub sticks: Sticks,
+    pub sticks: Sticks<T>,
     /// What it is doing.
     pub mode: Mode,
     /// The change of mode in this step, if there was one.
     pub transition: Option<Transition>,
     /// What of the sticks is a test input; see [`HoverAutopilot::excite`].
-    pub injected: Sticks,
+    pub injected: Sticks<T>,
     /// Why a test input ended in this step before its time, if one did.
     pub aborted: Option<ExcitationAbort>,
 }
@@ -92,39 +93,45 @@ pub struct Outputs {
 /// assert!(outputs.sticks.lateral < 0.0); // left, against the roll
 /// # Ok::<(), hovernav::autopilot::ConfigError>(())
 /// ```
+///
+/// It computes in `T`: `f64`, or `f32` on a part that has no more, made of the same configuration, cast:
+/// `HoverAutopilot::new(config.cast::<f32>())`. Times and where it holds its place are exact in either.
 #[derive(Clone, Copy, Debug)]
-pub struct HoverAutopilot {
-    config: HoverConfig,
-    heave: Pid,
-    yaw: Regulator<2, 2, 1>,
-    roll_pitch: Regulator<6, 6, 2>,
-    attitude: Regulator<4, 6, 2>,
-    guidance: Guidance,
-    supervisor: Supervisor,
-    monitor: HealthMonitor,
+pub struct HoverAutopilot<T = f64> {
+    config: HoverConfig<T>,
+    /// [`HoverConfig::period_s`] as what the loops compute in.
+    period_s: T,
+    heave: Pid<T>,
+    yaw: Regulator<2, 2, 1, T>,
+    roll_pitch: Regulator<6, 6, 2, T>,
+    attitude: Regulator<4, 6, 2, T>,
+    guidance: Guidance<T>,
+    supervisor: Supervisor<T>,
+    monitor: HealthMonitor<T>,
     /// The last command given out.
-    sticks: Sticks,
+    sticks: Sticks<T>,
     /// What is left of the difference between modes.
-    fading: Sticks,
+    fading: Sticks<T>,
     /// How long the sticks still move gently, s: the pilot has just handed over, or taken back by the switch.
     gentle_s: f64,
     /// As learned so far, and as flown about since the loops began.
-    learned: Trim,
-    trim: Trim,
+    learned: Trim<T>,
+    trim: Trim<T>,
     heave_runs: bool,
     exciter: Exciter,
 }
 
 /// The estimate as the loops use it.
 #[derive(Clone, Copy, Debug)]
-struct Flown<'a> {
-    solution: &'a Solution,
-    angles: EulerAngles,
+struct Flown<'a, T> {
+    solution: &'a Solution<T>,
+    /// Roll, pitch and yaw, rad.
+    angles: [T; 3],
 }
 
-impl Flown<'_> {
+impl<T: Scalar> Flown<'_, T> {
     /// The parts of velocities along the body's forward and right axes.
-    fn forward_and_right(&self, velocities: [Vector<Ned>; 2]) -> [[f64; 2]; 2] {
+    fn forward_and_right(&self, velocities: [Vector<Ned, T>; 2]) -> [[T; 2]; 2] {
         let [north, east, down] = self.solution.body_to_ned.rows();
         velocities.map(|velocity| {
             let [n, e, d] = velocity.to_array();
@@ -133,21 +140,25 @@ impl Flown<'_> {
     }
 }
 
-impl HoverAutopilot {
+impl<T: Scalar> HoverAutopilot<T> {
     /// An autopilot that has not taken over, the sticks at trim.
     ///
     /// # Errors
     /// [`ConfigError`] names the first value of `config` that cannot be flown.
-    pub fn new(config: HoverConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: HoverConfig<T>) -> Result<Self, ConfigError> {
         config.check()?;
-        let (gains, period_s) = (&config.gains, config.period_s);
+        let (gains, period_s) = (&config.gains, T::of(config.period_s));
         Ok(Self {
             heave: Pid::unchecked(gains.heave, period_s),
             yaw: Regulator::unchecked(gains.yaw, period_s),
             roll_pitch: Regulator::unchecked(gains.roll_pitch, period_s),
             attitude: Regulator::unchecked(gains.attitude, period_s),
-            guidance: Guidance::new(config.guidance, period_s),
-            supervisor: Supervisor::new(period_s, &config.transfer, config.health.recovery_s),
+            guidance: Guidance::new(config.guidance, config.period_s),
+            supervisor: Supervisor::new(
+                config.period_s,
+                &config.transfer,
+                config.health.recovery_s,
+            ),
             monitor: HealthMonitor::new(config.health),
             sticks: config.trim.sticks,
             fading: Sticks::NEUTRAL,
@@ -156,6 +167,7 @@ impl HoverAutopilot {
             trim: config.trim,
             heave_runs: false,
             exciter: Exciter::default(),
+            period_s,
             config,
         })
     }
@@ -206,13 +218,13 @@ impl HoverAutopilot {
     /// The velocity, m/s, and heading, rad, that guidance last asked of the loops; only while
     /// [`Mode::holds_velocity`] is the velocity followed.
     #[must_use]
-    pub fn asked(&self) -> (Vector<Ned>, f64) {
+    pub fn asked(&self) -> (Vector<Ned, T>, T) {
         self.guidance.asked()
     }
 
     /// Trim as learned in steady hover, by the pilot's hand or its own.
     #[must_use]
-    pub const fn learned_trim(&self) -> Trim {
+    pub const fn learned_trim(&self) -> Trim<T> {
         self.learned
     }
 
@@ -232,13 +244,13 @@ impl HoverAutopilot {
     ///
     /// # Source
     /// Equation (C8) of docs/equations.md.
-    pub fn step(&mut self, inputs: &Inputs<'_>) -> Outputs {
+    pub fn step(&mut self, inputs: &Inputs<'_, T>) -> Outputs<T> {
         let pilot = inputs.pilot.filter(|sticks| sticks.is_finite());
         let health = self.monitor.assess(inputs.solution, inputs.now);
         let flown = inputs
             .solution
             .filter(|_| health.tilt.is_ok())
-            .map(|solution| Flown { solution, angles: solution.body_to_ned.euler() });
+            .map(|solution| Flown { solution, angles: solution.body_to_ned.angles() });
 
         let Inputs { now, engage, .. } = *inputs;
         let transition = self.supervisor.choose(&Request { now, engage, pilot, health });
@@ -246,13 +258,14 @@ impl HoverAutopilot {
             self.start_loops(from, to, flown.as_ref());
         }
         let wanted = self.wanted(pilot, flown.as_ref(), &health);
-        let (period_s, transfer) = (self.config.period_s, &self.config.transfer);
+        let (period_s, transfer) = (self.period_s, &self.config.transfer);
         self.gentle_s = match transition {
             Some(Transition { from: Mode::Manual, .. }) => GENTLE_S,
             // Who overrides wants the sticks, not calm.
             Some(Transition { to: Mode::Manual, reason: Reason::Switch, .. }) => GENTLE_S,
             Some(_) => 0.0,
-            None => (self.gentle_s - period_s).max(0.0),
+            None if self.gentle_s > 0.0 => (self.gentle_s - self.config.period_s).max(0.0),
+            None => 0.0,
         };
         self.fading = match (transition, self.mode()) {
             // On the way to trim every command follows from the last.
@@ -262,12 +275,12 @@ impl HoverAutopilot {
                 handed_back(self.fading, period_s, transfer.hand_back_s)
             }
             (None, Mode::Manual) => {
-                self.fading.scaled(1.0 - (period_s / transfer.hand_back_s).min(1.0))
+                self.fading.scaled(T::ONE - (period_s / transfer.hand_back_s).min(T::ONE))
             }
-            _ => self.fading.scaled(1.0 - (period_s / transfer.fade_s).min(1.0)),
+            _ => self.fading.scaled(T::ONE - (period_s / transfer.fade_s).min(T::ONE)),
         };
         // Left to decay it would come to numbers that processors compute with a hundred times slower.
-        if self.fading.farthest_from(Sticks::NEUTRAL) < FADED {
+        if self.fading.farthest_from(Sticks::NEUTRAL) < T::of(FADED) {
             self.fading = Sticks::NEUTRAL;
         }
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
@@ -275,7 +288,7 @@ impl HoverAutopilot {
         if self.gentle_s > 0.0 {
             // From beyond full travel, where only a pilot gets, they come back at their own rate.
             limits.rate_per_s = limits.rate_per_s.zip(self.sticks, |rate_per_s, last| {
-                if last.abs() > 1.0 { rate_per_s } else { rate_per_s.min(GENTLE_PER_S) }
+                if last.abs() > T::ONE { rate_per_s } else { rate_per_s.min(T::of(GENTLE_PER_S)) }
             });
         }
         self.sticks = match self.mode() {
@@ -286,7 +299,8 @@ impl HoverAutopilot {
         self.advance();
         let held = flown.filter(|_| self.mode().holds_velocity());
         let held = held.map(|flown| flown.solution);
-        let (added, aborted) = self.exciter.step(held, period_s);
+        let (added, aborted) = self.exciter.step(held, self.config.period_s);
+        let added = added.cast();
         let sticks = if added == Sticks::NEUTRAL {
             self.learn(flown.as_ref());
             self.sticks
@@ -298,7 +312,7 @@ impl HoverAutopilot {
     }
 
     /// Hands over from one mode's loops to another's.
-    fn start_loops(&mut self, from: Mode, mode: Mode, flown: Option<&Flown<'_>>) {
+    fn start_loops(&mut self, from: Mode, mode: Mode, flown: Option<&Flown<'_, T>>) {
         let same_loops = (from.holds_velocity() && mode.holds_velocity())
             || (from == Mode::Attitude && mode == Mode::Descent);
         if same_loops || matches!(mode, Mode::Manual | Mode::Neutral) {
@@ -326,17 +340,18 @@ impl HoverAutopilot {
             self.heave_runs = false;
         }
         if let Some(flown) = flown {
-            self.guidance.engage(flown.solution, flown.angles.yaw_rad);
+            let [.., yaw_rad] = flown.angles;
+            self.guidance.engage(flown.solution, yaw_rad);
         }
     }
 
     /// The mode's command before fading and limits.
     fn wanted(
         &mut self,
-        pilot: Option<Sticks>,
-        flown: Option<&Flown<'_>>,
+        pilot: Option<Sticks<T>>,
+        flown: Option<&Flown<'_, T>>,
         health: &Health,
-    ) -> Sticks {
+    ) -> Sticks<T> {
         let flown = match (self.mode(), flown) {
             (Mode::Manual, _) => return pilot.unwrap_or(self.sticks),
             (Mode::Neutral, _) | (_, None) => return self.towards_trim(),
@@ -348,31 +363,32 @@ impl HoverAutopilot {
             heading: health.heading.is_ok(),
             sink_mps: sinks.then_some(self.config.transfer.descent_mps),
         };
-        let reference = self.guidance.step(flown.solution, flown.angles.yaw_rad, trusted);
+        let [.., yaw_rad] = flown.angles;
+        let reference = self.guidance.step(flown.solution, yaw_rad, trusted);
         let [lateral, longitudinal] = if self.mode().holds_velocity() {
             self.velocity_loop(flown, &reference)
         } else {
             self.attitude_loop(flown)
         };
         let collective = self.heave_loop(flown, &reference, health.vertical_velocity.is_ok());
-        let turn = wrap_angle(flown.angles.yaw_rad - reference.heading_rad);
+        let turn = wrap_angle(yaw_rad - reference.heading_rad);
         let yaw_rate = flown.solution.angular_rate_radps.z();
         // ψ is measured from its reference, which turns at the reference rate.
-        let [pedal] = self.yaw.command(&[yaw_rate, turn], &[reference.yaw_rate_radps, 0.0]);
+        let [pedal] = self.yaw.command(&[yaw_rate, turn], &[reference.yaw_rate_radps, T::ZERO]);
         let deviation = Sticks { lateral, longitudinal, collective, pedal };
         let mut wanted = self.trim.sticks.zip(deviation, |trim, more| trim + more);
         wanted.pedal += self.config.gains.pedal_per_collective * collective;
         wanted
     }
 
-    fn towards_trim(&self) -> Sticks {
-        let share = (self.config.period_s / self.config.transfer.neutral_s).min(1.0);
+    fn towards_trim(&self) -> Sticks<T> {
+        let share = (self.period_s / self.config.transfer.neutral_s).min(T::ONE);
         let trim = if self.learned.is_plausible() { self.learned } else { self.config.trim };
         self.sticks.zip(trim.sticks, |last, trim| last + share * (trim - last))
     }
 
     /// Equation (C7) of docs/equations.md.
-    fn velocity_loop(&mut self, flown: &Flown<'_>, reference: &Reference) -> [f64; 2] {
+    fn velocity_loop(&mut self, flown: &Flown<'_, T>, reference: &Reference<T>) -> [T; 2] {
         let [p, q, _] = flown.solution.angular_rate_radps.to_array();
         let (roll, pitch) = self.tilt_from_trim(flown);
         let [velocity, wanted] =
@@ -381,31 +397,33 @@ impl HoverAutopilot {
         let acceleration = reference.acceleration_mps2;
         let forward = cos * acceleration.x() + sin * acceleration.y();
         let right = cos * acceleration.y() - sin * acceleration.x();
+        let gravity_mps2 = T::of(STANDARD_GRAVITY_MPS2);
         self.roll_pitch.command(
             &[p, q, roll, pitch, velocity[0], velocity[1]],
             &[
-                0.0,
-                0.0,
-                right / STANDARD_GRAVITY_MPS2,
-                -forward / STANDARD_GRAVITY_MPS2,
+                T::ZERO,
+                T::ZERO,
+                right / gravity_mps2,
+                -forward / gravity_mps2,
                 wanted[0],
                 wanted[1],
             ],
         )
     }
 
-    fn attitude_loop(&mut self, flown: &Flown<'_>) -> [f64; 2] {
+    fn attitude_loop(&mut self, flown: &Flown<'_, T>) -> [T; 2] {
         let [p, q, _] = flown.solution.angular_rate_radps.to_array();
         let (roll, pitch) = self.tilt_from_trim(flown);
-        self.attitude.command(&[p, q, roll, pitch], &[0.0; 4])
+        self.attitude.command(&[p, q, roll, pitch], &[T::ZERO; 4])
     }
 
-    fn tilt_from_trim(&self, flown: &Flown<'_>) -> (f64, f64) {
-        (flown.angles.roll_rad - self.trim.roll_rad, flown.angles.pitch_rad - self.trim.pitch_rad)
+    fn tilt_from_trim(&self, flown: &Flown<'_, T>) -> (T, T) {
+        let [roll_rad, pitch_rad, _] = flown.angles;
+        (roll_rad - self.trim.roll_rad, pitch_rad - self.trim.pitch_rad)
     }
 
     /// Collective about trim.
-    fn heave_loop(&mut self, flown: &Flown<'_>, reference: &Reference, trusted: bool) -> f64 {
+    fn heave_loop(&mut self, flown: &Flown<'_, T>, reference: &Reference<T>, trusted: bool) -> T {
         if !trusted {
             if self.heave_runs && self.learned.is_plausible() {
                 self.trim.sticks.collective = self.learned.sticks.collective;
@@ -414,11 +432,11 @@ impl HoverAutopilot {
             let sinking = if self.mode() == Mode::Descent {
                 self.config.transfer.descent_collective
             } else {
-                0.0
+                T::ZERO
             };
             // Sinking is positive w: collective that brings it is that which heave would give to
             // a w too small.
-            return libm::copysign(sinking, self.config.gains.heave.proportional);
+            return sinking.copysign(self.config.gains.heave.proportional);
         }
         let [.., [_, _, upright]] = flown.solution.body_to_ned.rows();
         let [w, wanted] = [flown.solution.velocity_mps.z(), reference.velocity_mps.z()]
@@ -450,20 +468,17 @@ impl HoverAutopilot {
     }
 
     /// Moves the learned trim towards what flies a steady hover now.
-    fn learn(&mut self, flown: Option<&Flown<'_>>) {
+    fn learn(&mut self, flown: Option<&Flown<'_, T>>) {
         let Some(flown) = flown else { return };
         let steady = matches!(self.mode(), Mode::Manual | Mode::Position | Mode::Velocity)
-            && self.fading.farthest_from(Sticks::NEUTRAL) < 0.02
-            && flown.solution.velocity_mps.is_shorter_than(STEADY_MPS)
-            && flown.solution.velocity_sigma_mps.is_shorter_than(STEADY_MPS)
-            && flown.solution.angular_rate_radps.is_shorter_than(STEADY_RADPS);
+            && self.fading.farthest_from(Sticks::NEUTRAL) < T::of(0.02)
+            && flown.solution.velocity_mps.is_shorter_than(T::of(STEADY_MPS))
+            && flown.solution.velocity_sigma_mps.is_shorter_than(T::of(STEADY_MPS))
+            && flown.solution.angular_rate_radps.is_shorter_than(T::of(STEADY_RADPS));
         if steady {
-            let now = Trim {
-                sticks: self.sticks,
-                roll_rad: flown.angles.roll_rad,
-                pitch_rad: flown.angles.pitch_rad,
-            };
-            let share = (self.config.period_s / self.config.transfer.trim_s).min(1.0);
+            let [roll_rad, pitch_rad, _] = flown.angles;
+            let now = Trim { sticks: self.sticks, roll_rad, pitch_rad };
+            let share = (self.period_s / self.config.transfer.trim_s).min(T::ONE);
             self.learned = self.learned.towards(&now, share);
         }
     }
@@ -483,15 +498,16 @@ const FADED: f64 = 1e-9;
 const FAR_APART: f64 = 0.5;
 
 /// What is left of `fading` a sample later, when the pilot has the sticks.
-fn handed_back(fading: Sticks, period_s: f64, hand_back_s: f64) -> Sticks {
-    let (share, gently) = ((period_s / hand_back_s).min(1.0), GENTLE_PER_S * period_s);
+fn handed_back<T: Scalar>(fading: Sticks<T>, period_s: T, hand_back_s: T) -> Sticks<T> {
+    let share = (period_s / hand_back_s).min(T::ONE);
+    let gently = T::of(GENTLE_PER_S) * period_s;
     Sticks::from_array(fading.to_array().map(|left| {
         let step = share * left;
-        left - if left.abs() > FAR_APART { step } else { step.max(-gently).min(gently) }
+        left - if left.abs() > T::of(FAR_APART) { step } else { step.max(-gently).min(gently) }
     }))
 }
 
 /// The horizontal part.
-fn level(velocity: Vector<Ned>) -> Vector<Ned> {
-    Vector::new(velocity.x(), velocity.y(), 0.0)
+fn level<T: Scalar>(velocity: Vector<Ned, T>) -> Vector<Ned, T> {
+    Vector::new(velocity.x(), velocity.y(), T::ZERO)
 }

@@ -2,21 +2,23 @@
 
 use super::check::{ConfigError, within};
 use crate::controls::Sticks;
+use crate::scalar::Scalar;
 
 /// Range and speed that the autopilot keeps to, each control for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
-    serde(default, deny_unknown_fields)
+    serde(default, deny_unknown_fields),
+    serde(bound(deserialize = "T: serde::Deserialize<'de> + Default, StickLimits<T>: Default"))
 )]
-pub struct StickLimits {
+pub struct StickLimits<T = f64> {
     /// Lowest, −1 to 0.
-    pub lowest: Sticks,
+    pub lowest: Sticks<T>,
     /// Highest, 0 to 1.
-    pub highest: Sticks,
+    pub highest: Sticks<T>,
     /// Fastest, full travels (of 1) a second; above 0.
-    pub rate_per_s: Sticks,
+    pub rate_per_s: Sticks<T>,
 }
 
 impl Default for StickLimits {
@@ -33,7 +35,17 @@ impl Default for StickLimits {
 /// Sticks of the pilot beyond this are none: a transmitter's travel at 125 %.
 pub const FARTHEST_PILOT: f64 = 1.25;
 
-impl StickLimits {
+impl<T: Scalar> StickLimits<T> {
+    /// The same in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> StickLimits<U> {
+        StickLimits {
+            lowest: self.lowest.cast(),
+            highest: self.highest.cast(),
+            rate_per_s: self.rate_per_s.cast(),
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         for lowest in self.lowest.to_array() {
             within("limits.lowest", lowest, -1.0, 0.0, "-1 to 0")?;
@@ -49,20 +61,24 @@ impl StickLimits {
 
     /// `wanted` brought into the range.
     #[must_use]
-    pub fn in_range(&self, wanted: Sticks) -> Sticks {
-        wanted.zip(self.lowest, f64::max).zip(self.highest, f64::min)
+    pub fn in_range(&self, wanted: Sticks<T>) -> Sticks<T> {
+        wanted.zip(self.lowest, T::max).zip(self.highest, T::min)
     }
 
     /// `wanted` brought into the range, which reaches to the sticks of the pilot, `own`, where they are
     /// beyond it: the pilot has no limits but the servos' and what a transmitter can give,
     /// [`FARTHEST_PILOT`].
     #[must_use]
-    pub fn in_range_beside(&self, wanted: Sticks, own: Sticks) -> Sticks {
-        let possible = |stick: f64| stick.clamp(-FARTHEST_PILOT, FARTHEST_PILOT);
+    pub fn in_range_beside(&self, wanted: Sticks<T>, own: Sticks<T>) -> Sticks<T> {
+        let farthest = T::of(FARTHEST_PILOT);
+        // Written so that a NaN stays one.
+        let possible = |stick: T| match stick {
+            high if high > farthest => farthest,
+            low if low < -farthest => -farthest,
+            _ => stick,
+        };
         let own = Sticks::from_array(own.to_array().map(possible));
-        wanted
-            .zip(self.lowest.zip(own, f64::min), f64::max)
-            .zip(self.highest.zip(own, f64::max), f64::min)
+        wanted.zip(self.lowest.zip(own, T::min), T::max).zip(self.highest.zip(own, T::max), T::min)
     }
 
     /// `wanted` brought into the range, and within what the controls can move in `period_s` from
@@ -71,11 +87,11 @@ impl StickLimits {
     /// # Source
     /// Equation (C9) of docs/equations.md.
     #[must_use]
-    pub fn reachable(&self, wanted: Sticks, last: Sticks, period_s: f64) -> Sticks {
+    pub fn reachable(&self, wanted: Sticks<T>, last: Sticks<T>, period_s: T) -> Sticks<T> {
         let travel = self.rate_per_s.scaled(period_s);
         self.in_range(wanted)
-            .zip(last.zip(travel, |last, travel| last - travel), f64::max)
-            .zip(last.zip(travel, |last, travel| last + travel), f64::min)
+            .zip(last.zip(travel, |last, travel| last - travel), T::max)
+            .zip(last.zip(travel, |last, travel| last + travel), T::min)
     }
 }
 

@@ -1,25 +1,28 @@
 //! The little matrix arithmetic that gains need, without an index that could fail.
 
-pub(super) fn dot<const N: usize>(row: &[f64; N], vector: &[f64; N]) -> f64 {
-    row.iter().zip(vector).map(|(a, b)| a * b).sum()
+use crate::scalar::Scalar;
+
+pub(super) fn dot<T: Scalar, const N: usize>(row: &[T; N], vector: &[T; N]) -> T {
+    // Nothing plus −0 is itself, −0 too.
+    row.iter().zip(vector).fold(-T::ZERO, |sum, (&a, &b)| sum + a * b)
 }
 
-pub(super) fn times<const R: usize, const C: usize>(
-    matrix: &[[f64; C]; R],
-    vector: &[f64; C],
-) -> [f64; R] {
+pub(super) fn times<T: Scalar, const R: usize, const C: usize>(
+    matrix: &[[T; C]; R],
+    vector: &[T; C],
+) -> [T; R] {
     matrix.each_ref().map(|row| dot(row, vector))
 }
 
 /// `sum[i] += factor · addend[i]`.
-pub(super) fn add<const N: usize>(sum: &mut [f64; N], addend: &[f64; N], factor: f64) {
-    for (sum, addend) in sum.iter_mut().zip(addend) {
+pub(super) fn add<T: Scalar, const N: usize>(sum: &mut [T; N], addend: &[T; N], factor: T) {
+    for (sum, &addend) in sum.iter_mut().zip(addend) {
         *sum += factor * addend;
     }
 }
 
-pub(super) fn difference<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+pub(super) fn difference<T: Scalar, const N: usize>(a: &[T; N], b: &[T; N]) -> [T; N] {
     let mut result = *a;
-    add(&mut result, b, -1.0);
+    add(&mut result, b, -T::ONE);
     result
 }

@@ -6,6 +6,7 @@ use crate::ekf::{Channel, Notice, Solution, Verdict};
 use crate::event::Event;
 use crate::gps::Fix;
 use crate::imu::Motion;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// A receiver that repeats a fix this often and for so long, s, is frozen.
@@ -22,17 +23,17 @@ const SUSPECT_S: f64 = 1.0;
 
 /// What a sensor repeats, since when.
 #[derive(Clone, Copy, Debug)]
-struct Repeated<T> {
-    last: Option<T>,
+struct Repeated<R> {
+    last: Option<R>,
     since: Time,
     latest: Time,
     times: u8,
 }
 
-impl<T: PartialEq> Repeated<T> {
+impl<R: PartialEq> Repeated<R> {
     const NONE: Self = Self { last: None, since: Time::ZERO, latest: Time::ZERO, times: 0 };
 
-    fn hear(&mut self, value: T, time: Time) {
+    fn hear(&mut self, value: R, time: Time) {
         self.latest = time;
         if self.last.as_ref() == Some(&value) {
             self.times = self.times.saturating_add(1);
@@ -72,8 +73,9 @@ impl Agreement {
         }
     }
 
-    fn is_lost(&self, now: Time, after_s: f64) -> bool {
-        self.refusals >= REFUSALS && self.refused_since.is_some_and(|since| now - since > after_s)
+    fn is_lost<T: Scalar>(&self, now: Time, after_s: T) -> bool {
+        self.refusals >= REFUSALS
+            && self.refused_since.is_some_and(|since| now.seconds_since::<T>(since) > after_s)
     }
 }
 
@@ -92,8 +94,8 @@ impl Agreement {
 ///
 /// A one-sigma that was beyond its limit has to come down to 0.8 of it before it is good again.
 #[derive(Clone, Copy, Debug)]
-pub struct HealthMonitor {
-    limits: HealthLimits,
+pub struct HealthMonitor<T = f64> {
+    limits: HealthLimits<T>,
     sample: Repeated<Motion>,
     fix: Repeated<(Geodetic, Option<[f64; 2]>, Option<f64>)>,
     position: Agreement,
@@ -102,10 +104,10 @@ pub struct HealthMonitor {
     was_good: [bool; 5],
 }
 
-impl HealthMonitor {
+impl<T: Scalar> HealthMonitor<T> {
     /// A monitor that has heard nothing.
     #[must_use]
-    pub const fn new(limits: HealthLimits) -> Self {
+    pub const fn new(limits: HealthLimits<T>) -> Self {
         Self {
             limits,
             sample: Repeated::NONE,
@@ -157,7 +159,7 @@ impl HealthMonitor {
 
     /// What of `solution` is good enough to fly by at `now`, on the solution's clock.
     #[must_use]
-    pub fn assess(&mut self, solution: Option<&Solution>, now: Time) -> Health {
+    pub fn assess(&mut self, solution: Option<&Solution<T>>, now: Time) -> Health {
         let limits = &self.limits;
         let mut health = Health::within(solution, now, limits, &self.was_good);
         if self.sample.is_frozen(SAMPLE_REPEATS, SAMPLE_FROZEN_S) {
@@ -177,12 +179,13 @@ impl HealthMonitor {
             (Some(position), Some(velocity)) => Some(position.max(velocity)),
             (position, velocity) => position.or(velocity),
         };
-        let dead_reckoning = latest.filter(|latest| now - *latest > limits.dead_reckoning_s);
+        let age_s = |of: Time| now.seconds_since::<T>(of);
+        let dead_reckoning = latest.filter(|latest| age_s(*latest) > limits.dead_reckoning_s);
         let refused = |of: &Agreement| of.refusals > 0;
         let near = Doubt::near(solution, limits);
         health.dead_reckoning_since = dead_reckoning;
         health.doubt = Doubt {
-            attitude: near.attitude || self.suspect.is_some_and(|at| now - at < SUSPECT_S),
+            attitude: near.attitude || self.suspect.is_some_and(|at| age_s(at) < T::of(SUSPECT_S)),
             velocity: near.velocity || dead_reckoning.is_some() || refused(&self.velocity),
             position: near.position || dead_reckoning.is_some() || refused(&self.position),
         };

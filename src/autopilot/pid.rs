@@ -1,6 +1,7 @@
 //! The digital PID controller.
 
 use super::check::{ConfigError, finite, within};
+use crate::scalar::Scalar;
 
 /// Gains of a [`Pid`]. Units are the command's over the error's, with s where they say so.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -9,21 +10,34 @@ use super::check::{ConfigError, finite, within};
     derive(serde::Deserialize, serde::Serialize),
     serde(deny_unknown_fields)
 )]
-pub struct PidGains {
+pub struct PidGains<T = f64> {
     /// Command per error.
-    pub proportional: f64,
+    pub proportional: T,
     /// Command per error and s.
-    pub integral_per_s: f64,
+    pub integral_per_s: T,
     /// Command per rate of change of the measured value, s.
-    pub derivative_s: f64,
+    pub derivative_s: T,
     /// Time constant of the low-pass on the derivative, s; from 0.
-    pub derivative_filter_s: f64,
+    pub derivative_filter_s: T,
     /// How fast the integral follows a command that was limited, s; above 0. The smaller, the
     /// shorter the memory of what could not be done.
-    pub tracking_time_s: f64,
+    pub tracking_time_s: T,
 }
 
-impl PidGains {
+impl<T: Scalar> PidGains<T> {
+    /// The same in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> PidGains<U> {
+        let number = |value: T| U::of(value.wide());
+        PidGains {
+            proportional: number(self.proportional),
+            integral_per_s: number(self.integral_per_s),
+            derivative_s: number(self.derivative_s),
+            derivative_filter_s: number(self.derivative_filter_s),
+            tracking_time_s: number(self.tracking_time_s),
+        }
+    }
+
     pub(super) fn check(&self, what: &'static str) -> Result<(), ConfigError> {
         finite(what, self.proportional)?;
         finite(what, self.integral_per_s)?;
@@ -58,46 +72,46 @@ impl PidGains {
 /// Åström and Hägglund, *Advanced PID Control* (2006), sections 3.3 to 3.5 and 13.3: backward
 /// difference for the derivative, forward difference for the integral, back-calculation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pid {
-    gains: PidGains,
-    period_s: f64,
-    integral: f64,
-    derivative: f64,
-    before: Option<f64>,
-    error: f64,
-    wanted: f64,
+pub struct Pid<T = f64> {
+    gains: PidGains<T>,
+    period_s: T,
+    integral: T,
+    derivative: T,
+    before: Option<T>,
+    error: T,
+    wanted: T,
 }
 
-impl Pid {
+impl<T: Scalar> Pid<T> {
     /// A controller at rest, sampled every `period_s`.
     ///
     /// # Errors
     /// [`ConfigError`] for a gain that is not a number, a time that cannot be.
-    pub fn new(gains: PidGains, period_s: f64) -> Result<Self, ConfigError> {
+    pub fn new(gains: PidGains<T>, period_s: T) -> Result<Self, ConfigError> {
         gains.check("PID gains")?;
         within("sample period", period_s, 1e-4, 1.0, "0.0001 to 1 s")?;
         Ok(Self::unchecked(gains, period_s))
     }
 
-    pub(super) const fn unchecked(gains: PidGains, period_s: f64) -> Self {
+    pub(super) const fn unchecked(gains: PidGains<T>, period_s: T) -> Self {
         Self {
             gains,
             period_s,
-            integral: 0.0,
-            derivative: 0.0,
+            integral: T::ZERO,
+            derivative: T::ZERO,
             before: None,
-            error: 0.0,
-            wanted: 0.0,
+            error: T::ZERO,
+            wanted: T::ZERO,
         }
     }
 
     /// Takes over without a bump: the next [`command`](Self::command) with this set-point and
     /// measurement is `command`.
-    pub fn start(&mut self, command: f64, set_point: f64, measured: f64) {
+    pub fn start(&mut self, command: T, set_point: T, measured: T) {
         self.integral = command - self.gains.proportional * (set_point - measured);
-        self.derivative = 0.0;
+        self.derivative = T::ZERO;
         self.before = Some(measured);
-        self.error = 0.0;
+        self.error = T::ZERO;
         self.wanted = command;
     }
 
@@ -106,7 +120,7 @@ impl Pid {
     /// # Source
     /// Equation (C1) of docs/equations.md.
     #[must_use]
-    pub fn command(&mut self, set_point: f64, measured: f64) -> f64 {
+    pub fn command(&mut self, set_point: T, measured: T) -> T {
         let gains = &self.gains;
         let moved = measured - self.before.unwrap_or(measured);
         self.derivative = (gains.derivative_filter_s * self.derivative
@@ -122,15 +136,15 @@ impl Pid {
     ///
     /// # Source
     /// Equation (C2) of docs/equations.md.
-    pub fn advance(&mut self, applied: f64) {
-        let follow = (self.period_s / self.gains.tracking_time_s).min(1.0);
+    pub fn advance(&mut self, applied: T) {
+        let follow = (self.period_s / self.gains.tracking_time_s).min(T::ONE);
         self.integral += self.gains.integral_per_s * self.period_s * self.error
             + follow * (applied - self.wanted);
     }
 
     /// The integral's share of the command.
     #[must_use]
-    pub const fn integral(&self) -> f64 {
+    pub const fn integral(&self) -> T {
         self.integral
     }
 }

@@ -3,6 +3,7 @@
 
 use super::check::{ConfigError, finite, within};
 use super::matrix::{add, difference, dot, times};
+use crate::scalar::Scalar;
 
 /// Gains of a [`Regulator`] of `Y` measured states, `H` hidden ones and `U` controls, at one sample
 /// period.
@@ -15,53 +16,71 @@ use super::matrix::{add, difference, dot, times};
     derive(serde::Deserialize, serde::Serialize),
     serde(deny_unknown_fields),
     serde(bound(
-        serialize = "[[f64; Y]; U]: serde::Serialize, [[f64; H]; U]: serde::Serialize, \
-                     [[f64; U]; U]: serde::Serialize, [[f64; Y]; H]: serde::Serialize, \
-                     [[f64; H]; H]: serde::Serialize, [[f64; U]; H]: serde::Serialize",
-        deserialize = "[[f64; Y]; U]: serde::Deserialize<'de>, \
-                       [[f64; H]; U]: serde::Deserialize<'de>, \
-                       [[f64; U]; U]: serde::Deserialize<'de>, \
-                       [[f64; Y]; H]: serde::Deserialize<'de>, \
-                       [[f64; H]; H]: serde::Deserialize<'de>, \
-                       [[f64; U]; H]: serde::Deserialize<'de>"
+        serialize = "T: serde::Serialize, [[T; Y]; U]: serde::Serialize, [[T; H]; U]: serde::Serialize, \
+                     [[T; U]; U]: serde::Serialize, [[T; Y]; H]: serde::Serialize, \
+                     [[T; H]; H]: serde::Serialize, [[T; U]; H]: serde::Serialize",
+        deserialize = "T: serde::Deserialize<'de>, [[T; Y]; U]: serde::Deserialize<'de>, \
+                       [[T; H]; U]: serde::Deserialize<'de>, \
+                       [[T; U]; U]: serde::Deserialize<'de>, \
+                       [[T; Y]; H]: serde::Deserialize<'de>, \
+                       [[T; H]; H]: serde::Deserialize<'de>, \
+                       [[T; U]; H]: serde::Deserialize<'de>"
     ))
 )]
-pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize> {
+pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize, T = f64> {
     /// Stick per measured state, row by control.
-    pub measured: [[f64; Y]; U],
+    pub measured: [[T; Y]; U],
     /// Stick per hidden state.
-    pub hidden: [[f64; H]; U],
+    pub hidden: [[T; H]; U],
     /// Stick per command under way: the one sample of delay.
-    pub pending: [[f64; U]; U],
+    pub pending: [[T; U]; U],
     /// Stick per s of measured error: zero but for the states that shall have no steady error.
-    pub integral_per_s: [[f64; Y]; U],
+    pub integral_per_s: [[T; Y]; U],
     /// How the hidden states follow, over a sample, from themselves,
-    pub hidden_from_hidden: [[f64; H]; H],
+    pub hidden_from_hidden: [[T; H]; H],
     /// from the measured ones,
-    pub hidden_from_measured: [[f64; Y]; H],
+    pub hidden_from_measured: [[T; Y]; H],
     /// and from the command that acts.
-    pub hidden_from_pending: [[f64; U]; H],
+    pub hidden_from_pending: [[T; U]; H],
     /// How fast the integrals follow a command that was limited, s.
-    pub tracking_time_s: f64,
+    pub tracking_time_s: T,
 }
 
-impl<const Y: usize, const H: usize, const U: usize> Default for RegulatorGains<Y, H, U> {
+impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Default
+    for RegulatorGains<Y, H, U, T>
+{
     /// Gains that do nothing.
     fn default() -> Self {
         Self {
-            measured: [[0.0; Y]; U],
-            hidden: [[0.0; H]; U],
-            pending: [[0.0; U]; U],
-            integral_per_s: [[0.0; Y]; U],
-            hidden_from_hidden: [[0.0; H]; H],
-            hidden_from_measured: [[0.0; Y]; H],
-            hidden_from_pending: [[0.0; U]; H],
-            tracking_time_s: 1.0,
+            measured: [[T::ZERO; Y]; U],
+            hidden: [[T::ZERO; H]; U],
+            pending: [[T::ZERO; U]; U],
+            integral_per_s: [[T::ZERO; Y]; U],
+            hidden_from_hidden: [[T::ZERO; H]; H],
+            hidden_from_measured: [[T::ZERO; Y]; H],
+            hidden_from_pending: [[T::ZERO; U]; H],
+            tracking_time_s: T::ONE,
         }
     }
 }
 
-impl<const Y: usize, const H: usize, const U: usize> RegulatorGains<Y, H, U> {
+impl<const Y: usize, const H: usize, const U: usize, T: Scalar> RegulatorGains<Y, H, U, T> {
+    /// The same in numbers of another type.
+    #[must_use]
+    pub fn cast<V: Scalar>(&self) -> RegulatorGains<Y, H, U, V> {
+        let number = |value: T| V::of(value.wide());
+        RegulatorGains {
+            measured: self.measured.map(|row| row.map(number)),
+            hidden: self.hidden.map(|row| row.map(number)),
+            pending: self.pending.map(|row| row.map(number)),
+            integral_per_s: self.integral_per_s.map(|row| row.map(number)),
+            hidden_from_hidden: self.hidden_from_hidden.map(|row| row.map(number)),
+            hidden_from_measured: self.hidden_from_measured.map(|row| row.map(number)),
+            hidden_from_pending: self.hidden_from_pending.map(|row| row.map(number)),
+            tracking_time_s: number(self.tracking_time_s),
+        }
+    }
+
     pub(super) fn check(&self, what: &'static str) -> Result<(), ConfigError> {
         let all = self
             .measured
@@ -86,43 +105,43 @@ impl<const Y: usize, const H: usize, const U: usize> RegulatorGains<Y, H, U> {
 /// The prediction has no gain of its own: the measured states enter it as they are, and what is
 /// hidden forgets its start as fast as rotor and servos do. Commands are deviations from trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Regulator<const Y: usize, const H: usize, const U: usize> {
-    gains: RegulatorGains<Y, H, U>,
-    period_s: f64,
-    hidden: [f64; H],
-    pending: [f64; U],
-    integral: [f64; U],
-    measured: [f64; Y],
-    error: [f64; Y],
-    wanted: [f64; U],
+pub struct Regulator<const Y: usize, const H: usize, const U: usize, T = f64> {
+    gains: RegulatorGains<Y, H, U, T>,
+    period_s: T,
+    hidden: [T; H],
+    pending: [T; U],
+    integral: [T; U],
+    measured: [T; Y],
+    error: [T; Y],
+    wanted: [T; U],
 }
 
-impl<const Y: usize, const H: usize, const U: usize> Regulator<Y, H, U> {
+impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, U, T> {
     /// A regulator at trim, sampled every `period_s`.
     ///
     /// # Errors
     /// [`ConfigError`] for a gain that is not a number, a time that cannot be.
-    pub fn new(gains: RegulatorGains<Y, H, U>, period_s: f64) -> Result<Self, ConfigError> {
+    pub fn new(gains: RegulatorGains<Y, H, U, T>, period_s: T) -> Result<Self, ConfigError> {
         gains.check("regulator gains")?;
         within("sample period", period_s, 1e-4, 1.0, "0.0001 to 1 s")?;
         Ok(Self::unchecked(gains, period_s))
     }
 
-    pub(super) const fn unchecked(gains: RegulatorGains<Y, H, U>, period_s: f64) -> Self {
+    pub(super) const fn unchecked(gains: RegulatorGains<Y, H, U, T>, period_s: T) -> Self {
         Self {
             gains,
             period_s,
-            hidden: [0.0; H],
-            pending: [0.0; U],
-            integral: [0.0; U],
-            measured: [0.0; Y],
-            error: [0.0; Y],
-            wanted: [0.0; U],
+            hidden: [T::ZERO; H],
+            pending: [T::ZERO; U],
+            integral: [T::ZERO; U],
+            measured: [T::ZERO; Y],
+            error: [T::ZERO; Y],
+            wanted: [T::ZERO; U],
         }
     }
 
     /// Begins anew at trim, nothing remembered but the command under way.
-    pub fn start(&mut self, pending: [f64; U]) {
+    pub fn start(&mut self, pending: [T; U]) {
         *self = Self { pending, ..Self::unchecked(self.gains, self.period_s) };
     }
 
@@ -132,7 +151,7 @@ impl<const Y: usize, const H: usize, const U: usize> Regulator<Y, H, U> {
     /// # Source
     /// Equation (C3) of docs/equations.md.
     #[must_use]
-    pub fn command(&mut self, measured: &[f64; Y], reference: &[f64; Y]) -> [f64; U] {
+    pub fn command(&mut self, measured: &[T; Y], reference: &[T; Y]) -> [T; U] {
         self.measured = *measured;
         self.error = difference(measured, reference);
         let gains = &self.gains;
@@ -151,15 +170,15 @@ impl<const Y: usize, const H: usize, const U: usize> Regulator<Y, H, U> {
     ///
     /// # Source
     /// Equation (C4) of docs/equations.md.
-    pub fn advance(&mut self, applied: &[f64; U]) {
+    pub fn advance(&mut self, applied: &[T; U]) {
         let gains = &self.gains;
         let mut hidden = times(&gains.hidden_from_hidden, &self.hidden);
-        add(&mut hidden, &times(&gains.hidden_from_measured, &self.measured), 1.0);
-        add(&mut hidden, &times(&gains.hidden_from_pending, &self.pending), 1.0);
+        add(&mut hidden, &times(&gains.hidden_from_measured, &self.measured), T::ONE);
+        add(&mut hidden, &times(&gains.hidden_from_pending, &self.pending), T::ONE);
         self.hidden = hidden;
         self.pending = *applied;
         add(&mut self.integral, &times(&gains.integral_per_s, &self.error), -self.period_s);
-        let follow = (self.period_s / gains.tracking_time_s).min(1.0);
+        let follow = (self.period_s / gains.tracking_time_s).min(T::ONE);
         add(&mut self.integral, &difference(applied, &self.wanted), follow);
     }
 }

@@ -4,43 +4,44 @@ use super::health::Health;
 use super::mode::{Mode, Reason, Transition};
 use super::transfer::TransferConfig;
 use crate::controls::Sticks;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// What the choice of the mode goes by in one step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Request {
+pub(super) struct Request<T> {
     pub now: Time,
     /// The pilot's switch.
     pub engage: bool,
     /// The pilot's sticks, if there is a signal.
-    pub pilot: Option<Sticks>,
+    pub pilot: Option<Sticks<T>>,
     pub health: Health,
 }
 
 /// The mode, and what its choice remembers: the pilot's override, how long velocity has been missing
-/// and how long a better mode has been possible.
+/// and how long a better mode has been possible. Times add up in `f64`, whatever the rest computes in.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Supervisor {
+pub(super) struct Supervisor<T> {
     period_s: f64,
-    override_travel: f64,
+    override_travel: T,
     patience_s: f64,
     recovery_s: f64,
     mode: Mode,
     last_transition: Option<Transition>,
     /// Where the sticks were when the autopilot took over; `None` after an override.
-    pilot_at_engagement: Option<Sticks>,
+    pilot_at_engagement: Option<Sticks<T>>,
     overridden: bool,
     without_velocity_s: f64,
     improving_s: f64,
 }
 
-impl Supervisor {
-    pub fn new(period_s: f64, transfer: &TransferConfig, recovery_s: f64) -> Self {
+impl<T: Scalar> Supervisor<T> {
+    pub fn new(period_s: f64, transfer: &TransferConfig<T>, recovery_s: T) -> Self {
         Self {
             period_s,
             override_travel: transfer.override_travel,
-            patience_s: transfer.patience_s,
-            recovery_s,
+            patience_s: transfer.patience_s.wide(),
+            recovery_s: recovery_s.wide(),
             mode: Mode::Manual,
             last_transition: None,
             pilot_at_engagement: None,
@@ -60,7 +61,7 @@ impl Supervisor {
 
     /// Changes to the best mode that pilot and estimate allow, if it is another: to a worse one at
     /// once, to a better one when the estimate has been good enough for a while.
-    pub fn choose(&mut self, request: &Request) -> Option<Transition> {
+    pub fn choose(&mut self, request: &Request<T>) -> Option<Transition> {
         if !request.engage {
             self.overridden = false;
         } else if let (Some(now), Some(then)) = (request.pilot, self.pilot_at_engagement) {
@@ -93,7 +94,7 @@ impl Supervisor {
     }
 
     /// The best mode that pilot and estimate allow, and what stands in the way of a better one.
-    fn best(&self, request: &Request) -> (Mode, Reason) {
+    fn best(&self, request: &Request<T>) -> (Mode, Reason) {
         let impatient = self.without_velocity_s >= self.patience_s;
         let health = &request.health;
         match (health.tilt, health.velocity, health.position) {

@@ -1,6 +1,7 @@
 //! How modes give way to each other.
 
 use super::check::{ConfigError, within};
+use crate::scalar::Scalar;
 
 /// How modes give way to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,26 +11,26 @@ use super::check::{ConfigError, within};
     serde(default, deny_unknown_fields)
 )]
 #[non_exhaustive]
-pub struct TransferConfig {
+pub struct TransferConfig<T = f64> {
     /// Time constant by which the difference between the last command of one mode and the first of
     /// the next fades, s.
-    pub fade_s: f64,
+    pub fade_s: T,
     /// The same when the pilot takes over, s.
-    pub hand_back_s: f64,
+    pub hand_back_s: T,
     /// Time constant by which the sticks go to trim when attitude is not known, s.
-    pub neutral_s: f64,
+    pub neutral_s: T,
     /// A stick moved further than this from where it was when the autopilot took over is the
     /// pilot's override.
-    pub override_travel: f64,
+    pub override_travel: T,
     /// How long attitude is held without velocity before the descent begins, s.
-    pub patience_s: f64,
+    pub patience_s: T,
     /// Sink rate of the descent, m/s.
-    pub descent_mps: f64,
+    pub descent_mps: T,
     /// Stick taken off the trimmed collective in a descent without vertical velocity, in the
     /// direction that sinks, from 0.
-    pub descent_collective: f64,
+    pub descent_collective: T,
     /// Time constant by which trim is learned in a steady hover, s.
-    pub trim_s: f64,
+    pub trim_s: T,
 }
 
 impl Default for TransferConfig {
@@ -47,7 +48,23 @@ impl Default for TransferConfig {
     }
 }
 
-impl TransferConfig {
+impl<T: Scalar> TransferConfig<T> {
+    /// The same in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> TransferConfig<U> {
+        let number = |value: T| U::of(value.wide());
+        TransferConfig {
+            fade_s: number(self.fade_s),
+            hand_back_s: number(self.hand_back_s),
+            neutral_s: number(self.neutral_s),
+            override_travel: number(self.override_travel),
+            patience_s: number(self.patience_s),
+            descent_mps: number(self.descent_mps),
+            descent_collective: number(self.descent_collective),
+            trim_s: number(self.trim_s),
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         const TIME: &str = "0.01 to 1000 s";
         within("transfer.fade_s", self.fade_s, 0.01, 1e3, TIME)?;

@@ -2,24 +2,37 @@
 
 use super::check::{ConfigError, within};
 use crate::controls::Sticks;
+use crate::scalar::Scalar;
 
 /// Where the sticks stand in a steady hover and how the vehicle hangs in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
-    serde(default, deny_unknown_fields)
+    serde(default, deny_unknown_fields),
+    serde(bound(deserialize = "T: serde::Deserialize<'de> + Default"))
 )]
-pub struct Trim {
+pub struct Trim<T = f64> {
     /// The controls.
-    pub sticks: Sticks,
+    pub sticks: Sticks<T>,
     /// Roll, rad.
-    pub roll_rad: f64,
+    pub roll_rad: T,
     /// Pitch, rad.
-    pub pitch_rad: f64,
+    pub pitch_rad: T,
 }
 
-impl Trim {
+impl<T: Scalar> Trim<T> {
+    /// The same in numbers of another type.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> Trim<U> {
+        let number = |value: T| U::of(value.wide());
+        Trim {
+            sticks: self.sticks.cast(),
+            roll_rad: number(self.roll_rad),
+            pitch_rad: number(self.pitch_rad),
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         for stick in self.sticks.to_array() {
             within("trim.sticks", stick, -1.0, 1.0, "-1 to 1")?;
@@ -29,8 +42,8 @@ impl Trim {
     }
 
     /// This trim moved by `share` of the way to what is flown now.
-    pub(super) fn towards(self, now: &Self, share: f64) -> Self {
-        let blend = |old: f64, new: f64| old + share * (new - old);
+    pub(super) fn towards(self, now: &Self, share: T) -> Self {
+        let blend = |old: T, new: T| old + share * (new - old);
         Self {
             sticks: self.sticks.zip(now.sticks, blend),
             roll_rad: blend(self.roll_rad, now.roll_rad),
@@ -40,6 +53,6 @@ impl Trim {
 
     /// Whether a vehicle so trimmed is one that hovers: tilt within a quarter of a right angle.
     pub(super) fn is_plausible(&self) -> bool {
-        libm::fabs(self.roll_rad) < 0.4 && libm::fabs(self.pitch_rad) < 0.4
+        self.roll_rad.abs() < T::of(0.4) && self.pitch_rad.abs() < T::of(0.4)
     }
 }

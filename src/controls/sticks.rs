@@ -1,6 +1,7 @@
 //! The four controls.
 
 use super::Channel;
+use crate::scalar::Scalar;
 
 /// Where the four controls stand about hover trim, each from −1 to 1 of full travel: what the pilot
 /// commands, what the autopilot commands, the columns of `controls.csv` and the inputs of a model.
@@ -10,15 +11,15 @@ use super::Channel;
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
-pub struct Sticks {
+pub struct Sticks<T = f64> {
     /// Lateral cyclic.
-    pub lateral: f64,
+    pub lateral: T,
     /// Longitudinal cyclic.
-    pub longitudinal: f64,
+    pub longitudinal: T,
     /// Collective.
-    pub collective: f64,
+    pub collective: T,
     /// Pedal.
-    pub pedal: f64,
+    pub pedal: T,
 }
 
 impl Sticks {
@@ -29,20 +30,29 @@ impl Sticks {
         Channel::Collective.name(),
         Channel::Pedal.name(),
     ];
+}
 
+impl<T: Scalar> Sticks<T> {
     /// All at trim.
-    pub const NEUTRAL: Self = Self::from_array([0.0; 4]);
+    pub const NEUTRAL: Self = Self::from_array([T::ZERO; 4]);
 
     /// From lateral, longitudinal, collective, pedal.
     #[must_use]
-    pub const fn from_array([lateral, longitudinal, collective, pedal]: [f64; 4]) -> Self {
+    pub const fn from_array([lateral, longitudinal, collective, pedal]: [T; 4]) -> Self {
         Self { lateral, longitudinal, collective, pedal }
     }
 
     /// Lateral, longitudinal, collective, pedal.
     #[must_use]
-    pub const fn to_array(self) -> [f64; 4] {
+    pub const fn to_array(self) -> [T; 4] {
         [self.lateral, self.longitudinal, self.collective, self.pedal]
+    }
+
+    /// The same in numbers of another type.
+    #[must_use]
+    #[inline(always)]
+    pub fn cast<U: Scalar>(self) -> Sticks<U> {
+        Sticks::from_array(self.to_array().map(|stick| U::of(stick.wide())))
     }
 
     /// Whether every control is a number.
@@ -53,7 +63,7 @@ impl Sticks {
 
     /// Each control of this and of `other` put together by `rule`.
     #[must_use]
-    pub(crate) fn zip(self, other: Self, rule: impl Fn(f64, f64) -> f64) -> Self {
+    pub(crate) fn zip(self, other: Self, rule: impl Fn(T, T) -> T) -> Self {
         Self {
             lateral: rule(self.lateral, other.lateral),
             longitudinal: rule(self.longitudinal, other.longitudinal),
@@ -64,14 +74,14 @@ impl Sticks {
 
     /// All controls times `factor`.
     #[must_use]
-    pub(crate) fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: T) -> Self {
         Self::from_array(self.to_array().map(|stick| stick * factor))
     }
 
     /// The largest difference of any control to `other`.
     #[must_use]
-    pub(crate) fn farthest_from(self, other: Self) -> f64 {
-        let apart = self.zip(other, |a, b| libm::fabs(a - b)).to_array();
-        apart.into_iter().fold(0.0, f64::max)
+    pub(crate) fn farthest_from(self, other: Self) -> T {
+        let apart = self.zip(other, |a, b| (a - b).abs()).to_array();
+        apart.into_iter().fold(T::ZERO, T::max)
     }
 }

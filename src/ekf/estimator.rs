@@ -453,9 +453,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         (self.phase == Phase::Navigating).then_some(&self.filter)
     }
 
-    /// The solution now; `None` until alignment ends.
+    /// The solution now, in the numbers that the estimator computes in; `None` until alignment ends.
     #[must_use]
-    pub fn solution(&self) -> Option<Solution> {
+    pub fn solution(&self) -> Option<Solution<T>> {
         match self.phase {
             Phase::Aligning => None,
             Phase::Searching => self.search.solution(),

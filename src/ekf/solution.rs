@@ -16,34 +16,34 @@ use crate::time::Time;
 /// the inertial unit. One-sigmas are those of the last propagation of the covariance, which with a unit of
 /// more than 133 Hz may have been `covariance_interval_s` ago.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solution {
+pub struct Solution<T = f64> {
     /// The inertial sample it holds at.
     pub time: Time,
     /// Where the point is.
     pub position: Geodetic,
     /// The point's velocity over ground, m/s.
-    pub velocity_mps: Vector<Ned>,
+    pub velocity_mps: Vector<Ned, T>,
     /// Attitude.
-    pub body_to_ned: Rotation<Body, Ned>,
+    pub body_to_ned: Rotation<Body, Ned, T>,
     /// Angular rate p, q, r of the body against the ground's axes, rad/s, less bias.
-    pub angular_rate_radps: Vector<Body>,
+    pub angular_rate_radps: Vector<Body, T>,
     /// How far the filter has turned its heading, in all, by finding what gives it in error, rad: the vehicle did
     /// not turn by that. Who holds a heading moves it along. 0 where nothing is known of it, and where smoothed.
-    pub heading_revision_rad: f64,
+    pub heading_revision_rad: T,
     /// One-sigma of position, m.
-    pub position_sigma_m: Vector<Ned>,
+    pub position_sigma_m: Vector<Ned, T>,
     /// One-sigma of velocity, m/s.
-    pub velocity_sigma_mps: Vector<Ned>,
+    pub velocity_sigma_mps: Vector<Ned, T>,
     /// One-sigma of roll, pitch and yaw, rad.
-    pub attitude_sigma_rad: [f64; 3],
+    pub attitude_sigma_rad: [T; 3],
     /// Gyro bias removed, rad/s.
-    pub gyro_bias_radps: Vector<Body>,
+    pub gyro_bias_radps: Vector<Body, T>,
     /// Accelerometer bias removed, m/s².
-    pub accel_bias_mps2: Vector<Body>,
+    pub accel_bias_mps2: Vector<Body, T>,
     /// One-sigma of the gyro bias, rad/s.
-    pub gyro_bias_sigma_radps: Vector<Body>,
+    pub gyro_bias_sigma_radps: Vector<Body, T>,
     /// One-sigma of the accelerometer bias, m/s².
-    pub accel_bias_sigma_mps2: Vector<Body>,
+    pub accel_bias_sigma_mps2: Vector<Body, T>,
 }
 
 impl Solution {
@@ -67,24 +67,46 @@ impl Solution {
             accel_bias_sigma_mps2: Vector::ZERO,
         }
     }
+}
 
+impl<T: Scalar> Solution<T> {
     /// u, v, w: the point's velocity in body axes, m/s.
     #[must_use]
-    pub fn velocity_body_mps(&self) -> Vector<Body> {
+    pub fn velocity_body_mps(&self) -> Vector<Body, T> {
         self.body_to_ned.inverse() * self.velocity_mps
+    }
+
+    /// The same in numbers of another type; time and place are exact in any.
+    #[must_use]
+    pub fn cast<U: Scalar>(&self) -> Solution<U> {
+        Solution {
+            time: self.time,
+            position: self.position,
+            velocity_mps: self.velocity_mps.cast(),
+            body_to_ned: self.body_to_ned.cast(),
+            angular_rate_radps: self.angular_rate_radps.cast(),
+            heading_revision_rad: U::of(self.heading_revision_rad.wide()),
+            position_sigma_m: self.position_sigma_m.cast(),
+            velocity_sigma_mps: self.velocity_sigma_mps.cast(),
+            attitude_sigma_rad: self.attitude_sigma_rad.map(|sigma| U::of(sigma.wide())),
+            gyro_bias_radps: self.gyro_bias_radps.cast(),
+            accel_bias_mps2: self.accel_bias_mps2.cast(),
+            gyro_bias_sigma_radps: self.gyro_bias_sigma_radps.cast(),
+            accel_bias_sigma_mps2: self.accel_bias_sigma_mps2.cast(),
+        }
     }
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Position, velocity, attitude and their one-sigma now, at the point of the solution.
     #[must_use]
-    pub fn solution(&self) -> Solution {
+    pub fn solution(&self) -> Solution<T> {
         let errors = self.imu_errors();
         let estimate = Estimate {
             state: &self.state,
             covariance: &self.covariance,
             angular_rate_radps: self.angular_rate_radps,
-            heading_revision_rad: self.heading_revision.total_rad.wide(),
+            heading_revision_rad: self.heading_revision.total_rad,
             gyro_bias_radps: errors.gyro_bias_radps,
             accel_bias_mps2: errors.accel_bias_mps2,
         };
@@ -97,40 +119,42 @@ pub(super) struct Estimate<'a, T, const N: usize> {
     pub state: &'a NavState<T>,
     pub covariance: &'a Covariance<T, N>,
     pub angular_rate_radps: Vector<Body, T>,
-    pub heading_revision_rad: f64,
+    pub heading_revision_rad: T,
     pub gyro_bias_radps: Vector<Body, T>,
     pub accel_bias_mps2: Vector<Body, T>,
 }
 
 impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
     /// The solution at its point.
-    pub fn solution(&self, mounting: &Mounting) -> Solution {
+    pub fn solution(&self, mounting: &Mounting) -> Solution<T> {
         let lever_arm = mounting.solution_from_imu().cast::<T>();
         let state = self.state;
         let relative_velocity = lever_arm.relative_velocity(self.angular_rate_radps);
         Solution {
             time: state.time,
             position: lever_arm.position(&state.position, state.body_to_ned),
-            velocity_mps: lever_arm
-                .velocity(state.velocity_mps, state.body_to_ned, self.angular_rate_radps)
-                .cast(),
-            body_to_ned: state.body_to_ned.cast(),
-            angular_rate_radps: self.angular_rate_radps.cast(),
+            velocity_mps: lever_arm.velocity(
+                state.velocity_mps,
+                state.body_to_ned,
+                self.angular_rate_radps,
+            ),
+            body_to_ned: state.body_to_ned,
+            angular_rate_radps: self.angular_rate_radps,
             heading_revision_rad: self.heading_revision_rad,
             position_sigma_m: self.point_sigma(POSITION, lever_arm.0),
             velocity_sigma_mps: self.point_sigma(VELOCITY, relative_velocity),
             attitude_sigma_rad: self.euler_sigma(),
-            gyro_bias_radps: self.gyro_bias_radps.cast(),
-            accel_bias_mps2: self.accel_bias_mps2.cast(),
+            gyro_bias_radps: self.gyro_bias_radps,
+            accel_bias_mps2: self.accel_bias_mps2,
             gyro_bias_sigma_radps: self.sigma_block(GYRO_BIAS).into(),
             accel_bias_sigma_mps2: self.sigma_block(ACCEL_BIAS).into(),
         }
     }
 
-    fn sigma_block(&self, first: usize) -> [f64; 3] {
+    fn sigma_block(&self, first: usize) -> [T; 3] {
         core::array::from_fn(|axis| {
             let state = first + axis;
-            self.covariance.value(state, state).max(T::ZERO).sqrt().wide()
+            self.covariance.value(state, state).max(T::ZERO).sqrt()
         })
     }
 
@@ -138,7 +162,7 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
     ///
     /// # Source
     /// Equation (K11) of docs/equations.md.
-    fn point_sigma(&self, first: usize, moved_by: Vector<Body, T>) -> Vector<Ned> {
+    fn point_sigma(&self, first: usize, moved_by: Vector<Body, T>) -> Vector<Ned, T> {
         let arm = (self.state.body_to_ned * moved_by).to_array();
         let p = self.covariance;
         let sigma = |axis: usize| {
@@ -155,7 +179,7 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
                     variance += a * b * p.value(i, j);
                 }
             }
-            variance.max(T::ZERO).sqrt().wide()
+            variance.max(T::ZERO).sqrt()
         };
         Vector::new(sigma(0), sigma(1), sigma(2))
     }
@@ -164,7 +188,7 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
     ///
     /// # Source
     /// Equation (K12) of docs/equations.md.
-    fn euler_sigma(&self) -> [f64; 3] {
+    fn euler_sigma(&self) -> [T; 3] {
         // Sines and cosines stand in the direction of the nose.
         let [[north, ..], [east, ..], [down, ..]] = self.state.body_to_ned.rows();
         let level = (north * north + east * east).sqrt();
@@ -186,7 +210,7 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
                     variance += a * b * value;
                 }
             }
-            variance.max(T::ZERO).sqrt().wide().min(core::f64::consts::PI)
+            variance.max(T::ZERO).sqrt().min(T::of(core::f64::consts::PI))
         })
     }
 }

@@ -37,16 +37,16 @@ const ANOTHER_M: f64 = 100.0;
 /// # Source
 /// Equation (C11) of docs/equations.md.
 #[derive(Clone, Copy, Debug)]
-pub struct SteplessSolution {
-    time_constant_s: f64,
+pub struct SteplessSolution<T = f64> {
+    time_constant_s: T,
     /// The solution's time before.
     before: Option<Time>,
-    attitude_rad: PendingCorrection,
+    attitude_rad: PendingCorrection<T>,
     /// About down, like the attitude that it goes with; and all of it up to the solution before.
-    heading_revision_rad: PendingCorrection,
-    revised_rad: f64,
-    velocity_mps: PendingCorrection,
-    position_m: PendingCorrection,
+    heading_revision_rad: PendingCorrection<T>,
+    revised_rad: T,
+    velocity_mps: PendingCorrection<T>,
+    position_m: PendingCorrection<T>,
 }
 
 /// What is kept back and its rate below which nothing is: rad, m/s or m, and those per second.
@@ -55,45 +55,46 @@ const FORGOTTEN: f64 = 1e-12;
 /// What is kept back of one quantity, and how fast it changes. Critically damped, so that neither it nor
 /// its rate jumps when it is let out: a controller that differentiates hears no step either.
 #[derive(Clone, Copy, Debug, Default)]
-struct PendingCorrection {
-    left: Vector<Ned>,
-    rate_per_s: Vector<Ned>,
+struct PendingCorrection<T> {
+    left: Vector<Ned, T>,
+    rate_per_s: Vector<Ned, T>,
 }
 
-impl PendingCorrection {
-    fn let_out(&mut self, elapsed_s: f64, time_constant_s: f64) {
-        let share = libm::exp(-elapsed_s / time_constant_s);
-        let drive = self.rate_per_s + self.left * (1.0 / time_constant_s);
+impl<T: Scalar> PendingCorrection<T> {
+    fn let_out(&mut self, elapsed_s: T, time_constant_s: T) {
+        let share = (-elapsed_s / time_constant_s).exp();
+        let drive = self.rate_per_s + self.left * (T::ONE / time_constant_s);
         self.left = (self.left + drive * elapsed_s) * share;
         self.rate_per_s = (self.rate_per_s - drive * (elapsed_s / time_constant_s)) * share;
         // Without corrections it would decay to numbers that processors compute with a hundred times slower.
-        if self.left.is_shorter_than(FORGOTTEN) && self.rate_per_s.is_shorter_than(FORGOTTEN) {
+        let forgotten = T::of(FORGOTTEN);
+        if self.left.is_shorter_than(forgotten) && self.rate_per_s.is_shorter_than(forgotten) {
             *self = Self::default();
         }
     }
 }
 
-impl Default for SteplessSolution {
+impl<T: Scalar> Default for SteplessSolution<T> {
     /// With a time constant of 0.35 s: four fifths of a correction are in before the next fix.
     fn default() -> Self {
         Self::new(0.35)
     }
 }
 
-impl SteplessSolution {
+impl<T: Scalar> SteplessSolution<T> {
     /// Nothing kept back yet; corrections are let out with `time_constant_s`, brought into 0.05 to 10 s.
     #[must_use]
     pub fn new(time_constant_s: f64) -> Self {
         Self {
-            time_constant_s: if time_constant_s.is_nan() {
+            time_constant_s: T::of(if time_constant_s.is_nan() {
                 0.05
             } else {
                 time_constant_s.clamp(0.05, 10.0)
-            },
+            }),
             before: None,
             attitude_rad: PendingCorrection::default(),
             heading_revision_rad: PendingCorrection::default(),
-            revised_rad: 0.0,
+            revised_rad: T::ZERO,
             velocity_mps: PendingCorrection::default(),
             position_m: PendingCorrection::default(),
         }
@@ -101,17 +102,19 @@ impl SteplessSolution {
 
     /// What is kept back now: attitude, rad, velocity, m/s, and position, m, north, east, down.
     #[must_use]
-    pub const fn kept_back(&self) -> [Vector<Ned>; 3] {
+    pub const fn kept_back(&self) -> [Vector<Ned, T>; 3] {
         [self.attitude_rad.left, self.velocity_mps.left, self.position_m.left]
     }
 
     /// The solution without steps at the time of `filtered`, the filter's own.
-    pub fn solution(&mut self, filtered: &Solution) -> Solution {
-        let elapsed_s = self.before.map_or(0.0, |before| (filtered.time - before).max(0.0));
+    pub fn solution(&mut self, filtered: &Solution<T>) -> Solution<T> {
+        let elapsed_s = self
+            .before
+            .map_or(T::ZERO, |before| filtered.time.seconds_since::<T>(before).max(T::ZERO));
         self.before = Some(filtered.time);
         let revised_rad = filtered.heading_revision_rad - self.revised_rad;
         self.revised_rad = filtered.heading_revision_rad;
-        self.heading_revision_rad.left += Vector::new(0.0, 0.0, revised_rad);
+        self.heading_revision_rad.left += Vector::new(T::ZERO, T::ZERO, revised_rad);
         for kept in [
             &mut self.attitude_rad,
             &mut self.heading_revision_rad,
@@ -122,15 +125,15 @@ impl SteplessSolution {
         }
         let [attitude_rad, velocity_mps, position_m] = self.kept_back();
         // Written so that a NaN is dropped too.
-        let small = velocity_mps.norm() <= ANOTHER_MPS
-            && position_m.norm() <= ANOTHER_M
-            && attitude_rad.norm() <= core::f64::consts::PI;
+        let small = velocity_mps.norm() <= T::of(ANOTHER_MPS)
+            && position_m.norm() <= T::of(ANOTHER_M)
+            && attitude_rad.norm() <= T::of(core::f64::consts::PI);
         if !small {
             let Self { before, revised_rad, time_constant_s, .. } = *self;
-            *self = Self { before, revised_rad, ..Self::new(time_constant_s) };
+            *self = Self { before, revised_rad, time_constant_s, ..Self::default() };
         }
         let [attitude_rad, velocity_mps, position_m] = self.kept_back();
-        let wider = |sigma: Vector<Ned>, kept: Vector<Ned>| {
+        let wider = |sigma: Vector<Ned, T>, kept: Vector<Ned, T>| {
             let [x, y, z] = sigma.to_array();
             let [a, b, c] = kept.to_array();
             Vector::new(Scalar::hypot(x, a), Scalar::hypot(y, b), Scalar::hypot(z, c))
@@ -151,13 +154,13 @@ impl SteplessSolution {
     }
 }
 
-impl<T: Scalar, const N: usize> Trace<T, N> for SteplessSolution {
+impl<T: Scalar, U: Scalar, const N: usize> Trace<T, N> for SteplessSolution<U> {
     fn hears_updates(&self) -> bool {
         false
     }
 
     fn corrected(&mut self, correction: &[T; N]) {
-        let at = |state: usize| correction.get(state).map_or(0.0, |moved| moved.wide());
+        let at = |state: usize| correction.get(state).map_or(U::ZERO, |moved| U::of(moved.wide()));
         let block = |first: usize| Vector::new(at(first), at(first + 1), at(first + 2));
         self.attitude_rad.left += block(ATTITUDE);
         self.velocity_mps.left += block(VELOCITY);
@@ -165,7 +168,7 @@ impl<T: Scalar, const N: usize> Trace<T, N> for SteplessSolution {
     }
 
     fn turned(&mut self, turn_rad: Vector<Ned>) {
-        self.attitude_rad.left += turn_rad;
+        self.attitude_rad.left += turn_rad.cast();
     }
 }
 

@@ -54,13 +54,7 @@ impl Rotation<Body, Ned> {
     /// Equation (F6) of docs/equations.md.
     #[must_use]
     pub fn euler(self) -> EulerAngles {
-        let [x, y, z, w] = self.to_array();
-        let sin_pitch = self.sin_pitch();
-        let (yaw_rad, pitch_rad) = (self.heading_rad(), libm::asin(sin_pitch));
-        if is_upright(sin_pitch) {
-            return EulerAngles { roll_rad: 0.0, pitch_rad, yaw_rad };
-        }
-        let roll_rad = libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y));
+        let [roll_rad, pitch_rad, yaw_rad] = self.angles();
         EulerAngles { roll_rad, pitch_rad, yaw_rad }
     }
 }
@@ -79,6 +73,20 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
             cos_r * cos_p * sin_y - sin_r * sin_p * cos_y,
             cos_r * cos_p * cos_y + sin_r * sin_p * sin_y,
         ])
+    }
+
+    /// Roll, pitch and yaw of [`euler`](Rotation::euler), rad, in numbers of any type.
+    #[must_use]
+    pub fn angles(self) -> [T; 3] {
+        let [x, y, z, w] = self.to_array();
+        let two = T::of(2.0);
+        let sin_pitch = self.sin_pitch();
+        let (yaw_rad, pitch_rad) = (self.heading_rad(), sin_pitch.asin());
+        if is_upright(sin_pitch) {
+            return [T::ZERO, pitch_rad, yaw_rad];
+        }
+        let roll_rad = (two * (w * x + y * z)).atan2(T::ONE - two * (x * x + y * y));
+        [roll_rad, pitch_rad, yaw_rad]
     }
 
     /// The yaw of [`euler`](Rotation::euler) alone, rad.

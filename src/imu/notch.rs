@@ -67,19 +67,24 @@ impl NotchConfig {
         self
     }
 
-    /// The first setting that is out of its range: frequencies finite and not negative, the width above
+    /// The first setting that is out of its range, what was found and what was expected: frequencies finite and not negative, the width above
     /// zero, at least one harmonic.
     #[must_use]
-    pub fn out_of_range(&self) -> Option<(&'static str, f64)> {
+    pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
+        const FREQUENCY: &str = "0 to less than 10000 Hz";
+        const WIDTH: &str = "more than 0, less than 10000 Hz";
         let frequency = |value: f64| (0.0..1e4).contains(&value);
         let harmonics = f64::from(self.harmonics);
         let checks = [
-            ("frequency_hz", self.frequency_hz, frequency(self.frequency_hz)),
-            ("width_hz", self.width_hz, frequency(self.width_hz) && self.width_hz > 0.0),
-            ("harmonics", harmonics, (1.0..=MOST_HARMONICS as f64).contains(&harmonics)),
-            ("least_hz", self.least_hz, frequency(self.least_hz)),
+            ("frequency_hz", self.frequency_hz, FREQUENCY, frequency(self.frequency_hz)),
+            ("width_hz", self.width_hz, WIDTH, frequency(self.width_hz) && self.width_hz > 0.0),
+            ("harmonics", harmonics, "1 to 4", (1.0..=MOST_HARMONICS as f64).contains(&harmonics)),
+            ("least_hz", self.least_hz, FREQUENCY, frequency(self.least_hz)),
         ];
-        checks.into_iter().find(|check| !check.2).map(|(key, value, _)| (key, value))
+        checks
+            .into_iter()
+            .find(|check| !check.3)
+            .map(|(key, value, expected, _)| (key, value, expected))
     }
 }
 
@@ -420,8 +425,11 @@ mod tests {
         let config = NotchConfig::at_hz(20.0);
         assert_eq!(config.out_of_range(), None);
         let wrong = NotchConfig { harmonics: 9, ..config };
-        assert_eq!(wrong.out_of_range(), Some(("harmonics", 9.0)));
+        assert_eq!(wrong.out_of_range(), Some(("harmonics", 9.0, "1 to 4")));
         let wrong = NotchConfig { width_hz: 0.0, ..config };
-        assert_eq!(wrong.out_of_range(), Some(("width_hz", 0.0)));
+        assert_eq!(
+            wrong.out_of_range(),
+            Some(("width_hz", 0.0, "more than 0, less than 10000 Hz"))
+        );
     }
 }

@@ -5,6 +5,7 @@ mod heading;
 mod hover;
 mod margins;
 mod printed;
+mod single;
 mod start;
 mod steps;
 

@@ -27,8 +27,7 @@ impl NotchCost {
     /// # Errors
     /// [`DesignError::Range`] for a notch that is none, a rate outside of 5 Hz to 10 kHz.
     pub fn new(config: NotchConfig, imu_hz: f64) -> Result<Self, DesignError> {
-        if let Some((name, value)) = config.out_of_range() {
-            let expected = "a notch: frequencies from 0, a width above 0, 1 to 4 harmonics";
+        if let Some((name, value, expected)) = config.out_of_range() {
             return Err(DesignError::Range { name, value, expected });
         }
         if !(5.0..=1e4).contains(&imu_hz) {

@@ -71,9 +71,9 @@ pub(crate) fn notch<'de, D: Deserializer<'de>>(
 ) -> Result<Option<NotchConfig>, D::Error> {
     let notch = NotchConfig::deserialize(deserializer)?;
     match notch.out_of_range() {
-        Some((key, value)) => Err(de::Error::custom(format!(
-            "{key}: found {value}, expected frequencies of 0 to 1e4 Hz, a width above 0 and 1 to 4 harmonics"
-        ))),
+        Some((key, value, expected)) => {
+            Err(de::Error::custom(format!("{key}: found {value}, expected {expected}")))
+        }
         None => Ok(Some(notch)),
     }
 }

@@ -36,11 +36,10 @@ impl Notch {
         core.least_hz = self.least_hz;
         match core.out_of_range() {
             None => Ok(Some(core)),
-            Some((key, found)) => {
+            Some((key, found, expected)) => {
                 let expected = match key {
                     "harmonics" => "1 to 4, or 0 and no frequency for no notch",
-                    "width_hz" => "more than 0, less than 10000 Hz",
-                    _ => "0 to less than 10000 Hz",
+                    _ => expected,
                 };
                 Err(Fault::new(&["notch.", key], found, expected))
             }

@@ -7,7 +7,9 @@ use hovernav::controls::Sticks;
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::layout::Layout;
 use hovernav::ekf::scalar::Scalar;
-use hovernav::ekf::{Aid, Estimator, EstimatorConfig, HeadingMethod, Notice, Solution};
+use hovernav::ekf::{
+    Aid, Estimator, EstimatorConfig, HeadingMethod, Notice, Solution, SteplessSolution,
+};
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
@@ -48,12 +50,12 @@ pub fn config_without_heading() -> EstimatorConfig {
 
 /// An autopilot with gains that damp rates: what a step costs does not depend on their values.
 #[must_use]
-pub fn autopilot() -> Option<HoverAutopilot> {
+pub fn autopilot<T: Scalar>() -> Option<HoverAutopilot<T>> {
     let mut gains = Gains::default();
     gains.heave.tracking_time_s = 1.0;
     gains.roll_pitch.measured = [[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0, 0.0, 0.0]];
     gains.yaw.measured = [[0.2, 0.0]];
-    HoverAutopilot::new(HoverConfig::new(0.0303, gains)).ok()
+    HoverAutopilot::new(HoverConfig::new(0.0303, gains).cast()).ok()
 }
 
 fn sample(row: &[f64; 13]) -> Option<Event> {
@@ -109,7 +111,7 @@ pub enum Work {
     Search,
     /// A sample and a fix before there is a heading.
     SearchFix,
-    /// The solution and a step of the autopilot.
+    /// The solution, without steps for the autopilot, and a step of the autopilot.
     Autopilot,
 }
 
@@ -180,17 +182,18 @@ impl Outcome {
 /// hears how far it went in each call.
 pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
     estimator: &mut Estimator<L, N, T, H>,
-    autopilot: &mut HoverAutopilot,
+    autopilot: &mut HoverAutopilot<T>,
     most: usize,
     clock: impl Fn() -> u32,
     mut note: impl FnMut(Work, u32, u32),
 ) -> Outcome {
+    let mut stepless = SteplessSolution::default();
     let mut outcome = Outcome { solutions: 0, hash: 14_695_981_039_346_656_037 };
     for event in events(most) {
         let (mut attitude, mut fix, mut aligned) = (false, false, false);
         let before = clock();
         autopilot.hear(&event);
-        estimator.push(&event, |notice| {
+        estimator.push_traced(&event, &mut stepless, |notice| {
             autopilot.hear_notice(&notice);
             match notice {
                 Notice::Updated(ref report) => {
@@ -208,9 +211,10 @@ pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
         let searching = estimator.filter().is_none();
         let solution_began = clock();
         let solution = estimator.solution();
+        let flown = solution.map(|own| stepless.solution(&own));
         let outputs = autopilot.step(&Inputs {
             now: time,
-            solution: solution.as_ref(),
+            solution: flown.as_ref(),
             pilot: Some(Sticks::NEUTRAL),
             engage: outcome.solutions > 100,
         });
@@ -226,9 +230,9 @@ pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
             };
             note(work, before, after);
             note(Work::Autopilot, solution_began, solution_ended);
-            outcome.add_solution(solution);
+            outcome.add_solution(&solution.cast());
         }
-        outcome.add(&outputs.sticks.to_array());
+        outcome.add(&outputs.sticks.cast().to_array());
     }
     outcome
 }

@@ -41,7 +41,7 @@ pub(in super::super) mod sealed {
             baseline: Vector<Body>,
             heading_rad: f64,
         ) -> Option<FoundHeading<'_, T>>;
-        fn solution(&self) -> Option<Solution>;
+        fn solution(&self) -> Option<Solution<T>>;
         fn time(&self) -> Time;
         /// Begins anew to watch the heading of a filter, from its level.
         fn watch(&mut self, body_to_ned: Rotation<Body, Ned, T>);
@@ -83,7 +83,7 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     ) -> Option<FoundHeading<'_, T>> {
         self.found_at(baseline, heading_rad)
     }
-    fn solution(&self) -> Option<Solution> {
+    fn solution(&self) -> Option<Solution<T>> {
         self.solution()
     }
     fn time(&self) -> Time {
@@ -125,7 +125,7 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     fn found_at(&mut self, _: Vector<Body>, _: f64) -> Option<FoundHeading<'_, T>> {
         None
     }
-    fn solution(&self) -> Option<Solution> {
+    fn solution(&self) -> Option<Solution<T>> {
         None
     }
     fn time(&self) -> Time {

@@ -322,12 +322,12 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// The best filter's solution, its heading as unsure as all filters together are, and no surer than
     /// the motion so far allows.
-    pub(super) fn solution(&self) -> Option<Solution> {
+    pub(super) fn solution(&self) -> Option<Solution<T>> {
         self.best().map(|best| {
             let mut solution = best.solution(&self.filter.mounting);
             let least_rad = if self.is_proven() { 0.0 } else { UNPROVEN_RAD };
             let [.., heading] = &mut solution.attitude_sigma_rad;
-            *heading = heading.max(self.heading_sigma_rad()).max(least_rad);
+            *heading = heading.max(T::of(self.heading_sigma_rad().max(least_rad)));
             solution
         })
     }

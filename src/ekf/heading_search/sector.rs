@@ -104,7 +104,7 @@ impl<T: Scalar> Sector<T> {
     }
 
     /// The solution of this sector's filter.
-    pub fn solution(&self, mounting: &Mounting) -> Solution {
+    pub fn solution(&self, mounting: &Mounting) -> Solution<T> {
         let mut covariance = Covariance::<T, 16>::zero();
         self.covariance.unpack(&mut covariance);
         let [p, q, r, x, y, z] = self.biases;
@@ -112,7 +112,7 @@ impl<T: Scalar> Sector<T> {
             state: &self.state,
             covariance: &covariance,
             angular_rate_radps: self.angular_rate_radps,
-            heading_revision_rad: 0.0,
+            heading_revision_rad: T::ZERO,
             gyro_bias_radps: Vector::new(p, q, r),
             accel_bias_mps2: Vector::new(x, y, z),
         };

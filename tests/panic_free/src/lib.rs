@@ -20,6 +20,7 @@ use hovernav::flight_control::{ControlInputs, ControlNotice, ControlOutputs, Fli
 use hovernav::gps::quality::{Failures, QualityCheck};
 use hovernav::gps::{ReceiverFix, nmea, tsip, ubx};
 use hovernav::imu::{ImuSample, Notch};
+use hovernav::scalar::Scalar;
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::servo::packet::{self, PacketCapture, ServoPacket};
 use hovernav::servo::{Captured, ChannelConfig, Limited, Limiter, Swashplate, Switch};
@@ -87,7 +88,20 @@ pub fn flight_computer(
     fly(estimator, receiver, autopilot, bytes, event, inputs)
 }
 
-/// The same with a barometer and a rangefinder.
+/// The same in single precision.
+#[unsafe(no_mangle)]
+pub fn flight_computer_single(
+    estimator: &mut Estimator<WithoutHeightAids, 26, f32, NoHeadingSearch>,
+    receiver: &mut ubx::Decoder,
+    autopilot: &mut HoverAutopilot<f32>,
+    bytes: &mut &[u8],
+    event: &Event,
+    inputs: &Inputs<'_, f32>,
+) -> Outputs<f32> {
+    fly(estimator, receiver, autopilot, bytes, event, inputs)
+}
+
+/// The same in double precision with a barometer and a rangefinder.
 #[unsafe(no_mangle)]
 pub fn flight_computer_with_height_aids(
     estimator: &mut Estimator<Full, 28, f64, NoHeadingSearch>,
@@ -100,14 +114,14 @@ pub fn flight_computer_with_height_aids(
     fly(estimator, receiver, autopilot, bytes, event, inputs)
 }
 
-fn fly<L: Layout<N>, const N: usize>(
-    estimator: &mut Estimator<L, N, f64, NoHeadingSearch>,
+fn fly<L: Layout<N>, const N: usize, T: Scalar>(
+    estimator: &mut Estimator<L, N, T, NoHeadingSearch>,
     receiver: &mut ubx::Decoder,
-    autopilot: &mut HoverAutopilot,
+    autopilot: &mut HoverAutopilot<T>,
     bytes: &mut &[u8],
     event: &Event,
-    inputs: &Inputs<'_>,
-) -> Outputs {
+    inputs: &Inputs<'_, T>,
+) -> Outputs<T> {
     while let Some(fix) = receiver.read(bytes, inputs.now) {
         if let Some(fix) = fix.at(fix.arrival) {
             estimator.push(&Event::Gps(fix), |_| {});
@@ -125,6 +139,14 @@ pub fn autopilot_step(autopilot: &mut HoverAutopilot, inputs: &Inputs<'_>) -> Ou
 }
 
 #[unsafe(no_mangle)]
+pub fn autopilot_single_step(
+    autopilot: &mut HoverAutopilot<f32>,
+    inputs: &Inputs<'_, f32>,
+) -> Outputs<f32> {
+    autopilot.step(inputs)
+}
+
+#[unsafe(no_mangle)]
 pub fn flight_control_step(
     control: &mut FlightControl,
     inputs: &ControlInputs<'_>,
@@ -135,6 +157,14 @@ pub fn flight_control_step(
 
 #[unsafe(no_mangle)]
 pub fn stepless_solution(stepless: &mut SteplessSolution, filtered: &Solution) -> Solution {
+    stepless.solution(filtered)
+}
+
+#[unsafe(no_mangle)]
+pub fn stepless_single_solution(
+    stepless: &mut SteplessSolution<f32>,
+    filtered: &Solution<f32>,
+) -> Solution<f32> {
     stepless.solution(filtered)
 }
 
@@ -352,6 +382,7 @@ objects! {
     OBJECT_ESTIMATOR_BASE_F64: Estimator<Base, 16, f64, NoHeadingSearch>,
     OBJECT_ESTIMATOR_BASE_F32: Estimator<Base, 16, f32, NoHeadingSearch>,
     OBJECT_HOVER_AUTOPILOT: HoverAutopilot,
+    OBJECT_HOVER_AUTOPILOT_F32: HoverAutopilot<f32>,
     OBJECT_FLIGHT_CONTROL: FlightControl,
     OBJECT_SENSORS: Sensors,
     OBJECT_DMU_LINK: Link,

@@ -68,7 +68,9 @@ pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
         _ => return None,
     };
     let level = match notice {
-        Notice::Aligned(_) | Notice::HeadingFound { .. } => Level::Info,
+        Notice::Aligned(_) | Notice::HeadingFound { .. } | Notice::FieldRestored { .. } => {
+            Level::Info
+        }
         _ => Level::Warning,
     };
     let part = match notice {
@@ -76,7 +78,7 @@ pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
         | Notice::CovarianceReset { .. }
         | Notice::SampleSuspect { .. }
         | Notice::SampleRefused { .. } => Part::InertialUnit,
-        Notice::NotUsed { aid: Aid::Gps, .. } => Part::Receiver,
+        Notice::NotUsed { aid: Aid::Gps, .. } | Notice::AntennaElsewhere { .. } => Part::Receiver,
         _ => Part::Estimator,
     };
     Some((part, level, text))

@@ -13,6 +13,7 @@ use crate::wind::Wind;
 use hovernav::autopilot::{HoverAutopilot, Inputs};
 use hovernav::controls::Sticks;
 use hovernav::ekf::layout::Full;
+use hovernav::ekf::scalar::Scalar;
 use hovernav::ekf::{Estimator, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::gps::Fix;
@@ -32,8 +33,16 @@ impl FlightConfig {
     ///
     /// # Errors
     /// [`FlightError`].
-    pub fn fly_with(&self, mut progress: impl FnMut(f64)) -> Result<Flight, FlightError> {
-        let mut run = RunningFlight::new(self)?;
+    pub fn fly_with(&self, progress: impl FnMut(f64)) -> Result<Flight, FlightError> {
+        self.fly_in::<f64>(progress)
+    }
+
+    /// The same with a flight computer, estimator and autopilot, that computes in `T`.
+    ///
+    /// # Errors
+    /// [`FlightError`].
+    pub fn fly_in<T: Scalar>(&self, mut progress: impl FnMut(f64)) -> Result<Flight, FlightError> {
+        let mut run = RunningFlight::<T>::new(self)?;
         let last = (self.duration_s / run.period_s + 1e-6) as u64;
         for sample in 0..=last {
             run.sample(sample)?;
@@ -48,7 +57,7 @@ impl FlightConfig {
 }
 
 /// A flight under way.
-struct RunningFlight<'a> {
+struct RunningFlight<'a, T> {
     config: &'a FlightConfig,
     period_s: f64,
     vehicle: Vehicle,
@@ -64,11 +73,11 @@ struct RunningFlight<'a> {
     next_heading: u64,
     /// Fixes on their way, with the time of their arrival.
     pending_fixes: Vec<(Time, Fix)>,
-    estimator: Estimator<Full, 28>,
-    stepless: SteplessSolution,
+    estimator: Estimator<Full, 28, T>,
+    stepless: SteplessSolution<T>,
     pilot: HoverAutopilot,
     pilot_sticks: Sticks,
-    autopilot: HoverAutopilot,
+    autopilot: HoverAutopilot<T>,
     engaged: bool,
     added: Sticks,
     events: std::slice::Iter<'a, (f64, FlightEvent)>,
@@ -77,7 +86,7 @@ struct RunningFlight<'a> {
     flight: Flight,
 }
 
-impl<'a> RunningFlight<'a> {
+impl<'a, T: Scalar> RunningFlight<'a, T> {
     fn new(config: &'a FlightConfig) -> Result<Self, FlightError> {
         if !config.start.is_navigable() {
             return Err(FlightError::Start(config.start));
@@ -138,7 +147,7 @@ impl<'a> RunningFlight<'a> {
             stepless: SteplessSolution::default(),
             pilot: HoverAutopilot::new(pilot)?,
             pilot_sticks: pilot.trim.sticks,
-            autopilot: HoverAutopilot::new(config.autopilot)?,
+            autopilot: HoverAutopilot::new(config.autopilot.cast())?,
             engaged: true,
             added: Sticks::NEUTRAL,
             events: config.events.iter(),
@@ -178,7 +187,7 @@ impl<'a> RunningFlight<'a> {
         self.measure(time, &state);
         let solution = match self.config.feedback {
             Feedback::Estimator => self.estimator.solution(),
-            Feedback::Truth => Some(state.solution(time)),
+            Feedback::Truth => Some(state.solution(time).cast()),
         };
         let pilot_flies = time_s < self.config.engage_s - 1e-9;
         if pilot_flies {
@@ -193,13 +202,13 @@ impl<'a> RunningFlight<'a> {
         let outputs = self.autopilot.step(&Inputs {
             now: time,
             solution: flown.as_ref(),
-            pilot: Some(self.pilot_sticks),
+            pilot: Some(self.pilot_sticks.cast()),
             engage: self.engaged && !pilot_flies,
         });
         self.flight.transitions.extend(outputs.transition);
         self.flight.aborted.extend(outputs.aborted.map(|abort| (time_s, abort)));
         let [added, injected, flown] =
-            [self.added, outputs.injected, outputs.sticks].map(Sticks::to_array);
+            [self.added, outputs.injected.cast(), outputs.sticks.cast()].map(Sticks::to_array);
         let sticks = Sticks::from_array(std::array::from_fn(|stick| {
             (flown[stick] + added[stick]).clamp(-1.0, 1.0)
         }));
@@ -208,7 +217,7 @@ impl<'a> RunningFlight<'a> {
         let wind_mps = self.wind.advance();
         self.flight.samples.push(FlightSample {
             truth,
-            solution,
+            solution: solution.map(|solution| solution.cast()),
             mode: outputs.mode,
             sticks,
             injected,

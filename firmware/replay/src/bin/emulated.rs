@@ -97,7 +97,7 @@ mod emulated {
                 // Not in the painter's own frame, which is above the paint.
                 let make: &mut dyn FnMut() = black_box(&mut make);
                 let making = stack_of(make);
-                let (Some(estimator), Some(mut autopilot)) = (made, autopilot()) else { loop {} };
+                let (Some(estimator), Some(mut autopilot)) = (made, autopilot::<$T>()) else { loop {} };
                 let mut costs = [Cost::default(); Work::ALL.len()];
                 let mut flown = None;
                 let stack = stack_of(|| {

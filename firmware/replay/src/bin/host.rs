@@ -10,7 +10,7 @@ fn main() {
     macro_rules! run {
         ($name:literal, $L:ty, $N:literal, $T:ty, $H:ty, $config:ident, $most:literal) => {
             let mut estimator = Box::new(Estimator::<$L, $N, $T, $H>::new($config()));
-            let mut autopilot = autopilot().expect("gains that can be flown");
+            let mut autopilot = autopilot::<$T>().expect("gains that can be flown");
             let outcome = fly(&mut estimator, &mut autopilot, $most, || 0, |_, _, _| {});
             println!("bits {}: {} solutions, {:016x}", $name, outcome.solutions, outcome.hash);
         };
