@@ -112,7 +112,7 @@ impl AntennaOffset {
             - Scalar::ln((variance + own) / variance);
         let [left_hand, right_hand] = &mut self.evidence;
         let side = if rate_radps < 0.0 { left_hand } else { right_hand };
-        *side = (*side + likelier).max(0.0).min(MOST);
+        *side = (*side + likelier).clamp(0.0, MOST);
         if self.used && *side == 0.0 {
             *self = Self::UNSEEN;
             return;
@@ -120,7 +120,7 @@ impl AntennaOffset {
         let gain = own / (own + variance);
         let [forward, right] = with;
         self.found_m = [x + gain * right / rate_radps, y - gain * forward / rate_radps];
-        self.variance = self.variance * (1.0 - gain);
+        self.variance *= 1.0 - gain;
         let is_far = size(self.found_m) > square(LEAST_M);
         self.used |= is_far && self.evidence.iter().all(|side| *side > ENOUGH);
     }
