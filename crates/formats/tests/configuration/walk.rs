@@ -184,7 +184,8 @@ fn listed(kind: &str, item: Json, doc: &str) -> Json {
 
 fn primitive(name: &str, path: &str) -> (&'static str, Json) {
     match name {
-        "f64" => ("number", json!({"type": "number"})),
+        // The core's settings are of any numbers `T`, and of `f64` where a file is read.
+        "f64" | "T" => ("number", json!({"type": "number"})),
         "u8" | "u16" | "u32" | "u64" => ("whole number", json!({"type": "integer", "minimum": 0})),
         "bool" => ("`true` or `false`", json!({"type": "boolean"})),
         "String" => ("text", json!({"type": "string"})),
