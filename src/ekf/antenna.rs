@@ -52,6 +52,11 @@ impl AntennaOffset {
         told_variance: None,
     };
 
+    /// Whether a rate about the vertical, rad/s, is that of a turn which shows where the antenna stands.
+    pub fn is_turn(rate_radps: f32) -> bool {
+        rate_radps.abs() >= SLOWEST_RADPS
+    }
+
     /// What to add to the lever arm, body axes of a vehicle that is level, m.
     pub fn offset_m(&self) -> Vector<Body, f32> {
         let [x, y] = if self.used { self.found_m } else { [0.0; 2] };
@@ -89,10 +94,13 @@ impl AntennaOffset {
         [forward, right]: [f32; 2],
         variance: f32,
     ) {
-        let is_turn = rate_radps.abs() >= SLOWEST_RADPS
-            && LATE_S * acceleration_mps2 < SIGMA_M * rate_radps.abs();
+        let is_sharp = LATE_S * acceleration_mps2 < SIGMA_M * rate_radps.abs();
         // Written so that a NaN tells nothing.
-        if !(is_turn && (forward + right).is_finite() && variance > 0.0) {
+        if !(Self::is_turn(rate_radps)
+            && is_sharp
+            && (forward + right).is_finite()
+            && variance > 0.0)
+        {
             return;
         }
         let own = self.own_variance(rate_radps);
@@ -109,7 +117,7 @@ impl AntennaOffset {
             return;
         }
         let likelier = 0.5 * (size(without) / variance - size(with) / (variance + own))
-            - Scalar::ln((variance + own) / variance);
+            - logarithm_of_one_and(own / variance);
         let [left_hand, right_hand] = &mut self.evidence;
         let side = if rate_radps < 0.0 { left_hand } else { right_hand };
         *side = (*side + likelier).clamp(0.0, MOST);
@@ -124,6 +132,11 @@ impl AntennaOffset {
         let is_far = size(self.found_m) > square(LEAST_M);
         self.used |= is_far && self.evidence.iter().all(|side| *side > ENOUGH);
     }
+}
+
+/// ln(1 + x) to 1 % up to x = 1, and more than it beyond: the first Padé approximant of its kind.
+fn logarithm_of_one_and(x: f32) -> f32 {
+    x * (6.0 + x) / (6.0 + 4.0 * x)
 }
 
 #[cfg(test)]

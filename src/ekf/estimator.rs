@@ -186,7 +186,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 }
             }
             Event::Magnetometer { time, field_gauss } => {
-                self.watch_field(*time, *field_gauss, trace, notify);
                 self.magnetometer(*time, *field_gauss, trace, notify);
             }
             Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, notify),
@@ -339,11 +338,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 self.gps(&fix, trace, notify);
             }
         }
-        if let Some(field) = sample.magnetic_field_gauss {
-            self.watch_field(sample.time, field, trace, notify);
-        }
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
-            self.attitude(sample.time, angles, trace, notify);
+            self.attitude(sample.time, angles, sample.magnetic_field_gauss, trace, notify);
         } else if let Some(field) = sample.magnetic_field_gauss {
             self.magnetometer(sample.time, field, trace, notify);
         }

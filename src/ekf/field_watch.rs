@@ -55,50 +55,57 @@ impl FieldWatch {
         doubt_rad: 0.0,
     };
 
-    /// Takes in a field, levelled by an attitude whose tilt has a one-sigma of `tilt_rad`, `elapsed_s` after the one
-    /// before. Gives what it has changed by since the heading was last opened for a change, where that is more than its
-    /// scatter and the tilt make of it, or where it came away from what is usual or back.
+    /// Takes in a field, levelled by an attitude whose tilt has this variance, rad², `elapsed_s` after the one before.
+    /// Gives what it has changed by since the heading was last opened for a change, where that is more than its scatter
+    /// and the tilt make of it, or where it came away from what is usual or back.
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.
-    pub fn push(&mut self, field: Parts, tilt_rad: f32, elapsed_s: f32) -> Option<FieldChange> {
+    pub fn push(
+        &mut self,
+        field: Parts,
+        tilt_variance: f32,
+        elapsed_s: f32,
+    ) -> Option<FieldChange> {
         let Some(usual) = self.usual.as_mut() else {
             (self.usual, self.opened_at) = (Some(field), field);
             return None;
         };
-        let strength = Scalar::hypot(usual.level, usual.down);
-        let chance = Scalar::hypot(Scalar::sqrt(self.scatter), strength * tilt_rad);
-        let change = (CHANGED_SHARE * strength).max(CHANGED_SIGMAS * chance);
-        let off = field.distance(*usual);
+        // Squares, for roots take long and are needed only where something has changed.
+        let strength = square(usual.level) + square(usual.down);
+        let chance = self.scatter + strength * tilt_variance;
+        let change = (square(CHANGED_SHARE) * strength).max(square(CHANGED_SIGMAS) * chance);
+        let off = field.squared_distance(*usual);
         let was_usual = self.doubt_rad == 0.0;
-        let is_usual = off <= if was_usual { change } else { change * BACK_SHARE };
+        let is_usual = off <= if was_usual { change } else { change * square(BACK_SHARE) };
         let least_level = field.level.min(usual.level);
         let turn_rad = |change: f32| {
             // Two parts of three are seen.
-            let across = change * core::f32::consts::FRAC_1_SQRT_2;
-            Scalar::atan2(across, least_level).min(MOST_RAD)
+            let across = Scalar::sqrt(0.5 * change);
+            if least_level > 0.0 { (across / least_level).min(MOST_RAD) } else { MOST_RAD }
         };
         let learned_s = if is_usual { USUAL_S } else { DISTURBED_S };
         // Written so that a NaN teaches nothing.
         let newest = if elapsed_s > 0.0 { (elapsed_s / learned_s).min(1.0) } else { 0.0 };
         if is_usual {
-            self.scatter += newest * (0.5 * square(off) - self.scatter);
+            self.scatter += newest * (0.5 * off - self.scatter);
         }
         usual.level += newest * (field.level - usual.level);
         usual.down += newest * (field.down - usual.down);
         self.doubt_rad = if is_usual { 0.0 } else { turn_rad(off) };
-        let moved = field.distance(self.opened_at);
+        let moved = field.squared_distance(self.opened_at);
         let disturbed = (is_usual != was_usual).then_some(!is_usual);
         (moved > change || disturbed.is_some()).then(|| {
             self.opened_at = field;
-            FieldChange { sigma_rad: turn_rad(moved), share: off / strength, disturbed }
+            let share = Scalar::sqrt(off / strength);
+            FieldChange { sigma_rad: turn_rad(moved), share, disturbed }
         })
     }
 }
 
 impl Parts {
-    fn distance(self, other: Self) -> f32 {
-        Scalar::hypot(self.level - other.level, self.down - other.down)
+    fn squared_distance(self, other: Self) -> f32 {
+        square(self.level - other.level) + square(self.down - other.down)
     }
 }
 
@@ -111,7 +118,7 @@ mod tests {
     /// A watch over readings 0.1 s apart, from the first on.
     fn watched(readings: &[Parts]) -> (FieldWatch, Vec<FieldChange>) {
         let mut watch = FieldWatch::NONE;
-        let changes = readings.iter().filter_map(|&field| watch.push(field, 0.01, 0.1)).collect();
+        let changes = readings.iter().filter_map(|&field| watch.push(field, 1e-4, 0.1)).collect();
         (watch, changes)
     }
 
@@ -123,7 +130,7 @@ mod tests {
         let (watch, changes) = watched(&readings);
         let [came, went] = changes[..] else { panic!("{changes:?}") };
         // 0.1 gauss of two parts leave 0.07 for the third, across 0.3 and more of level field.
-        assert!((came.sigma_rad - (0.1 * 0.5_f32.sqrt() / 0.3).atan()).abs() < 1e-4, "{came:?}");
+        assert!((came.sigma_rad - 0.1 * 0.5_f32.sqrt() / 0.3).abs() < 1e-4, "{came:?}");
         assert_eq!((came.disturbed, went.disturbed), (Some(true), Some(false)));
         assert!((came.share - 0.1 / 0.3_f32.hypot(0.35)).abs() < 1e-4, "{came:?}");
         assert!((went.sigma_rad - came.sigma_rad).abs() < 0.02, "{went:?}");
@@ -156,8 +163,8 @@ mod tests {
         let mut watch = FieldWatch::NONE;
         let other = Parts { level: 0.31, down: 0.35 };
         for elapsed_s in [-1.0, 0.0, f32::NAN] {
-            watch.push(EARTH, 0.01, 0.1);
-            assert!(watch.push(other, 0.01, elapsed_s).is_none());
+            watch.push(EARTH, 1e-4, 0.1);
+            assert!(watch.push(other, 1e-4, elapsed_s).is_none());
             assert!(watch.usual.is_some_and(|usual| usual.level == EARTH.level));
         }
     }

@@ -3,7 +3,7 @@
 use super::super::field_watch::FieldChange;
 use super::super::heading_search::{FoundHeading, HeadingMethod};
 use super::super::layout::Layout;
-use super::super::measurement::{Aid, Report};
+use super::super::measurement::{Aid, Report, Unusable};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
 use super::{Estimator, Notice, Phase};
@@ -18,9 +18,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         &mut self,
         time: Time,
         angles: EulerAngles,
+        field_gauss: Option<Vector<Body>>,
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
+        // Before the angles' sines, which take longer than all else of a sample that has come too soon.
+        if self.phase == Phase::Navigating
+            && angles.is_finite()
+            && !self.filter.is_attitude_due(time)
+        {
+            notify(Notice::NotUsed { time, aid: Aid::Attitude, reason: Unusable::TooSoon });
+            return;
+        }
+        if let Some(field) = field_gauss {
+            self.watch_field(time, field, trace, notify);
+        }
         let yaw_rad = angles.yaw_rad + self.aligner.config().attitude_declination_rad;
         let reference = Rotation::of_angles(EulerAngles { yaw_rad, ..angles });
         let mut report = Report::default();
@@ -42,6 +54,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.magnetometer {
             return;
         }
+        self.watch_field(time, field_gauss, trace, notify);
         let declination_rad = self.aligner.config().declination_rad;
         let result = self.navigating_at(time).and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
@@ -53,6 +66,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     /// Looks whether the field by which a heading is given, or the unit's own goes, is what it was.
+    #[inline(never)]
     pub(super) fn watch_field(
         &mut self,
         time: Time,
@@ -60,8 +74,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        let aided = self.aiding.attitude || self.aiding.magnetometer;
-        let filter = self.navigating_at(time).ok().filter(|_| aided);
+        let filter = self.navigating().ok();
         let change = filter.and_then(|filter| filter.watch_field(time, field_gauss, trace));
         match change {
             Some(FieldChange { disturbed: Some(true), share, sigma_rad }) => {

@@ -29,6 +29,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.take_in_attitude(time, reference, &mut report, trace).map(|()| report)
     }
 
+    /// Whether an attitude at `time` comes long enough after the last one used.
+    pub(in super::super) fn is_attitude_due(&self, time: Time) -> bool {
+        self.attitude_used.is_none_or(|used| time - used >= self.config.attitude.interval_s)
+    }
+
     /// [`update_attitude`](Self::update_attitude), told in the empty `report`.
     pub(in super::super) fn take_in_attitude(
         &mut self,

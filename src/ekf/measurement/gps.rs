@@ -1,6 +1,7 @@
 //! GPS: position and velocity of the antenna, at the time the fix holds.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
+use super::super::antenna::AntennaOffset;
 use super::super::covariance::{AxesSensitivity, FixSensitivity, Sensitivities};
 use super::super::excess::Stepped;
 use super::super::filter::Ekf;
@@ -310,6 +311,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Lets a level velocity tell where the antenna stands, and prices what that is not sure of.
+    #[inline(never)]
     fn watch_antenna(
         &mut self,
         north: &mut Compared<T>,
@@ -317,10 +319,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         back: &LookBack<T>,
     ) {
         let body_to_ned = back.state.body_to_ned;
+        let turning_radps = single((body_to_ned * back.angular_rate_radps).z());
+        if !AntennaOffset::is_turn(turning_radps) {
+            return;
+        }
         let (sin, cos) = body_to_ned.heading_sincos();
         let (n, e) = (north.innovation, east.innovation);
         let ahead = [cos * n + sin * e, cos * e - sin * n].map(single);
-        let turning_radps = single((body_to_ned * back.angular_rate_radps).z());
         let level_mps2 = single(back.acceleration_mps2.x().hypot(back.acceleration_mps2.y()));
         let expected = |axis: &Compared<T>, state| axis.noise + self.covariance.value(state, state);
         let variance = single(expected(north, VELOCITY) + expected(east, VELOCITY + 1)) * 0.5;

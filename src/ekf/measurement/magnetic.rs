@@ -20,6 +20,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.
+    #[inline(never)]
     pub(in super::super) fn watch_field(
         &mut self,
         time: Time,
@@ -29,14 +30,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let error = L::ATTITUDE_REFERENCE? + 2;
         let interval_s = self.config.magnetometer.interval_s;
         let elapsed_s = self.attitude_used.map_or(interval_s, |used| time - used);
+        if self.attitude_lost.is_some() || elapsed_s < interval_s {
+            return None;
+        }
         let field = self.state.body_to_ned * field_gauss.cast();
-        if self.attitude_lost.is_some() || elapsed_s < interval_s || !field.is_finite() {
+        if !field.is_finite() {
             return None;
         }
         let [level, down] = [field.x().hypot(field.y()), field.z()].map(|part| part.wide() as f32);
-        let tilt_rad = Scalar::sqrt(self.tilt_variance()) as f32;
-        let field = Parts { level, down };
-        let change = self.field_watch.push(field, tilt_rad, elapsed_s as f32)?;
+        let tilt_variance = self.tilt_variance() as f32;
+        let parts = Parts { level, down };
+        let change = self.field_watch.push(parts, tilt_variance, elapsed_s as f32)?;
         self.relax(trace);
         self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
         Some(change)
