@@ -42,8 +42,9 @@ pub enum NoticeKind {
     /// The magnetic field has come off what is usual: a current or iron is nearby. `value`: by which share of its
     /// strength; `sigma`: one-sigma of what this makes of the heading that goes by it, rad.
     FieldDisturbed = 12,
-    /// The magnetic field is what it was again.
-    FieldRestored = 13,
+    /// The magnetic field is what is usual again. `value`: 0 where it is back, 1 where it has stayed changed for so long
+    /// that this is the usual now.
+    FieldUsual = 13,
     /// The antenna does not stand where its lever arm says, and is taken to stand where it was found. `value`: how far
     /// off, m; `sigma`: one-sigma of each level part, m.
     AntennaElsewhere = 14,
@@ -327,7 +328,10 @@ impl From<&CoreNotice> for Notice {
                 sigma: sigma_m,
                 ..Self::at(NoticeKind::AntennaElsewhere, time)
             },
-            CoreNotice::FieldRestored { time } => Self::at(NoticeKind::FieldRestored, time),
+            CoreNotice::FieldUsual { time, changed } => Self {
+                value: f64::from(u8::from(changed)),
+                ..Self::at(NoticeKind::FieldUsual, time)
+            },
             CoreNotice::HeadingMissing { time } => Self::at(NoticeKind::HeadingMissing, time),
             CoreNotice::Updated(ref report) => {
                 let mut notice = Self::at(NoticeKind::Updated, Time::ZERO);

@@ -20,19 +20,20 @@ pub(super) struct AntennaOffset {
     /// Logarithm of how much likelier the fixes of late are with it than without, in turns to the left and to the right.
     evidence: [f32; 2],
     used: bool,
-    /// The variance when it was last told of, m²; none before.
-    told_variance: Option<f32>,
+    /// The variance when it was last told of, infinite before.
+    told_variance: f32,
 }
 
-/// One-sigma of where a lever arm that is wrong says the antenna is, m.
-const SIGMA_M: f32 = 0.3;
+/// One-sigma of how far off a lever arm that is wrong is, m.
+const SIGMA_M: f32 = 1.0;
+/// How far off it is worth to look for, m.
+const LOOKED_FOR_M: f32 = 0.3;
 /// Slower turns tell nothing, rad/s.
 const SLOWEST_RADPS: f32 = 0.1;
 /// A fix may hold so much earlier or later than is known, s: what that makes of an acceleration must be less than what
 /// an antenna makes of a turn.
 const LATE_S: f32 = 0.05;
-/// The offset is used from this much evidence on, on either side, until there is none left on one; more than the most
-/// counts as that.
+/// The offset is used from this much evidence on, on either side, for good; more than the most counts as that.
 const ENOUGH: f32 = 4.0;
 const MOST: f32 = 10.0;
 /// What is less is not worth its own error, m.
@@ -49,7 +50,7 @@ impl AntennaOffset {
         variance: 1.0,
         evidence: [0.0; 2],
         used: false,
-        told_variance: None,
+        told_variance: f32::INFINITY,
     };
 
     /// Whether a rate about the vertical, rad/s, is that of a turn which shows where the antenna stands.
@@ -65,11 +66,10 @@ impl AntennaOffset {
 
     /// What it has come to, m, and its one-sigma, m, when it begins to be used and when it has become far surer.
     pub fn news(&mut self) -> Option<(Vector<Body, f32>, f32)> {
-        let surer = |told: f32| self.variance < FALLEN * told;
-        if !(self.used && self.told_variance.is_none_or(surer)) {
+        if !(self.used && self.variance < FALLEN * self.told_variance) {
             return None;
         }
-        self.told_variance = Some(self.variance);
+        self.told_variance = self.variance;
         Some((self.offset_m(), SIGMA_M * Scalar::sqrt(self.variance)))
     }
 
@@ -94,12 +94,13 @@ impl AntennaOffset {
         [forward, right]: [f32; 2],
         variance: f32,
     ) {
-        let is_sharp = LATE_S * acceleration_mps2 < SIGMA_M * rate_radps.abs();
+        let is_sharp = LATE_S * acceleration_mps2 < LOOKED_FOR_M * rate_radps.abs();
         // Written so that a NaN tells nothing.
         if !(Self::is_turn(rate_radps)
             && is_sharp
-            && (forward + right).is_finite()
-            && variance > 0.0)
+            && (rate_radps + forward + right).is_finite()
+            && variance > 0.0
+            && variance.is_finite())
         {
             return;
         }
@@ -121,10 +122,6 @@ impl AntennaOffset {
         let [left_hand, right_hand] = &mut self.evidence;
         let side = if rate_radps < 0.0 { left_hand } else { right_hand };
         *side = (*side + likelier).clamp(0.0, MOST);
-        if self.used && *side == 0.0 {
-            *self = Self::UNSEEN;
-            return;
-        }
         let gain = own / (own + variance);
         let [forward, right] = with;
         self.found_m = [x + gain * right / rate_radps, y - gain * forward / rate_radps];
@@ -200,6 +197,8 @@ mod tests {
             antenna.told(rate, 0.0, [f32::NAN, rate], 0.01);
             antenna.told(rate, f32::NAN, [rate, rate], 0.01);
             antenna.told(f32::NAN, 0.0, [rate, rate], 0.01);
+            antenna.told(f32::INFINITY, 0.0, [rate, rate], 0.01);
+            antenna.told(rate, 0.0, [rate, rate], f32::INFINITY);
             antenna.told(rate, 0.0, [rate, rate], f32::NAN);
         }
         assert!(antenna.variance == 1.0 && antenna.evidence == [0.0; 2]);

@@ -110,7 +110,7 @@ fn mode_in_words(transition: &Transition, f: &mut fmt::Formatter<'_>) -> fmt::Re
         Reason::Override => f.write_str("a stick was moved"),
         Reason::Recovered => f.write_str("the estimate is good enough for it"),
         Reason::Patience => f.write_str("velocity did not come back"),
-        Reason::Distrust(Distrust::Frozen) if *to == Mode::Neutral => {
+        Reason::Distrust(Distrust::Frozen) if matches!(to, Mode::Neutral | Mode::Manual) => {
             f.write_str("the inertial unit repeats itself")
         }
         Reason::Distrust(Distrust::Frozen) => f.write_str("the receiver repeats itself"),

@@ -233,8 +233,13 @@ impl Swashplate {
         channels: &Channels<ChannelConfig>,
         pilot_ms: &Channels<Option<f64>>,
     ) -> Channels<f64> {
-        let own_ms = pilot_ms.map(|width_ms| width_ms.map_or(f64::NAN, finite));
+        let mut own_ms = pilot_ms.map(|width_ms| width_ms.map_or(f64::NAN, finite));
         if self.passes_through() {
+            let plate = [own_ms.lateral, own_ms.longitudinal, own_ms.collective];
+            if self.kind != SwashplateKind::H1 && plate.iter().any(|width_ms| width_ms.is_nan()) {
+                (own_ms.lateral, own_ms.longitudinal, own_ms.collective) =
+                    (f64::NAN, f64::NAN, f64::NAN);
+            }
             return own_ms;
         }
         let said = own_ms.zip(*channels).map(|(width_ms, config)| config.stick(width_ms));
@@ -428,6 +433,16 @@ mod tests {
             let mut part = whole;
             part[missing] = None;
             let passed = plate.passed_on_ms(&channels, &part);
+            let servos = [passed.lateral, passed.longitudinal, passed.collective];
+            assert!(servos.iter().all(|width_ms| width_ms.is_nan()), "{missing}: {passed:?}");
+            assert_eq!((passed.pedal, passed.throttle), (1.6, 1.6));
+        }
+        let mixed_by_receiver = Swashplate { pilot_is_mixed: true, ..plate };
+        assert_eq!(mixed_by_receiver.passed_on_ms(&channels, &whole), Channels::from_fn(|_| 1.6));
+        for missing in [Channel::Lateral, Channel::Longitudinal, Channel::Collective] {
+            let mut part = whole;
+            part[missing] = None;
+            let passed = mixed_by_receiver.passed_on_ms(&channels, &part);
             let servos = [passed.lateral, passed.longitudinal, passed.collective];
             assert!(servos.iter().all(|width_ms| width_ms.is_nan()), "{missing}: {passed:?}");
             assert_eq!((passed.pedal, passed.throttle), (1.6, 1.6));

@@ -81,10 +81,9 @@ fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
     found
 }
 
-#[test]
-fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("flight.mcap");
+/// A record of a second in chunks of 20 cycles.
+fn of_many_chunks(dir: &Path) -> Vec<u8> {
+    let path = dir.join("flight.mcap");
     let mut recorder = Recorder::create(&path, &header()).unwrap();
     for moment in 0..240 {
         let stick = f64::from(moment) / 240.0;
@@ -95,7 +94,13 @@ fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
         }
     }
     recorder.finish();
-    let good = std::fs::read(path).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+#[test]
+fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    let good = of_many_chunks(dir.path());
     let whole = read(&good).unwrap();
     let chunks = chunks(&good);
     assert!(chunks.len() > 4, "{chunks:?}");
@@ -126,6 +131,36 @@ fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
         assert!(repaired.warnings.iter().any(|one| one.contains(read_on)), "{repaired:?}");
         let again = Record::open(&mended).unwrap();
         assert_eq!(again.controls, record.controls);
+    }
+}
+
+/// A length that leads to a later record, and a chunk that says it is the end of the file.
+#[test]
+fn a_length_that_grew_and_a_false_end_cost_no_more_than_what_they_hide() {
+    let dir = tempfile::tempdir().unwrap();
+    let bytes = of_many_chunks(dir.path());
+    let whole = read(&bytes).unwrap();
+    let chunks = chunks(&bytes);
+    let middle = chunks.len() / 2;
+    let (at, length) = chunks[middle];
+    let (later, _) = chunks[middle + 2];
+    let grown = |length: u64| {
+        let mut spoilt = bytes.clone();
+        spoilt[at + 1..at + 9].copy_from_slice(&length.to_le_bytes());
+        spoilt
+    };
+    let mut false_end = bytes.clone();
+    false_end[at] = mcap::records::op::FOOTER;
+    for spoilt in [grown((length - 9 + 1000) as u64), grown((later - at - 9) as u64), false_end] {
+        let found = read(&spoilt).unwrap();
+        assert!(
+            found.warnings.iter().any(|one| one.contains(&at.to_string())),
+            "{:?}",
+            found.warnings
+        );
+        assert_eq!(found.controls.last(), whole.controls.last());
+        let lost = whole.controls.len() - found.controls.len();
+        assert!((1..100).contains(&lost), "{lost} of {}", whole.controls.len());
     }
 }
 

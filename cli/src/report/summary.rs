@@ -70,7 +70,7 @@ impl RecordSummary {
         fixes: FixTally,
     ) -> Self {
         let modes = spans(record);
-        let flown = || modes.iter().filter(|span| span.mode != "manual");
+        let flown = || modes.iter().filter(|span| !["manual", "neutral"].contains(&span.mode));
         let work = sorted(record, |cycle| cycle.work_s);
         let turnaround = sorted(record, |cycle| cycle.turnaround_s);
         let events = record.events.iter().map(|event| EventSummary {
@@ -132,7 +132,12 @@ impl RecordSummary {
             Fact::new("fixes", self.gps_fixes),
             Fact::new(
                 "the autopilot flew",
-                format!("{:.1} s in {} engagements", self.autopilot_s, self.engagements),
+                format!(
+                    "{:.1} s in {} engagement{}",
+                    self.autopilot_s,
+                    self.engagements,
+                    if self.engagements == 1 { "" } else { "s" }
+                ),
             ),
             Fact::new("work of a cycle, median / p99 / most", format!("{} ms", work.join(" / "))),
             Fact::new(

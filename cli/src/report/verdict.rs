@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use hovernav::autopilot::Mode;
 use hovernav::time::Time;
 use hovernav_log::record::{Call, Level as EventLevel, Record, RecordedEvent};
 use serde::Serialize;
@@ -105,8 +106,9 @@ fn in_words(record: &Record, grounds: &Grounds<'_>) -> String {
     format!("{flew}{replayed}{silent}.")
 }
 
-/// When the last line said its last, if all that ever spoke fell silent together; what a flight computer
-/// notices after that is an ordinary end: it was switched off later than the rest, or than the simulation.
+/// When the last line said its last, if all that ever spoke fell silent together while the pilot flew; what a flight
+/// computer notices after that is an ordinary end: it was switched off later than the rest, or than the simulation.
+/// Under an autopilot it is the loss of all of them.
 pub fn lines_end(record: &Record) -> Option<Time> {
     let mut last: [Option<Time>; 3] = [None; 3];
     for (time, call) in &record.calls {
@@ -121,7 +123,11 @@ pub fn lines_end(record: &Record) -> Option<Time> {
         }
     }
     let end = last.into_iter().flatten().max()?;
-    last.into_iter().flatten().all(|one| end - one < TOGETHER_S).then_some(end)
+    let mut cycles = record.cycles.iter().rev();
+    let by_hand =
+        cycles.find(|cycle| cycle.time <= end).is_none_or(|cycle| cycle.cycle.mode == Mode::Manual);
+    let together = last.into_iter().flatten().all(|one| end - one < TOGETHER_S);
+    (by_hand && together).then_some(end)
 }
 
 /// The events of a flight proper: from its first solution to the silence of all lines.

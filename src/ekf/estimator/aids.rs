@@ -1,6 +1,6 @@
 //! What the estimator makes of what measures beside the inertial unit and the receiver.
 
-use super::super::field_watch::FieldChange;
+use super::super::field_watch::{FieldChange, Turn};
 use super::super::heading_search::{FoundHeading, HeadingMethod};
 use super::super::layout::Layout;
 use super::super::measurement::{Aid, Report, Unusable};
@@ -76,16 +76,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         let filter = self.navigating().ok();
         let change = filter.and_then(|filter| filter.watch_field(time, field_gauss, trace));
-        match change {
-            Some(FieldChange { disturbed: Some(true), share, sigma_rad }) => {
-                let (share, sigma_rad) = (f64::from(share), f64::from(sigma_rad));
-                notify(Notice::FieldDisturbed { time, share, sigma_rad });
-            }
-            Some(FieldChange { disturbed: Some(false), .. }) => {
-                notify(Notice::FieldRestored { time });
-            }
-            _ => {}
-        }
+        let Some(FieldChange { share, sigma_rad, begins_or_ends: Some(turn) }) = change else {
+            return;
+        };
+        let (share, sigma_rad) = (f64::from(share), f64::from(sigma_rad));
+        notify(match turn {
+            Turn::Away => Notice::FieldDisturbed { time, share, sigma_rad },
+            Turn::Back => Notice::FieldUsual { time, changed: false },
+            Turn::Settled => Notice::FieldUsual { time, changed: true },
+        });
     }
 
     #[inline(never)]

@@ -52,10 +52,12 @@ pub enum Notice {
         /// One-sigma of what this makes of the heading that it gives, rad.
         sigma_rad: f64,
     },
-    /// The magnetic field is what it was again.
-    FieldRestored {
+    /// The magnetic field is what is usual again.
+    FieldUsual {
         /// When.
         time: Time,
+        /// Whether it has not come back, but stood elsewhere for so long that this is the usual now.
+        changed: bool,
     },
     /// The antenna does not stand where its lever arm says, by what turns show; from now on it is taken to stand where
     /// it was found. Told again when that has become far surer.

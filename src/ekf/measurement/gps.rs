@@ -31,6 +31,9 @@ const LEARNED_LEAST: f64 = 0.1;
 /// What a fix states is wrong by more than this, as one-sigmas go, before it is believed to be.
 const BY_CHANCE: f64 = 1.15;
 
+/// The cosine of the tilt up to which a vehicle is nearly level.
+const UPRIGHT: f32 = 0.8;
+
 /// A fix may be this far ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
 
@@ -320,7 +323,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) {
         let body_to_ned = back.state.body_to_ned;
         let turning_radps = single((body_to_ned * back.angular_rate_radps).z());
-        if !AntennaOffset::is_turn(turning_radps) {
+        let upright = single(body_to_ned.rows()[2][2]);
+        // Levelled parts are those of the body only where it is nearly level.
+        if !AntennaOffset::is_turn(turning_radps) || upright < UPRIGHT {
             return;
         }
         let (sin, cos) = body_to_ned.heading_sincos();

@@ -13,6 +13,9 @@ use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Vector, wrap_angle};
 use crate::time::Time;
 
+/// Less is no field of the Earth, which has 0.22 gauss and more, but of a magnetometer that does not work yet.
+const LEAST_GAUSS: f32 = 0.05;
+
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Looks at a magnetic field, gauss, before it gives a heading or a unit's own follows it: where what does not
     /// change with the heading has changed, the slow error of what gives the heading is opened by as much. Gives that
@@ -28,19 +31,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Option<FieldChange> {
         let error = L::ATTITUDE_REFERENCE? + 2;
-        let interval_s = self.config.magnetometer.interval_s;
-        let elapsed_s = self.attitude_used.map_or(interval_s, |used| time - used);
-        if self.attitude_lost.is_some() || elapsed_s < interval_s {
+        let is_due = self.field_watch.is_due(time, self.config.magnetometer.interval_s);
+        if self.attitude_lost.is_some() || !is_due {
             return None;
         }
         let field = self.state.body_to_ned * field_gauss.cast();
-        if !field.is_finite() {
+        let [level, down] = [field.x().hypot(field.y()), field.z()].map(|part| part.wide() as f32);
+        // Written so that a NaN is not looked at.
+        if !(level.abs() + down.abs() >= LEAST_GAUSS && field.is_finite()) {
             return None;
         }
-        let [level, down] = [field.x().hypot(field.y()), field.z()].map(|part| part.wide() as f32);
         let tilt_variance = self.tilt_variance() as f32;
-        let parts = Parts { level, down };
-        let change = self.field_watch.push(parts, tilt_variance, elapsed_s as f32)?;
+        let change = self.field_watch.push(time, Parts { level, down }, tilt_variance)?;
         self.relax(trace);
         self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
         Some(change)

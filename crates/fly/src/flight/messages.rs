@@ -47,7 +47,12 @@ pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
             offset_m.x(),
             offset_m.y()
         )),
-        Notice::FieldRestored { .. } => ShortText::new("magnetic field what it was again"),
+        Notice::FieldUsual { changed: false, .. } => {
+            ShortText::new("the magnetic field is back where it was")
+        }
+        Notice::FieldUsual { .. } => {
+            ShortText::new("the magnetic field has stayed changed: it is trusted as it is now")
+        }
         Notice::HeadingMissing { .. } => ShortText::new("alignment waits for a heading"),
         Notice::NotUsed { aid, reason, .. } if reason.is_fault() => {
             ShortText::new(format_args!("{aid} not used: {reason}"))
@@ -68,9 +73,7 @@ pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
         _ => return None,
     };
     let level = match notice {
-        Notice::Aligned(_) | Notice::HeadingFound { .. } | Notice::FieldRestored { .. } => {
-            Level::Info
-        }
+        Notice::Aligned(_) | Notice::HeadingFound { .. } | Notice::FieldUsual { .. } => Level::Info,
         _ => Level::Warning,
     };
     let part = match notice {

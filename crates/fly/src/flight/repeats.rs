@@ -9,6 +9,8 @@ const WATCHED: usize = 16;
 const FIRST_PAUSE_S: f64 = 2.0;
 /// up to this.
 const LONGEST_PAUSE_S: f64 = 60.0;
+/// and up to this where somebody has to act.
+const LONGEST_CRITICAL_PAUSE_S: f64 = 4.0;
 /// What has not been heard for so long is over, s.
 const OVER_S: f64 = 10.0;
 
@@ -57,7 +59,11 @@ impl Repeats {
                 return None;
             }
             one.told = now;
-            one.pause_s = (2.0 * one.pause_s).min(LONGEST_PAUSE_S);
+            let longest_s = match level {
+                Level::Critical => LONGEST_CRITICAL_PAUSE_S,
+                _ => LONGEST_PAUSE_S,
+            };
+            one.pause_s = (2.0 * one.pause_s).min(longest_s);
             return Some(match std::mem::take(&mut one.untold) {
                 0 => text,
                 untold => ShortText::new(format_args!("{text} ({untold} more before)")),

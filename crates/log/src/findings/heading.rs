@@ -38,7 +38,7 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
         let Notice::FieldDisturbed { time, share, sigma_rad } = notice else { continue };
         let start_s = time.seconds();
         let restored_s = notices.clone().find_map(|notice| match notice {
-            Notice::FieldRestored { time } => Some(time.seconds()),
+            Notice::FieldUsual { time, .. } => Some(time.seconds()),
             _ => None,
         });
         let end_s = restored_s.unwrap_or(log_end_s);

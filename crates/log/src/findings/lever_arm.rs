@@ -1,7 +1,7 @@
 //! An antenna that stands elsewhere than declared: what is left of the fixes turns with the vehicle.
 
 use hovernav::ekf::{Channel, Notice};
-use hovernav::frames::Vector;
+use hovernav::frames::{Body, Vector};
 
 use super::Judged;
 use crate::finding::{Finding, Severity};
@@ -16,25 +16,8 @@ const LONGEST_S: f64 = 3.0;
 const OUTLIER: f64 = 4.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    // What the filter has found is no longer left of the fixes.
-    let found = log.run.notices.iter().rev().find_map(|notice| match *notice {
-        Notice::AntennaElsewhere { time, offset_m, sigma_m } => Some((
-            offset_m,
-            sigma_m,
-            format!("and is taken to since {:.0} s at the latest", time.seconds()),
-        )),
-        _ => None,
-    });
-    let left = || {
-        let (arm, sigma_m) = missing_arm(log)?;
-        let is_sure = arm.norm() >= LEAST_M.max(SURE * sigma_m);
-        is_sure.then(|| (arm, sigma_m, "throughout".into()))
-    };
-    let Some((arm, sigma_m, since)) = found.or_else(left) else { return };
-    let size = arm.norm();
+    let Some((size, words)) = found(log).or_else(|| left(log)) else { return };
     let (start_s, end_s) = log.span_s().unwrap_or_default();
-    let declared = log.dataset.manifest.gps.antenna_lever_arm_m;
-    let likely = (declared + arm).to_array().map(|metres| (10.0 * metres).round() / 10.0);
     findings.push(Finding {
         start_s,
         end_s,
@@ -42,20 +25,56 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         kind: "lever arm",
         severity: if size < LEAST_M { Severity::Info } else { Severity::Warning },
         count: 1,
-        words: format!(
-            "gps antenna seems to stand {size:.1} m from where its lever arm says (one-sigma \
-             {sigma_m:.1} m), {since}: what is left of position and velocity turns with the vehicle; \
-             is [gps] antenna_lever_arm_m about [{}, {}, {}]?",
-            likely[0], likely[1], likely[2]
-        ),
+        words,
     });
+}
+
+/// What the filter has found, and is no longer left of the fixes: how far off, m, and what to say.
+fn found(log: &Judged<'_>) -> Option<(f64, String)> {
+    let mut notices = log.run.notices.iter().filter_map(|notice| match *notice {
+        Notice::AntennaElsewhere { time, offset_m, .. } => Some((time.seconds(), offset_m)),
+        _ => None,
+    });
+    let (since_s, first) = notices.next()?;
+    let offset = notices.last().map_or(first, |(_, last)| last);
+    let [x, y, z] = likely(log, offset);
+    let size = offset.norm();
+    // The filter follows what it does not know yet, so that the offset comes out too small.
+    let words = format!(
+        "gps antenna seems to stand {size:.1} m or more from where its lever arm says, by what turns show; the filter \
+         takes it to stand there since {since_s:.0} s; is [gps] antenna_lever_arm_m about [{x}, {y}, {z}]? Turns do \
+         not show its height"
+    );
+    Some((size, words))
+}
+
+/// What is left of the fixes, where it is sure: the same.
+fn left(log: &Judged<'_>) -> Option<(f64, String)> {
+    let (arm, sigma_m) = missing_arm(log)?;
+    let size = arm.norm();
+    if size < LEAST_M.max(SURE * sigma_m) {
+        return None;
+    }
+    let [x, y, z] = likely(log, arm);
+    let words = format!(
+        "gps antenna seems to stand {size:.1} m from where its lever arm says (one-sigma {sigma_m:.1} m), throughout: \
+         what is left of position and velocity turns with the vehicle; is [gps] antenna_lever_arm_m about \
+         [{x}, {y}, {z}]?"
+    );
+    Some((size, words))
+}
+
+/// The lever arm that the set-up should have, to 0.1 m.
+fn likely(log: &Judged<'_>, off: Vector<Body>) -> [f64; 3] {
+    let declared = log.dataset.manifest.gps.antenna_lever_arm_m;
+    (declared + off).to_array().map(|metres| (10.0 * metres).round() / 10.0)
 }
 
 /// The arm, body axes, that explains what is left of the fixes best, m, and its one-sigma.
 ///
 /// An antenna δ further out is off by C δ in place and by C (ω × δ) in velocity. The filter follows the
 /// fixes, so that what is left of a place is what C δ has changed by since the fix before.
-fn missing_arm(log: &Judged<'_>) -> Option<(Vector<hovernav::frames::Body>, f64)> {
+fn missing_arm(log: &Judged<'_>) -> Option<(Vector<Body>, f64)> {
     let mut information = [[0.0; 3]; 3];
     let mut known = [0.0; 3];
     let (mut squares, mut count) = (0.0, 0.0);

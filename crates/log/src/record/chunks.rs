@@ -44,7 +44,8 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                 None => "the file ends within a record: it was cut off".to_owned(),
                 Some((0, _)) => "found a zero, expected the kind of a record".to_owned(),
                 Some((op::CHUNK, body)) => match chunk(body) {
-                    Ok(data) => {
+                    // A length that has grown takes in what follows.
+                    Ok(data) if has_chunk_lengths(body) => {
                         offset += FRAME + body.len();
                         return Some((at, Piece::Chunk(data)));
                     }
@@ -54,13 +55,19 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                         return Some((at, Piece::Damage(reason)));
                     }
                     Err(reason) => reason,
+                    Ok(_) => "the length of a chunk is damaged".to_owned(),
                 },
                 Some((opcode, _)) if !is_known(opcode) => {
                     format!("found a record of kind {opcode}, which none is")
                 }
-                Some((op::FOOTER, _)) => {
+                Some((op::FOOTER, body)) if ends(bytes, at + FRAME + body.len()) => {
                     is_over = true;
                     return Some((at, Piece::End));
+                }
+                Some((opcode, body))
+                    if opcode == op::FOOTER || !may_be_followed(bytes, at + FRAME + body.len()) =>
+                {
+                    format!("the kind or the length of a record is damaged (kind {opcode})")
                 }
                 Some((opcode, body)) => {
                     offset += FRAME + body.len();
@@ -100,10 +107,20 @@ const fn is_known(opcode: u8) -> bool {
     matches!(opcode, op::HEADER..=op::DATA_END)
 }
 
+/// Whether what stands from `at` on is the end of a file, which may lack a part.
+fn ends(bytes: &[u8], at: usize) -> bool {
+    bytes.get(at..).is_some_and(|rest| mcap::MAGIC.starts_with(rest))
+}
+
 /// Whether the file ends at `at`, or a record that can be begins there.
 fn is_followed(bytes: &[u8], at: usize) -> bool {
     let Some(rest) = bytes.get(at..) else { return false };
     rest.is_empty() || frame(rest).is_some_and(|(opcode, _)| is_known(opcode))
+}
+
+/// The same of a record that may be cut off, or damaged in its length.
+fn may_be_followed(bytes: &[u8], at: usize) -> bool {
+    bytes.get(at..).is_some_and(|rest| rest.first().is_none_or(|&opcode| is_known(opcode)))
 }
 
 /// Where the next chunk begins that is whole, from byte `from` on; `budget` is how many bytes may still be

@@ -167,8 +167,13 @@ impl<W: Write> MessageWriter<W> {
                 );
                 self.event(*time, Level::Warning, "antenna_elsewhere", &text)
             }
-            Notice::FieldRestored { time } => {
-                self.event(*time, Level::Info, "field_restored", "magnetic field what it was again")
+            Notice::FieldUsual { time, changed } => {
+                let text = if *changed {
+                    "the magnetic field has stayed changed: it is trusted as it is now"
+                } else {
+                    "the magnetic field is back where it was"
+                };
+                self.event(*time, Level::Info, "field_usual", text)
             }
             Notice::Updated(report) => {
                 let message = InnovationsMessage::new(report.innovations());

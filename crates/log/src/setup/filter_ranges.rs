@@ -78,7 +78,7 @@ pub(super) const NAVIGATION: &[Section] = &[
         &[
             range("duration_s", 0.1, 120.0, "s"),
             range("attitude_tilt_sigma_rad", 1e-3, 1.0, "rad"),
-            range("heading_sigma_rad", 1e-3, 3.0, "rad"),
+            range("heading_sigma_rad", 1e-3, 3.2, "rad"),
             range("level_sigma_rad", 1e-4, 1.0, "rad"),
             range("moving_level_sigma_rad", 1e-3, 1.5, "rad"),
             range("position_sigma_m", 0.01, 1e3, "m"),

@@ -10,7 +10,7 @@ pub(super) const DEVICES: &[Section] = &[
     ("dmu", &[BAUD, range("rate_hz", 20.0, 70.0, "Hz"), range("latency_s", 0.0, 0.1, "s")]),
     (
         "receiver",
-        &[BAUD, range("rate_hz", 0.0, 10.0, "Hz"), range("geoid_separation_m", -120.0, 100.0, "m")],
+        &[BAUD, range("rate_hz", 0.0, 25.0, "Hz"), range("geoid_separation_m", -120.0, 100.0, "m")],
     ),
     (
         "receiver.limits",
@@ -18,7 +18,7 @@ pub(super) const DEVICES: &[Section] = &[
             range("min_satellites", 0.0, 50.0, ""),
             range("max_position_dilution", 1.0, 99.0, ""),
             range("max_horizontal_dilution", 0.5, 99.0, ""),
-            range("max_horizontal_sigma_m", 0.1, 1e3, "m"),
+            range("max_horizontal_sigma_m", 0.01, 1e3, "m"),
             range("max_vertical_sigma_m", 0.1, 1e3, "m"),
             range("max_velocity_sigma_mps", 0.05, 100.0, "m/s"),
             range("max_ground_speed_mps", 1.0, 500.0, "m/s"),
@@ -63,7 +63,7 @@ pub(super) const DEVICES: &[Section] = &[
             range("lateral", -1.0, 1.0, ""),
             range("longitudinal", -1.0, 1.0, ""),
             range("collective", -1.0, 1.0, ""),
-            range("lowest_collective", -1.0, -0.05, ""),
+            range("lowest_collective", -1.0, 0.0, ""),
             range("highest_collective", 0.05, 1.0, ""),
         ],
     ),
