@@ -251,8 +251,9 @@ enum {
     // The magnetic field has come off what is usual: a current or iron is nearby. `value`: by which share of its
     // strength; `sigma`: one-sigma of what this makes of the heading that goes by it, rad.
     HOVERNAV_NOTICE_KIND_FIELD_DISTURBED = 12,
-    // The magnetic field is what it was again.
-    HOVERNAV_NOTICE_KIND_FIELD_RESTORED = 13,
+    // The magnetic field is what is usual again. `value`: 0 where it is back, 1 where it has stayed changed for so long
+    // that this is the usual now.
+    HOVERNAV_NOTICE_KIND_FIELD_USUAL = 13,
     // The antenna does not stand where its lever arm says, and is taken to stand where it was found. `value`: how far
     // off, m; `sigma`: one-sigma of each level part, m.
     HOVERNAV_NOTICE_KIND_ANTENNA_ELSEWHERE = 14,

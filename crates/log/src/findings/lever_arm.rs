@@ -36,7 +36,7 @@ fn found(log: &Judged<'_>) -> Option<(f64, String)> {
         _ => None,
     });
     let (since_s, first) = notices.next()?;
-    let offset = notices.last().map_or(first, |(_, last)| last);
+    let offset = notices.next_back().map_or(first, |(_, last)| last);
     let [x, y, z] = likely(log, offset);
     let size = offset.norm();
     // The filter follows what it does not know yet, so that the offset comes out too small.
