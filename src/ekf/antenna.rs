@@ -6,9 +6,8 @@
 //! them than without, in turns to the left and in turns to the right: what else errs does not change its sign with the
 //! turn.
 
-use super::square;
+use super::{root, square};
 use crate::frames::{Body, Vector};
-use crate::scalar::Scalar;
 
 /// Where the antenna was found to stand, from where its lever arm says.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +69,7 @@ impl AntennaOffset {
             return None;
         }
         self.told_variance = self.variance;
-        Some((self.offset_m(), SIGMA_M * Scalar::sqrt(self.variance)))
+        Some((self.offset_m(), SIGMA_M * root(self.variance)))
     }
 
     /// The variance that it leaves of the level velocity of a fix at this rate about the vertical, (m/s)².

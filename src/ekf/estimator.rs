@@ -14,6 +14,7 @@ use super::measurement::{Aid, Report, Unusable};
 use super::prediction::{ImuFault, Prediction};
 use super::scalar::Scalar;
 use super::solution::Solution;
+use super::square;
 use super::trace::Trace;
 use crate::earth::Geodetic;
 use crate::event::Event;
@@ -362,7 +363,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let velocity = (fix.horizontal_velocity_mps, fix.down_velocity_mps);
         let moves = fix
             .horizontal_velocity_mps
-            .is_some_and(|[north, east]| Scalar::hypot(north, east) > REPEATED_MPS);
+            .is_some_and(|[north, east]| square(north) + square(east) > square(REPEATED_MPS));
         let said = (fix.position, velocity);
         let repeats = moves && self.last_said == Some(said);
         self.last_said = Some(said);

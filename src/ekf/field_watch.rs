@@ -3,8 +3,7 @@
 //! A current or iron nearby adds to the field. What it adds across the level field turns the heading, and cannot be
 //! told from a turn; what it adds along it and downwards can be told, and is as large, for all that is known.
 
-use super::square;
-use crate::scalar::Scalar;
+use super::{root, square};
 use crate::time::Time;
 
 /// What is usual of a field, and what it was when the heading was last opened for it.
@@ -117,7 +116,7 @@ impl FieldWatch {
         let least_level = field.level.min(self.usual.level);
         let turn_rad = |change: f32| {
             // Two parts of three are seen.
-            let across = Scalar::sqrt(0.5 * change);
+            let across = root(0.5 * change);
             if least_level > 0.0 { (across / least_level).min(MOST_RAD) } else { MOST_RAD }
         };
         if is_settled {
@@ -139,7 +138,7 @@ impl FieldWatch {
         };
         (!is_still || begins_or_ends.is_some()).then(|| {
             self.opened_at = field;
-            let share = Scalar::sqrt(off / strength);
+            let share = root(off / strength);
             FieldChange { sigma_rad: turn_rad(moved), share, begins_or_ends }
         })
     }

@@ -54,6 +54,17 @@ impl<T: Scalar> Samples<T> {
         resting_rate_radps: None,
         watched: None,
     };
+
+    /// As [`Gates::clear`].
+    fn clear(&mut self) {
+        self.integrator = Integrator::EMPTY;
+        self.integrity = Integrity::NONE;
+        self.suspicion = Suspicion::NONE;
+        self.force_sum = ForceSum::NONE;
+        self.rest = Rest::NONE;
+        self.resting_rate_radps = None;
+        self.watched = None;
+    }
 }
 
 /// Error-state Kalman filter around the strapdown mechanization, closed loop.
@@ -161,7 +172,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.parameters.fill(T::ZERO);
         self.covariance.clear();
         self.history.clear();
-        self.gates = Gates::NONE;
+        self.gates.clear();
         self.attitude_used = None;
         self.heading_doubt_rad = 0.0;
         self.field_watch = FieldWatch::NONE;
@@ -181,7 +192,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.antenna = AntennaOffset::UNSEEN;
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
-        self.samples = Samples::NONE;
+        self.samples.clear();
         self.angular_rate_radps = Vector::ZERO;
         self.set_block(GYRO_BIAS, start.gyro_bias_radps.cast().to_array());
         self.open(ATTITUDE, start.attitude_sigma_rad.to_array());

@@ -12,8 +12,8 @@ pub(super) struct ForceSum<T> {
     /// Time and velocity of the last fix that told all of it.
     last: Option<(Time, Vector<Ned>)>,
     force_mps: Vector<Ned, T>,
-    /// Whether the samples since are all there, and none stood at full scale.
-    whole: bool,
+    /// Whether samples since are missing, or stood at full scale.
+    in_part: bool,
     /// By how much the fixes' velocity has changed that was not felt, and the most of it.
     stray_mps: Vector<Ned>,
     farthest_mps: f64,
@@ -35,7 +35,7 @@ impl<T: Scalar> ForceSum<T> {
     pub const NONE: Self = Self {
         last: None,
         force_mps: Vector::ZERO,
-        whole: true,
+        in_part: false,
         stray_mps: Vector::ZERO,
         farthest_mps: 0.0,
         denied: Time::ZERO,
@@ -44,7 +44,7 @@ impl<T: Scalar> ForceSum<T> {
     /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
     pub fn add(&mut self, force_mps: Vector<Ned, T>, whole: bool) {
         self.force_mps += force_mps;
-        self.whole &= whole;
+        self.in_part |= !whole;
     }
 
     /// Starts anew at a fix. Gives whether the fixes' velocity is astray: it has changed, and not come
@@ -54,21 +54,26 @@ impl<T: Scalar> ForceSum<T> {
     /// Equation (K15) of docs/equations.md.
     pub fn is_astray(&mut self, fix: &Fix, sigma_mps: [f64; 3], gravity_mps2: f64) -> bool {
         let Some(velocity) = fix.velocity_mps() else { return false };
-        let (last, force_mps, whole) = (self.last, self.force_mps.cast(), self.whole);
-        (self.last, self.force_mps, self.whole) = (Some((fix.time, velocity)), Vector::ZERO, true);
+        let (last, force_mps, in_part) = (self.last, self.force_mps.cast(), self.in_part);
+        (self.last, self.force_mps) = (Some((fix.time, velocity)), Vector::ZERO);
+        self.in_part = false;
         if let Some((time, before)) = last
-            && whole
+            && !in_part
             && fix.time > time
             && fix.time - time <= LONGEST_S
         {
             let change = velocity - before;
             let asked = change - Vector::new(0.0, 0.0, gravity_mps2 * (fix.time - time));
             let (length, felt) = (asked.norm(), force_mps.norm());
-            let along: f64 =
-                asked.to_array().iter().zip(sigma_mps).map(|(a, s)| libm::fabs(a * s)).sum();
-            let along = along / length.max(1e-3);
-            let slack = SIGMAS * along + AGREEMENT_MPS + TIMING * change.norm().min(felt);
-            if libm::fabs(length - felt) > slack {
+            let off = libm::fabs(length - felt);
+            let slack = || {
+                let along: f64 =
+                    asked.to_array().iter().zip(sigma_mps).map(|(a, s)| libm::fabs(a * s)).sum();
+                let along = along / length.max(1e-3);
+                SIGMAS * along + AGREEMENT_MPS + TIMING * change.norm().min(felt)
+            };
+            // The least that the slack can be first: the rest takes long.
+            if off > AGREEMENT_MPS && off > slack() {
                 if self.farthest_mps == 0.0 {
                     self.denied = fix.time;
                 }

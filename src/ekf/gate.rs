@@ -149,6 +149,16 @@ impl Gates {
         astray: false,
     };
 
+    /// Has seen nothing any more. Part by part, for [`NONE`](Self::NONE) as a whole would be a constant beside the
+    /// program.
+    pub fn clear(&mut self) {
+        self.gates = [Gate::NONE; Group::COUNT];
+        self.doubted_until = NEVER;
+        self.lost_until = NEVER;
+        self.unproven_until = NEVER;
+        self.astray = false;
+    }
+
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
     pub fn doubt_filter(&mut self, time: Time) {
         self.doubted_until = time + DOUBT_S;

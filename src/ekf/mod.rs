@@ -58,3 +58,8 @@ pub type FullEkf = Ekf<layout::Full, 28>;
 fn square<T: scalar::Scalar>(value: T) -> T {
     value * value
 }
+
+/// By the root of double precision, which is linked anyway.
+fn root(of: f32) -> f32 {
+    scalar::Scalar::sqrt(f64::from(of)) as f32
+}

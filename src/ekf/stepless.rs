@@ -61,11 +61,11 @@ struct PendingCorrection<T> {
 }
 
 impl<T: Scalar> PendingCorrection<T> {
-    fn let_out(&mut self, elapsed_s: T, time_constant_s: T) {
-        let share = (-elapsed_s / time_constant_s).exp();
-        let drive = self.rate_per_s + self.left * (T::ONE / time_constant_s);
+    /// Over `elapsed_s`, `times` time constants of this rate, that leave this `share`.
+    fn let_out(&mut self, elapsed_s: T, times: T, per_s: T, share: T) {
+        let drive = self.rate_per_s + self.left * per_s;
         self.left = (self.left + drive * elapsed_s) * share;
-        self.rate_per_s = (self.rate_per_s - drive * (elapsed_s / time_constant_s)) * share;
+        self.rate_per_s = (self.rate_per_s - drive * times) * share;
         // Without corrections it would decay to numbers that processors compute with a hundred times slower.
         let forgotten = T::of(FORGOTTEN);
         if self.left.is_shorter_than(forgotten) && self.rate_per_s.is_shorter_than(forgotten) {
@@ -115,24 +115,27 @@ impl<T: Scalar> SteplessSolution<T> {
         let revised_rad = filtered.heading_revision_rad - self.revised_rad;
         self.revised_rad = filtered.heading_revision_rad;
         self.heading_revision_rad.left += Vector::new(T::ZERO, T::ZERO, revised_rad);
+        let (times, per_s) = (elapsed_s / self.time_constant_s, T::ONE / self.time_constant_s);
+        let share = (-times).exp();
         for kept in [
             &mut self.attitude_rad,
             &mut self.heading_revision_rad,
             &mut self.velocity_mps,
             &mut self.position_m,
         ] {
-            kept.let_out(elapsed_s, self.time_constant_s);
+            kept.let_out(elapsed_s, times, per_s, share);
         }
         let [attitude_rad, velocity_mps, position_m] = self.kept_back();
         // Written so that a NaN is dropped too.
-        let small = velocity_mps.norm() <= T::of(ANOTHER_MPS)
-            && position_m.norm() <= T::of(ANOTHER_M)
-            && attitude_rad.norm() <= T::of(core::f64::consts::PI);
+        let small = velocity_mps.is_shorter_than(T::of(ANOTHER_MPS))
+            && position_m.is_shorter_than(T::of(ANOTHER_M))
+            && attitude_rad.is_shorter_than(T::of(core::f64::consts::PI));
         if !small {
             let Self { before, revised_rad, time_constant_s, .. } = *self;
             *self = Self { before, revised_rad, time_constant_s, ..Self::default() };
         }
         let [attitude_rad, velocity_mps, position_m] = self.kept_back();
+        let turned = attitude_rad.dot(attitude_rad);
         let wider = |sigma: Vector<Ned, T>, kept: Vector<Ned, T>| {
             let [x, y, z] = sigma.to_array();
             let [a, b, c] = kept.to_array();
@@ -148,7 +151,7 @@ impl<T: Scalar> SteplessSolution<T> {
             position_sigma_m: wider(filtered.position_sigma_m, position_m),
             attitude_sigma_rad: filtered
                 .attitude_sigma_rad
-                .map(|sigma| Scalar::hypot(sigma, attitude_rad.norm())),
+                .map(|sigma| (sigma * sigma + turned).sqrt()),
             ..*filtered
         }
     }

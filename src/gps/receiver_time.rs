@@ -3,8 +3,12 @@
 const NS_PER_S: i64 = 1_000_000_000;
 const DAY_NS: i64 = 86_400 * NS_PER_S;
 const WEEK_NS: i64 = 7 * DAY_NS;
+const WEEK_MS: u32 = 604_800_000;
 /// The start of GPS time, 1980-01-06 00:00:00 UTC, after the start of 1970.
-const GPS_START_NS: i64 = 3_657 * DAY_NS;
+const GPS_START_DAY: i32 = 3_657;
+const GPS_START_NS: i64 = GPS_START_DAY as i64 * DAY_NS;
+/// More leap seconds than there will be.
+const MOST_LEAP_SECONDS: i64 = 60;
 
 /// The earliest GPS week that a receiver can mean: 4 January 2026, before this was written.
 pub const WEEK_FLOOR: u16 = 2_400;
@@ -104,22 +108,54 @@ impl ReceiverTime {
         }
     }
 
-    /// GPS time from a time of week and the UTC of the same moment, ns since the start of 1970: the
-    /// week and the leap seconds are those that make the two agree.
+    /// GPS time from a time of week, below one, and the UTC of the same moment, days since the start of 1970 and
+    /// nanoseconds since midnight, fewer than two days: the week and the leap seconds are those that make the two agree.
     ///
     /// `None` where they disagree by more than 0 to 60 s, the span in which leap seconds stay.
-    pub(crate) fn from_week_time_and_utc(time_of_week_ns: u64, unix_ns: i64) -> Option<Self> {
-        let time_of_week = i64::try_from(time_of_week_ns).ok()?;
-        let ahead_ns = time_of_week.saturating_sub(unix_ns.saturating_sub(GPS_START_NS));
+    // Counted in days, for a division of 64 bits is 1 kB of program on a microcontroller.
+    pub(crate) fn from_week_time_and_utc(
+        time_of_week_ns: u64,
+        day: i32,
+        time_of_day_ns: i64,
+    ) -> Option<Self> {
+        let time_of_week = i64::try_from(time_of_week_ns).ok().filter(|time| *time < WEEK_NS)?;
+        let day = day.checked_sub(GPS_START_DAY)?;
+        let day_of_week_ns = i64::from(day.rem_euclid(7)) * DAY_NS;
+        let ahead_ns = time_of_week.saturating_sub(day_of_week_ns.saturating_add(time_of_day_ns));
         // Rounded to the nearest second: the receiver gives the time of week in whole milliseconds.
-        let leap = ahead_ns.saturating_add(NS_PER_S / 2).rem_euclid(WEEK_NS) / NS_PER_S;
-        let leap_seconds = u8::try_from(leap).ok().filter(|leap| *leap <= 60)?;
-        let since_start_ns = unix_ns
-            .saturating_sub(GPS_START_NS)
-            .saturating_add(i64::from(leap_seconds) * NS_PER_S + NS_PER_S / 2);
-        let week =
-            u16::try_from(since_start_ns.saturating_sub(time_of_week).div_euclid(WEEK_NS)).ok()?;
+        let rounded_ns = ahead_ns.saturating_add(NS_PER_S / 2);
+        // GPS time may be in the next week already.
+        let (leap_ns, turned) =
+            if rounded_ns < 0 { (rounded_ns.saturating_add(WEEK_NS), 1) } else { (rounded_ns, 0) };
+        if leap_ns >= (MOST_LEAP_SECONDS + 1) * NS_PER_S {
+            return None;
+        }
+        // The nearest number to a quotient of so few digits is on the right side of every whole one.
+        let leap_seconds = (leap_ns as f64 / NS_PER_S as f64) as u8;
+        let week = u16::try_from(day.div_euclid(7) + turned).ok()?;
         Some(Self::Gps { week: Some(week), time_of_week_ns, leap_seconds: Some(leap_seconds) })
+    }
+
+    /// GPS time from a time of week in milliseconds and what to add to it, ns; both may reach beyond the week's ends.
+    pub(crate) fn of_gps(
+        week: Option<i16>,
+        time_of_week_ms: u32,
+        more_ns: i32,
+        leap_seconds: Option<u8>,
+    ) -> Self {
+        let (weeks, rest_ms) = (time_of_week_ms / WEEK_MS, time_of_week_ms % WEEK_MS);
+        let time_ns = i64::from(rest_ms) * 1_000_000 + i64::from(more_ns);
+        let (turned, time_ns) = match time_ns {
+            before if before < 0 => (-1, before + WEEK_NS),
+            after if after >= WEEK_NS => (1, after - WEEK_NS),
+            within => (0, within),
+        };
+        let week = week.map(|week| i64::from(week) + i64::from(weeks) + turned);
+        Self::Gps {
+            week: week.and_then(|week| u16::try_from(week).ok()),
+            time_of_week_ns: time_ns.unsigned_abs(),
+            leap_seconds,
+        }
     }
 }
 
@@ -212,7 +248,8 @@ mod tests {
     fn gps_time_and_utc_of_one_moment_give_week_and_leap_seconds() {
         // 2017-07-19 08:50:00.8 UTC, 18 leap seconds, week 1958 (a u-blox capture's first epoch).
         let unix_ns = 1_500_454_200_800_000_000;
-        let time = ReceiverTime::from_week_time_and_utc(291_018_800_000_000, unix_ns);
+        let (day, time_of_day_ns) = (17_366, 31_800_800_000_000);
+        let time = ReceiverTime::from_week_time_and_utc(291_018_800_000_000, day, time_of_day_ns);
         assert_eq!(
             time,
             Some(ReceiverTime::Gps {
@@ -224,17 +261,61 @@ mod tests {
         assert_eq!(time.and_then(|time| time.unix_ns()), Some(unix_ns));
         // Half an hour apart: one of the two is wrong.
         assert_eq!(
-            ReceiverTime::from_week_time_and_utc(291_018_800_000_000, unix_ns + 1_800 * NS_PER_S),
+            ReceiverTime::from_week_time_and_utc(
+                291_018_800_000_000,
+                day,
+                time_of_day_ns + 1_800 * NS_PER_S
+            ),
             None
         );
     }
 
     #[test]
+    fn every_leap_second_of_the_span_is_told_to_the_half_second() {
+        let (tow_ns, day) = (3 * DAY_NS + 100 * NS_PER_S, GPS_START_DAY + 2_400 * 7 + 3);
+        let leap_of = |ahead_ns: i64| {
+            let utc_ns = 100 * NS_PER_S - ahead_ns;
+            let time = ReceiverTime::from_week_time_and_utc(tow_ns as u64, day, utc_ns)?;
+            let ReceiverTime::Gps { week, leap_seconds, .. } = time else { return None };
+            assert_eq!(week, Some(2_400));
+            leap_seconds
+        };
+        for leap in 0..=60 {
+            let whole_ns = i64::from(leap) * NS_PER_S;
+            for off_ns in [-NS_PER_S / 2, -1, 0, 1, NS_PER_S / 2 - 1] {
+                assert_eq!(leap_of(whole_ns + off_ns), Some(leap), "{leap} {off_ns}");
+            }
+        }
+        assert_eq!(leap_of(-NS_PER_S / 2 - 1), None);
+        assert_eq!(leap_of(60 * NS_PER_S + NS_PER_S / 2), None);
+        assert_eq!(ReceiverTime::from_week_time_and_utc(WEEK_NS as u64, day, 0), None);
+        assert_eq!(ReceiverTime::from_week_time_and_utc(u64::MAX, i32::MIN, i64::MIN), None);
+    }
+
+    #[test]
+    fn times_of_week_beyond_its_ends_are_of_the_weeks_beside_it() {
+        let of = |ms, more_ns| match ReceiverTime::of_gps(Some(2_400), ms, more_ns, None) {
+            ReceiverTime::Gps { week, time_of_week_ns, .. } => (week, time_of_week_ns),
+            ReceiverTime::Utc { .. } => (None, 0),
+        };
+        let week_ns = WEEK_NS as u64;
+        assert_eq!(of(0, -1), (Some(2_399), week_ns - 1));
+        assert_eq!(of(1, -1_000_001), (Some(2_399), week_ns - 1));
+        assert_eq!(of(WEEK_MS, 0), (Some(2_401), 0));
+        assert_eq!(of(WEEK_MS - 1, 1_000_000), (Some(2_401), 0));
+        assert_eq!(of(2 * WEEK_MS, -5), (Some(2_401), week_ns - 5));
+        assert_eq!(of(u32::MAX, i32::MAX).0, Some(2_407));
+    }
+
+    #[test]
     fn the_first_seconds_of_a_week_in_gps_time_belong_to_the_new_week() {
         // UTC is still 10 s before the week's start when GPS time, 18 s ahead, is 8 s into it.
-        let week_start = GPS_START_NS + 2_400 * WEEK_NS;
-        let time =
-            ReceiverTime::from_week_time_and_utc(8 * NS_PER_S as u64, week_start - 10 * NS_PER_S);
+        let week_start = GPS_START_DAY + 2_400 * 7;
+        let time = ReceiverTime::from_week_time_and_utc(
+            8 * NS_PER_S as u64,
+            week_start - 1,
+            DAY_NS - 10 * NS_PER_S,
+        );
         assert!(matches!(
             time,
             Some(ReceiverTime::Gps { week: Some(2_400), leap_seconds: Some(18), .. })

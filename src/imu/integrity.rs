@@ -106,7 +106,8 @@ pub struct Integrity<T = f64> {
     typical_interval_s: T,
     /// For how long samples have come, to the memory of what is usual, s.
     seen_s: T,
-    last: Option<Motion<T>>,
+    /// The readings before, of either form: a unit keeps to one.
+    last: Option<[[T; 3]; 2]>,
     repeated: u8,
     /// Intervals of usual length in a row.
     even: u8,
@@ -218,9 +219,11 @@ impl<T: Scalar> Integrity<T> {
     pub fn is_stuck(&mut self, motion: &Motion<T>) -> bool {
         let vibrates =
             || self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
-        self.repeated =
-            if self.last == Some(*motion) { self.repeated.saturating_add(1) } else { 0 };
-        self.last = Some(*motion);
+        let (Motion::Rates { angular_rate_radps: turn, specific_force_mps2: force }
+        | Motion::Increments { angle_rad: turn, velocity_mps: force }) = *motion;
+        let readings = Some([turn.to_array(), force.to_array()]);
+        self.repeated = if self.last == readings { self.repeated.saturating_add(1) } else { 0 };
+        self.last = readings;
         self.repeated >= STUCK && vibrates()
     }
 

@@ -14,7 +14,7 @@ pub(super) struct Repetition<T> {
     /// For how long each axis has repeated itself, s, and how often.
     run_s: [T; 3],
     count: [f32; 3],
-    /// Share of readings that repeat the one before.
+    /// Share of readings that repeat the one before, from the first reading on.
     share: [f32; 3],
 }
 
@@ -33,14 +33,17 @@ const IMPROBABLE: f32 = -20.0;
 impl<T: Scalar> Repetition<T> {
     /// Nothing seen yet.
     pub const NONE: Self =
-        Self { last: None, run_s: [T::ZERO; 3], count: [0.0; 3], share: [FIRST_SHARE; 3] };
+        Self { last: None, run_s: [T::ZERO; 3], count: [0.0; 3], share: [0.0; 3] };
 
     /// Takes in readings `interval_s` after those before. Gives for how long each axis has been stuck, s;
     /// zero of one that is not.
     pub fn push(&mut self, values: [T; 3], interval_s: T) -> [T; 3] {
         let mut stuck_s = [T::ZERO; 3];
         // Nothing equals no number.
-        let last = self.last.replace(values).unwrap_or([T::of(f64::NAN); 3]);
+        let last = self.last.replace(values).unwrap_or_else(|| {
+            self.share = [FIRST_SHARE; 3];
+            [T::of(f64::NAN); 3]
+        });
         let newest = (interval_s / T::of(MEMORY_S)).min(T::ONE).wide() as f32;
         for axis in 0..3 {
             let share = &mut self.share[axis];

@@ -93,6 +93,11 @@ impl<T: Scalar> Second<T> {
     }
 }
 
+/// Whether a level velocity, m/s, is faster than that. Without a root, which takes long where there is no instruction for it.
+fn is_faster([north, east]: [f64; 2], mps: f64) -> bool {
+    north * north + east * east > mps * mps
+}
+
 /// A limit for each axis.
 fn limits<T: Scalar>(gyro: f64, accel: f64) -> [T; AXES] {
     let (gyro, accel) = (T::of(gyro), T::of(accel));
@@ -110,7 +115,7 @@ impl<T: Scalar> Rest<T> {
             self.fixes = None;
             return;
         };
-        if Scalar::hypot(now[0], now[1]) > FIX_MPS {
+        if is_faster(now, FIX_MPS) {
             self.fixes = None;
             return;
         }
@@ -165,9 +170,9 @@ impl<T: Scalar> Rest<T> {
             .all(|((&mean, before), limit)| (mean - before).abs() < limit);
         let [p, q, r, ..] = means;
         let rate = Vector::new(p, q, r);
-        let slow = self.fixes.is_some_and(|(last, mean)| {
-            time - last < FIX_S && Scalar::hypot(mean[0], mean[1]) < FIX_MEAN_MPS
-        });
+        let slow = self
+            .fixes
+            .is_some_and(|(last, mean)| time - last < FIX_S && !is_faster(mean, FIX_MEAN_MPS));
         (steady && slow && rate.norm() < T::of(LARGEST_BIAS_RADPS)).then_some(rate)
     }
 }

@@ -185,7 +185,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
         let model = self.config.gps;
         let [learned_m, level, vertical] =
-            self.gps_learned.map(|variance| Scalar::sqrt(f64::from(variance)));
+            self.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
         let learned_mps = [level, level, vertical];
         let position = fix
             .position_sigma_m

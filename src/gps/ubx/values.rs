@@ -44,21 +44,23 @@ pub(super) fn set_heights(fix: &mut ReceiverFix, position: &Position) -> Result<
 /// The week, which NAV-PVT does not give, from its date.
 fn pvt_time(pvt: &Pvt) -> Option<ReceiverTime> {
     let time_of_week_ns = u64::from(pvt.time_of_week_ms) * 1_000_000;
-    unix_ns(&pvt.utc)
-        .and_then(|utc_ns| ReceiverTime::from_week_time_and_utc(time_of_week_ns, utc_ns))
+    day_and_time_ns(&pvt.utc)
+        .and_then(|(day, time_ns)| {
+            ReceiverTime::from_week_time_and_utc(time_of_week_ns, day, time_ns)
+        })
         .or_else(|| gps_time(None, pvt.time_of_week_ms, 0, None))
 }
 
-/// UTC since the start of 1970; `None` where the receiver does not vouch for it or it cannot be.
-fn unix_ns(utc: &CalendarTime) -> Option<i64> {
+/// Day since the start of 1970 and nanoseconds since its midnight, in UTC; `None` where the receiver does not vouch for
+/// it or it cannot be.
+fn day_and_time_ns(utc: &CalendarTime) -> Option<(i32, i64)> {
     let CalendarTime { year, month, day, hour, minute, second, nanosecond, is_valid } = *utc;
     if !is_valid || hour >= 24 || minute >= 60 || second >= 60 {
         return None;
     }
     let day = days_since_1970(year.into(), month.into(), day.into())?;
-    let minutes = i64::from(day) * 1_440 + i64::from(hour) * 60 + i64::from(minute);
-    let seconds = minutes * 60 + i64::from(second);
-    seconds.checked_mul(1_000_000_000)?.checked_add(nanosecond.into())
+    let seconds = u32::from(hour) * 3_600 + u32::from(minute) * 60 + u32::from(second);
+    Some((day, i64::from(seconds) * 1_000_000_000 + i64::from(nanosecond)))
 }
 
 pub(super) fn gps_time(
@@ -67,15 +69,8 @@ pub(super) fn gps_time(
     fraction_ns: i32,
     leap_seconds: Option<i8>,
 ) -> Option<ReceiverTime> {
-    const WEEK_NS: i64 = 604_800_000_000_000;
-    let time_of_week_ns = i64::from(time_of_week_ms) * 1_000_000 + i64::from(fraction_ns);
-    // The fraction may reach back across the week's start.
-    let week = week.map(|week| i64::from(week) + time_of_week_ns.div_euclid(WEEK_NS));
-    Some(ReceiverTime::Gps {
-        week: week.and_then(|week| u16::try_from(week).ok()),
-        time_of_week_ns: u64::try_from(time_of_week_ns.rem_euclid(WEEK_NS)).ok()?,
-        leap_seconds: leap_seconds.and_then(|leap| u8::try_from(leap).ok()),
-    })
+    let leap_seconds = leap_seconds.and_then(|leap| u8::try_from(leap).ok());
+    Some(ReceiverTime::of_gps(week, time_of_week_ms, fraction_ns, leap_seconds))
 }
 
 pub(super) fn horizontal(latitude_deg: f64, longitude_deg: f64) -> Result<Horizontal, Impossible> {
