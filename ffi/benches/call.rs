@@ -8,7 +8,8 @@ use std::mem::MaybeUninit;
 use std::ptr::{null_mut, read};
 use std::time::Instant;
 
-use hovernav::ekf::{Estimator, EstimatorConfig};
+use hovernav::autopilot::{HealthLimits, HealthMonitor};
+use hovernav::ekf::{Estimator, EstimatorConfig, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::{ImuSample as CoreSample, Motion};
@@ -36,7 +37,9 @@ fn main() {
         let memory = memory.as_mut_ptr().cast();
         hovernav_create(memory, HOVERNAV_SIZE, config.as_ptr(), null_mut(), &raw mut nav);
     }
-    let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
+    let estimator: Estimator = Estimator::new(EstimatorConfig::default());
+    let mut without =
+        (estimator, HealthMonitor::new(HealthLimits::default()), SteplessSolution::default());
 
     let fix = Fix { latitude_deg: 48.0, height_m: 500.0, ..Fix::default() };
     let accel = |step: i64| [0.001 * (step % 7) as f64, 0.0, -9.81];
@@ -64,15 +67,29 @@ fn main() {
         let time_ns = step * 10_000_000;
         // SAFETY: an object and right pointers.
         unsafe { hovernav_push_imu(nav, &sample(step)) };
-        estimator.push(&event(step), |_| {});
+        without.0.push(&event(step), |_| {});
         if step % 10 == 0 {
             // SAFETY: an object and right pointers.
             unsafe { hovernav_push_fix(nav, &Fix { time_ns, ..fix }) };
             let core = hovernav::gps::Fix::at(Time::from_nanoseconds(time_ns), home);
-            estimator.push(&Event::Gps(core), |_| {});
+            without.0.push(&Event::Gps(core), |_| {});
         }
     }
 
+    // As from another program: called, not made a part of the loop, which neither is in Rust.
+    let push_imu: unsafe extern "C" fn(_, _) -> _ = black_box(hovernav_push_imu);
+    let get_solution: unsafe extern "C" fn(_, _) -> _ = black_box(hovernav_get_solution);
+    let solve_without: fn(&Estimator) -> Option<Solution> =
+        black_box(|estimator| estimator.solution().as_ref().map(Solution::from));
+    // All that the object does with a sample.
+    let push_without: fn(&mut (Estimator, HealthMonitor, SteplessSolution), &Event) =
+        black_box(|(estimator, monitor, stepless), event| {
+            monitor.hear(event);
+            estimator.push_traced(event, stepless, |notice| {
+                monitor.hear_notice(&notice);
+                black_box(notice);
+            });
+        });
     let (mut push, mut solve) = ([f64::INFINITY; 2], [f64::INFINITY; 2]);
     let (mut covariance, mut version) = (f64::INFINITY, f64::INFINITY);
     let mut place = MaybeUninit::<Solution>::uninit();
@@ -85,32 +102,28 @@ fn main() {
         // SAFETY: an object and right pointers.
         unsafe { hovernav_push_fix(nav, &Fix { time_ns, ..fix }) };
         let core = hovernav::gps::Fix::at(Time::from_nanoseconds(time_ns), home);
-        estimator.push(&Event::Gps(core), |_| {});
+        without.0.push(&Event::Gps(core), |_| {});
         least(&mut push[0], || {
             // SAFETY: an object and right pointers.
             steps.clone().for_each(|step| unsafe {
-                black_box(hovernav_push_imu(black_box(nav), &sample(step)));
+                black_box(push_imu(black_box(nav), &sample(step)));
             });
         });
         least(&mut push[1], || {
             steps.for_each(|step| {
-                let notify = |notice| {
-                    black_box(notice);
-                };
-                black_box(&mut estimator).push(&event(step), notify);
+                push_without(black_box(&mut without), &event(step));
             });
         });
         least(&mut solve[0], || {
             // SAFETY: an object and right pointers.
             (0..CALLS).for_each(|_| unsafe {
-                hovernav_get_solution(black_box(nav), place.as_mut_ptr());
+                get_solution(black_box(nav), place.as_mut_ptr());
                 black_box(&place);
             });
         });
         least(&mut solve[1], || {
             (0..CALLS).for_each(|_| {
-                let solution = black_box(&estimator).solution();
-                black_box(solution.as_ref().map(Solution::from));
+                black_box(solve_without(black_box(&without.0)));
             });
         });
         least(&mut covariance, || {

@@ -1,5 +1,7 @@
 //! What a pointer alone can tell, checked before it is used.
 
+use core::mem::MaybeUninit;
+
 use crate::object::{Hovernav, MARK};
 use crate::status::Status;
 
@@ -35,9 +37,18 @@ pub unsafe fn object<'a>(pointer: *mut Hovernav) -> Result<&'a mut Hovernav, Sta
 /// # Safety
 /// Not null, it points to a `T` that is initialised.
 pub unsafe fn input<T: Copy>(pointer: *const T) -> Result<T, Status> {
+    // SAFETY: the caller's promise.
+    unsafe { borrowed(pointer) }.copied()
+}
+
+/// What is at `pointer`, where it lies: a copy of much takes its time.
+///
+/// # Safety
+/// Not null, it points to a `T` that is initialised and that nobody writes during `'a`.
+pub unsafe fn borrowed<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
     checked(pointer)?;
     // SAFETY: not null and aligned, so a `T` by the caller's promise.
-    Ok(unsafe { pointer.read() })
+    Ok(unsafe { &*pointer })
 }
 
 /// The place at `pointer`, to be written.
@@ -46,7 +57,8 @@ pub unsafe fn input<T: Copy>(pointer: *const T) -> Result<T, Status> {
 /// Not null, it points to memory of a `T` that nobody else uses during `'a`; it need not be initialised.
 pub unsafe fn output<'a, T>(pointer: *mut T) -> Result<Output<'a, T>, Status> {
     checked(pointer)?;
-    Ok(Output { pointer, memory: core::marker::PhantomData })
+    // SAFETY: not null and aligned, and memory of that size that nobody else uses by the caller's promise.
+    Ok(Output { place: unsafe { &mut *pointer.cast() } })
 }
 
 /// The place at `pointer`, or none where it is null, for what a caller need not take.
@@ -63,14 +75,13 @@ pub unsafe fn optional<'a, T>(pointer: *mut T) -> Result<Option<Output<'a, T>>, 
 
 /// A place that may be written.
 pub struct Output<'a, T> {
-    pointer: *mut T,
-    memory: core::marker::PhantomData<&'a mut T>,
+    place: &'a mut MaybeUninit<T>,
 }
 
 impl<T> Output<'_, T> {
+    /// A reference, not a pointer, so that the value is put together in its place.
     pub fn write(self, value: T) {
-        // SAFETY: made only by `output`, not null, aligned and writable by its caller's promise.
-        unsafe { self.pointer.write(value) }
+        self.place.write(value);
     }
 }
 

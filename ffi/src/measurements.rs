@@ -7,7 +7,7 @@ use hovernav::gps::Fix as CoreFix;
 use hovernav::imu::{ClippedAxes, ImuSample as CoreSample, Motion};
 use hovernav::time::Time;
 
-use crate::access::{input, object};
+use crate::access::{borrowed, input, object};
 use crate::object::Hovernav;
 use crate::status::Status;
 
@@ -142,8 +142,12 @@ pub unsafe extern "C" fn hovernav_push_imu(nav: *mut Hovernav, sample: *const Im
     // SAFETY: the caller's promise.
     let nav = unsafe { object(nav) };
     // SAFETY: the caller's promise.
-    let sample = unsafe { input(sample) };
-    Status::of(nav.and_then(|nav| sample?.event().map(|event| nav.flight.push(&event))))
+    let sample = unsafe { borrowed(sample) };
+    Status::of(nav.and_then(|nav| {
+        let event = &sample?.event()?;
+        nav.flight.push(event);
+        Ok(())
+    }))
 }
 
 /// Takes in a fix. One that is later than the last inertial sample, by up to 10 s, waits for the sample
@@ -160,8 +164,12 @@ pub unsafe extern "C" fn hovernav_push_fix(nav: *mut Hovernav, fix: *const Fix) 
     // SAFETY: the caller's promise.
     let nav = unsafe { object(nav) };
     // SAFETY: the caller's promise.
-    let fix = unsafe { input(fix) };
-    Status::of(nav.and_then(|nav| fix?.event().map(|event| nav.flight.push(&event))))
+    let fix = unsafe { borrowed(fix) };
+    Status::of(nav.and_then(|nav| {
+        let event = &fix?.event()?;
+        nav.flight.push(event);
+        Ok(())
+    }))
 }
 
 /// Takes in a barometric height above any fixed level, m, up, true at `time_ns`; up to 100 km, else it is told

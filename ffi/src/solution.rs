@@ -1,6 +1,8 @@
 //! What the estimator says, into the caller's structures.
 
 use hovernav::ekf::Solution as CoreSolution;
+use hovernav::frames::Vector;
+use hovernav::scalar::Scalar;
 
 use crate::access::{object, output};
 use crate::object::Hovernav;
@@ -49,31 +51,38 @@ pub struct Solution {
     pub accel_bias_sigma_mps2: [f64; 3],
 }
 
-impl From<&CoreSolution> for Solution {
-    fn from(core: &CoreSolution) -> Self {
-        let angles = core.body_to_ned.euler();
-        let [x, y, z, w] = core.body_to_ned.quaternion().to_array();
+impl<T: Scalar> From<&CoreSolution<T>> for Solution {
+    /// Number by number: as a whole in `f64` first, a solution would be copied once more.
+    fn from(core: &CoreSolution<T>) -> Self {
+        let body_to_ned = core.body_to_ned.cast::<f64>();
+        let velocity_mps = core.velocity_mps.cast::<f64>();
+        let angles = body_to_ned.euler();
+        let [x, y, z, w] = body_to_ned.quaternion().to_array();
         Self {
             time_ns: core.time.nanoseconds(),
             latitude_deg: core.position.latitude_deg(),
             longitude_deg: core.position.longitude_deg(),
             height_m: core.position.height_m,
-            velocity_ned_mps: core.velocity_mps.to_array(),
-            velocity_body_mps: core.velocity_body_mps().to_array(),
+            velocity_ned_mps: velocity_mps.to_array(),
+            velocity_body_mps: (body_to_ned.inverse() * velocity_mps).to_array(),
             body_to_ned: [w, x, y, z],
             roll_rad: angles.roll_rad,
             pitch_rad: angles.pitch_rad,
             yaw_rad: angles.yaw_rad,
-            angular_rate_radps: core.angular_rate_radps.to_array(),
-            position_sigma_m: core.position_sigma_m.to_array(),
-            velocity_sigma_mps: core.velocity_sigma_mps.to_array(),
-            attitude_sigma_rad: core.attitude_sigma_rad,
-            gyro_bias_radps: core.gyro_bias_radps.to_array(),
-            accel_bias_mps2: core.accel_bias_mps2.to_array(),
-            gyro_bias_sigma_radps: core.gyro_bias_sigma_radps.to_array(),
-            accel_bias_sigma_mps2: core.accel_bias_sigma_mps2.to_array(),
+            angular_rate_radps: wide(core.angular_rate_radps),
+            position_sigma_m: wide(core.position_sigma_m),
+            velocity_sigma_mps: wide(core.velocity_sigma_mps),
+            attitude_sigma_rad: core.attitude_sigma_rad.map(Scalar::wide),
+            gyro_bias_radps: wide(core.gyro_bias_radps),
+            accel_bias_mps2: wide(core.accel_bias_mps2),
+            gyro_bias_sigma_radps: wide(core.gyro_bias_sigma_radps),
+            accel_bias_sigma_mps2: wide(core.accel_bias_sigma_mps2),
         }
     }
+}
+
+fn wide<F, T: Scalar>(vector: Vector<F, T>) -> [f64; 3] {
+    vector.to_array().map(Scalar::wide)
 }
 
 /// Gives the solution at the last inertial sample; HOVERNAV_STATUS_NOT_YET until alignment has ended.
@@ -91,8 +100,9 @@ pub unsafe extern "C" fn hovernav_get_solution(
     let place = unsafe { output(solution) };
     Status::of(nav.and_then(|nav| {
         let place = place?;
-        let solution = nav.flight.estimator.solution();
-        place.write(Solution::from(&solution.ok_or(Status::NotYet)?.cast()));
+        // By reference: it is large, and each copy takes its time.
+        let Some(solution) = &nav.flight.estimator.solution() else { return Err(Status::NotYet) };
+        place.write(Solution::from(solution));
         Ok(())
     }))
 }

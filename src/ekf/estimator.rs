@@ -452,6 +452,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// The solution now, in the numbers that the estimator computes in; `None` until alignment ends.
     #[must_use]
+    // Once in a program, with a frame of its own: it is long.
+    #[inline(never)]
     pub fn solution(&self) -> Option<Solution<T>> {
         match self.phase {
             Phase::Aligning => None,

@@ -195,10 +195,11 @@ pub fn run(
     }
     let [u, v, w] = statistics.velocity_rms_mps;
     crate::output::say(format_args!(
-        "autopilot {:.1} s in {} engagements: u, v, w {u:.2}, {v:.2}, {w:.2} m/s RMS, heading within \
+        "autopilot {:.1} s in {} engagement{}: u, v, w {u:.2}, {v:.2}, {w:.2} m/s RMS, heading within \
          {:.1} deg, place within {:.1} m, largest step of a stick {:.1} %",
         statistics.engaged_s,
         statistics.engagements,
+        if statistics.engagements == 1 { "" } else { "s" },
         statistics.heading_rad.to_degrees(),
         statistics.place_m,
         100.0 * statistics.stick_step

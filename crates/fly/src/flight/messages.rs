@@ -6,6 +6,7 @@ use crate::serial::PortEvent;
 use hovernav::autopilot::{Distrust, Health, Mode, ProgrammeChange, Reason, Trust};
 use hovernav::ekf::{Aid, Notice};
 use hovernav::flight_control::{ControlNotice, HandedBack};
+use hovernav::ins::HeadingSource;
 use hovernav::sensors::SensorOutput;
 use hovernav_log::record::{Level, Part, ShortText, Status, dmu_lost_level};
 
@@ -22,8 +23,9 @@ pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
         )),
         Notice::Updated(_) => return None,
         Notice::Aligned(alignment) => ShortText::new(format_args!(
-            "aligned after {:.1} s, heading by {:?}",
-            alignment.duration_s, alignment.heading
+            "aligned after {:.1} s, heading {}",
+            alignment.duration_s,
+            of_source(alignment.heading)
         )),
         Notice::HeadingFound { sigma_rad, .. } => ShortText::new(format_args!(
             "heading found, one-sigma {:.1} deg",
@@ -230,6 +232,17 @@ pub fn control_part(notice: &ControlNotice) -> Part {
 /// How much a change of a port matters.
 pub fn port_level(event: &PortEvent) -> Level {
     if *event == PortEvent::Opened { Level::Info } else { Level::Warning }
+}
+
+/// Where a heading comes from, in words.
+const fn of_source(source: HeadingSource) -> &'static str {
+    match source {
+        HeadingSource::SecondAntenna => "by two antennas",
+        HeadingSource::Attitude => "by the unit's own attitude",
+        HeadingSource::Magnetometer => "by the magnetometer",
+        HeadingSource::Course => "by the course over ground",
+        HeadingSource::Unknown => "not known yet",
+    }
 }
 
 #[cfg(test)]
