@@ -21,6 +21,7 @@ const CURVES: [Curve; 2] = [
 #[test]
 #[ignore = "takes five minutes and a quiet machine"]
 fn the_servos_have_their_command_within_a_millisecond_of_the_packet() {
+    let taken_before = taken_ticks();
     let flights = all_flown(&[1, 2, 3, 4], |seed| {
         let mut setup = Setup::new(300.0, &["engage@30:260"]);
         setup.flight.seed = *seed;
@@ -43,7 +44,25 @@ fn the_servos_have_their_command_within_a_millisecond_of_the_packet() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/turnaround.svg");
         fs::write(path, picture(&flights)).unwrap();
     }
-    assert!(own_s[0] <= 1e-3, "{own_s:?}");
+    let [all, taken] = taken_ticks().zip(taken_before).map_or([1, 0], |(after, before)| {
+        [after[0].saturating_sub(before[0]).max(1), after[1].saturating_sub(before[1])]
+    });
+    let taken_percent = 100.0 * taken as f64 / all as f64;
+    println!("of the processors' time the host of this machine took {taken_percent:.2} %");
+    assert!(own_s[0] <= 1e-3, "{own_s:?}, with {taken_percent:.2} % of the time taken by the host");
+}
+
+/// Ticks of all processors since they were started, and those of them that a virtual machine's host took for others.
+fn taken_ticks() -> Option<[u64; 2]> {
+    let statistics = fs::read_to_string("/proc/stat").ok()?;
+    let ticks: Vec<u64> = statistics
+        .lines()
+        .next()?
+        .split_whitespace()
+        .skip(1)
+        .map_while(|ticks| ticks.parse().ok())
+        .collect();
+    Some([ticks.iter().take(8).sum(), *ticks.get(7)?])
 }
 
 /// Left, right, top and bottom of the plot.
