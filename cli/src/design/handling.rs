@@ -2,7 +2,7 @@
 
 use hovernav_design::{CheckedDesign, HandlingQualities};
 
-use crate::page::{Section, Table, TableRow};
+use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow};
 
 /// Rejection bandwidth, rad/s, of phi, theta, psi, and the peak, dB, as they are quoted for level 1 of large
 /// helicopters in hover.
@@ -20,11 +20,7 @@ pub fn handling(checked: &CheckedDesign) -> Section {
     };
     let row = |(found, least): (&HandlingQualities, f64)| {
         TableRow::new(
-            match found.output.as_str() {
-                "phi" => "roll",
-                "theta" => "pitch",
-                _ => "heading",
-            },
+            axis_of(found),
             vec![
                 number(found.rejection_bandwidth_radps, 2),
                 format!("{least}"),
@@ -58,4 +54,39 @@ pub fn handling(checked: &CheckedDesign) -> Section {
         heads: heads.map(Into::into).into(),
         rows: checked.handling.iter().zip(LEVEL_1_RADPS).map(row).collect(),
     })
+    .with(rejection(checked))
+}
+
+fn axis_of(found: &HandlingQualities) -> &'static str {
+    match found.output.as_str() {
+        "phi" => "roll",
+        "theta" => "pitch",
+        _ => "heading",
+    }
+}
+
+/// Rejection peak over bandwidth, each attitude a point, with the corner in which it should lie: to the right of and
+/// below its line.
+fn rejection(checked: &CheckedDesign) -> Figure {
+    let found = checked.handling.iter().zip(LEVEL_1_RADPS);
+    let found = found.zip([Role::First, Role::Second, Role::Third]);
+    let right_radps = checked
+        .handling
+        .iter()
+        .filter_map(|found| found.rejection_bandwidth_radps)
+        .fold(2.0 * LEVEL_1_RADPS[0], |most, radps| most.max(1.1 * radps));
+    let mut row = Row { limits: Some([0.0, 12.0]), ..Row::new("Rejection peak", "dB") };
+    for ((found, least_radps), role) in found {
+        let corner =
+            [(least_radps, 0.0), (least_radps, LEVEL_1_PEAK_DB), (right_radps, LEVEL_1_PEAK_DB)];
+        let place = found.rejection_bandwidth_radps.map(|radps| (radps, found.rejection_peak_db));
+        let name = axis_of(found);
+        row = row
+            .with(Series::curve(Role::Limit, corner).named(format!("limits of {name}")))
+            .with(Series::points(role, place.into_iter()).named(name));
+    }
+    let axis = Axis::linear("Rejection bandwidth", "rad/s").within([0.0, 1.02 * right_radps]);
+    Figure::against(axis, [row]).captioned(
+        "Held down up to here, made worse by no more than this: within its corner or not",
+    )
 }
