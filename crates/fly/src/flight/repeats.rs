@@ -127,7 +127,7 @@ mod tests {
 
     fn hear(repeats: &mut Repeats, seconds: f64, text: &str) -> Option<String> {
         let text = ShortText::new(text);
-        let told = repeats.hear(at(seconds), Level::Critical, Part::InertialUnit, text);
+        let told = repeats.hear(at(seconds), Level::Warning, Part::InertialUnit, text);
         told.map(|text| text.as_str().to_owned())
     }
 
@@ -154,6 +154,21 @@ mod tests {
         };
         let all: usize = counted.map(|text| untold(&text)).sum::<usize>() + told.len();
         assert_eq!(all, faults as usize);
+    }
+
+    /// Who has to act hears of it every 4 s.
+    #[test]
+    fn what_is_critical_is_told_again_soon() {
+        let mut repeats = Repeats::default();
+        let text = ShortText::new("the attitude is not known");
+        let told: Vec<i32> = (0..60)
+            .filter(|&second| {
+                let now = at(f64::from(second));
+                repeats.hear(now, Level::Critical, Part::InertialUnit, text).is_some()
+            })
+            .collect();
+        assert!(told.starts_with(&[0, 2, 6]), "{told:?}");
+        assert!(told.windows(2).all(|pair| pair[1] - pair[0] <= 4), "{told:?}");
     }
 
     #[test]
