@@ -118,7 +118,11 @@ fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
         &format!("[autopilot] model: {}", name.display()),
         "without `model` gains that `hovernav design --force` made of it are flown untried",
     )?;
-    let design = HoverDesign { period_s: flown.period_s, ..HoverDesign::for_model(&model) };
+    let design = HoverDesign {
+        period_s: flown.period_s,
+        guidance: flown.guidance,
+        ..HoverDesign::for_model(&model)
+    };
     for mode in FlightMode::ALL {
         let closed = design.close_in(&model, &flown.gains, mode, Cut::Actuators)?;
         anyhow::ensure!(

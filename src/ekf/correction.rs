@@ -132,13 +132,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(never)]
     pub(super) fn doubt_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
         let imu = &self.config.imu;
-        let times = match stepped {
-            Stepped { far: true, .. } => STEPPED_FAR_GYRO,
-            Stepped { level: true, .. } => 1.0,
-            _ => 0.0,
+        // Level, within the gate, either may have stepped: each is opened by what it usually is.
+        let (gyro, accel) = match stepped {
+            Stepped { far: true, .. } => (STEPPED_FAR_GYRO, STEPPED_ACCEL),
+            Stepped { level: true, .. } => (1.0, 1.0),
+            _ => (0.0, STEPPED_ACCEL),
         };
-        let gyro = times * imu.gyro_bias_sigma_radps;
-        let accel = STEPPED_ACCEL * imu.accel_bias_sigma_mps2;
+        let gyro = gyro * imu.gyro_bias_sigma_radps;
+        let accel = accel * imu.accel_bias_sigma_mps2;
         let mut relaxation = Relaxation::default();
         for (first, sigma) in [(GYRO_BIAS, gyro), (ACCEL_BIAS, accel)] {
             for noise in relaxation.noise.iter_mut().skip(first).take(3) {
@@ -245,7 +246,8 @@ const DISAGREED_RAD: f64 = 0.3;
 const AGREED_S: f64 = 20.0;
 /// What is measured later than this after a gap, s, is weighed against what the fixes have told by then.
 const TAKEN_S: f64 = 5.0;
-/// An accelerometer bias that stepped, and a gyro bias that stepped far, in units of what they are usually.
+/// An accelerometer bias that stepped vertically or far, and a gyro bias that stepped far, in units of what they are
+/// usually.
 const STEPPED_ACCEL: f64 = 3.0;
 const STEPPED_FAR_GYRO: f64 = 6.0;
 /// The tilt that has come of a small step, rad.

@@ -27,7 +27,7 @@ pub use notice::{ControlNotice, HandedBack};
 
 use crate::autopilot::{
     Engagement, EngagementChange, ExcitationAbort, HoverAutopilot, Inputs, Mode, Observed,
-    ProgrammeFlight, Readiness, Reason, SetPoint, Steering,
+    ProgrammeFlight, Readiness, Reason, SetPoint, Steering, Transition,
 };
 use crate::controls::{Channels, Sticks};
 use crate::earth::Geodetic;
@@ -246,7 +246,9 @@ impl FlightControl {
             self.end_programme(why, &mut notify);
         }
         if let Some(transition) = outputs.transition {
-            notify(ControlNotice::Mode(transition));
+            if self.is_news(&transition, engaged && pilot.is_some()) {
+                notify(ControlNotice::Mode(transition));
+            }
             if engaged && transition.to == Mode::Manual && transition.reason == Reason::Override {
                 self.hand_back(HandedBack::Override, &mut notify);
             }
@@ -308,13 +310,26 @@ impl FlightControl {
                 notify(ControlNotice::Engaged);
             }
             Some(EngagementChange::Refused) => notify(ControlNotice::Refused(*readiness)),
-            Some(EngagementChange::Released) => notify(ControlNotice::Released),
+            Some(EngagementChange::Released) => {
+                let heard = inputs.pulses.aux.fresh_ms(inputs.now, stale_s).is_some();
+                notify(if heard { ControlNotice::Released } else { ControlNotice::SwitchLost });
+            }
             None => {}
         }
         if self.engagement.is_engaged() && inputs.late_cycles >= self.config.failsafe.late_cycles {
             self.hand_back(HandedBack::Late, notify);
         }
         switch_on
+    }
+
+    /// Whether a change of mode says what nothing else does. That the pilot flies is told with the reason; of the modes
+    /// in which it descends without a pilot nobody asks, unless there is none left.
+    fn is_news(&self, transition: &Transition, pilot_takes_over: bool) -> bool {
+        match transition.to {
+            Mode::Manual => false,
+            Mode::Neutral => !pilot_takes_over,
+            _ => !self.descends,
+        }
     }
 
     fn hand_back(&mut self, why: HandedBack, notify: &mut impl FnMut(ControlNotice)) {

@@ -25,8 +25,10 @@ pub enum ControlNotice {
     Engaged,
     /// It was asked to, and does not: see [`Readiness::failed`].
     Refused(Readiness),
-    /// The switch was opened, or the aux channel alone is lost: the pilot flies.
+    /// The switch was opened: the pilot flies.
     Released,
+    /// The aux channel alone is lost, and the switch with it: the pilot flies.
+    SwitchLost,
     /// The pilot flies, whatever the switch says, until it has been opened.
     HandedBack(HandedBack),
     /// The autopilot changed its mode.
@@ -63,6 +65,9 @@ impl fmt::Display for ControlNotice {
                 )
             }
             Self::Released => f.write_str("the pilot flies: the switch is open"),
+            Self::SwitchLost => f.write_str(
+                "the pilot flies: the switch's channel is lost; check its wire and the receiver",
+            ),
             Self::HandedBack(why) => {
                 let what = match why {
                     HandedBack::Override => "a stick was moved; open the switch before engaging again",

@@ -119,6 +119,14 @@ fn the_pilots_pulses_pass_to_the_last_bit_until_the_switch_is_closed_and_after_i
 }
 
 #[test]
+fn a_lost_channel_is_not_taken_for_a_switch_that_was_opened() {
+    let mut bench = Bench::engaged(config());
+    bench.aux_ms = None;
+    assert_eq!(bench.cycles(10).mode, Mode::Manual);
+    assert_eq!(bench.told, [ControlNotice::SwitchLost]);
+}
+
+#[test]
 fn limits_of_the_autopilot_are_none_of_the_pilots() {
     let mut narrow = config();
     narrow.hover.limits.highest = Sticks::from_array([0.02; 4]);
@@ -201,7 +209,8 @@ fn an_estimate_that_ends_gives_the_sticks_to_the_pilot_and_to_trim_without_one()
     let mut bench = Bench::engaged(config());
     bench.stale = true;
     let outputs = bench.cycles(20);
-    assert!(bench.told(ControlNotice::HandedBack(HandedBack::NoAttitude)));
+    // In one sentence: who has the sticks now hears nothing of trim, or of a switch.
+    assert_eq!(bench.told, [ControlNotice::HandedBack(HandedBack::NoAttitude)]);
     assert_eq!(outputs.mode, Mode::Manual);
     bench.stale = false;
     assert_eq!(bench.cycles(100).mode, Mode::Manual, "the switch has not been opened");

@@ -65,9 +65,9 @@ pub struct Swashplate {
     pub longitudinal: f64,
     /// The same of all servos for a full collective stick.
     pub collective: f64,
-    /// Least collective stick that is sent on, −1 to 0.
+    /// Least collective stick that is sent on, −1 to −0.05.
     pub lowest_collective: f64,
-    /// Greatest collective stick that is sent on, 0 to 1.
+    /// Greatest collective stick that is sent on, 0.05 to 1.
     pub highest_collective: f64,
     /// Whether the pilot's pulses are taken behind the receiver's own mixer: then they say where the
     /// servos shall stand, not where the sticks do.

@@ -36,8 +36,11 @@ impl SwitchConfig {
     /// # Errors
     /// The first setting that is not.
     pub fn check(&self) -> Result<(), ConfigError> {
-        within("threshold_ms", self.threshold_ms, SHORTEST_MS, LONGEST_MS)?;
         within("hysteresis_ms", self.hysteresis_ms, 0.0, 0.5)?;
+        // There must be pulses on either side of both.
+        let (shortest, longest) =
+            (SHORTEST_MS + self.hysteresis_ms, LONGEST_MS - self.hysteresis_ms);
+        within("threshold_ms", self.threshold_ms, shortest, longest)?;
         within("pulses", f64::from(self.pulses), 1.0, 100.0)
     }
 }

@@ -18,6 +18,11 @@ const TOGETHER_S: f64 = 2.5;
 const CLOSING_S: f64 = 0.25;
 /// A record that goes on for longer after that says so, s.
 const SILENT_S: f64 = 0.5;
+/// What a vehicle did so shortly before the end, s, tells how it ended: upset where it was further off level, rad, or
+/// sank faster, m/s, than in any hover or landing.
+const ENDING_S: f64 = 2.0;
+const UPSET_RAD: f64 = 0.5;
+const UPSET_MPS: f64 = 4.0;
 /// One late cycle in so many is no reason to look.
 const LATE_IN: usize = 1000;
 
@@ -59,6 +64,10 @@ pub fn of_record(record: &Record, grounds: &Grounds<'_>) -> RecordVerdict {
         reasons.push((Level::Bad, "the estimator never aligned: nothing was estimated".into()));
     }
     reasons.extend(event_reasons(record));
+    reasons.extend(upset_at_the_end(record));
+    if record.cycles.last().is_some_and(|last| last.cycle.mode != Mode::Manual) {
+        reasons.push((Level::Care, "the record ends while the autopilot flies".into()));
+    }
     let late = record.events.iter().filter(|event| event.kind == "deadline_missed").count();
     if late * LATE_IN > record.cycles.len().max(LATE_IN) {
         reasons.push((
@@ -128,6 +137,29 @@ pub fn lines_end(record: &Record) -> Option<Time> {
         cycles.find(|cycle| cycle.time <= end).is_none_or(|cycle| cycle.cycle.mode == Mode::Manual);
     let together = last.into_iter().flatten().all(|one| end - one < TOGETHER_S);
     (by_hand && together).then_some(end)
+}
+
+/// A flight that ends in no attitude of a hover or of a landing.
+fn upset_at_the_end(record: &Record) -> Option<(Level, String)> {
+    let end = lines_end(record).unwrap_or(record.end);
+    let late = record.solutions.iter().filter(|one| one.time <= end && end - one.time < ENDING_S);
+    let worst = late
+        .map(|solution| {
+            let angles = solution.body_to_ned.euler();
+            let tilt_rad = angles.roll_rad.abs().max(angles.pitch_rad.abs());
+            (tilt_rad, solution.velocity_mps.z())
+        })
+        .fold((0.0_f64, 0.0_f64), |(tilt, sink), (own_tilt, own_sink)| {
+            (tilt.max(own_tilt), sink.max(own_sink))
+        });
+    (worst.0 > UPSET_RAD || worst.1 > UPSET_MPS).then(|| {
+        let words = format!(
+            "at its end the vehicle was up to {:.0}° off level and sank with up to {:.1} m/s: did it crash?",
+            worst.0.to_degrees(),
+            worst.1
+        );
+        (Level::Bad, words)
+    })
 }
 
 /// The events of a flight proper: from its first solution to the silence of all lines.

@@ -195,7 +195,7 @@ pub fn run(
     }
     let [u, v, w] = statistics.velocity_rms_mps;
     crate::output::say(format_args!(
-        "autopilot {:.1} s in {} engagement{}: u, v, w {u:.2}, {v:.2}, {w:.2} m/s RMS, heading within \
+        "switch closed {:.1} s in {} engagement{}: u, v, w {u:.2}, {v:.2}, {w:.2} m/s RMS, heading within \
          {:.1} deg, place within {:.1} m, largest step of a stick {:.1} %",
         statistics.engaged_s,
         statistics.engagements,

@@ -88,7 +88,8 @@ const FAILSAFES: [Failsafe; 12] = [
         watched_s: 4.0,
         stage: |setup, moment| happens(setup, moment, "aux-lost", 2.0),
         measure: |flown, moment| {
-            let told_s = flown.after(moment.second(), "the pilot flies: the switch is open");
+            let told_s =
+                flown.after(moment.second(), "the pilot flies: the switch's channel is lost");
             vec![
                 response("the pilot flies", STALE_S + CYCLE_S, told_s),
                 hand_back(flown, moment, told_s),

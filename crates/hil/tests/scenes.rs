@@ -51,7 +51,7 @@ fn every_failsafe_answers_in_time_and_nothing_crashes() {
         in_time(name, 16.0, 0.1, "the pilot's signal is back");
         assert!(of(name).statistics().engaged_s > 11.0, "{name}");
     }
-    in_time("aux", 12.0, 0.1, "the pilot flies: the switch is open");
+    in_time("aux", 12.0, 0.1, "the pilot flies: the switch's channel is lost");
     in_time("unit", 12.0, 0.2, "the pilot flies: the attitude is not known");
     in_time("frozen unit", 12.0, 0.2, "the pilot flies: the attitude is not known");
     in_time("hands", 12.0, 0.0, "the pilot flies: a stick was moved");

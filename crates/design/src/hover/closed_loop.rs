@@ -115,7 +115,7 @@ pub(super) fn plant_behind(
         }
     }
     if mode == FlightMode::Position {
-        let guidance = GuidanceConfig::default();
+        let guidance = &design.guidance;
         let towards = [
             guidance.position_gain_per_s,
             guidance.position_gain_per_s,

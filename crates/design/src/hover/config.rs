@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::estimator::EstimatorLag;
 use crate::DesignError;
+use hovernav::autopilot::GuidanceConfig;
 use hovernav_model::StateSpace;
 
 /// What the design is to weigh, and what stands between a command and the model.
@@ -33,6 +34,9 @@ pub struct HoverDesign {
     pub yaw: YawWeights,
     /// Heave.
     pub heave: HeavePoles,
+    /// What leads to the place that is held: the loop of position closes by it.
+    #[serde(skip)]
+    pub guidance: GuidanceConfig,
 }
 
 /// Weights of the velocity regulator. Sticks count from −1 to 1.
@@ -120,6 +124,7 @@ impl Default for HoverDesign {
                 derivative_s: 0.0,
                 derivative_filter_s: 0.05,
             },
+            guidance: GuidanceConfig::default(),
         }
     }
 }

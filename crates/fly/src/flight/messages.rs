@@ -4,7 +4,7 @@ use std::io;
 
 use crate::serial::PortEvent;
 use hovernav::autopilot::{Distrust, Health, Mode, ProgrammeChange, Reason, Trust};
-use hovernav::ekf::{Aid, Notice};
+use hovernav::ekf::{Aid, Channel, Notice, Report, Verdict};
 use hovernav::flight_control::{ControlNotice, HandedBack};
 use hovernav::ins::HeadingSource;
 use hovernav::sensors::SensorOutput;
@@ -18,8 +18,8 @@ pub const UNTRIED_GAINS: &str = "the autopilot's gains have been tried on no mod
 pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
     let text = match notice {
         Notice::Updated(report) if report.any_reopened() => ShortText::new(format_args!(
-            "gps refused until now: the filter had locked itself out, and was reopened, {:.1} off",
-            report.innovations().map(|one| one.innovation.abs()).fold(0.0, f64::max)
+            "the filter had gone away from what its sensors say, and was opened to it: {}",
+            reopened_in_words(report)
         )),
         Notice::Updated(_) => return None,
         Notice::Aligned(alignment) => ShortText::new(format_args!(
@@ -211,6 +211,7 @@ pub fn control_level(notice: &ControlNotice) -> Level {
 pub fn control_part(notice: &ControlNotice) -> Part {
     match notice {
         ControlNotice::Released
+        | ControlNotice::SwitchLost
         | ControlNotice::HandedBack(HandedBack::Override)
         | ControlNotice::PilotLost
         | ControlNotice::PilotBack
@@ -232,6 +233,23 @@ pub fn control_part(notice: &ControlNotice) -> Part {
 /// How much a change of a port matters.
 pub fn port_level(event: &PortEvent) -> Level {
     if *event == PortEvent::Opened { Level::Info } else { Level::Warning }
+}
+
+/// What the filter was opened to, in words.
+fn reopened_in_words(report: &Report) -> &'static str {
+    let mut reopened = report.innovations().filter(|axis| axis.verdict == Verdict::Reopened);
+    match reopened.next().map(|axis| axis.channel) {
+        Some(Channel::PositionNorth | Channel::PositionEast) => "position of the receiver",
+        Some(Channel::PositionDown) => "height of the receiver",
+        Some(Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown) => {
+            "velocity of the receiver"
+        }
+        Some(Channel::Roll | Channel::Pitch) => "roll and pitch of the inertial unit",
+        Some(Channel::Yaw | Channel::BaselineHeading) => "heading",
+        Some(Channel::BaroHeight) => "height of the barometer",
+        Some(Channel::Range) => "distance to the ground",
+        _ => "rest on the ground",
+    }
 }
 
 /// Where a heading comes from, in words.

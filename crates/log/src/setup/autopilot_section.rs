@@ -37,7 +37,7 @@ pub struct AutopilotSection {
     #[serde(default)]
     pub steering: SteeringConfig,
     /// With `pilot = "steer"`: a stick this far from where it was at engagement gives the sticks back at
-    /// once, above `steering.full_stick`, to 2. With `pilot = "override"` the file's
+    /// once, above `steering.full_stick`, to 1. With `pilot = "override"` the file's
     /// `transfer.override_travel` counts.
     #[serde(default = "steered_override")]
     pub override_travel: f64,

@@ -63,7 +63,7 @@ pub(super) const DEVICES: &[Section] = &[
             range("lateral", -1.0, 1.0, ""),
             range("longitudinal", -1.0, 1.0, ""),
             range("collective", -1.0, 1.0, ""),
-            range("lowest_collective", -1.0, 0.0, ""),
+            range("lowest_collective", -1.0, -0.05, ""),
             range("highest_collective", 0.05, 1.0, ""),
         ],
     ),
