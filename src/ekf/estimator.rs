@@ -90,10 +90,10 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     rangefinder: Rangefinder,
     antenna_heading: AntennaHeadingModel,
     held: [Option<Fix>; HELD],
-    /// Place and velocity of the last fix.
-    last_said: Option<SaidByFix>,
+    /// [`signature`] of the last fix.
+    last_said: u64,
     /// When a sample was last suspect.
-    suspected: Option<Time>,
+    suspected: Time,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,9 +108,6 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 
 /// What is further from the inertial samples than this, s, is from another clock.
 const OF_ONE_CLOCK_S: f64 = 10.0;
-/// Place and velocity of a fix.
-type SaidByFix = (Geodetic, (Option<[f64; 2]>, Option<f64>));
-
 /// A fix that repeats a velocity below this, m/s, may be true.
 const REPEATED_MPS: f64 = 0.2;
 /// Suspect samples closer than this, s, are one event.
@@ -133,8 +130,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             rangefinder: config.rangefinder,
             antenna_heading: config.antenna_heading,
             held: [None; HELD],
-            last_said: None,
-            suspected: None,
+            last_said: 0,
+            suspected: Time::from_nanoseconds(i64::MIN),
         }
     }
 
@@ -319,15 +316,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         {
             notify(Notice::Updated(report));
         }
+        if L::WHEELS && self.phase == Phase::Navigating {
+            self.hold_on_wheels(trace, notify);
+        }
         let suspicion = &self.filter.samples.suspicion;
         if self.phase == Phase::Navigating
             && (suspicion.is_clipped() || suspicion.stuck || suspicion.shaken)
         {
-            if self.suspected.is_none_or(|last| time - last > SUSPECT_S) {
+            if time - self.suspected > SUSPECT_S {
                 let suspicion = suspicion.cast();
                 notify(Notice::SampleSuspect { time, suspicion });
             }
-            self.suspected = Some(time);
+            self.suspected = time;
         }
         if self.phase == Phase::Searching {
             self.end_search(notify);
@@ -346,6 +346,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
+    /// Holds a vehicle that rolls on wheels to its road where fixes are absent, and tells when that begins and ends.
+    #[inline(never)]
+    fn hold_on_wheels(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
+        if let Some(report) = self.filter.update_on_wheels(trace) {
+            notify(Notice::Updated(report));
+        }
+        let time = self.filter.state.time;
+        match self.filter.wheels.news() {
+            Some(true) => {
+                let sigma_mps = f64::from(self.filter.wheels.sigma_mps());
+                notify(Notice::OnWheels { time, sigma_mps });
+            }
+            Some(false) => notify(Notice::OffWheels { time }),
+            None => {}
+        }
+    }
+
     /// Lets the watch over the heading feel a sample.
     fn feel(&mut self, sample: &ImuSample, interval_s: T) {
         let mean = sample.motion.cast().mean_rates(interval_s);
@@ -360,14 +377,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Whether a fix says the same as the one before in place and velocity, to the last bit, and says
     /// that it moves. A receiver at rest may well repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
-        let velocity = (fix.horizontal_velocity_mps, fix.down_velocity_mps);
         let moves = fix
             .horizontal_velocity_mps
             .is_some_and(|[north, east]| square(north) + square(east) > square(REPEATED_MPS));
-        let said = (fix.position, velocity);
-        let repeats = moves && self.last_said == Some(said);
-        self.last_said = Some(said);
-        repeats
+        let said = signature(fix);
+        core::mem::replace(&mut self.last_said, said) == said && moves
     }
 
     #[inline(never)]
@@ -470,3 +484,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 }
+
+/// What two fixes have in common only where they say the same of place and velocity, to the last bit.
+fn signature(fix: &Fix) -> u64 {
+    let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
+    let Geodetic { latitude_rad, longitude_rad, height_m } = fix.position;
+    let down = fix.down_velocity_mps.unwrap_or(f64::NAN);
+    [latitude_rad, longitude_rad, height_m, north, east, down]
+        .into_iter()
+        .fold(FNV_START, |mixed, said| (mixed ^ said.to_bits()).wrapping_mul(FNV_PRIME))
+}
+
+/// Start and factor of a hash of 64 bits, of Fowler, Noll and Vo.
+const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
+const FNV_PRIME: u64 = 0x0100_0000_01b3;

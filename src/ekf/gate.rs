@@ -41,10 +41,11 @@ pub(super) enum Group {
     RestVelocity,
     Range,
     BaselineHeading,
+    Wheels,
 }
 
 impl Group {
-    const COUNT: usize = 11;
+    const COUNT: usize = 12;
     /// The first so many are those of the GPS.
     const GPS: usize = 4;
 
@@ -246,6 +247,11 @@ impl Gates {
             .is_some_and(|gate| gate.refusals == 0 && gate.was_open_lately(time))
     }
 
+    /// Whether no fix was accepted for so long that the filter may have gone anywhere.
+    pub fn lack_fixes(&self, time: Time) -> bool {
+        self.gates.iter().take(Group::GPS).all(|gate| !gate.was_open_lately(time))
+    }
+
     /// Notes a refusal; true when the filter has to be reopened.
     pub fn refused(&mut self, group: Group, time: Time, config: &GateConfig) -> bool {
         // A barometer that agrees with the filter says whose height is wrong.
@@ -268,6 +274,8 @@ impl Gates {
         gate.filter_is_lost |= doubted;
         let patience_s = match group {
             Group::Heading | Group::BaselineHeading => HEADING_S,
+            // A vehicle may leave its wheels; it is the constraint that gives way.
+            Group::Wheels => return false,
             // A distance that jumped and stays is another ground.
             Group::Range => config.recovery_s,
             _ if gate.filter_is_lost => config.recovery_s,

@@ -138,6 +138,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
         self.learn_gps(report);
+        if L::WHEELS && report.any_accepted() && !report.any_rejected() {
+            self.watch_wheels();
+        }
         // What clipping or a gap has left is in the velocity, and no step of a bias.
         let stepped = self.excess.learn(fix.time, report);
         let otherwise = self.gates.doubts_filter(fix.time)
@@ -370,7 +373,7 @@ fn significant<T: Scalar>(v: Vector<Ned, T>, variance: T) -> Vector<Ned, T> {
 }
 
 /// In single precision: what has errors of its own needs no more.
-fn single<T: Scalar>(value: T) -> f32 {
+pub(super) fn single<T: Scalar>(value: T) -> f32 {
     value.wide() as f32
 }
 

@@ -1,0 +1,102 @@
+//! Wheels: a vehicle that rolls on them moves along its road alone, which is worth as much as a measurement.
+
+use super::super::covariance::Sensitivity;
+use super::super::filter::Ekf;
+use super::super::gate::Group;
+use super::super::innovation::{Channel, Verdict};
+use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, VELOCITY};
+use super::super::scalar::Scalar;
+use super::super::trace::Trace;
+use super::super::wheels::{Across, SLOWEST_MPS, Seen};
+use super::gps::single;
+use super::{Report, ScalarMeasurement};
+use crate::frames::{Body, Vector};
+
+/// The velocity across the line along which the vehicle rolls.
+struct Slip<T> {
+    seen: Seen,
+    /// What is left of it, m/s, and its variance, (m/s)², if it rolls on wheels.
+    left_mps: T,
+    variance: f32,
+    sensitivity: Sensitivity<T>,
+}
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Lets the state after a fix tell whether the vehicle rolls on wheels.
+    #[inline(never)]
+    pub(super) fn watch_wheels(&mut self) {
+        let forward = self.state.body_to_ned.inverse() * self.state.velocity_mps;
+        if single(forward.x()).abs() < SLOWEST_MPS {
+            return;
+        }
+        let seen = [Across::Right, Across::Down].map(|across| {
+            let Slip { mut seen, sensitivity, .. } = self.slip(across);
+            seen.own_variance = single(self.covariance.project(&sensitivity).1);
+            seen
+        });
+        let [right, down] = seen;
+        self.wheels.told(self.state.time, &right, &down);
+    }
+
+    /// Holds a vehicle on wheels to its road where fixes are absent; after [`predict`](Self::predict). `None` where
+    /// there is nothing to hold.
+    ///
+    /// # Source
+    /// Equation (M17) of docs/equations.md.
+    pub(in super::super) fn update_on_wheels(
+        &mut self,
+        trace: &mut impl Trace<T, N>,
+    ) -> Option<Report> {
+        let time = self.state.time;
+        if !(L::WHEELS && self.gates.lack_fixes(time) && self.wheels.is_due(time)) {
+            return None;
+        }
+        self.relax(trace);
+        let mut axes = [const { None }; 6];
+        let channels = [(Across::Right, Channel::WheelsRight), (Across::Down, Channel::WheelsDown)];
+        for (slot, (across, channel)) in axes.iter_mut().zip(channels) {
+            let Slip { left_mps, variance, sensitivity, .. } = self.slip(across);
+            let noise = T::of(variance.into());
+            let measurement = ScalarMeasurement::new((channel, Group::Wheels), -left_mps, noise);
+            *slot = Some(ScalarMeasurement { sensitivity, ..measurement });
+        }
+        let mut report = Report::default();
+        self.update_sequentially(time, &axes, &mut report, trace);
+        if report.innovations().any(|axis| axis.verdict == Verdict::Rejected) {
+            self.wheels.denied();
+        }
+        Some(report)
+    }
+
+    fn slip(&self, across: Across) -> Slip<T> {
+        let velocity = self.state.body_to_ned.inverse() * self.state.velocity_mps;
+        let [_, rate_y, rate_z] = self.angular_rate_radps.to_array();
+        let (across_mps, rate, gyro) = match across {
+            Across::Right => (velocity.y(), rate_z, GYRO_BIAS + 2),
+            Across::Down => (velocity.z(), rate_y, GYRO_BIAS + 1),
+        };
+        let line = self.wheels.line(across, single(velocity.x()));
+        let (slope, arm_m) = (T::of(line.slope.into()), T::of(line.arm_m.into()));
+        let square_to_line: Vector<Body, T> = match across {
+            Across::Right => Vector::new(-slope, T::ONE, T::ZERO),
+            Across::Down => Vector::new(-slope, T::ZERO, T::ONE),
+        };
+        // δz = d · (δv + v × ψ) + arm δb_g, d the direction across in NED.
+        let direction = self.state.body_to_ned * square_to_line;
+        let mut sensitivity = Sensitivity::default();
+        sensitivity.add_block(VELOCITY, direction.to_array());
+        sensitivity.add_block(ATTITUDE, direction.cross(self.state.velocity_mps).to_array());
+        sensitivity.add(gyro, arm_m);
+        Slip {
+            seen: Seen {
+                forward_mps: single(velocity.x()),
+                rate_radps: single(rate),
+                across_mps: single(across_mps),
+                own_variance: 0.0,
+            },
+            left_mps: square_to_line.dot(velocity) - arm_m * rate,
+            variance: line.variance,
+            sensitivity,
+        }
+    }
+}
