@@ -75,6 +75,9 @@ const ROLLS_S: f32 = 10.0;
 const HALF_A_TURN_RAD: f32 = core::f32::consts::PI;
 /// What is left after a vehicle has denied it, m/s.
 const DENIED_MPS: f32 = 1.0;
+/// Innovations that lean to one side by so many one-sigmas are those of a vehicle that leaves its road little by
+/// little; a car's are within 0.3, for what is left goes on and is counted so often.
+const LEANING: f32 = 0.75;
 /// Readings further apart, s, count as so far apart.
 const LONGEST_S: f32 = 1.0;
 
@@ -87,6 +90,8 @@ struct Track {
     left: f32,
     /// For how long it was seen, as well as a car's usual, s.
     seen_s: f32,
+    /// Mean of the normalised innovations of late, while it is held.
+    lean: f32,
 }
 
 impl Track {
@@ -95,6 +100,7 @@ impl Track {
         moments: [0.0; 2],
         left: 0.0,
         seen_s: 0.0,
+        lean: 0.0,
     };
 
     /// Slope and arm, m.
@@ -183,11 +189,22 @@ impl WheelWatch {
         is_due
     }
 
-    /// It moves as nothing on wheels does: until fixes have shown it again it is not held.
-    pub fn denied(&mut self) {
-        self.holds = false;
-        self.right.left = square(DENIED_MPS);
-        self.down.left = square(DENIED_MPS);
+    /// Takes in the normalised innovations to the right and downwards with which it was held, of which some may have been
+    /// `refused`. Gives whether nothing on wheels moves like that: until fixes have shown it again it is not held.
+    pub fn denies(&mut self, normalised: [f32; 2], refused: bool) -> bool {
+        for (track, normalised) in [&mut self.right, &mut self.down].into_iter().zip(normalised) {
+            track.lean += INTERVAL_S as f32 / CORRELATED_S * (normalised - track.lean);
+        }
+        // Written so that a NaN denies it.
+        let upright = self.right.lean.abs() < LEANING && self.down.lean.abs() < LEANING;
+        let denied = refused || !upright;
+        if denied {
+            self.holds = false;
+            for track in [&mut self.right, &mut self.down] {
+                (track.left, track.lean) = (square(DENIED_MPS), 0.0);
+            }
+        }
+        denied
     }
 
     /// Along which line it rolls at a forward velocity, m/s.
@@ -281,9 +298,22 @@ mod tests {
             watch.told(time, &right, &Seen { across_mps: -1.0, ..right });
         }
         assert!(seconds <= 4, "{seconds}");
-        let mut denied = driven(300, |_, _| 0.0, |_, _| 0.0);
-        denied.denied();
-        assert!(!denied.is_due(Time::ZERO + 400.0));
+    }
+
+    #[test]
+    fn a_car_that_leaves_its_road_without_fixes_is_let_go_at_once_or_within_two_seconds() {
+        let held = driven(300, |_, _| 0.0, |_, _| 0.0);
+        let after = |normalised: [f32; 2]| {
+            let mut watch = held;
+            (1..1000).find(|_| watch.denies(normalised, false)).map(|count| (count, watch))
+        };
+        assert!(after([0.3, -0.5]).is_none());
+        let (count, mut off) = after([0.1, -1.2]).unwrap();
+        assert!(count <= 10 && !off.is_due(Time::ZERO + 400.0));
+        let mut refused = held;
+        assert!(refused.denies([0.0, 0.0], true) && !refused.is_due(Time::ZERO + 400.0));
+        let mut wrong = held;
+        assert!(wrong.denies([f32::NAN, 0.0], false));
     }
 
     #[test]

@@ -3,14 +3,20 @@
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
-use super::super::innovation::{Channel, Verdict};
-use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, VELOCITY};
+use super::super::innovation::Channel;
+use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
+use super::super::square;
 use super::super::trace::Trace;
 use super::super::wheels::{Across, SLOWEST_MPS, Seen};
 use super::gps::single;
 use super::{Report, ScalarMeasurement};
 use crate::frames::{Body, Vector};
+
+/// What a vehicle can have done that was held to a road which it was leaving: velocity, m/s, and the tilt by which the
+/// filter has explained it, rad.
+const OFF_ROAD_MPS: f64 = 2.0;
+const OFF_ROAD_TILT_RAD: f64 = 0.05;
 
 /// The velocity across the line along which the vehicle rolls.
 struct Slip<T> {
@@ -62,8 +68,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let mut report = Report::default();
         self.update_sequentially(time, &axes, &mut report, trace);
-        if report.innovations().any(|axis| axis.verdict == Verdict::Rejected) {
-            self.wheels.denied();
+        let mut normalised = [0.0; 2];
+        for (slot, axis) in normalised.iter_mut().zip(report.innovations()) {
+            *slot = axis.normalised() as f32;
+        }
+        if self.wheels.denies(normalised, report.any_rejected()) {
+            // What it was held to in the last seconds was wrong.
+            for axis in 0..3 {
+                self.covariance.add_variance(VELOCITY + axis, square(OFF_ROAD_MPS));
+            }
+            self.covariance.add_variance(ATTITUDE, square(OFF_ROAD_TILT_RAD));
+            self.covariance.add_variance(ATTITUDE + 1, square(OFF_ROAD_TILT_RAD));
+            trace.reset(ATTITUDE..POSITION);
         }
         Some(report)
     }
