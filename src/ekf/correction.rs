@@ -8,7 +8,6 @@ use super::measurement::Ground;
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
-use super::wheels::WheelWatch;
 use crate::earth::Local;
 use crate::frames::{Ned, Vector};
 use crate::ins::NavState;
@@ -85,7 +84,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
         self.heading_distrusted = Some(time);
         self.heading_revision.replaced(turn_rad);
-        self.wheels = WheelWatch::UNSEEN;
         self.attitude_lost = None;
         self.antenna_heading.distrusted = Some(time);
         self.gates.doubt_filter(time);

@@ -8,6 +8,7 @@ pub use notice::Notice;
 use super::config::AntennaHeadingModel;
 use super::estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 use super::filter::Ekf;
+use super::gate::NEVER;
 use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
@@ -16,6 +17,7 @@ use super::scalar::Scalar;
 use super::solution::Solution;
 use super::square;
 use super::trace::Trace;
+use super::wheels::WheelWatch;
 use crate::earth::Geodetic;
 use crate::event::Event;
 use crate::frames::Vector;
@@ -92,6 +94,7 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     held: [Option<Fix>; HELD],
     /// [`signature`] of the last fix.
     last_said: u64,
+    wheels: WheelWatch,
     /// When a sample was last suspect.
     suspected: Time,
 }
@@ -131,7 +134,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             antenna_heading: config.antenna_heading,
             held: [None; HELD],
             last_said: 0,
-            suspected: Time::from_nanoseconds(i64::MIN),
+            wheels: WheelWatch::UNSEEN,
+            suspected: NEVER,
         }
     }
 
@@ -232,6 +236,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// a log again with what was found out later.
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
+        self.wheels = WheelWatch::UNSEEN;
         self.phase = Phase::Navigating;
         self.search.watch(self.filter.state.body_to_ned);
     }
@@ -349,13 +354,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Holds a vehicle that rolls on wheels to its road where fixes are absent, and tells when that begins and ends.
     #[inline(never)]
     fn hold_on_wheels(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
-        if let Some(report) = self.filter.update_on_wheels(trace) {
+        if let Some(report) = self.filter.update_on_wheels(&mut self.wheels, trace) {
             notify(Notice::Updated(report));
         }
         let time = self.filter.state.time;
-        match self.filter.wheels.news() {
+        match self.wheels.news() {
             Some(true) => {
-                let sigma_mps = f64::from(self.filter.wheels.sigma_mps());
+                let sigma_mps = f64::from(self.wheels.sigma_mps());
                 notify(Notice::OnWheels { time, sigma_mps });
             }
             Some(false) => notify(Notice::OffWheels { time }),
@@ -396,6 +401,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Phase::Searching => self.search.update_gps(fix).map(|told| report = told),
             Phase::Navigating => self.filter.take_in_gps(fix, true, &mut report, trace),
         };
+        if L::WHEELS
+            && self.phase == Phase::Navigating
+            && report.any_accepted()
+            && !report.any_rejected()
+        {
+            self.filter.watch_wheels(&mut self.wheels);
+        }
         notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
         if let Some((offset_m, sigma_m)) = self.filter.antenna.news() {
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
@@ -442,6 +454,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
         filter.turn_heading(fix.time, turn_rad, sigma_rad);
+        self.wheels = WheelWatch::UNSEEN;
         trace.reset(ATTITUDE..POSITION);
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);

@@ -20,7 +20,6 @@ use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
-use super::wheels::WheelWatch;
 use crate::earth::Local;
 use crate::frames::{Body, Ned, Vector};
 use crate::imu::{ImuErrors, ImuSample, Integrity, Rest, Suspicion};
@@ -112,7 +111,6 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// horizontal and vertical velocity.
     pub(super) gps_learned: [f32; 3],
     pub(super) antenna: AntennaOffset,
-    pub(super) wheels: WheelWatch,
     pub(super) excess: Excess,
     pub(super) bias_shift: BiasShift,
     pub(super) samples: Samples<T>,
@@ -160,7 +158,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             unrelaxed_s: T::ZERO,
             gps_learned: [1.0; 3],
             antenna: AntennaOffset::UNSEEN,
-            wheels: WheelWatch::UNSEEN,
             excess: Excess::NONE,
             bias_shift: BiasShift::UNKNOWN,
             samples: Samples::NONE,
@@ -193,7 +190,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.unrelaxed_s = T::ZERO;
         self.gps_learned = [1.0; 3];
         self.antenna = AntennaOffset::UNSEEN;
-        self.wheels = WheelWatch::UNSEEN;
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
         self.samples.clear();

@@ -41,11 +41,10 @@ pub(super) enum Group {
     RestVelocity,
     Range,
     BaselineHeading,
-    Wheels,
 }
 
 impl Group {
-    const COUNT: usize = 12;
+    const COUNT: usize = 11;
     /// The first so many are those of the GPS.
     const GPS: usize = 4;
 
@@ -120,7 +119,7 @@ const LEAST_REFUSALS: u8 = 3;
 /// Without a measurement for this long, s, the filter may have gone anywhere.
 const ABSENCE_S: f64 = 2.5;
 /// Before every time there is.
-const NEVER: Time = Time::from_nanoseconds(i64::MIN);
+pub(super) const NEVER: Time = Time::from_nanoseconds(i64::MIN);
 /// A doubt of the filter explains a disagreement for this long, s.
 const DOUBT_S: f64 = 10.0;
 /// A heading that is found has proven itself after this, s.
@@ -274,8 +273,6 @@ impl Gates {
         gate.filter_is_lost |= doubted;
         let patience_s = match group {
             Group::Heading | Group::BaselineHeading => HEADING_S,
-            // A vehicle may leave its wheels; it is the constraint that gives way.
-            Group::Wheels => return false,
             // A distance that jumped and stays is another ground.
             Group::Range => config.recovery_s,
             _ if gate.filter_is_lost => config.recovery_s,

@@ -189,15 +189,16 @@ impl WheelWatch {
         is_due
     }
 
-    /// Takes in the normalised innovations to the right and downwards with which it was held, of which some may have been
-    /// `refused`. Gives whether nothing on wheels moves like that: until fixes have shown it again it is not held.
-    pub fn denies(&mut self, normalised: [f32; 2], refused: bool) -> bool {
+    /// Takes in the normalised innovations to the right and downwards with which it is about to be held. Gives whether
+    /// nothing on wheels moves like that, one of them being beyond the `gate` or leaning: until fixes have shown it again
+    /// it is not held.
+    pub fn denies(&mut self, normalised: [f32; 2], gate: f32) -> bool {
         for (track, normalised) in [&mut self.right, &mut self.down].into_iter().zip(normalised) {
             track.lean += INTERVAL_S as f32 / CORRELATED_S * (normalised - track.lean);
         }
         // Written so that a NaN denies it.
         let upright = self.right.lean.abs() < LEANING && self.down.lean.abs() < LEANING;
-        let denied = refused || !upright;
+        let denied = !(upright && normalised.iter().all(|size| size.abs() <= gate));
         if denied {
             self.holds = false;
             for track in [&mut self.right, &mut self.down] {
@@ -305,15 +306,15 @@ mod tests {
         let held = driven(300, |_, _| 0.0, |_, _| 0.0);
         let after = |normalised: [f32; 2]| {
             let mut watch = held;
-            (1..1000).find(|_| watch.denies(normalised, false)).map(|count| (count, watch))
+            (1..1000).find(|_| watch.denies(normalised, 5.0)).map(|count| (count, watch))
         };
         assert!(after([0.3, -0.5]).is_none());
         let (count, mut off) = after([0.1, -1.2]).unwrap();
         assert!(count <= 10 && !off.is_due(Time::ZERO + 400.0));
         let mut refused = held;
-        assert!(refused.denies([0.0, 0.0], true) && !refused.is_due(Time::ZERO + 400.0));
+        assert!(refused.denies([0.0, -5.1], 5.0) && !refused.is_due(Time::ZERO + 400.0));
         let mut wrong = held;
-        assert!(wrong.denies([f32::NAN, 0.0], false));
+        assert!(wrong.denies([f32::NAN, 0.0], 5.0));
     }
 
     #[test]

@@ -138,9 +138,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
         self.learn_gps(report);
-        if L::WHEELS && report.any_accepted() && !report.any_rejected() {
-            self.watch_wheels();
-        }
         // What clipping or a gap has left is in the velocity, and no step of a bias.
         let stepped = self.excess.learn(fix.time, report);
         let otherwise = self.gates.doubts_filter(fix.time)

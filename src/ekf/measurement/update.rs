@@ -185,7 +185,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     self.covariance.add_variance(state, opened);
                 }
             }
-            // It never opens anything: see `Gates::refused`.
+            // What is refused of them is never compared.
             Channel::WheelsRight | Channel::WheelsDown => {}
             Channel::Range => {
                 if let Some(state) = L::GROUND {

@@ -8,7 +8,7 @@ use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::super::wheels::{Across, SLOWEST_MPS, Seen};
+use super::super::wheels::{Across, SLOWEST_MPS, Seen, WheelWatch};
 use super::gps::single;
 use super::{Report, ScalarMeasurement};
 use crate::frames::{Body, Vector};
@@ -28,51 +28,50 @@ struct Slip<T> {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Lets the state after a fix tell whether the vehicle rolls on wheels.
+    /// Lets the state after a fix tell whether the vehicle rolls on `wheels`.
     #[inline(never)]
-    pub(super) fn watch_wheels(&mut self) {
+    pub(in super::super) fn watch_wheels(&mut self, wheels: &mut WheelWatch) {
         let forward = self.state.body_to_ned.inverse() * self.state.velocity_mps;
         if single(forward.x()).abs() < SLOWEST_MPS {
             return;
         }
-        let seen = [Across::Right, Across::Down].map(|across| {
-            let Slip { mut seen, sensitivity, .. } = self.slip(across);
+        let [right, down] = [Across::Right, Across::Down].map(|across| {
+            let Slip { mut seen, sensitivity, .. } = self.slip(wheels, across);
             seen.own_variance = single(self.covariance.project(&sensitivity).1);
             seen
         });
-        let [right, down] = seen;
-        self.wheels.told(self.state.time, &right, &down);
+        wheels.told(self.state.time, &right, &down);
     }
 
-    /// Holds a vehicle on wheels to its road where fixes are absent; after [`predict`](Self::predict). `None` where
-    /// there is nothing to hold.
+    /// Holds a vehicle on `wheels` to its road where fixes are absent; after [`predict`](Self::predict). `None` where
+    /// there is nothing to hold, or where it moves as nothing on wheels does.
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.
     pub(in super::super) fn update_on_wheels(
         &mut self,
+        wheels: &mut WheelWatch,
         trace: &mut impl Trace<T, N>,
     ) -> Option<Report> {
         let time = self.state.time;
-        if !(L::WHEELS && self.gates.lack_fixes(time) && self.wheels.is_due(time)) {
+        if !(self.gates.lack_fixes(time) && wheels.is_due(time)) {
             return None;
         }
         self.relax(trace);
         let mut axes = [const { None }; 6];
+        let mut normalised = [0.0; 2];
         let channels = [(Across::Right, Channel::WheelsRight), (Across::Down, Channel::WheelsDown)];
-        for (slot, (across, channel)) in axes.iter_mut().zip(channels) {
-            let Slip { left_mps, variance, sensitivity, .. } = self.slip(across);
+        for ((slot, size), (across, channel)) in axes.iter_mut().zip(&mut normalised).zip(channels)
+        {
+            let Slip { left_mps, variance, sensitivity, .. } = self.slip(wheels, across);
             let noise = T::of(variance.into());
-            let measurement = ScalarMeasurement::new((channel, Group::Wheels), -left_mps, noise);
+            let own = self.covariance.project(&sensitivity).1;
+            *size = single(-left_mps / (own + noise).sqrt());
+            let measurement =
+                ScalarMeasurement::new((channel, Group::RestVelocity), -left_mps, noise);
             *slot = Some(ScalarMeasurement { sensitivity, ..measurement });
         }
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
-        let mut normalised = [0.0; 2];
-        for (slot, axis) in normalised.iter_mut().zip(report.innovations()) {
-            *slot = axis.normalised() as f32;
-        }
-        if self.wheels.denies(normalised, report.any_rejected()) {
+        if wheels.denies(normalised, self.config.gate.sigmas as f32) {
             // What it was held to in the last seconds was wrong.
             for axis in 0..3 {
                 self.covariance.add_variance(VELOCITY + axis, square(OFF_ROAD_MPS));
@@ -80,18 +79,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.covariance.add_variance(ATTITUDE, square(OFF_ROAD_TILT_RAD));
             self.covariance.add_variance(ATTITUDE + 1, square(OFF_ROAD_TILT_RAD));
             trace.reset(ATTITUDE..POSITION);
+            return None;
         }
+        let mut report = Report::default();
+        self.update_sequentially(time, &axes, &mut report, trace);
         Some(report)
     }
 
-    fn slip(&self, across: Across) -> Slip<T> {
+    fn slip(&self, wheels: &WheelWatch, across: Across) -> Slip<T> {
         let velocity = self.state.body_to_ned.inverse() * self.state.velocity_mps;
         let [_, rate_y, rate_z] = self.angular_rate_radps.to_array();
         let (across_mps, rate, gyro) = match across {
             Across::Right => (velocity.y(), rate_z, GYRO_BIAS + 2),
             Across::Down => (velocity.z(), rate_y, GYRO_BIAS + 1),
         };
-        let line = self.wheels.line(across, single(velocity.x()));
+        let line = wheels.line(across, single(velocity.x()));
         let (slope, arm_m) = (T::of(line.slope.into()), T::of(line.arm_m.into()));
         let square_to_line: Vector<Body, T> = match across {
             Across::Right => Vector::new(-slope, T::ONE, T::ZERO),
