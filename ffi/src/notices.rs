@@ -48,6 +48,11 @@ pub enum NoticeKind {
     /// The antenna does not stand where its lever arm says, and is taken to stand where it was found. `value`: how far
     /// off, m; `sigma`: one-sigma of each level part, m.
     AntennaElsewhere = 14,
+    /// The vehicle rolls on wheels: where fixes are absent it is held to its road. `sigma`: one-sigma of its velocity
+    /// across, m/s. With the feature `height-aids` alone.
+    OnWheels = 15,
+    /// It is off its wheels, and not held to a road.
+    OffWheels = 16,
 }
 
 /// What measures beside the inertial unit.
@@ -147,6 +152,10 @@ pub enum Channel {
     Range = 16,
     /// Heading of two antennas, rad.
     BaselineHeading = 17,
+    /// Velocity of a vehicle on wheels across its road, right, m/s.
+    WheelsRight = 18,
+    /// Velocity of a vehicle on wheels up or down from its road, down, m/s.
+    WheelsDown = 19,
 }
 
 /// What became of an axis of an update.
@@ -220,6 +229,8 @@ const fn channel(channel: CoreChannel) -> Channel {
         CoreChannel::RestVelocityNorth => Channel::RestVelocityNorth,
         CoreChannel::RestVelocityEast => Channel::RestVelocityEast,
         CoreChannel::RestVelocityDown => Channel::RestVelocityDown,
+        CoreChannel::WheelsRight => Channel::WheelsRight,
+        CoreChannel::WheelsDown => Channel::WheelsDown,
     }
 }
 
@@ -328,6 +339,10 @@ impl From<&CoreNotice> for Notice {
                 sigma: sigma_m,
                 ..Self::at(NoticeKind::AntennaElsewhere, time)
             },
+            CoreNotice::OnWheels { time, sigma_mps } => {
+                Self { sigma: sigma_mps, ..Self::at(NoticeKind::OnWheels, time) }
+            }
+            CoreNotice::OffWheels { time } => Self::at(NoticeKind::OffWheels, time),
             CoreNotice::FieldUsual { time, changed } => Self {
                 value: f64::from(u8::from(changed)),
                 ..Self::at(NoticeKind::FieldUsual, time)

@@ -8,6 +8,7 @@ pub use notice::Notice;
 use super::config::AntennaHeadingModel;
 use super::estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 use super::filter::Ekf;
+use super::gate::NEVER;
 use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
@@ -16,6 +17,7 @@ use super::scalar::Scalar;
 use super::solution::Solution;
 use super::square;
 use super::trace::Trace;
+use super::wheels::WheelWatch;
 use crate::earth::Geodetic;
 use crate::event::Event;
 use crate::frames::Vector;
@@ -90,10 +92,11 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     rangefinder: Rangefinder,
     antenna_heading: AntennaHeadingModel,
     held: [Option<Fix>; HELD],
-    /// Place and velocity of the last fix.
-    last_said: Option<SaidByFix>,
+    /// [`signature`] of the last fix.
+    last_said: u64,
+    wheels: WheelWatch,
     /// When a sample was last suspect.
-    suspected: Option<Time>,
+    suspected: Time,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,9 +111,6 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 
 /// What is further from the inertial samples than this, s, is from another clock.
 const OF_ONE_CLOCK_S: f64 = 10.0;
-/// Place and velocity of a fix.
-type SaidByFix = (Geodetic, (Option<[f64; 2]>, Option<f64>));
-
 /// A fix that repeats a velocity below this, m/s, may be true.
 const REPEATED_MPS: f64 = 0.2;
 /// Suspect samples closer than this, s, are one event.
@@ -133,8 +133,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             rangefinder: config.rangefinder,
             antenna_heading: config.antenna_heading,
             held: [None; HELD],
-            last_said: None,
-            suspected: None,
+            last_said: 0,
+            wheels: WheelWatch::UNSEEN,
+            suspected: NEVER,
         }
     }
 
@@ -235,6 +236,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// a log again with what was found out later.
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
+        self.wheels = WheelWatch::UNSEEN;
         self.phase = Phase::Navigating;
         self.search.watch(self.filter.state.body_to_ned);
     }
@@ -319,15 +321,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         {
             notify(Notice::Updated(report));
         }
+        if L::WHEELS && self.phase == Phase::Navigating {
+            self.hold_on_wheels(trace, notify);
+        }
         let suspicion = &self.filter.samples.suspicion;
         if self.phase == Phase::Navigating
             && (suspicion.is_clipped() || suspicion.stuck || suspicion.shaken)
         {
-            if self.suspected.is_none_or(|last| time - last > SUSPECT_S) {
+            if time - self.suspected > SUSPECT_S {
                 let suspicion = suspicion.cast();
                 notify(Notice::SampleSuspect { time, suspicion });
             }
-            self.suspected = Some(time);
+            self.suspected = time;
         }
         if self.phase == Phase::Searching {
             self.end_search(notify);
@@ -346,6 +351,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
+    /// Holds a vehicle that rolls on wheels to its road where fixes are absent, and tells when that begins and ends.
+    #[inline(never)]
+    fn hold_on_wheels(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
+        if let Some(report) = self.filter.update_on_wheels(&mut self.wheels, trace) {
+            notify(Notice::Updated(report));
+        }
+        let time = self.filter.state.time;
+        match self.wheels.news() {
+            Some(true) => {
+                let sigma_mps = f64::from(self.wheels.sigma_mps());
+                notify(Notice::OnWheels { time, sigma_mps });
+            }
+            Some(false) => notify(Notice::OffWheels { time }),
+            None => {}
+        }
+    }
+
     /// Lets the watch over the heading feel a sample.
     fn feel(&mut self, sample: &ImuSample, interval_s: T) {
         let mean = sample.motion.cast().mean_rates(interval_s);
@@ -360,14 +382,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Whether a fix says the same as the one before in place and velocity, to the last bit, and says
     /// that it moves. A receiver at rest may well repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
-        let velocity = (fix.horizontal_velocity_mps, fix.down_velocity_mps);
         let moves = fix
             .horizontal_velocity_mps
             .is_some_and(|[north, east]| square(north) + square(east) > square(REPEATED_MPS));
-        let said = (fix.position, velocity);
-        let repeats = moves && self.last_said == Some(said);
-        self.last_said = Some(said);
-        repeats
+        let said = signature(fix);
+        core::mem::replace(&mut self.last_said, said) == said && moves
     }
 
     #[inline(never)]
@@ -382,6 +401,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Phase::Searching => self.search.update_gps(fix).map(|told| report = told),
             Phase::Navigating => self.filter.take_in_gps(fix, true, &mut report, trace),
         };
+        if L::WHEELS
+            && self.phase == Phase::Navigating
+            && report.any_accepted()
+            && !report.any_rejected()
+        {
+            self.filter.watch_wheels(&mut self.wheels);
+        }
         notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
         if let Some((offset_m, sigma_m)) = self.filter.antenna.news() {
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
@@ -428,6 +454,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
         filter.turn_heading(fix.time, turn_rad, sigma_rad);
+        self.wheels = WheelWatch::UNSEEN;
         trace.reset(ATTITUDE..POSITION);
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);
@@ -470,3 +497,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 }
+
+/// What two fixes have in common only where they say the same of place and velocity, to the last bit.
+fn signature(fix: &Fix) -> u64 {
+    let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
+    let Geodetic { latitude_rad, longitude_rad, height_m } = fix.position;
+    let down = fix.down_velocity_mps.unwrap_or(f64::NAN);
+    [latitude_rad, longitude_rad, height_m, north, east, down]
+        .into_iter()
+        .fold(FNV_START, |mixed, said| (mixed ^ said.to_bits()).wrapping_mul(FNV_PRIME))
+}
+
+/// Start and factor of a hash of 64 bits, of Fowler, Noll and Vo.
+const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
+const FNV_PRIME: u64 = 0x0100_0000_01b3;

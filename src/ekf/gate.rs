@@ -119,7 +119,7 @@ const LEAST_REFUSALS: u8 = 3;
 /// Without a measurement for this long, s, the filter may have gone anywhere.
 const ABSENCE_S: f64 = 2.5;
 /// Before every time there is.
-const NEVER: Time = Time::from_nanoseconds(i64::MIN);
+pub(super) const NEVER: Time = Time::from_nanoseconds(i64::MIN);
 /// A doubt of the filter explains a disagreement for this long, s.
 const DOUBT_S: f64 = 10.0;
 /// A heading that is found has proven itself after this, s.
@@ -244,6 +244,11 @@ impl Gates {
         self.gates
             .get(group as usize)
             .is_some_and(|gate| gate.refusals == 0 && gate.was_open_lately(time))
+    }
+
+    /// Whether no fix was accepted for so long that the filter may have gone anywhere.
+    pub fn lack_fixes(&self, time: Time) -> bool {
+        self.gates.iter().take(Group::GPS).all(|gate| !gate.was_open_lately(time))
     }
 
     /// Notes a refusal; true when the filter has to be reopened.

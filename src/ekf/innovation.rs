@@ -41,6 +41,10 @@ pub enum Channel {
     RestVelocityEast,
     /// Velocity of a vehicle at rest, down, m/s.
     RestVelocityDown,
+    /// Velocity of a vehicle on wheels across its road, right, m/s.
+    WheelsRight,
+    /// Velocity of a vehicle on wheels up or down from its road, down, m/s.
+    WheelsDown,
 }
 
 impl Channel {
@@ -80,6 +84,8 @@ impl Channel {
             Self::RestVelocityNorth => "rest_velocity_north_mps",
             Self::RestVelocityEast => "rest_velocity_east_mps",
             Self::RestVelocityDown => "rest_velocity_down_mps",
+            Self::WheelsRight => "wheels_right_mps",
+            Self::WheelsDown => "wheels_down_mps",
         }
     }
 }

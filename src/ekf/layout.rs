@@ -46,6 +46,8 @@ pub trait Layout<const N: usize>:
     const GPS_DELAY: Option<usize> = None;
     /// Error of the height of the ground beneath the vehicle, m, up, by which a rangefinder tells height.
     const GROUND: Option<usize> = None;
+    /// Whether a vehicle that turns out to roll on wheels is held to its road where fixes are absent.
+    const WHEELS: bool = false;
 }
 
 mod sealed {
@@ -106,7 +108,8 @@ impl Layout<22> for WithScaleFactors {
 }
 
 /// What the command line runs: the base, the slow errors of GPS, attitude reference and barometer,
-/// the latency between GPS position and velocity, the delay of both, and the height of the ground.
+/// the latency between GPS position and velocity, the delay of both, the height of the ground,
+/// and wheels where the vehicle has some.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Full;
 
@@ -120,9 +123,10 @@ impl Layout<28> for Full {
     const BARO: Option<usize> = Some(25);
     const GPS_DELAY: Option<usize> = Some(26);
     const GROUND: Option<usize> = Some(27);
+    const WHEELS: bool = true;
 }
 
-/// [`Full`] for a vehicle with neither barometer nor rangefinder, whose heights are refused. Of all else it
+/// [`Full`] for a vehicle that flies with neither barometer nor rangefinder, whose heights are refused. Of all else it
 /// makes the same, to the bit: a sample takes 2 % less, a fix 6 %, an attitude 7 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WithoutHeightAids;

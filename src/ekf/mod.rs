@@ -29,6 +29,7 @@ mod smoother;
 mod solution;
 mod stepless;
 mod trace;
+mod wheels;
 
 pub use crate::scalar;
 pub use config::{

@@ -35,6 +35,8 @@ fn labels(channel: Channel) -> (&'static str, &'static str, f64) {
         Channel::RestVelocityNorth => ("Velocity north at rest", "m/s", 1.0),
         Channel::RestVelocityEast => ("Velocity east at rest", "m/s", 1.0),
         Channel::RestVelocityDown => ("Velocity down at rest", "m/s", 1.0),
+        Channel::WheelsRight => ("Velocity across the road", "m/s", 1.0),
+        Channel::WheelsDown => ("Velocity down from the road", "m/s", 1.0),
     }
 }
 
@@ -54,7 +56,8 @@ const REST: [Channel; 6] = [
     Channel::RestVelocityEast,
     Channel::RestVelocityDown,
 ];
-const GROUPS: [(&str, &[Channel]); 7] = [
+const WHEELS: [Channel; 2] = [Channel::WheelsRight, Channel::WheelsDown];
+const GROUPS: [(&str, &[Channel]); 8] = [
     ("Position", &POSITION),
     ("Velocity", &VELOCITY),
     ("Attitude", &ATTITUDE),
@@ -62,6 +65,7 @@ const GROUPS: [(&str, &[Channel]); 7] = [
     ("Distance to the ground", &RANGE),
     ("Heading of two antennas", &BASELINE),
     ("Rest", &REST),
+    ("Wheels", &WHEELS),
 ];
 
 fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovation> {
@@ -71,7 +75,7 @@ fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovati
 /// The innovations of each channel within their 3σ bounds.
 pub fn innovations(innovations: &[Innovation], onboard: Option<&Onboard>, clock: Clock) -> Section {
     let channels =
-        [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT, &RANGE, &BASELINE, &REST].concat();
+        [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT, &RANGE, &BASELINE, &REST, &WHEELS].concat();
     let rows = channels.into_iter().filter_map(|channel| {
         let own = of_channels(innovations, &[channel]);
         let (name, unit, scale) = labels(channel);

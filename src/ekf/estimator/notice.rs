@@ -69,6 +69,19 @@ pub enum Notice {
         /// One-sigma of each part, m.
         sigma_m: f64,
     },
+    /// The vehicle rolls on wheels, by what fixes have shown: where they are absent it is held to move neither to the
+    /// side nor up from its road. Of layouts with [`WHEELS`](crate::ekf::layout::Layout::WHEELS) alone.
+    OnWheels {
+        /// When.
+        time: Time,
+        /// One-sigma of its velocity across, m/s.
+        sigma_mps: f64,
+    },
+    /// It does not, or no longer: it is not held to a road.
+    OffWheels {
+        /// When.
+        time: Time,
+    },
     /// Alignment has everything but a heading, and waits for one: nothing gives it, and this
     /// estimator has no search for it.
     HeadingMissing {

@@ -4,7 +4,7 @@ use super::super::config::AntennaHeadingModel;
 use super::super::correction::is_trusted;
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
+use super::super::gate::{Group, NEVER};
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
@@ -18,15 +18,15 @@ use crate::time::Time;
 /// What is remembered of the headings before.
 #[derive(Clone, Copy, Debug)]
 pub struct AntennaHeadingMemory {
-    /// When one was last used.
-    used: Option<Time>,
+    /// When one was last used, if ever.
+    used: Time,
     /// When one last disagreed with a heading that was turned against it.
     pub distrusted: Option<Time>,
 }
 
 impl AntennaHeadingMemory {
     /// There was none.
-    pub const NONE: Self = Self { used: None, distrusted: None };
+    pub const NONE: Self = Self { used: NEVER, distrusted: None };
 }
 
 /// A heading this far off, rad, points the other way, where the filter's own is surer than that.
@@ -63,7 +63,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Result<Report, Unusable> {
         let time = reading.time;
         model.check_baseline(reading, mounted)?;
-        let since_s = self.antenna_heading.used.map_or(f64::INFINITY, |used| time - used);
+        let since_s = time - self.antenna_heading.used;
         if since_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
@@ -84,7 +84,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::Reversed);
         }
         self.relax(trace);
-        self.antenna_heading.used = Some(time);
+        self.antenna_heading.used = time;
         let tilt = self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1));
         let sigma_rad = reading.sigma_rad.unwrap_or(model.sigma_rad).max(model.floor_rad);
         let besides = square(baseline.z() / level) * tilt + square(AGED_SHARE * turned_rad);

@@ -370,7 +370,7 @@ fn significant<T: Scalar>(v: Vector<Ned, T>, variance: T) -> Vector<Ned, T> {
 }
 
 /// In single precision: what has errors of its own needs no more.
-fn single<T: Scalar>(value: T) -> f32 {
+pub(super) fn single<T: Scalar>(value: T) -> f32 {
     value.wide() as f32
 }
 

@@ -185,6 +185,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     self.covariance.add_variance(state, opened);
                 }
             }
+            // What is refused of them is never compared.
+            Channel::WheelsRight | Channel::WheelsDown => {}
             Channel::Range => {
                 if let Some(state) = L::GROUND {
                     self.covariance.add_variance(state, opened);

@@ -49,6 +49,8 @@ pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
             offset_m.x(),
             offset_m.y()
         )),
+        Notice::OnWheels { .. } => ShortText::new("on wheels: without fixes held to its road"),
+        Notice::OffWheels { .. } => ShortText::new("off its wheels: not held to a road"),
         Notice::FieldUsual { changed: false, .. } => {
             ShortText::new("the magnetic field is back where it was")
         }
@@ -76,6 +78,7 @@ pub fn of_notice(notice: &Notice) -> Option<(Part, Level, ShortText)> {
     };
     let level = match notice {
         Notice::Aligned(_) | Notice::HeadingFound { .. } | Notice::FieldUsual { .. } => Level::Info,
+        Notice::OnWheels { .. } | Notice::OffWheels { .. } => Level::Info,
         _ => Level::Warning,
     };
     let part = match notice {

@@ -15,6 +15,7 @@ mod spans;
 mod steps;
 mod unit;
 mod unused;
+mod wheels;
 
 use hovernav::ekf::Solution;
 use hovernav::imu::ImuSample;
@@ -51,6 +52,7 @@ impl Dataset {
         steps::find(&log, witness, &mut findings);
         lever_arm::find(&log, &mut findings);
         unused::find(&log, &mut findings);
+        wheels::find(&log, &mut findings);
         let setup = setup.check(self).into_iter().chain(alternative(self, &run.config, run));
         let (start_s, end_s) = log.span_s().unwrap_or_default();
         findings.extend(setup.map(|found| found.finding(start_s, end_s)));

@@ -167,6 +167,16 @@ impl<W: Write> MessageWriter<W> {
                 );
                 self.event(*time, Level::Warning, "antenna_elsewhere", &text)
             }
+            Notice::OnWheels { time, sigma_mps } => {
+                let text = format!(
+                    "the vehicle rolls on wheels: without fixes it is held to its road (one-sigma {sigma_mps:.2} m/s)"
+                );
+                self.event(*time, Level::Info, "on_wheels", &text)
+            }
+            Notice::OffWheels { time } => {
+                let text = "the vehicle is off its wheels: it is not held to a road";
+                self.event(*time, Level::Info, "off_wheels", text)
+            }
             Notice::FieldUsual { time, changed } => {
                 let text = if *changed {
                     "the magnetic field has stayed changed: it is trusted as it is now"

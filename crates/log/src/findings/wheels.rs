@@ -1,0 +1,31 @@
+//! A vehicle that rolls on wheels, and is held to its road where fixes are absent.
+
+use hovernav::ekf::Notice;
+
+use super::Judged;
+use crate::finding::{Finding, Severity};
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let (_, end_s) = log.span_s().unwrap_or_default();
+    let mut notices = log.run.notices.iter().filter_map(|notice| match *notice {
+        Notice::OnWheels { time, sigma_mps } => Some((time.seconds(), Some(sigma_mps))),
+        Notice::OffWheels { time } => Some((time.seconds(), None)),
+        _ => None,
+    });
+    while let Some((start_s, held)) = notices.next() {
+        let Some(sigma_mps) = held else { continue };
+        let off_s = notices.next().map(|(off_s, _)| off_s);
+        findings.push(Finding {
+            start_s,
+            end_s: off_s.unwrap_or(end_s),
+            sensor: "vehicle",
+            kind: "on wheels",
+            severity: Severity::Info,
+            count: 1,
+            words: format!(
+                "the vehicle rolls on wheels, by what fixes have shown up to {start_s:.0} s: where they are absent it \
+                 is held to move neither to the side nor up from its road, to {sigma_mps:.2} m/s"
+            ),
+        });
+    }
+}

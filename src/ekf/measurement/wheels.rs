@@ -1,0 +1,120 @@
+//! Wheels: a vehicle that rolls on them moves along its road alone, which is worth as much as a measurement.
+
+use super::super::covariance::Sensitivity;
+use super::super::filter::Ekf;
+use super::super::gate::Group;
+use super::super::innovation::Channel;
+use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::super::scalar::Scalar;
+use super::super::square;
+use super::super::trace::Trace;
+use super::super::wheels::{Across, SLOWEST_MPS, Seen, WheelWatch};
+use super::gps::single;
+use super::{Report, ScalarMeasurement};
+use crate::frames::{Body, Vector};
+
+/// What a vehicle can have done that was held to a road which it was leaving: velocity, m/s, and the tilt by which the
+/// filter has explained it, rad.
+const OFF_ROAD_MPS: f64 = 2.0;
+const OFF_ROAD_TILT_RAD: f64 = 0.05;
+
+/// The velocity across the line along which the vehicle rolls.
+struct Slip<T> {
+    seen: Seen,
+    /// What is left of it, m/s, and its variance, (m/s)², if it rolls on wheels.
+    left_mps: T,
+    variance: f32,
+    sensitivity: Sensitivity<T>,
+}
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Lets the state after a fix tell whether the vehicle rolls on `wheels`.
+    #[inline(never)]
+    pub(in super::super) fn watch_wheels(&mut self, wheels: &mut WheelWatch) {
+        let forward = self.state.body_to_ned.inverse() * self.state.velocity_mps;
+        if single(forward.x()).abs() < SLOWEST_MPS {
+            return;
+        }
+        let [right, down] = [Across::Right, Across::Down].map(|across| {
+            let Slip { mut seen, sensitivity, .. } = self.slip(wheels, across);
+            seen.own_variance = single(self.covariance.project(&sensitivity).1);
+            seen
+        });
+        wheels.told(self.state.time, &right, &down);
+    }
+
+    /// Holds a vehicle on `wheels` to its road where fixes are absent; after [`predict`](Self::predict). `None` where
+    /// there is nothing to hold, or where it moves as nothing on wheels does.
+    ///
+    /// # Source
+    /// Equation (M17) of docs/equations.md.
+    pub(in super::super) fn update_on_wheels(
+        &mut self,
+        wheels: &mut WheelWatch,
+        trace: &mut impl Trace<T, N>,
+    ) -> Option<Report> {
+        let time = self.state.time;
+        if !(self.gates.lack_fixes(time) && wheels.is_due(time)) {
+            return None;
+        }
+        self.relax(trace);
+        let mut axes = [const { None }; 6];
+        let mut normalised = [0.0; 2];
+        let channels = [(Across::Right, Channel::WheelsRight), (Across::Down, Channel::WheelsDown)];
+        for ((slot, size), (across, channel)) in axes.iter_mut().zip(&mut normalised).zip(channels)
+        {
+            let Slip { left_mps, variance, sensitivity, .. } = self.slip(wheels, across);
+            let noise = T::of(variance.into());
+            let own = self.covariance.project(&sensitivity).1;
+            *size = single(-left_mps / (own + noise).sqrt());
+            let measurement =
+                ScalarMeasurement::new((channel, Group::RestVelocity), -left_mps, noise);
+            *slot = Some(ScalarMeasurement { sensitivity, ..measurement });
+        }
+        if wheels.denies(normalised, self.config.gate.sigmas as f32) {
+            // What it was held to in the last seconds was wrong.
+            for axis in 0..3 {
+                self.covariance.add_variance(VELOCITY + axis, square(OFF_ROAD_MPS));
+            }
+            self.covariance.add_variance(ATTITUDE, square(OFF_ROAD_TILT_RAD));
+            self.covariance.add_variance(ATTITUDE + 1, square(OFF_ROAD_TILT_RAD));
+            trace.reset(ATTITUDE..POSITION);
+            return None;
+        }
+        let mut report = Report::default();
+        self.update_sequentially(time, &axes, &mut report, trace);
+        Some(report)
+    }
+
+    fn slip(&self, wheels: &WheelWatch, across: Across) -> Slip<T> {
+        let velocity = self.state.body_to_ned.inverse() * self.state.velocity_mps;
+        let [_, rate_y, rate_z] = self.angular_rate_radps.to_array();
+        let (across_mps, rate, gyro) = match across {
+            Across::Right => (velocity.y(), rate_z, GYRO_BIAS + 2),
+            Across::Down => (velocity.z(), rate_y, GYRO_BIAS + 1),
+        };
+        let line = wheels.line(across, single(velocity.x()));
+        let (slope, arm_m) = (T::of(line.slope.into()), T::of(line.arm_m.into()));
+        let square_to_line: Vector<Body, T> = match across {
+            Across::Right => Vector::new(-slope, T::ONE, T::ZERO),
+            Across::Down => Vector::new(-slope, T::ZERO, T::ONE),
+        };
+        // δz = d · (δv + v × ψ) + arm δb_g, d the direction across in NED.
+        let direction = self.state.body_to_ned * square_to_line;
+        let mut sensitivity = Sensitivity::default();
+        sensitivity.add_block(VELOCITY, direction.to_array());
+        sensitivity.add_block(ATTITUDE, direction.cross(self.state.velocity_mps).to_array());
+        sensitivity.add(gyro, arm_m);
+        Slip {
+            seen: Seen {
+                forward_mps: single(velocity.x()),
+                rate_radps: single(rate),
+                across_mps: single(across_mps),
+                own_variance: 0.0,
+            },
+            left_mps: square_to_line.dot(velocity) - arm_m * rate,
+            variance: line.variance,
+            sensitivity,
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! A car that loses its fixes is held to its road; what leaves the road is let go, and the one-sigmas are true.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::layout::{Full, Layout, WithoutHeightAids};
+use hovernav::ekf::{Channel, Estimator, EstimatorConfig, Notice};
+use hovernav::event::Event;
+use hovernav::frames::Vector;
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Leg, fly};
+
+/// Fixes end here, s.
+const LOST_S: f64 = 240.0;
+const OUTAGE_S: f64 = 30.0;
+
+/// A leg of a vehicle that neither leans nor climbs.
+fn flat(duration_s: f64, forward_mps2: f64, yaw_rate_radps: f64) -> Leg {
+    Leg {
+        duration_s,
+        acceleration_mps2: Vector::new(forward_mps2, 0.0, 0.0),
+        yaw_rate_radps,
+        roll_rad: 0.0,
+        pitch_rad: 0.0,
+    }
+}
+
+/// Turns on the flat, by about `angle_rad`.
+fn corner(plan: FlightPlan, angle_rad: f64) -> FlightPlan {
+    let rate_radps = 0.3 * angle_rad.signum();
+    plan.then(flat(1.0, 0.0, rate_radps))
+        .then(flat(angle_rad.abs() / 0.3 - 1.0, 0.0, rate_radps))
+        .then(flat(1.0, 0.0, 0.0))
+}
+
+/// Rests, sets off, and drives about the blocks of a town for at least so long, s.
+fn drive(seconds: f64) -> FlightPlan {
+    let place = Geodetic::from_degrees(40.1, -105.1, 1600.0).unwrap();
+    let mut plan = FlightPlan::hover_at(place, 0.7)
+        .hold(20.0)
+        .then(flat(2.0, 2.0, 0.0))
+        .then(flat(4.0, 2.0, 0.0))
+        .then(flat(2.0, 0.0, 0.0));
+    for block in 0.. {
+        if plan.duration_s() > seconds {
+            break;
+        }
+        let angle_rad = [FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, PI, -FRAC_PI_2][block % 5];
+        plan = corner(plan.then(flat(6.0, 0.0, 0.0)), angle_rad);
+    }
+    plan
+}
+
+struct Outcome {
+    /// When it was taken to be on wheels, and when no longer, s.
+    on_s: Option<f64>,
+    off_s: Option<f64>,
+    /// Horizontal, at the end of the outage, m, and its one-sigma.
+    drift_m: f64,
+    sigma_m: f64,
+    /// Of the velocity downwards at the end of the outage, m/s, and its one-sigma.
+    down_mps: f64,
+    down_sigma_mps: f64,
+    /// How often it was held.
+    held: usize,
+}
+
+fn driven<L: Layout<N>, const N: usize>(plan: &FlightPlan, seed: u64) -> Outcome {
+    let dmu = DmuConfig {
+        rate_hz: 50.0,
+        attitude: None,
+        magnetometer: None,
+        vibration: Vec::new(),
+        ..DmuConfig::default()
+    };
+    let gps = GpsConfig { rate_hz: 4.0, ..GpsConfig::default() };
+    let recording = fly(&plan.build().unwrap(), &dmu, &gps, seed).unwrap();
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
+    let mut estimator = Box::new(Estimator::<L, N>::new(config));
+    let (mut on_s, mut off_s, mut held) = (None, None, 0);
+    let mut fixes = recording.fixes.iter().peekable();
+    let mut outcome = None;
+    for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+        let mut notify = |notice| match notice {
+            Notice::OnWheels { time, .. } => {
+                on_s.get_or_insert(time.seconds());
+            }
+            Notice::OffWheels { time } => off_s = Some(time.seconds()),
+            Notice::Updated(report) => {
+                held += usize::from(
+                    report.innovations().any(|one| one.channel == Channel::WheelsRight),
+                );
+            }
+            _ => {}
+        };
+        let seconds = sample.time.seconds();
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            if seconds < LOST_S {
+                estimator.push(&Event::Gps(*fix), &mut notify);
+            }
+        }
+        estimator.push(&Event::Imu(*sample), &mut notify);
+        if seconds >= LOST_S + OUTAGE_S {
+            let solution = estimator.solution().unwrap();
+            let off = solution.position.displacement_from(&truth.position);
+            let sigma = solution.position_sigma_m;
+            outcome = Some(Outcome {
+                on_s,
+                off_s,
+                drift_m: off.x().hypot(off.y()),
+                sigma_m: sigma.x().hypot(sigma.y()),
+                down_mps: solution.velocity_mps.z() - truth.velocity_mps.z(),
+                down_sigma_mps: solution.velocity_sigma_mps.z(),
+                held,
+            });
+            break;
+        }
+    }
+    outcome.unwrap()
+}
+
+#[test]
+fn a_car_without_fixes_drifts_by_a_third_of_what_it_would_and_knows_by_how_much() {
+    let plan = drive(LOST_S + 60.0);
+    let (mut held_m, mut free_m) = (0.0, 0.0);
+    for seed in 0..4 {
+        let held = driven::<Full, 28>(&plan, seed);
+        let free = driven::<WithoutHeightAids, 26>(&plan, seed);
+        println!(
+            "seed {seed}: on wheels at {:?} s, drift {:.1} m at {:.1}, held {} times; not held {:.1} m at {:.1}",
+            held.on_s, held.drift_m, held.sigma_m, held.held, free.drift_m, free.sigma_m
+        );
+        assert!(held.on_s.is_some() && held.off_s.is_none() && free.on_s.is_none());
+        assert!(held.held > 100 && free.held == 0);
+        assert!(held.drift_m < 3.0 * held.sigma_m && held.sigma_m < free.sigma_m / 2.0);
+        (held_m, free_m) = (held_m + held.drift_m, free_m + free.drift_m);
+    }
+    assert!(held_m < free_m / 3.0, "{held_m} {free_m}");
+}
+
+#[test]
+fn what_takes_off_from_its_road_without_fixes_is_let_go_and_its_one_sigma_opens() {
+    let plan = drive(LOST_S).climb(50.0, 3.0).hold(60.0);
+    for seed in 0..4 {
+        let off = driven::<Full, 28>(&plan, seed);
+        println!(
+            "seed {seed}: off its wheels at {:?} s, velocity down off by {:.2} m/s at {:.2}",
+            off.off_s, off.down_mps, off.down_sigma_mps
+        );
+        assert!(off.off_s.is_some_and(|off_s| off_s > LOST_S && off_s < LOST_S + 20.0));
+        assert!(off.down_mps.abs() < 3.0 * off.down_sigma_mps);
+    }
+}
