@@ -412,7 +412,10 @@ fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
     dataset.controls.iter_mut().for_each(|(_, controls)| turned(controls));
     dataset.injected.iter_mut().for_each(turned);
     dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(0.08));
-    assert!(names(&verdict(&dataset), "the sticks are recorded late"));
+    let late = verdict(&dataset);
+    assert!(names(&late, "the sticks are recorded late"));
+    // The cause before what follows from it.
+    assert!(late.reasons[0].starts_with("the sticks are recorded late"));
 }
 
 #[test]

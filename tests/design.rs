@@ -1,12 +1,14 @@
 //! What the design promises.
 
+use hovernav_design::hover::HoverDesign;
 use hovernav_design::{
-    DesignError, Loop, bode, discrete_lqr, kalman, logarithmic_frequencies, lqr, observability,
-    reachability, root_locus, sampled_lqr, step_response, zero_order_hold,
+    CheckedDesign, DesignError, Loop, bode, discrete_lqr, kalman, logarithmic_frequencies, lqr,
+    observability, reachability, root_locus, sampled_lqr, step_response, zero_order_hold,
 };
 use hovernav_model::{Signal, StateSpace, TimeDomain, hover, shipped};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use serde_json::Value;
+use std::path::Path;
 
 fn reference(name: &str) -> Option<Value> {
     let path = format!("{}/../shared/reference/{name}.json", env!("CARGO_MANIFEST_DIR"));
@@ -268,6 +270,22 @@ fn what_has_no_design_is_refused_with_the_reason() {
     let stuck = zero_order_hold(&stuck, 0.1, 0.0).unwrap();
     let error = told(discrete_lqr(&stuck, &q, &r).map(drop));
     assert!(error.contains("no input moves it"), "{error}");
+}
+
+/// A model in degrees once was designed for as if its numbers were radians.
+#[test]
+fn a_state_in_another_unit_is_refused_by_name() {
+    let model = shipped::raptor60().to_toml();
+    for (unit, other, name) in
+        [("rad/s", "deg/s", "p"), ("m/s", "ft/s", "u"), ("rad", "deg", "phi")]
+    {
+        let state = |unit: &str| format!("{{ name = \"{name}\", unit = \"{unit}\" }}");
+        let text = model.replacen(&state(unit), &state(other), 1);
+        let model = StateSpace::parse(&text, Path::new("model.toml")).unwrap();
+        let refused = CheckedDesign::new(model.clone(), HoverDesign::for_model(&model));
+        let told = refused.map(drop).unwrap_err().to_string();
+        assert_eq!(told, format!("state {name}: found the unit {other}, expected {unit}"));
+    }
 }
 
 /// k/(s(s + 1)(s + 2)) as a loop.

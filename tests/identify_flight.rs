@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use hovernav_log::Dataset;
 use hovernav_sysid::helicopter::Kind;
-use hovernav_sysid::helicopter::{Identification, Velocity, identify};
+use hovernav_sysid::helicopter::{
+    FlightRecord, Identification, Velocity, flight_warnings, identify,
+};
 use hovernav_sysid::methods::prediction_error::{Estimates, Fit};
 use hovernav_sysid::record::{STICKS, find_test_points, stepped};
 
@@ -215,4 +217,16 @@ fn what_was_not_recorded_is_left_out_and_told() {
         }
     }
     score(&found, &["Nr", "Nped"]);
+
+    // What is not recorded is not at rest: the warnings of the sticks once named the same part again.
+    dataset.controls.retain(|(time, _)| after_s(*time) < 160.0);
+    let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
+    let warnings = flight_warnings(&flight, Kind::Yaw);
+    assert!(!warnings.iter().any(|own| own.contains("does not move")), "{warnings:?}");
+
+    // Sticks on another clock have no part of the flight: they once were said never to move.
+    dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(1000.0));
+    let told =
+        identify(&dataset, &solutions, Kind::Yaw, Velocity::Estimated).map(drop).unwrap_err();
+    assert!(told.to_string().contains("no moment in common"), "{told}");
 }

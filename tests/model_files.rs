@@ -86,6 +86,11 @@ fn a_file_that_is_no_model_is_refused_with_line_and_reason() {
         ("B =", &slopes("Lp", "p", "p", "nan"), "slope 1, slope: found \"NaN\", expected a finite"),
         ("B =", &slopes("Lp", "p", "p", "\"1\""), "m.toml:7: invalid type"),
         ("B =", "b =", "unknown field `b`"),
+        (
+            "B =",
+            "verdict = \"good\"\nreasons = [\"Zw is not known\"]\nB =",
+            "m.toml:6: found the verdict \"good\" and 1 reason against it",
+        ),
         ("name = \"m\"", "name = ", "m.toml:1"),
     ] {
         let text = good.replacen(from, to, 1);

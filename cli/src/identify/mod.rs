@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref(), verdict.clone());
     summary.warn(sentences(&denied));
     summary.ask_frequency(frequency.as_ref());
-    summary.warn(flight_warnings(&flight.experiment, arguments.model));
+    summary.warn(flight_warnings(&flight, arguments.model));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
     summary.warn(pattern.iter().map(ToString::to_string));
 

@@ -81,7 +81,7 @@ pub enum DesignError {
         im: f64,
     },
     /// A number is out of its range.
-    #[error("{name}: found {value}, expected {expected}")]
+    #[error("{name}: found {}, expected {expected}", written(*value))]
     Range {
         /// Which.
         name: &'static str,
@@ -98,6 +98,16 @@ pub enum DesignError {
         /// Its unit.
         unit: String,
     },
+    /// A state counts in a unit that the equations of a design do not: its numbers would be taken for others.
+    #[error("state {state}: found the unit {unit}, expected {expected}")]
+    StateUnit {
+        /// The state.
+        state: String,
+        /// Its unit.
+        unit: String,
+        /// What was expected.
+        expected: &'static str,
+    },
     /// A file of weights has something that nothing reads: one weight more than there is to weigh.
     #[error("{}: found {place}, counted from 0, which is one too many, expected nothing there", path.display())]
     Surplus {
@@ -109,4 +119,9 @@ pub enum DesignError {
     /// A file of weights cannot be read, or does not spell a design.
     #[error(transparent)]
     Toml(#[from] TomlError),
+}
+
+/// A number as a reader would write it: not 300 digits of it.
+fn written(value: f64) -> String {
+    if value.is_finite() && value.abs() >= 1e6 { format!("{value:e}") } else { value.to_string() }
 }

@@ -41,7 +41,7 @@ struct Written {
     #[serde(default)]
     parameters: Vec<Parameter>,
     slopes: Option<Spanned<Vec<Slope>>>,
-    verdict: Option<Grade>,
+    verdict: Option<Spanned<Grade>>,
     #[serde(default)]
     reasons: Vec<String>,
 }
@@ -144,7 +144,20 @@ impl StateSpace {
         )
         .map_err(placed)?
         .with_source(&written.source);
-        if let Some(grade) = written.verdict {
+        if let Some(grade) = &written.verdict {
+            let (start, grade) = (grade.span().start, *grade.get_ref());
+            // Its reasons were written with another grade.
+            if grade == Grade::Good && !written.reasons.is_empty() {
+                let reasons = written.reasons.len();
+                let reasons = format!("{reasons} reason{}", if reasons == 1 { "" } else { "s" });
+                return Err(refused(
+                    start,
+                    format!(
+                        "found the verdict \"good\" and {reasons} against it, expected the verdict that was written \
+                     with the reasons"
+                    ),
+                ));
+            }
             model = model.with_verdict(Verdict { grade, reasons: written.reasons.clone() });
         }
         match (&written.outputs, c) {

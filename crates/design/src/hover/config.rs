@@ -285,5 +285,7 @@ mod tests {
         assert_eq!(given, HoverDesign { servo_s: 0.03, notch_s: 0.001, ..own });
         assert!(matches!(read("servo_s = -1.0"), Err(DesignError::Range { name: "servo_s", .. })));
         assert!(matches!(read("none = 1"), Err(DesignError::Toml(_))));
+        let told = read("tracking_s = 1e300").unwrap_err().to_string();
+        assert_eq!(told, "tracking_s: found 1e300, expected 0.001 to 1000 s");
     }
 }

@@ -1,18 +1,23 @@
 //! Is a flight fit to be identified from? What a reader must know before the numbers.
 
-use super::flight::MOTION;
+use super::flight::{FlightRecord, MOTION};
+use super::gaps::Gap;
 use super::kind::Kind;
-use crate::methods::excitation::check_inputs;
+use crate::methods::excitation::{InputFault, check_inputs};
+use crate::record::STICKS;
 use crate::record::preprocess::{KinematicChannels, check_kinematics};
-use crate::record::{Experiment, STICKS};
 
-/// What is wrong with the sticks and the motion of `record`, one plain sentence each: sticks that do
+/// Where this much of a rest was not recorded, it is no rest.
+const UNRECORDED: f64 = 0.9;
+
+/// What is wrong with the sticks and the motion of `flight`, one plain sentence each: sticks that do
 /// not move or move together, attitude, rates and velocity that are not of one body.
 ///
-/// `record` has the signals of [`FlightRecord`](super::FlightRecord); only the sticks and
-/// outputs that `kind` uses are looked at.
+/// Only the sticks and outputs that `kind` uses are looked at. Times are those of the flight; what was not recorded is
+/// told by [`FlightRecord::gaps`] alone.
 #[must_use]
-pub fn flight_warnings(record: &Experiment, kind: Kind) -> Vec<String> {
+pub fn flight_warnings(flight: &FlightRecord, kind: Kind) -> Vec<String> {
+    let record = &flight.experiment;
     let structure = kind.structure();
     let names = |names: &[String]| -> Vec<&'static str> {
         let known = STICKS.into_iter().chain(MOTION);
@@ -20,7 +25,17 @@ pub fn flight_warnings(record: &Experiment, kind: Kind) -> Vec<String> {
     };
     let mut warnings = Vec::new();
     if let Ok(used) = record.select(&names(&structure.inputs), &names(&structure.outputs)) {
-        warnings.extend(check_inputs(&used).faults.iter().map(ToString::to_string));
+        let faults = check_inputs(&used).faults.into_iter();
+        let faults = faults.filter_map(|fault| match fault {
+            InputFault::Still { input, rows, span_s } => {
+                let span_s = span_s.map(|own| own + flight.start.seconds());
+                let is_recorded =
+                    unrecorded_s(flight, span_s) < UNRECORDED * (span_s[1] - span_s[0]);
+                is_recorded.then_some(InputFault::Still { input, rows, span_s })
+            }
+            other => Some(other),
+        });
+        warnings.extend(faults.map(|fault| fault.to_string()));
     }
     let every = KinematicChannels {
         roll: Some("phi"),
@@ -37,4 +52,10 @@ pub fn flight_warnings(record: &Experiment, kind: Kind) -> Vec<String> {
         warnings.extend(report.faults.iter().map(|fault| format!("kinematics: {fault}")));
     }
     warnings
+}
+
+/// How much of `from` to `to`, s, was not recorded, s.
+fn unrecorded_s(flight: &FlightRecord, [from, to]: [f64; 2]) -> f64 {
+    let within = |gap: &Gap| (gap.to.seconds().min(to) - gap.from.seconds().max(from)).max(0.0);
+    flight.gaps.iter().map(within).sum()
 }

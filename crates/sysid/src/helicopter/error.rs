@@ -14,6 +14,17 @@ pub enum IdentifyError {
     /// No sticks were recorded.
     #[error("no controls recorded: there is nothing to identify from")]
     NoControls,
+    /// The sticks were recorded at another time than the flight.
+    #[error(
+        "sticks recorded from {:.2} s to {:.2} s and motion from {:.2} s to {:.2} s, no moment in common: expected one clock",
+        sticks_s[0], sticks_s[1], motion_s[0], motion_s[1]
+    )]
+    Apart {
+        /// First and last row of the sticks, s.
+        sticks_s: [f64; 2],
+        /// First and last solution, s.
+        motion_s: [f64; 2],
+    },
     /// Too few solutions for a record.
     #[error("found {found} solutions, expected at least 100")]
     NoSolution {

@@ -89,12 +89,20 @@ impl FlightRecord {
         if dataset.controls.is_empty() {
             return Err(IdentifyError::NoControls);
         }
+        let rows: Vec<Time> = dataset.controls.iter().map(|row| row.0).collect();
+        if let [one, .., other] = rows[..]
+            && (other < first.time || one > last.time)
+        {
+            return Err(IdentifyError::Apart {
+                sticks_s: [one, other].map(Time::seconds),
+                motion_s: [first.time, last.time].map(Time::seconds),
+            });
+        }
         let (deliberate, own_names) = if dataset.injected.iter().flatten().all(|own| *own == 0.0) {
             (stepped(&dataset.controls), STEPPED)
         } else {
             (dataset.injected.clone(), INJECTED)
         };
-        let rows: Vec<Time> = dataset.controls.iter().map(|row| row.0).collect();
         let of_motion: Vec<Time> = solutions.iter().map(|solution| solution.time).collect();
         let ends = [first.time, last.time];
         let gaps = [gaps("sticks", &rows, ends), gaps("motion", &of_motion, ends)].concat();

@@ -48,14 +48,15 @@ impl Identification {
     #[must_use]
     pub fn verdict(&self, frequency: Option<&FrequencyDomain>) -> Verdict {
         let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
-        for estimate in self.parameters() {
-            judge.parameter(estimate);
-        }
+        // The cause of much that follows comes first.
         if let Some(early_s) = self.answers_early_s {
             let early_ms = 1e3 * early_s;
             judge.say(Grade::DoNotFly, format!(
                 "the sticks are recorded late: the vehicle answers {early_ms:.0} ms before they move, so that controls.csv is late by about {early_ms:.0} ms, and by what the servos take besides, up to 60 ms"
             ));
+        }
+        for estimate in self.parameters() {
+            judge.parameter(estimate);
         }
         for (one, other, value) in self.strong_correlations(SAME) {
             judge.say(
@@ -223,10 +224,11 @@ impl Judge {
             return;
         };
         if sign * value < -SIGN * bound {
+            let found = shown(*value, *bound);
             // An autopilot that has the height the wrong way round loses it at once.
             let grade = if stick == "collective" { Grade::DoNotFly } else { Grade::Care };
             self.say(grade, format!(
-                "{name} is {value:.3} ± {bound:.3} {unit}, of the wrong sign: with a positive {stick} stick it {does}. Is {stick} the wrong way round in controls.csv?"
+                "{name} is {found} {unit}, of the wrong sign: with a positive {stick} stick it {does}. Is {stick} the wrong way round in controls.csv?"
             ));
         }
     }
@@ -245,8 +247,8 @@ impl Judge {
         } else if CONTROL.contains(&name.as_str()) && !is_free {
             self.say(Grade::DoNotFly, format!("{name} is not known: its stick never moves"));
         } else if CONTROL.contains(&name.as_str()) {
-            let known =
-                format!("{name} is {value:.3} ± {bound:.3} {unit}, known to {percent:.0} % only");
+            let found = shown(*value, *bound);
+            let known = format!("{name} is {found} {unit}, known to {percent:.0} % only");
             if percent.is_nan() || percent > CONTROL_PERCENT[1] {
                 self.say(Grade::DoNotFly, known);
             } else if percent > CONTROL_PERCENT[0] {
@@ -274,5 +276,26 @@ impl Judge {
                 );
             }
         }
+    }
+}
+
+/// A value beside its bound with as many decimals, three at least, as the bound has something to say in.
+fn shown(value: f64, bound: f64) -> String {
+    let decimals = if bound > 0.0 { (1.0 - bound.log10().floor()).clamp(3.0, 9.0) } else { 3.0 };
+    let decimals = decimals as usize;
+    format!("{value:.decimals$} ± {bound:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_values_are_told_in_digits_that_say_something() {
+        assert_eq!(shown(-3.681, 2.612), "-3.681 ± 2.612");
+        assert_eq!(shown(0.203, 0.008), "0.2030 ± 0.0080");
+        assert_eq!(shown(0.00012, 0.00013), "0.00012 ± 0.00013");
+        assert_eq!(shown(1.0, f64::INFINITY), "1.000 ± inf");
+        assert_eq!(shown(0.0, 0.0), "0.000 ± 0.000");
     }
 }
