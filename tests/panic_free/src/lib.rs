@@ -156,6 +156,15 @@ pub fn flight_control_step(
 }
 
 #[unsafe(no_mangle)]
+pub fn flight_control_single_step(
+    control: &mut FlightControl<f32>,
+    inputs: &ControlInputs<'_, f32>,
+    notify: &mut dyn FnMut(ControlNotice),
+) -> ControlOutputs {
+    control.step(inputs, notify)
+}
+
+#[unsafe(no_mangle)]
 pub fn stepless_solution(stepless: &mut SteplessSolution, filtered: &Solution) -> Solution {
     stepless.solution(filtered)
 }
@@ -384,6 +393,7 @@ objects! {
     OBJECT_HOVER_AUTOPILOT: HoverAutopilot,
     OBJECT_HOVER_AUTOPILOT_F32: HoverAutopilot<f32>,
     OBJECT_FLIGHT_CONTROL: FlightControl,
+    OBJECT_FLIGHT_CONTROL_F32: FlightControl<f32>,
     OBJECT_SENSORS: Sensors,
     OBJECT_DMU_LINK: Link,
     OBJECT_TSIP_DECODER: tsip::Decoder,
