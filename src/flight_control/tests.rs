@@ -353,10 +353,12 @@ fn the_throttle_stays_where_the_pilot_left_it_while_the_autopilot_flies_without_
 fn settings_that_cannot_be_are_named() {
     let mut bad = config();
     bad.failsafe.descent_mps = f64::NAN;
-    assert!(FlightControl::new(bad).unwrap_err().to_string().contains("failsafe.descent_mps"));
+    assert!(
+        FlightControl::<f64>::new(bad).unwrap_err().to_string().contains("failsafe.descent_mps")
+    );
     let fence = Fence { centre: place(0.0, 0.0), radius_m: 1.0, height_m: 40.0 };
     let bad = FlightControlConfig { fence: Some(fence), ..config() };
-    assert!(FlightControl::new(bad).unwrap_err().to_string().contains("fence.radius_m"));
+    assert!(FlightControl::<f64>::new(bad).unwrap_err().to_string().contains("fence.radius_m"));
 }
 
 mod fence;
