@@ -43,6 +43,16 @@ pub fn deliberate_panic(values: &[f64; 15], index: usize) -> f64 {
     values[index]
 }
 
+/// The check of another check: Ackermann's function, which no optimiser turns into loops. Must be found to call itself.
+#[unsafe(no_mangle)]
+pub fn deliberate_recursion(m: u32, n: u32) -> u32 {
+    match (m, n) {
+        (0, _) => n.wrapping_add(1),
+        (_, 0) => deliberate_recursion(m.wrapping_sub(1), 1),
+        _ => deliberate_recursion(m.wrapping_sub(1), deliberate_recursion(m, n.wrapping_sub(1))),
+    }
+}
+
 #[unsafe(no_mangle)]
 pub fn estimator_push(estimator: &mut Estimator, event: &Event, notify: &mut dyn FnMut(Notice)) {
     estimator.push(event, notify);
