@@ -6,6 +6,7 @@ use super::excitation::{Excitation, ExcitationAbort, ExcitationError, Excitation
 use super::hover::HoverAutopilot;
 use super::maneuver::Maneuver;
 use crate::controls::{Channel, Sticks};
+use crate::scalar::Scalar;
 
 /// A test input of a programme.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,7 +130,7 @@ impl ProgrammeFlight {
     /// the pilot's sticks speaks against it.
     pub fn step(
         &mut self,
-        autopilot: &mut HoverAutopilot,
+        autopilot: &mut HoverAutopilot<impl Scalar>,
         pilot: Option<Sticks>,
         may_go_on: bool,
         elapsed_s: f64,

@@ -5,6 +5,7 @@ use super::trim::Trim;
 use crate::controls::Sticks;
 use crate::ekf::Solution;
 use crate::frames::{Ned, Vector};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// One condition for taking over.
@@ -165,11 +166,11 @@ impl ReadinessLimits {
 
 /// What readiness is judged by; what is `None` is not known, and fails.
 #[derive(Clone, Copy, Debug)]
-pub struct Observed<'a> {
+pub struct Observed<'a, T = f64> {
     /// The moment, on the estimator's clock.
     pub now: Time,
     /// The estimator's latest solution.
-    pub solution: Option<&'a Solution>,
+    pub solution: Option<&'a Solution<T>>,
     /// Age of the last good fix, s.
     pub fix_age_s: Option<f64>,
     /// The pilot's sticks.
@@ -220,7 +221,7 @@ impl core::fmt::Display for Checked {
 /// use hovernav::autopilot::{Check, Observed, Readiness, ReadinessLimits, Trim};
 /// use hovernav::time::Time;
 ///
-/// let nothing = Observed {
+/// let nothing: Observed<'_> = Observed {
 ///     now: Time::ZERO,
 ///     solution: None,
 ///     fix_age_s: Some(0.4),
@@ -246,9 +247,10 @@ pub struct Readiness {
 impl Readiness {
     /// Judges `observed` by `limits`.
     #[must_use]
-    pub fn assess(observed: &Observed<'_>, limits: &ReadinessLimits) -> Self {
+    pub fn assess<T: Scalar>(observed: &Observed<'_, T>, limits: &ReadinessLimits) -> Self {
         let solution = observed.solution;
-        let of = |number: fn(&Solution) -> f64| solution.map_or(f64::NAN, number);
+        let of =
+            |number: fn(&Solution<T>) -> T| solution.map_or(f64::NAN, |one| number(one).wide());
         let results = Check::ALL.map(|check| {
             let (value, limit) = match check {
                 Check::Estimate => {
@@ -273,8 +275,8 @@ impl Readiness {
                 Check::Rate => (of(|s| s.angular_rate_radps.norm()), limits.rate_radps),
                 Check::Level => {
                     let leans = of(|s| {
-                        let angles = s.body_to_ned.euler();
-                        larger(libm::fabs(angles.roll_rad), libm::fabs(angles.pitch_rad))
+                        let [roll_rad, pitch_rad, _] = s.body_to_ned.angles();
+                        larger(roll_rad.abs(), pitch_rad.abs())
                     });
                     (leans, limits.level_rad)
                 }
@@ -331,11 +333,11 @@ impl Readiness {
 const AT_FENCE: f64 = 1.0;
 
 /// The larger; NaN if one is.
-fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
+fn larger<T: Scalar>(a: T, b: T) -> T {
+    if a > b || a.partial_cmp(&a).is_none() { a } else { b }
 }
 
-fn largest(sigma: Vector<Ned>) -> f64 {
+fn largest<T: Scalar>(sigma: Vector<Ned, T>) -> T {
     larger(larger(sigma.x(), sigma.y()), sigma.z())
 }
 

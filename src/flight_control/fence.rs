@@ -2,7 +2,7 @@
 
 use super::config::Fence;
 use crate::autopilot::SetPoint;
-use crate::earth::Geodetic;
+use crate::earth::{Geodetic, Local};
 use crate::frames::Vector;
 use crate::scalar::Scalar;
 
@@ -19,15 +19,18 @@ pub(super) enum FenceChange {
 
 /// The fence, and whether it was reached.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FenceWatch {
+pub(super) struct FenceWatch<T> {
     fence: Option<Fence>,
+    /// The Earth at its middle.
+    local: Option<Local<T>>,
     /// Where to go, from when it was reached until the vehicle is well inside again.
     home: Option<SetPoint>,
 }
 
-impl FenceWatch {
-    pub const fn new(fence: Option<Fence>) -> Self {
-        Self { fence, home: None }
+impl<T: Scalar> FenceWatch<T> {
+    pub fn new(fence: Option<Fence>) -> Self {
+        let local = fence.map(|fence| Local::about(&fence.centre));
+        Self { fence, local, home: None }
     }
 
     /// Whether it was reached and the vehicle is not yet well inside again.
@@ -48,14 +51,15 @@ impl FenceWatch {
     /// Share of the way from the middle to the side or the top, the greater, 1 at the fence; `None` without
     /// a fence.
     pub fn share(&self, position: &Geodetic) -> Option<f64> {
-        let fence = self.fence?;
-        let [north, east, down] = position.displacement_from(&fence.centre).to_array();
-        Some((Scalar::hypot(north, east) / fence.radius_m).max(-down / fence.height_m))
+        let (fence, local) = (self.fence?, self.local?);
+        let [north, east, down] = local.displacement(&fence.centre, position).to_array();
+        let (radius_m, height_m) = (T::of(fence.radius_m), T::of(fence.height_m));
+        Some((north.hypot(east) / radius_m).max(-down / height_m).wide())
     }
 
-    /// Takes in where the vehicle is.
-    pub fn step(&mut self, position: &Geodetic) -> Option<FenceChange> {
-        let (fence, share) = (self.fence?, self.share(position)?);
+    /// Takes in where the vehicle is, by its [`share`](Self::share) there.
+    pub fn step(&mut self, position: &Geodetic, share: Option<f64>) -> Option<FenceChange> {
+        let (fence, local, share) = (self.fence?, self.local?, share?);
         if self.is_outside() {
             if share >= WELL_INSIDE {
                 return None;
@@ -66,7 +70,7 @@ impl FenceWatch {
         if share < 1.0 {
             return None;
         }
-        let up_m = -position.displacement_from(&fence.centre).z();
+        let up_m = -local.displacement(&fence.centre, position).z().wide();
         let height_m = up_m.min(WELL_INSIDE * 0.9 * fence.height_m).max(0.0);
         let position = fence.centre.displaced(Vector::new(0.0, 0.0, -height_m));
         self.home = Some(SetPoint::Place { position, heading_rad: None });

@@ -33,6 +33,7 @@ use crate::controls::{Channels, Sticks};
 use crate::earth::Geodetic;
 use crate::ekf::{Notice, Solution};
 use crate::event::Event;
+use crate::scalar::Scalar;
 use crate::servo::{PilotPulses, Signal, Switch};
 use crate::time::Time;
 use fence::{FenceChange, FenceWatch};
@@ -44,11 +45,11 @@ const PERIOD_SHARE: f64 = 0.05;
 
 /// What one cycle goes by.
 #[derive(Clone, Copy, Debug)]
-pub struct ControlInputs<'a> {
+pub struct ControlInputs<'a, T = f64> {
     /// The moment, on the clock of the pulses and of the estimator.
     pub now: Time,
     /// The estimator's latest solution.
-    pub solution: Option<&'a Solution>,
+    pub solution: Option<&'a Solution<T>>,
     /// Age of the last good fix, s.
     pub fix_age_s: Option<f64>,
     /// What is known of the pilot's pulses.
@@ -89,10 +90,13 @@ struct AtStick {
 }
 
 /// Pilot, autopilot and the choice between them: one step a cycle.
+///
+/// The autopilot, what it flies on and the watch on the fence compute in `T`: `f64`, or `f32` on a part that has no
+/// more, `FlightControl::<f32>::new(config)` of the same configuration. Sticks, widths and times go in and out in `f64`.
 #[derive(Clone, Copy, Debug)]
-pub struct FlightControl {
+pub struct FlightControl<T = f64> {
     config: FlightControlConfig,
-    autopilot: HoverAutopilot,
+    autopilot: HoverAutopilot<T>,
     switch: Switch,
     engagement: Engagement,
     steering: Option<Steering>,
@@ -103,11 +107,11 @@ pub struct FlightControl {
     period_s: Option<f64>,
     pilot_lost_s: Option<f64>,
     descends: bool,
-    fence: FenceWatch,
+    fence: FenceWatch<T>,
     saturated_s: f64,
 }
 
-impl FlightControl {
+impl<T: Scalar> FlightControl<T> {
     /// Flight control with the pilot flying.
     ///
     /// # Errors
@@ -116,7 +120,7 @@ impl FlightControl {
         config.check()?;
         let neutral = config.hover.trim.sticks;
         Ok(Self {
-            autopilot: HoverAutopilot::new(config.hover)?,
+            autopilot: HoverAutopilot::new(config.hover.cast())?,
             switch: Switch::new(config.switch)?,
             engagement: Engagement::default(),
             steering: match config.steering {
@@ -137,7 +141,7 @@ impl FlightControl {
 
     /// The autopilot inside.
     #[must_use]
-    pub const fn autopilot(&self) -> &HoverAutopilot {
+    pub const fn autopilot(&self) -> &HoverAutopilot<T> {
         &self.autopilot
     }
 
@@ -198,7 +202,7 @@ impl FlightControl {
     /// One cycle; `notify` hears what came of it.
     pub fn step(
         &mut self,
-        inputs: &ControlInputs<'_>,
+        inputs: &ControlInputs<'_, T>,
         mut notify: impl FnMut(ControlNotice),
     ) -> ControlOutputs {
         let now = inputs.now;
@@ -216,7 +220,8 @@ impl FlightControl {
         let pilot = config.swashplate.pilot_sticks(&config.channels, &pilot_ms);
         let at_stick = AtStick { signal, sticks: pilot, widths_ms: pilot_ms };
 
-        let trim = self.autopilot.learned_trim();
+        let trim = self.autopilot.learned_trim().cast();
+        let fence_share = inputs.solution.and_then(|one| self.fence.share(&one.position));
         let readiness = Readiness::assess(
             &Observed {
                 now,
@@ -228,7 +233,7 @@ impl FlightControl {
                 design_period_s: config.hover.period_s,
                 pilot_signal: signal == Signal::Good,
                 servos: inputs.servos_good,
-                fence_share: inputs.solution.and_then(|one| self.fence.share(&one.position)),
+                fence_share,
             },
             &config.ready,
         );
@@ -236,12 +241,17 @@ impl FlightControl {
             self.throttle_ms = pilot_ms.throttle.unwrap_or(self.throttle_ms);
         }
         let switch_on = self.engage(inputs, &at_stick, elapsed_s, &readiness, &mut notify);
-        self.request(inputs, pilot, &mut notify);
+        self.request(inputs, pilot, fence_share, &mut notify);
         self.fly_programme(pilot, elapsed_s, &mut notify);
 
         let engaged = self.engagement.is_engaged();
-        let outputs =
-            self.autopilot.step(&Inputs { now, solution: inputs.solution, pilot, engage: engaged });
+        let outputs = self.autopilot.step(&Inputs {
+            now,
+            solution: inputs.solution,
+            pilot: pilot.map(Sticks::cast),
+            engage: engaged,
+        });
+        let steered = outputs.sticks.cast();
         if let Some(why) = outputs.aborted {
             self.end_programme(why, &mut notify);
         }
@@ -258,11 +268,11 @@ impl FlightControl {
         }
         // In the cycle in which it hands back blind its sticks still count: the next fades from them.
         let flies = engaged && outputs.mode != Mode::Manual;
-        self.watch_ends(flies.then_some(outputs.sticks), elapsed_s, &mut notify);
-        let (sticks, widths_ms) = self.command(flies, outputs.sticks, outputs.mode, &at_stick);
+        self.watch_ends(flies.then_some(steered), elapsed_s, &mut notify);
+        let (sticks, widths_ms) = self.command(flies, steered, outputs.mode, &at_stick);
         ControlOutputs {
             sticks,
-            injected: if flies { outputs.injected } else { Sticks::NEUTRAL },
+            injected: if flies { outputs.injected.cast() } else { Sticks::NEUTRAL },
             pilot,
             widths_ms,
             signal,
@@ -275,7 +285,7 @@ impl FlightControl {
     /// Takes in the switch and the loss of the pilot; whether the switch is closed.
     fn engage(
         &mut self,
-        inputs: &ControlInputs<'_>,
+        inputs: &ControlInputs<'_, T>,
         pilot: &AtStick,
         elapsed_s: f64,
         readiness: &Readiness,
@@ -365,15 +375,16 @@ impl FlightControl {
     /// What the autopilot is asked to do: by a pilot who stays lost before the fence before the sticks.
     fn request(
         &mut self,
-        inputs: &ControlInputs<'_>,
+        inputs: &ControlInputs<'_, T>,
         pilot: Option<Sticks>,
+        fence_share: Option<f64>,
         notify: &mut impl FnMut(ControlNotice),
     ) {
         if !self.engagement.is_engaged() {
             return;
         }
         let steered = self.steering.as_mut().and_then(|steering| steering.set_point(pilot));
-        match inputs.solution.and_then(|one| self.fence.step(&one.position)) {
+        match inputs.solution.and_then(|one| self.fence.step(&one.position, fence_share)) {
             Some(FenceChange::Reached) => notify(ControlNotice::FenceReached),
             Some(FenceChange::Left) => notify(ControlNotice::FenceLeft),
             None => {}

@@ -24,9 +24,20 @@ fn config() -> FlightControlConfig {
     FlightControlConfig::new(HoverConfig::new(PERIOD_S, gains))
 }
 
-/// A flight whose every part can be spoilt.
+/// What is decided is the same in both precisions, and widths differ by no more than a servo resolves.
+fn agree(double: &ControlOutputs, single: &ControlOutputs) {
+    let decided =
+        |of: &ControlOutputs| (of.mode, of.signal, of.switch_on, of.readiness.failed_bits());
+    assert_eq!(decided(double), decided(single));
+    for (a, b) in double.widths_ms.to_array().into_iter().zip(single.widths_ms.to_array()) {
+        assert!((a - b).abs() < 1e-5 || a.is_nan() && b.is_nan(), "{double:?} {single:?}");
+    }
+}
+
+/// A flight whose every part can be spoilt. The same is flown in single precision beside it, to the same end.
 struct Bench {
     control: FlightControl,
+    single: FlightControl<f32>,
     now: Time,
     solution: Option<Solution>,
     stale: bool,
@@ -43,6 +54,7 @@ impl Bench {
     fn new(config: FlightControlConfig) -> Self {
         Self {
             control: FlightControl::new(config).unwrap(),
+            single: FlightControl::new(config).unwrap(),
             now: Time::ZERO,
             solution: Some(Solution {
                 body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(2.0, 1.0, 40.0)),
@@ -84,8 +96,25 @@ impl Bench {
                 servos_good: true,
                 late_cycles: self.late_cycles,
             };
-            let told = &mut self.told;
-            self.last = Some(self.control.step(&inputs, |notice| told.push(notice)));
+            let told_before = self.told.len();
+            let outputs = self.control.step(&inputs, |notice| self.told.push(notice));
+            let solution = self.solution.as_ref().map(Solution::cast);
+            let inputs = ControlInputs {
+                now: self.now,
+                solution: solution.as_ref(),
+                fix_age_s: inputs.fix_age_s,
+                pulses: &self.pulses,
+                servos_good: inputs.servos_good,
+                late_cycles: self.late_cycles,
+            };
+            let mut told = Vec::new();
+            let single = self.single.step(&inputs, |notice| told.push(notice));
+            agree(&outputs, &single);
+            let kinds = |told: &[ControlNotice]| -> Vec<_> {
+                told.iter().map(core::mem::discriminant).collect()
+            };
+            assert_eq!(kinds(&self.told[told_before..]), kinds(&told));
+            self.last = Some(outputs);
         }
         self.last.unwrap()
     }
@@ -324,10 +353,12 @@ fn the_throttle_stays_where_the_pilot_left_it_while_the_autopilot_flies_without_
 fn settings_that_cannot_be_are_named() {
     let mut bad = config();
     bad.failsafe.descent_mps = f64::NAN;
-    assert!(FlightControl::new(bad).unwrap_err().to_string().contains("failsafe.descent_mps"));
+    assert!(
+        FlightControl::<f64>::new(bad).unwrap_err().to_string().contains("failsafe.descent_mps")
+    );
     let fence = Fence { centre: place(0.0, 0.0), radius_m: 1.0, height_m: 40.0 };
     let bad = FlightControlConfig { fence: Some(fence), ..config() };
-    assert!(FlightControl::new(bad).unwrap_err().to_string().contains("fence.radius_m"));
+    assert!(FlightControl::<f64>::new(bad).unwrap_err().to_string().contains("fence.radius_m"));
 }
 
 mod fence;

@@ -5,6 +5,7 @@ use crate::autopilot::Mode;
 use crate::ekf::Solution;
 use crate::flight_control::{ControlOutputs, FlightControl};
 use crate::frames::{Body, Ned, Vector};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 // Steps in one of the unit that the name ends with.
@@ -140,8 +141,13 @@ impl Supplement {
 
     /// The same with what a cycle of `control` came to.
     #[must_use]
-    pub fn with_control(self, control: &FlightControl, outputs: &ControlOutputs) -> Self {
+    pub fn with_control<T: Scalar>(
+        self,
+        control: &FlightControl<T>,
+        outputs: &ControlOutputs,
+    ) -> Self {
         let (velocity_mps, heading_rad) = control.autopilot().asked();
+        let (velocity_mps, heading_rad) = (velocity_mps.cast(), heading_rad.wide());
         Self {
             mode: Some(outputs.mode),
             flags: ControlFlags {

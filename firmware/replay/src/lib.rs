@@ -2,8 +2,11 @@
 //! microcontroller and on the host, and a hash of everything that came of it.
 #![no_std]
 
-use hovernav::autopilot::{Gains, HoverAutopilot, HoverConfig, Inputs};
-use hovernav::controls::Sticks;
+mod controller;
+
+pub use controller::{Computer, Controller};
+
+use hovernav::autopilot::{Gains, HoverAutopilot, HoverConfig, SteeringConfig};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::layout::Layout;
 use hovernav::ekf::scalar::Scalar;
@@ -11,10 +14,12 @@ use hovernav::ekf::{
     Aid, Estimator, EstimatorConfig, HeadingMethod, Notice, Solution, SteplessSolution,
 };
 use hovernav::event::Event;
+use hovernav::flight_control::{Fence, FlightControl, FlightControlConfig};
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{HeadingSource, Mounting};
+use hovernav::servo::SwashplateKind;
 use hovernav::time::Time;
 
 include!(concat!(env!("OUT_DIR"), "/flight.rs"));
@@ -48,14 +53,31 @@ pub fn config_without_heading() -> EstimatorConfig {
     config
 }
 
-/// An autopilot with gains that damp rates: what a step costs does not depend on their values.
-#[must_use]
-pub fn autopilot<T: Scalar>() -> Option<HoverAutopilot<T>> {
+/// Gains that damp rates: what a step costs does not depend on their values.
+fn hover_config() -> HoverConfig {
     let mut gains = Gains::default();
     gains.heave.tracking_time_s = 1.0;
     gains.roll_pitch.measured = [[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0, 0.0, 0.0]];
     gains.yaw.measured = [[0.2, 0.0]];
-    HoverAutopilot::new(HoverConfig::new(0.0303, gains).cast()).ok()
+    HoverConfig::new(0.0303, gains)
+}
+
+/// The autopilot alone.
+#[must_use]
+pub fn autopilot<T: Scalar>() -> Option<HoverAutopilot<T>> {
+    HoverAutopilot::new(hover_config().cast()).ok()
+}
+
+/// Flight control with the pilot's sticks as requests, a fence, and a plate that mixes.
+#[must_use]
+pub fn flight_control<T: Scalar>() -> Option<Computer<T>> {
+    let mut config = FlightControlConfig::new(hover_config());
+    config.steering = Some(SteeringConfig::default());
+    let [_, latitude, longitude, height, ..] = GPS[0];
+    let centre = Geodetic::from_degrees(latitude, longitude, height)?;
+    config.fence = Some(Fence { centre, radius_m: 500.0, height_m: 100.0 });
+    config.swashplate.kind = SwashplateKind::Ccpm120;
+    FlightControl::new(config).ok().map(Computer::new)
 }
 
 fn sample(row: &[f64; 13]) -> Option<Event> {
@@ -113,11 +135,13 @@ pub enum Work {
     SearchFix,
     /// The solution, without steps for the autopilot, and a step of the autopilot.
     Autopilot,
+    /// The same with all of flight control: the pilot's pulses, the checks, the choice of who flies, the widths.
+    Control,
 }
 
 impl Work {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Step,
         Self::StepAttitude,
         Self::StepFix,
@@ -125,6 +149,7 @@ impl Work {
         Self::Search,
         Self::SearchFix,
         Self::Autopilot,
+        Self::Control,
     ];
 
     /// Its name in the table.
@@ -138,6 +163,7 @@ impl Work {
             Self::Search => "sample while the heading is searched",
             Self::SearchFix => "sample and fix while the heading is searched",
             Self::Autopilot => "solution and autopilot",
+            Self::Control => "solution and flight control",
         }
     }
 }
@@ -179,10 +205,10 @@ impl Outcome {
 }
 
 /// Flies at most `most` samples. `clock` tells a count that grows with the instructions, and `note`
-/// hears how far it went in each call.
-pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
+/// hears how far it went in each call; of a [`Computer`] only in its own, for the estimator's are those of the others.
+pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>, C: Controller<T>>(
     estimator: &mut Estimator<L, N, T, H>,
-    autopilot: &mut HoverAutopilot<T>,
+    controller: &mut C,
     most: usize,
     clock: impl Fn() -> u32,
     mut note: impl FnMut(Work, u32, u32),
@@ -192,9 +218,9 @@ pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
     for event in events(most) {
         let (mut attitude, mut fix, mut aligned) = (false, false, false);
         let before = clock();
-        autopilot.hear(&event);
+        controller.hear(&event);
         estimator.push_traced(&event, &mut stepless, |notice| {
-            autopilot.hear_notice(&notice);
+            controller.hear_notice(&notice);
             match notice {
                 Notice::Updated(ref report) => {
                     let axes = report.innovations().count();
@@ -212,12 +238,7 @@ pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
         let solution_began = clock();
         let solution = estimator.solution();
         let flown = solution.map(|own| stepless.solution(&own));
-        let outputs = autopilot.step(&Inputs {
-            now: time,
-            solution: flown.as_ref(),
-            pilot: Some(Sticks::NEUTRAL),
-            engage: outcome.solutions > 100,
-        });
+        let sticks = controller.step(time, flown.as_ref(), outcome.solutions > 100);
         let solution_ended = clock();
         if let (Some(solution), false) = (&solution, aligned) {
             let work = match (searching, attitude, fix) {
@@ -228,11 +249,13 @@ pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
                 (false, false, true) => Work::StepFix,
                 (false, true, true) => Work::StepAll,
             };
-            note(work, before, after);
-            note(Work::Autopilot, solution_began, solution_ended);
+            if C::WORK == Work::Autopilot {
+                note(work, before, after);
+            }
+            note(C::WORK, solution_began, solution_ended);
             outcome.add_solution(&solution.cast());
         }
-        outcome.add(&outputs.sticks.cast().to_array());
+        outcome.add(&sticks.cast().to_array());
     }
     outcome
 }
@@ -241,27 +264,25 @@ pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>>(
 #[macro_export]
 macro_rules! variants {
     ($fly:ident) => {
-        $fly!("26 states, f64", WithoutHeightAids, 26, f64, NoHeadingSearch, config, 1_980);
-        $fly!("26 states, f32", WithoutHeightAids, 26, f32, NoHeadingSearch, config, 1_980);
-        $fly!("15 states, f64", Base, 16, f64, NoHeadingSearch, config, 1_980);
-        $fly!("15 states, f32", Base, 16, f32, NoHeadingSearch, config, 1_980);
+        $fly!("26 states, f64", [WithoutHeightAids, 26, f64, NoHeadingSearch], config, autopilot, 1_980);
+        $fly!("26 states, f32", [WithoutHeightAids, 26, f32, NoHeadingSearch], config, autopilot, 1_980);
+        $fly!("15 states, f64", [Base, 16, f64, NoHeadingSearch], config, autopilot, 1_980);
+        $fly!("15 states, f32", [Base, 16, f32, NoHeadingSearch], config, autopilot, 1_980);
         $fly!(
             "search, f64",
-            WithoutHeightAids,
-            26,
-            f64,
-            HeadingSearch<f64>,
+            [WithoutHeightAids, 26, f64, HeadingSearch<f64>],
             config_without_heading,
+            autopilot,
             330
         );
         $fly!(
             "search, f32",
-            WithoutHeightAids,
-            26,
-            f32,
-            HeadingSearch<f32>,
+            [WithoutHeightAids, 26, f32, HeadingSearch<f32>],
             config_without_heading,
+            autopilot,
             330
         );
+        $fly!("28 states, f64", [Full, 28, f64, NoHeadingSearch], config, flight_control, 990);
+        $fly!("28 states, f32", [Full, 28, f32, NoHeadingSearch], config, flight_control, 990);
     };
 }

@@ -106,7 +106,7 @@ fn a_stick_moves_no_faster_for_them_than_it_may() {
 fn inputs_that_cannot_be_are_named() {
     let refused = |excitation: ExcitationProgramme, what: &str| {
         let bad = FlightControlConfig { excitation: Some(excitation), ..config() };
-        let error = FlightControl::new(bad).unwrap_err().to_string();
+        let error = FlightControl::<f64>::new(bad).unwrap_err().to_string();
         assert!(error.contains(what), "{what}: {error}");
     };
     refused(ExcitationProgramme { first_s: f64::NAN, ..programme() }, "first_s");

@@ -43,6 +43,16 @@ pub fn deliberate_panic(values: &[f64; 15], index: usize) -> f64 {
     values[index]
 }
 
+/// The check of another check: Ackermann's function, which no optimiser turns into loops. Must be found to call itself.
+#[unsafe(no_mangle)]
+pub fn deliberate_recursion(m: u32, n: u32) -> u32 {
+    match (m, n) {
+        (0, _) => n.wrapping_add(1),
+        (_, 0) => deliberate_recursion(m.wrapping_sub(1), 1),
+        _ => deliberate_recursion(m.wrapping_sub(1), deliberate_recursion(m, n.wrapping_sub(1))),
+    }
+}
+
 #[unsafe(no_mangle)]
 pub fn estimator_push(estimator: &mut Estimator, event: &Event, notify: &mut dyn FnMut(Notice)) {
     estimator.push(event, notify);
@@ -150,6 +160,15 @@ pub fn autopilot_single_step(
 pub fn flight_control_step(
     control: &mut FlightControl,
     inputs: &ControlInputs<'_>,
+    notify: &mut dyn FnMut(ControlNotice),
+) -> ControlOutputs {
+    control.step(inputs, notify)
+}
+
+#[unsafe(no_mangle)]
+pub fn flight_control_single_step(
+    control: &mut FlightControl<f32>,
+    inputs: &ControlInputs<'_, f32>,
     notify: &mut dyn FnMut(ControlNotice),
 ) -> ControlOutputs {
     control.step(inputs, notify)
@@ -384,6 +403,7 @@ objects! {
     OBJECT_HOVER_AUTOPILOT: HoverAutopilot,
     OBJECT_HOVER_AUTOPILOT_F32: HoverAutopilot<f32>,
     OBJECT_FLIGHT_CONTROL: FlightControl,
+    OBJECT_FLIGHT_CONTROL_F32: FlightControl<f32>,
     OBJECT_SENSORS: Sensors,
     OBJECT_DMU_LINK: Link,
     OBJECT_TSIP_DECODER: tsip::Decoder,

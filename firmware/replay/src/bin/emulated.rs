@@ -21,9 +21,9 @@ mod emulated {
     use cortex_m::{Peripherals, register::msp, singleton};
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, hprintln};
-    use hovernav::ekf::layout::{Base, WithoutHeightAids};
+    use hovernav::ekf::layout::{Base, Full, WithoutHeightAids};
     use hovernav::ekf::{Estimator, HeadingSearch, NoHeadingSearch};
-    use replay::{Work, autopilot, config, config_without_heading, fly, variants};
+    use replay::{Work, autopilot, config, config_without_heading, flight_control, fly, variants};
 
     #[panic_handler]
     fn panic(info: &PanicInfo<'_>) -> ! {
@@ -90,14 +90,14 @@ mod emulated {
         let ticks = u64::from(calibrate());
 
         macro_rules! run {
-            ($name:literal, $L:ty, $N:literal, $T:ty, $H:ty, $config:ident, $most:literal) => {{
+            ($name:literal, [$L:ty, $N:literal, $T:ty, $H:ty], $config:ident, $made:ident, $most:literal) => {{
                 let mut made = None;
                 let mut make =
                     || made = singleton!(: Estimator<$L, $N, $T, $H> = Estimator::new($config()));
                 // Not in the painter's own frame, which is above the paint.
                 let make: &mut dyn FnMut() = black_box(&mut make);
                 let making = stack_of(make);
-                let (Some(estimator), Some(mut autopilot)) = (made, autopilot::<$T>()) else { loop {} };
+                let (Some(estimator), Some(mut controller)) = (made, $made::<$T>()) else { loop {} };
                 let mut costs = [Cost::default(); Work::ALL.len()];
                 let mut flown = None;
                 let stack = stack_of(|| {
@@ -109,7 +109,7 @@ mod emulated {
                             cost.most = cost.most.max(took);
                         }
                     };
-                    flown = Some(fly(estimator, &mut autopilot, $most, SYST::get_current, note));
+                    flown = Some(fly(estimator, &mut controller, $most, SYST::get_current, note));
                 });
                 if let Some(outcome) = flown {
                     hprintln!("bits {}: {} solutions, {:016x}", $name, outcome.solutions, outcome.hash);

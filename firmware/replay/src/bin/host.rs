@@ -3,15 +3,15 @@
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    use hovernav::ekf::layout::{Base, WithoutHeightAids};
+    use hovernav::ekf::layout::{Base, Full, WithoutHeightAids};
     use hovernav::ekf::{Estimator, HeadingSearch, NoHeadingSearch};
-    use replay::{autopilot, config, config_without_heading, fly, variants};
+    use replay::{autopilot, config, config_without_heading, flight_control, fly, variants};
 
     macro_rules! run {
-        ($name:literal, $L:ty, $N:literal, $T:ty, $H:ty, $config:ident, $most:literal) => {
+        ($name:literal, [$L:ty, $N:literal, $T:ty, $H:ty], $config:ident, $made:ident, $most:literal) => {
             let mut estimator = Box::new(Estimator::<$L, $N, $T, $H>::new($config()));
-            let mut autopilot = autopilot::<$T>().expect("gains that can be flown");
-            let outcome = fly(&mut estimator, &mut autopilot, $most, || 0, |_, _, _| {});
+            let mut controller = $made::<$T>().expect("gains that can be flown");
+            let outcome = fly(&mut estimator, &mut controller, $most, || 0, |_, _, _| {});
             println!("bits {}: {} solutions, {:016x}", $name, outcome.solutions, outcome.hash);
         };
     }

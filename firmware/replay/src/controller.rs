@@ -1,0 +1,94 @@
+//! What flies on the estimate: the autopilot alone, or flight control with the autopilot in it.
+
+use hovernav::autopilot::{HoverAutopilot, Inputs};
+use hovernav::controls::{Channels, Sticks};
+use hovernav::ekf::{Notice, Solution};
+use hovernav::event::Event;
+use hovernav::flight_control::{ControlInputs, FlightControl};
+use hovernav::scalar::Scalar;
+use hovernav::servo::{Captured, PilotPulses, Pulse};
+use hovernav::time::Time;
+
+use crate::Work;
+
+/// What flies on the estimate, once a sample.
+pub trait Controller<T> {
+    /// What a step of it counts as.
+    const WORK: Work;
+
+    /// What a sensor said.
+    fn hear(&mut self, event: &Event);
+
+    /// What the estimator made of it.
+    fn hear_notice(&mut self, notice: &Notice);
+
+    /// One step; `engage` is the pilot's switch.
+    fn step(&mut self, now: Time, solution: Option<&Solution<T>>, engage: bool) -> Sticks<T>;
+}
+
+impl<T: Scalar> Controller<T> for HoverAutopilot<T> {
+    const WORK: Work = Work::Autopilot;
+
+    fn hear(&mut self, event: &Event) {
+        self.hear(event);
+    }
+
+    fn hear_notice(&mut self, notice: &Notice) {
+        self.hear_notice(notice);
+    }
+
+    fn step(&mut self, now: Time, solution: Option<&Solution<T>>, engage: bool) -> Sticks<T> {
+        self.step(&Inputs { now, solution, pilot: Some(Sticks::NEUTRAL), engage }).sticks
+    }
+}
+
+/// Flight control, and a pilot whose sticks stand in the middle.
+pub struct Computer<T> {
+    control: FlightControl<T>,
+    last_fix: Option<Time>,
+}
+
+impl<T> Computer<T> {
+    /// Around `control`.
+    #[must_use]
+    pub const fn new(control: FlightControl<T>) -> Self {
+        Self { control, last_fix: None }
+    }
+}
+
+impl<T: Scalar> Controller<T> for Computer<T> {
+    const WORK: Work = Work::Control;
+
+    fn hear(&mut self, event: &Event) {
+        if let Event::Gps(fix) = event {
+            self.last_fix = Some(fix.time);
+        }
+        self.control.hear(event);
+    }
+
+    fn hear_notice(&mut self, notice: &Notice) {
+        self.control.hear_notice(notice);
+    }
+
+    fn step(&mut self, now: Time, solution: Option<&Solution<T>>, engage: bool) -> Sticks<T> {
+        let pulse = |width_ms| Captured { pulse: Some(Pulse { width_ms, at: now }), errors: 0 };
+        let pulses = PilotPulses {
+            channels: Channels::from_fn(|_| pulse(1.5)),
+            aux: pulse(if engage { 2.0 } else { 1.0 }),
+            receiver_failsafe: false,
+        };
+        let inputs = ControlInputs {
+            now,
+            solution,
+            fix_age_s: self.last_fix.map(|fix| now - fix),
+            pulses: &pulses,
+            servos_good: true,
+            late_cycles: 0,
+        };
+        let outputs = self.control.step(&inputs, |_| {});
+        // The widths count as well as the sticks.
+        let widths: f64 = outputs.widths_ms.to_array().iter().sum();
+        let sticks = outputs.sticks.unwrap_or(Sticks::NEUTRAL);
+        Sticks { collective: sticks.collective + widths, ..sticks }.cast()
+    }
+}
