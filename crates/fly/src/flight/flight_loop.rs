@@ -403,6 +403,7 @@ impl FlightLoop {
             *was_good |= self.solution.is_some() && trust == Trust::Valid;
         }
         self.log.settle_repeats(now);
+        self.log.tell_changed_ports(now);
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
         snapshot.gps.age_s = self.last_fix.map(|arrival| (now - arrival).max(0.0));

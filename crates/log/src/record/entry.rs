@@ -127,7 +127,7 @@ impl Part {
             | "fix_unusable" | "antenna_elsewhere" | "utc" => Self::Receiver,
             "pilot_signal" | "servo_port" => Self::Pilot,
             "servos" => Self::Servos,
-            "deadline_missed" | "priority" => Self::Computer,
+            "deadline_missed" | "priority" | "ground_port" => Self::Computer,
             "record" | "entries_lost" => Self::Record,
             "autopilot" | "not_ready" | "untried_gains" => Self::Autopilot,
             _ => Self::Estimator,
