@@ -65,6 +65,29 @@ pub trait Scalar:
     fn is_finite(self) -> bool;
 }
 
+/// A number as a message tells it: in digits where people read it so, with an exponent beyond 1e9 and below
+/// 1e-6, so that 1e300 has one digit and not 301.
+///
+/// ```
+/// use hovernav::scalar::Readable;
+/// let told = [0.0, -1.5, f64::NAN, 1e300, 2e-9].map(|number| Readable(number).to_string());
+/// assert_eq!(told, ["0", "-1.5", "NaN", "1e300", "2e-9"]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Readable(pub f64);
+
+impl core::fmt::Display for Readable {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.0 {
+            number if number == 0.0 || !number.is_finite() => core::fmt::Display::fmt(&number, f),
+            number if (1e-6..1e9).contains(&libm::fabs(number)) => {
+                core::fmt::Display::fmt(&number, f)
+            }
+            number => core::fmt::LowerExp::fmt(&number, f),
+        }
+    }
+}
+
 mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}

@@ -328,11 +328,20 @@ fn a_configuration_that_cannot_be_flown_is_refused_with_the_reason() {
     for (text, said) in [
         ("[dmu]\nprot = 'a'\n", "fly.toml: no such key: dmu.prot"),
         ("[dmu]\nrate_hz = 80\n", "[dmu] rate_hz: found 80, expected 20 to 70"),
-        ("[dmu]\nmode = 'voltage'\n", "fly.toml:2: unknown variant `voltage`"),
+        (
+            "[dmu]\nmode = 'voltage'\n",
+            "fly.toml:2: [dmu] mode: found \"voltage\", expected \"angle\" or \"scaled\"",
+        ),
         ("[receiver]\nrate_hz = 11\n", "[receiver] rate_hz: found 11"),
         ("[receiver]\ngeoid_separation_m = nan\n", "[receiver] geoid_separation_m: found NaN"),
-        ("[servo.channels.lateral]\ntrim_ms = 3\n", "fly.toml:1: "),
-        ("[navigation.gps]\nlatency_s = 99\n", "fly.toml:2: found 99"),
+        (
+            "[servo.channels.lateral]\ntrim_ms = 3\n",
+            "[servo.channels.lateral] trim_ms: found 3, expected 0.5 to 2.5 ms",
+        ),
+        (
+            "[navigation.gps]\nlatency_s = 99\n",
+            "[navigation.gps] latency_s: found 99, expected 0 to 2 s",
+        ),
         ("x = ", "fly.toml:1: "),
     ] {
         let error = FlyConfig::parse(text, Path::new("fly.toml")).unwrap_err().to_string();

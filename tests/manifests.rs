@@ -45,24 +45,33 @@ fn a_manifest_that_cannot_be_true_is_refused_with_its_line() {
     for (text, expected) in [
         (
             "name = 'a'\n[imu]\nlever_arm_m = [nan, 0, 0]\n",
-            "dataset.toml:3: found [NaN, 0.0, 0.0], expected metres within ±100",
+            "dataset.toml:3: [imu] lever_arm_m: found [NaN, 0.0, 0.0], expected metres within ±100",
         ),
-        ("[imu]\nlever_arm_m = [1, 2]\n", "dataset.toml:2: "),
+        (
+            "[imu]\nlever_arm_m = [1, 2]\n",
+            "dataset.toml:2: [imu] lever_arm_m: found 2 of them, expected a list of 3",
+        ),
         (
             "[gps]\n\nlatency_s = 'late'\n",
-            "dataset.toml:3: invalid type: string \"late\", expected f64",
+            "dataset.toml:3: [gps] latency_s: found \"late\", expected a number",
         ),
-        ("[gps]\nlatency_s = 99\n", "dataset.toml:2: found 99, expected a number from -10 to 10"),
+        (
+            "[gps]\nlatency_s = 99\n",
+            "dataset.toml:2: [gps] latency_s: found 99, expected -10 to 10",
+        ),
         (
             "[imu]\ngyro_bias_sigma_degps = -1\n",
-            "dataset.toml:2: found -1, expected a number above 0",
+            "dataset.toml:2: [imu] gyro_bias_sigma_degps: found -1, expected a number above 0",
         ),
-        ("[imu]\nheading_reference = 'grid'\n", "dataset.toml:2: unknown variant `grid`"),
+        (
+            "[imu]\nheading_reference = 'grid'\n",
+            "dataset.toml:2: [imu] heading_reference: found \"grid\", expected \"true\" or \"magnetic\"",
+        ),
         (
             "[solution]\npoint = 'antenna'\n",
-            "dataset.toml:2: found \"antenna\", expected \"cg\" or \"imu\"",
+            "dataset.toml:2: [solution] point: found \"antenna\", expected \"cg\" or \"imu\"",
         ),
-        ("date = 'yesterday'\n", "dataset.toml:1: expected a date such as 2025-07-08"),
+        ("date = 'yesterday'\n", "dataset.toml:1: date: expected a date such as 2025-07-08"),
         ("name = \n", "dataset.toml:1: "),
         ("[imu\n", "dataset.toml:1: "),
     ] {

@@ -95,6 +95,13 @@ pub fn finite(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|value: &f64| value.is_finite())
 }
 
+/// How long a command goes on by itself, s.
+#[cfg(any(feature = "fly", feature = "ground"))]
+pub fn duration(text: &str) -> Result<f64, String> {
+    let found = finite(text).filter(|seconds| (0.1..=1e6).contains(seconds));
+    found.ok_or_else(|| format!("found \"{text}\", expected seconds, 0.1 to 1000000"))
+}
+
 /// A moment of a flight of up to a day, s from its start; `None` of anything else.
 #[cfg(feature = "lab")]
 pub fn second(text: &str) -> Option<f64> {

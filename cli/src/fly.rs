@@ -31,8 +31,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// End after this many seconds; otherwise Ctrl-C or SIGTERM ends the flight
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
-    duration: Option<u64>,
+    #[arg(long, value_name = "SECONDS", value_parser = crate::arguments::duration)]
+    duration: Option<f64>,
 }
 
 /// Signals that end or stop a program unless it says otherwise.

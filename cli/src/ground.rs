@@ -44,8 +44,8 @@ pub struct Arguments {
     #[arg(long, value_name = "TOKEN", value_parser = token)]
     token: Option<String>,
     /// End after this many seconds; otherwise Ctrl-C or SIGTERM ends it
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
-    duration: Option<u64>,
+    #[arg(long, value_name = "SECONDS", value_parser = crate::arguments::duration)]
+    duration: Option<f64>,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]

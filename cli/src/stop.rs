@@ -36,11 +36,11 @@ pub fn when_asked(signals: &[i32]) -> anyhow::Result<Arc<AtomicBool>> {
 }
 
 /// Sets `stop` after so many seconds, if any.
-pub fn after(seconds: Option<u64>, stop: &Arc<AtomicBool>) {
+pub fn after(seconds: Option<f64>, stop: &Arc<AtomicBool>) {
     if let Some(seconds) = seconds {
         let stop = Arc::clone(stop);
         thread::spawn(move || {
-            thread::sleep(Duration::from_secs(seconds));
+            thread::sleep(Duration::from_secs_f64(seconds));
             stop.store(true, Ordering::Relaxed);
         });
     }

@@ -1,8 +1,7 @@
 //! What a pointer alone can tell, checked before it is used.
 
-use core::mem::MaybeUninit;
-
 use crate::object::{Hovernav, MARK};
+use crate::output::Output;
 use crate::status::Status;
 
 fn checked<T>(pointer: *const T) -> Result<(), Status> {
@@ -58,7 +57,7 @@ pub unsafe fn borrowed<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
 pub unsafe fn output<'a, T>(pointer: *mut T) -> Result<Output<'a, T>, Status> {
     checked(pointer)?;
     // SAFETY: not null and aligned, and memory of that size that nobody else uses by the caller's promise.
-    Ok(Output { place: unsafe { &mut *pointer.cast() } })
+    Ok(Output::new(unsafe { &mut *pointer.cast() }))
 }
 
 /// The place at `pointer`, or none where it is null, for what a caller need not take.
@@ -71,18 +70,6 @@ pub unsafe fn optional<'a, T>(pointer: *mut T) -> Result<Option<Output<'a, T>>, 
     }
     // SAFETY: the caller's promise.
     unsafe { output(pointer) }.map(Some)
-}
-
-/// A place that may be written.
-pub struct Output<'a, T> {
-    place: &'a mut MaybeUninit<T>,
-}
-
-impl<T> Output<'_, T> {
-    /// A reference, not a pointer, so that the value is put together in its place.
-    pub fn write(self, value: T) {
-        self.place.write(value);
-    }
 }
 
 /// The `length` bytes at `pointer`; none where the length is 0, whatever the pointer.

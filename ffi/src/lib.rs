@@ -23,6 +23,7 @@
 )]
 
 mod access;
+mod output;
 mod queue;
 
 // The order of the header, blank lines between them to keep it.

@@ -2,7 +2,7 @@
 
 use core::ffi::{CStr, c_char};
 
-use crate::access::Output;
+use crate::output::Output;
 
 /// What a call answers. 0 is success, 1 is "not yet", the rest are mistakes of the caller; a call that
 /// made one has changed nothing.

@@ -1,6 +1,6 @@
 //! What every configuration of the autopilot is checked with.
 
-use crate::scalar::Scalar;
+use crate::scalar::{Readable, Scalar};
 
 /// A value no autopilot can fly with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +16,8 @@ pub struct ConfigError {
 
 impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "autopilot: {}: found {}, expected {}", self.what, self.found, self.expected)
+        let Self { what, found, expected } = self;
+        write!(f, "autopilot: {what}: found {}, expected {expected}", Readable(*found))
     }
 }
 

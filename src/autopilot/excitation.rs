@@ -4,7 +4,7 @@ use super::check::{self, ConfigError};
 use super::maneuver::Maneuver;
 use crate::controls::Sticks;
 use crate::ekf::Solution;
-use crate::scalar::Scalar;
+use crate::scalar::{Readable, Scalar};
 
 /// A test input on top of what the autopilot commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,7 @@ impl core::fmt::Display for ExcitationError {
             Self::NotFlying => f.write_str("test input: the autopilot does not hold velocity"),
             Self::Busy => f.write_str("test input: another one is under way"),
             Self::Value { what, found, expected } => {
-                write!(f, "test input: {what}: found {found}, expected {expected}")
+                write!(f, "test input: {what}: found {}, expected {expected}", Readable(*found))
             }
         }
     }

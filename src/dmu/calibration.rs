@@ -8,6 +8,7 @@ use super::packet::{AnglePacket, Packet, ScaledPacket};
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, EulerAngles, Vector, wrap_angle};
 use crate::imu::{ImuSample, Motion};
+use crate::scalar::Readable;
 use crate::time::Time;
 
 /// Rate and acceleration words reach to one and a half times the rated range.
@@ -38,7 +39,7 @@ pub struct RangeError {
 
 impl fmt::Display for RangeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {}, expected a positive finite number", self.range, self.found)
+        write!(f, "{}: found {}, expected a number above 0", self.range, Readable(self.found))
     }
 }
 

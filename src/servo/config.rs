@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::width::{LONGEST_MS, SHORTEST_MS};
 use crate::controls::{Channel, Channels};
+use crate::scalar::Readable;
 
 /// Which way a servo turns for a positive stick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -173,7 +174,7 @@ impl fmt::Display for ConfigError {
             write!(f, "{channel}: ")?;
         }
         let Self { key, value, from, to, .. } = self;
-        write!(f, "{key} is {value}, expected {from} to {to}")
+        write!(f, "{key}: found {}, expected {from} to {to}", Readable(*value))
     }
 }
 
@@ -225,7 +226,7 @@ mod tests {
         }
         let all = Channels { pedal: ChannelConfig { trim_ms: 3.0, ..good }, ..Channels::default() };
         let error = all.check().unwrap_err();
-        assert_eq!(error.to_string(), "pedal: trim_ms is 3, expected 1 to 2");
+        assert_eq!(error.to_string(), "pedal: trim_ms: found 3, expected 1 to 2");
     }
 
     #[cfg(feature = "serde")]
@@ -240,9 +241,9 @@ mod tests {
         assert_eq!(read(&text).unwrap(), config);
 
         let refusal = |text| read(text).unwrap_err().to_string();
-        assert!(refusal("[lateral]\nmax_ms = 3.0").contains("max_ms is 3, expected 1 to 2.5"));
+        assert!(refusal("[lateral]\nmax_ms = 3.0").contains("max_ms: found 3, expected 1 to 2.5"));
         assert!(refusal("[latteral]\nmax_ms = 1.9").contains("latteral"));
         assert!(refusal("[lateral]\ntrimm_ms = 1.5").contains("trimm_ms"));
-        assert!(refusal("[lateral]\ntrim_ms = nan").contains("trim_ms is NaN"));
+        assert!(refusal("[lateral]\ntrim_ms = nan").contains("trim_ms: found NaN"));
     }
 }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use hovernav::ekf::{AntennaHeadingModel, RangeModel};
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::NotchConfig;
+use hovernav::scalar::Readable;
 
 use crate::lever_arm;
 
@@ -72,7 +73,8 @@ pub(crate) fn notch<'de, D: Deserializer<'de>>(
     let notch = NotchConfig::deserialize(deserializer)?;
     match notch.out_of_range() {
         Some((key, value, expected)) => {
-            Err(de::Error::custom(format!("{key}: found {value}, expected {expected}")))
+            let found = Readable(value);
+            Err(de::Error::custom(format!("{key}: found {found}, expected {expected}")))
         }
         None => Ok(Some(notch)),
     }

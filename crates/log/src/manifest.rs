@@ -11,6 +11,7 @@ use crate::error::LogError;
 use crate::lever_arm;
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::NotchConfig;
+use hovernav::scalar::Readable;
 use hovernav_toml::TomlError;
 
 /// The manifest's file in a dataset directory.
@@ -116,8 +117,8 @@ pub struct ImuSection {
     #[serde(skip_serializing_if = "Axes::are_body")]
     pub axes: Axes,
     /// Roll, pitch and yaw of the unit in the vehicle, °: by how much its axes, once they are forward,
-    /// right and down by `axes`, are turned from the vehicle's. Samples, field and the unit's own
-    /// attitude are turned back by it.
+    /// right and down by `axes`, are turned from the vehicle's; each within ±360, 270 is −90. Samples, field and
+    /// the unit's own attitude are turned back by it.
     #[serde(deserialize_with = "mounting", skip_serializing_if = "is_default")]
     pub mounting_deg: [f64; 3],
     /// The unit of the accelerations in `imu.csv`, whatever its columns are called.
@@ -292,7 +293,7 @@ fn in_range<'de, D: Deserializer<'de>>(
         return Ok(value);
     }
     let (low, high) = range.into_inner();
-    Err(de::Error::custom(format!("found {value}, expected a number from {low} to {high}")))
+    Err(de::Error::custom(format!("found {}, expected {low} to {high}", Readable(value))))
 }
 
 fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
@@ -300,7 +301,7 @@ fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D
     if value > 0.0 && value.is_finite() {
         return Ok(Some(value));
     }
-    Err(de::Error::custom(format!("found {value}, expected a number above 0")))
+    Err(de::Error::custom(format!("found {}, expected a number above 0", Readable(value))))
 }
 
 fn declination<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
@@ -313,13 +314,32 @@ fn latency<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> 
 
 fn mounting<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {
     let angles = <[f64; 3]>::deserialize(deserializer)?;
-    if angles.iter().all(|angle| angle.abs() <= 180.0) && angles[1].abs() <= 90.0 {
-        return Ok(angles);
+    if angles.iter().all(|angle| angle.abs() <= 360.0) {
+        return Ok(principal_deg(angles));
     }
-    let found = format!("found {angles:?}");
-    Err(de::Error::custom(format!(
-        "{found}, expected roll and yaw within ±180°, pitch within ±90°"
-    )))
+    Err(de::Error::custom(format!("found {angles:?}, expected roll, pitch and yaw within ±360°")))
+}
+
+/// The same turn with roll and yaw within ±180° and pitch within ±90°; angles that are so already keep their bits.
+fn principal_deg([mut roll, mut pitch, mut yaw]: [f64; 3]) -> [f64; 3] {
+    let wrap = |angle: &mut f64| {
+        if angle.abs() > 180.0 {
+            *angle -= 360.0_f64.copysign(*angle);
+        }
+    };
+    wrap(&mut pitch);
+    if pitch.abs() > 90.0 {
+        // Over the top: the nose points back, the unit lies on its other side.
+        pitch = 180.0_f64.copysign(pitch) - pitch;
+        roll += 180.0;
+        yaw += 180.0;
+    }
+    for angle in [&mut roll, &mut yaw] {
+        wrap(angle);
+        // Up to 540° by now.
+        wrap(angle);
+    }
+    [roll, pitch, yaw]
 }
 
 fn skip<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {

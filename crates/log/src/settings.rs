@@ -13,6 +13,7 @@ use crate::manifest::{HeadingReference, MANIFEST_FILE, Manifest, Point};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::{EstimatorConfig, Rangefinder};
 use hovernav::ins::Mounting;
+use hovernav::scalar::Readable;
 use hovernav_toml::TomlError;
 
 impl Dataset {
@@ -126,7 +127,8 @@ impl Manifest {
         ] {
             if !(0.0..=most).contains(&value) {
                 return Err(refused(format!(
-                    "[alignment] {key}: found {value}, expected 0 to {most}"
+                    "[alignment] {key}: found {}, expected 0 to {most}",
+                    Readable(value)
                 )));
             }
         }
@@ -160,7 +162,8 @@ impl Manifest {
             self.second_antenna.model.out_of_range(),
         ];
         if let Some((key, value, expected)) = wrong.into_iter().flatten().next() {
-            return Err(refused(format!("[filter] {key}: found {value}, expected {expected}")));
+            let found = Readable(value);
+            return Err(refused(format!("[filter] {key}: found {found}, expected {expected}")));
         }
 
         config.mounting = Mounting::default()

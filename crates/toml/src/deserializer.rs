@@ -1,14 +1,14 @@
 //! From a parsed TOML value to a type, with the place of an error and the keys that nothing knows.
 
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error as _, MapAccess, SeqAccess, Unexpected,
-    VariantAccess, Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error as _, Expected, MapAccess, SeqAccess,
+    Unexpected, VariantAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 use toml::Value;
 use toml::map::Iter;
 
-use crate::ValueError;
+use crate::{ValueError, words};
 
 /// A step from a value to one inside it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,6 +20,34 @@ pub(crate) enum Place {
 impl serde::de::Error for ValueError {
     fn custom<T: std::fmt::Display>(message: T) -> Self {
         Self { message: message.to_string(), place: Vec::new() }
+    }
+
+    fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        let (found, expected) = (words::found(found), words::expected(expected));
+        Self::custom(format_args!("found {found}, expected {expected}"))
+    }
+
+    fn invalid_value(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::invalid_type(found, expected)
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        let expected = words::expected(expected);
+        Self::custom(format_args!("found {length} of them, expected {expected}"))
+    }
+
+    fn unknown_variant(found: &str, expected: &'static [&'static str]) -> Self {
+        let expected = words::one_of(expected);
+        Self::custom(format_args!("found \"{found}\", expected {expected}"))
+    }
+
+    /// Its key is added where it is read.
+    fn unknown_field(_key: &str, expected: &'static [&'static str]) -> Self {
+        Self::custom(format_args!("no such key, expected {}", words::one_of(expected)))
+    }
+
+    fn missing_field(key: &'static str) -> Self {
+        Self::custom("found none, expected one").inside(Place::Key(key.to_owned()))
     }
 }
 

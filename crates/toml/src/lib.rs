@@ -2,6 +2,7 @@
 
 mod deserializer;
 mod file;
+mod words;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -91,7 +92,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<(T, Vec<Str
     let table = parse_table(text, path)?;
     from_table(table).map_err(|error| {
         let offset = offset_of(text, &error.place).unwrap_or(0);
-        TomlError::at(path, text, offset, &error.message)
+        TomlError::at(path, text, offset, &error.to_string())
     })
 }
 
@@ -136,7 +137,7 @@ fn put_over(base: &mut Table, table: Table) {
     }
 }
 
-/// A value that is not of its key's kind or range.
+/// A value that is not of its key's kind or range: its key, what was found and what is expected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ValueError {
     message: String,
@@ -147,7 +148,7 @@ impl std::error::Error for ValueError {}
 
 impl std::fmt::Display for ValueError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.message)
+        f.write_str(&words::sentence(&self.place, &self.message))
     }
 }
 
@@ -157,10 +158,12 @@ fn offset_of(text: &str, place: &[Place]) -> Option<usize> {
     let (mut start, mut value) = (0, &DeValue::Table(document.into_inner()));
     for step in place.iter().rev() {
         let next = match (value, step) {
-            (DeValue::Table(table), Place::Key(key)) => table.get(key.as_str())?,
-            (DeValue::Array(list), Place::Index(index)) => list.get(*index)?,
-            _ => break,
+            (DeValue::Table(table), Place::Key(key)) => table.get(key.as_str()),
+            (DeValue::Array(list), Place::Index(index)) => list.get(*index),
+            _ => None,
         };
+        // What is missing is missing from what is around it.
+        let Some(next) = next else { break };
         (start, value) = (next.span().start, next.get_ref());
     }
     Some(start)

@@ -19,6 +19,8 @@ pub struct CycleTimer {
     work_s: f64,
     complete: bool,
     woke_late: bool,
+    /// Whether the loop ran by the clock since the last packet: then it waited in vain for the next.
+    ran_by_clock: bool,
     /// Work of each cycle.
     pub work: DurationHistogram,
     /// How late the loop woke where it had asked to be woken at a time.
@@ -47,6 +49,7 @@ impl CycleTimer {
             work_s: 0.0,
             complete: false,
             woke_late: false,
+            ran_by_clock: false,
             work: DurationHistogram::default(),
             wake_latency: DurationHistogram::default(),
             missed_deadlines: 0,
@@ -54,9 +57,16 @@ impl CycleTimer {
     }
 
     /// The packet that begins this cycle came `behind_s` later after the one before than it was sent: the
-    /// loop was not let run while it waited for bytes.
+    /// loop was not let run while it waited for bytes. Where it ran by the clock meanwhile, and found none, the
+    /// line brought it late.
     pub fn packet_behind(&mut self, behind_s: f64) {
-        self.woke_late |= behind_s > 0.5 * self.cycle_s;
+        let by_the_line = std::mem::take(&mut self.ran_by_clock);
+        self.woke_late |= behind_s > 0.5 * self.cycle_s && !by_the_line;
+    }
+
+    /// The loop runs a cycle without a packet, which should have been there.
+    pub fn run_by_clock(&mut self) {
+        self.ran_by_clock = true;
     }
 
     /// The work of a cycle is complete when the loop next waits.
@@ -130,5 +140,34 @@ mod tests {
         timer.complete_cycle();
         assert!(!timer.begin_wait(at(121)).unwrap().on_time);
         assert!((timer.wake_latency.longest_s() - 0.02).abs() < 1e-12);
+    }
+
+    /// A unit whose line was cut for 3 s: the loop ran by the clock, on time.
+    #[test]
+    fn a_packet_that_the_line_brings_late_is_no_fault_of_the_loops() {
+        let mut timer = CycleTimer::new(0.03, at(0));
+        for wake in [45, 90, 135] {
+            assert_eq!(timer.begin_wait(at(wake - 44)), None);
+            timer.end_wait(at(wake), Some(at(wake)));
+            timer.run_by_clock();
+        }
+        timer.begin_wait(at(136));
+        timer.end_wait(at(160), None);
+        timer.packet_behind(0.1);
+        timer.complete_cycle();
+        assert!(timer.begin_wait(at(161)).unwrap().on_time);
+        // The next one is the loop's again.
+        timer.end_wait(at(220), None);
+        timer.packet_behind(0.03);
+        timer.complete_cycle();
+        assert!(!timer.begin_wait(at(221)).unwrap().on_time);
+        // So is a clock that wakes it late.
+        timer.end_wait(at(290), Some(at(265)));
+        timer.run_by_clock();
+        timer.begin_wait(at(291));
+        timer.end_wait(at(292), None);
+        timer.packet_behind(0.04);
+        timer.complete_cycle();
+        assert!(!timer.begin_wait(at(293)).unwrap().on_time);
     }
 }

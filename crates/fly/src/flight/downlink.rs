@@ -2,13 +2,15 @@
 
 use std::collections::VecDeque;
 use std::io;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::thread::{self, JoinHandle};
 
 use super::ground_line::GroundLine;
+use super::port_name::PortName;
 use crate::Mavlink;
-use crate::serial::Clock;
+use crate::serial::{Clock, PortEvent};
 use hovernav::telemetry::{Flow, Severity, Snapshot, Supplement, Text, frame};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
@@ -135,6 +137,8 @@ struct Shared {
     utc_offset_ns: AtomicI64,
     newest: Mutex<Option<(Snapshot, Supplement)>>,
     texts: Mutex<VecDeque<(Time, Level, ShortText)>>,
+    /// What the line's port did.
+    changes: Mutex<VecDeque<PortEvent>>,
     sent: AtomicU64,
     dropped: AtomicU64,
     stop: AtomicBool,
@@ -142,6 +146,7 @@ struct Shared {
 
 /// One line to the ground.
 struct Downlink {
+    name: PortName,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -164,13 +169,15 @@ impl Downlinks {
             let (port, udp) = (section.port.as_ref(), section.udp.as_ref());
             let line = GroundLine::new(port, section.baud, udp, clock);
             let packed = Packed::new(line.budget(), start);
-            Downlink::spawn(line, clock, Encoder::Packed(Box::new(packed)), utc_offset_ns)
+            let name = PortName::new("telemetry", "[telemetry] port", path(port));
+            Downlink::spawn(name, line, clock, Encoder::Packed(Box::new(packed)), utc_offset_ns)
         });
         let mavlink = config.mavlink.as_ref().map(|section| {
             let mavlink = Mavlink::new(section.speaker, start);
             let (port, udp) = (section.port.as_ref(), section.udp.as_ref());
             let line = GroundLine::new(port, section.baud, udp, clock);
-            Downlink::spawn(line, clock, Encoder::Mavlink(Box::new(mavlink)), utc_offset_ns)
+            let name = PortName::new("mavlink", "[mavlink] port", path(port));
+            Downlink::spawn(name, line, clock, Encoder::Mavlink(Box::new(mavlink)), utc_offset_ns)
         });
         Ok(Self { packed: packed.transpose()?, mavlink: mavlink.transpose()? })
     }
@@ -201,6 +208,14 @@ impl Downlinks {
         }
     }
 
+    /// A change of one of the ports that was not told yet; never waits.
+    pub fn change(&self) -> Option<(&PortName, PortEvent)> {
+        self.packed.iter().chain(&self.mavlink).find_map(|downlink| {
+            let event = downlink.shared.changes.try_lock().ok()?.pop_front()?;
+            Some((&downlink.name, event))
+        })
+    }
+
     /// What became of the snapshots: in packed frames, in MAVLink.
     pub fn counts(&self) -> (DownlinkCounts, DownlinkCounts) {
         let counts = |downlink: &Option<Downlink>| {
@@ -216,6 +231,7 @@ impl Shared {
             utc_offset_ns: AtomicI64::new(utc_offset_ns),
             newest: Mutex::default(),
             texts: Mutex::default(),
+            changes: Mutex::default(),
             sent: AtomicU64::default(),
             dropped: AtomicU64::default(),
             stop: AtomicBool::default(),
@@ -229,6 +245,7 @@ impl Downlink {
     /// # Errors
     /// The system gives no thread.
     fn spawn(
+        name: PortName,
         line: GroundLine,
         clock: Clock,
         encoder: Encoder,
@@ -239,7 +256,7 @@ impl Downlink {
         let thread = thread::Builder::new()
             .name("telemetry".into())
             .spawn(move || transmit(line, clock, encoder, &theirs))?;
-        Ok(Self { shared, thread: Some(thread) })
+        Ok(Self { name, shared, thread: Some(thread) })
     }
 
     /// Offers the newest snapshot; never waits.
@@ -277,11 +294,22 @@ impl Drop for Downlink {
     }
 }
 
+/// The path of a port that is there.
+fn path(port: Option<&PathBuf>) -> &Path {
+    port.map_or(Path::new(""), PathBuf::as_path)
+}
+
 fn transmit(mut line: GroundLine, clock: Clock, mut encoder: Encoder, shared: &Shared) {
     let mut received = [0; 64];
     let mut bytes = Vec::with_capacity(2048);
     while !shared.stop.load(Ordering::Relaxed) {
         let count = line.read_until(&mut received, clock.now() + LISTEN_S);
+        if let Some(event) = line.take_change() {
+            let mut changes = shared.changes.lock().unwrap_or_else(PoisonError::into_inner);
+            if changes.len() < TEXTS {
+                changes.push_back(event);
+            }
+        }
         if let Encoder::Packed(packed) = &mut encoder {
             packed.flow.receive(&received[..count]);
         }
@@ -319,6 +347,7 @@ mod tests {
     use super::*;
     use hovernav::autopilot::Mode;
     use hovernav::telemetry::frame::{Decoder, Message};
+    use std::time::Instant;
 
     /// What a flight of `seconds` sends on a line of `baud`, texts every second.
     fn flown(baud: u32, seconds: u32, mode_at: impl Fn(u32) -> Mode) -> (usize, Vec<Message>) {
@@ -394,5 +423,20 @@ mod tests {
             packed.encode(&Snapshot::at(time), &Supplement::at(time), &mut bytes);
         }
         assert!((8..=10).contains(&bytes.len()) && bytes.iter().all(|byte| *byte == 0));
+    }
+
+    #[test]
+    fn a_port_to_the_ground_that_cannot_be_opened_is_told_with_its_key() {
+        let text =
+            "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n[telemetry]\nport = '/nowhere/radio'\n";
+        let config = FlyConfig::parse(text, "fly.toml".as_ref()).unwrap();
+        let downlinks = Downlinks::open(&config, Clock::start(), Time::ZERO, 0).unwrap();
+        let started = Instant::now();
+        let told = std::iter::repeat_with(|| downlinks.change())
+            .take_while(|_| started.elapsed().as_secs() < 20)
+            .find_map(|change| change.map(|(name, event)| name.changed(&event).to_string()));
+        let expected = "telemetry: port cannot be opened: there is no such device \
+                        ([telemetry] port = \"/nowhere/radio\")";
+        assert_eq!(told.as_deref(), Some(expected));
     }
 }

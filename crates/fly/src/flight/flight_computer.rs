@@ -8,6 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::error::FlyError;
 use super::flight_loop::FlightLoop;
 use super::notification::Notification;
+use super::port_name::PortName;
 use super::realtime::take_priority;
 use super::report::FlightReport;
 use crate::serial::{Clock, Item, Parity, Port, PortConfig, PortEvent, Read, Reader};
@@ -48,7 +49,9 @@ pub fn fly(
     let mut computer = FlightComputer {
         clock,
         dmu_port: Port::new(PortConfig::new(&config.dmu.port, config.dmu.baud), clock),
+        dmu_name: PortName::new("inertial unit", "[dmu] port", &config.dmu.port),
         receiver: Reader::spawn(Port::new(receiver, clock), clock, QUEUE)?,
+        gps_name: PortName::new("receiver", "[receiver] port", &config.receiver.port),
         sensors: Sensors::new(dmu, gps, start),
         flight: FlightLoop::new(config, record, clock, start, unix_ns, notifications)?,
     };
@@ -71,7 +74,9 @@ const fn parity(protocol: ReceiverProtocol) -> Parity {
 struct FlightComputer {
     clock: Clock,
     dmu_port: Port,
+    dmu_name: PortName,
     receiver: Reader,
+    gps_name: PortName,
     sensors: Sensors,
     flight: FlightLoop,
 }
@@ -91,7 +96,9 @@ impl FlightComputer {
                 Read::Bytes { count, arrival } => until = self.dmu(&buffer[..count], arrival),
                 Read::Silent if now >= until => until = self.dmu(&[], now),
                 Read::Silent => {}
-                Read::Changed(event) => self.flight.port(now, "dmu_port", "inertial unit", &event),
+                Read::Changed(event) => {
+                    self.flight.port(now, "dmu_port", &self.dmu_name, &event);
+                }
             }
             self.flight.cycle_without_sample(now);
         }
@@ -108,12 +115,12 @@ impl FlightComputer {
 
     /// A call of the sensors with bytes of the inertial unit; returns until when to read.
     fn dmu(&mut self, bytes: &[u8], now: Time) -> Time {
-        let Self { clock, dmu_port, sensors, flight, .. } = self;
+        let Self { clock, dmu_port, dmu_name, sensors, flight, .. } = self;
         flight.log.recorder.raw(Line::Dmu, bytes, now);
         sensors.dmu(bytes, now, |report| match report {
             SensorOutput::WriteDmu(command) => {
                 let written = dmu_port.write(&[command.byte()], clock.now() + WRITE_S);
-                flight.dmu_written(now, &written);
+                flight.dmu_written(now, dmu_name, &written);
             }
             report => flight.handle(now, report),
         })
@@ -121,7 +128,7 @@ impl FlightComputer {
 
     /// Whatever the receiver has sent meanwhile.
     fn receiver(&mut self) {
-        let Self { clock, receiver, sensors, flight, .. } = self;
+        let Self { clock, receiver, gps_name, sensors, flight, .. } = self;
         while let Some(item) = receiver.receive(Time::ZERO) {
             match item {
                 Item::Bytes { arrival, bytes } => {
@@ -138,14 +145,14 @@ impl FlightComputer {
                 }
                 Item::Changed(event) => {
                     let now = clock.now();
-                    flight.port(now, "gps_port", "receiver", &event);
+                    flight.port(now, "gps_port", gps_name, &event);
                     if event == PortEvent::Opened {
                         sensors.restart_gps();
                         flight.log.recorder.push(now, Entry::GpsRestarted);
                     }
                 }
                 Item::NotWritten(error) => {
-                    let text = format_args!("receiver: {error}");
+                    let text = gps_name.not_written(&error);
                     flight.log.event(clock.now(), Level::Warning, "gps_command", text);
                 }
             }

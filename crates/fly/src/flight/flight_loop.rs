@@ -8,6 +8,7 @@ use super::downlink::Downlinks;
 use super::error::FlyError;
 use super::messages;
 use super::notification::{EventLog, Notification};
+use super::port_name::PortName;
 use super::report::FlightReport;
 use super::servos::{PilotState, Servos};
 use super::utc::UtcClock;
@@ -24,7 +25,7 @@ use hovernav::servo::Signal;
 use hovernav::telemetry::{GpsSummary, Snapshot, Supplement, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
-use hovernav_log::record::{Cycle, Entry, Header, Level, Part, Recorder};
+use hovernav_log::record::{Cycle, Entry, Happening, Header, Level, Recorder};
 
 /// A cycle where the inertial unit does not set its length, s: 33 Hz.
 const CYCLE_S: f64 = 1.0 / 33.0;
@@ -172,8 +173,8 @@ impl FlightLoop {
     /// Handles what the bytes of a sensor's line came to.
     pub fn handle(&mut self, now: Time, report: SensorOutput) {
         self.log.recorder.push(now, report);
-        if let Some((part, level, text)) = messages::of_sensor_fault(&report) {
-            self.log.repeated(part, now, level, text);
+        if let Some(happening) = Happening::of_sensor(&report) {
+            self.log.repeated(happening.part(), now, happening.level, happening.text);
         }
         match report {
             SensorOutput::Measured(_, measurement) => {
@@ -192,7 +193,7 @@ impl FlightLoop {
                 }
             }
             SensorOutput::DmuLost(..) => self.report.dmu_restarts += 1,
-            SensorOutput::Fix(fix, failures) => {
+            SensorOutput::Fix(fix, _) => {
                 let unix_ns = fix.time.and_then(|time| time.unix_ns());
                 if let Some(offset_ns) = unix_ns.and_then(|utc| self.utc.hear(fix.arrival, utc)) {
                     self.log.tell_utc(offset_ns);
@@ -200,10 +201,6 @@ impl FlightLoop {
                     self.log.event(now, level, "utc", text.as_str());
                 }
                 self.snapshot.gps = GpsSummary::of(&fix, now);
-                for failure in failures.iter() {
-                    let text = format_args!("fix refused: {failure}");
-                    self.log.repeated(Part::Receiver, now, Level::Warning, text);
-                }
             }
             _ => {}
         }
@@ -238,6 +235,7 @@ impl FlightLoop {
     /// A cycle by the clock, if samples stay away.
     pub fn cycle_without_sample(&mut self, now: Time) {
         if now >= self.cycle_due() {
+            self.timer.run_by_clock();
             self.control(now, false);
         }
     }
@@ -257,8 +255,8 @@ impl FlightLoop {
             if let Notice::Updated(report) = &notice {
                 report.innovations().for_each(|one| snapshot.innovations.note(one));
             }
-            if let Some((part, level, text)) = messages::of_notice(&notice) {
-                log.repeated(part, now, level, text);
+            if let Some(happening) = Happening::of_notice(&notice) {
+                log.repeated(happening.part(), now, happening.level, happening.text);
             }
         });
     }
@@ -405,6 +403,7 @@ impl FlightLoop {
             *was_good |= self.solution.is_some() && trust == Trust::Valid;
         }
         self.log.settle_repeats(now);
+        self.log.tell_changed_ports(now);
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
         snapshot.gps.age_s = self.last_fix.map(|arrival| (now - arrival).max(0.0));
@@ -414,22 +413,20 @@ impl FlightLoop {
     }
 
     /// What became of a command to the inertial unit; an event when that changes for the worse.
-    pub fn dmu_written(&mut self, now: Time, written: &Result<(), WriteError>) {
+    pub fn dmu_written(&mut self, now: Time, port: &PortName, written: &Result<(), WriteError>) {
         let lost = matches!(written, Err(WriteError::Stuck { .. } | WriteError::Lost(_)));
         if let Err(error) = written
             && lost
             && !self.dmu_commands_lost
         {
-            let text = format_args!("inertial unit: {error}");
-            self.log.event(now, Level::Warning, "dmu_command", text);
+            self.log.event(now, Level::Warning, "dmu_command", port.not_written(error));
         }
         self.dmu_commands_lost = lost;
     }
 
     /// A port changed.
-    pub fn port(&mut self, now: Time, kind: &'static str, whose: &str, event: &PortEvent) {
-        let text = format_args!("{whose}: port {event}");
-        self.log.event(now, messages::port_level(event), kind, text);
+    pub fn port(&mut self, now: Time, kind: &'static str, port: &PortName, event: &PortEvent) {
+        self.log.event(now, messages::port_level(event), kind, port.changed(event));
     }
 
     /// Ends the record; what of the report this part of the flight knows.

@@ -5,7 +5,7 @@ use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::serial::{Clock, Port, PortConfig, Read};
+use crate::serial::{Clock, Port, PortConfig, PortEvent, Read};
 use hovernav::time::Time;
 
 /// A name that is not resolved, or a socket that cannot be had, is tried again after this, s.
@@ -15,10 +15,17 @@ const LEAST_WAIT: Duration = Duration::from_millis(1);
 
 /// The line to the ground.
 pub enum GroundLine {
-    /// A serial port, and its speed, baud.
-    Serial(Port, u32),
+    /// A serial port.
+    Serial(Serial),
     /// Datagrams.
     Udp(Udp),
+}
+
+/// A serial port, its speed, baud, and a change of it that nobody has asked for yet.
+pub struct Serial {
+    port: Port,
+    baud: u32,
+    changed: Option<PortEvent>,
 }
 
 /// Datagrams to one address, one for each write. What cannot be sent is lost, as on a radio.
@@ -38,7 +45,8 @@ impl GroundLine {
             }
             None => {
                 let path = port.cloned().unwrap_or_default();
-                Self::Serial(Port::new(PortConfig::new(path, baud), clock), baud)
+                let port = Port::new(PortConfig::new(path, baud), clock);
+                Self::Serial(Serial { port, baud, changed: None })
             }
         }
     }
@@ -46,7 +54,7 @@ impl GroundLine {
     /// Bytes that may be sent in a second with 15 % to spare; `None` without a limit.
     pub fn budget(&self) -> Option<f64> {
         match self {
-            Self::Serial(_, baud) => Some(0.85 * f64::from(*baud) / 10.0),
+            Self::Serial(serial) => Some(0.85 * f64::from(serial.baud) / 10.0),
             Self::Udp(_) => None,
         }
     }
@@ -54,9 +62,13 @@ impl GroundLine {
     /// Reads what there is into `buffer`, waiting for it up to `deadline`; how many bytes.
     pub fn read_until(&mut self, buffer: &mut [u8], deadline: Time) -> usize {
         match self {
-            Self::Serial(port, _) => match port.read_until(buffer, deadline) {
+            Self::Serial(serial) => match serial.port.read_until(buffer, deadline) {
                 Read::Bytes { count, .. } => count,
-                _ => 0,
+                Read::Changed(event) => {
+                    serial.changed = Some(event);
+                    0
+                }
+                Read::Silent => 0,
             },
             Self::Udp(udp) => udp.read_until(buffer, deadline),
         }
@@ -65,15 +77,23 @@ impl GroundLine {
     /// Writes `bytes`, waiting up to `deadline` for the line to take them; whether it did.
     pub fn write(&mut self, bytes: &[u8], deadline: Time) -> bool {
         match self {
-            Self::Serial(port, _) => port.write(bytes, deadline).is_ok(),
+            Self::Serial(serial) => serial.port.write(bytes, deadline).is_ok(),
             Self::Udp(udp) => udp.socket.as_ref().is_some_and(|socket| socket.send(bytes).is_ok()),
         }
     }
 
     pub fn is_open(&self) -> bool {
         match self {
-            Self::Serial(port, _) => port.is_open(),
+            Self::Serial(serial) => serial.port.is_open(),
             Self::Udp(udp) => udp.socket.is_some(),
+        }
+    }
+
+    /// A change of the port since the last call.
+    pub fn take_change(&mut self) -> Option<PortEvent> {
+        match self {
+            Self::Serial(serial) => serial.changed.take(),
+            Self::Udp(_) => None,
         }
     }
 }

@@ -8,6 +8,7 @@ mod flight_loop;
 mod ground_line;
 mod messages;
 mod notification;
+mod port_name;
 mod realtime;
 mod repeats;
 mod report;

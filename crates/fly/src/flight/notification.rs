@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::mpsc::SyncSender;
 
 use super::downlink::Downlinks;
+use super::messages::port_level;
 use super::repeats::Repeats;
 use hovernav::time::Time;
 use hovernav_log::record::{Entry, Level, Part, Recorder, ShortText};
@@ -90,6 +91,14 @@ impl EventLog {
     pub fn end_repeats(&mut self, now: Time) {
         while let Some(rest) = self.repeats.last() {
             self.notify(rest.part, now, rest.level, rest.text);
+        }
+    }
+
+    /// Records and tells what a port to the ground did.
+    pub fn tell_changed_ports(&mut self, now: Time) {
+        if let Some((port, event)) = self.downlinks.change() {
+            let text = ShortText::new(port.changed(&event));
+            self.event(now, port_level(&event), "ground_port", text);
         }
     }
 

@@ -61,6 +61,10 @@ impl fmt::Display for FlightReport {
             ("packet jitter", &self.jitter),
             ("late wake-up", &self.wake_latency),
         ] {
+            if histogram.count() == 0 {
+                writeln!(f, "  {name:<16}  none")?;
+                continue;
+            }
             writeln!(
                 f,
                 "  {name:<16}  median {:.3} ms, p99 {:.3} ms, p99.9 {:.3} ms, longest {:.3} ms",
@@ -104,5 +108,22 @@ impl fmt::Display for FlightReport {
             write!(f, " ({})", std::io::Error::from_raw_os_error(number))?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_measured_is_none_and_not_0() {
+        let mut report = FlightReport::default();
+        report.work.add(0.002);
+        let text = report.to_string();
+        assert!(text.contains("  loop body         median "), "{text}");
+        for name in ["packet to servos", "packet jitter", "late wake-up"] {
+            assert!(text.contains(&format!("  {name:<16}  none\n")), "{text}");
+        }
+        assert!(!text.contains("0.000 ms"), "{text}");
     }
 }

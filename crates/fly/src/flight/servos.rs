@@ -3,6 +3,7 @@
 use super::error::FlyError;
 use super::messages::port_level;
 use super::notification::EventLog;
+use super::port_name::PortName;
 use crate::serial::{Clock, Item, Port, PortConfig, PortEvent, Reader};
 use crate::servo::{GpioCapture, PwmOutput, StreamOutput};
 use hovernav::controls::{Channels, Sticks};
@@ -18,11 +19,15 @@ use hovernav_log::{CaptureSection, FlyConfig};
 /// Pieces of the pilot's stream that may wait: 5 s of them.
 const QUEUE: usize = 256;
 
+/// How long after the start the pilot's pulses may stay away before that is told, s: a port is looked for every
+/// half second, a receiver sends every 20 ms.
+const FIRST_PULSES_S: f64 = 1.0;
+
 /// Where the pilot's pulses come from; there is one in a flight.
 #[allow(clippy::large_enum_variant)]
 enum PilotInput {
     Absent,
-    Stream { reader: Reader, capture: PacketCapture },
+    Stream { reader: Reader, capture: PacketCapture, name: PortName },
     Gpio(GpioCapture),
 }
 
@@ -31,9 +36,9 @@ pub enum ServoEvent<'a> {
     /// Bytes of the pilot's stream, to be recorded.
     Raw(&'a [u8], Time),
     /// The pilot's line changed.
-    Port(PortEvent),
+    Port(&'a PortName, PortEvent),
     /// The line to the servos changed.
-    OutputPort(PortEvent),
+    OutputPort(&'a PortName, PortEvent),
     /// The pilot's signal became this.
     Signal(Signal),
     /// The source or the servos failed, for the first time since they worked.
@@ -46,11 +51,11 @@ impl ServoEvent<'_> {
         let pilot = "pilot_signal";
         match self {
             Self::Raw(bytes, arrival) => log.recorder.raw(Line::Servo, bytes, *arrival),
-            Self::Port(event) => {
-                log.event(now, port_level(event), "servo_port", format_args!("pilot: {event}"));
+            Self::Port(port, event) => {
+                log.event(now, port_level(event), "servo_port", port.changed(event));
             }
-            Self::OutputPort(event) => {
-                let text = format_args!("servos: {event}");
+            Self::OutputPort(port, event) => {
+                let text = port.changed(event);
                 log.event_of(Part::Servos, now, port_level(event), "servo_port", text);
             }
             Self::Signal(Signal::Good) => {
@@ -92,7 +97,7 @@ impl PilotState {
 enum ServoOutput {
     Absent,
     Pwm(PwmOutput),
-    Stream(StreamOutput),
+    Stream(StreamOutput, PortName),
 }
 
 /// What became of a command.
@@ -115,6 +120,8 @@ pub struct Servos {
     limiter: Limiter,
     output: ServoOutput,
     started: bool,
+    /// When the lines were opened.
+    opened: Time,
     last_signal: Option<Signal>,
     /// What the source failed by in this cycle.
     source_failure: Option<String>,
@@ -133,7 +140,8 @@ impl Servos {
             Some(CaptureSection::Serial(line)) => {
                 let port = Port::new(PortConfig::new(&line.port, line.baud), clock);
                 let reader = Reader::spawn(port, clock, QUEUE)?;
-                PilotInput::Stream { reader, capture: PacketCapture::default() }
+                let name = PortName::new("pilot", "[servo.capture] serial.port", &line.port);
+                PilotInput::Stream { reader, capture: PacketCapture::default(), name }
             }
             Some(CaptureSection::Gpio { chip, lines, aux }) => {
                 PilotInput::Gpio(GpioCapture::open(chip, lines, *aux)?)
@@ -142,7 +150,8 @@ impl Servos {
         let output = match &section.stream {
             Some(line) => {
                 let port = Port::new(PortConfig::new(&line.port, line.baud), clock);
-                ServoOutput::Stream(StreamOutput::new(port, clock))
+                let name = PortName::new("servos", "[servo.stream] port", &line.port);
+                ServoOutput::Stream(StreamOutput::new(port, clock), name)
             }
             None if section.output.iter().any(|(_, line)| line.is_some()) => {
                 ServoOutput::Pwm(PwmOutput::open(&section.output)?)
@@ -158,6 +167,7 @@ impl Servos {
             limiter: Limiter::new(section.channels, section.hold_s)?,
             output,
             started: false,
+            opened: clock.now(),
             last_signal: None,
             source_failure: None,
             failed: false,
@@ -171,7 +181,10 @@ impl Servos {
         };
         self.source_failure = failure;
         let signal = pulses.signal(now, &self.signal);
-        if self.last_signal.replace(signal) != Some(signal) {
+        let may_yet_come = self.last_signal.is_none()
+            && matches!(signal, Signal::Stale(_))
+            && now - self.opened < FIRST_PULSES_S;
+        if !may_yet_come && self.last_signal.replace(signal) != Some(signal) {
             on_event(ServoEvent::Signal(signal));
         }
         let stale_s = self.signal.stale_after_s;
@@ -200,10 +213,10 @@ impl Servos {
         now: Time,
         mut on_event: impl FnMut(ServoEvent<'_>),
     ) -> Sent {
-        if let ServoOutput::Stream(output) = &mut self.output
+        if let ServoOutput::Stream(output, name) = &mut self.output
             && let Some(event) = output.poll(now)
         {
-            on_event(ServoEvent::OutputPort(event));
+            on_event(ServoEvent::OutputPort(name, event));
         }
         if !self.started {
             if pilot.signal != Some(Signal::Good) {
@@ -218,8 +231,8 @@ impl Servos {
             ServoOutput::Pwm(output) => {
                 output.write(&limited_ms, now).map_err(|error| error.to_string())
             }
-            ServoOutput::Stream(output) => {
-                output.write(&limited_ms).map_err(|error| error.to_string())
+            ServoOutput::Stream(output, name) => {
+                output.write(&limited_ms).map_err(|error| name.not_written(&error).to_string())
             }
         };
         let good = written.is_ok();
@@ -247,14 +260,14 @@ impl PilotInput {
     ) -> Option<(PilotPulses, Option<String>)> {
         match self {
             Self::Absent => None,
-            Self::Stream { reader, capture } => {
+            Self::Stream { reader, capture, name } => {
                 while let Some(item) = reader.receive(now) {
                     match item {
                         Item::Bytes { arrival, bytes } => {
                             on_event(ServoEvent::Raw(&bytes, arrival));
                             capture.receive(&bytes, arrival);
                         }
-                        Item::Changed(event) => on_event(ServoEvent::Port(event)),
+                        Item::Changed(event) => on_event(ServoEvent::Port(name, event)),
                         Item::NotWritten(_) => {}
                     }
                 }
@@ -265,5 +278,31 @@ impl PilotInput {
                 Err(error) => Some((PilotPulses::default(), Some(error.to_string()))),
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pulses_that_stay_away_are_told_once_they_have_had_their_time() {
+        let text = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n\
+                    [servo.capture]\nserial = { port = '/nowhere/pilot' }\n";
+        let config = FlyConfig::parse(text, "fly.toml".as_ref()).unwrap();
+        let mut servos = Servos::open(&config, Clock::start()).unwrap();
+        let opened = servos.opened;
+        let mut told = Vec::new();
+        for cycle in 0..60 {
+            let at_s = f64::from(cycle) / 33.0;
+            let pilot = servos.poll(opened + at_s, |event| {
+                if let ServoEvent::Signal(signal) = event {
+                    told.push((at_s, signal));
+                }
+            });
+            assert!(matches!(pilot.signal, Some(Signal::Stale(_))));
+        }
+        let [(at_s, Signal::Stale(_))] = told[..] else { panic!("{told:?}") };
+        assert!((FIRST_PULSES_S..FIRST_PULSES_S + 0.04).contains(&at_s), "{at_s}");
     }
 }

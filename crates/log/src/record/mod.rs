@@ -27,6 +27,7 @@ mod chunks;
 mod drain;
 mod encode;
 mod entry;
+mod happening;
 mod header;
 mod info;
 mod message;
@@ -39,8 +40,8 @@ mod spool;
 mod status;
 mod writer;
 
-pub use encode::dmu_lost_level;
 pub use entry::{Cycle, Entry, Level, Line, Part, RawBytes, ShortText};
+pub use happening::Happening;
 pub use header::Header;
 pub use info::RecordInfo;
 pub use read::{Call, Record, RecordedCycle, RecordedEvent};

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::autopilot::read_autopilot;
 use super::error::FlyConfigError;
 use super::excitation_section::ExcitationSection;
+use super::range::check_numbers;
+use super::reach;
 use super::sections::{CaptureSection, ServoSection, SiteSection};
 use hovernav::autopilot::{HoverConfig, ReadinessLimits, SteeringConfig};
 use hovernav::earth::Geodetic;
@@ -37,10 +39,10 @@ pub struct AutopilotSection {
     #[serde(default)]
     pub steering: SteeringConfig,
     /// With `pilot = "steer"`: a stick this far from where it was at engagement gives the sticks back at
-    /// once, above `steering.full_stick`, to 1. With `pilot = "override"` the file's
-    /// `transfer.override_travel` counts.
-    #[serde(default = "steered_override")]
-    pub override_travel: f64,
+    /// once, above `steering.full_stick`, to 1; 0.8 where not set. With `pilot = "override"` the file's
+    /// `transfer.override_travel` counts, and this is refused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub override_travel: Option<f64>,
     /// What the throttle does while it flies.
     #[serde(default)]
     pub throttle: ThrottleSource,
@@ -59,9 +61,8 @@ pub struct AutopilotSection {
     pub flown: Option<HoverConfig>,
 }
 
-const fn steered_override() -> f64 {
-    0.8
-}
+/// [`AutopilotSection::override_travel`] where it is not set.
+const STEERED_OVERRIDE: f64 = 0.8;
 
 /// `[autopilot.fence]`: how far the autopilot may go from `[site]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -112,11 +113,17 @@ impl AutopilotSection {
         }
         self.check(servo)?;
         let path = directory.join(&self.file);
-        let mut config = read_autopilot(&path)
-            .map_err(|error| FlyConfigError::value("autopilot", "file", &error))?;
+        let refuse =
+            |error: &dyn std::fmt::Display| FlyConfigError::value("autopilot", "file", &error);
+        let text = hovernav_toml::read_text(&path).map_err(|error| refuse(&error))?;
+        let table = hovernav_toml::parse_table(&text, &path).map_err(|error| refuse(&error))?;
+        check_numbers(&["autopilot", "flown"], &toml::Value::Table(table))?;
+        let mut config = read_autopilot(&path).map_err(|error| refuse(&error))?;
         check_room(&config)?;
+        config.limits = reach::within_servos(&config, servo)?;
         if self.pilot == PilotRole::Steer {
-            config.transfer.override_travel = self.override_travel.min(1.0);
+            config.transfer.override_travel =
+                self.override_travel.unwrap_or(STEERED_OVERRIDE).min(1.0);
             let guidance = config.guidance;
             for (key, asked, most) in [
                 ("steering.speed_mps", self.steering.speed_mps, guidance.speed_mps),
@@ -186,27 +193,41 @@ impl AutopilotSection {
         if let Some(Err(error)) = self.excitation.as_ref().map(ExcitationSection::programme) {
             return refuse("excitation", &error);
         }
-        let travel = self.override_travel;
-        if !(travel > self.steering.full_stick && travel <= 1.0) {
-            let why = format!("found {travel}, expected more than steering.full_stick, to 1");
+        let travel = self.override_travel.unwrap_or(STEERED_OVERRIDE);
+        let full_stick = self.steering.full_stick;
+        if self.pilot == PilotRole::Steer && !(travel > full_stick && travel <= 1.0) {
+            let why = format!(
+                "found {travel}, expected more than steering.full_stick, {full_stick}, to 1"
+            );
             return refuse("override_travel", &why);
         }
         Ok(())
     }
-}
 
-/// Least way that a control must have from trim to each of its limits, share of full stick.
-const ROOM: f64 = 0.01;
+    /// Checks what a flight before this one may have been flown with: keys without an effect, servos that let a
+    /// stick go one way only.
+    pub(super) fn check_sticks(&self, servo: &ServoSection) -> Result<(), FlyConfigError> {
+        if let (PilotRole::Override, Some(found)) = (self.pilot, self.override_travel) {
+            let why = format!(
+                "found {found} with pilot = \"override\", expected none: there transfer.override_travel of \
+                 the autopilot's file counts; or pilot = \"steer\""
+            );
+            return Err(FlyConfigError::value("autopilot", "override_travel", &why));
+        }
+        reach::check_travel(servo)
+    }
+}
 
 /// Whether every control can go both ways from where hover needs it.
 fn check_room(config: &HoverConfig) -> Result<(), FlyConfigError> {
     let HoverConfig { limits, trim, .. } = config;
     let ends = limits.lowest.to_array().into_iter().zip(limits.highest.to_array());
     for ((lowest, highest), trim) in ends.zip(trim.sticks.to_array()) {
-        if trim - lowest < ROOM || highest - trim < ROOM {
+        if trim - lowest < reach::ROOM || highest - trim < reach::ROOM {
             let why = format!(
                 "its limits.lowest and limits.highest: found {lowest} to {highest} about trim.sticks at {trim}, \
-                 expected {ROOM} of way to either side"
+                 expected {} of way to either side",
+                reach::ROOM
             );
             return Err(FlyConfigError::value("autopilot", "file", &why));
         }

@@ -3,6 +3,9 @@
 
 use super::range::{Section, range};
 
+/// A bias that never changes is one that the filter learns once and then trusts blindly.
+const BIAS_TIME: &str = "s; write 10000000 for a bias that hardly changes";
+
 /// `[navigation]`, whose keys are those of a `dataset.toml`.
 pub(super) const NAVIGATION: &[Section] = &[
     (
@@ -17,7 +20,7 @@ pub(super) const NAVIGATION: &[Section] = &[
             range("magnetic_declination_deg", -180.0, 180.0, "°"),
             range("gyro_range_degps", 10.0, 1e4, "°/s"),
             range("accel_range_g", 0.5, 200.0, "g"),
-            range("mounting_deg", -180.0, 180.0, "°"),
+            range("mounting_deg", -360.0, 360.0, "°"),
         ],
     ),
     (
@@ -95,9 +98,9 @@ pub(super) const NAVIGATION: &[Section] = &[
             range("accel_vibration_share", 0.0, 5.0, ""),
             range("accel_vibration_time_s", 0.0, 1.0, "s"),
             range("gyro_bias_sigma_radps", 1e-8, 0.35, "rad/s"),
-            range("gyro_bias_time_s", 1.0, 1e7, "s"),
+            range("gyro_bias_time_s", 1.0, 1e7, BIAS_TIME),
             range("accel_bias_sigma_mps2", 1e-6, 5.0, "m/s²"),
-            range("accel_bias_time_s", 1.0, 1e7, "s"),
+            range("accel_bias_time_s", 1.0, 1e7, BIAS_TIME),
             range("gyro_scale_sigma", 0.0, 0.3, ""),
             range("accel_scale_sigma", 0.0, 0.3, ""),
             range("turn_error_share", 0.0, 0.3, ""),

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::autopilot_section::AutopilotSection;
 use super::error::FlyConfigError;
+use super::range::check_numbers;
 use super::sections::{
     AccelerationSign, DmuMode, DmuSection, MavlinkSection, ReceiverSection, RecordSection,
     ServoSection, SiteSection, TelemetrySection,
@@ -93,7 +94,13 @@ impl FlyConfig {
     /// # Errors
     /// [`FlyConfigError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, FlyConfigError> {
-        Self::parse_with(text, path, Self::check_ranges)
+        // Before the types have their say, so that a NaN is told as any other number out of its range.
+        check_numbers(&[], &toml::Value::Table(hovernav_toml::parse_table(text, path)?))?;
+        let config = Self::parse_flown(text, path)?;
+        if let Some(section) = &config.autopilot {
+            section.check_sticks(&config.servo)?;
+        }
+        Ok(config)
     }
 
     /// The same of a configuration that has flown already, whatever its numbers: its record shall be read.
@@ -101,20 +108,11 @@ impl FlyConfig {
     /// # Errors
     /// [`FlyConfigError`].
     pub(crate) fn parse_flown(text: &str, path: &Path) -> Result<Self, FlyConfigError> {
-        Self::parse_with(text, path, |_| Ok(()))
-    }
-
-    fn parse_with(
-        text: &str,
-        path: &Path,
-        check_ranges: impl Fn(&Self) -> Result<(), FlyConfigError>,
-    ) -> Result<Self, FlyConfigError> {
+        let table = toml::Value::Table(hovernav_toml::parse_table(text, path)?);
         let (mut config, keys): (Self, _) = hovernav_toml::parse(text, path)?;
         if !keys.is_empty() {
             return Err(FlyConfigError::UnknownKeys { path: path.to_path_buf(), keys });
         }
-        check_ranges(&config)?;
-        let table = toml::Value::Table(hovernav_toml::parse_table(text, path)?);
         let heading = ["navigation", "imu", "heading_reference"];
         if heading.iter().try_fold(&table, |value, key| value.get(key)).is_none() {
             config.navigation.imu.heading_reference = HeadingReference::Magnetic;
@@ -362,7 +360,16 @@ fn value(
 
 fn navigation_value(error: LogError) -> FlyConfigError {
     match error {
-        LogError::Toml(TomlError::Text { reason, .. }) => value("navigation", "settings", &reason),
+        // Of a section of its own, with its key: "[filter] …".
+        LogError::Toml(TomlError::Text { reason, .. }) => {
+            match reason.strip_prefix('[').and_then(|rest| rest.split_once("] ")) {
+                Some((section, rest)) if rest.contains(": ") => {
+                    let (key, why) = rest.split_once(": ").unwrap_or((rest, ""));
+                    FlyConfigError::value(format!("navigation.{section}"), key, &why)
+                }
+                _ => value("navigation", "settings", &reason),
+            }
+        }
         other => value("navigation", "settings", &other),
     }
 }

@@ -10,6 +10,7 @@ mod lines;
 mod mavlink;
 mod range;
 mod ranges;
+mod reach;
 mod sections;
 
 pub use autopilot::{AutopilotFileError, read_autopilot, write_autopilot};

@@ -6,6 +6,7 @@ use super::error::FlyConfigError;
 use super::filter_ranges::NAVIGATION;
 use super::fly_config::FlyConfig;
 use super::ranges::{AUTOPILOT, DEVICES};
+use hovernav::scalar::Readable;
 
 /// What the number of a key may be.
 #[derive(Clone, Copy)]
@@ -45,7 +46,7 @@ impl std::fmt::Display for Range {
         if self.or_zero {
             f.write_str("0, or ")?;
         }
-        write!(f, "{from} to {to}")?;
+        write!(f, "{} to {}", Readable(*from), Readable(*to))?;
         if unit.is_empty() { Ok(()) } else { write!(f, " {unit}") }
     }
 }
@@ -56,32 +57,37 @@ impl FlyConfig {
     pub(super) fn check_ranges(&self) -> Result<(), FlyConfigError> {
         let spelled =
             Value::try_from(self).map_err(|error| FlyConfigError::value("", "settings", &error))?;
-        let mut path = Vec::new();
-        let mut refused = None;
-        numbers(&spelled, &mut path, &mut |section, key, found| {
-            if refused.is_none()
-                && let Some(range) = range_of(section, key)
-                && !range.holds(found)
-            {
-                let why = match found.abs() {
-                    0.0 | 1e-6..1e9 => format!("found {found}, expected {range}"),
-                    _ => format!("found {found:e}, expected {range}"),
-                };
-                let section = section.join(".");
-                refused = Some(match section.strip_prefix("autopilot.flown") {
-                    // A person has it in a file of its own.
-                    Some(own) => {
-                        let why = format!("its {}.{key}: {why}", own.trim_start_matches('.'));
-                        let why = why.replace("its .", "its ");
-                        FlyConfigError::value("autopilot", "file", &why)
-                    }
-                    None => FlyConfigError::value(section, key, &why),
-                });
-            }
-        });
-        refused.map_or(Ok(()), Err)
+        check_numbers(&[], &spelled)
     }
 }
+
+/// Whether every number of `value`, which stands below the keys `at` of a `fly.toml`, is in its range.
+pub(super) fn check_numbers(at: &[&str], value: &Value) -> Result<(), FlyConfigError> {
+    let mut refused = None;
+    numbers(value, &mut at.to_vec(), &mut |section, key, found| {
+        if refused.is_none()
+            && let Some(range) = range_of(section, key)
+            && !range.holds(found)
+        {
+            let why = format!("found {}, expected {range}", Readable(found));
+            let section = section.join(".");
+            refused = Some(match section.strip_prefix(FLOWN) {
+                // A person has it in a file of its own.
+                Some(own) => {
+                    let own = own.trim_start_matches('.');
+                    let dot = if own.is_empty() { "" } else { "." };
+                    let why = format!("its {own}{dot}{key}: {why}");
+                    FlyConfigError::value("autopilot", "file", &why)
+                }
+                None => FlyConfigError::value(section, key, &why),
+            });
+        }
+    });
+    refused.map_or(Ok(()), Err)
+}
+
+/// Where the autopilot's file stands in a configuration once it is loaded.
+const FLOWN: &str = "autopilot.flown";
 
 /// Calls `each` with section, key and number of every number below `value`, which stands at `path`; of an
 /// array, with its own key for every element.

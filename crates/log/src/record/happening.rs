@@ -1,0 +1,297 @@
+//! What the estimator and the sensors' drivers report, put into words once: the record, the terminal and the
+//! ground say the same, at the same level.
+
+use std::fmt;
+
+use super::entry::{Level, Part, ShortText};
+use hovernav::dmu::LinkFault;
+use hovernav::ekf::{Aid, Channel, Innovation, Notice, Report, Verdict};
+use hovernav::gps::quality::Failures;
+use hovernav::ins::HeadingSource;
+use hovernav::sensors::SensorOutput;
+use hovernav::time::Time;
+
+/// Something that happened, in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Happening {
+    /// When, where it says so itself.
+    pub time: Option<Time>,
+    /// How much it matters.
+    pub level: Level,
+    /// What kind it is, for programs.
+    pub kind: &'static str,
+    /// In words.
+    pub text: ShortText,
+}
+
+impl Happening {
+    /// Of a notice of the estimator; `None` of an ordinary update.
+    #[must_use]
+    pub fn of_notice(notice: &Notice) -> Option<Self> {
+        let warning = Level::Warning;
+        let (time, level, kind, text) = match notice {
+            Notice::Updated(report) if report.any_reopened() => {
+                let text = format_args!(
+                    "the filter had gone away from what its sensors say, and was opened to it: {}",
+                    Beyond::of(report.innovations(), Verdict::Reopened)
+                );
+                (time_of(report), warning, "filter_reopened", ShortText::new(text))
+            }
+            Notice::Updated(report) if report.any_rejected() => {
+                let beyond = Beyond::of(report.innovations(), Verdict::Rejected);
+                let text = ShortText::new(format_args!("refused by the filter: {beyond}"));
+                (time_of(report), warning, "innovation_rejected", text)
+            }
+            Notice::Aligned(alignment) => {
+                let rest = if alignment.at_rest { "at rest" } else { "in motion" };
+                let text = format_args!(
+                    "aligned {rest} in {:.1} s, heading {}",
+                    alignment.duration_s,
+                    of_source(alignment.heading)
+                );
+                (None, Level::Info, "aligned", ShortText::new(text))
+            }
+            Notice::HeadingFound { time, sigma_rad, .. } => {
+                let sigma_deg = sigma_rad.to_degrees();
+                let text = format_args!("heading found, one-sigma {sigma_deg:.1}°");
+                (Some(*time), Level::Info, "heading_found", ShortText::new(text))
+            }
+            Notice::HeadingReset { time, turn_rad, sigma_rad } => {
+                let (turn_deg, sigma_deg) = (turn_rad.to_degrees(), sigma_rad.to_degrees());
+                let text = format_args!(
+                    "heading was wrong: turned by {turn_deg:.0}°, one-sigma now {sigma_deg:.0}°"
+                );
+                (Some(*time), warning, "heading_reset", ShortText::new(text))
+            }
+            Notice::HeadingDoubted { time, off_rad, sigma_rad } => {
+                let (off_deg, sigma_deg) = (off_rad.to_degrees(), sigma_rad.to_degrees());
+                let text = format_args!(
+                    "heading in doubt, {off_deg:.0}° off by the fixes: less sure now, one-sigma {sigma_deg:.0}°"
+                );
+                (Some(*time), warning, "heading_doubted", ShortText::new(text))
+            }
+            Notice::FieldDisturbed { time, share, sigma_rad } => {
+                let (percent, sigma_deg) = (100.0 * share, sigma_rad.to_degrees());
+                let text = format_args!(
+                    "magnetic field {percent:.0} % off: heading by it may be {sigma_deg:.0}° off, counts less"
+                );
+                (Some(*time), warning, "field_disturbed", ShortText::new(text))
+            }
+            Notice::AntennaElsewhere { time, offset_m, sigma_m } => {
+                let text = format_args!(
+                    "antenna {:.1} m forward, {:.1} m right of its lever arm (one-sigma {sigma_m:.1} m): taken to \
+                     be there",
+                    offset_m.x(),
+                    offset_m.y()
+                );
+                (Some(*time), warning, "antenna_elsewhere", ShortText::new(text))
+            }
+            Notice::OnWheels { time, sigma_mps } => {
+                let text = format_args!(
+                    "the vehicle rolls on wheels: without fixes it is held to its road (one-sigma {sigma_mps:.2} m/s)"
+                );
+                (Some(*time), Level::Info, "on_wheels", ShortText::new(text))
+            }
+            Notice::OffWheels { time } => {
+                let text =
+                    ShortText::new("the vehicle is off its wheels: it is not held to a road");
+                (Some(*time), Level::Info, "off_wheels", text)
+            }
+            Notice::FieldUsual { time, changed } => {
+                let text = if *changed {
+                    "the magnetic field has stayed changed: it is trusted as it is now"
+                } else {
+                    "the magnetic field is back where it was"
+                };
+                (Some(*time), Level::Info, "field_usual", ShortText::new(text))
+            }
+            Notice::HeadingMissing { time } => {
+                let text = ShortText::new("alignment waits for a heading");
+                (Some(*time), warning, "heading_missing", text)
+            }
+            Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
+                let kind = if *aid == Aid::Gps { "fix_unusable" } else { "aid_unusable" };
+                let text = ShortText::new(format_args!("{aid} not used: {reason}"));
+                (Some(*time), warning, kind, text)
+            }
+            Notice::GapBridged { time, length_s } => {
+                let text = format_args!(
+                    "inertial unit: gap of {length_s:.2} s in the samples, bridged with the velocity kept and the \
+                     uncertainty opened"
+                );
+                (Some(*time), warning, "imu_fault", ShortText::new(text))
+            }
+            Notice::CovarianceReset { time, cause } => {
+                let text = format_args!("inertial unit: {cause}, the fixes decide anew");
+                (Some(*time), warning, "imu_fault", ShortText::new(text))
+            }
+            Notice::SampleSuspect { time, suspicion } => {
+                let text = format_args!("inertial unit: {suspicion}, the uncertainty opened");
+                (Some(*time), warning, "imu_suspect", ShortText::new(text))
+            }
+            Notice::SampleRefused { time, fault } => {
+                let text = ShortText::new(format_args!("inertial unit: sample {fault}"));
+                (Some(*time), warning, "imu_fault", text)
+            }
+            _ => return None,
+        };
+        Some(Self { time, level, kind, text })
+    }
+
+    /// Of what a driver made of its line's bytes; `None` of an ordinary packet or fix.
+    #[must_use]
+    pub fn of_sensor(output: &SensorOutput) -> Option<Self> {
+        let warning = Level::Warning;
+        let (time, level, kind, text) = match output {
+            SensorOutput::DmuLost(time, fault) => {
+                let text = format_args!("inertial unit: {fault}; look at its power and line");
+                (*time, dmu_lost_level(*fault), "dmu_lost", ShortText::new(text))
+            }
+            SensorOutput::DmuImplausible(time, what) => {
+                let text = ShortText::new(format_args!("inertial unit: {what}"));
+                (*time, warning, "dmu_implausible", text)
+            }
+            SensorOutput::DmuClockFault(time, fault) => (
+                *time,
+                warning,
+                "dmu_clock",
+                ShortText::new(format_args!("inertial unit: {fault}")),
+            ),
+            SensorOutput::Fix(fix, failures) if !failures.is_empty() => {
+                let text = ShortText::new(format_args!("fix refused: {}", Reasons(failures)));
+                (fix.arrival, warning, "fix_refused", text)
+            }
+            SensorOutput::FixWithoutHeight(time) => {
+                let text =
+                    "a fix without height above the ellipsoid; set [receiver] geoid_separation_m";
+                (*time, warning, "fix_without_height", ShortText::new(text))
+            }
+            _ => return None,
+        };
+        Some(Self { time: Some(time), level, kind, text })
+    }
+
+    /// Whose it is.
+    #[must_use]
+    pub fn part(&self) -> Part {
+        Part::of_kind(self.kind)
+    }
+}
+
+/// How much the loss of the inertial unit matters: one that was there is what everything is flown by.
+const fn dmu_lost_level(fault: LinkFault) -> Level {
+    match fault {
+        LinkFault::Startup(_) => Level::Error,
+        LinkFault::NoData | LinkFault::Garbled => Level::Critical,
+    }
+}
+
+fn time_of(report: &Report) -> Option<Time> {
+    report.innovations().next().map(|one| one.time)
+}
+
+/// Where a heading comes from, in words.
+const fn of_source(source: HeadingSource) -> &'static str {
+    match source {
+        HeadingSource::SecondAntenna => "by two antennas",
+        HeadingSource::Attitude => "by the unit's own attitude",
+        HeadingSource::Magnetometer => "by the magnetometer",
+        HeadingSource::Course => "by the course over ground",
+        HeadingSource::Unknown => "not known yet",
+    }
+}
+
+/// The innovations of an update that came to one verdict: the worst with its numbers, and how many more.
+struct Beyond<'a> {
+    worst: Option<&'a Innovation>,
+    count: usize,
+}
+
+impl<'a> Beyond<'a> {
+    fn of(innovations: impl Iterator<Item = &'a Innovation>, verdict: Verdict) -> Self {
+        let size = |one: Option<&Innovation>| one.map_or(-1.0, |one| one.normalised().abs());
+        innovations.filter(|one| one.verdict == verdict).fold(
+            Self { worst: None, count: 0 },
+            |so_far, one| Self {
+                worst: if size(Some(one)) > size(so_far.worst) { Some(one) } else { so_far.worst },
+                count: so_far.count + 1,
+            },
+        )
+    }
+}
+
+impl fmt::Display for Beyond<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(worst) = self.worst else { return f.write_str("nothing") };
+        let (name, unit) = named(worst.channel);
+        let is_angle = unit.starts_with('°');
+        let (scale, space) = if is_angle { (1.0_f64.to_degrees(), "") } else { (1.0, " ") };
+        let (off, sigma) = (scale * worst.innovation, scale * worst.sigma);
+        write!(f, "{name} {off:+.2}{space}{unit} off, one-sigma {sigma:.2}{space}{unit}")?;
+        match self.count {
+            ..=1 => Ok(()),
+            count => write!(f, ", and {} more", count - 1),
+        }
+    }
+}
+
+/// Why a fix was refused, one reason after the other.
+struct Reasons<'a>(&'a Failures);
+
+impl fmt::Display for Reasons<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0
+            .iter()
+            .enumerate()
+            .try_for_each(|(place, why)| write!(f, "{}{why}", if place == 0 { "" } else { "; " }))
+    }
+}
+
+/// What was measured, in words, and its unit as people read it.
+const fn named(channel: Channel) -> (&'static str, &'static str) {
+    match channel {
+        Channel::PositionNorth => ("the receiver's position north", "m"),
+        Channel::PositionEast => ("the receiver's position east", "m"),
+        Channel::PositionDown => ("the receiver's height (down)", "m"),
+        Channel::VelocityNorth => ("the receiver's velocity north", "m/s"),
+        Channel::VelocityEast => ("the receiver's velocity east", "m/s"),
+        Channel::VelocityDown => ("the receiver's velocity down", "m/s"),
+        Channel::Roll => ("the inertial unit's roll", "°"),
+        Channel::Pitch => ("the inertial unit's pitch", "°"),
+        Channel::Yaw => ("the heading by the unit or its magnetometer", "°"),
+        Channel::BaroHeight => ("the barometer's height", "m"),
+        Channel::Range => ("the rangefinder's distance", "m"),
+        Channel::BaselineHeading => ("the heading of two antennas", "°"),
+        Channel::RestRateX | Channel::RestRateY | Channel::RestRateZ => {
+            ("a turn of a vehicle at rest", "°/s")
+        }
+        Channel::WheelsRight | Channel::WheelsDown => ("a motion across the road", "m/s"),
+        Channel::RestVelocityNorth | Channel::RestVelocityEast | Channel::RestVelocityDown => {
+            ("a motion of a vehicle at rest", "m/s")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn innovation(channel: Channel, innovation: f64, sigma: f64, verdict: Verdict) -> Innovation {
+        Innovation { time: Time::ZERO, channel, innovation, sigma, verdict }
+    }
+
+    #[test]
+    fn what_a_gate_refused_is_told_by_its_worst_in_the_units_people_read() {
+        let all = [
+            innovation(Channel::Yaw, -0.042, 0.007, Verdict::Rejected),
+            innovation(Channel::VelocityNorth, 9.0, 0.1, Verdict::Accepted),
+            innovation(Channel::VelocityDown, 1.5, 0.3, Verdict::Rejected),
+        ];
+        let words = Beyond::of(all.iter(), Verdict::Rejected).to_string();
+        let expected =
+            "the heading by the unit or its magnetometer -2.41° off, one-sigma 0.40°, and 1 more";
+        assert_eq!(words, expected);
+        let words = Beyond::of(all[2..].iter(), Verdict::Rejected).to_string();
+        assert_eq!(words, "the receiver's velocity down +1.50 m/s off, one-sigma 0.30 m/s");
+    }
+}
