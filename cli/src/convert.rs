@@ -58,7 +58,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn write_repaired(log: &Path, out: &Path) -> anyhow::Result<()> {
     let repaired = hovernav_log::record::repair(log, out)?;
-    output::say(format_args!("{}: {} messages", out.display(), repaired.messages));
+    output::say(format_args!(
+        "{}: {} messages, repaired {}",
+        out.display(),
+        repaired.messages,
+        repaired.repair
+    ));
     for warning in &repaired.warnings {
         output::say(format_args!("warning: {warning}"));
     }

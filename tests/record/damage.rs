@@ -267,9 +267,43 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
 
     let before = Record::open(&cut).unwrap();
     let after = Record::open(&out).unwrap();
-    assert!(after.is_ended && after.warnings.is_empty(), "{:?}", after.warnings);
-    let but = Record { is_ended: false, warnings: before.warnings.clone(), ..after };
+    let but = Record {
+        repair: None,
+        damages: before.damages.clone(),
+        warnings: before.warnings.clone(),
+        ..after.clone()
+    };
     assert_eq!(Record { header: before.header.clone(), ..but }, before);
+
+    // The file is whole; that the record is not, it tells.
+    let told = after.repair.as_ref().unwrap();
+    assert_eq!(*told, repaired.repair);
+    assert_eq!(told.bytes, (bytes.len() * 2 / 3) as u64);
+    assert!(!after.is_ended && after.damages.is_empty() && !told.was_ended);
+    let lost: usize = before.damages.iter().map(|damage| damage.bytes).sum();
+    assert_eq!(told.bytes_lost, lost as u64);
+    assert!(after.warnings.len() >= before.warnings.len(), "{:?}", after.warnings);
+    assert!(after.warnings[0].contains("before its repair, at byte "), "{:?}", after.warnings);
+    let info = RecordInfo(&after).to_string();
+    assert!(info.contains("cut off") && info.contains("repaired  by hovernav "), "{info}");
+
+    // Damaged and repaired once more it tells of both.
+    let mut spoilt = std::fs::read(&out).unwrap();
+    let (start, length) = chunks(&spoilt)[1];
+    spoilt[start + length / 2] ^= 1;
+    let (twice, again) = (dir.path().join("spoilt.mcap"), dir.path().join("again.mcap"));
+    std::fs::write(&twice, spoilt).unwrap();
+    repair(&twice, &again).unwrap();
+    let told = Record::open(&again).unwrap().repair.unwrap();
+    assert_eq!(told.damages.len(), before.damages.len() + 1, "{told:?}");
+    assert_eq!((told.bytes, told.was_ended), ((bytes.len() * 2 / 3) as u64, false));
+
+    // Of a record that was whole nothing is held against the new one.
+    let (path, _dir) = recorded(0.3);
+    repair(&path, &dir.path().join("same.mcap")).unwrap();
+    let same = Record::open(&dir.path().join("same.mcap")).unwrap();
+    assert!(same.is_ended && same.warnings.is_empty(), "{:?}", same.warnings);
+    assert_eq!(same.repair.map(|repair| repair.bytes_lost), Some(0));
     assert!(repair(&cut, &out).unwrap_err().to_string().contains("whole.mcap"));
 }
 

@@ -247,24 +247,51 @@ impl RecordPage<'_> {
     }
 
     fn readiness(&self) -> Section {
-        let failed = |cycle: &Cycle| f64::from(cycle.failed_checks.count_ones());
+        let cycles = self.aligned_cycles();
+        let time: Vec<f64> = cycles.iter().map(|recorded| recorded.time.seconds()).collect();
+        let failed =
+            |recorded: &RecordedCycle| f64::from(recorded.cycle.failed_checks.count_ones());
+        let failing: Vec<f64> = cycles.iter().map(failed).collect();
         let figure = Figure::against_time([Row::new("Checks that fail", "")
-            .with(self.cycles(Role::Input, failed).named("failing"))]);
-        let cycles = &self.record.cycles;
+            .with(Series::line(Role::Input, &time, &failing, None).named("failing"))]);
         let share = |bit: usize| {
             let fails = |recorded: &&RecordedCycle| recorded.cycle.failed_checks & 1 << bit != 0;
-            100.0 * cycles.iter().filter(fails).count() as f64 / cycles.len().max(1) as f64
+            let failing = cycles.iter().filter(fails).count();
+            match cycles.len() {
+                0 => "–".into(),
+                count => format!("{:.1} %", 100.0 * failing as f64 / count as f64),
+            }
         };
         let rows = Check::ALL
             .iter()
             .enumerate()
-            .map(|(bit, check)| TableRow::new(check.name(), vec![format!("{:.1} %", share(bit))]));
-        let explanation = "What would have kept the autopilot from taking over, moment by moment.";
+            .map(|(bit, check)| TableRow::new(check.name(), vec![share(bit)]));
+        let explanation = match cycles.first() {
+            Some(first) => format!(
+                "What would have kept the autopilot from taking over, moment by moment, from the end of \
+                 alignment at {:.1} s on.",
+                first.time.seconds()
+            ),
+            None => {
+                "The estimator never aligned, or there was no autopilot: nothing could take over."
+                    .into()
+            }
+        };
         Section::new("readiness", "Readiness", explanation).with(figure).with(Table {
-            caption: "Share of the flight in which each check fails".into(),
+            caption: "Share of the time since alignment in which each check fails".into(),
             heads: ["", "fails"].map(Into::into).into(),
             rows: rows.collect(),
         })
+    }
+
+    /// The cycles from the first solution on: before it there is nothing to be ready with.
+    fn aligned_cycles(&self) -> &[RecordedCycle] {
+        let cycles = &self.record.cycles;
+        let aligned = self.record.solutions.first().map(|solution| solution.time);
+        let before = aligned.map_or(cycles.len(), |aligned| {
+            cycles.partition_point(|recorded| recorded.time < aligned)
+        });
+        &cycles[before..]
     }
 
     fn timing(&self) -> Section {

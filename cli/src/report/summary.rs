@@ -43,6 +43,8 @@ pub struct RecordSummary {
     gps_fixes_rejected: usize,
     gps_fixes: usize,
     pub is_ended: bool,
+    /// That it was repaired, and what had been lost before.
+    repaired: Option<String>,
     pub replay: String,
     pub cycles: usize,
     autopilot_s: f64,
@@ -102,6 +104,7 @@ impl RecordSummary {
             gps_fixes_rejected: fixes.rejected,
             gps_fixes: dataset.fixes.len(),
             is_ended: record.is_ended,
+            repaired: record.repair.as_ref().map(ToString::to_string),
             replay,
             cycles: record.cycles.len(),
             autopilot_s,
@@ -125,7 +128,8 @@ impl RecordSummary {
         let work = [self.work_p50_s, self.work_p99_s, self.work_max_s].map(ms);
         let turnaround =
             [self.turnaround_p50_s, self.turnaround_p99_9_s, self.turnaround_max_s].map(ms);
-        vec![
+        let repaired = self.repaired.iter().map(|how| Fact::new("repaired", how));
+        let facts = vec![
             Fact::new("input", self.input.display()),
             Fact::new("duration", format!("{:.1} s", self.duration_s)),
             Fact::new("inertial samples", self.imu_samples),
@@ -145,7 +149,8 @@ impl RecordSummary {
                 format!("{} ms", turnaround.join(" / ")),
             ),
             Fact::new("replay", &self.replay),
-        ]
+        ];
+        facts.into_iter().chain(repaired).collect()
     }
 
     pub fn in_words(&self, out: &Path) -> String {

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use mcap::records::{Record as McapRecord, op};
+use mcap::records::{Metadata, Record as McapRecord, op};
 
 use super::channel::Channel;
 
@@ -19,7 +19,14 @@ pub enum Piece<'a> {
     /// What a chunk holds, its checksum right.
     Chunk(Cow<'a, [u8]>),
     /// What cannot be read, and why; where the file is cut off it is the last.
-    Damage(String),
+    Damage {
+        /// Why.
+        reason: String,
+        /// Bytes that are lost by it.
+        bytes: usize,
+    },
+    /// What a tool wrote of the file.
+    Metadata(Metadata),
     /// How many messages the writer says there are.
     Statistics(u64),
     /// The file was ended, and not cut off.
@@ -51,8 +58,9 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                     }
                     // Its text is damaged, or its length: then what follows is no record.
                     Err(reason) if is_followed(bytes, at + FRAME + body.len()) => {
-                        offset += FRAME + body.len();
-                        return Some((at, Piece::Damage(reason)));
+                        let bytes = FRAME + body.len();
+                        offset += bytes;
+                        return Some((at, Piece::Damage { reason, bytes }));
                     }
                     Err(reason) => reason,
                     Ok(_) => "the length of a chunk is damaged".to_owned(),
@@ -71,33 +79,36 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                 }
                 Some((opcode, body)) => {
                     offset += FRAME + body.len();
-                    if opcode != op::STATISTICS {
-                        continue;
-                    }
-                    let piece = match mcap::parse_record(opcode, body) {
-                        Ok(McapRecord::Statistics(found)) => Piece::Statistics(found.message_count),
-                        _ => Piece::Damage("the statistics are damaged".into()),
+                    let bytes = FRAME + body.len();
+                    let reason = match (opcode, mcap::parse_record(opcode, body)) {
+                        (op::STATISTICS, Ok(McapRecord::Statistics(found))) => {
+                            return Some((at, Piece::Statistics(found.message_count)));
+                        }
+                        (op::METADATA, Ok(McapRecord::Metadata(found))) => {
+                            return Some((at, Piece::Metadata(found)));
+                        }
+                        (op::STATISTICS, _) => "the statistics are damaged".to_owned(),
+                        (op::METADATA, _) => "what a tool wrote of the file is damaged".to_owned(),
+                        _ => continue,
                     };
-                    return Some((at, piece));
+                    return Some((at, Piece::Damage { reason, bytes }));
                 }
             };
             let Some(next) = next_whole(bytes, at + 1, &mut budget) else {
                 is_over = true;
-                return Some((at, Piece::Damage(reason)));
+                return Some((at, Piece::Damage { reason, bytes: bytes.len() - at }));
             };
             offset = next;
             let left_out = next - at;
-            return Some((
-                at,
-                Piece::Damage(format!(
-                    "{reason}; {left_out} bytes left out, read on from the chunk at byte {next}"
-                )),
-            ));
+            let reason = format!(
+                "{reason}; {left_out} bytes left out, read on from the chunk at byte {next}"
+            );
+            return Some((at, Piece::Damage { reason, bytes: left_out }));
         }
         // Between two records it can be cut off too.
         (!std::mem::replace(&mut is_over, true)).then(|| {
-            let reason = "the file ends without its last record: it was cut off";
-            (offset, Piece::Damage(reason.into()))
+            let reason = "the file ends without its last record: it was cut off".into();
+            (offset, Piece::Damage { reason, bytes: 0 })
         })
     })
 }

@@ -17,6 +17,9 @@ impl fmt::Display for RecordInfo<'_> {
         writeln!(f, "\nrecord")?;
         let end = if self.0.is_ended { "ended" } else { "cut off" };
         writeln!(f, "  by        hovernav {}, {end}", header.version)?;
+        if let Some(repair) = &self.0.repair {
+            writeln!(f, "  repaired  {repair}")?;
+        }
         let (unix_s, start) = (header.start_unix_ns.div_euclid(1_000_000_000), header.start);
         if let Some(utc) = chrono::DateTime::<chrono::Utc>::from_timestamp(unix_s, 0) {
             writeln!(f, "  start     {utc}, {start} on the flight's clock")?;

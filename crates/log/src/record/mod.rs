@@ -24,6 +24,7 @@
 
 mod channel;
 mod chunks;
+mod damage;
 mod drain;
 mod encode;
 mod entry;
@@ -40,6 +41,7 @@ mod spool;
 mod status;
 mod writer;
 
+pub use damage::{Damage, Repair};
 pub use entry::{Cycle, Entry, Level, Line, Part, RawBytes, ShortText};
 pub use happening::Happening;
 pub use header::Header;

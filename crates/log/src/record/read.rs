@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::channel::Channel;
 use super::chunks::{Piece, Topics, pieces, records};
+use super::damage::{Damage, Repair};
 use super::entry::{Cycle, Level};
 use super::header::Header;
 use super::message::{
@@ -80,8 +81,12 @@ pub struct Record {
     pub lost_decoded: u64,
     /// The last moment of the loop.
     pub end: Time,
-    /// Whether the record was ended, and not cut off.
+    /// Whether the record was ended, and not cut off; of one that was repaired, whether it was before.
     pub is_ended: bool,
+    /// What a repair left of the file that this one was made of; `None` of a record as it was flown.
+    pub repair: Option<Repair>,
+    /// What of the file is damaged.
+    pub damages: Vec<Damage>,
     /// What is missing or damaged, one plain sentence each.
     pub warnings: Vec<String>,
 }
@@ -124,9 +129,12 @@ impl Record {
         for (offset, piece) in pieces(bytes) {
             match piece {
                 Piece::Chunk(data) => reader.chunk(&data, path)?,
-                Piece::Damage(reason) => {
+                Piece::Damage { reason, bytes } => {
                     reader.begun = Default::default();
-                    reader.damages.push((offset, reason));
+                    reader.damages.push(Damage { offset, bytes, reason });
+                }
+                Piece::Metadata(metadata) => {
+                    reader.repair = Repair::of(&metadata).or(reader.repair);
                 }
                 Piece::Statistics(messages) => reader.expected_messages = Some(messages),
                 Piece::End => reader.is_ended = true,
@@ -159,6 +167,7 @@ fn configured(bytes: &[u8], path: &Path) -> Result<Option<Record>, LogError> {
         lost_decoded: 0,
         end: record.header.start,
         warnings: Vec::new(),
+        damages: Vec::new(),
         ..record
     };
     Ok(finder.record.map(empty))
@@ -177,7 +186,8 @@ struct Reader {
     messages: u64,
     expected_messages: Option<u64>,
     unreadable: usize,
-    damages: Vec<(usize, String)>,
+    damages: Vec<Damage>,
+    repair: Option<Repair>,
     is_ended: bool,
 }
 
@@ -266,22 +276,32 @@ impl Reader {
 
     fn finish(self, path: &Path, length: usize) -> Result<Record, LogError> {
         let Some(mut record) = self.record else {
-            let (offset, reason) = self.damages.into_iter().next().unwrap_or_else(|| {
-                (length, "the file ends, and no topic was a flight's configuration".into())
-            });
+            let (offset, reason) = self.damages.into_iter().next().map_or_else(
+                || (length, "the file ends, and no topic was a flight's configuration".into()),
+                |first| (first.offset, first.reason),
+            );
             let reason = format!("{reason}; expected a flight record of hovernav");
             return Err(LogError::bytes(path, offset, reason));
         };
         record.is_ended = self.is_ended;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        for (offset, reason) in self.damages {
-            record.warnings.push(format!("{name}: at byte {offset}: {reason}"));
+        if let Some(repair) = &self.repair {
+            // What was lost before is lost still: the file is whole, the record is not.
+            record.is_ended &= repair.was_ended;
+            record.warnings.extend(repair.warnings(&name));
         }
+        record.repair = self.repair;
+        for damage in &self.damages {
+            record.warnings.push(format!("{name}: {damage}"));
+        }
+        record.damages = self.damages;
         // A chunk whose kind is damaged is skipped like anything that is not known.
         if let Some(expected) = self.expected_messages.filter(|&expected| expected != self.messages)
         {
-            let found = self.messages;
-            record.warnings.push(format!("{name}: found {found} messages, expected {expected}"));
+            let reason = format!("found {} messages, expected {expected}", self.messages);
+            let damage = Damage { offset: length, bytes: 0, reason };
+            record.warnings.push(format!("{name}: {damage}"));
+            record.damages.push(damage);
         }
         if self.unreadable > 0 {
             let count = self.unreadable;
@@ -325,6 +345,8 @@ fn begin(message: ConfigurationMessage, path: &Path) -> Result<Record, LogError>
         lost_decoded: 0,
         end: start,
         is_ended: false,
+        repair: None,
+        damages: Vec::new(),
         warnings: Vec::new(),
     })
 }

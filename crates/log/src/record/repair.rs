@@ -7,6 +7,7 @@ use std::path::Path;
 use mcap::records::Record as McapRecord;
 
 use super::chunks::{Piece, Topics, pieces, records};
+use super::damage::Repair;
 use super::read::Record;
 use super::writer::MessageWriter;
 use crate::error::LogError;
@@ -18,21 +19,27 @@ use hovernav_toml::read_bytes;
 pub struct Repaired {
     /// Messages carried over, each as it was.
     pub messages: u64,
+    /// What the new record tells of it.
+    pub repair: Repair,
     /// What was missing or damaged, one plain sentence each.
     pub warnings: Vec<String>,
 }
 
 /// Writes what is whole of the record `path` to the new file `out`, with the index and the summary that
-/// other programs need to open it. Messages are carried over byte for byte, in their order.
+/// other programs need to open it. Messages are carried over byte for byte, in their order; metadata tell that it was
+/// repaired, and what was lost.
 ///
 /// # Errors
 /// As [`Record::open`]; [`LogError::Io`] where `out` is there already or cannot be written.
 pub fn repair(path: &Path, out: &Path) -> Result<Repaired, LogError> {
     let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
-    let Record { header, warnings, .. } = Record::read(&bytes, path)?;
+    let Record { header, warnings, damages, repair, is_ended, .. } = Record::read(&bytes, path)?;
+    let repair = Repair::new(bytes.len() as u64, &damages, is_ended, repair);
     let file = File::create_new(out).map_err(LogError::io(out))?;
     let written = |error: mcap::McapError| LogError::io(out)(std::io::Error::other(error));
     let mut writer = MessageWriter::new(BufWriter::new(file), &header).map_err(written)?;
+    // Before the messages: what is cut off again has it still.
+    writer.metadata(&repair.metadata()).map_err(written)?;
     let mut topics = Topics::default();
     let mut messages = 0;
     for (_, piece) in pieces(&bytes) {
@@ -51,5 +58,5 @@ pub fn repair(path: &Path, out: &Path) -> Result<Repaired, LogError> {
         writer.flush().map_err(LogError::io(out))?;
     }
     writer.finish().map_err(LogError::io(out))?;
-    Ok(Repaired { messages, warnings })
+    Ok(Repaired { messages, repair, warnings })
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{McapError, McapResult, WriteOptions};
 use serde::Serialize;
@@ -110,6 +110,11 @@ impl<W: Write> MessageWriter<W> {
     pub fn copy(&mut self, channel: Channel, header: MessageHeader, data: &[u8]) -> McapResult<()> {
         let header = MessageHeader { channel_id: self.channels[channel as usize], ..header };
         self.mcap.write_to_known_channel(&header, data)
+    }
+
+    /// Writes what is to be told of the file itself.
+    pub fn metadata(&mut self, metadata: &Metadata) -> McapResult<()> {
+        self.mcap.write_metadata(metadata)
     }
 
     /// Ends the chunk and hands it on.
