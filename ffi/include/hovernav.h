@@ -56,7 +56,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: grows with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 4
+#define HOVERNAV_ABI 5
 
 // Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 // much it is in this one.
@@ -257,6 +257,11 @@ enum {
     // The antenna does not stand where its lever arm says, and is taken to stand where it was found. `value`: how far
     // off, m; `sigma`: one-sigma of each level part, m.
     HOVERNAV_NOTICE_KIND_ANTENNA_ELSEWHERE = 14,
+    // The vehicle rolls on wheels: where fixes are absent it is held to its road. `sigma`: one-sigma of its velocity
+    // across, m/s. With the feature `height-aids` alone.
+    HOVERNAV_NOTICE_KIND_ON_WHEELS = 15,
+    // It is off its wheels, and not held to a road.
+    HOVERNAV_NOTICE_KIND_OFF_WHEELS = 16,
 };
 
 // What measures beside the inertial unit.
@@ -353,6 +358,10 @@ enum {
     HOVERNAV_CHANNEL_RANGE = 16,
     // Heading of two antennas, rad.
     HOVERNAV_CHANNEL_BASELINE_HEADING = 17,
+    // Velocity of a vehicle on wheels across its road, right, m/s.
+    HOVERNAV_CHANNEL_WHEELS_RIGHT = 18,
+    // Velocity of a vehicle on wheels up or down from its road, down, m/s.
+    HOVERNAV_CHANNEL_WHEELS_DOWN = 19,
 };
 
 // What became of an axis of an update.
