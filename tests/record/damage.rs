@@ -289,8 +289,7 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
 
     // Damaged and repaired once more it tells of both.
     let mut spoilt = std::fs::read(&out).unwrap();
-    let (start, length) = chunks(&spoilt)[1];
-    spoilt[start + length / 2] ^= 1;
+    spoilt.truncate(spoilt.len() - 20);
     let (twice, again) = (dir.path().join("spoilt.mcap"), dir.path().join("again.mcap"));
     std::fs::write(&twice, spoilt).unwrap();
     repair(&twice, &again).unwrap();
