@@ -161,13 +161,14 @@ impl Recorder {
     pub fn status(&self) -> Status {
         let progress = &self.progress;
         let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let failed_writes = progress.failed_writes.load(Ordering::Acquire);
         Status {
             queued: self.fill(),
             lost_raw: self.lost.raw,
             lost_decoded: self.lost.decoded,
             bytes_written: of(&progress.written),
             bytes_waiting: of(&progress.waiting),
-            failed_writes: of(&progress.failed_writes),
+            failed_writes,
             failed_syncs: of(&progress.failed_syncs),
             os_error: progress.os_error(),
         }

@@ -27,6 +27,7 @@ impl<W: Write> Write for Spool<W> {
 
     fn flush(&mut self) -> io::Result<()> {
         let mut taken = 0;
+        let mut refusal = None;
         while taken < self.waiting.len() {
             let error = match self.out.write(&self.waiting[taken..]) {
                 Ok(0) => ErrorKind::WriteZero.into(),
@@ -37,12 +38,15 @@ impl<W: Write> Write for Spool<W> {
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(error) => error,
             };
-            self.progress.write_failed(&error);
+            refusal = Some(error);
             break;
         }
         self.waiting.drain(..taken);
         self.progress.written.fetch_add(taken as u64, Ordering::Relaxed);
         self.progress.waiting.store(self.waiting.len() as u64, Ordering::Relaxed);
+        if let Some(error) = refusal {
+            self.progress.write_failed(&error);
+        }
         Ok(())
     }
 }

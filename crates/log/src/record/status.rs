@@ -45,10 +45,11 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Counts a write that failed with `error`; what it did not take is tried again.
+    /// Counts a write that failed with `error`; what it did not take is tried again. It is counted
+    /// last: whoever has read of it reads what the disk took before it, too.
     pub fn write_failed(&self, error: &std::io::Error) {
-        self.failed_writes.fetch_add(1, Ordering::Relaxed);
         self.os_error.store(error.raw_os_error().unwrap_or(0), Ordering::Relaxed);
+        self.failed_writes.fetch_add(1, Ordering::Release);
     }
 
     /// Counts an attempt to bring the file safely to the disk that failed with `error`.
