@@ -204,8 +204,10 @@ impl RecordPage<'_> {
             if cycle.mode == Mode::Manual { f64::NAN } else { cycle.asked_heading_rad.to_degrees() }
         };
         let rows = [
-            Row::new("Roll", "°").with(self.solutions(Role::Estimate, angle(0), Some(&roll))),
-            Row::new("Pitch", "°").with(self.solutions(Role::Estimate, angle(1), Some(&pitch))),
+            Row::new("Roll", "°")
+                .with(self.solutions(Role::Estimate, angle(0), Some(&roll)).named("flown")),
+            Row::new("Pitch", "°")
+                .with(self.solutions(Role::Estimate, angle(1), Some(&pitch)).named("flown")),
             Row::new("Heading", "°")
                 .with(self.solutions(Role::Estimate, angle(2), Some(&yaw)).named("flown"))
                 .with(self.cycles(Role::Second, asked).named("asked for")),
@@ -217,33 +219,25 @@ impl RecordPage<'_> {
     fn uncertainty(&self) -> Section {
         let largest = |sigma: [f64; 3]| sigma.into_iter().fold(0.0, f64::max);
         let rows = [
-            Row::new("Position", "m").with(self.solutions(
-                Role::Estimate,
-                |solution| largest(solution.position_sigma_m.to_array()),
-                None,
-            )),
-            Row::new("Velocity", "m/s").with(self.solutions(
-                Role::Estimate,
-                |solution| largest(solution.velocity_sigma_mps.to_array()),
-                None,
-            )),
-            Row::new("Roll and pitch", "°").with(self.solutions(
-                Role::Estimate,
-                |solution| {
-                    let [roll, pitch, _] = solution.attitude_sigma_rad;
-                    roll.max(pitch).to_degrees()
-                },
-                None,
-            )),
-            Row::new("Heading", "°").with(self.solutions(
-                Role::Estimate,
-                |solution| solution.attitude_sigma_rad[2].to_degrees(),
-                None,
-            )),
+            Row::new("Position", "m")
+                .with(self.one_sigma(|solution| largest(solution.position_sigma_m.to_array()))),
+            Row::new("Velocity", "m/s")
+                .with(self.one_sigma(|solution| largest(solution.velocity_sigma_mps.to_array()))),
+            Row::new("Tilt", "°").with(self.one_sigma(|solution| {
+                let [roll, pitch, _] = solution.attitude_sigma_rad;
+                roll.max(pitch).to_degrees()
+            })),
+            Row::new("Heading", "°")
+                .with(self.one_sigma(|solution| solution.attitude_sigma_rad[2].to_degrees())),
         ];
-        let explanation = "One-sigma of the estimate, the greatest of the axes: what the autopilot chooses its \
-                           mode by.";
+        let explanation = "One-sigma of the estimate, the greatest of the axes, of tilt that of roll and pitch: what the autopilot \
+                           chooses its mode by.";
         Section::new("uncertainty", "Uncertainty", explanation).with(Figure::against_time(rows))
+    }
+
+    /// A one-sigma of the solutions.
+    fn one_sigma(&self, value: impl Fn(&Solution) -> f64) -> Series {
+        self.solutions(Role::Estimate, value, None).named("one-sigma")
     }
 
     fn readiness(&self) -> Section {
@@ -252,7 +246,7 @@ impl RecordPage<'_> {
         let failed =
             |recorded: &RecordedCycle| f64::from(recorded.cycle.failed_checks.count_ones());
         let failing: Vec<f64> = cycles.iter().map(failed).collect();
-        let figure = Figure::against_time([Row::new("Checks that fail", "")
+        let figure = Figure::against_time([Row::new("Checks", "")
             .with(Series::line(Role::Input, &time, &failing, None).named("failing"))]);
         let share = |bit: usize| {
             let fails = |recorded: &&RecordedCycle| recorded.cycle.failed_checks & 1 << bit != 0;
