@@ -51,6 +51,28 @@ impl RangeReading {
     pub const fn new(time: Time, range_m: f64) -> Self {
         Self { time, range_m, sigma_m: None, quality: None }
     }
+
+    /// Whether its numbers can be a rangefinder's: distance and one-sigma from 0 to 10 km, quality from 0 to 1.
+    #[must_use]
+    pub fn is_possible(&self) -> bool {
+        // Written so that a NaN is refused.
+        let can_be = |value: f64| (0.0..LONGEST_RANGE_M).contains(&value);
+        can_be(self.range_m)
+            && self.sigma_m.is_none_or(can_be)
+            && self.quality.is_none_or(|quality| (0.0..=1.0).contains(&quality))
+    }
+}
+
+/// No rangefinder reads as much, m.
+const LONGEST_RANGE_M: f64 = 1e4;
+/// No barometric height is further from zero, m.
+const HIGHEST_M: f64 = 1e5;
+
+/// Whether a number can be a barometric height, m: finite and within 100 km of zero.
+#[must_use]
+pub fn is_possible_height(height_m: f64) -> bool {
+    // Written so that a NaN is refused.
+    (-HIGHEST_M..=HIGHEST_M).contains(&height_m)
 }
 
 impl Event {

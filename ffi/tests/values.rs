@@ -147,6 +147,8 @@ const NO_NOTCH: &str = "1 to 4, or 0 and no frequency for no notch";
 fn a_setting_beyond_its_range_is_refused_with_the_range() {
     for (wrong, what, expected) in [
         (|config: &mut Config| config.gps.learning_rate = 1.5, "gps.learning_rate", "0 to 1"),
+        // An alignment that never ends.
+        (|config| config.alignment.duration_s = 1e6, "alignment.duration_s", "0.1 to 120"),
         (|config| config.gps.position_wander_share = 2.0, "gps.position_wander_share", "0 to 1"),
         (|config| config.gps.velocity_wander_share = 2.0, "gps.velocity_wander_share", "0 to 1"),
         (
@@ -177,7 +179,7 @@ fn a_setting_beyond_its_range_is_refused_with_the_range() {
             "imu.gyro_bias_sigma_radps",
             "0 to 1e9",
         ),
-    ] as [(fn(&mut Config), _, _); 10]
+    ] as [(fn(&mut Config), _, _); 11]
     {
         let mut config = config();
         wrong(&mut config);
@@ -203,6 +205,26 @@ fn what_alignment_cannot_use_is_told_of() {
         let fix = Fix { time_ns: now_ns - late_ns, ..navigator.fix() };
         assert_eq!(navigator.push_fix(&fix), Status::Ok);
         assert_eq!(navigator.reason(), reason);
+    }
+    // Readings that can be none, of every other sensor; those that can be are no news yet.
+    let nav = navigator.nav;
+    for value in [f64::NAN, f64::INFINITY, 1.0] {
+        let reason =
+            if value.is_finite() { UnusedReason::None } else { UnusedReason::NotFinite };
+        let field = [value, 0.0, 0.4];
+        let unknown = f64::NAN;
+        // SAFETY: an object, and right pointers.
+        unsafe {
+            assert_eq!(hovernav_push_baro(nav, now_ns, value), Status::Ok);
+            assert_eq!(navigator.reason(), reason);
+            assert_eq!(hovernav_push_magnetometer(nav, now_ns, field.as_ptr()), Status::Ok);
+            assert_eq!(navigator.reason(), reason);
+            assert_eq!(hovernav_push_range(nav, now_ns, value, unknown, unknown), Status::Ok);
+            assert_eq!(navigator.reason(), reason);
+            let status = hovernav_push_antenna_heading(nav, now_ns, value, unknown, unknown);
+            assert_eq!(status, Status::Ok);
+            assert_eq!(navigator.reason(), reason);
+        }
     }
     assert!(navigator.solution().is_none());
 }

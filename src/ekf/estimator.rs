@@ -2,6 +2,7 @@
 
 mod aids;
 mod notice;
+mod start;
 
 pub use notice::Notice;
 
@@ -12,7 +13,7 @@ use super::gate::NEVER;
 use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
-use super::prediction::{ImuFault, Prediction};
+use super::prediction::Prediction;
 use super::scalar::Scalar;
 use super::solution::Solution;
 use super::square;
@@ -23,7 +24,7 @@ use crate::event::Event;
 use crate::frames::Vector;
 use crate::gps::Fix;
 use crate::imu::ImuSample;
-use crate::ins::{ALIGNABLE_S, Aligner, Alignment, HeadingSource, Start};
+use crate::ins::Aligner;
 use crate::time::Time;
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
@@ -193,52 +194,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, notify),
             Event::Range(reading) => self.range(reading, trace, notify),
         }
-    }
-
-    /// What the alignment passes over and why; a fix before it has enough samples is no fault.
-    #[inline(never)]
-    fn tell_why_alignment_waits(&self, event: &Event, notify: &mut dyn FnMut(Notice)) {
-        match event {
-            Event::Imu(sample) if !sample.motion.is_finite() => {
-                notify(Notice::SampleRefused { time: sample.time, fault: ImuFault::NotFinite });
-            }
-            Event::Imu(sample) if self.aligner.is_late(sample.time) => {
-                notify(Notice::SampleRefused { time: sample.time, fault: ImuFault::NotLater });
-            }
-            Event::Gps(fix) => {
-                let reason = match self.aligner.age_s(fix) {
-                    _ if !fix.is_finite() => Unusable::NotFinite,
-                    Some(age_s) if age_s > ALIGNABLE_S => Unusable::TooOld,
-                    Some(age_s) if age_s < -ALIGNABLE_S => Unusable::AheadOfImu,
-                    _ => return,
-                };
-                notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason });
-            }
-            _ => {}
-        }
-    }
-
-    #[inline(never)]
-    fn begin(&mut self, alignment: &Alignment, notify: &mut dyn FnMut(Notice)) {
-        if alignment.heading != HeadingSource::Unknown {
-            self.begin_at(&alignment.start);
-        } else if H::SEARCHES {
-            self.search.start(&alignment.start);
-            self.phase = Phase::Searching;
-        } else {
-            notify(Notice::HeadingMissing { time: alignment.start.state.time });
-            return;
-        }
-        notify(Notice::Aligned(*alignment));
-    }
-
-    /// Starts the filter at a given state, without an alignment or a search of its own: to go over
-    /// a log again with what was found out later.
-    pub fn begin_at(&mut self, start: &Start) {
-        self.filter.restart(start);
-        self.wheels = WheelWatch::UNSEEN;
-        self.phase = Phase::Navigating;
-        self.search.watch(self.filter.state.body_to_ned);
     }
 
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {

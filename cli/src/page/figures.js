@@ -123,6 +123,10 @@
     return [low - room, high + room];
   };
 
+  // Numbers that stand for modes, or count something, have nothing between them.
+  const isCount = ({ unit, logarithmic, series }) =>
+    unit === "" && !logarithmic && series.every(({ y }) => y.every((value) => !isNumber(value) || Number.isInteger(value)));
+
   // What a row shows at first, and what is said above it: its result, and how much lies beyond.
   const firstView = (row, isOwnPlane) => {
     const inView = row.series.filter(({ role }) => !ROLES[role].outlier);
@@ -252,6 +256,7 @@
         type: row.logarithmic ? "log" : "linear",
         nticks: isMap ? undefined : 6,
         ...(row.logarithmic ? { dtick: shown[1] - shown[0] < 1.5 ? "D2" : 1, tickformat: "~g" } : {}),
+        ...(isCount(row) ? { dtick: Math.ceil((shown[1] - shown[0]) / 6), tickformat: "d" } : {}),
         ...(isMap ? { scaleanchor: "x", scaleratio: 1 } : {}),
       };
       if (text) {

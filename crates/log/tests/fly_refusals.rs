@@ -100,6 +100,9 @@ fn mixing_that_does_not_come_to_the_autopilots_limits_about_hover_trim_is_refuse
 fn a_key_without_an_effect_is_refused() {
     let error = refused("pilot = 'override'\noverride_travel = 0.7\n");
     assert!(error.starts_with("[autopilot] override_travel: found 0.7 with pilot"), "{error}");
+    let error = refused("pilot = 'override'\n[autopilot.steering]\nspeed_mps = 1.0\n");
+    assert!(error.starts_with("[autopilot] steering: found values with pilot"), "{error}");
+    loaded("pilot = 'steer'\n[autopilot.steering]\nspeed_mps = 1.0\n", &hover()).unwrap();
     let config = loaded("pilot = 'steer'\noverride_travel = 0.7\n", &hover()).unwrap();
     assert_eq!(config.autopilot.unwrap().flown.unwrap().transfer.override_travel, 0.7);
     let config = loaded("pilot = 'steer'\n", &hover()).unwrap();

@@ -31,7 +31,7 @@ pub const HOVERNAV_HEADING_SECOND_ANTENNA: u32 = 5;
 pub struct Alignment {
     /// Where the first heading comes from: one of HOVERNAV_HEADING_.
     pub heading: u32,
-    /// Length of inertial data needed, s.
+    /// Length of inertial data needed, 0.1 to 120 s.
     pub duration_s: f64,
     /// What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
     pub attitude_declination_rad: f64,
@@ -271,8 +271,9 @@ impl Alignment {
                 return Err(Fault::new(&what, f64::from(other), "one of HOVERNAV_HEADING_"));
             }
         };
+        within!("alignment.", self, 0.1, 120.0, "0.1 to 120"; duration_s);
         within!("alignment.", self, 0.0, 1e6, "0 to 1e6";
-            duration_s attitude_tilt_sigma_rad heading_sigma_rad level_sigma_rad
+            attitude_tilt_sigma_rad heading_sigma_rad level_sigma_rad
             moving_level_sigma_rad position_sigma_m velocity_sigma_mps course_speed_mps);
         within!("alignment.", self, -7.0, 7.0, "-2 pi to 2 pi";
             attitude_declination_rad declination_rad);

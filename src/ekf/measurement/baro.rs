@@ -9,10 +9,8 @@ use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement, Unusable};
+use crate::event::is_possible_height;
 use crate::time::Time;
-
-/// No barometer of a vehicle of this kind tells a height beyond this, m.
-const HIGHEST_M: f64 = 1e5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Takes in a barometric height, m, above any fixed level: the first one sets the level.
@@ -31,7 +29,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let state = L::BARO.ok_or(Unusable::NoState)?;
-        if !height_m.is_finite() || libm::fabs(height_m) > HIGHEST_M {
+        if !is_possible_height(height_m) {
             return Err(Unusable::NotFinite);
         }
         self.relax(trace);

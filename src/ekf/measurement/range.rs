@@ -84,8 +84,6 @@ impl Ground {
     }
 }
 
-/// No distance, in m, and nothing else that a reading tells is larger, or below zero.
-const MOST: f64 = 1e4;
 /// No more than this, s, is counted between two readings: nobody knows where the beam went.
 const LONGEST_S: f64 = 10.0;
 /// No sensor tells the same distance to the last bit for this long, s, of a vehicle that has turned by
@@ -121,11 +119,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let state = L::GROUND.ok_or(Unusable::NoState)?;
         let model = &rangefinder.model;
         let RangeReading { time, range_m, .. } = *reading;
-        // Written so that a NaN is refused.
-        let can_be = |value: f64| (0.0..MOST).contains(&value);
-        let known = |value: Option<f64>| value.is_none_or(can_be);
-        let quality_can_be = reading.quality.is_none_or(|quality| (0.0..=1.0).contains(&quality));
-        if !can_be(range_m) || !known(reading.sigma_m) || !quality_can_be {
+        if !reading.is_possible() {
             return Err(Unusable::NotFinite);
         }
         let body_to_ned = self.state.body_to_ned.cast();

@@ -35,7 +35,8 @@ pub struct AutopilotSection {
     /// What the pilot's sticks do while it flies.
     #[serde(default)]
     pub pilot: PilotRole,
-    /// With `pilot = "steer"`: what the sticks ask for.
+    /// With `pilot = "steer"`: what the sticks ask for. With `pilot = "override"` other values than these are
+    /// refused, for they would have no effect.
     #[serde(default)]
     pub steering: SteeringConfig,
     /// With `pilot = "steer"`: a stick this far from where it was at engagement gives the sticks back at
@@ -213,6 +214,11 @@ impl AutopilotSection {
                  the autopilot's file counts; or pilot = \"steer\""
             );
             return Err(FlyConfigError::value("autopilot", "override_travel", &why));
+        }
+        if self.pilot == PilotRole::Override && self.steering != SteeringConfig::default() {
+            let why = "found values with pilot = \"override\", expected none: there the sticks ask for nothing; \
+                       or pilot = \"steer\"";
+            return Err(FlyConfigError::value("autopilot", "steering", &why));
         }
         reach::check_travel(servo)
     }

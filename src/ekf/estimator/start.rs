@@ -1,0 +1,86 @@
+//! Alignment, what it passes over, and how the filter starts.
+
+use super::super::heading_search::HeadingMethod;
+use super::super::layout::Layout;
+use super::super::measurement::{Aid, Unusable};
+use super::super::prediction::ImuFault;
+use super::super::scalar::Scalar;
+use super::super::wheels::WheelWatch;
+use super::{Estimator, Notice, Phase};
+use crate::event::{Event, is_possible_height};
+use crate::ins::{ALIGNABLE_S, Alignment, HeadingSource, Start};
+
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
+    /// What the alignment passes over and why: readings that can be none, and fixes of another time. A
+    /// reading before there are enough samples is no fault.
+    #[inline(never)]
+    pub(super) fn tell_why_alignment_waits(&self, event: &Event, notify: &mut dyn FnMut(Notice)) {
+        let time = event.time();
+        let (aid, reason) = match event {
+            Event::Imu(sample) => {
+                let fault = match sample.motion.is_finite() {
+                    false => Some(ImuFault::NotFinite),
+                    true => self.aligner.is_late(time).then_some(ImuFault::NotLater),
+                };
+                if let Some(fault) = fault {
+                    notify(Notice::SampleRefused { time, fault });
+                }
+                let no_angles = sample.attitude.is_some_and(|angles| !angles.is_finite());
+                if !(no_angles && self.aiding.attitude) {
+                    return;
+                }
+                (Aid::Attitude, Unusable::NotFinite)
+            }
+            Event::Gps(fix) => {
+                let reason = match self.aligner.age_s(fix) {
+                    _ if !fix.is_finite() => Unusable::NotFinite,
+                    Some(age_s) if age_s > ALIGNABLE_S => Unusable::TooOld,
+                    Some(age_s) if age_s < -ALIGNABLE_S => Unusable::AheadOfImu,
+                    _ => return,
+                };
+                (Aid::Gps, reason)
+            }
+            Event::Baro { height_m, .. } if self.aiding.baro && !is_possible_height(*height_m) => {
+                (Aid::Baro, Unusable::NotFinite)
+            }
+            Event::Magnetometer { field_gauss, .. }
+                if self.aiding.magnetometer && !field_gauss.is_finite() =>
+            {
+                (Aid::Magnetometer, Unusable::NotFinite)
+            }
+            Event::AntennaHeading(heading)
+                if self.aiding.second_antenna && !heading.is_finite() =>
+            {
+                (Aid::SecondAntenna, Unusable::NotFinite)
+            }
+            Event::Range(reading) if self.aiding.rangefinder && !reading.is_possible() => {
+                (Aid::Rangefinder, Unusable::NotFinite)
+            }
+            _ => return,
+        };
+        notify(Notice::NotUsed { time, aid, reason });
+    }
+
+    #[inline(never)]
+    pub(super) fn begin(&mut self, alignment: &Alignment, notify: &mut dyn FnMut(Notice)) {
+        if alignment.heading != HeadingSource::Unknown {
+            self.begin_at(&alignment.start);
+        } else if H::SEARCHES {
+            self.search.start(&alignment.start);
+            self.phase = Phase::Searching;
+        } else {
+            notify(Notice::HeadingMissing { time: alignment.start.state.time });
+            return;
+        }
+        notify(Notice::Aligned(*alignment));
+    }
+
+    /// Starts the filter at a given state, without an alignment or a search of its own: to go over
+    /// a log again with what was found out later.
+    pub fn begin_at(&mut self, start: &Start) {
+        self.filter.restart(start);
+        self.wheels = WheelWatch::UNSEEN;
+        self.phase = Phase::Navigating;
+        self.search.watch(self.filter.state.body_to_ned);
+    }
+}
