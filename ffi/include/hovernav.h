@@ -419,7 +419,7 @@ typedef struct Hovernav Hovernav;
 typedef struct HovernavAlignment {
     // Where the first heading comes from: one of HOVERNAV_HEADING_.
     uint32_t heading;
-    // Length of inertial data needed, s.
+    // Length of inertial data needed, 0.1 to 120 s.
     double duration_s;
     // What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
     double attitude_declination_rad;

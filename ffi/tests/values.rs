@@ -209,8 +209,7 @@ fn what_alignment_cannot_use_is_told_of() {
     // Readings that can be none, of every other sensor; those that can be are no news yet.
     let nav = navigator.nav;
     for value in [f64::NAN, f64::INFINITY, 1.0] {
-        let reason =
-            if value.is_finite() { UnusedReason::None } else { UnusedReason::NotFinite };
+        let reason = if value.is_finite() { UnusedReason::None } else { UnusedReason::NotFinite };
         let field = [value, 0.0, 0.4];
         let unknown = f64::NAN;
         // SAFETY: an object, and right pointers.
