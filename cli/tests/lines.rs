@@ -121,6 +121,11 @@ fn a_simulation_that_no_flight_computer_opens_ends_after_its_duration() {
     let config = config.display().to_string();
     let message = last_line(&["simulate", "--lines", "--config", &config, "--duration", "1"]);
     assert!(message.contains("no flight computer opened all lines within 1 s"), "{message}");
+    // Where nothing can be written is found before anything is flown.
+    let under_a_file = format!("{config}/truth");
+    let asked = ["simulate", "--lines", "--config", &config, "--out", &under_a_file];
+    let message = last_line(&asked);
+    assert!(message.starts_with(&format!("hovernav: cannot create {under_a_file}")), "{message}");
 }
 
 #[test]

@@ -79,6 +79,37 @@ fn packets_in_words(packets: &ServoPackets) -> String {
     )
 }
 
+impl LinesSummary {
+    /// How it went, in a few lines.
+    fn say(&self, packets: &ServoPackets) {
+        let say = |line: std::fmt::Arguments<'_>| crate::output::say(line);
+        match self.crashed_s {
+            Some(crashed_s) => say(format_args!("crashed at {crashed_s:.1} s")),
+            None => say(format_args!("flown {:.1} s", self.duration_s)),
+        }
+        if self.crashed_s.is_some() || packets.longest_gap_s > LONG_GAP_S {
+            say(format_args!("{}", packets_in_words(packets)));
+        }
+        let [u, v, w] = self.velocity_rms_mps;
+        say(format_args!(
+            "switch closed {:.1} s in {} engagement{}: u, v, w {u:.2}, {v:.2}, {w:.2} m/s RMS, heading within \
+             {:.1} deg, place within {:.1} m, largest step of a stick {:.1} %",
+            self.engaged_s,
+            self.engagements,
+            if self.engagements == 1 { "" } else { "s" },
+            self.heading_deg,
+            self.place_m,
+            100.0 * self.stick_step
+        ));
+        let Turnaround { median, p99, p99_9, longest } = &self.turnaround_s;
+        let [median, p99, p99_9, longest] =
+            [median, p99, p99_9, longest].map(|took_s| 1e3 * took_s);
+        say(format_args!(
+            "from packet to servos: median {median:.2} ms, p99 {p99:.2}, p99.9 {p99_9:.2}, longest {longest:.2}"
+        ));
+    }
+}
+
 /// Flies `flight` behind the lines that `fly_config` names.
 pub fn run(
     arguments: &Arguments,
@@ -113,6 +144,8 @@ pub fn run(
     let (channels, swashplate) = (config.servo.channels, config.servo.swashplate);
     let live = LiveConfig { flight, calibration, channels, swashplate, scene };
 
+    let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
+    output::create(&out)?;
     let stop = crate::stop::when_asked(&[SIGINT, SIGTERM])?;
     let flying = LiveFlight::start(live, gps.protocol, &paths)?;
     crate::output::say(format_args!(
@@ -151,10 +184,6 @@ pub fn run(
     let (mut dataset, samples) = flying.end()?;
     ensure!(!samples.is_empty(), "nothing was flown: no flight computer opened all lines");
     dataset.manifest = config.navigation.clone();
-    let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
-    output::create(&out)?;
-    let truth: Vec<_> = samples.iter().map(|sample| sample.truth).collect();
-    dataset.write(&out, &truth)?;
     let statistics = LiveStatistics::of(&samples);
     let summary = LinesSummary {
         tool: "hovernav",
@@ -185,30 +214,11 @@ pub fn run(
             longest_gap_s: packets.longest_gap_s,
         },
     };
+    // Before anything is written: a disk that is full costs the files, not what was flown.
+    summary.say(&packets);
+    let truth: Vec<_> = samples.iter().map(|sample| sample.truth).collect();
+    dataset.write(&out, &truth)?;
     output::write_json(&summary, &out.join("summary.json"))?;
-    match crashed_s {
-        Some(crashed_s) => crate::output::say(format_args!("crashed at {crashed_s:.1} s")),
-        None => crate::output::say(format_args!("flown {elapsed_s:.1} s")),
-    }
-    if crashed_s.is_some() || packets.longest_gap_s > LONG_GAP_S {
-        crate::output::say(format_args!("{}", packets_in_words(&packets)));
-    }
-    let [u, v, w] = statistics.velocity_rms_mps;
-    crate::output::say(format_args!(
-        "switch closed {:.1} s in {} engagement{}: u, v, w {u:.2}, {v:.2}, {w:.2} m/s RMS, heading within \
-         {:.1} deg, place within {:.1} m, largest step of a stick {:.1} %",
-        statistics.engaged_s,
-        statistics.engagements,
-        if statistics.engagements == 1 { "" } else { "s" },
-        statistics.heading_rad.to_degrees(),
-        statistics.place_m,
-        100.0 * statistics.stick_step
-    ));
-    let Turnaround { median, p99, p99_9, longest } = &summary.turnaround_s;
-    let [median, p99, p99_9, longest] = [median, p99, p99_9, longest].map(|took_s| 1e3 * took_s);
-    crate::output::say(format_args!(
-        "from packet to servos: median {median:.2} ms, p99 {p99:.2}, p99.9 {p99_9:.2}, longest {longest:.2}"
-    ));
     crate::output::say(format_args!("written {}", out.display()));
     Ok(())
 }
