@@ -38,7 +38,7 @@ impl Still {
         }
     }
 
-    /// Two seconds of samples, then a fix.
+    /// Two seconds of samples, the fix a first time too early, then again.
     fn aligned(&self, config: AlignmentConfig, fix: Fix) -> Option<Alignment> {
         self.aligned_on(Mounting::default(), config, fix)
     }
@@ -66,6 +66,10 @@ impl Still {
                 )
             };
             assert_eq!(aligner.push(&Event::Imu(sample)), None);
+            if step == 25 {
+                let early = Fix { time: sample.time, ..fix };
+                assert_eq!(aligner.push(&Event::Gps(early)), None);
+            }
         }
         aligner.push(&Event::Gps(fix))
     }

@@ -166,7 +166,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         if self.phase == Phase::Aligning {
             self.tell_why_alignment_waits(event, notify);
-            if let Some(alignment) = self.aligner.push(event) {
+            let alignment = if H::SEARCHES {
+                self.aligner.push(event)
+            } else {
+                self.aligner.push_as::<false>(event)
+            };
+            if let Some(alignment) = alignment {
                 self.begin(&alignment, notify);
             }
             return;

@@ -1,19 +1,23 @@
 //! Alignment: the first attitude, velocity and position, and how sure they are.
 //!
 //! Position and velocity come from the first fix. Roll and pitch come from the unit's own attitude
-//! where it has one, else from levelling on the mean specific force, which on a moving vehicle is
-//! off by its acceleration over g; both are given the uncertainty to match, so a vehicle already in
-//! flight aligns like one at rest, only less surely. Gyro bias is measured when the vehicle is at
+//! where it has one, else from levelling on the mean specific force. A vehicle that accelerates is not levelled:
+//! the change of velocity from fix to fix tells which way its specific force points. All are given the uncertainty to
+//! match, so a vehicle already in flight aligns like one at rest, only less surely. Gyro bias is measured when the vehicle is at
 //! rest. Heading has the source that the configuration or the sensors allow; with none it stays
 //! open, for the filter to find in motion.
 
+mod orientation;
+mod pull;
+
 use crate::event::Event;
-use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
-use crate::gps::{AntennaHeading, Fix};
+use crate::frames::{Body, EulerAngles, Ned, Vector};
+use crate::gps::Fix;
 use crate::imu::{ImuSample, MeanRates, SecondDifference, Vibration, noise_variance};
 use crate::ins::{Mounting, NavState};
 use crate::scalar::Scalar;
 use crate::time::Time;
+use pull::SinceFix;
 
 /// Where the first heading comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,6 +168,9 @@ pub struct Alignment {
     pub at_rest: bool,
     /// Inertial data it rests on, s.
     pub duration_s: f64,
+    /// The direction, of length one, about which the attitude is open where nothing gives a heading: down, or of a
+    /// vehicle that accelerates against its specific force.
+    pub axis: Vector<Ned>,
 }
 
 /// Collects events until they make an alignment.
@@ -174,15 +181,17 @@ pub struct Aligner {
     window: Window,
     attitude: Option<EulerAngles>,
     field_gauss: Option<Vector<Body>>,
-    antenna_heading: Option<AntennaHeading>,
+    /// When two antennas last told a heading, it and its one-sigma, rad.
+    antenna_heading: Option<(Time, f32, f32)>,
 }
 
 /// Running means of the inertial samples since the window began.
 #[derive(Clone, Copy, Debug, Default)]
 struct Window {
-    first: Option<Time>,
-    last: Option<Time>,
-    count: f64,
+    /// Times of its first and last sample.
+    span: Option<(Time, Time)>,
+    count: u32,
+    since_fix: SinceFix,
     rate: Vector<Body>,
     force: Vector<Body>,
     rate_variance: f64,
@@ -201,14 +210,17 @@ const REST_SPEED_MPS: f64 = 0.25;
 const REST_RATE_RADPS: f64 = 0.02;
 const REST_RATE_SCATTER_RADPS: f64 = 0.06;
 const REST_VIBRATION_MPS2: f64 = 0.3;
-/// One-sigma of an angle that could be any.
-const ANY_ANGLE_RAD: f64 = core::f64::consts::PI / 1.732_050_807_568_877_2;
+/// In steady motion the mean force is gravity, m/s²; further from it than this, m/s², or turning faster, rad/s, a
+/// vehicle manoeuvres.
+const STEADY_MPS2: f64 = 9.81;
+const MANOEUVRE_MPS2: f64 = 0.7;
+const MANOEUVRE_RADPS: f64 = 0.15;
 
 impl Window {
-    fn push(&mut self, sample: &ImuSample, longest_s: f64) {
-        let Some(last) = self.last else {
-            self.first = Some(sample.time);
-            self.last = Some(sample.time);
+    fn push<const WEIGH: bool>(&mut self, sample: &ImuSample, longest_s: f64) {
+        let anew = Self { span: Some((sample.time, sample.time)), ..Self::default() };
+        let Some((first, last)) = self.span else {
+            *self = anew;
             return;
         };
         let interval_s = sample.time - last;
@@ -217,29 +229,43 @@ impl Window {
         if out_of_order || !sample.motion.is_finite() {
             return;
         }
-        let is_torn = libm::fabs(interval_s) > LONGEST_GAP_S;
-        if is_torn || self.first.is_some_and(|first| last - first > longest_s) {
-            *self = Self { first: Some(sample.time), last: Some(sample.time), ..Self::default() };
+        if libm::fabs(interval_s) > LONGEST_GAP_S {
+            *self = anew;
             return;
         }
-        let MeanRates { angular_rate_radps: rate, specific_force_mps2: force } =
-            sample.motion.mean_rates(interval_s);
-        self.last = Some(sample.time);
-        self.count += 1.0;
+        let mean = sample.motion.mean_rates(interval_s);
+        if WEIGH {
+            self.since_fix.feel(mean, interval_s);
+        }
+        if last - first > longest_s {
+            *self = Self { since_fix: self.since_fix, ..anew };
+            return;
+        }
+        let MeanRates { angular_rate_radps: rate, specific_force_mps2: force } = mean;
+        self.span = Some((first, sample.time));
+        self.count = self.count.saturating_add(1);
+        let count = f64::from(self.count);
         let off = rate - self.rate;
-        self.rate += off * (1.0 / self.count);
-        self.force += (force - self.force) * (1.0 / self.count);
-        self.rate_variance += (off.dot(rate - self.rate) - self.rate_variance) / self.count;
+        self.rate += off * (1.0 / count);
+        self.force += (force - self.force) * (1.0 / count);
+        self.rate_variance += (off.dot(rate - self.rate) - self.rate_variance) / count;
         if let Some(change) = self.force_change.push(force) {
             self.force_vibration.push(noise_variance(change), interval_s);
         }
     }
 
+    fn last(&self) -> Option<Time> {
+        self.span.map(|(_, last)| last)
+    }
+
     fn length_s(&self) -> f64 {
-        match (self.first, self.last) {
-            (Some(first), Some(last)) => last - first,
-            _ => 0.0,
-        }
+        self.span.map_or(0.0, |(first, last)| last - first)
+    }
+
+    /// Whether it turned or felt a force that no vehicle in steady motion does.
+    fn is_manoeuvring(&self) -> bool {
+        let beyond = libm::fabs(self.force.norm() - STEADY_MPS2);
+        beyond > MANOEUVRE_MPS2 || self.rate.norm() > MANOEUVRE_RADPS
     }
 
     fn is_at_rest(&self) -> bool {
@@ -274,11 +300,17 @@ impl Aligner {
     /// of the last inertial sample. A fix that is not finite or finds too little inertial data is
     /// passed over.
     pub fn push(&mut self, event: &Event) -> Option<Alignment> {
+        self.push_as::<true>(event)
+    }
+
+    /// [`push`](Self::push), by levelling alone where it is not to `WEIGH` what fixes say of the acceleration: for
+    /// programs that have no room.
+    pub(crate) fn push_as<const WEIGH: bool>(&mut self, event: &Event) -> Option<Alignment> {
         match event {
             Event::Imu(sample) => {
                 // Twice what is needed, so that a fix meets a window that is long enough.
                 let longest_s = LONGEST_WINDOW_S.max(2.0 * self.config.duration_s);
-                self.window.push(sample, longest_s);
+                self.window.push::<WEIGH>(sample, longest_s);
                 self.attitude =
                     sample.attitude.filter(|angles| angles.is_finite()).or(self.attitude);
                 self.field_gauss = sample
@@ -293,93 +325,61 @@ impl Aligner {
                 }
                 None
             }
-            Event::Gps(fix) => self.align(fix),
+            Event::Gps(fix) if fix.is_finite() => {
+                let alignment = self.align::<WEIGH>(fix);
+                // The oldest that still tells: over a longer time velocities say more.
+                if WEIGH && alignment.is_none() && self.window.since_fix.is_old() {
+                    self.window.since_fix = SinceFix::begin(fix);
+                }
+                alignment
+            }
             Event::AntennaHeading(heading) => {
                 if heading.is_finite() {
-                    self.antenna_heading = Some(*heading);
+                    let sigma_rad = heading.sigma_rad.unwrap_or(0.0) as f32;
+                    self.antenna_heading =
+                        Some((heading.time, heading.heading_rad as f32, sigma_rad));
                 }
                 None
             }
-            Event::Baro { .. } | Event::Range(_) => None,
+            Event::Gps(_) | Event::Baro { .. } | Event::Range(_) => None,
         }
-    }
-
-    /// Heading by the two antennas at a given roll and pitch, and its one-sigma, rad, where they told one
-    /// of late.
-    fn antenna_heading(&self, time: Time, tilt: EulerAngles) -> Option<(f64, f64)> {
-        let found = self.antenna_heading.filter(|found| libm::fabs(time - found.time) < 1.0)?;
-        let level: Rotation<Body, Ned> = Rotation::from_euler(EulerAngles { yaw_rad: 0.0, ..tilt });
-        let baseline = self.config.baseline_m.unwrap_or(Vector::new(1.0, 0.0, 0.0));
-        let sigma_rad = found.sigma_rad.unwrap_or(0.0).max(LEAST_ANTENNA_SIGMA_RAD);
-        Some((found.heading_rad - (level * baseline).azimuth_rad(), sigma_rad))
     }
 
     /// Whether a sample of `time` is not later than the last.
     pub(crate) fn is_late(&self, time: Time) -> bool {
-        self.window.last.is_some_and(|last| time <= last)
+        self.window.last().is_some_and(|last| time <= last)
     }
 
     /// How much older than the last inertial sample a fix is, s; `None` before the first sample.
     pub(crate) fn age_s(&self, fix: &Fix) -> Option<f64> {
-        self.window.last.map(|last| last - fix.time)
+        self.window.last().map(|last| last - fix.time)
     }
 
     /// Equation (A3) of docs/equations.md.
-    fn align(&self, fix: &Fix) -> Option<Alignment> {
+    fn align<const WEIGH: bool>(&self, fix: &Fix) -> Option<Alignment> {
         let config = &self.config;
-        let time = self.window.last?;
+        let time = self.window.last()?;
         let age_s = self.age_s(fix)?;
         let is_far = libm::fabs(age_s) > ALIGNABLE_S;
-        let unusable = !fix.is_finite() || fix.two_dimensional || is_far;
-        if self.window.length_s() < config.duration_s || unusable {
+        if self.window.length_s() < config.duration_s || fix.two_dimensional || is_far {
             return None;
         }
         let speed = fix.horizontal_velocity_mps.map(|[north, east]| Scalar::hypot(north, east));
         let at_rest = self.window.is_at_rest() && speed.is_none_or(|speed| speed < REST_SPEED_MPS);
-        let allowed = |source| config.heading.is_none_or(|only| only == source);
-
-        let levelled = level(self.window.force);
-        let given = self.attitude.map(|angles| EulerAngles {
-            yaw_rad: angles.yaw_rad + config.attitude_declination_rad,
-            ..angles
-        });
-        let tilt = given.unwrap_or(levelled);
-        let tilt_sigma = match given {
-            Some(_) => config.attitude_tilt_sigma_rad,
-            None if at_rest => config.level_sigma_rad,
-            None => config.moving_level_sigma_rad,
-        };
-        let (heading, yaw_rad, yaw_sigma) = if let Some(found) =
-            self.antenna_heading(time, tilt).filter(|_| allowed(HeadingSource::SecondAntenna))
-        {
-            (HeadingSource::SecondAntenna, found.0, found.1)
-        } else if let Some(given) = given.filter(|_| allowed(HeadingSource::Attitude)) {
-            (HeadingSource::Attitude, given.yaw_rad, config.heading_sigma_rad)
-        } else if let Some(yaw) = self
-            .field_gauss
-            .filter(|_| allowed(HeadingSource::Magnetometer))
-            .and_then(|field| magnetic_heading(field, tilt))
-        {
-            let yaw = yaw + config.declination_rad;
-            (HeadingSource::Magnetometer, yaw, config.heading_sigma_rad + tilt_sigma)
-        } else if config.heading == Some(HeadingSource::Course) {
-            let [north, east] = fix.horizontal_velocity_mps?;
-            if Scalar::hypot(north, east) < config.course_speed_mps {
-                return None;
-            }
-            (HeadingSource::Course, libm::atan2(east, north), config.heading_sigma_rad)
-        } else {
-            (HeadingSource::Unknown, 0.0, ANY_ANGLE_RAD)
-        };
-        let body_to_ned =
-            Rotation::from_euler(EulerAngles { yaw_rad: wrap_angle(yaw_rad), ..tilt });
+        let velocity_sigma = fix
+            .axes_velocity_sigma_mps()
+            .unwrap_or(Vector::new(1.0, 1.0, 2.0) * config.velocity_sigma_mps)
+            .to_array();
+        let oriented = self.orient::<WEIGH>(fix, at_rest, velocity_sigma[0])?;
+        let body_to_ned = oriented.body_to_ned;
 
         let gyro_bias = if at_rest { self.window.rate } else { Vector::ZERO };
         let rate = self.window.rate - gyro_bias;
         let imu_from_antenna = self.mounting.imu_from_antenna();
         let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
         let antenna_velocity = Vector::new(north, east, fix.down_velocity_mps.unwrap_or(0.0));
-        let velocity_mps = imu_from_antenna.velocity(antenna_velocity, body_to_ned, rate);
+        let velocity_mps = imu_from_antenna.velocity(antenna_velocity, body_to_ned, rate)
+            + oriented.acceleration_mps2 * age_s;
         let position =
             imu_from_antenna.position(&fix.position, body_to_ned).displaced(velocity_mps * age_s);
         let state = NavState { time, position, velocity_mps, body_to_ned };
@@ -387,22 +387,23 @@ impl Aligner {
             return None;
         }
 
-        // A level attitude ages with the acceleration that may have gone on since the fix.
+        // A velocity ages with the acceleration that may have gone on since the fix, or changed.
         let unknown = |known: bool, sigma: f64| if known { sigma } else { 5.0 + 2.0 * sigma };
-        let velocity_sigma = fix
-            .axes_velocity_sigma_mps()
-            .unwrap_or(Vector::new(1.0, 1.0, 2.0) * config.velocity_sigma_mps)
-            .to_array();
         let velocity_sigma_mps = Vector::new(
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[0]),
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[1]),
             unknown(fix.down_velocity_mps.is_some(), velocity_sigma[2]),
         );
-        let aged = Vector::new(1.0, 1.0, 1.0) * libm::fabs(age_s);
+        let changed_mps2 = (0.5 * oriented.acceleration_mps2.norm()).max(1.0);
+        let aged = Vector::new(1.0, 1.0, 1.0) * (changed_mps2 * libm::fabs(age_s));
         Some(Alignment {
             start: Start {
                 state,
-                attitude_sigma_rad: Vector::new(tilt_sigma, tilt_sigma, yaw_sigma),
+                attitude_sigma_rad: Vector::new(
+                    oriented.tilt_sigma_rad,
+                    oriented.tilt_sigma_rad,
+                    oriented.heading_sigma_rad,
+                ),
                 velocity_sigma_mps: velocity_sigma_mps + aged,
                 position_sigma_m: fix
                     .position_sigma_m
@@ -415,41 +416,14 @@ impl Aligner {
                         .max(REST_BIAS_RADPS)
                 }),
             },
-            heading,
-            attitude_given: given.is_some(),
+            heading: oriented.heading,
+            attitude_given: self.attitude.is_some(),
             at_rest,
             duration_s: self.window.length_s(),
+            axis: oriented.axis,
         })
     }
 }
 
-/// Least one-sigma of a heading of two antennas at the start, rad: the vehicle may have turned since.
-const LEAST_ANTENNA_SIGMA_RAD: f64 = 0.02;
-
 /// Least one-sigma of a gyro bias measured at rest, rad/s (0.03°/s).
 const REST_BIAS_RADPS: f64 = 5e-4;
-
-/// Roll and pitch by which the mean specific force points straight up (Groves 5.101).
-///
-/// # Source
-/// Equation (A1) of docs/equations.md.
-fn level(force: Vector<Body>) -> EulerAngles {
-    let [x, y, z] = force.to_array();
-    EulerAngles {
-        roll_rad: libm::atan2(-y, -z),
-        pitch_rad: libm::atan2(x, Scalar::hypot(y, z)),
-        yaw_rad: 0.0,
-    }
-}
-
-/// Heading from magnetic north of a field in body axes at a given roll and pitch; `None` where the
-/// horizontal field is under 2 % of the whole.
-///
-/// # Source
-/// Equation (A2) of docs/equations.md.
-fn magnetic_heading(field: Vector<Body>, tilt: EulerAngles) -> Option<f64> {
-    let level = Rotation::from_euler(EulerAngles { yaw_rad: 0.0, ..tilt });
-    let field: Vector<Ned> = level * field;
-    let horizontal = Scalar::hypot(field.x(), field.y());
-    (horizontal > 0.02 * field.norm()).then(|| -libm::atan2(field.y(), field.x()))
-}

@@ -110,7 +110,7 @@ impl Dataset {
             let Some(sector) = found else {
                 return SmoothedRun { forward, ..SmoothedRun::default() };
             };
-            start = Some(HeadingSearch::sector_start(alignment.start, sector));
+            start = Some(HeadingSearch::sector_start(alignment.start, alignment.axis, sector));
             checkpoints.clear();
             second =
                 Some(self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints));

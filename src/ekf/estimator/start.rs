@@ -25,11 +25,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 if let Some(fault) = fault {
                     notify(Notice::SampleRefused { time, fault });
                 }
-                let no_angles = sample.attitude.is_some_and(|angles| !angles.is_finite());
-                if !(no_angles && self.aiding.attitude) {
-                    return;
-                }
-                (Aid::Attitude, Unusable::NotFinite)
+                return;
             }
             Event::Gps(fix) => {
                 let reason = match self.aligner.age_s(fix) {
@@ -40,23 +36,28 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 };
                 (Aid::Gps, reason)
             }
-            Event::Baro { height_m, .. } if self.aiding.baro && !is_possible_height(*height_m) => {
-                (Aid::Baro, Unusable::NotFinite)
+            other => {
+                let aiding = &self.aiding;
+                let (aid, is_used, is_possible) = match other {
+                    Event::Baro { height_m, .. } if L::BARO.is_some() => {
+                        (Aid::Baro, aiding.baro, is_possible_height(*height_m))
+                    }
+                    Event::Magnetometer { field_gauss, .. } => {
+                        (Aid::Magnetometer, aiding.magnetometer, field_gauss.is_finite())
+                    }
+                    Event::AntennaHeading(heading) => {
+                        (Aid::SecondAntenna, aiding.second_antenna, heading.is_finite())
+                    }
+                    Event::Range(reading) if L::GROUND.is_some() => {
+                        (Aid::Rangefinder, aiding.rangefinder, reading.is_possible())
+                    }
+                    _ => return,
+                };
+                if !is_used || is_possible {
+                    return;
+                }
+                (aid, Unusable::NotFinite)
             }
-            Event::Magnetometer { field_gauss, .. }
-                if self.aiding.magnetometer && !field_gauss.is_finite() =>
-            {
-                (Aid::Magnetometer, Unusable::NotFinite)
-            }
-            Event::AntennaHeading(heading)
-                if self.aiding.second_antenna && !heading.is_finite() =>
-            {
-                (Aid::SecondAntenna, Unusable::NotFinite)
-            }
-            Event::Range(reading) if self.aiding.rangefinder && !reading.is_possible() => {
-                (Aid::Rangefinder, Unusable::NotFinite)
-            }
-            _ => return,
         };
         notify(Notice::NotUsed { time, aid, reason });
     }
@@ -66,7 +67,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if alignment.heading != HeadingSource::Unknown {
             self.begin_at(&alignment.start);
         } else if H::SEARCHES {
-            self.search.start(&alignment.start);
+            self.search.start(&alignment.start, alignment.axis);
             self.phase = Phase::Searching;
         } else {
             notify(Notice::HeadingMissing { time: alignment.start.state.time });

@@ -96,17 +96,22 @@ pub struct HeadingSearch<T = f64> {
 }
 
 impl HeadingSearch {
-    /// Where the filter of one sector starts when the search starts at `start`; sectors are counted
+    /// Where the filter of one sector starts when the search starts at `start`, open about `axis`; sectors are counted
     /// clockwise from the start's heading.
     ///
     /// # Source
     /// Equation (H1) of docs/equations.md.
     #[must_use]
-    pub fn sector_start(mut start: Start, sector: usize) -> Start {
-        let turn = Vector::new(0.0, 0.0, 2.0 * SECTOR_SIGMA_RAD * sector as f64);
-        let [north, east, _] = start.attitude_sigma_rad.to_array();
+    pub fn sector_start(mut start: Start, axis: Vector<Ned>, sector: usize) -> Start {
+        let turn = axis * (2.0 * SECTOR_SIGMA_RAD * sector as f64);
+        let [tilt_rad, ..] = start.attitude_sigma_rad.to_array();
         start.state.body_to_ned = start.state.body_to_ned.turned_in_to(turn);
-        start.attitude_sigma_rad = Vector::new(north, east, SECTOR_SIGMA_RAD);
+        let sigma = |along: f64| {
+            let share = square(along);
+            Scalar::sqrt(square(tilt_rad) * (1.0 - share) + square(SECTOR_SIGMA_RAD) * share)
+        };
+        let [north, east, down] = axis.to_array();
+        start.attitude_sigma_rad = Vector::new(sigma(north), sigma(east), sigma(down));
         start
     }
 }
@@ -131,13 +136,13 @@ impl<T: Scalar> HeadingSearch<T> {
         }
     }
 
-    /// Starts, in place, to search all around from a start of unknown heading.
-    pub(super) fn start(&mut self, start: &Start) {
+    /// Starts, in place, to search all around from a start of unknown heading, open about `axis`.
+    pub(super) fn start(&mut self, start: &Start, axis: Vector<Ned>) {
         (self.last_fix, self.fast, self.borne_out) = (None, false, None);
         (self.waiting, self.weighed) = (None, false);
         self.monitor.restart(start.state.body_to_ned.cast());
         for (sector, slot) in self.sectors.iter_mut().enumerate() {
-            self.filter.restart(&HeadingSearch::sector_start(*start, sector));
+            self.filter.restart(&HeadingSearch::sector_start(*start, axis, sector));
             slot.insert(Sector::new(1.0 / SECTORS as f64)).store(&self.filter);
         }
     }

@@ -1,0 +1,151 @@
+//! The first attitude: tilt from the unit itself, from levelling, or from what two fixes say of the acceleration; and
+//! a heading where something gives one.
+
+use super::{Aligner, HeadingSource};
+use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
+use crate::gps::Fix;
+use crate::scalar::Scalar;
+
+/// One-sigma of an angle that could be any.
+const ANY_ANGLE_RAD: f64 = core::f64::consts::PI / 1.732_050_807_568_877_2;
+/// Least one-sigma of a heading of two antennas at the start, rad: the vehicle may have turned since.
+const LEAST_ANTENNA_SIGMA_RAD: f64 = 0.02;
+
+/// The first attitude, and how sure it is.
+pub(super) struct Oriented {
+    pub body_to_ned: Rotation<Body, Ned>,
+    pub heading: HeadingSource,
+    pub tilt_sigma_rad: f64,
+    /// About `axis`.
+    pub heading_sigma_rad: f64,
+    /// The direction about which the attitude is open until something gives a heading.
+    pub axis: Vector<Ned>,
+    /// Zero where it is not known.
+    pub acceleration_mps2: Vector<Ned>,
+}
+
+/// Turns about an axis that does not point down come to an azimuth bit by bit; within this it is reached, rad.
+const POINTED_RAD: f64 = 1e-6;
+const MOST_TURNS: usize = 100;
+const DOWN: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);
+const FORWARD: Vector<Body> = Vector::new(1.0, 0.0, 0.0);
+
+impl Aligner {
+    /// The attitude at a fix that the window is long enough for, its velocity to `sigma_mps`; `None` where the next
+    /// one will tell more.
+    pub(super) fn orient<const WEIGH: bool>(
+        &self,
+        fix: &Fix,
+        at_rest: bool,
+        sigma_mps: f64,
+    ) -> Option<Oriented> {
+        let config = &self.config;
+        let mut oriented = Oriented {
+            body_to_ned: Rotation::IDENTITY,
+            heading: HeadingSource::Unknown,
+            tilt_sigma_rad: config.level_sigma_rad,
+            heading_sigma_rad: ANY_ANGLE_RAD,
+            axis: DOWN,
+            acceleration_mps2: Vector::ZERO,
+        };
+        if let Some(angles) = self.attitude {
+            let yaw_rad = angles.yaw_rad + config.attitude_declination_rad;
+            oriented.body_to_ned = Rotation::from_euler(EulerAngles { yaw_rad, ..angles });
+            oriented.tilt_sigma_rad = config.attitude_tilt_sigma_rad;
+        } else {
+            oriented.body_to_ned = level(self.window.force);
+            if !at_rest {
+                oriented.tilt_sigma_rad = config.moving_level_sigma_rad;
+                if WEIGH {
+                    self.tilt(&mut oriented, fix, sigma_mps)?;
+                }
+            }
+        }
+        let time = self.window.last()?;
+        let antennas = self.antenna_heading.filter(|(told, ..)| libm::fabs(time - *told) < 1.0);
+        if let Some((_, heading_rad, sigma_rad)) = antennas
+            && self.allows(HeadingSource::SecondAntenna)
+            && oriented.point(config.baseline_m.unwrap_or(FORWARD), heading_rad.into())
+        {
+            oriented.heading = HeadingSource::SecondAntenna;
+            oriented.heading_sigma_rad = f64::from(sigma_rad).max(LEAST_ANTENNA_SIGMA_RAD);
+        } else if self.attitude.is_some() && self.allows(HeadingSource::Attitude) {
+            oriented.heading = HeadingSource::Attitude;
+            oriented.heading_sigma_rad = config.heading_sigma_rad;
+        } else if let Some(field) = self.field_gauss
+            && self.allows(HeadingSource::Magnetometer)
+            && oriented.point(field, config.declination_rad)
+        {
+            oriented.heading = HeadingSource::Magnetometer;
+            oriented.heading_sigma_rad = config.heading_sigma_rad + oriented.tilt_sigma_rad;
+        } else if config.heading == Some(HeadingSource::Course) {
+            let [north, east] = fix.horizontal_velocity_mps?;
+            let is_fast = Scalar::hypot(north, east) >= config.course_speed_mps;
+            if !(is_fast && oriented.point(FORWARD, libm::atan2(east, north))) {
+                return None;
+            }
+            oriented.heading = HeadingSource::Course;
+            oriented.heading_sigma_rad = config.heading_sigma_rad;
+        }
+        Some(oriented)
+    }
+
+    /// Of a vehicle that moves and was levelled: how sure that is, or where it accelerates the attitude that two fixes
+    /// tell of its force.
+    fn tilt(&self, oriented: &mut Oriented, fix: &Fix, sigma_mps: f64) -> Option<()> {
+        let usual_rad = oriented.tilt_sigma_rad;
+        let since_fix = &self.window.since_fix;
+        let tells = fix.horizontal_velocity_mps.is_some();
+        if tells && !since_fix.is_begun() && self.window.is_manoeuvring() {
+            return None;
+        }
+        let Some(pull) = since_fix.pull(fix, self.window.rate, sigma_mps) else { return Some(()) };
+        let lean_rad = pull.lean_rad();
+        if !pull.agrees {
+            oriented.tilt_sigma_rad = usual_rad.max(lean_rad + pull.sigma_rad);
+        } else if lean_rad > usual_rad.max(2.0 * pull.sigma_rad) || pull.has_turned {
+            oriented.body_to_ned = pull.attitude();
+            oriented.tilt_sigma_rad = usual_rad.max(pull.sigma_rad);
+            oriented.axis = pull.axis();
+            oriented.acceleration_mps2 = pull.acceleration_mps2();
+        }
+        Some(())
+    }
+
+    fn allows(&self, source: HeadingSource) -> bool {
+        self.config.heading.is_none_or(|only| only == source)
+    }
+}
+
+impl Oriented {
+    /// Turns about the axis until `direction` in the body points to `azimuth_rad`; false where it cannot, or stands
+    /// so steep that less than 2 % of it are level.
+    ///
+    /// # Source
+    /// Equation (A2) of docs/equations.md.
+    fn point(&mut self, direction: Vector<Body>, azimuth_rad: f64) -> bool {
+        for _ in 0..MOST_TURNS {
+            let pointing = self.body_to_ned * direction;
+            let off_rad = wrap_angle(azimuth_rad - pointing.azimuth_rad());
+            if libm::fabs(off_rad) < POINTED_RAD {
+                let [north, east, _] = pointing.to_array();
+                return Scalar::hypot(north, east) > 0.02 * pointing.norm();
+            }
+            self.body_to_ned = self.body_to_ned.turned_in_to(self.axis * off_rad);
+        }
+        false
+    }
+}
+
+/// The attitude by which a specific force points straight up, its heading zero (Groves 5.101).
+///
+/// # Source
+/// Equation (A1) of docs/equations.md.
+pub(super) fn level(force: Vector<Body>) -> Rotation<Body, Ned> {
+    let [x, y, z] = force.to_array();
+    Rotation::from_euler(EulerAngles {
+        roll_rad: libm::atan2(-y, -z),
+        pitch_rad: libm::atan2(x, Scalar::hypot(y, z)),
+        yaw_rad: 0.0,
+    })
+}

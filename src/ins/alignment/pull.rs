@@ -1,0 +1,224 @@
+//! Which way the specific force of a vehicle that accelerates points, by what two fixes say.
+
+use super::orientation::level;
+use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::gps::Fix;
+use crate::imu::MeanRates;
+use crate::scalar::Scalar;
+
+/// Standard gravity is near enough for a direction, m/s².
+const GRAVITY_MPS2: f64 = 9.81;
+/// Fixes closer than this, s, tell too little of an acceleration; over more, a gyro's errors add up.
+const TELLING_S: core::ops::Range<f32> = 0.15..4.0;
+/// How late a receiver may tell a velocity without saying so, s: meanwhile a vehicle that turns has turned.
+const LATE_S: f64 = 0.15;
+/// Share of the specific force by which the unit and the fixes may differ in its amount.
+const ALIKE_SHARE: f64 = 0.1;
+
+/// Cosine of half the angle, 8°, from which on a body has turned.
+const TURNED_COSINE: f64 = 0.997_56;
+
+/// What the unit felt since a fix; of no fix as long as its velocity is NaN.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SinceFix {
+    /// From body axes now to those at the fix.
+    now_to_then: Rotation<Body, Body, f32>,
+    /// Integral of specific force in the axes at the fix, m/s.
+    felt_mps: Vector<Body, f32>,
+    felt_s: f32,
+    /// The fix's velocity; its part downwards is NaN where it was not told.
+    velocity_mps: Vector<Ned, f32>,
+}
+
+/// A mean specific force, m/s², as the unit felt it and as the fixes have it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pull {
+    pub body: Vector<Body>,
+    pub ned: Vector<Ned>,
+    /// One-sigma of the direction, rad.
+    pub sigma_rad: f64,
+    /// Whether both are of the same strength.
+    pub agrees: bool,
+    /// Whether the body turned so far meanwhile that a mean of what it felt is of no attitude that it had.
+    pub has_turned: bool,
+}
+
+impl Default for SinceFix {
+    fn default() -> Self {
+        Self {
+            now_to_then: Rotation::IDENTITY,
+            felt_mps: Vector::ZERO,
+            felt_s: 0.0,
+            velocity_mps: Vector::new(f32::NAN, f32::NAN, f32::NAN),
+        }
+    }
+}
+
+impl SinceFix {
+    /// Begins at a fix, if it tells a velocity.
+    pub fn begin(fix: &Fix) -> Self {
+        velocity(fix).map_or_else(Self::default, |velocity_mps| Self {
+            velocity_mps: velocity_mps.cast(),
+            ..Self::default()
+        })
+    }
+
+    /// Whether there was a fix.
+    pub fn is_begun(&self) -> bool {
+        self.velocity_mps.x().is_finite()
+    }
+
+    /// Takes in what a sample's interval felt like.
+    pub fn feel(&mut self, mean: MeanRates, interval_s: f64) {
+        let now_to_then: Rotation<Body, Body> = self.now_to_then.cast();
+        let turn_rad = mean.angular_rate_radps * interval_s;
+        let halfway = now_to_then.turned_in_from(turn_rad * 0.5);
+        self.felt_mps += (halfway * mean.specific_force_mps2 * interval_s).cast();
+        self.felt_s += interval_s as f32;
+        self.now_to_then = now_to_then.turned_in_from(turn_rad).renormalised().cast();
+    }
+
+    /// Whether there was no fix, or it is too long ago to tell an acceleration.
+    pub fn is_old(&self) -> bool {
+        !self.is_begun() || self.felt_s >= TELLING_S.end
+    }
+
+    /// The mean specific force from the fix of then to `fix`, of velocities to `sigma_mps`, on a body that turns at
+    /// `rate_radps`; `None` where the two do not tell it.
+    ///
+    /// # Source
+    /// Equation (A4) of docs/equations.md.
+    pub fn pull(&self, fix: &Fix, rate_radps: Vector<Body>, sigma_mps: f64) -> Option<Pull> {
+        let now_mps = velocity(fix).filter(|_| TELLING_S.contains(&self.felt_s))?;
+        let felt_s = f64::from(self.felt_s);
+        let now_to_then: Rotation<Body, Body> = self.now_to_then.cast();
+        let body = now_to_then.inverse() * self.felt_mps.cast() * (1.0 / felt_s);
+        let [north, east, down] =
+            ((now_mps - self.velocity_mps.cast()) * (1.0 / felt_s)).to_array();
+        // A receiver that tells no vertical velocity leaves it to the unit how strong the force is.
+        let up = if down.is_finite() {
+            GRAVITY_MPS2 - down
+        } else {
+            Scalar::sqrt((body.dot(body) - north * north - east * east).max(0.0))
+        };
+        let ned = Vector::new(north, east, -up);
+        let (length, strength) = (ned.norm(), body.norm());
+        let noise = core::f64::consts::SQRT_2 * sigma_mps / (length * felt_s);
+        let sigma_rad = Scalar::hypot(noise, rate_radps.norm() * LATE_S);
+        let apart = libm::fabs(strength - length);
+        let agrees = up > 0.0 && apart <= (ALIKE_SHARE + 2.0 * noise) * length;
+        let is_usable = strength > 0.0 && length > 0.0 && (strength + sigma_rad).is_finite();
+        let [.., half_turn_cosine] = now_to_then.to_array();
+        let has_turned = libm::fabs(half_turn_cosine) < TURNED_COSINE;
+        is_usable.then_some(Pull { body, ned, sigma_rad, agrees, has_turned })
+    }
+}
+
+impl Pull {
+    /// How far its direction is from straight up, rad.
+    pub fn lean_rad(&self) -> f64 {
+        let [north, east, down] = self.ned.to_array();
+        libm::atan2(Scalar::hypot(north, east), -down)
+    }
+
+    /// The direction about which the attitude stays open: down, where nothing accelerates. Of length one.
+    pub fn axis(&self) -> Vector<Ned> {
+        self.ned * (-1.0 / self.ned.norm())
+    }
+
+    /// What the vehicle does beside hanging in its gravity, m/s².
+    pub fn acceleration_mps2(&self) -> Vector<Ned> {
+        self.ned + Vector::new(0.0, 0.0, GRAVITY_MPS2)
+    }
+
+    /// An attitude by which what the body feels lies where the fixes have it; turned about [`axis`](Self::axis) it is
+    /// any of them.
+    ///
+    /// # Source
+    /// Equation (A4) of docs/equations.md.
+    pub fn attitude(&self) -> Rotation<Body, Ned> {
+        // As if the north, east and down of the fixes were a second body, hung up by the same force.
+        let [north, east, down] = self.ned.to_array();
+        let hung = level(Vector::new(north, east, down));
+        Rotation::claim((hung.inverse() * level(self.body)).quaternion())
+    }
+}
+
+/// The velocity of a fix whose numbers are finite, the part downwards NaN where it is not told; `None` without a horizontal one.
+fn velocity(fix: &Fix) -> Option<Vector<Ned>> {
+    let [north, east] = fix.horizontal_velocity_mps?;
+    let down = fix.down_velocity_mps.filter(|_| !fix.two_dimensional).unwrap_or(f64::NAN);
+    Some(Vector::new(north, east, down))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::earth::Geodetic;
+    use crate::frames::EulerAngles;
+    use crate::time::Time;
+
+    fn fix(time_s: f64, velocity_mps: [f64; 3]) -> Fix {
+        let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        let mut fix = Fix::at(Time::from_seconds(time_s).unwrap(), place);
+        fix.horizontal_velocity_mps = Some([velocity_mps[0], velocity_mps[1]]);
+        fix.down_velocity_mps = Some(velocity_mps[2]);
+        fix
+    }
+
+    /// A coordinated turn at 25 m/s and 40 °/s: banked by 60.6°, felt for a second.
+    fn turn() -> (SinceFix, Fix, Vector<Body>, Rotation<Body, Ned>) {
+        let (speed, turn_radps) = (25.0, 40f64.to_radians());
+        let roll = libm::atan(speed * turn_radps / GRAVITY_MPS2);
+        let attitude = |time_s: f64| {
+            let yaw_rad = turn_radps * time_s;
+            Rotation::from_euler(EulerAngles { roll_rad: roll, pitch_rad: 0.0, yaw_rad })
+        };
+        let velocity = |time_s: f64| {
+            let (sin, cos) = (libm::sin(turn_radps * time_s), libm::cos(turn_radps * time_s));
+            [speed * cos, speed * sin, 0.0]
+        };
+        let rate = attitude(0.0).inverse() * Vector::new(0.0, 0.0, turn_radps);
+        let force = Vector::new(0.0, 0.0, -GRAVITY_MPS2 / libm::cos(roll));
+        let mut since = SinceFix::begin(&fix(0.0, velocity(0.0)));
+        for _ in 0..50 {
+            since.feel(MeanRates { angular_rate_radps: rate, specific_force_mps2: force }, 0.02);
+        }
+        (since, fix(1.0, velocity(1.0)), rate, attitude(1.0))
+    }
+
+    #[test]
+    fn a_banked_turn_is_seen_as_one() {
+        let (since, fix, rate, truth) = turn();
+        let pull = since.pull(&fix, rate, 0.1).unwrap();
+        assert!((pull.lean_rad().to_degrees() - 60.0).abs() < 2.0, "{}", pull.lean_rad());
+        assert!(pull.agrees);
+        let base = pull.attitude();
+        // What the body feels comes to lie where the fixes have it, whatever the heading.
+        let off = (base * pull.body).cross(pull.ned).norm() / (pull.body.norm() * pull.ned.norm());
+        assert!(off < 1e-6, "{off}");
+        // The true attitude is one of those about it.
+        let rest =
+            (truth * pull.body).cross(pull.ned).norm() / (pull.body.norm() * pull.ned.norm());
+        assert!(rest < 0.03, "{rest}");
+    }
+
+    #[test]
+    fn without_a_vertical_velocity_the_unit_tells_how_strong_the_force_is() {
+        let (mut since, mut fix, rate, _) = turn();
+        since.velocity_mps = Vector::new(since.velocity_mps.x(), since.velocity_mps.y(), f32::NAN);
+        fix.down_velocity_mps = None;
+        let pull = since.pull(&fix, rate, 0.1).unwrap();
+        assert!((pull.lean_rad().to_degrees() - 60.0).abs() < 2.0, "{}", pull.lean_rad());
+    }
+
+    #[test]
+    fn fixes_that_the_unit_contradicts_are_found() {
+        let (since, mut fix, rate, _) = turn();
+        fix.horizontal_velocity_mps = Some([200.0, -90.0]);
+        let pull = since.pull(&fix, rate, 0.1).unwrap();
+        assert!(!pull.agrees && pull.lean_rad() > 1.0, "{pull:?}");
+        fix.horizontal_velocity_mps = None;
+        assert!(since.pull(&fix, rate, 0.1).is_none());
+    }
+}

@@ -1,0 +1,118 @@
+//! A computer that starts in the air, in whatever the vehicle is doing: the first attitude is that of a vehicle that
+//! accelerates, and what follows is within what is stated.
+
+use core::f64::consts::TAU;
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
+use hovernav::event::Event;
+use hovernav::frames::{Vector, wrap_angle};
+use hovernav::ins::{Alignment, HeadingSource};
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, Recording, fly};
+
+/// Circles of both senses at 25 m/s and 0.6 rad/s, banked by 57°, with a straight second between them.
+fn aerobatics() -> FlightPlan {
+    let place = Geodetic::from_degrees(45.3, -93.2, 250.0).unwrap();
+    let plan = FlightPlan::hover_at(place, 1.0).hold(2.0);
+    let plan = plan.accelerate(Vector::new(25.0, 0.0, 0.0), 4.0);
+    (0..6).fold(plan, |plan, circle| {
+        let sense = if circle % 2 == 0 { 1.0 } else { -1.0 };
+        plan.turn(sense * TAU, 0.6).hold(1.0)
+    })
+}
+
+struct Start {
+    alignment: Alignment,
+    /// Angle between the attitude at alignment and the true one, about a level axis, rad.
+    tilt_error_rad: f64,
+    reopened: usize,
+    /// Shares of what follows, from 10 s after the start, inside three one-sigmas: yaw, velocity.
+    yaw_inside: f64,
+    velocity_inside: f64,
+}
+
+/// Starts at `start_s` of a flight.
+fn started(recording: &Recording, dmu: &DmuConfig, gps: &GpsConfig, start_s: f64) -> Start {
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
+    config.aiding.magnetometer = dmu.magnetometer.is_some();
+    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let (mut alignment, mut reopened) = (None, 0);
+    let (mut tilt_error_rad, mut count, mut inside) = (0.0, 0.0, [0.0; 2]);
+    let mut fixes = recording.fixes.iter().filter(|fix| fix.time.seconds() >= start_s).peekable();
+    let samples = recording.imu.iter().zip(&recording.truth);
+    for (sample, truth) in samples.filter(|(sample, _)| sample.time.seconds() >= start_s) {
+        let mut notify = |notice| match notice {
+            Notice::Aligned(found) => {
+                let off = found.start.state.body_to_ned * truth.body_to_ned.inverse();
+                // What it leaves of the direction of gravity.
+                let down = Vector::new(0.0, 0.0, 1.0);
+                let axis = found.axis;
+                let open = (off * axis).dot(axis).clamp(-1.0, 1.0).acos();
+                tilt_error_rad = if found.heading == HeadingSource::Unknown {
+                    open
+                } else {
+                    (off * down).dot(down).clamp(-1.0, 1.0).acos()
+                };
+                alignment = Some(found);
+            }
+            Notice::Updated(report) => reopened += usize::from(report.any_reopened()),
+            _ => {}
+        };
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(*fix), &mut notify);
+        }
+        estimator.push(&Event::Imu(*sample), &mut notify);
+        let after_s = sample.time.seconds() - start_s;
+        let Some(solution) = estimator.solution().filter(|_| after_s > 10.0) else { continue };
+        count += 1.0;
+        let yaw = solution.body_to_ned.euler().yaw_rad - truth.body_to_ned.euler().yaw_rad;
+        inside[0] += f64::from(wrap_angle(yaw).abs() <= 3.0 * solution.attitude_sigma_rad[2]);
+        let off = (solution.velocity_mps - truth.velocity_mps).to_array();
+        let sigmas = solution.velocity_sigma_mps.to_array();
+        let is_inside = off.iter().zip(sigmas).all(|(off, sigma)| off.abs() <= 3.0 * sigma);
+        inside[1] += f64::from(is_inside);
+    }
+    let [yaw_inside, velocity_inside] = inside.map(|inside| inside / count);
+    let alignment = alignment.expect("it aligns");
+    Start { alignment, tilt_error_rad, reopened, yaw_inside, velocity_inside }
+}
+
+fn judge(magnetometer: Option<MagnetometerConfig>, expected: HeadingSource) {
+    let dmu = DmuConfig { rate_hz: 50.0, attitude: None, magnetometer, ..DmuConfig::default() };
+    let gps = GpsConfig::default();
+    let recording = fly(&aerobatics().build().unwrap(), &dmu, &gps, 3).unwrap();
+    let (mut least, mut reopened, mut worst_deg) = ([1.0f64; 2], 0, 0.0f64);
+    for step in 0..20 {
+        let start_s = 8.0 + 1.3 * f64::from(step);
+        let start = started(&recording, &dmu, &gps, start_s);
+        assert_eq!(start.alignment.heading, expected);
+        let tilt_deg = start.tilt_error_rad.to_degrees();
+        println!(
+            "{expected:?} from {start_s:.1} s: force {tilt_deg:.1} deg off, stated {:.1}; reopened {}; inside \
+             3 sigma: yaw {:.3}, velocity {:.3}",
+            start.alignment.start.attitude_sigma_rad.x().to_degrees(),
+            start.reopened,
+            start.yaw_inside,
+            start.velocity_inside
+        );
+        least = [least[0].min(start.yaw_inside), least[1].min(start.velocity_inside)];
+        reopened += start.reopened;
+        worst_deg = worst_deg.max(tilt_deg);
+    }
+    assert!(worst_deg < 10.0, "{worst_deg}");
+    assert!(reopened <= 2, "{reopened}");
+    assert!(least.iter().all(|least| *least > 0.9), "{least:?}");
+}
+
+#[test]
+fn a_start_in_a_steep_turn_finds_its_heading() {
+    judge(None, HeadingSource::Unknown);
+}
+
+#[test]
+fn a_start_in_a_steep_turn_goes_by_its_magnetometer() {
+    judge(Some(MagnetometerConfig::default()), HeadingSource::Magnetometer);
+}
