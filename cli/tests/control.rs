@@ -122,6 +122,23 @@ fn shards_of_a_campaign_are_the_campaign() {
 }
 
 #[test]
+fn the_seed_of_a_campaign_is_the_number_of_its_first_flight() {
+    let fly = |name: &str, further: &[&str]| {
+        let out = place(name);
+        let own = ["campaign", "--duration", "30", "--no-report", "--out", text(&out)];
+        succeeds(&[&own[..], further].concat());
+        let results = fs::read_to_string(out.join("results.csv")).expect("results");
+        let rows: Vec<String> = results.lines().skip(1).map(Into::into).collect();
+        (rows, summary(&out)["seed"].as_u64())
+    };
+    let (rows, seed) = fly("campaign_seed", &["--flights", "3"]);
+    assert_eq!(seed, Some(1));
+    assert_eq!(fly("campaign_seed_1", &["--flights", "3", "--seed", "1"]).0, rows);
+    let (further, seed) = fly("campaign_seed_2", &["--flights", "2", "--seed", "2"]);
+    assert_eq!((&further[..], seed), (&rows[1..], Some(2)));
+}
+
+#[test]
 fn a_campaign_with_the_design_of_another_helicopter_says_so() {
     let out = place("campaign_another");
     let own = ["--flights", "1", "--duration", "30", "--model", "thesis", "--out", text(&out)];
