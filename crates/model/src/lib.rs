@@ -21,6 +21,7 @@ mod pattern;
 mod real;
 pub mod shipped;
 mod signal;
+mod signs;
 mod state_space;
 mod verdict;
 
@@ -32,5 +33,6 @@ pub use nalgebra;
 pub use parameter::{Parameter, Slope};
 pub use pattern::StepTakenForRate;
 pub use signal::Signal;
+pub use signs::{KnownSign, Role, WrongSign};
 pub use state_space::StateSpace;
-pub use verdict::{Grade, Verdict};
+pub use verdict::{Grade, IDENTIFIED, Unflyable, Verdict};
