@@ -10,6 +10,7 @@
 
 mod error;
 mod file;
+mod flyable;
 mod frequency;
 pub mod helicopter;
 pub mod hover;
@@ -26,6 +27,7 @@ mod state_space;
 mod verdict;
 
 pub use error::ModelError;
+pub use flyable::{IDENTIFIED, Unflyable};
 pub use frequency::FrequencySweep;
 pub use linear::{LinearModel, TimeDomain};
 pub use modes::{Mode, Modes};
@@ -33,6 +35,6 @@ pub use nalgebra;
 pub use parameter::{Parameter, Slope};
 pub use pattern::StepTakenForRate;
 pub use signal::Signal;
-pub use signs::{KnownSign, Role, WrongSign};
+pub use signs::{DerivativeRole, KnownSign, WrongSign};
 pub use state_space::StateSpace;
-pub use verdict::{Grade, IDENTIFIED, Unflyable, Verdict};
+pub use verdict::{Grade, Verdict};

@@ -19,12 +19,12 @@ pub struct KnownSign {
     /// 1 or −1.
     pub sign: f64,
     /// What it stands for.
-    pub role: Role,
+    pub role: DerivativeRole,
 }
 
 /// What a derivative of known sign stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum DerivativeRole {
     /// What a stick does; the words tell what a positive one would do were the sign the other.
     Stick(&'static str),
     /// How the tilt of the rotor turns the fuselage; the words tell what a tilt would do were the sign the other.
@@ -58,15 +58,15 @@ impl KnownSign {
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
         let stick = STICK.into_iter().map(|(name, row, column, sign, does)| {
-            let role = Role::Stick(does);
+            let role = DerivativeRole::Stick(does);
             Self { name, row, column, sign, role }
         });
         let rotor = ROTOR.into_iter().map(|(name, row, column, does)| {
-            let role = Role::Rotor(does);
+            let role = DerivativeRole::Rotor(does);
             Self { name, row, column, sign: 1.0, role }
         });
         let damping = DAMPING.into_iter().map(|(name, state)| {
-            let role = Role::Damping;
+            let role = DerivativeRole::Damping;
             Self { name, row: state, column: state, sign: -1.0, role }
         });
         stick.chain(rotor).chain(damping)
@@ -82,18 +82,18 @@ impl KnownSign {
     #[must_use]
     pub fn objection(&self) -> String {
         match self.role {
-            Role::Stick(does) => {
+            DerivativeRole::Stick(does) => {
                 let stick = self.column;
                 format!("{WRONG}with a positive {stick} stick it {does}")
             }
-            Role::Rotor(does) => format!("{WRONG}{does}"),
-            Role::Damping => "what flies has it below 0".into(),
+            DerivativeRole::Rotor(does) => format!("{WRONG}{does}"),
+            DerivativeRole::Damping => "what flies has it below 0".into(),
         }
     }
 
     /// Whether `value`, known to one `sigma`, is of the wrong sign without doubt; of a damping, at all.
     fn is_against(&self, value: f64, sigma: f64) -> bool {
-        let doubt = if self.role == Role::Damping { 0.0 } else { Self::SIGMAS * sigma };
+        let doubt = if self.role == DerivativeRole::Damping { 0.0 } else { Self::SIGMAS * sigma };
         self.sign * value < -doubt
     }
 }
@@ -142,7 +142,8 @@ impl StateSpace {
 
     fn against(&self, known: KnownSign) -> Option<WrongSign> {
         let named = self.parameters().iter().position(|own| own.name == known.name);
-        let mut least = if known.role == Role::Damping { KnownSign::UNDAMPED_PER_S } else { 0.0 };
+        let mut least =
+            if known.role == DerivativeRole::Damping { KnownSign::UNDAMPED_PER_S } else { 0.0 };
         if let Some(at) = named {
             let value = self.parameters()[at].value;
             let sigma = self.covariance().map_or(0.0, |covariance| covariance[(at, at)].sqrt());

@@ -1,6 +1,6 @@
 //! Whether the identified model may be flown by, and why not.
 
-use hovernav_model::{Grade, KnownSign, Role, Verdict};
+use hovernav_model::{DerivativeRole, Grade, KnownSign, Verdict};
 
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
@@ -208,7 +208,9 @@ impl Judge {
     fn way(&mut self, Estimate { name, unit, value, bound, .. }: &Estimate) {
         let Some(known) = KnownSign::of(name) else { return };
         let stick = known.column;
-        if matches!(known.role, Role::Stick(_)) && known.sign * value < -KnownSign::SIGMAS * bound {
+        if matches!(known.role, DerivativeRole::Stick(_))
+            && known.sign * value < -KnownSign::SIGMAS * bound
+        {
             let (found, objection) = (shown(*value, *bound), known.objection());
             // An autopilot that has the height the wrong way round loses it at once.
             let grade = if stick == "collective" { Grade::DoNotFly } else { Grade::Care };
@@ -264,7 +266,7 @@ impl Judge {
 }
 
 fn is_damping(name: &str) -> bool {
-    KnownSign::of(name).is_some_and(|known| known.role == Role::Damping)
+    KnownSign::of(name).is_some_and(|known| known.role == DerivativeRole::Damping)
 }
 
 /// A value beside its bound with as many decimals, three at least, as the bound has something to say in.
@@ -284,7 +286,7 @@ mod tests {
         for kind in Kind::ALL {
             for parameter in kind.structure().parameters {
                 let known = KnownSign::of(&parameter.name);
-                if known.is_some_and(|known| matches!(known.role, Role::Rotor(_))) {
+                if known.is_some_and(|known| matches!(known.role, DerivativeRole::Rotor(_))) {
                     assert!(parameter.lower > 0.0, "{kind}: {}", parameter.name);
                 }
             }
