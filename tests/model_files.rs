@@ -63,9 +63,19 @@ fn a_file_that_is_no_model_is_refused_with_line_and_reason() {
              \"{parameter}\", row = \"{row}\", column = \"{column}\", slope = {slope} }}]\nB ="
         )
     };
+    let variance = |name: &str, variance: &str| {
+        format!(
+            "parameters = [{{ name = \"{name}\", value = 0.5, unit = \"1/s\" }}]\nparameter_covariance = \
+             [[{variance}]]\nB ="
+        )
+    };
     for (from, to, expected) in [
-        ("time_domain = \"continuous\"\n", "", "time_domain"),
-        ("\"continuous\"", "\"sampled\"", "m.toml:2: unknown variant `sampled`"),
+        ("time_domain = \"continuous\"\n", "", "m.toml:1: time_domain: found none, expected one"),
+        (
+            "\"continuous\"",
+            "\"sampled\"",
+            "m.toml:2: time_domain: found \"sampled\", expected \"continuous\" or \"discrete\"",
+        ),
         ("\"continuous\"", "\"discrete\"", "without its period"),
         ("\"continuous\"", "\"discrete\"\nperiod_s = 0.0", "m.toml:3: sample period: found 0 s"),
         ("\"continuous\"", "\"continuous\"\nperiod_s = 0.1", "m.toml:3: found period_s"),
@@ -75,7 +85,7 @@ fn a_file_that_is_no_model_is_refused_with_line_and_reason() {
         ("[[20.0], [0.0]]", "[[20.0]]", "m.toml:6: B: found 1x1, expected 2x1"),
         ("\"phi\"", "\"p\"", "m.toml:3: states: found the name \"p\" twice"),
         ("\"lateral\"", "\"\"", "m.toml:4: inputs: found the name \"\" empty"),
-        ("B =", "slopes = [{ parameter = \"Lp\"}]\nB =", "m.toml:6: missing field `row`"),
+        ("B =", "slopes = [{ parameter = \"Lp\"}]\nB =", "m.toml:6: [slopes] row: found none"),
         ("B =", &slopes("Lv", "p", "p", "1.0"), "m.toml:7: slope 1, parameter: found \"Lv\""),
         (
             "B =",
@@ -84,8 +94,30 @@ fn a_file_that_is_no_model_is_refused_with_line_and_reason() {
         ),
         ("B =", &slopes("Lp", "p", "pedal", "1.0"), "slope 1, column: found \"pedal\", expected"),
         ("B =", &slopes("Lp", "p", "p", "nan"), "slope 1, slope: found \"NaN\", expected a finite"),
-        ("B =", &slopes("Lp", "p", "p", "\"1\""), "m.toml:7: invalid type"),
-        ("B =", "b =", "unknown field `b`"),
+        ("B =", &slopes("Lp", "p", "p", "\"1\""), "slope: found \"1\", expected a number"),
+        ("B =", "b =", "m.toml:6: b: no such key, expected \"name\", "),
+        ("-8.0", "true", "m.toml:5: A: found true, expected a number"),
+        (
+            "B =",
+            "verdict = \"fine\"\nB =",
+            "m.toml:6: verdict: found \"fine\", expected \"good\", \"care\" or \"do not fly\"",
+        ),
+        (
+            "B =",
+            "verdict = \"care\"\nB =",
+            "m.toml:6: found the verdict \"care\" without reasons, expected the reasons that",
+        ),
+        (
+            "B =",
+            "reasons = [\"Zw is not known\"]\nB =",
+            "m.toml:6: found 1 reason without a verdict, expected the verdict that",
+        ),
+        (
+            "B =",
+            &variance("Lb", "1e30"),
+            "m.toml:7: parameter_covariance: found 1e30 for Lb, a standard error of 1e15 1/s, expected at most 1e6",
+        ),
+        ("B =", &variance("tau_col", "2e6"), "found 2e6 for tau_col"),
         (
             "B =",
             "verdict = \"good\"\nreasons = [\"Zw is not known\"]\nB =",

@@ -113,26 +113,16 @@ pub fn second(text: &str) -> Option<f64> {
 pub const FORCED: &str =
     "an autopilot that `hovernav design --force` makes of it is flown by --autopilot";
 
-/// Refuses a `model` that says itself that it is not to be flown by, and one that was identified and says nothing:
-/// `identify` writes a verdict into every model that carries the covariance of its parameters. A model that was
-/// written by hand has none, and needs none. `name` is how it was given, `remedy` what helps all the same.
+/// Refuses a `model` that is not to be flown by. `name` is how it was given, `remedy` what helps all the same.
 #[cfg(feature = "lab")]
 pub fn refuse_unflyable(
     model: &hovernav_model::StateSpace,
     name: &str,
     remedy: &str,
 ) -> anyhow::Result<()> {
-    match model.verdict() {
-        Some(verdict) if verdict.grade == hovernav_model::Grade::DoNotFly => anyhow::bail!(
-            "{name}: found the verdict \"do not fly\" ({}), expected a model to fly by; {remedy}",
-            verdict.reasons.join("; ")
-        ),
-        None if model.covariance().is_some() => anyhow::bail!(
-            "{name}: found the covariance of identified parameters and no verdict, expected the verdict that \
-             `hovernav identify` wrote with them, or a model written by hand, which has no parameter_covariance; \
-             {remedy}"
-        ),
-        _ => Ok(()),
+    match model.unflyable() {
+        Some(why) => anyhow::bail!("{name}: {why}; {remedy}"),
+        None => Ok(()),
     }
 }
 

@@ -122,6 +122,23 @@ fn shards_of_a_campaign_are_the_campaign() {
 }
 
 #[test]
+fn the_seed_of_a_campaign_is_the_number_of_its_first_flight() {
+    let fly = |name: &str, further: &[&str]| {
+        let out = place(name);
+        let own = ["campaign", "--duration", "30", "--no-report", "--out", text(&out)];
+        succeeds(&[&own[..], further].concat());
+        let results = fs::read_to_string(out.join("results.csv")).expect("results");
+        let rows: Vec<String> = results.lines().skip(1).map(Into::into).collect();
+        (rows, summary(&out)["seed"].as_u64())
+    };
+    let (rows, seed) = fly("campaign_seed", &["--flights", "3"]);
+    assert_eq!(seed, Some(1));
+    assert_eq!(fly("campaign_seed_1", &["--flights", "3", "--seed", "1"]).0, rows);
+    let (further, seed) = fly("campaign_seed_2", &["--flights", "2", "--seed", "2"]);
+    assert_eq!((&further[..], seed), (&rows[1..], Some(2)));
+}
+
+#[test]
 fn a_campaign_with_the_design_of_another_helicopter_says_so() {
     let out = place("campaign_another");
     let own = ["--flights", "1", "--duration", "30", "--model", "thesis", "--out", text(&out)];
@@ -220,6 +237,14 @@ fn an_identified_model_without_its_verdict_is_refused_and_one_by_hand_is_not() {
     let expected = "found the covariance of identified parameters and no verdict";
     assert_refused(&design, expected);
     assert_refused(&["simulate", "--model", text(&model), "--out", text(&dir)], expected);
+    // Whichever of the traces of an identification is left.
+    let slopes =
+        "slopes = [{ parameter = \"Nr\", row = \"r\", column = \"r\", slope = 1.0 }]\nstates = [";
+    fs::write(&model, with_parameters.replacen("states = [", slopes, 1)).expect("writable");
+    assert_refused(&design, "found the slopes of identified parameters and no verdict");
+    let source = "source = \"identified by prediction error from 242 s of a flight, not ";
+    fs::write(&model, by_hand.replacen("source = \"", source, 1)).expect("writable");
+    assert_refused(&design, "found a source that says it was identified and no verdict");
     let good = identified.replacen("states = [", "verdict = \"good\"\nstates = [", 1);
     let weights = dir.join("weights.toml");
     fs::write(&weights, "").expect("writable");
@@ -227,6 +252,41 @@ fn an_identified_model_without_its_verdict_is_refused_and_one_by_hand_is_not() {
         fs::write(&model, flyable).expect("writable");
         succeeds(&[&design[..], &["--weights", text(&weights)]].concat());
     }
+}
+
+#[test]
+fn a_model_with_a_sign_that_no_helicopter_has_is_refused_unless_forced() {
+    let dir = place("wrong_sign");
+    let model = dir.join("model.toml");
+    let weights = dir.join("weights.toml");
+    fs::write(&weights, "").expect("writable");
+    let design = ["design", text(&model), "--weights", text(&weights), "--out", text(&dir)];
+    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let expected = "B, row w, column collective: found Zcol 9.56839882414713, expected it below 0: with a positive \
+                    collective stick it sinks; ";
+    fs::write(&model, by_hand.replacen("-9.56839882414713", "9.56839882414713", 1))
+        .expect("writable");
+    assert_refused(&design, &format!("{expected}--force designs all the same"));
+    assert_refused(&["simulate", "--model", text(&model), "--out", text(&dir)], expected);
+    for (from, to, expected) in [
+        ("102.68219389546671", "-102.68219389546671", "A, row p, column b: found Lb -102.6"),
+        ("81.06488991747372", "-81.06488991747372", "A, row q, column a: found Ma -81.0"),
+        ("59.836975673827496", "-59.836975673827496", "B, row r, column pedal: found Nped -59.8"),
+        (
+            "states = [",
+            "verdict = \"good\"\nparameters = [{ name = \"Nr\", value = 3.7, unit = \"1/s\" }]\n\
+             parameter_covariance = [[0.01]]\nstates = [",
+            "parameters: found Nr 3.7, expected it below 0",
+        ),
+    ] {
+        fs::write(&model, by_hand.replacen(from, to, 1)).expect("writable");
+        assert_refused(&design, expected);
+    }
+    // The last one's matrices are those of what flies.
+    let words = succeeds(&[&design[..], &["--force"]].concat());
+    assert!(words.contains("the model is not to be flown by: parameters: found Nr 3.7"), "{words}");
+    let page = fs::read_to_string(dir.join("report.html")).expect("a page");
+    assert!(page.contains("Do not fly it: the model it is designed for"));
 }
 
 #[test]

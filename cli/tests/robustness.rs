@@ -67,7 +67,7 @@ fn a_model_of_which_little_is_known_is_warned_of() {
     assert!(found["within_proven"].as_u64() <= found["stable"].as_u64(), "{found}");
     assert_eq!(found["modes"]["velocity"]["worst"]["phase_deg"], 0.0);
     // So little that no motion can be told is no reason to design nothing.
-    fs::write(&model, identified("1e300", "0.0", SLOPE)).expect("writable");
+    fs::write(&model, identified("1e12", "0.0", SLOPE)).expect("writable");
     let words = succeeds(&[&["design", text(&model)][..], &out].concat());
     assert!(words.contains("off by less than 0.00 sigmas, where 0 of"), "{words}");
 }
@@ -84,6 +84,11 @@ fn a_model_that_speaks_nonsense_of_how_sure_it_is_is_refused_in_one_line() {
         ("negative", identified("-0.25", "0.0", SLOPE), "Nr: found a variance below 0"),
         ("certain", identified("0.25", "1.0", SLOPE), "tau_ped: found a correlation beyond 1"),
         ("not_one", identified("nan", "0.0", SLOPE), "covariance: found NaN"),
+        (
+            "unknown",
+            identified("1e30", "0.0", SLOPE),
+            "found 1e30 for Nr, a standard error of 1e15",
+        ),
         ("infinite", identified("inf", "0.0", SLOPE), "covariance: found inf"),
         ("cut", good[..good.find("unit = \"s\"").expect("it is there")].to_owned(), "model.toml:"),
     ] {

@@ -24,6 +24,10 @@ pub struct Arguments {
     /// How many flights, over all shards
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     flights: u64,
+    /// Seed of the first flight, each further has the next: the same seed gives the same flights, and one past those
+    /// flown gives more
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=u64::MAX / 2))]
+    seed: u64,
     /// How long each takes, s
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     duration: f64,
@@ -87,7 +91,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let campaign = campaign(arguments, &mut warnings)?;
     output::create(&arguments.out)?;
 
-    let seeds: Vec<u64> = Campaign::seeds(arguments.flights, own, of).collect();
+    let seeds: Vec<u64> = Campaign::seeds(arguments.seed, arguments.flights, own, of).collect();
     ensure!(!seeds.is_empty(), "shard {own}/{of}: found no flight of {} in it", arguments.flights);
     let bar = output::bar(seeds.len());
     let flown = seeds
@@ -182,6 +186,7 @@ fn summary(
         "gps_fixes_used": 0,
         "gps_fixes_rejected": 0,
         "flights": results.len(),
+        "seed": arguments.seed,
         "shard": format!("{}/{}", arguments.shard.own, arguments.shard.of),
         "threads": rayon::current_num_threads(),
         "flights_per_second": results.len() as f64 / flying_s,

@@ -26,7 +26,10 @@ pub fn write(
         Fact::new("crashed", format!("{:.2} %", share(Outcome::Crashed))),
     ];
     let identified = campaign.airframe.identified();
+    let seeds = || results.iter().map(|result| result.draw.seed);
+    let (first, last) = (seeds().min().unwrap_or_default(), seeds().max().unwrap_or_default());
     let facts = [
+        Fact::new("seeds", format!("{first} to {last}")),
         Fact::new("judged", format!("from {:.0} s on", campaign.judged_from_s)),
         Fact::new("wind", format!("0 to {} m/s from any side", campaign.most_wind_mps)),
         Fact::new(

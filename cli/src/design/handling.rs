@@ -66,23 +66,27 @@ fn axis_of(found: &HandlingQualities) -> &'static str {
 }
 
 /// Rejection peak over bandwidth, each attitude a point, with the corner in which it should lie: to the right of and
-/// below its line.
+/// below its lines, which have its colour.
 fn rejection(checked: &CheckedDesign) -> Figure {
     let found = checked.handling.iter().zip(LEVEL_1_RADPS);
-    let found = found.zip([Role::First, Role::Second, Role::Third]);
+    let found = found.zip([
+        (Role::First, Role::FirstLimit),
+        (Role::Second, Role::SecondLimit),
+        (Role::Third, Role::ThirdLimit),
+    ]);
     let right_radps = checked
         .handling
         .iter()
         .filter_map(|found| found.rejection_bandwidth_radps)
         .fold(2.0 * LEVEL_1_RADPS[0], |most, radps| most.max(1.1 * radps));
     let mut row = Row { limits: Some([0.0, 12.0]), ..Row::new("Rejection peak", "dB") };
-    for ((found, least_radps), role) in found {
+    for ((found, least_radps), (role, limit)) in found {
         let corner =
             [(least_radps, 0.0), (least_radps, LEVEL_1_PEAK_DB), (right_radps, LEVEL_1_PEAK_DB)];
         let place = found.rejection_bandwidth_radps.map(|radps| (radps, found.rejection_peak_db));
         let name = axis_of(found);
         row = row
-            .with(Series::curve(Role::Limit, corner).named(format!("limits of {name}")))
+            .with(Series::curve(limit, corner).named(format!("limits of {name}")))
             .with(Series::points(role, place.into_iter()).named(name));
     }
     let axis = Axis::linear("Rejection bandwidth", "rad/s").within([0.0, 1.02 * right_radps]);

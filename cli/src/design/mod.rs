@@ -17,7 +17,7 @@ use hovernav::autopilot::HoverConfig;
 use hovernav::imu::NotchConfig;
 use hovernav_design::hover::{HoverDesign, Search, Wanted};
 use hovernav_design::{CheckedDesign, DesignError, NotchCost};
-use hovernav_model::{Grade, StateSpace, shipped};
+use hovernav_model::{Grade, StateSpace, Unflyable, shipped};
 
 use crate::arguments::{finite, refuse_unflyable};
 use crate::emit::{self, Form};
@@ -41,8 +41,8 @@ pub struct Arguments {
     /// The rate of the inertial unit that the notch filters, Hz; the loop's own unless given
     #[arg(long, value_name = "HZ", requires = "notch")]
     imu_rate: Option<f64>,
-    /// Design for a model whose own verdict is "do not fly", and write an autopilot that is unstable in a
-    /// mode
+    /// Design for a model that is not to be flown by, its verdict says so, it has lost its verdict or a derivative
+    /// has a sign that none has, and write an autopilot that is unstable in a mode
     #[arg(long)]
     force: bool,
     /// Write the configuration in this form too, for programs that read no files; may be repeated
@@ -96,6 +96,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         checked
             .warnings
             .insert(0, format!("the model\u{2019}s verdict is \"{}\": {reasons}", verdict.grade));
+    }
+    // What the verdict says stands above already.
+    if let Some(why @ (Unflyable::NoVerdict { .. } | Unflyable::Sign(_))) =
+        checked.model.unflyable()
+    {
+        checked.warnings.insert(0, format!("the model is not to be flown by: {why}"));
     }
     let config = HoverConfig::new(checked.design.period_s, checked.gains);
     let remark = format!(

@@ -7,7 +7,7 @@ use hovernav_design::hover::{Search, Wanted};
 use hovernav_design::{
     ChannelMargins, CheckedDesign, Crossing, DisturbanceResponse, Margins, root_locus,
 };
-use hovernav_model::Grade;
+use hovernav_model::hover::unit_of;
 
 use super::gusts::in_gusts;
 use super::handling::handling;
@@ -129,10 +129,9 @@ fn weakest<'a>(modes: impl IntoIterator<Item = &'a Margins>) -> String {
 fn verdict(checked: &CheckedDesign) -> Verdict {
     let unstable = checked.spectral_radius >= 1.0
         || checked.modes.iter().any(|(_, margins)| margins.is_none());
-    let of_model = checked.model.verdict().map(|verdict| verdict.grade);
     let (level, words) = if unstable {
         (Level::Bad, "Do not fly it: a mode is unstable.")
-    } else if of_model == Some(Grade::DoNotFly) {
+    } else if checked.model.unflyable().is_some() {
         (Level::Bad, "Do not fly it: the model it is designed for is not to be flown by.")
     } else if !checked.warnings.is_empty() {
         (Level::Care, "Usable with care: it lacks some of what is asked of it.")
@@ -182,11 +181,7 @@ const DEGREES: f64 = 180.0 / PI;
 
 /// Sizes as table 6.1 has them.
 fn titled(response: &DisturbanceResponse) -> String {
-    let unit = match response.state.as_str() {
-        "p" | "q" | "r" => "rad/s",
-        "u" | "v" | "w" => "m/s",
-        _ => "rad",
-    };
+    let unit = unit_of(&response.state);
     format!("{}\u{a0}{}\u{a0}{unit}", response.state, response.size)
 }
 

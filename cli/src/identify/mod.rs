@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::{Context as _, ensure};
 use hovernav_formats::{Log, Options};
 use hovernav_log::{Dataset, SmoothedRun, sentences};
-use hovernav_model::Grade;
+use hovernav_model::{Grade, IDENTIFIED};
 use hovernav_sysid::helicopter::{
     FlightRecord, FrequencyDomain, Identification, Kind, Velocity, flight_warnings, identify,
 };
@@ -132,7 +132,7 @@ fn source(dataset: &Dataset, found: &Identification) -> String {
     let mut delays: Vec<&str> = delays.collect();
     delays.dedup();
     format!(
-        "identified by prediction error from {:.0} s of {} near a hover, sampled every {:.4} s; \
+        "{IDENTIFIED} from {:.0} s of {} near a hover, sampled every {:.4} s; \
          derivatives in SI per full stick, continuous in time; the sticks' delays are parameters \
          ({}) and not in the matrices; a parameter without variance was held or dropped",
         found.estimated_s,

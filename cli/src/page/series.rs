@@ -57,6 +57,10 @@ pub enum Role {
     Residual,
     /// A value not to be passed.
     Limit,
+    /// The same of one component alone, of as many as have one of their own.
+    FirstLimit,
+    SecondLimit,
+    ThirdLimit,
     Pole,
     /// A pole of the other model.
     AlternativePole,

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
-use toml::Spanned;
 
 use hovernav_toml::TomlError;
 
@@ -17,6 +16,8 @@ use super::verdict::{Grade, Verdict};
 
 type Rows = Vec<Vec<f64>>;
 
+const COVARIANCE: &str = "parameter_covariance";
+
 /// The file as it stands. Matrices are lists of rows.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -25,23 +26,23 @@ struct Written {
     #[serde(default)]
     source: String,
     time_domain: Domain,
-    period_s: Option<Spanned<f64>>,
+    period_s: Option<f64>,
     #[serde(rename = "A")]
-    a: Spanned<Rows>,
+    a: Rows,
     #[serde(rename = "B")]
-    b: Spanned<Rows>,
+    b: Rows,
     #[serde(rename = "C")]
-    c: Option<Spanned<Rows>>,
+    c: Option<Rows>,
     #[serde(rename = "D")]
-    d: Option<Spanned<Rows>>,
-    parameter_covariance: Option<Spanned<Rows>>,
-    states: Spanned<Vec<Signal>>,
-    inputs: Spanned<Vec<Signal>>,
-    outputs: Option<Spanned<Vec<Signal>>>,
+    d: Option<Rows>,
+    parameter_covariance: Option<Rows>,
+    states: Vec<Signal>,
+    inputs: Vec<Signal>,
+    outputs: Option<Vec<Signal>>,
     #[serde(default)]
     parameters: Vec<Parameter>,
-    slopes: Option<Spanned<Vec<Slope>>>,
-    verdict: Option<Spanned<Grade>>,
+    slopes: Option<Vec<Slope>>,
+    verdict: Option<Grade>,
     #[serde(default)]
     reasons: Vec<String>,
 }
@@ -69,113 +70,89 @@ impl StateSpace {
     /// of rows, `states`, `inputs` and optionally `outputs` as tables of `name` and `unit`,
     /// `parameters` as tables of `name`, `value`, `unit`, `parameter_covariance`, `slopes` as tables of
     /// `parameter`, `row`, `column`, `slope` as [`Slope`] has them, and `verdict` (`"good"`, `"care"` or
-    /// `"do not fly"`) with its `reasons`. Without
-    /// `outputs` the states are the outputs.
+    /// `"do not fly"`) with its `reasons`, which all but `"good"` have. Without
+    /// `outputs` the states are the outputs. A variance is at most 1e12, of a delay or lag 1e6 s².
     ///
     /// # Errors
     /// [`ModelError::Toml`] with the line, where the text is not TOML, a key is missing or not known,
     /// or what it says is not a model.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
-        let refused = |start: usize, reason: String| -> ModelError {
-            TomlError::at(path, text, start, &reason).into()
+        let refused = |key: &str, reason: String| -> ModelError {
+            TomlError::at(path, text, hovernav_toml::offset_of_key(text, key), &reason).into()
         };
-        let written: Written =
-            toml::from_str(text).map_err(|error| TomlError::of(path, text, &error))?;
-        let time = match (written.time_domain, &written.period_s) {
+        // No key goes unknown: each is refused where it stands.
+        let (written, _): (Written, _) = hovernav_toml::parse(text, path)?;
+        let time = match (written.time_domain, written.period_s) {
             (Domain::Continuous, None) => TimeDomain::Continuous,
-            (Domain::Discrete, Some(period)) => {
-                TimeDomain::Discrete { period_s: *period.get_ref() }
-            }
-            (Domain::Continuous, Some(period)) => {
+            (Domain::Discrete, Some(period_s)) => TimeDomain::Discrete { period_s },
+            (Domain::Continuous, Some(_)) => {
                 let reason = "found period_s in a continuous model, expected it in a discrete one";
-                return Err(refused(period.span().start, reason.into()));
+                return Err(refused("period_s", reason.into()));
             }
             (Domain::Discrete, None) => {
                 let reason = "found a discrete model without its period, expected period_s";
-                return Err(refused(0, reason.into()));
+                return Err(refused("time_domain", reason.into()));
             }
         };
-        let read = |name: &str, rows: &Spanned<Rows>| {
-            matrix(rows.get_ref())
-                .map_err(|reason| refused(rows.span().start, format!("{name}: {reason}")))
+        let read = |key: &str, name: &str, rows: &Rows| {
+            matrix(rows).map_err(|reason| refused(key, format!("{name}: {reason}")))
         };
-        let a = read("A", &written.a)?;
-        let b = read("B", &written.b)?;
-        let c = written.c.as_ref().map(|rows| read("C", rows)).transpose()?;
-        let d = written.d.as_ref().map(|rows| read("D", rows)).transpose()?;
+        let a = read("A", "A", &written.a)?;
+        let b = read("B", "B", &written.b)?;
+        let c = written.c.as_ref().map(|rows| read("C", "C", rows)).transpose()?;
+        let d = written.d.as_ref().map(|rows| read("D", "D", rows)).transpose()?;
         let covariance = written.parameter_covariance.as_ref();
-        let covariance = covariance.map(|rows| read("covariance", rows)).transpose()?;
+        let covariance = covariance.map(|rows| read(COVARIANCE, "covariance", rows)).transpose()?;
         // An error of the model points at the matrix or list it speaks of.
         let placed = |error: ModelError| {
-            let start_of = |rows: &Option<Spanned<Rows>>| rows.as_ref().map(|r| r.span().start);
-            let start = match &error {
+            let key = match &error {
                 ModelError::Shape { matrix, .. } | ModelError::NotFinite { matrix, .. } => {
                     match *matrix {
-                        "A" => Some(written.a.span().start),
-                        "B" => Some(written.b.span().start),
-                        "C" => start_of(&written.c),
-                        "D" => start_of(&written.d),
-                        _ => start_of(&written.parameter_covariance),
+                        matrix @ ("A" | "B" | "C" | "D") => matrix,
+                        _ => COVARIANCE,
                     }
                 }
-                ModelError::Name { list: "states", .. } => Some(written.states.span().start),
-                ModelError::Name { list: "inputs", .. } => Some(written.inputs.span().start),
-                ModelError::Name { list: "outputs", .. } => {
-                    written.outputs.as_ref().map(|list| list.span().start)
-                }
-                ModelError::Period { .. } => {
-                    written.period_s.as_ref().map(|period| period.span().start)
-                }
-                ModelError::Parameter { .. } => start_of(&written.parameter_covariance),
-                ModelError::Slope { .. } => {
-                    written.slopes.as_ref().map(|slopes| slopes.span().start)
-                }
-                _ => None,
+                ModelError::Name { list, .. } => list,
+                ModelError::Period { .. } => "period_s",
+                ModelError::Parameter { .. } => COVARIANCE,
+                ModelError::Slope { .. } => "slopes",
+                _ => "",
             };
-            refused(start.unwrap_or(0), error.to_string())
+            refused(key, error.to_string())
         };
-        let mut model = Self::new(
-            &written.name,
-            time,
-            written.states.get_ref().clone(),
-            written.inputs.get_ref().clone(),
-            a,
-            b,
-        )
-        .map_err(placed)?
-        .with_source(&written.source);
-        if let Some(grade) = &written.verdict {
-            let (start, grade) = (grade.span().start, *grade.get_ref());
-            // Its reasons were written with another grade.
-            if grade == Grade::Good && !written.reasons.is_empty() {
-                let reasons = written.reasons.len();
-                let reasons = format!("{reasons} reason{}", if reasons == 1 { "" } else { "s" });
-                return Err(refused(
-                    start,
-                    format!(
-                        "found the verdict \"good\" and {reasons} against it, expected the verdict that was written \
-                     with the reasons"
-                    ),
-                ));
+        if let Some(covariance) = covariance.as_ref().filter(|own| own.is_square()) {
+            for (parameter, variance) in written.parameters.iter().zip(&covariance.diagonal()) {
+                let (name, unit) = (&parameter.name, &parameter.unit);
+                let (sigma, most) = (variance.sqrt(), least_known(name));
+                if sigma.is_finite() && sigma > most {
+                    let reason = format!(
+                        "{COVARIANCE}: found {variance:e} for {name}, a standard error of {sigma:.0e} {unit}, \
+                         expected at most {most:e}, a thousand times what any helicopter has"
+                    );
+                    return Err(refused(COVARIANCE, reason));
+                }
             }
-            model = model.with_verdict(Verdict { grade, reasons: written.reasons.clone() });
         }
-        match (&written.outputs, c) {
+        let Written { name, source, states, inputs, outputs, parameters, slopes, .. } = written;
+        let mut model =
+            Self::new(&name, time, states, inputs, a, b).map_err(placed)?.with_source(&source);
+        if let Some(verdict) = verdict(written.verdict, written.reasons)
+            .map_err(|(key, reason)| refused(key, reason))?
+        {
+            model = model.with_verdict(verdict);
+        }
+        match (outputs, c) {
             (Some(outputs), Some(c)) => {
-                let outputs = outputs.get_ref().clone();
                 let d = d.unwrap_or_else(|| DMatrix::zeros(outputs.len(), model.inputs().len()));
                 model = model.with_outputs(outputs, c, d).map_err(placed)?;
             }
             (None, None) if d.is_none() => {}
-            (outputs, _) => {
-                let start = outputs.as_ref().map_or(0, |list| list.span().start);
+            _ => {
                 let reason = "found only some of outputs, C and D, expected outputs and C together";
-                return Err(refused(start, reason.into()));
+                return Err(refused("outputs", reason.into()));
             }
         }
-        let model =
-            model.with_parameters(written.parameters.clone(), covariance).map_err(placed)?;
-        let slopes = written.slopes.as_ref().map(|slopes| slopes.get_ref().clone());
+        let model = model.with_parameters(parameters, covariance).map_err(placed)?;
         model.with_slopes(slopes.unwrap_or_default()).map_err(placed)
     }
 
@@ -246,6 +223,48 @@ impl StateSpace {
     pub fn write(&self, path: &Path) -> Result<(), ModelError> {
         std::fs::write(path, self.to_toml())
             .map_err(|source| TomlError::Io { path: path.into(), source }.into())
+    }
+}
+
+/// The greatest standard error that the parameter `name` is believed to have, in its unit: a thousand times the
+/// largest that it can be, 1 s of a stick's delay or a servo's lag, about 1000 of a derivative in SI. With a worse
+/// one nothing is known, and nothing can be designed.
+fn least_known(name: &str) -> f64 {
+    match name.split_once('_') {
+        Some(("tau", "lat" | "lon" | "col" | "ped") | ("lag", _)) => 1e3,
+        _ => 1e6,
+    }
+}
+
+/// What the model's file says of it; an error is a key and what is wrong with it. Verdict and reasons are written
+/// together: where one of them is missing or does not go with the other, somebody changed it.
+fn verdict(
+    grade: Option<Grade>,
+    reasons: Vec<String>,
+) -> Result<Option<Verdict>, (&'static str, String)> {
+    let count = reasons.len();
+    let counted = format!("{count} reason{}", if count == 1 { "" } else { "s" });
+    match grade {
+        Some(Grade::Good) if count > 0 => Err((
+            "verdict",
+            format!(
+                "found the verdict \"good\" and {counted} against it, expected the verdict that was written with the \
+                 reasons"
+            ),
+        )),
+        Some(grade) if grade != Grade::Good && count == 0 => Err((
+            "verdict",
+            format!(
+                "found the verdict \"{grade}\" without reasons, expected the reasons that were written with it"
+            ),
+        )),
+        None if count > 0 => Err((
+            "reasons",
+            format!(
+                "found {counted} without a verdict, expected the verdict that was written with them"
+            ),
+        )),
+        grade => Ok(grade.map(|grade| Verdict { grade, reasons })),
     }
 }
 

@@ -11,6 +11,31 @@ use super::signal::Signal;
 use super::state_space::StateSpace;
 use hovernav::controls::Sticks;
 
+/// The states that hover models are made of and the units they count in: velocity and rate in body axes, attitude,
+/// flapping (a backwards, b to the right), the stabiliser bar's tilt and the yaw gyro's low-passed rate.
+pub const STATES: [(&str, &str); 14] = [
+    ("u", "m/s"),
+    ("v", "m/s"),
+    ("w", "m/s"),
+    ("p", "rad/s"),
+    ("q", "rad/s"),
+    ("r", "rad/s"),
+    ("phi", "rad"),
+    ("theta", "rad"),
+    ("psi", "rad"),
+    ("a", "rad"),
+    ("b", "rad"),
+    ("c", "rad"),
+    ("d", "rad"),
+    ("rfb", "rad/s"),
+];
+
+/// The unit of the state `name` of a hover model, as [`STATES`] has it; empty for a state that is not in it.
+#[must_use]
+pub fn unit_of(name: &str) -> &'static str {
+    STATES.into_iter().find(|(state, _)| *state == name).map_or("", |(_, unit)| unit)
+}
+
 /// Derivatives of the hybrid hover model: fuselage and first-order flapping.
 ///
 /// # Source
@@ -261,12 +286,7 @@ fn continuous(
     a: DMatrix<f64>,
     b: DMatrix<f64>,
 ) -> Result<StateSpace, ModelError> {
-    let unit = |state: &str| match state {
-        "u" | "v" | "w" => "m/s",
-        "p" | "q" | "r" => "rad/s",
-        _ => "rad",
-    };
-    let states = states.iter().map(|state| Signal::new(state, unit(state))).collect();
+    let states = states.iter().map(|state| Signal::new(state, unit_of(state))).collect();
     let inputs = Sticks::NAMES.map(|stick| Signal::new(stick, stick_unit)).to_vec();
     StateSpace::new(name, TimeDomain::Continuous, states, inputs, a, b)
 }

@@ -10,6 +10,7 @@
 
 mod error;
 mod file;
+mod flyable;
 mod frequency;
 pub mod helicopter;
 pub mod hover;
@@ -21,10 +22,12 @@ mod pattern;
 mod real;
 pub mod shipped;
 mod signal;
+mod signs;
 mod state_space;
 mod verdict;
 
 pub use error::ModelError;
+pub use flyable::{IDENTIFIED, Unflyable};
 pub use frequency::FrequencySweep;
 pub use linear::{LinearModel, TimeDomain};
 pub use modes::{Mode, Modes};
@@ -32,5 +35,6 @@ pub use nalgebra;
 pub use parameter::{Parameter, Slope};
 pub use pattern::StepTakenForRate;
 pub use signal::Signal;
+pub use signs::{DerivativeRole, KnownSign, WrongSign};
 pub use state_space::StateSpace;
 pub use verdict::{Grade, Verdict};

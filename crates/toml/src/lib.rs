@@ -152,6 +152,12 @@ impl std::fmt::Display for ValueError {
     }
 }
 
+/// The byte of `text` at which the value of `key`, one of the outermost, begins; 0 where there is none.
+#[must_use]
+pub fn offset_of_key(text: &str, key: &str) -> usize {
+    offset_of(text, &[Place::Key(key.to_owned())]).unwrap_or(0)
+}
+
 /// Byte of `text` at which the value at `place`, given from the innermost key outward, begins.
 fn offset_of(text: &str, place: &[Place]) -> Option<usize> {
     let document = DeTable::parse(text).ok()?;

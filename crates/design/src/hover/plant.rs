@@ -4,22 +4,11 @@ use nalgebra::DMatrix;
 
 use crate::DesignError;
 use hovernav::controls::Sticks;
+use hovernav_model::hover::unit_of;
 use hovernav_model::{LinearModel, Signal, StateSpace, TimeDomain};
 
 /// What every hover model has.
 const MEASURED: [&str; 8] = ["p", "q", "phi", "theta", "u", "v", "w", "r"];
-/// In what these count, and a heading where there is one.
-const UNITS: [(&str, &str); 9] = [
-    ("p", "rad/s"),
-    ("q", "rad/s"),
-    ("r", "rad/s"),
-    ("phi", "rad"),
-    ("theta", "rad"),
-    ("psi", "rad"),
-    ("u", "m/s"),
-    ("v", "m/s"),
-    ("w", "m/s"),
-];
 const STICKS: [&str; 4] = Sticks::NAMES;
 /// Flapping and bar.
 const ROTOR: [&str; 4] = ["a", "b", "c", "d"];
@@ -32,8 +21,9 @@ pub(super) fn normalised(model: &StateSpace) -> Result<StateSpace, DesignError> 
         model.state(name)?;
     }
     for state in model.states() {
-        let known = UNITS.into_iter().find(|(name, _)| *name == state.name);
-        if let Some((_, expected)) = known.filter(|(_, expected)| *expected != state.unit) {
+        let counts = state.name == "psi" || MEASURED.contains(&state.name.as_str());
+        let expected = unit_of(&state.name);
+        if counts && expected != state.unit {
             let (state, unit) = (state.name.clone(), state.unit.clone());
             return Err(DesignError::StateUnit { state, unit, expected });
         }

@@ -5,26 +5,14 @@ use nalgebra::DMatrix;
 use super::dynamics::{Change, Drive, Motion};
 use super::trim::{body_axes, in_body};
 use super::{Helicopter, Trim};
+use crate::hover::unit_of;
 use crate::real::{Dual, Real};
 use crate::{Signal, StateSpace, TimeDomain};
 use hovernav::controls::Sticks;
 use hovernav::frames::{EulerAngles, Ned, Vector};
 
-const STATES: [(&str, &str); 13] = [
-    ("u", "m/s"),
-    ("v", "m/s"),
-    ("w", "m/s"),
-    ("p", "rad/s"),
-    ("q", "rad/s"),
-    ("r", "rad/s"),
-    ("phi", "rad"),
-    ("theta", "rad"),
-    ("psi", "rad"),
-    ("a", "rad"),
-    ("b", "rad"),
-    ("c", "rad"),
-    ("d", "rad"),
-];
+const STATES: [&str; 13] =
+    ["u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "a", "b", "c", "d"];
 const STICKS: [&str; 4] = Sticks::NAMES;
 
 impl Helicopter {
@@ -74,7 +62,7 @@ impl Helicopter {
                 }
             }
         }
-        let states = STATES.map(|(name, unit)| Signal::new(name, unit)).to_vec();
+        let states = STATES.map(|name| Signal::new(name, unit_of(name))).to_vec();
         let inputs = STICKS.map(|name| Signal::new(name, "stick")).to_vec();
         StateSpace::new("helicopter", TimeDomain::Continuous, states, inputs, a, b)
             .expect("the trim of a valid helicopter has finite derivatives")

@@ -332,10 +332,13 @@ impl Campaign {
         })
     }
 
-    /// The numbers of the flights that machine `shard` of `shards` flies, of `flights` in all, from 1
-    /// on: every `shards`th.
-    pub fn seeds(flights: u64, shard: u64, shards: u64) -> impl Iterator<Item = u64> {
-        (1..=flights).filter(move |seed| seed % shards.max(1) == shard % shards.max(1))
+    /// The numbers of the flights that machine `shard` of `shards` flies, of `flights` in all, from `first`
+    /// on: every `shards`th. Beyond the largest number there are no flights.
+    pub fn seeds(first: u64, flights: u64, shard: u64, shards: u64) -> impl Iterator<Item = u64> {
+        (first..=u64::MAX)
+            .zip(0..flights)
+            .map(|(seed, _)| seed)
+            .filter(move |seed| seed % shards.max(1) == shard % shards.max(1))
     }
 }
 
@@ -361,9 +364,10 @@ mod tests {
 
     #[test]
     fn shards_share_the_flights_among_them_and_leave_none_out() {
-        let mut all: Vec<u64> = (1..=3).flat_map(|k| Campaign::seeds(100, k, 3)).collect();
+        let mut all: Vec<u64> = (1..=3).flat_map(|k| Campaign::seeds(7, 100, k, 3)).collect();
         all.sort_unstable();
-        assert_eq!(all, (1..=100).collect::<Vec<_>>());
+        assert_eq!(all, (7..=106).collect::<Vec<_>>());
+        assert_eq!(Campaign::seeds(u64::MAX, 100, 1, 1).count(), 1);
     }
 
     #[test]

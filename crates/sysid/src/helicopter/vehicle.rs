@@ -6,6 +6,7 @@ use nalgebra::{Complex, DMatrix, Matrix2};
 
 use crate::methods::prediction_error::{Estimate, Identified};
 use crate::record::STICKS;
+use hovernav_model::hover::unit_of;
 use hovernav_model::linalg::eigenvalues;
 use hovernav_model::{LinearModel, ModelError, Parameter, Signal, Slope, StateSpace, TimeDomain};
 
@@ -237,15 +238,6 @@ fn nearest(poles: &[Complex<f64>], to: Complex<f64>) -> Complex<f64> {
     let distance = |pole: &Complex<f64>| (pole - to).norm();
     let closest = poles.iter().min_by(|one, other| distance(one).total_cmp(&distance(other)));
     closest.copied().unwrap_or(to)
-}
-
-/// The unit of a helicopter's state.
-fn unit_of(state: &str) -> &'static str {
-    match state {
-        "u" | "v" | "w" => "m/s",
-        "p" | "q" | "r" | "rfb" => "rad/s",
-        _ => "rad",
-    }
 }
 
 #[cfg(test)]

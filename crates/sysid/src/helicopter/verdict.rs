@@ -1,6 +1,6 @@
 //! Whether the identified model may be flown by, and why not.
 
-use hovernav_model::{Grade, Verdict};
+use hovernav_model::{DerivativeRole, Grade, KnownSign, Verdict};
 
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
@@ -9,8 +9,6 @@ use crate::methods::prediction_error::{Estimate, Status};
 
 /// What each stick does, and the rotor's springs: a design is made of these.
 const CONTROL: [&str; 8] = ["Zcol", "Nped", "Blat", "Alon", "Llat", "Mlon", "Lb", "Ma"];
-/// What damps each axis: below 0 on anything that flies.
-const DAMPING: [&str; 6] = ["Zw", "Nr", "Xu", "Yv", "Lp", "Mq"];
 /// Bounds of a control derivative, percent of its value, up to which it is good, and of use.
 const CONTROL_PERCENT: [f64; 2] = [15.0, 50.0];
 /// A damping no better known than this, percent, is not known.
@@ -19,18 +17,6 @@ const DAMPING_PERCENT: f64 = 100.0;
 /// they are unknown.
 const SLOW: [&str; 7] = ["Zw", "Xu", "Yv", "Lu", "Lv", "Mu", "Mv"];
 const SLOW_PERCENT: f64 = 35.0;
-/// Sticks that go the same way on everything that keeps this record: what each does, and which way. The longitudinal
-/// stick is counted forwards by some and backwards by others.
-const WAYS: [(&str, f64, &str, &str); 4] = [
-    ("Zcol", -1.0, "collective", "sinks"),
-    ("Nped", 1.0, "pedal", "turns to the left"),
-    ("Blat", 1.0, "lateral", "rolls to the left"),
-    ("Llat", 1.0, "lateral", "rolls to the left"),
-];
-/// In one-sigmas: beyond, a value has the sign that it has.
-const SIGN: f64 = 2.0;
-/// A damping this much above 0, 1/s, is no helicopter's.
-const WRONG_PER_S: f64 = 1.0;
 /// Pairs more strongly correlated than this are one number, not two.
 const SAME: f64 = 0.98;
 /// Delays of sticks that are not a pilot's dream, s.
@@ -184,7 +170,7 @@ impl Judge {
     /// Whether the flight told more of a damping than was `expected` of it: value and one sigma.
     fn against_expected(&mut self, found: &Estimate, (expected, sigma): (f64, f64)) {
         let Estimate { name, value, bound, unit, .. } = found;
-        if DAMPING.contains(&&**name) && found.is_estimated() && *bound > UNTOLD * sigma {
+        if is_damping(name) && found.is_estimated() && *bound > UNTOLD * sigma {
             self.say(Grade::Care, format!(
                 "{name} is not told by this flight: {value:.3} ± {bound:.3} {unit}, where {expected} ± {sigma} is usual"
             ));
@@ -220,15 +206,16 @@ impl Judge {
 
     /// Whether a stick goes the way that its derivative says.
     fn way(&mut self, Estimate { name, unit, value, bound, .. }: &Estimate) {
-        let Some((_, sign, stick, does)) = WAYS.into_iter().find(|(own, ..)| own == name) else {
-            return;
-        };
-        if sign * value < -SIGN * bound {
-            let found = shown(*value, *bound);
+        let Some(known) = KnownSign::of(name) else { return };
+        let stick = known.column;
+        if matches!(known.role, DerivativeRole::Stick(_))
+            && known.sign * value < -KnownSign::SIGMAS * bound
+        {
+            let (found, objection) = (shown(*value, *bound), known.objection());
             // An autopilot that has the height the wrong way round loses it at once.
             let grade = if stick == "collective" { Grade::DoNotFly } else { Grade::Care };
             self.say(grade, format!(
-                "{name} is {found} {unit}, of the wrong sign: with a positive {stick} stick it {does}. Is {stick} the wrong way round in controls.csv?"
+                "{name} is {found} {unit}, {objection}. Is {stick} the wrong way round in controls.csv?"
             ));
         }
     }
@@ -254,13 +241,12 @@ impl Judge {
             } else if percent > CONTROL_PERCENT[0] {
                 self.say(Grade::Care, known);
             }
-        } else if DAMPING.contains(&name.as_str()) && is_free {
+        } else if is_damping(name) && is_free {
             if *value >= 0.0 {
-                let grade = if *value > WRONG_PER_S { Grade::DoNotFly } else { Grade::Care };
-                self.say(
-                    grade,
-                    format!("{name} is {value:.3} ± {bound:.3} {unit}: what flies has it below 0"),
-                );
+                let is_none = *value > KnownSign::UNDAMPED_PER_S;
+                let grade = if is_none { Grade::DoNotFly } else { Grade::Care };
+                let objection = KnownSign::of(name).map_or_else(String::new, |own| own.objection());
+                self.say(grade, format!("{name} is {value:.3} ± {bound:.3} {unit}: {objection}"));
             } else if percent.is_nan() || percent > DAMPING_PERCENT {
                 self.say(
                     Grade::Care,
@@ -279,6 +265,10 @@ impl Judge {
     }
 }
 
+fn is_damping(name: &str) -> bool {
+    KnownSign::of(name).is_some_and(|known| known.role == DerivativeRole::Damping)
+}
+
 /// A value beside its bound with as many decimals, three at least, as the bound has something to say in.
 fn shown(value: f64, bound: f64) -> String {
     let decimals = if bound > 0.0 { (1.0 - bound.log10().floor()).clamp(3.0, 9.0) } else { 3.0 };
@@ -289,6 +279,19 @@ fn shown(value: f64, bound: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::helicopter::kind::Kind;
+
+    #[test]
+    fn no_search_can_end_at_a_rotor_that_turns_the_fuselage_the_wrong_way() {
+        for kind in Kind::ALL {
+            for parameter in kind.structure().parameters {
+                let known = KnownSign::of(&parameter.name);
+                if known.is_some_and(|known| matches!(known.role, DerivativeRole::Rotor(_))) {
+                    assert!(parameter.lower > 0.0, "{kind}: {}", parameter.name);
+                }
+            }
+        }
+    }
 
     #[test]
     fn small_values_are_told_in_digits_that_say_something() {

@@ -1,0 +1,228 @@
+//! The signs that derivatives have on everything that flies.
+
+use std::fmt;
+
+use super::state_space::StateSpace;
+
+/// A derivative that has the same sign on every helicopter in hover.
+///
+/// Sticks count as `controls.csv` has them: lateral to the right, collective up, pedal to the right. The
+/// longitudinal stick is counted forwards by some and backwards by others, so what it does is not here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownSign {
+    /// Its name among the parameters of an identified model.
+    pub name: &'static str,
+    /// The state whose derivative it moves.
+    pub row: &'static str,
+    /// The state, an entry of A, or else the stick, an entry of B, that it stands before.
+    pub column: &'static str,
+    /// 1 or −1.
+    pub sign: f64,
+    /// What it stands for.
+    pub role: DerivativeRole,
+}
+
+/// What a derivative of known sign stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DerivativeRole {
+    /// What a stick does; the words tell what a positive one would do were the sign the other.
+    Stick(&'static str),
+    /// How the tilt of the rotor turns the fuselage; the words tell what a tilt would do were the sign the other.
+    Rotor(&'static str),
+    /// What damps an axis.
+    Damping,
+}
+
+const STICK: [(&str, &str, &str, f64, &str); 4] = [
+    ("Zcol", "w", "collective", -1.0, "sinks"),
+    ("Nped", "r", "pedal", 1.0, "turns to the left"),
+    ("Blat", "b", "lateral", 1.0, "rolls to the left"),
+    ("Llat", "p", "lateral", 1.0, "rolls to the left"),
+];
+const ROTOR: [(&str, &str, &str, &str); 2] = [
+    ("Lb", "p", "b", "a rotor tilted to the right rolls it to the left"),
+    ("Ma", "q", "a", "a rotor tilted backwards pitches it down"),
+];
+const DAMPING: [(&str, &str); 6] =
+    [("Zw", "w"), ("Nr", "r"), ("Xu", "u"), ("Yv", "v"), ("Lp", "p"), ("Mq", "q")];
+
+/// How the objection to a derivative begins that has its sign from a stick or the rotor.
+const WRONG: &str = "of the wrong sign: ";
+
+impl KnownSign {
+    /// In one-sigmas: beyond, a derivative has the sign that it has.
+    pub const SIGMAS: f64 = 2.0;
+    /// A damping this much above 0, 1/s, is no helicopter's, however it was found.
+    pub const UNDAMPED_PER_S: f64 = 1.0;
+
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let stick = STICK.into_iter().map(|(name, row, column, sign, does)| {
+            let role = DerivativeRole::Stick(does);
+            Self { name, row, column, sign, role }
+        });
+        let rotor = ROTOR.into_iter().map(|(name, row, column, does)| {
+            let role = DerivativeRole::Rotor(does);
+            Self { name, row, column, sign: 1.0, role }
+        });
+        let damping = DAMPING.into_iter().map(|(name, state)| {
+            let role = DerivativeRole::Damping;
+            Self { name, row: state, column: state, sign: -1.0, role }
+        });
+        stick.chain(rotor).chain(damping)
+    }
+
+    /// That of the parameter `name`, where its sign is known.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        Self::all().find(|known| known.name == name)
+    }
+
+    /// What is wrong where the sign is the other, as a verdict says it after the value.
+    #[must_use]
+    pub fn objection(&self) -> String {
+        match self.role {
+            DerivativeRole::Stick(does) => {
+                let stick = self.column;
+                format!("{WRONG}with a positive {stick} stick it {does}")
+            }
+            DerivativeRole::Rotor(does) => format!("{WRONG}{does}"),
+            DerivativeRole::Damping => "what flies has it below 0".into(),
+        }
+    }
+
+    /// Whether `value`, known to one `sigma`, is of the wrong sign without doubt; of a damping, at all.
+    fn is_against(&self, value: f64, sigma: f64) -> bool {
+        let doubt = if self.role == DerivativeRole::Damping { 0.0 } else { Self::SIGMAS * sigma };
+        self.sign * value < -doubt
+    }
+}
+
+/// A derivative of a model that has the sign that none has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WrongSign {
+    /// Which, and what it should be.
+    pub known: KnownSign,
+    /// What stands there, in the model's units.
+    pub value: f64,
+    /// Where it stands.
+    place: String,
+}
+
+impl fmt::Display for WrongSign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { known, value, place } = self;
+        let expected = if known.sign > 0.0 { "above 0" } else { "below 0" };
+        let name = known.name;
+        let objection = known.objection();
+        let objection = objection.strip_prefix(WRONG).unwrap_or(&objection);
+        write!(f, "{place}: found {name} {value}, expected it {expected}: {objection}")
+    }
+}
+
+impl StateSpace {
+    /// Derivatives of a sign that none has and of which the model's own verdict does not tell: what was written
+    /// or changed by hand. A parameter is taken with its covariance; an entry of a matrix is looked at where no
+    /// parameter answers for it, a damping beyond [`KnownSign::UNDAMPED_PER_S`] and what a stick does only in
+    /// `stick`, which counts as a record does: a model in percent counts as its source has it.
+    #[must_use]
+    pub fn wrong_signs(&self) -> Vec<WrongSign> {
+        let found = KnownSign::all().filter(|known| !self.tells_of(known));
+        found.filter_map(|known| self.against(known)).collect()
+    }
+
+    /// Whether the verdict of the model names the wrong sign of `known` itself.
+    fn tells_of(&self, known: &KnownSign) -> bool {
+        let (begin, objection) = (format!("{} is ", known.name), known.objection());
+        self.verdict().is_some_and(|verdict| {
+            let mut reasons = verdict.reasons.iter();
+            reasons.any(|reason| reason.starts_with(&begin) && reason.contains(&objection))
+        })
+    }
+
+    fn against(&self, known: KnownSign) -> Option<WrongSign> {
+        let named = self.parameters().iter().position(|own| own.name == known.name);
+        let mut least =
+            if known.role == DerivativeRole::Damping { KnownSign::UNDAMPED_PER_S } else { 0.0 };
+        if let Some(at) = named {
+            let value = self.parameters()[at].value;
+            let sigma = self.covariance().map_or(0.0, |covariance| covariance[(at, at)].sqrt());
+            if known.is_against(value, sigma) {
+                return Some(WrongSign { known, value, place: "parameters".into() });
+            }
+            // Which sign it has is open, of its place in the matrix too.
+            if known.sign * value < 0.0 {
+                return None;
+            }
+            least = 0.0;
+        }
+        let row = self.state(known.row).ok()?;
+        let (matrix, value) = match (self.state(known.column), self.input(known.column)) {
+            (Ok(column), _) => ("A", self.a()[(row, column)]),
+            (_, Ok(column)) if self.inputs()[column].unit == "stick" => {
+                ("B", self.b()[(row, column)])
+            }
+            _ => return None,
+        };
+        let place = || format!("{matrix}, row {}, column {}", known.row, known.column);
+        (known.sign * value < -least).then(|| WrongSign { known, value, place: place() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::{Grade, Parameter, Verdict, shipped};
+
+    fn named(model: &StateSpace) -> Vec<&'static str> {
+        model.wrong_signs().iter().map(|wrong| wrong.known.name).collect()
+    }
+
+    #[test]
+    fn no_shipped_model_has_a_wrong_sign() {
+        for model in [shipped::raptor60(), shipped::mettler_r50(), shipped::thesis()] {
+            assert_eq!(model.wrong_signs(), []);
+        }
+    }
+
+    #[test]
+    fn every_known_sign_is_missed_in_a_matrix_where_it_is_turned() {
+        for known in KnownSign::all() {
+            let model = shipped::raptor60();
+            let (mut a, mut b) = (model.a().clone(), model.b().clone());
+            let row = model.state(known.row).unwrap();
+            // Far on the wrong side, for the dampings that a helicopter with flapping has elsewhere.
+            let turned = -3.0 * known.sign;
+            match model.state(known.column) {
+                Ok(column) => a[(row, column)] = turned,
+                Err(_) => b[(row, model.input(known.column).unwrap())] = turned,
+            }
+            let (states, inputs) = (model.states().to_vec(), model.inputs().to_vec());
+            let model = StateSpace::new("turned", model.time(), states, inputs, a, b).unwrap();
+            assert_eq!(named(&model), [known.name]);
+        }
+    }
+
+    #[test]
+    fn a_parameter_is_of_the_wrong_sign_beyond_its_doubt_and_where_no_verdict_told_it() {
+        let with = |name: &str, value: f64, sigma: f64| {
+            let parameter = Parameter { name: name.into(), value, unit: "rad/s²".into() };
+            let covariance = DMatrix::from_element(1, 1, sigma * sigma);
+            shipped::raptor60().with_parameters(vec![parameter], Some(covariance)).unwrap()
+        };
+        assert_eq!(named(&with("Nped", -20.0, 11.0)), [""; 0]);
+        assert_eq!(named(&with("Nr", 0.5, 11.0)), ["Nr"]);
+        let wrong = with("Nped", -20.0, 9.0);
+        let words = wrong.wrong_signs()[0].to_string();
+        let expected = "parameters: found Nped -20, expected it above 0: with a positive pedal stick it turns to \
+                        the left";
+        assert_eq!(words, expected);
+        let verdict = |reason: &str| Verdict { grade: Grade::Care, reasons: vec![reason.into()] };
+        let told = "Nped is -20.000 ± 9.000 rad/s², of the wrong sign: with a positive pedal stick it turns to the left. Is";
+        assert_eq!(named(&wrong.clone().with_verdict(verdict(told))), [""; 0]);
+        let other = verdict("Nped is -20.000 ± 9.000 rad/s², known to 45 % only");
+        assert_eq!(named(&wrong.with_verdict(other)), ["Nped"]);
+    }
+}
