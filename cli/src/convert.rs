@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
+use hovernav_log::copy_whole;
 
 use crate::arguments::Sensors;
 use crate::memory;
@@ -39,8 +40,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     dataset.write(out, &[])?;
     let reference = log.join(REFERENCE);
     if reference.exists() {
-        std::fs::copy(&reference, out.join(REFERENCE))
-            .with_context(|| format!("cannot copy {}", reference.display()))?;
+        let copy = out.join(REFERENCE);
+        copy_whole(&reference, &copy).with_context(|| {
+            format!("cannot copy {} to {}", reference.display(), copy.display())
+        })?;
     }
     drop(converting);
     output::say(format_args!(

@@ -118,10 +118,7 @@ fn campaign(arguments: &Arguments, asked: &[Fault]) -> anyhow::Result<()> {
     bar.finish_and_clear();
 
     let goals = goals_markdown(&outcomes);
-    let write = |file: &str, text: String| {
-        let path = out.join(file);
-        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
-    };
+    let write = |file: &str, text: String| crate::output::write(&out.join(file), text);
     write("table.md", format!("{goals}{}", markdown(&outcomes)))?;
     write("results.csv", csv(&outcomes))?;
     let wall_s = started.elapsed().as_secs_f64();

@@ -1,10 +1,10 @@
 //! `hovernav completions` and `hovernav man`: what shells and `man` know of the command.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::Command;
 use clap_complete::Shell;
+use clap_mangen::Man as ManualPage;
 
 use crate::output;
 
@@ -30,9 +30,20 @@ pub fn completions(arguments: &Completions, mut command: Command) -> anyhow::Res
 pub fn man(arguments: &Man, command: Command) -> anyhow::Result<()> {
     let dir = &arguments.dir;
     output::create(dir)?;
-    let command = command.name("hovernav");
-    clap_mangen::generate_to(command, dir)
-        .with_context(|| format!("cannot write manual pages to {}", dir.display()))?;
+    let mut command = command.name("hovernav").disable_help_subcommand(true);
+    command.build();
+    write_pages(&command, dir)?;
     output::say(format_args!("{}: written", dir.display()));
     Ok(())
+}
+
+/// Writes the page of a verb, or of the command, and of all below it.
+fn write_pages(command: &Command, dir: &Path) -> anyhow::Result<()> {
+    for verb in command.get_subcommands().filter(|verb| !verb.is_hide_set()) {
+        write_pages(verb, dir)?;
+    }
+    let man = ManualPage::new(command.clone());
+    let mut page = Vec::new();
+    man.render(&mut page)?;
+    output::write(&dir.join(man.get_filename()), page)
 }

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::Context as _;
+use hovernav_log::write_whole;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -74,10 +75,19 @@ pub fn create(directory: &Path) -> anyhow::Result<()> {
         .with_context(|| format!("cannot create {}", directory.display()))
 }
 
+/// Writes a file, whole or not at all.
+pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
+    write_whole(path, bytes).with_context(|| cannot_write(path))
+}
+
+/// What could not be done, before the cause.
+pub fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
+}
+
 /// Writes a summary as JSON that people can read, too.
 pub fn write_json(summary: &impl Serialize, path: &Path) -> anyhow::Result<()> {
-    let text = serde_json::to_string_pretty(summary)? + "\n";
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    write(path, serde_json::to_string_pretty(summary)? + "\n")
 }
 
 /// Whether somebody is there to see progress.

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use hovernav::ekf::Estimator;
 use hovernav::event::Event;
 use hovernav::imu::NotchConfig;
-use hovernav_c::Solution;
+use hovernav_c::{HOVERNAV_ABI, Solution};
 use hovernav_log::Dataset;
 
 /// What Rust's standard library needs of the system, in the static library.
@@ -161,22 +161,57 @@ fn and_so_it_does_without_the_vibration_of_a_rotor() {
 
 #[test]
 fn the_shared_library_gives_them_too() {
-    let place = tempfile::tempdir().unwrap();
     if !found("gcc") {
         return;
     }
+    let place = tempfile::tempdir().unwrap();
+    install(place.path());
+    let shared = place.path().join("lib");
     let program = place.path().join("program");
     let built = Command::new("gcc")
         .args(["-std=c11", "-O2"])
         .arg(format!("-I{}", root().join("ffi/include").display()))
         .arg(root().join(REPLAY))
-        .arg(format!("-L{}", libraries().display()))
-        .args(["-lhovernav_c", "-lm", &format!("-Wl,-rpath,{}", libraries().display()), "-o"])
+        .arg(format!("-L{}", shared.display()))
+        .args(["-lhovernav_c", "-lm", &format!("-Wl,-rpath,{}", shared.display()), "-o"])
         .arg(&program)
         .output()
         .unwrap();
     text(&built);
     assert_eq!(replay(&program, &[], &["2000"]).lines().next().unwrap(), flown(2_000, None));
+}
+
+/// The entries of one kind, `SONAME` or `NEEDED`, in the dynamic section of `file`.
+fn dynamic(file: &Path, kind: &str) -> Vec<String> {
+    let output = Command::new("readelf").arg("-d").arg(file).output().unwrap();
+    let lines = text(&output);
+    let entries = lines.lines().filter(|line| line.contains(&format!("({kind})")));
+    entries.map(|line| line.split(['[', ']']).nth(1).unwrap().to_owned()).collect()
+}
+
+/// A program built against one binary interface is never started with a library of another.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_name_that_programs_load_the_library_by_ends_with_the_version_of_the_binary_interface() {
+    if !found("readelf") {
+        return;
+    }
+    let name = format!("libhovernav_c.so.{HOVERNAV_ABI}");
+    let place = tempfile::tempdir().unwrap();
+    install(place.path());
+    let shared = place.path().join("lib");
+    assert_eq!(dynamic(&shared.join("libhovernav_c.so"), "SONAME"), [name.as_str()]);
+
+    let version = env!("CARGO_PKG_VERSION");
+    let leads_to = |link: &str| std::fs::read_link(shared.join(link)).unwrap();
+    assert_eq!(leads_to("libhovernav_c.so"), Path::new(&name));
+    assert_eq!(leads_to(&name), PathBuf::from(format!("{name}.{version}")));
+
+    // Installed over itself, and over a library of a time when the file had no version, it is the same.
+    std::fs::remove_file(shared.join("libhovernav_c.so")).unwrap();
+    std::fs::write(shared.join("libhovernav_c.so"), "old").unwrap();
+    install(place.path());
+    assert_eq!(leads_to("libhovernav_c.so"), Path::new(&name));
 }
 
 #[test]
@@ -226,6 +261,14 @@ fn install(prefix: &Path) {
     text(&command.arg(prefix).arg(libraries()).output().unwrap());
 }
 
+/// What `program` asks the system to load is the library of this binary interface.
+fn needs_the_interface(program: &Path) {
+    if cfg!(target_os = "linux") && found("readelf") {
+        let needed = dynamic(program, "NEEDED");
+        assert!(needed.contains(&format!("libhovernav_c.so.{HOVERNAV_ABI}")), "{needed:?}");
+    }
+}
+
 #[test]
 fn pkg_config_finds_what_was_installed() {
     if !found("gcc") || !found("pkg-config") {
@@ -245,6 +288,7 @@ fn pkg_config_finds_what_was_installed() {
         .arg(&program)
         .output();
     text(&built.unwrap());
+    needs_the_interface(&program);
     let run = Command::new(&program)
         .arg(root().join("datasets/heli-hover"))
         .arg("300")
@@ -298,6 +342,7 @@ fn cmake_finds_what_was_installed() {
             .output();
         assert_eq!(text(&run.unwrap()).lines().next().unwrap(), flown(300, None), "{program}");
     }
+    needs_the_interface(&build.join("shared"));
     reach(&mut Command::new(build.join("cpp_shared")));
     reach(&mut Command::new(build.join("cpp_static")));
 }

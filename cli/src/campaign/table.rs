@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use anyhow::Context as _;
 use hovernav::controls::Sticks;
 use hovernav_sim::HoverStatistics;
 use hovernav_sim::campaign::{CampaignResult, Outcome, SensorGrade, UNCERTAIN, percentile};
+
+use crate::output;
 
 /// The percentiles of every table.
 pub const PERCENTILES: [u32; 6] = [5, 25, 50, 75, 95, 99];
@@ -128,7 +129,7 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
         let (stick, at_s) = (stick.unwrap_or(&""), known(at_s));
         let _ = writeln!(text, ",{stick},{at_s},{}", draw.fuel_kg);
     }
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    output::write(path, text)
 }
 
 /// Writes one row a measure and grade of sensors.
@@ -155,5 +156,5 @@ pub fn write_percentiles(path: &Path, results: &[CampaignResult]) -> anyhow::Res
             text.push('\n');
         }
     }
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    output::write(path, text)
 }

@@ -9,7 +9,7 @@ mod tests;
 
 use std::path::Path;
 
-use anyhow::Context as _;
+use crate::output;
 
 #[cfg(feature = "lab")]
 pub use autopilot::autopilot;
@@ -18,7 +18,7 @@ pub use estimator::estimator;
 /// A form in which settings are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Form {
-    /// Rust source: a constant and a function
+    /// Rust source: functions, and the numbers of an autopilot as constants
     Rust,
     /// A C header for hovernav.h
     C,
@@ -45,8 +45,7 @@ fn write(
 ) -> anyhow::Result<()> {
     for &form in forms {
         let path = directory.join(format!("{name}.{}", form.ending()));
-        std::fs::write(&path, text(form)?)
-            .with_context(|| format!("cannot write {}", path.display()))?;
+        output::write(&path, text(form)?)?;
     }
     Ok(())
 }

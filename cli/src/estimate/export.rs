@@ -1,6 +1,5 @@
 //! `--export`: the solution in the formats of other programs.
 
-use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -9,7 +8,9 @@ use anyhow::Context as _;
 use clap::error::ErrorKind;
 use hovernav::ekf::Solution;
 use hovernav_export::{Export, ExportError, ExportFormat, LAYOUT};
-use hovernav_log::Manifest;
+use hovernav_log::{Manifest, WholeFile};
+
+use crate::output::{self, cannot_write};
 
 /// A format by its name, or `-`: standard output.
 #[derive(Clone, Copy, PartialEq)]
@@ -61,10 +62,17 @@ pub fn check(asked: &[ExportArgument], logs: usize) -> anyhow::Result<()> {
     Ok(())
 }
 
+struct InTheMaking {
+    path: PathBuf,
+    export: Export<'static>,
+    /// What becomes of it; `None` of standard output.
+    file: Option<WholeFile>,
+}
+
 /// The files asked for, in the making.
 #[derive(Default)]
 pub struct Exports {
-    files: Vec<(PathBuf, Export<'static>)>,
+    files: Vec<InTheMaking>,
     /// Whether the solution goes to a reader that has gone: it has what it wanted.
     is_unread: bool,
 }
@@ -86,32 +94,30 @@ impl Exports {
                     Export::new(format, name, utc_at_zero_ns, BufWriter::new(io::stdout()));
                 exports.is_unread = is_unread(export.as_ref().err());
                 if !exports.is_unread {
-                    exports.files.push((path, export?));
+                    exports.files.push(InTheMaking { path, export: export?, file: None });
                 }
                 continue;
             }
             let path = out.join(format.file_name());
-            let failed = || format!("cannot write {}", path.display());
-            let file = File::create(&path).with_context(failed)?;
-            let export = Export::new(format, name, utc_at_zero_ns, BufWriter::new(file))
-                .with_context(failed)?;
+            let begun = WholeFile::create(&path).and_then(|file| Ok((file.handle()?, file)));
+            let (handle, file) = begun.with_context(|| cannot_write(&path))?;
+            let export = Export::new(format, name, utc_at_zero_ns, BufWriter::new(handle))
+                .with_context(|| cannot_write(&path))?;
             if format == ExportFormat::Mcap {
-                let layout = out.join("solution.foxglove-layout.json");
-                std::fs::write(&layout, LAYOUT)
-                    .with_context(|| format!("cannot write {}", layout.display()))?;
+                output::write(&out.join("solution.foxglove-layout.json"), LAYOUT)?;
             }
-            exports.files.push((path, export));
+            exports.files.push(InTheMaking { path, export, file: Some(file) });
         }
         Ok(exports)
     }
 
     /// Adds a solution to each.
     pub fn push(&mut self, solution: &Solution) -> anyhow::Result<()> {
-        for (path, export) in &mut self.files {
+        for InTheMaking { path, export, .. } in &mut self.files {
             let written = if self.is_unread { Ok(()) } else { export.push(solution) };
             self.is_unread |= is_unread(written.as_ref().err());
             if !self.is_unread {
-                written.with_context(|| format!("cannot write {}", path.display()))?;
+                written.with_context(|| cannot_write(path))?;
             }
         }
         Ok(())
@@ -119,10 +125,13 @@ impl Exports {
 
     /// Ends each.
     pub fn finish(self) -> anyhow::Result<()> {
-        for (path, export) in self.files {
+        for InTheMaking { path, export, file } in self.files {
             let written = if self.is_unread { Ok(()) } else { export.finish() };
             if !is_unread(written.as_ref().err()) {
-                written.with_context(|| format!("cannot write {}", path.display()))?;
+                written.with_context(|| cannot_write(&path))?;
+            }
+            if let Some(file) = file {
+                file.finish().with_context(|| cannot_write(&path))?;
             }
         }
         Ok(())

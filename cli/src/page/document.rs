@@ -1,10 +1,10 @@
 //! A page: one HTML file that holds its text, its data and the script that draws them.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::Context as _;
+use hovernav_log::WholeFile;
 use serde::Serialize;
 
 use super::fact::Fact;
@@ -78,10 +78,10 @@ impl Page<'_> {
     /// # Errors
     /// When the file cannot be written; the error names it.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let written = File::create(path).and_then(|file| {
+        let written = WholeFile::create(path).and_then(|file| {
             let mut out = BufWriter::new(file);
             self.write_to(&mut out)?;
-            out.flush()
+            out.into_inner()?.finish()
         });
         written.with_context(|| format!("cannot write the report {}", path.display()))
     }

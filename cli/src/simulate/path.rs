@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::Context as _;
 use hovernav_log::Dataset;
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, sensor_manifest};
 use serde_json::json;
@@ -59,6 +58,5 @@ fn write_summary(path: &Path, dataset: &Dataset, started: Instant) -> anyhow::Re
         "gps_fixes_used": dataset.fixes.len(),
         "gps_fixes_rejected": 0,
     });
-    std::fs::write(path, format!("{summary:#}\n"))
-        .with_context(|| format!("cannot write {}", path.display()))
+    crate::output::write_json(&summary, path)
 }

@@ -1,11 +1,11 @@
 //! Rows of numbers to a CSV file, which appears under its name when it is whole.
 
-use std::fs::File;
 use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::error::LogError;
 use hovernav::time::Time;
+use hovernav_toml::WholeFile;
 
 /// Bytes gathered before they are written.
 const CHUNK: usize = 1 << 20;
@@ -17,7 +17,7 @@ pub(crate) struct CsvWriter {
     /// What is not written yet.
     bytes: Vec<u8>,
     /// The part written, of a file that is longer than a chunk.
-    part: Option<Part>,
+    part: Option<WholeFile>,
     /// Why a part could not be written.
     failure: Option<io::Error>,
     row: usize,
@@ -121,9 +121,8 @@ impl CsvWriter {
     pub fn finish(mut self) -> Result<(), LogError> {
         let written = match self.failure.take() {
             Some(failure) => Err(failure),
-            None if self.part.is_none() => std::fs::write(&self.path, &self.bytes),
             None => self.write_part().and_then(|()| match self.part.take() {
-                Some(part) => part.rename(&self.path),
+                Some(part) => part.finish(),
                 None => Ok(()),
             }),
         };
@@ -131,12 +130,11 @@ impl CsvWriter {
     }
 
     fn write_part(&mut self) -> io::Result<()> {
-        if self.part.is_none() {
-            self.part = Some(Part::beside(&self.path)?);
-        }
-        if let Some(part) = &mut self.part {
-            part.file.write_all(&self.bytes)?;
-        }
+        let part = match &mut self.part {
+            Some(part) => part,
+            none => none.insert(WholeFile::create(&self.path)?),
+        };
+        part.write_all(&self.bytes)?;
         self.bytes.clear();
         Ok(())
     }
@@ -168,37 +166,6 @@ impl CsvWriter {
     fn unwritable(&self, value: f64) -> LogError {
         let column = self.columns.get(self.column).copied().unwrap_or_default();
         LogError::Unwritable { path: self.path.clone(), row: self.row, column, value }
-    }
-}
-
-/// A file under another name until it is whole; removed unless it becomes so.
-struct Part {
-    file: File,
-    path: PathBuf,
-    is_whole: bool,
-}
-
-impl Part {
-    fn beside(path: &Path) -> io::Result<Self> {
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(".part");
-        let path = path.with_file_name(name);
-        Ok(Self { file: File::create(&path)?, path, is_whole: false })
-    }
-
-    fn rename(mut self, path: &Path) -> io::Result<()> {
-        std::fs::rename(&self.path, path)?;
-        self.is_whole = true;
-        Ok(())
-    }
-}
-
-impl Drop for Part {
-    fn drop(&mut self) {
-        if !self.is_whole {
-            // Nothing can be done where even that fails.
-            let _ = std::fs::remove_file(&self.path);
-        }
     }
 }
 

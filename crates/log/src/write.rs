@@ -12,6 +12,7 @@ use crate::{auxiliary, controls, gps, imu, reference};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::Motion;
+use hovernav_toml::write_whole;
 
 impl Dataset {
     /// Writes this dataset, and the truth about it if `reference` is not empty, to the directory
@@ -31,7 +32,7 @@ impl Dataset {
             path: path.clone(),
             reason: error.to_string(),
         })?;
-        std::fs::write(&path, manifest).map_err(LogError::io(&path))?;
+        write_whole(&path, manifest).map_err(LogError::io(&path))?;
         self.write_imu(dir)?;
         self.write_fixes(dir)?;
         self.write_baro(dir)?;

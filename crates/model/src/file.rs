@@ -221,7 +221,7 @@ impl StateSpace {
     /// # Errors
     /// [`ModelError::Toml`].
     pub fn write(&self, path: &Path) -> Result<(), ModelError> {
-        std::fs::write(path, self.to_toml())
+        hovernav_toml::write_whole(path, self.to_toml())
             .map_err(|source| TomlError::Io { path: path.into(), source }.into())
     }
 }

@@ -2,6 +2,7 @@
 
 mod deserializer;
 mod file;
+mod whole_file;
 mod words;
 
 use std::io;
@@ -15,6 +16,7 @@ use toml::de::{DeTable, DeValue};
 use deserializer::{Place, ValueDeserializer};
 
 pub use file::{open_file, read_bytes};
+pub use whole_file::{WholeFile, copy_whole, write_whole};
 
 /// Set-up files are short: no larger file is one, bytes.
 const LONGEST_TEXT: u64 = 16 << 20;

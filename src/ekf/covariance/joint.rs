@@ -23,6 +23,15 @@ pub enum Sensitivities<'a, T> {
 }
 
 impl<T: Scalar> Sensitivities<'_, T> {
+    /// The place behind the last that there is.
+    #[inline(always)]
+    fn end(&self) -> usize {
+        match self {
+            Self::Each(each) => each.iter().rposition(Option::is_some).map_or(0, |last| last + 1),
+            Self::Fix(_) => MOST,
+        }
+    }
+
     /// That of one measurement, if there is that one.
     #[must_use]
     #[inline(never)]
@@ -42,6 +51,8 @@ impl<T: Scalar> Sensitivities<'_, T> {
 #[derive(Clone, Debug)]
 pub struct Joint<'a, L, T, const N: usize> {
     sensitivities: Sensitivities<'a, T>,
+    /// Behind the last that there is.
+    end: usize,
     /// P Hᵀ of each, before any of them.
     projected: [[T; N]; MOST],
     /// H P Hᵀ: of each with itself and with those behind it.
@@ -61,8 +72,9 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     /// the first on.
     #[must_use]
     #[inline(always)]
-    pub const fn new(sensitivities: Sensitivities<'a, T>, innovations: [T; MOST]) -> Self {
+    pub fn new(sensitivities: Sensitivities<'a, T>, innovations: [T; MOST]) -> Self {
         Self {
+            end: sensitivities.end(),
             sensitivities,
             projected: [[T::ZERO; N]; MOST],
             seen: [[T::ZERO; MOST]; MOST],
@@ -159,7 +171,8 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         let inverse = T::ONE / (sigma * sigma);
         let own = self.seen[index];
         let innovation = self.innovations[index];
-        for b in index + 1..MOST {
+        // No more than there are: said where nothing else shows it.
+        for b in index + 1..self.end.min(MOST) {
             let share = own[b] * inverse;
             self.innovations[b] -= share * innovation;
             // Whole rows: what stands before the diagonal is never read, and a loop of one length takes half.

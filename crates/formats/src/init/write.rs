@@ -5,6 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::text::{AttitudeColumns, GpsColumns, MAPPING_FILE, Mapping, TableMapping, Triad};
 use hovernav_log::LogError;
+use hovernav_toml::write_whole;
 
 /// Writes the mapping and a commented manifest into `directory`.
 pub(crate) fn write(
@@ -23,10 +24,10 @@ pub(crate) fn write(
     for table in &mut mapping.table {
         table.file = relative(&table.file, directory)?;
     }
-    std::fs::write(&path, text(&mapping, doubts)).map_err(LogError::io(&path))?;
+    write_whole(&path, text(&mapping, doubts)).map_err(LogError::io(&path))?;
     let manifest = directory.join("dataset.toml");
     if !manifest.exists() {
-        std::fs::write(&manifest, MANIFEST).map_err(LogError::io(&manifest))?;
+        write_whole(&manifest, MANIFEST).map_err(LogError::io(&manifest))?;
     }
     Ok(())
 }

@@ -1,6 +1,5 @@
 //! A record that was cut off or damaged, written anew with its index.
 
-use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
@@ -12,7 +11,7 @@ use super::read::Record;
 use super::writer::MessageWriter;
 use crate::error::LogError;
 use crate::table::LARGEST_BYTES;
-use hovernav_toml::read_bytes;
+use hovernav_toml::{WholeFile, read_bytes};
 
 /// What came of a repair.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,9 +34,10 @@ pub fn repair(path: &Path, out: &Path) -> Result<Repaired, LogError> {
     let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
     let Record { header, warnings, damages, repair, is_ended, .. } = Record::read(&bytes, path)?;
     let repair = Repair::new(bytes.len() as u64, &damages, is_ended, repair);
-    let file = File::create_new(out).map_err(LogError::io(out))?;
+    let file = WholeFile::create_new(out).map_err(LogError::io(out))?;
     let written = |error: mcap::McapError| LogError::io(out)(std::io::Error::other(error));
-    let mut writer = MessageWriter::new(BufWriter::new(file), &header).map_err(written)?;
+    let mut buffer = BufWriter::new(file);
+    let mut writer = MessageWriter::new(&mut buffer, &header).map_err(written)?;
     // Before the messages: what is cut off again has it still.
     writer.metadata(&repair.metadata()).map_err(written)?;
     let mut topics = Topics::default();
@@ -58,5 +58,8 @@ pub fn repair(path: &Path, out: &Path) -> Result<Repaired, LogError> {
         writer.flush().map_err(LogError::io(out))?;
     }
     writer.finish().map_err(LogError::io(out))?;
+    drop(writer);
+    let file = buffer.into_inner().map_err(|error| LogError::io(out)(error.into_error()))?;
+    file.finish().map_err(LogError::io(out))?;
     Ok(Repaired { messages, repair, warnings })
 }

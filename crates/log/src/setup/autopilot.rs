@@ -44,7 +44,7 @@ pub fn write_autopilot(
     let body =
         toml::to_string(config).map_err(|error| TomlError::at(path, "", 0, &error.to_string()))?;
     let remark: String = remark.lines().map(|line| format!("# {line}\n")).collect();
-    std::fs::write(path, remark + &body)
+    hovernav_toml::write_whole(path, remark + &body)
         .map_err(|source| TomlError::Io { path: path.into(), source })?;
     Ok(())
 }

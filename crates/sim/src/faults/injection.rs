@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::{LogError, Manifest};
+use hovernav_log::{LogError, Manifest, copy_whole, write_whole};
 
 use super::fault::Fault;
 use super::inertial::Inertial;
@@ -223,13 +223,14 @@ impl FaultyLog {
         for entry in std::fs::read_dir(dir).map_err(io(dir))? {
             let from = entry.map_err(io(dir))?.path();
             if let Some(name) = from.file_name().filter(|_| from.is_file()) {
-                std::fs::copy(&from, out.join(name)).map_err(io(&from))?;
+                let to = out.join(name);
+                copy_whole(&from, &to).map_err(io(&to))?;
             }
         }
         self.write_sensors(out)?;
         let told = serde_json::json!({ "seed": self.seed, "faults": self.made });
         let path = out.join(FAULTS);
-        std::fs::write(&path, format!("{told:#}\n")).map_err(io(&path))?;
+        write_whole(&path, format!("{told:#}\n")).map_err(io(&path))?;
         Ok(())
     }
 
@@ -237,14 +238,14 @@ impl FaultyLog {
     pub(super) fn write_sensors(&self, out: &Path) -> Result<(), LogError> {
         if let Some(text) = &self.log.manifest_text {
             let path = out.join(MANIFEST);
-            std::fs::write(&path, text).map_err(|source| LogError::Io { path, source })?;
+            write_whole(&path, text).map_err(|source| LogError::Io { path, source })?;
         }
         self.log.imu.write(&out.join(IMU))?;
         for file in [BARO, ROTOR] {
             let from = self.log.dir.join(file);
             if from.exists() {
-                let io = |source| LogError::Io { path: from.clone(), source };
-                std::fs::copy(&from, out.join(file)).map_err(io)?;
+                let path = out.join(file);
+                copy_whole(&from, &path).map_err(|source| LogError::Io { path, source })?;
             }
         }
         let Log { gps, mag, range, heading, .. } = &self.log;

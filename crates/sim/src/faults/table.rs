@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 
-use hovernav_log::LogError;
+use hovernav_log::{LogError, write_whole};
 
 use super::window::Window;
 
@@ -152,8 +152,7 @@ impl Table {
             }
             out.extend_from_slice(end.as_bytes());
         }
-        std::fs::write(path, out)
-            .map_err(|source| LogError::Io { path: path.to_path_buf(), source })
+        write_whole(path, out).map_err(|source| LogError::Io { path: path.to_path_buf(), source })
     }
 }
 

@@ -1,0 +1,136 @@
+//! What a disk that is full leaves of a command's results: whole files and none that is cut, and an error that names
+//! the file and the cause.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use common::{HELI, place, succeeds, text};
+
+/// Runs the command where no file may grow beyond `most` bytes, a multiple of 512: what a disk does to one that is full
+/// at that length, without a disk.
+fn on_a_full_disk(most: u64, arguments: &[&str]) -> Output {
+    assert_eq!(most % 512, 0);
+    // The signal would end the command; ignored, writing fails as it does on a full disk.
+    let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$@\"", most / 512);
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_hovernav")]);
+    command.args(arguments).output().expect("sh runs")
+}
+
+/// The files below `directory`.
+fn files(directory: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(directory).expect("a directory") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() { files.extend(self::files(&path)) } else { files.push(path) }
+    }
+    files
+}
+
+/// Runs the command on disks that are full at some length up to `longest` bytes: it must fail at status 1 and name
+/// `file` and the cause, and whatever is in `out` afterwards must be whole.
+#[track_caller]
+fn leaves_nothing_cut(out: &Path, arguments: &[&str], most: &[u64], file: &str) {
+    for &most in most {
+        let run = on_a_full_disk(most, arguments);
+        let message = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(1), "{most}: {message}");
+        assert!(message.contains("File too large"), "{most}: {message}");
+        assert!(message.contains(text(out)), "{most}: {message}");
+        if most > 0 {
+            assert!(message.contains(file), "{most}: {message}");
+        }
+        for left in files(out) {
+            let length = fs::metadata(&left).expect("it is there").len();
+            assert!(length < most, "{} is cut at {length}", left.display());
+            assert!(left.extension().is_none_or(|ending| ending != "part"), "{}", left.display());
+        }
+    }
+}
+
+#[test]
+fn an_estimate_is_written_whole_or_not_at_all() {
+    let out = place("full-estimate");
+    let arguments = ["estimate", HELI, "--out", text(&out)];
+    leaves_nothing_cut(&out, &arguments, &[0, 1 << 16], "solution.csv");
+    let exports = ["kml", "gpx", "pos", "tum", "euroc", "mcap"];
+    for format in exports {
+        let out = place(&format!("full-export-{format}"));
+        let arguments = ["estimate", HELI, "--no-report", "--export", format, "--out", text(&out)];
+        leaves_nothing_cut(&out, &arguments, &[0, 1 << 14], "solution.");
+    }
+}
+
+#[test]
+fn a_page_that_does_not_fit_leaves_the_one_before_it() {
+    let out = place("full-page");
+    let arguments = ["estimate", HELI, "--out", text(&out)];
+    let before = "the page of an earlier run";
+    fs::write(out.join("report.html"), before).expect("writable");
+    // The rows fit, the page with its script does not.
+    let run = on_a_full_disk(3 << 20, &arguments);
+    let message = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert_eq!(run.status.code(), Some(1), "{message}");
+    let expected = format!("cannot write the report {}", out.join("report.html").display());
+    assert!(message.contains(&expected) && message.contains("File too large"), "{message}");
+    assert_eq!(fs::read_to_string(out.join("report.html")).expect("readable"), before);
+    assert!(out.join("solution.csv").exists() && !out.join("report.html.part").exists());
+}
+
+#[test]
+fn a_converted_log_is_written_whole_or_not_at_all() {
+    let out = place("full-convert");
+    let arguments = ["convert", HELI, "--out", text(&out)];
+    leaves_nothing_cut(&out, &arguments, &[0, 1 << 13], ".csv");
+}
+
+#[test]
+fn settings_are_written_whole_or_not_at_all() {
+    for form in ["rust", "c", "postcard"] {
+        let out = place(&format!("full-emit-{form}"));
+        let arguments = ["estimate", HELI, "--no-report", "--emit", form, "--out", text(&out)];
+        // The solution fits neither: it is the file that is told of.
+        leaves_nothing_cut(&out, &arguments, &[0, 512], "");
+    }
+}
+
+#[cfg(feature = "lab")]
+#[test]
+fn a_design_and_its_page_are_written_whole_or_not_at_all() {
+    let out = place("full-design");
+    let arguments = ["design", "raptor60", "--out", text(&out)];
+    // The page alone does not fit: a design takes its time, so no other length is tried.
+    leaves_nothing_cut(&out, &arguments, &[1 << 16], "report.html");
+}
+
+#[cfg(feature = "lab")]
+#[test]
+fn a_simulated_flight_is_written_whole_or_not_at_all() {
+    let out = place("full-simulate");
+    let arguments = ["simulate", "--duration", "20", "--out", text(&out)];
+    leaves_nothing_cut(&out, &arguments, &[0, 1 << 12, 1 << 16], "");
+}
+
+#[cfg(feature = "lab")]
+#[test]
+fn a_copy_with_faults_is_written_whole_or_not_at_all() {
+    let out = place("full-inject");
+    let arguments = ["inject", HELI, "--fault", "outage", "--out", text(&out)];
+    leaves_nothing_cut(&out, &arguments, &[0, 1 << 12], "");
+}
+
+/// What is not asked for stays as it was: the limit is above what there is to write.
+#[test]
+fn a_disk_with_room_changes_nothing() {
+    let (there, here) = (place("roomy-there"), place("roomy-here"));
+    let arguments = |out| ["estimate", HELI, "--no-report", "--out", out];
+    let run = on_a_full_disk(1 << 26, &arguments(text(&there)));
+    assert!(run.status.success(), "{run:?}");
+    succeeds(&arguments(text(&here)));
+    let solution = |out: &Path| fs::read(out.join("solution.csv")).expect("readable");
+    assert!(solution(&there) == solution(&here));
+}

@@ -1,0 +1,198 @@
+//! Files that appear under their name when they are whole.
+
+use std::fs::{File, OpenOptions, Permissions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// A file in the making. It has another name, its own with `.part` behind it, until [`finish`](Self::finish)
+/// gives it its own; dropped before that, because the disk is full say, it is removed. What stood under
+/// its name before stands there until then, and afterwards where the new one did not become whole.
+///
+/// Where a link stands under the name, the file that it leads to is replaced, not the link. A device or a pipe
+/// cannot be replaced: it is written to as the bytes come.
+#[derive(Debug)]
+pub struct WholeFile {
+    file: File,
+    /// Its name until it is whole, and the one it is to have; `None` of a device, and once it has it.
+    names: Option<[PathBuf; 2]>,
+}
+
+impl WholeFile {
+    /// Begins the file `path`.
+    ///
+    /// # Errors
+    /// Those of the file system, also where a file of this name may not be written to.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let mut permissions: Option<Permissions> = None;
+        let mut own = path.to_path_buf();
+        match std::fs::metadata(path) {
+            Ok(found) if found.is_file() => {
+                // Refuses what writing over it would refuse.
+                OpenOptions::new().write(true).open(path)?;
+                own = path.canonicalize()?;
+                permissions = Some(found.permissions());
+            }
+            Ok(_) => return Ok(Self { file: File::create(path)?, names: None }),
+            Err(_) => {}
+        }
+        let mut name = own.file_name().unwrap_or_default().to_owned();
+        name.push(".part");
+        let part = own.with_file_name(name);
+        let file = File::create(&part)?;
+        let whole = Self { file, names: Some([part, own]) };
+        if let Some(permissions) = permissions {
+            whole.file.set_permissions(permissions)?;
+        }
+        Ok(whole)
+    }
+
+    /// Begins the file `path`, which must not be there.
+    ///
+    /// # Errors
+    /// Those of the file system; [`AlreadyExists`](io::ErrorKind::AlreadyExists).
+    pub fn create_new(path: &Path) -> io::Result<Self> {
+        if path.symlink_metadata().is_ok() {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        Self::create(path)
+    }
+
+    /// A second handle on the file, for a writer that is dropped before the file is
+    /// [`finish`](Self::finish)ed.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn handle(&self) -> io::Result<File> {
+        self.file.try_clone()
+    }
+
+    /// Gives the file its name: all of it is written, and nothing stays in a buffer before it.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn finish(mut self) -> io::Result<()> {
+        if let Some([part, own]) = &self.names {
+            std::fs::rename(part, own)?;
+            self.names = None;
+        }
+        Ok(())
+    }
+}
+
+impl Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for WholeFile {
+    fn drop(&mut self) {
+        if let Some([part, _]) = &self.names {
+            // Nothing can be done where even that fails.
+            let _ = std::fs::remove_file(part);
+        }
+    }
+}
+
+/// Writes `bytes` to the file `path`, whole or not at all: as a [`WholeFile`].
+///
+/// # Errors
+/// Those of the file system.
+pub fn write_whole(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
+    let mut file = WholeFile::create(path)?;
+    file.write_all(bytes.as_ref())?;
+    file.finish()
+}
+
+/// Copies the file `from` to `path`, whole or not at all: as a [`WholeFile`].
+///
+/// # Errors
+/// Those of the file system.
+pub fn copy_whole(from: &Path, path: &Path) -> io::Result<()> {
+    let mut from = File::open(from)?;
+    let mut file = WholeFile::create(path)?;
+    io::copy(&mut from, &mut file)?;
+    file.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    /// The names in a directory.
+    fn names(directory: &Path) -> Vec<String> {
+        let entries = fs::read_dir(directory).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_appears_under_its_name_when_it_is_whole() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("a.csv");
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"half").unwrap();
+        assert_eq!(names(place.path()), ["a.csv.part"]);
+        drop(file);
+        assert!(names(place.path()).is_empty());
+
+        write_whole(&path, "whole").unwrap();
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"half").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        drop(file);
+        assert_eq!((fs::read(&path).unwrap(), names(place.path()).len()), (b"whole".to_vec(), 1));
+
+        let mut file = WholeFile::create(&path).unwrap();
+        file.handle().unwrap().write_all(b"a new ").unwrap();
+        file.write_all(b"one").unwrap();
+        file.finish().unwrap();
+        assert_eq!(
+            (fs::read(&path).unwrap(), names(place.path()).len()),
+            (b"a new one".to_vec(), 1)
+        );
+    }
+
+    #[test]
+    fn what_must_not_be_there_is_refused() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("a.mcap");
+        WholeFile::create_new(&path).unwrap().finish().unwrap();
+        let error = WholeFile::create_new(&path).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
+        assert!(WholeFile::create(place.path()).is_err(), "a directory");
+        assert!(WholeFile::create(&place.path().join("nowhere/a.csv")).is_err());
+        assert_eq!(names(place.path()), ["a.mcap"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_and_permissions_stay() {
+        use std::os::unix::fs::{PermissionsExt as _, symlink};
+        let place = tempfile::tempdir().unwrap();
+        let (path, link) = (place.path().join("a.csv"), place.path().join("link.csv"));
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, Permissions::from_mode(0o640)).unwrap();
+        symlink("a.csv", &link).unwrap();
+        write_whole(&link, "new").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_device_is_written_to_and_tells_that_it_is_full() {
+        write_whole(Path::new("/dev/null"), "gone").unwrap();
+        let error = write_whole(Path::new("/dev/full"), "too much").unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+    }
+}
