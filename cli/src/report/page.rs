@@ -293,7 +293,7 @@ impl RecordPage<'_> {
         let to_servos = |cycle: &Cycle| cycle.turnaround_s.map_or(f64::NAN, |took_s| 1e3 * took_s);
         let rows = [
             Row::new("Work", "ms").with(self.cycles(Role::Estimate, work).named("work")),
-            Row::new("To the servos", "ms")
+            Row::new("To servos", "ms")
                 .with(self.cycles(Role::Estimate, to_servos).named("to the servos")),
             Row::new("Late in a row", "")
                 .with(self.cycles(Role::Input, |cycle| f64::from(cycle.late_cycles)).named("late")),
