@@ -7,10 +7,15 @@ use hovernav::time::Time;
 /// Slower than the first, Hz, nothing inertial can be done; slower than the second, it is poor.
 const LEAST_HZ: f64 = 18.0;
 const POOR_HZ: f64 = 24.0;
+/// Share of the rate that the set-up states below which samples are missing.
+const WHOLE: f64 = 0.8;
+/// What a log that holds only some of the samples is.
+const THINNED: &str =
+    "a log thinned to save space, in which rotation and vibration between the samples are lost";
 
 pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     if let Some(interval_s) = dataset.sample_interval_s().filter(|interval_s| *interval_s > 0.0) {
-        rate(interval_s, found);
+        rate(interval_s, dataset.manifest.imu.rate_hz, found);
     }
     let fixes = &dataset.fixes;
     let gps = || Some((fixes.first()?.time, fixes.last()?.time));
@@ -19,9 +24,21 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     }
 }
 
-fn rate(interval_s: f64, found: &mut Vec<SetupFinding>) {
+fn rate(interval_s: f64, stated_hz: Option<f64>, found: &mut Vec<SetupFinding>) {
     let rate_hz = 1.0 / interval_s;
     if rate_hz > POOR_HZ {
+        if let Some(stated_hz) = stated_hz.filter(|stated_hz| rate_hz < WHOLE * stated_hz) {
+            found.push(SetupFinding {
+                sensor: "inertial unit",
+                is_certain: false,
+                found: format!(
+                    "found {rate_hz:.1} samples a second, expected [imu] rate_hz, {stated_hz}"
+                ),
+                cause: THINNED.into(),
+                mend: "log every sample, or correct rate_hz; one-sigmas are too small meanwhile"
+                    .into(),
+            });
+        }
         return;
     }
     let (cause, mend) = if (1.0..=100.0).contains(&interval_s) {
@@ -29,10 +46,7 @@ fn rate(interval_s: f64, found: &mut Vec<SetupFinding>) {
     } else if interval_s > 100.0 {
         ("t_s in microseconds or nanoseconds", "t_s has to be in seconds".into())
     } else {
-        (
-            "a log thinned to save space, in which rotation and vibration between the samples are lost",
-            "log the inertial unit at 50 Hz or more".into(),
-        )
+        (THINNED, "log the inertial unit at 50 Hz or more".into())
     };
     let is_certain = rate_hz < LEAST_HZ;
     let expected_hz = if is_certain { LEAST_HZ } else { POOR_HZ };
@@ -132,11 +146,22 @@ mod tests {
             (10_000, true, "milliseconds", "at least 18 "),
         ] {
             let mut found = Vec::new();
-            rate(1e-3 * f64::from(interval_ms), &mut found);
+            rate(1e-3 * f64::from(interval_ms), None, &mut found);
             assert_eq!(found.len(), 1);
             assert_eq!(found[0].is_certain, certain);
             assert!(found[0].cause.contains(expected), "{}", found[0]);
             assert!(found[0].found.contains(least), "{}", found[0]);
+        }
+    }
+
+    #[test]
+    fn samples_at_less_than_the_stated_rate_are_said() {
+        for (interval_s, stated_hz, is_said) in
+            [(0.02, Some(100.0), true), (0.02, Some(52.0), false), (0.02, None, false)]
+        {
+            let mut found = Vec::new();
+            rate(interval_s, stated_hz, &mut found);
+            assert_eq!(!found.is_empty(), is_said, "{found:?}");
         }
     }
 }
