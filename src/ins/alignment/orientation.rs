@@ -103,11 +103,13 @@ impl Aligner {
         let lean_rad = pull.lean_rad();
         if !pull.agrees {
             oriented.tilt_sigma_rad = usual_rad.max(lean_rad + pull.sigma_rad);
-        } else if lean_rad > usual_rad.max(2.0 * pull.sigma_rad) || pull.has_turned {
+        } else if lean_rad > usual_rad.max(2.0 * pull.sigma_rad) {
             oriented.body_to_ned = pull.attitude();
             oriented.tilt_sigma_rad = usual_rad.max(pull.sigma_rad);
             oriented.axis = pull.axis();
             oriented.acceleration_mps2 = pull.acceleration_mps2();
+        } else if pull.has_turned {
+            oriented.body_to_ned = level(pull.body);
         }
         Some(())
     }

@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 /// Standard gravity is near enough for a direction, m/s².
 const GRAVITY_MPS2: f64 = 9.81;
 /// Fixes closer than this, s, tell too little of an acceleration; over more, a gyro's errors add up.
-const TELLING_S: core::ops::Range<f32> = 0.15..4.0;
+const TELLING_S: core::ops::Range<f32> = 0.15..6.0;
 /// How late a receiver may tell a velocity without saying so, s: meanwhile a vehicle that turns has turned.
 const LATE_S: f64 = 0.15;
 /// Share of the specific force by which the unit and the fixes may differ in its amount.
