@@ -219,6 +219,12 @@ pub fn run(
     let truth: Vec<_> = samples.iter().map(|sample| sample.truth).collect();
     dataset.write(&out, &truth)?;
     output::write_json(&summary, &out.join("summary.json"))?;
+    if let Some(crashed_s) = crashed_s {
+        bail!(
+            "the vehicle crashed at {crashed_s:.1} s; the flight until then is in {}",
+            out.display()
+        );
+    }
     crate::output::say(format_args!("written {}", out.display()));
     Ok(())
 }
