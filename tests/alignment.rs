@@ -286,3 +286,20 @@ fn an_unknown_heading_is_found_in_motion_within_its_stated_one_sigma() {
         assert!(end_error.abs() < 5f64.to_radians());
     }
 }
+
+/// A fix at any second finds samples enough before it, however seldom fixes come.
+#[test]
+fn a_lone_fix_aligns_whenever_it_comes() {
+    let lift = Vector::new(0.0, 0.0, -Local::at(&place()).gravity_mps2);
+    for tenths in 12..130 {
+        let mut aligner = Aligner::new(AlignmentConfig::default(), Mounting::default());
+        for step in 0..=tenths * 5 {
+            let motion =
+                Motion::Rates { angular_rate_radps: Vector::ZERO, specific_force_mps2: lift };
+            let sample = ImuSample::new(Time::ZERO + f64::from(step) * PERIOD_S, motion);
+            assert_eq!(aligner.push(&Event::Imu(sample)), None);
+        }
+        let fix = Fix { time: Time::ZERO + 0.1 * f64::from(tenths), ..fix() };
+        assert!(aligner.push(&Event::Gps(fix)).is_some(), "{tenths}");
+    }
+}

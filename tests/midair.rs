@@ -30,6 +30,8 @@ struct Start {
     /// Shares of what follows, from 10 s after the start, inside three one-sigmas: yaw, velocity.
     yaw_inside: f64,
     velocity_inside: f64,
+    /// The same of roll and pitch, from the first solution on.
+    tilt_inside: f64,
 }
 
 /// Starts at `start_s` of a flight.
@@ -41,6 +43,7 @@ fn started(recording: &Recording, dmu: &DmuConfig, gps: &GpsConfig, start_s: f64
     let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
     let (mut alignment, mut reopened) = (None, 0);
     let (mut tilt_error_rad, mut count, mut inside) = (0.0, 0.0, [0.0; 2]);
+    let (mut tilts, mut tilts_inside) = (0.0, 0.0);
     let mut fixes = recording.fixes.iter().filter(|fix| fix.time.seconds() >= start_s).peekable();
     let samples = recording.imu.iter().zip(&recording.truth);
     for (sample, truth) in samples.filter(|(sample, _)| sample.time.seconds() >= start_s) {
@@ -65,10 +68,18 @@ fn started(recording: &Recording, dmu: &DmuConfig, gps: &GpsConfig, start_s: f64
             estimator.push(&Event::Gps(*fix), &mut notify);
         }
         estimator.push(&Event::Imu(*sample), &mut notify);
-        let after_s = sample.time.seconds() - start_s;
-        let Some(solution) = estimator.solution().filter(|_| after_s > 10.0) else { continue };
+        let Some(solution) = estimator.solution() else { continue };
+        let (found, true_to) = (solution.body_to_ned.euler(), truth.body_to_ned.euler());
+        let [roll_sigma, pitch_sigma, _] = solution.attitude_sigma_rad;
+        let roll_off = wrap_angle(found.roll_rad - true_to.roll_rad).abs();
+        let pitch_off = (found.pitch_rad - true_to.pitch_rad).abs();
+        tilts += 1.0;
+        tilts_inside += f64::from(roll_off <= 3.0 * roll_sigma && pitch_off <= 3.0 * pitch_sigma);
+        if sample.time.seconds() - start_s <= 10.0 {
+            continue;
+        }
         count += 1.0;
-        let yaw = solution.body_to_ned.euler().yaw_rad - truth.body_to_ned.euler().yaw_rad;
+        let yaw = found.yaw_rad - true_to.yaw_rad;
         inside[0] += f64::from(wrap_angle(yaw).abs() <= 3.0 * solution.attitude_sigma_rad[2]);
         let off = (solution.velocity_mps - truth.velocity_mps).to_array();
         let sigmas = solution.velocity_sigma_mps.to_array();
@@ -77,14 +88,15 @@ fn started(recording: &Recording, dmu: &DmuConfig, gps: &GpsConfig, start_s: f64
     }
     let [yaw_inside, velocity_inside] = inside.map(|inside| inside / count);
     let alignment = alignment.expect("it aligns");
-    Start { alignment, tilt_error_rad, reopened, yaw_inside, velocity_inside }
+    let tilt_inside = tilts_inside / tilts;
+    Start { alignment, tilt_error_rad, reopened, yaw_inside, velocity_inside, tilt_inside }
 }
 
 fn judge(magnetometer: Option<MagnetometerConfig>, expected: HeadingSource) {
     let dmu = DmuConfig { rate_hz: 50.0, attitude: None, magnetometer, ..DmuConfig::default() };
     let gps = GpsConfig::default();
     let recording = fly(&aerobatics().build().unwrap(), &dmu, &gps, 3).unwrap();
-    let (mut least, mut reopened, mut worst_deg) = ([1.0f64; 2], 0, 0.0f64);
+    let (mut least, mut reopened, mut worst_deg) = ([1.0f64; 3], 0, 0.0f64);
     for step in 0..20 {
         let start_s = 8.0 + 1.3 * f64::from(step);
         let start = started(&recording, &dmu, &gps, start_s);
@@ -92,13 +104,15 @@ fn judge(magnetometer: Option<MagnetometerConfig>, expected: HeadingSource) {
         let tilt_deg = start.tilt_error_rad.to_degrees();
         println!(
             "{expected:?} from {start_s:.1} s: force {tilt_deg:.1} deg off, stated {:.1}; reopened {}; inside \
-             3 sigma: yaw {:.3}, velocity {:.3}",
+             3 sigma: yaw {:.3}, velocity {:.3}, tilt {:.3}",
             start.alignment.start.attitude_sigma_rad.x().to_degrees(),
             start.reopened,
             start.yaw_inside,
-            start.velocity_inside
+            start.velocity_inside,
+            start.tilt_inside
         );
-        least = [least[0].min(start.yaw_inside), least[1].min(start.velocity_inside)];
+        let inside = [start.yaw_inside, start.velocity_inside, start.tilt_inside];
+        least = core::array::from_fn(|which| least[which].min(inside[which]));
         reopened += start.reopened;
         worst_deg = worst_deg.max(tilt_deg);
     }

@@ -199,7 +199,7 @@ struct Window {
     force_vibration: Vibration,
 }
 
-/// Windows longer than this start anew, s: the vehicle may have moved since.
+/// Windows are no longer than this, s.
 const LONGEST_WINDOW_S: f64 = 5.0;
 /// Samples further apart than this, s, do not belong to one window.
 const LONGEST_GAP_S: f64 = 0.5;
@@ -237,10 +237,10 @@ impl Window {
         if WEIGH {
             self.since_fix.feel(mean, interval_s);
         }
-        if last - first > longest_s {
-            *self = Self { since_fix: self.since_fix, ..anew };
-            return;
-        }
+        // What is older counts for half: the vehicle may have moved since, and a fix still finds a window.
+        let is_long = last - first > longest_s;
+        let first = if is_long { last + (-0.5 * longest_s) } else { first };
+        self.count /= if is_long { 2 } else { 1 };
         let MeanRates { angular_rate_radps: rate, specific_force_mps2: force } = mean;
         self.span = Some((first, sample.time));
         self.count = self.count.saturating_add(1);

@@ -279,6 +279,24 @@ impl<T: Scalar> HeadingSearch<T> {
         Scalar::sqrt(variance / weights).min(core::f64::consts::PI)
     }
 
+    /// How far apart the filters are in where down is in the body, by their weights and from the best one, rad: of a
+    /// vehicle that started in a turn each heading has a tilt of its own.
+    ///
+    /// # Source
+    /// Equation (H4) of docs/equations.md.
+    fn tilt_spread_rad(&self, best: &Sector<T>) -> T {
+        let [.., [x, y, z]] = best.body_to_ned().rows();
+        let (mut weights, mut squares) = (T::ZERO, T::ZERO);
+        for sector in self.sectors.iter().flatten() {
+            let [.., own] = sector.body_to_ned().rows();
+            let weight = T::of(sector.weight);
+            let apart = square(own[0] - x) + square(own[1] - y) + square(own[2] - z);
+            squares += weight * apart;
+            weights += weight;
+        }
+        (squares / weights).sqrt()
+    }
+
     /// The best filter, once the heading is found: the sectors left agree, and the vehicle has been
     /// fast enough for its motion to tell. Asked once of every fix that they have been weighed by.
     pub(super) fn found(&mut self) -> Option<FoundHeading<'_, T>> {
@@ -331,7 +349,10 @@ impl<T: Scalar> HeadingSearch<T> {
         self.best().map(|best| {
             let mut solution = best.solution(&self.filter.mounting);
             let least_rad = if self.is_proven() { 0.0 } else { UNPROVEN_RAD };
-            let [.., heading] = &mut solution.attitude_sigma_rad;
+            let tilt_rad = self.tilt_spread_rad(best);
+            let [roll, pitch, heading] = &mut solution.attitude_sigma_rad;
+            *roll = Scalar::hypot(*roll, tilt_rad);
+            *pitch = Scalar::hypot(*pitch, tilt_rad);
             *heading = heading.max(T::of(self.heading_sigma_rad().max(least_rad)));
             solution
         })
