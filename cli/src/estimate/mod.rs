@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use anyhow::ensure;
 use hovernav::ekf::{EstimatorConfig, Solution};
+use hovernav::ins::HeadingSource;
 use hovernav::time::Time;
 use hovernav_formats::{Format, Log};
 use hovernav_log::{Dataset, Finding, Keep, Outage, Reference, Run, outage_drift, score, thin};
@@ -127,9 +128,15 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let Flown { run, smoothed, denied } = fly(arguments, log, out, &dataset, &config, keep)?;
     ensure!(
         !run.solutions.is_empty(),
-        "{}: no solution: alignment found no fix with {} s of inertial samples before it",
+        "{}: no solution: alignment found no fix with {} s of inertial samples before it{}",
         log.display(),
-        config.alignment.duration_s
+        config.alignment.duration_s,
+        match config.alignment.heading {
+            Some(HeadingSource::Course) => {
+                format!(", at {} m/s or faster for its course", config.alignment.course_speed_mps)
+            }
+            _ => String::new(),
+        }
     );
 
     let judging = Working::on("judging");
