@@ -30,7 +30,7 @@ struct Start {
     /// Shares of what follows, from 10 s after the start, inside three one-sigmas: yaw, velocity.
     yaw_inside: f64,
     velocity_inside: f64,
-    /// The same of roll and pitch, from the first solution on.
+    /// The same of roll and pitch in the first 10 s.
     tilt_inside: f64,
 }
 
@@ -73,9 +73,10 @@ fn started(recording: &Recording, dmu: &DmuConfig, gps: &GpsConfig, start_s: f64
         let [roll_sigma, pitch_sigma, _] = solution.attitude_sigma_rad;
         let roll_off = wrap_angle(found.roll_rad - true_to.roll_rad).abs();
         let pitch_off = (found.pitch_rad - true_to.pitch_rad).abs();
-        tilts += 1.0;
-        tilts_inside += f64::from(roll_off <= 3.0 * roll_sigma && pitch_off <= 3.0 * pitch_sigma);
         if sample.time.seconds() - start_s <= 10.0 {
+            let is_inside = roll_off <= 3.0 * roll_sigma && pitch_off <= 3.0 * pitch_sigma;
+            tilts += 1.0;
+            tilts_inside += f64::from(is_inside);
             continue;
         }
         count += 1.0;
