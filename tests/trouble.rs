@@ -5,15 +5,25 @@ use std::path::Path;
 
 use hovernav_sim::faults::{Campaign, Flight, Outcome};
 
-/// The flights with one fault, fifteen times each.
-fn outcomes(flight: Flight, fault: &str) -> Vec<Outcome> {
-    let cells = vec![vec![fault.parse().unwrap()]];
+/// The flights with one fault, or some of them together, fifteen times each.
+fn outcomes(flight: Flight, faults: &str) -> Vec<Outcome> {
+    let cells = vec![faults.split(' ').map(|fault| fault.parse().unwrap()).collect()];
     let outcomes = Campaign { flights: vec![flight], cells, seeds: 15 }.run(|| {}).unwrap();
     outcomes.into_iter().filter(|outcome| !outcome.faults.is_empty()).collect()
 }
 
 fn heli_hover() -> Flight {
     Flight::Dataset(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover")).into())
+}
+
+/// A set that is too large to be carried along.
+fn shared(name: &str) -> Option<Flight> {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets").join(name);
+    if !dir.exists() {
+        println!("skipped: no folder {}", dir.display());
+        return None;
+    }
+    Some(Flight::Dataset(dir))
 }
 
 /// What a measure comes to at most, over the runs.
@@ -94,4 +104,42 @@ fn an_antenna_a_metre_from_where_its_lever_arm_says_is_found_in_turns() {
     // Of roll 37 % lay outside, turned by what a yaw manoeuvre made of the arm.
     let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside_motion;
     assert!(worst(&outcomes, outside) < 0.03);
+}
+
+/// The samples of a Phantom that turns by 280 °/s stand still: carried past the vertical, its state came back the wrong
+/// way up, and stayed so.
+#[test]
+fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
+    let Some(flight) = shared("quad-p4rtk-vibration") else { return };
+    let outcomes = outcomes(flight, "stuck=all@:5");
+    assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 3.0);
+    assert!(worst(&outcomes, |outcome| outcome.measures.back_after_s) < 1.0);
+}
+
+/// The receiver says what it said as the Phantom hovered, and the Phantom flies on: 8 m/s, and up to 180 m, were
+/// believed to be none.
+#[test]
+fn a_receiver_that_freezes_in_hover_is_not_believed_once_the_vehicle_moves() {
+    let Some(flight) = shared("quad-p4rtk-vibration") else { return };
+    let outcomes = outcomes(flight, "frozen-fix");
+    assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 3.5);
+    assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside_motion) < 0.03);
+}
+
+/// A magnet that only turns the level field: it came within the gate, and led the heading 43° away.
+#[test]
+fn a_field_that_turns_faster_than_gyros_drift_turns_no_heading() {
+    let Some(flight) = shared("quad-hover-aided") else { return };
+    let outcomes = outcomes(flight, "mag-heading-only=30");
+    assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < 15.0);
+    assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside[5]) < 0.05);
+}
+
+/// Places alone, and a filter that a large bias has led off: each place that it was reopened for was taken in, and none
+/// told it how fast it was. It went on by up to 228 m/s.
+#[test]
+fn places_without_velocity_bring_back_a_filter_that_is_lost_in_velocity() {
+    let outcomes = outcomes(heli_hover(), "no-velocity accel-bias=3");
+    assert!(worst(&outcomes, |outcome| outcome.measures.horizontal_rmse_m) < 20.0);
+    assert!(worst(&outcomes, |outcome| outcome.measures.velocity_rmse_mps) < 8.0);
 }

@@ -95,6 +95,8 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     held: [Option<Fix>; HELD],
     /// [`signature`] of the last fix.
     last_said: u64,
+    /// Whether it is repeated although the vehicle moves.
+    is_frozen: bool,
     wheels: WheelWatch,
     /// When a sample was last suspect.
     suspected: Time,
@@ -135,6 +137,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             antenna_heading: config.antenna_heading,
             held: [None; HELD],
             last_said: 0,
+            is_frozen: false,
             wheels: WheelWatch::UNSEEN,
             suspected: NEVER,
         }
@@ -339,14 +342,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         );
     }
 
-    /// Whether a fix says the same as the one before in place and velocity, to the last bit, and says
-    /// that it moves. A receiver at rest may well repeat itself.
+    /// Whether a fix says the same as the one before in place and velocity, to the last bit, though it says
+    /// that it moves, or the filter has moved by more than its own error since it says so. A receiver at rest may
+    /// well repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
+        let said = signature(fix);
+        if core::mem::replace(&mut self.last_said, said) != said {
+            self.is_frozen = false;
+            return false;
+        }
         let moves = fix
             .horizontal_velocity_mps
             .is_some_and(|[north, east]| square(north) + square(east) > square(REPEATED_MPS));
-        let said = signature(fix);
-        core::mem::replace(&mut self.last_said, said) == said && moves
+        self.is_frozen |=
+            moves || (self.phase == Phase::Navigating && self.filter.moves(REPEATED_MPS));
+        self.is_frozen
     }
 
     #[inline(never)]

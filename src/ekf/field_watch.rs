@@ -1,9 +1,11 @@
-//! Whether the magnetic field is still what it was, by the two of its three parts that no heading changes.
+//! Whether the magnetic field is still what it was.
 //!
-//! A current or iron nearby adds to the field. What it adds across the level field turns the heading, and cannot be
-//! told from a turn; what it adds along it and downwards can be told, and is as large, for all that is known.
+//! A current or iron nearby adds to the field. What it adds along the level field and downwards no heading changes.
+//! What it adds across turns the heading: where it comes faster than gyros drift it can be told by them, and where it
+//! comes slowly it is as large as the rest, for all that is known.
 
 use super::{root, square};
+use crate::frames::wrap_angle;
 use crate::time::Time;
 
 /// What is usual of a field, and what it was when the heading was last opened for it.
@@ -23,11 +25,23 @@ pub(super) struct FieldWatch {
     pub doubt_rad: f32,
 }
 
-/// The parts of a field that do not change with the heading, gauss.
+/// A field as the filter levels and turns it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts {
+    /// What does not change with the heading, gauss.
     pub level: f32,
     pub down: f32,
+    /// Where it points, from the filter's north, rad.
+    pub azimuth_rad: f32,
+}
+
+/// How far the filter's attitude may be off.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AttitudeDoubt {
+    pub tilt_variance: f32,
+    pub heading_variance: f32,
+    /// Whether the gyros may have missed a turn of late.
+    pub turned: bool,
 }
 
 /// What a field has changed by.
@@ -54,6 +68,11 @@ pub(super) enum Turn {
 /// The field is not what it was beyond this share of its strength, and beyond so many one-sigmas of its scatter.
 const CHANGED_SHARE: f32 = 0.1;
 const CHANGED_SIGMAS: f32 = 4.0;
+/// It points elsewhere beyond this, rad, and beyond so many one-sigmas of its scatter and of the heading, where it turned
+/// there within the time over which its usual azimuth is learned, s.
+const TURNED_RAD: f32 = 0.17;
+const TURNED_SIGMAS: f32 = 3.0;
+const AZIMUTH_S: f32 = 2.0;
 /// It is what it was again within this share of that.
 const BACK_SHARE: f32 = 0.5;
 /// What is usual is learned over this time, s, less as long as it is not known for as long.
@@ -70,8 +89,8 @@ impl FieldWatch {
     /// Has seen nothing.
     pub const NONE: Self = Self {
         seen: Time::ZERO,
-        usual: Parts { level: 0.0, down: 0.0 },
-        opened_at: Parts { level: 0.0, down: 0.0 },
+        usual: Parts::NONE,
+        opened_at: Parts::NONE,
         scatter: 0.0,
         usual_s: 0.0,
         elsewhere_s: 0.0,
@@ -87,37 +106,51 @@ impl FieldWatch {
         self.usual.level + self.usual.down.abs() > 0.0
     }
 
-    /// Takes in a field, levelled by an attitude whose tilt has this variance, rad². Gives what it has changed by since
-    /// the heading was last opened for a change, where that is more than its scatter and the tilt make of it, or where
-    /// it came away from what is usual or is usual again.
+    /// Takes in a field, by an attitude that is in `doubt`. Gives what it has changed by since the heading was last
+    /// opened for a change, where that is more than its scatter and the attitude make of it, or where it came away from
+    /// what is usual or is usual again.
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.
-    pub fn push(&mut self, time: Time, field: Parts, tilt_variance: f32) -> Option<FieldChange> {
+    pub fn push(&mut self, time: Time, field: Parts, doubt: &AttitudeDoubt) -> Option<FieldChange> {
         let is_first = !self.has_seen();
         let before = core::mem::replace(&mut self.seen, time);
         if is_first {
             (self.usual, self.opened_at) = (field, field);
             return None;
         }
+        if doubt.turned {
+            (self.usual.azimuth_rad, self.opened_at.azimuth_rad) =
+                (field.azimuth_rad, field.azimuth_rad);
+        }
         let elapsed_s = ((time - before) as f32).clamp(0.0, LONGEST_S);
+        let least_level = field.level.min(self.usual.level);
         // Squares, for roots take long and are needed only where something has changed.
         let strength = square(self.usual.level) + square(self.usual.down);
-        let chance = self.scatter + strength * tilt_variance;
-        let change = (square(CHANGED_SHARE) * strength).max(square(CHANGED_SIGMAS) * chance);
-        let off = field.squared_distance(self.usual);
-        let moved = field.squared_distance(self.opened_at);
+        let chance = square(CHANGED_SIGMAS) * (self.scatter + strength * doubt.tilt_variance);
+        let limit = Change {
+            parts: (square(CHANGED_SHARE) * strength).max(chance),
+            turn: square(TURNED_RAD)
+                .max(square(TURNED_SIGMAS) * doubt.heading_variance)
+                .max(chance / square(least_level).max(f32::MIN_POSITIVE)),
+        };
         let was_usual = self.doubt_rad == 0.0;
-        let is_back = off <= if was_usual { change } else { change * square(BACK_SHARE) };
-        let is_still = moved <= change;
+        if was_usual {
+            // Where it points may change slowly: by what gyros drift.
+            self.opened_at.azimuth_rad = self.usual.azimuth_rad;
+        }
+        let off = field.change_from(self.usual);
+        let moved = field.change_from(self.opened_at);
+        let is_back = off.is_within(&limit, if was_usual { 1.0 } else { square(BACK_SHARE) });
+        let is_still = moved.is_within(&limit, 1.0);
         self.elsewhere_s = if is_back || !is_still { 0.0 } else { self.elsewhere_s + elapsed_s };
         let [least_s, most_s] = SETTLED_S;
         let is_settled = self.elsewhere_s > (2.0 * self.usual_s).clamp(least_s, most_s);
-        let least_level = field.level.min(self.usual.level);
-        let turn_rad = |change: f32| {
-            // Two parts of three are seen.
-            let across = root(0.5 * change);
-            if least_level > 0.0 { (across / least_level).min(MOST_RAD) } else { MOST_RAD }
+        let turn_rad = |change: &Change| {
+            // Two parts of three are seen by themselves.
+            let across = root(0.5 * change.parts);
+            let unseen_rad = if least_level > 0.0 { across / least_level } else { MOST_RAD };
+            unseen_rad.max(root(change.turn)).min(MOST_RAD)
         };
         if is_settled {
             self.usual = field;
@@ -125,11 +158,13 @@ impl FieldWatch {
         } else if is_back {
             self.usual_s = (self.usual_s + elapsed_s).min(most_s);
             let newest = if elapsed_s > 0.0 { elapsed_s / self.usual_s.min(USUAL_S) } else { 0.0 };
-            self.scatter += newest * (0.5 * off - self.scatter);
+            self.scatter += newest * (0.5 * off.parts - self.scatter);
             self.usual.level += newest * (field.level - self.usual.level);
             self.usual.down += newest * (field.down - self.usual.down);
+            let newest = (elapsed_s / AZIMUTH_S).min(1.0);
+            self.usual.azimuth_rad += newest * field.turn_from(self.usual);
         }
-        self.doubt_rad = if is_back || is_settled { 0.0 } else { turn_rad(off) };
+        self.doubt_rad = if is_back || is_settled { 0.0 } else { turn_rad(&off) };
         let begins_or_ends = match (was_usual, is_back) {
             (true, false) if !is_settled => Some(Turn::Away),
             (false, true) => Some(Turn::Back),
@@ -138,15 +173,37 @@ impl FieldWatch {
         };
         (!is_still || begins_or_ends.is_some()).then(|| {
             self.opened_at = field;
-            let share = root(off / strength);
-            FieldChange { sigma_rad: turn_rad(moved), share, begins_or_ends }
+            let share = root((off.parts + off.turn * square(field.level)) / strength);
+            FieldChange { sigma_rad: turn_rad(&moved), share, begins_or_ends }
         })
     }
 }
 
+/// Squares of what two fields differ by: of the parts that no heading changes, gauss², and of where they point, rad².
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    parts: f32,
+    turn: f32,
+}
+
+impl Change {
+    fn is_within(&self, limit: &Self, share: f32) -> bool {
+        self.parts <= share * limit.parts && self.turn <= share * limit.turn
+    }
+}
+
 impl Parts {
-    fn squared_distance(self, other: Self) -> f32 {
-        square(self.level - other.level) + square(self.down - other.down)
+    const NONE: Self = Self { level: 0.0, down: 0.0, azimuth_rad: 0.0 };
+
+    fn change_from(self, other: Self) -> Change {
+        Change {
+            parts: square(self.level - other.level) + square(self.down - other.down),
+            turn: square(self.turn_from(other)),
+        }
+    }
+
+    fn turn_from(self, other: Self) -> f32 {
+        wrap_angle(self.azimuth_rad - other.azimuth_rad)
     }
 }
 
@@ -154,7 +211,9 @@ impl Parts {
 mod tests {
     use super::*;
 
-    const EARTH: Parts = Parts { level: 0.3, down: 0.35 };
+    const SURE: AttitudeDoubt =
+        AttitudeDoubt { tilt_variance: 1e-4, heading_variance: 1e-3, turned: false };
+    const EARTH: Parts = Parts { level: 0.3, down: 0.35, azimuth_rad: 0.0 };
 
     fn at(step: i64) -> Time {
         Time::from_nanoseconds(step * 100_000_000)
@@ -165,14 +224,14 @@ mod tests {
         let mut watch = FieldWatch::NONE;
         let changes = (0_i64..)
             .zip(readings)
-            .filter_map(|(step, &field)| watch.push(at(step), field, 1e-4))
+            .filter_map(|(step, &field)| watch.push(at(step), field, &SURE))
             .collect();
         (watch, changes)
     }
 
     #[test]
     fn a_magnet_opens_the_heading_when_it_comes_and_when_it_goes_and_leaves_it_in_doubt_between() {
-        let near = Parts { level: 0.4, down: 0.35 };
+        let near = Parts { level: 0.4, down: 0.35, ..EARTH };
         let mut readings = [EARTH; 900];
         readings[300..600].fill(near);
         let (watch, changes) = watched(&readings);
@@ -190,11 +249,40 @@ mod tests {
     }
 
     #[test]
+    fn a_field_that_turns_at_a_stroke_is_elsewhere_and_one_that_turns_as_gyros_drift_is_not() {
+        let mut readings = [EARTH; 900];
+        readings[300..600].fill(Parts { azimuth_rad: 0.5, ..EARTH });
+        let (watch, changes) = watched(&readings);
+        let turns: Vec<_> = changes.iter().map(|change| change.begins_or_ends).collect();
+        assert_eq!(turns, [Some(Turn::Away), Some(Turn::Back)]);
+        assert!(changes.iter().all(|change| (change.sigma_rad - 0.5).abs() < 0.01), "{changes:?}");
+        assert!(watch.doubt_rad == 0.0);
+        // By 1 °/s, once around.
+        let drifting: Vec<Parts> = (0..3600)
+            .map(|step| {
+                let azimuth_rad = wrap_angle((0.1 * step as f32).to_radians());
+                Parts { azimuth_rad, ..EARTH }
+            })
+            .collect();
+        assert!(watched(&drifting).1.is_empty());
+    }
+
+    /// After a gap, or where gyros were at full scale, nobody knows how the vehicle turned.
+    #[test]
+    fn a_turn_that_gyros_may_have_missed_is_none_of_the_field() {
+        let (mut watch, _) = watched(&[EARTH; 100]);
+        let turned = Parts { azimuth_rad: 2.0, ..EARTH };
+        let missed = AttitudeDoubt { turned: true, ..SURE };
+        assert!(watch.push(at(100), turned, &missed).is_none());
+        assert!(watch.push(at(101), turned, &SURE).is_none());
+    }
+
+    #[test]
     fn a_field_that_scatters_about_what_it_was_changes_nothing() {
         let readings: Vec<Parts> = (0..3000)
             .map(|step| {
                 let phase = 0.37 * step as f32;
-                Parts { level: 0.3 + 0.02 * phase.sin(), down: 0.35 + 0.02 * phase.cos() }
+                Parts { level: 0.3 + 0.02 * phase.sin(), down: 0.35 + 0.02 * phase.cos(), ..EARTH }
             })
             .collect();
         assert!(watched(&readings).1.is_empty());
@@ -203,7 +291,7 @@ mod tests {
     #[test]
     fn a_field_that_stays_changed_becomes_the_usual_one() {
         let mut readings = vec![EARTH; 12_000];
-        readings[100..].fill(Parts { level: 0.36, down: 0.35 });
+        readings[100..].fill(Parts { level: 0.36, down: 0.35, ..EARTH });
         let (watch, changes) = watched(&readings);
         let turns: Vec<_> = changes.iter().map(|change| change.begins_or_ends).collect();
         assert_eq!(turns, [Some(Turn::Away), Some(Turn::Settled)]);
@@ -215,7 +303,7 @@ mod tests {
     fn what_the_field_was_at_the_start_is_soon_forgotten() {
         for (wrong, doubted) in [(3, 60), (300, 700)] {
             let mut readings = vec![EARTH; wrong + doubted];
-            readings[..wrong].fill(Parts { level: 0.9, down: 1.05 });
+            readings[..wrong].fill(Parts { level: 0.9, down: 1.05, ..EARTH });
             assert!(watched(&readings).0.doubt_rad == 0.0, "{wrong}");
             assert!(watched(&readings[..wrong + 20]).0.doubt_rad > 0.2, "{wrong}");
         }
@@ -225,7 +313,7 @@ mod tests {
     fn readings_that_go_back_in_time_teach_nothing() {
         let (mut watch, _) = watched(&[EARTH; 100]);
         let usual = watch.usual.level;
-        assert!(watch.push(at(-10), Parts { level: 0.31, down: 0.35 }, 1e-4).is_none());
+        assert!(watch.push(at(-10), Parts { level: 0.31, down: 0.35, ..EARTH }, &SURE).is_none());
         assert!(watch.usual.level == usual);
     }
 }

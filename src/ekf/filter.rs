@@ -482,6 +482,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.state.is_valid() && self.covariance.is_valid()
     }
 
+    /// Whether the vehicle moves, by more than `least_mps` and the velocity's own error.
+    pub(super) fn moves(&self, least_mps: f64) -> bool {
+        let variance = (VELOCITY..VELOCITY + 3)
+            .fold(T::ZERO, |most, state| most.max(self.covariance.value(state, state)));
+        let still_mps = T::of(least_mps) + T::of(MOVES_SIGMAS) * variance.sqrt();
+        !self.state.velocity_mps.is_shorter_than(still_mps)
+    }
+
     /// Gravity at the present place, m/s², for whoever wants to level by it.
     #[must_use]
     pub fn gravity_mps2(&self) -> f64 {
@@ -491,6 +499,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
 /// A start whose velocity is less sure than this, m/s, had none from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
+/// A velocity of more than so many one-sigmas is a motion.
+const MOVES_SIGMAS: f64 = 3.0;
 /// One-sigma of the level of a barometer that has not been used yet, m: far more than any height's, so that
 /// the first reading ties it to the height and tells nothing of that.
 const UNKNOWN_LEVEL_M: f64 = 100.0;

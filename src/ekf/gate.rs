@@ -19,6 +19,8 @@
 //! - Else nobody knows, and after [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of refusals
 //!   the filter gives way. A height is not believed while a barometer denies it, and a heading only
 //!   after two minutes.
+//! - A height that a barometer denies by always as much, while they agree about each change of it: the barometer's
+//!   level came from this receiver, and either was wrong. The height that was told for longer is believed.
 //!
 //! Reopening widens the covariance by the size of the innovation, correlations kept, so that both
 //! answers lie within it; the fix is then taken. That is reported as
@@ -64,6 +66,9 @@ pub(super) struct Gates {
     lost_until: Time,
     /// Until when a heading that was found or replaced has yet to prove itself.
     unproven_until: Time,
+    /// Since when the receiver's height has been taken in, and how far it was off when its refusal began, m.
+    height_since: Time,
+    height_off_m: f32,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
 }
@@ -138,6 +143,8 @@ const UPRIGHT: f32 = 0.75;
 const MOST_LEAN: f32 = 5.0;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
+/// So is a height that a barometer denies by always as much, if it was not believed for as long before.
+const LEVEL_S: f64 = 120.0;
 
 impl Gates {
     /// Gates that have seen nothing.
@@ -146,6 +153,8 @@ impl Gates {
         doubted_until: NEVER,
         lost_until: NEVER,
         unproven_until: NEVER,
+        height_since: NEVER,
+        height_off_m: 0.0,
         astray: false,
     };
 
@@ -156,6 +165,8 @@ impl Gates {
         self.doubted_until = NEVER;
         self.lost_until = NEVER;
         self.unproven_until = NEVER;
+        self.height_since = NEVER;
+        self.height_off_m = 0.0;
         self.astray = false;
     }
 
@@ -233,6 +244,9 @@ impl Gates {
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
     pub fn accepted(&mut self, group: Group, time: Time, spread: f64) {
         if let Some(gate) = self.gates.get_mut(group as usize) {
+            if group == Group::VerticalPosition && !gate.was_open {
+                self.height_since = time;
+            }
             (gate.accepted, gate.was_open) = (time, true);
             gate.refusals = 0;
             gate.spread += NEWEST * (spread as f32 - gate.spread);
@@ -251,11 +265,26 @@ impl Gates {
         self.gates.iter().take(Group::GPS).all(|gate| !gate.was_open_lately(time))
     }
 
-    /// Notes a refusal; true when the filter has to be reopened.
-    pub fn refused(&mut self, group: Group, time: Time, config: &GateConfig) -> bool {
+    /// Whether a barometer agrees with the filter, and so denies what a receiver says of the height.
+    pub fn barometer_agrees(&self, time: Time) -> bool {
+        self.agrees(Group::Baro, time)
+    }
+
+    /// Notes a refusal; `off` are innovation and one-sigma of a [height](Group::is_height). When the filter has to be
+    /// reopened, gives for how long, s, the group was not taken in.
+    pub fn refused(
+        &mut self,
+        group: Group,
+        time: Time,
+        off: [f64; 2],
+        config: &GateConfig,
+    ) -> Option<f64> {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
-            && self.agrees(Group::Baro, time);
+            && self.barometer_agrees(time);
+        let level_disputed = witness
+            && group == Group::VerticalPosition
+            && self.is_level_disputed(time, off, config);
         let doubted =
             self.doubts_filter(time) || self.were_reopened(time) || time < self.unproven_until;
         let velocity_agrees = match group {
@@ -264,7 +293,8 @@ impl Gates {
             Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
             _ => false,
         };
-        let Some(gate) = self.gates.get_mut(group as usize) else { return false };
+        let alone = self.tells_motion_alone(group, time);
+        let gate = self.gates.get_mut(group as usize)?;
         let filter_is_lost = doubted || !gate.was_open_lately(time) || gate.spread > DIVERGING;
         if gate.refusals == 0 {
             (gate.since, gate.filter_is_lost) = (time, filter_is_lost);
@@ -275,21 +305,95 @@ impl Gates {
             Group::Heading | Group::BaselineHeading => HEADING_S,
             // A distance that jumped and stays is another ground.
             Group::Range => config.recovery_s,
+            _ if witness => (gate.since - self.height_since).clamp(config.fault_s, LEVEL_S),
             _ if gate.filter_is_lost => config.recovery_s,
             _ if velocity_agrees => config.fault_s,
             _ => config.lockout_s,
         };
         let denied = self.astray && (group as usize) < Group::GPS;
-        let reopens = !(witness || denied)
+        let reopens = !((witness && !level_disputed) || denied)
             && gate.refusals >= LEAST_REFUSALS
             && time - gate.since >= patience_s;
+        let since = if gate.was_open { gate.accepted } else { gate.since };
         if reopens {
             *gate = Gate { accepted: time, was_open: true, ..Gate::NONE };
-            if matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
+            if group == Group::VerticalPosition {
+                self.height_since = time;
+            }
+            if alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
                 // A filter that was lost in velocity is lost in position too.
                 self.lost_until = time + DOUBT_S;
             }
         }
-        reopens
+        reopens.then_some(time - since)
+    }
+
+    /// Whether a group is a position of a receiver that does not tell its velocity.
+    pub fn tells_motion_alone(&self, group: Group, time: Time) -> bool {
+        let velocity = match group {
+            Group::HorizontalPosition => Group::HorizontalVelocity,
+            Group::VerticalPosition => Group::VerticalVelocity,
+            _ => return false,
+        };
+        self.gates
+            .get(velocity as usize)
+            .is_some_and(|gate| gate.refusals == 0 && !gate.was_open_lately(time))
+    }
+
+    /// Whether a height that a barometer denies is off by what it was when its refusal began, so that only the level
+    /// is in dispute which the barometer was given, and no motion. Where it is not, the refusal begins anew.
+    fn is_level_disputed(
+        &mut self,
+        time: Time,
+        [off_m, sigma_m]: [f64; 2],
+        config: &GateConfig,
+    ) -> bool {
+        let moves = !self.is_open(Group::VerticalVelocity, time);
+        let Some(gate) = self.gates.get_mut(Group::VerticalPosition as usize) else { return false };
+        let moved_m = off_m as f32 - self.height_off_m;
+        let is_steady = moved_m.abs() <= (config.sigmas * sigma_m) as f32;
+        if gate.refusals == 0 || !is_steady {
+            self.height_off_m = off_m as f32;
+            gate.since = time;
+        }
+        is_steady && !moves
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After how long, s, a height is believed that is off by `off_m` after it was right for `right_s`, while a
+    /// barometer and the receiver's own vertical velocity agree with the filter.
+    fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
+        let (mut gates, config) = (Gates::NONE, GateConfig::default());
+        (0..5 * (right_s + 300)).find_map(|step| {
+            let time = Time::from_nanoseconds(step * 200_000_000);
+            for group in [Group::Baro, Group::VerticalVelocity] {
+                gates.leans(group, time, 0.0);
+                gates.accepted(group, time, 1.0);
+            }
+            let wrong_s = (step - 5 * right_s) as f64 * 0.2;
+            if wrong_s < 0.0 {
+                gates.accepted(Group::VerticalPosition, time, 1.0);
+                return None;
+            }
+            let off = [off_m(wrong_s), 3.0];
+            gates.refused(Group::VerticalPosition, time, off, &config).map(|_| wrong_s)
+        })
+    }
+
+    #[test]
+    fn a_level_in_dispute_is_settled_by_who_was_right_for_longer() {
+        for (right_s, most_s) in [(5, 30.0), (40, 40.0), (100, 100.0), (1000, 120.0)] {
+            let after_s = believed_after_s(right_s, |_| 50.0).unwrap();
+            assert!((after_s - most_s).abs() < 1.0, "{right_s} s: {after_s}");
+        }
+    }
+
+    #[test]
+    fn a_height_that_drifts_away_from_a_barometer_is_not_believed() {
+        assert_eq!(believed_after_s(40, |wrong_s| 20.0 + wrong_s), None);
     }
 }

@@ -19,8 +19,13 @@ pub struct NavState<T = f64> {
     pub body_to_ned: Rotation<Body, Ned, T>,
 }
 
-/// How long the rate of a controlled vehicle is like itself, s.
-const RATE_MEMORY_S: f64 = 0.3;
+/// How long the rate of a controlled vehicle is like itself, s: of its tilt, and of its turn.
+const TILT_MEMORY_S: f64 = 0.3;
+const TURN_MEMORY_S: f64 = 1.0;
+/// No gap turns a state further, rad: a rate beyond this is a movement about to be stopped, and one sample of it may
+/// be vibration. A state that is carried past the vertical comes back the wrong way up.
+const MOST_TILTED_RAD: f64 = 0.35;
+const MOST_TURNED_RAD: f64 = 1.0;
 
 /// Faster than any orbit, m/s.
 const FASTEST_MPS: f64 = 1e4;
@@ -105,9 +110,9 @@ impl<T: Scalar> NavState<T> {
 
     /// Carries the state over a gap in the inertial samples that ends at `time`: the velocity is kept,
     /// and the rotation goes on at `angular_rate_radps` (against the ground's axes) for as long as a
-    /// rate lasts, decaying within 0.3 s. What the vehicle did meanwhile nobody knows, and
-    /// the ends of a gap tell less of its middle than rest does: a rate or a force that is held over
-    /// seconds leads far off.
+    /// rate lasts: of a turn about the vertical a second, of a tilt 0.3 s and 0.35 rad at most. What the vehicle did
+    /// meanwhile nobody knows, and the ends of a gap tell less of its middle than rest does: a rate or a force that is
+    /// held over seconds leads far off.
     ///
     /// # Source
     /// Equation (S14) of docs/equations.md.
@@ -116,8 +121,13 @@ impl<T: Scalar> NavState<T> {
         self.position =
             Local::about(&self.position).carried(&self.position, self.velocity_mps * interval_s);
         let lasting_s =
-            T::of(RATE_MEMORY_S * (1.0 - libm::exp(-interval_s.wide() / RATE_MEMORY_S)));
-        let rotation_rad = angular_rate_radps * lasting_s;
+            |memory_s: f64| T::of(memory_s * (1.0 - libm::exp(-interval_s.wide() / memory_s)));
+        let rate = self.body_to_ned * angular_rate_radps;
+        let tilting = Vector::new(rate.x(), rate.y(), T::ZERO) * lasting_s(TILT_MEMORY_S);
+        let turning = Vector::new(T::ZERO, T::ZERO, rate.z() * lasting_s(TURN_MEMORY_S));
+        let rotation =
+            bounded(tilting, T::of(MOST_TILTED_RAD)) + bounded(turning, T::of(MOST_TURNED_RAD));
+        let rotation_rad = self.body_to_ned.inverse() * rotation;
         self.body_to_ned = self.body_to_ned.turned_in_from(rotation_rad).renormalised();
         self.time = time;
         rotation_rad
@@ -129,5 +139,40 @@ impl<T: Scalar> NavState<T> {
         self.position.is_navigable()
             && self.velocity_mps.is_shorter_than(T::of(FASTEST_MPS))
             && self.body_to_ned.is_finite()
+    }
+}
+
+/// `v`, shortened to the length `most` where it is longer.
+fn bounded<F, T: Scalar>(v: Vector<F, T>, most: T) -> Vector<F, T> {
+    if v.is_shorter_than(most) { v } else { v * (most / v.norm()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_goes_on_over_a_gap_for_a_second_and_leaves_the_tilt_as_it_was() {
+        let mut state = NavState::<f64>::ORIGIN;
+        let banked = Vector::new(0.5, 0.0, 0.0);
+        state.body_to_ned = state.body_to_ned.turned_in_from(banked);
+        let rate = state.body_to_ned.inverse() * Vector::new(0.0, 0.0, 0.4);
+        let before = state.body_to_ned.euler();
+        state.coast(state.time.offset_by(2.0), rate);
+        let after = state.body_to_ned.euler();
+        assert!((after.roll_rad - before.roll_rad).abs() < 1e-9, "{after:?}");
+        let turned = 0.4 * (1.0 - (-2.0_f64).exp());
+        assert!((after.yaw_rad - before.yaw_rad - turned).abs() < 1e-9, "{after:?}");
+    }
+
+    #[test]
+    fn no_gap_carries_a_state_past_the_vertical() {
+        for rate_radps in [0.1, 1.0, 5.0, 50.0] {
+            let mut state = NavState::<f64>::ORIGIN;
+            let rate = Vector::new(0.0, rate_radps, 0.0);
+            let turned = state.coast(state.time.offset_by(5.0), rate);
+            let expected = (0.3 * rate_radps).min(MOST_TILTED_RAD);
+            assert!((turned.y() - expected).abs() < 1e-6, "{rate_radps}: {turned:?}");
+        }
     }
 }

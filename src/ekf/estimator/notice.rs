@@ -42,7 +42,7 @@ pub enum Notice {
         /// One-sigma of that, rad.
         sigma_rad: f64,
     },
-    /// The magnetic field has come off what is usual, in strength or dip: a current or iron is nearby. What gives
+    /// The magnetic field has come off what is usual, in strength, dip or direction: a current or iron is nearby. What gives
     /// the heading by it is less sure until the field is back.
     FieldDisturbed {
         /// When.

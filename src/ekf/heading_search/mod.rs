@@ -218,9 +218,9 @@ impl<T: Scalar> HeadingSearch<T> {
         self.finish_turns();
         let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
         self.last_fix = Some(fix.time);
-        self.fast |= fix.horizontal_velocity_mps.is_some_and(|[north, east]| {
-            Scalar::hypot(north, east) > FOUND_SPEED_MPS * Scalar::sqrt(interval_s)
-        });
+        let fast_mps = FOUND_SPEED_MPS * Scalar::sqrt(interval_s);
+        let told = fix.horizontal_velocity_mps;
+        self.fast |= told.is_some_and(|[north, east]| Scalar::hypot(north, east) > fast_mps);
         let gps = self.filter.config.gps;
         let shares = information_shares(fix, &gps, interval_s);
         let wider = whitened(fix, &gps);
@@ -229,6 +229,8 @@ impl<T: Scalar> HeadingSearch<T> {
         let report = sector
             .ok_or(Unusable::NoState)?
             .lend(&mut self.filter, |filter| filter.update_gps(&wider))?;
+        // A receiver without velocity: that of its places, by the filter that leads.
+        self.fast |= told.is_none() && self.filter.moves(fast_mps);
         self.monitor.fix(fix, &gps);
         let mut waiting = Waiting::new(wider, shares, interval_s, self.sample_s);
         waiting.told(leader, report.minus_two_log_likelihood(shares));

@@ -1,7 +1,7 @@
 //! Magnetic heading.
 
 use super::super::covariance::Sensitivity;
-use super::super::field_watch::{FieldChange, Parts};
+use super::super::field_watch::{AttitudeDoubt, FieldChange, Parts};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::Channel;
@@ -41,8 +41,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !(level.abs() + down.abs() >= LEAST_GAUSS && field.is_finite()) {
             return None;
         }
-        let tilt_variance = self.tilt_variance() as f32;
-        let change = self.field_watch.push(time, Parts { level, down }, tilt_variance)?;
+        let doubt = AttitudeDoubt {
+            tilt_variance: self.tilt_variance() as f32,
+            heading_variance: self.covariance.variance(ATTITUDE + 2) as f32,
+            turned: self.gates.doubts_filter(time),
+        };
+        let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
+        let change = self.field_watch.push(time, parts, &doubt)?;
         self.relax(trace);
         self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
         Some(change)

@@ -103,20 +103,25 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 largest = largest.max(normalised);
                 sum += normalised;
             }
-            let leans = group.is_height() && {
+            let off = if group.is_height() {
                 let sigma = joint.sigma(members.start, noise[members.start]);
-                let normalised = joint.innovation(members.start) / sigma;
-                self.gates.leans(group, time, normalised.wide())
+                [joint.innovation(members.start), sigma].map(Scalar::wide)
+            } else {
+                [0.0, 1.0]
             };
+            let leans = group.is_height() && self.gates.leans(group, time, off[0] / off[1]);
             let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
                 let count = members.len() as f64;
                 self.gates.accepted(group, time, sum.wide() / count);
                 Verdict::Accepted
-            } else if self.gates.refused(group, time, &self.config.gate) {
+            } else if let Some(lost_s) = self.gates.refused(group, time, off, &self.config.gate) {
                 joint.settle(&mut self.covariance, &mut told);
                 for axis in axes.iter().take(end).skip(members.start).flatten() {
-                    self.reopen(axis);
+                    self.reopen(axis, time);
+                    if self.gates.tells_motion_alone(group, time) {
+                        self.reopen_motion(axis, lost_s);
+                    }
                 }
                 joint.project(&mut self.covariance, members.start);
                 Verdict::Reopened
@@ -143,17 +148,46 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// Opens the velocity along the axis of a position of which the receiver tells no velocity: what is off now became
+    /// so over `lost_s`.
+    #[inline(never)]
+    fn reopen_motion(&mut self, axis: &Compared<T>, lost_s: f64) {
+        let opened = square(axis.innovation.wide() / lost_s.max(LEAST_LOST_S));
+        match axis.channel {
+            Channel::PositionNorth => self.reopen_level_velocity(VELOCITY, opened),
+            Channel::PositionEast => self.reopen_level_velocity(VELOCITY + 1, opened),
+            _ => self.covariance.add_variance(VELOCITY + 2, opened),
+        }
+    }
+
+    /// Opens a component of the level velocity by a variance.
+    fn reopen_level_velocity(&mut self, state: usize, opened: f64) {
+        self.covariance.add_variance(state, opened);
+        // A velocity this far off came through the attitude.
+        self.covariance.add_variance(ATTITUDE, square(REOPENED_TILT_RAD));
+        self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
+        self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
+    }
+
     /// Opens the states an axis speaks of by the size of its innovation.
     ///
     /// # Source
     /// Equation (K9) of docs/equations.md.
     #[inline(never)]
-    fn reopen(&mut self, axis: &Compared<T>) {
+    fn reopen(&mut self, axis: &Compared<T>, time: Time) {
         let opened = square(axis.innovation).wide();
         match axis.channel {
             Channel::PositionNorth => self.covariance.add_variance(POSITION, opened),
             Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),
-            Channel::PositionDown => self.covariance.add_variance(POSITION + 2, opened),
+            Channel::PositionDown => {
+                self.covariance.add_variance(POSITION + 2, opened);
+                // A barometer that agrees goes with the height: its level is what was wrong.
+                if let Some(level) = L::BARO.filter(|_| self.gates.barometer_agrees(time)) {
+                    self.covariance.add_variance(level, opened);
+                    let cross = self.covariance.value(POSITION + 2, level).wide();
+                    self.covariance.set_cross(POSITION + 2, level, cross + opened);
+                }
+            }
             // What tilt does to the vertical velocity is of the second order.
             Channel::VelocityDown | Channel::RestVelocityDown => {
                 self.covariance.add_variance(VELOCITY + 2, opened);
@@ -166,11 +200,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     Channel::VelocityNorth | Channel::RestVelocityNorth => VELOCITY,
                     _ => VELOCITY + 1,
                 };
-                self.covariance.add_variance(state, opened);
-                // A velocity this far off came through the attitude.
-                self.covariance.add_variance(ATTITUDE, square(REOPENED_TILT_RAD));
-                self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
-                self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
+                self.reopen_level_velocity(state, opened);
             }
             Channel::Roll | Channel::Pitch | Channel::Yaw | Channel::BaselineHeading => {
                 for state in 0..3 {
@@ -196,5 +226,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
+/// A position that was not taken in for less than this, s, tells a velocity no better.
+const LEAST_LOST_S: f64 = 1.0;
 const REOPENED_TILT_RAD: f64 = 0.05;
 const REOPENED_HEADING_RAD: f64 = 0.3;

@@ -153,7 +153,8 @@ fn refusal(
     }
     let lasting = span.count >= LASTING && span.end_s - span.start_s >= LASTING_S;
     // The velocity's gate tells whether the receiver contradicts itself.
-    let agrees = !is_refused[2] && !is_refused[3];
+    let told = log.dataset.fixes.iter().any(|fix| fix.horizontal_velocity_mps.is_some());
+    let agrees = told && !is_refused[2] && !is_refused[3];
     let why = cause(log, first, span.start_s, agrees);
     let response = match reopened {
         Some(time_s) => format!(

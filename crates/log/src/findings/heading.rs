@@ -54,8 +54,8 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
             severity: if *share > UNCALIBRATED { Severity::Warning } else { Severity::Info },
             count: 1,
             words: format!(
-                "magnetometer disturbed {}: the field came off what it was by {:.0} % of its strength, in strength or \
-                 dip, by a current or iron nearby; the heading it gives, wrong by perhaps {:.0}°, counted for as much \
+                "magnetometer disturbed {}: the field came off what it was by {:.0} % of its strength, in strength, dip \
+                 or direction, by a current or iron nearby; the heading it gives, wrong by perhaps {:.0}°, counted for as much \
                  less",
                 when(start_s, end_s),
                 100.0 * share,

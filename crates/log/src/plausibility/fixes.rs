@@ -1,8 +1,10 @@
 //! The fixes' positions against their own velocity: units, signs, order.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use hovernav::gps::Fix;
 
-use super::regression::{Fit, Regression};
+use super::regression::{Fit, fit};
 use crate::finding::SetupFinding;
 
 /// Over how long a displacement is taken, s.
@@ -23,11 +25,17 @@ const UNITS: [(f64, &str); 5] = [
     (0.01, "cm/s"),
     (0.001, "mm/s"),
 ];
+/// Coordinates closer to zero than this, degrees, are those of a simulation.
+const LEAST_RADIANS: f64 = 0.05;
 /// One degree in radians, which the displacements are too small by where degrees are radians.
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const DEGREE: f64 = PI / 180.0;
 
 pub(super) fn check(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
+    let known = found.len();
     horizontal(fixes, found);
+    if found.len() == known {
+        in_radians(fixes, found);
+    }
     vertical(fixes, found);
     if let Some(fix) = fixes.iter().find(|fix| !HEIGHTS_M.contains(&fix.position.height_m)) {
         found.push(gps(
@@ -83,11 +91,12 @@ fn pairs(fixes: &[Fix], length_s: f64) -> Vec<([f64; 3], [f64; 3])> {
 }
 
 fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
-    let mut regression = Regression::<2>::NONE;
-    for (moved, velocity) in pairs(fixes, HORIZONTAL_S) {
-        regression.push([velocity[0], velocity[1]], [moved[0], moved[1]]);
-    }
-    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = regression.fit(LEAST_MPS) else {
+    let level = |[north, east, _]: [f64; 3]| [north, east];
+    let pairs: Vec<_> = pairs(fixes, HORIZONTAL_S)
+        .into_iter()
+        .map(|(moved, velocity)| (level(velocity), level(moved)))
+        .collect();
+    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, LEAST_MPS) else {
         return;
     };
     if explained.iter().any(|&explained| explained < EXPLAINED) {
@@ -134,12 +143,40 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     }
 }
 
-fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
-    let mut regression = Regression::<1>::NONE;
-    for (moved, velocity) in pairs(fixes, VERTICAL_S) {
-        regression.push([velocity[2]], [moved[2]]);
+/// Coordinates that all are angles in radians as well lie in the Gulf of Guinea, where there is no land. A vehicle
+/// that hovers tells no more of their unit. Simulated flights begin where both are zero.
+fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
+    let degrees = |fix: &Fix| {
+        let (latitude, longitude) = (fix.position.latitude_rad, fix.position.longitude_rad);
+        (latitude.to_degrees(), longitude.to_degrees())
+    };
+    let is_radians = |(latitude, longitude): (f64, f64)| {
+        latitude.abs() <= FRAC_PI_2
+            && longitude.abs() <= PI
+            && latitude.hypot(longitude) > LEAST_RADIANS
+    };
+    if let Some(first) = fixes.first().map(degrees)
+        && fixes.iter().map(degrees).all(is_radians)
+    {
+        found.push(gps(
+            false,
+            format!(
+                "all latitudes are within ±1.57° and all longitudes within ±3.14° (the first {:.5}°, {:.5}°), \
+                 where there is only sea",
+                first.0, first.1
+            ),
+            "latitude and longitude in radians, expected degrees",
+            "multiply both by 57.29578",
+        ));
     }
-    let Some(Fit { matrix: [[scale]], explained: [explained] }) = regression.fit(0.5 * LEAST_MPS)
+}
+
+fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
+    let pairs: Vec<_> = pairs(fixes, VERTICAL_S)
+        .into_iter()
+        .map(|(moved, velocity)| ([velocity[2]], [moved[2]]))
+        .collect();
+    let Some(Fit { matrix: [[scale]], explained: [explained] }) = fit(&pairs, 0.5 * LEAST_MPS)
     else {
         return;
     };

@@ -85,6 +85,34 @@ impl<const D: usize> Regression<D> {
     }
 }
 
+/// Share of the pairs that a [`fit`] leaves out.
+const TRIMMED: f64 = 0.2;
+
+/// The fit of pairs `(x, y)` without the fifth of them that it explains least well: a receiver that jumps or stands
+/// still for some seconds is no wrong unit. `None` as of [`Regression::fit`].
+pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) -> Option<Fit<D>> {
+    let of = |pairs: &mut dyn Iterator<Item = &([f64; D], [f64; D])>| {
+        let mut regression = Regression::NONE;
+        for &(x, y) in pairs {
+            regression.push(x, y);
+        }
+        regression
+    };
+    let whole = of(&mut pairs.iter());
+    let Fit { matrix, .. } = whole.fit(least)?;
+    let left = |&(x, y): &([f64; D], [f64; D])| -> f64 {
+        let off = |row: usize| {
+            let model: f64 = (0..D).map(|i| matrix[row][i] * (x[i] - whole.mean_x[i])).sum();
+            y[row] - whole.mean_y[row] - model
+        };
+        (0..D).map(|row| off(row).powi(2)).sum()
+    };
+    let mut ordered: Vec<_> = pairs.iter().collect();
+    ordered.sort_by(|a, b| left(a).total_cmp(&left(b)));
+    let kept = ordered.len() - (TRIMMED * ordered.len() as f64) as usize;
+    of(&mut ordered[..kept].iter().copied()).fit(least)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
