@@ -1,6 +1,7 @@
 //! The whole estimator: alignment, the search for a heading, and the filter, behind one call.
 
 mod aids;
+mod lost_heading;
 mod notice;
 mod start;
 
@@ -94,7 +95,7 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     antenna_heading: AntennaHeadingModel,
     held: [Option<Fix>; HELD],
     /// [`signature`] of the last fix.
-    last_said: u64,
+    last_said: u32,
     /// Whether it is repeated although the vehicle moves.
     is_frozen: bool,
     wheels: WheelWatch,
@@ -249,6 +250,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
+        if self.is_searching_anew() {
+            self.settle_before_gap(sample, trace, notify);
+        }
         let before = self.filter.state.time;
         let result = match self.phase {
             Phase::Aligning => return,
@@ -258,7 +262,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let time = sample.time;
         match result {
             Ok(Prediction::Stepped) => {
-                if self.phase == Phase::Navigating {
+                if self.is_searching_anew() {
+                    self.go_on_searching(sample, trace, notify);
+                } else if self.phase == Phase::Navigating {
                     if self.filter.samples.suspicion.hides_motion() {
                         self.search.watch(self.filter.state.body_to_ned);
                     } else {
@@ -267,11 +273,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 }
             }
             Ok(Prediction::BridgedGap { length_s }) => {
-                self.search.watch(self.filter.state.body_to_ned);
+                if self.phase == Phase::Navigating {
+                    self.search_anew(time, length_s, None);
+                }
                 notify(Notice::GapBridged { time, length_s });
             }
             Ok(Prediction::Reset(cause)) => {
-                self.search.watch(self.filter.state.body_to_ned);
+                if self.phase == Phase::Navigating {
+                    self.search_anew(time, time - before, Some(cause));
+                }
                 notify(Notice::CovarianceReset { time, cause });
             }
             Err(fault) => {
@@ -366,13 +376,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             return;
         }
         let mut report = Report::default();
+        let searches_anew = self.is_searching_anew();
         let result = match self.phase {
             Phase::Aligning => return,
             Phase::Searching => self.search.update_gps(fix).map(|told| report = told),
             Phase::Navigating => self.filter.take_in_gps(fix, true, &mut report, trace),
         };
+        if searches_anew {
+            // What the filter makes of it is told; the headings' own reports weigh them.
+            let _ = self.search.update_gps(&self.filter.without_delay(fix));
+        }
         if L::WHEELS
             && self.phase == Phase::Navigating
+            && !searches_anew
             && report.any_accepted()
             && !report.any_rejected()
         {
@@ -383,7 +399,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
             notify(Notice::AntennaElsewhere { time: fix.time, offset_m, sigma_m });
         }
-        if self.phase == Phase::Navigating {
+        if self.phase == Phase::Navigating && !searches_anew {
             self.watch_heading(fix, trace, notify);
         }
     }
@@ -455,6 +471,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match self.phase {
             Phase::Aligning => None,
             Phase::Searching => self.search.solution(),
+            Phase::Navigating if self.is_searching_anew() => self.search.solution(),
             Phase::Navigating => Some(self.filter.solution()),
         }
     }
@@ -469,13 +486,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 }
 
 /// What two fixes have in common only where they say the same of place and velocity, to the last bit.
-fn signature(fix: &Fix) -> u64 {
+fn signature(fix: &Fix) -> u32 {
     let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
     let Geodetic { latitude_rad, longitude_rad, height_m } = fix.position;
     let down = fix.down_velocity_mps.unwrap_or(f64::NAN);
-    [latitude_rad, longitude_rad, height_m, north, east, down]
+    let mixed = [latitude_rad, longitude_rad, height_m, north, east, down]
         .into_iter()
-        .fold(FNV_START, |mixed, said| (mixed ^ said.to_bits()).wrapping_mul(FNV_PRIME))
+        .fold(FNV_START, |mixed, said| (mixed ^ said.to_bits()).wrapping_mul(FNV_PRIME));
+    (mixed >> 32) as u32
 }
 
 /// Start and factor of a hash of 64 bits, of Fowler, Noll and Vo.

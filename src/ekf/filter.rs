@@ -21,7 +21,8 @@ use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
 use crate::earth::Local;
-use crate::frames::{Body, Ned, Vector};
+use crate::frames::{Body, Ned, Vector, wrap_angle};
+use crate::gps::Fix;
 use crate::imu::{ImuErrors, ImuSample, Integrity, Rest, Suspicion};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
@@ -228,6 +229,53 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gates = other.gates;
         self.gps_wander = None;
         self.wander_unknown = M::GPS_POSITION.is_none();
+    }
+
+    /// Goes on, as the same filter, at the state of one of another layout that had the same samples: base states and
+    /// their covariance go over, blocks stay what they are but for the slow errors of the fixes.
+    // Its frame need not stand beneath a sample.
+    #[inline(never)]
+    pub(super) fn rejoin<M: Layout<K>, const K: usize>(&mut self, other: &Ekf<M, K, T>) {
+        let turned = other.state.body_to_ned.heading_rad() - self.state.body_to_ned.heading_rad();
+        self.heading_revision.replaced(wrap_angle(turned).wide());
+        let kept: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
+        self.covariance.clear();
+        self.covariance.take_over(&other.covariance, BASE);
+        for (state, variance) in kept.into_iter().enumerate().skip(BASE) {
+            self.covariance.set_variance(state, variance);
+        }
+        self.state = other.state;
+        self.history.copy_from(&other.history);
+        self.angular_rate_radps = other.angular_rate_radps;
+        for (to, from) in self.parameters.iter_mut().zip(&other.parameters).take(BASE) {
+            *to = *from;
+        }
+        for first in [L::GPS_POSITION, L::GPS_VELOCITY].into_iter().flatten() {
+            self.set_block(first, [T::ZERO; 3]);
+        }
+        self.gates.set_gps(&other.gates.gps());
+        self.gps_wander = None;
+        self.wander_unknown = M::GPS_POSITION.is_none();
+        self.unpropagated = None;
+        self.level_force = LevelForce::NONE;
+        self.attitude_lost = None;
+    }
+
+    /// A fix at the time that it holds, by what is known of its delay, for a filter that has no state for it.
+    pub(super) fn without_delay(&self, fix: &Fix) -> Fix {
+        let estimate = |state: Option<usize>| state.map_or(T::ZERO, |state| self.estimate(state));
+        let time = fix.time.offset_by(-estimate(L::GPS_DELAY).max(T::ZERO));
+        // The place is of another time than the velocity.
+        let moved = self.state.velocity_mps * estimate(L::LATENCY);
+        Fix { time, position: fix.position.displaced(moved), ..*fix }
+    }
+
+    /// Whether something else than motion gave the heading not long before `time`.
+    pub(super) fn had_heading(&self, time: Time) -> bool {
+        let lately = |used: Time| time - used < HEADING_GIVEN_S;
+        let by_attitude =
+            self.heading_distrusted.is_none() && self.attitude_used.is_some_and(lately);
+        by_attitude || lately(self.antenna_heading.used)
     }
 
     /// Position and velocity of a start are those of a fix: what wandered in it then is their error,
@@ -499,6 +547,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
 /// A start whose velocity is less sure than this, m/s, had none from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
+/// What gave the heading within this time, s, gives it.
+const HEADING_GIVEN_S: f64 = 10.0;
 /// A velocity of more than so many one-sigmas is a motion.
 const MOVES_SIGMAS: f64 = 3.0;
 /// One-sigma of the level of a barometer that has not been used yet, m: far more than any height's, so that

@@ -56,6 +56,15 @@ impl Group {
     }
 }
 
+/// What a measurement that was refused for too long reopens.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Reopening {
+    /// The state that it measures.
+    State,
+    /// A position, and the velocity which the receiver does not tell: it was not taken in for so long, s.
+    Motion { lost_s: f64 },
+}
+
 /// What each gate has seen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
@@ -66,9 +75,9 @@ pub(super) struct Gates {
     lost_until: Time,
     /// Until when a heading that was found or replaced has yet to prove itself.
     unproven_until: Time,
-    /// Since when the receiver's height has been taken in, and how far it was off when its refusal began, m.
-    height_since: Time,
-    height_off_m: f32,
+    /// For how long the receiver's height has been taken in, s, and how far it was off when its refusal began, m.
+    height_taken_s: f32,
+    height_off_m: i16,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
 }
@@ -145,6 +154,8 @@ const MOST_LEAN: f32 = 5.0;
 const HEADING_S: f64 = 120.0;
 /// So is a height that a barometer denies by always as much, if it was not believed for as long before.
 const LEVEL_S: f64 = 120.0;
+/// Heights further apart, s, were taken in for no longer than this.
+const MOST_BETWEEN_S: f32 = 3.0;
 
 impl Gates {
     /// Gates that have seen nothing.
@@ -153,8 +164,8 @@ impl Gates {
         doubted_until: NEVER,
         lost_until: NEVER,
         unproven_until: NEVER,
-        height_since: NEVER,
-        height_off_m: 0.0,
+        height_taken_s: 0.0,
+        height_off_m: 0,
         astray: false,
     };
 
@@ -165,8 +176,8 @@ impl Gates {
         self.doubted_until = NEVER;
         self.lost_until = NEVER;
         self.unproven_until = NEVER;
-        self.height_since = NEVER;
-        self.height_off_m = 0.0;
+        self.height_taken_s = 0.0;
+        self.height_off_m = 0;
         self.astray = false;
     }
 
@@ -244,8 +255,8 @@ impl Gates {
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
     pub fn accepted(&mut self, group: Group, time: Time, spread: f64) {
         if let Some(gate) = self.gates.get_mut(group as usize) {
-            if group == Group::VerticalPosition && !gate.was_open {
-                self.height_since = time;
+            if group == Group::VerticalPosition && gate.was_open {
+                self.height_taken_s += ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
             }
             (gate.accepted, gate.was_open) = (time, true);
             gate.refusals = 0;
@@ -270,15 +281,15 @@ impl Gates {
         self.agrees(Group::Baro, time)
     }
 
-    /// Notes a refusal; `off` are innovation and one-sigma of a [height](Group::is_height). When the filter has to be
-    /// reopened, gives for how long, s, the group was not taken in.
+    /// Notes a refusal; `off` are innovation and one-sigma of a [height](Group::is_height). Gives what has to be
+    /// reopened, if anything.
     pub fn refused(
         &mut self,
         group: Group,
         time: Time,
         off: [f64; 2],
         config: &GateConfig,
-    ) -> Option<f64> {
+    ) -> Option<Reopening> {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.barometer_agrees(time);
@@ -305,7 +316,7 @@ impl Gates {
             Group::Heading | Group::BaselineHeading => HEADING_S,
             // A distance that jumped and stays is another ground.
             Group::Range => config.recovery_s,
-            _ if witness => (gate.since - self.height_since).clamp(config.fault_s, LEVEL_S),
+            _ if witness => f64::from(self.height_taken_s).min(LEVEL_S).max(config.fault_s),
             _ if gate.filter_is_lost => config.recovery_s,
             _ if velocity_agrees => config.fault_s,
             _ => config.lockout_s,
@@ -318,18 +329,20 @@ impl Gates {
         if reopens {
             *gate = Gate { accepted: time, was_open: true, ..Gate::NONE };
             if group == Group::VerticalPosition {
-                self.height_since = time;
+                self.height_taken_s = 0.0;
             }
             if alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
                 // A filter that was lost in velocity is lost in position too.
                 self.lost_until = time + DOUBT_S;
             }
         }
-        reopens.then_some(time - since)
+        reopens.then(|| {
+            if alone { Reopening::Motion { lost_s: time - since } } else { Reopening::State }
+        })
     }
 
     /// Whether a group is a position of a receiver that does not tell its velocity.
-    pub fn tells_motion_alone(&self, group: Group, time: Time) -> bool {
+    fn tells_motion_alone(&self, group: Group, time: Time) -> bool {
         let velocity = match group {
             Group::HorizontalPosition => Group::HorizontalVelocity,
             Group::VerticalPosition => Group::VerticalVelocity,
@@ -350,10 +363,10 @@ impl Gates {
     ) -> bool {
         let moves = !self.is_open(Group::VerticalVelocity, time);
         let Some(gate) = self.gates.get_mut(Group::VerticalPosition as usize) else { return false };
-        let moved_m = off_m as f32 - self.height_off_m;
-        let is_steady = moved_m.abs() <= (config.sigmas * sigma_m) as f32;
+        let moved_m = off_m - f64::from(self.height_off_m);
+        let is_steady = moved_m.abs() <= config.sigmas * sigma_m;
         if gate.refusals == 0 || !is_steady {
-            self.height_off_m = off_m as f32;
+            self.height_off_m = off_m as i16;
             gate.since = time;
         }
         is_steady && !moves

@@ -110,7 +110,7 @@ impl<T: Scalar> NavState<T> {
 
     /// Carries the state over a gap in the inertial samples that ends at `time`: the velocity is kept,
     /// and the rotation goes on at `angular_rate_radps` (against the ground's axes) for as long as a
-    /// rate lasts: of a turn about the vertical a second, of a tilt 0.3 s and 0.35 rad at most. What the vehicle did
+    /// rate lasts: of a turn about the vertical at most a second, of a tilt 0.3 s and 0.35 rad. What the vehicle did
     /// meanwhile nobody knows, and the ends of a gap tell less of its middle than rest does: a rate or a force that is
     /// held over seconds leads far off.
     ///
@@ -120,13 +120,14 @@ impl<T: Scalar> NavState<T> {
         let interval_s: T = time.seconds_since(self.time);
         self.position =
             Local::about(&self.position).carried(&self.position, self.velocity_mps * interval_s);
-        let lasting_s =
-            |memory_s: f64| T::of(memory_s * (1.0 - libm::exp(-interval_s.wide() / memory_s)));
+        let lasting_s = |memory_s: f64| interval_s / (T::ONE + interval_s / T::of(memory_s));
         let rate = self.body_to_ned * angular_rate_radps;
-        let tilting = Vector::new(rate.x(), rate.y(), T::ZERO) * lasting_s(TILT_MEMORY_S);
-        let turning = Vector::new(T::ZERO, T::ZERO, rate.z() * lasting_s(TURN_MEMORY_S));
-        let rotation =
-            bounded(tilting, T::of(MOST_TILTED_RAD)) + bounded(turning, T::of(MOST_TURNED_RAD));
+        let tilt_s = lasting_s(TILT_MEMORY_S);
+        let most = T::of(MOST_TILTED_RAD);
+        let tilt_s = tilt_s * (most / (rate.x().hypot(rate.y()) * tilt_s).max(most));
+        let most = T::of(MOST_TURNED_RAD);
+        let turned = (rate.z() * lasting_s(TURN_MEMORY_S)).min(most).max(-most);
+        let rotation = Vector::new(rate.x() * tilt_s, rate.y() * tilt_s, turned);
         let rotation_rad = self.body_to_ned.inverse() * rotation;
         self.body_to_ned = self.body_to_ned.turned_in_from(rotation_rad).renormalised();
         self.time = time;
@@ -140,11 +141,6 @@ impl<T: Scalar> NavState<T> {
             && self.velocity_mps.is_shorter_than(T::of(FASTEST_MPS))
             && self.body_to_ned.is_finite()
     }
-}
-
-/// `v`, shortened to the length `most` where it is longer.
-fn bounded<F, T: Scalar>(v: Vector<F, T>, most: T) -> Vector<F, T> {
-    if v.is_shorter_than(most) { v } else { v * (most / v.norm()) }
 }
 
 #[cfg(test)]
@@ -161,7 +157,7 @@ mod tests {
         state.coast(state.time.offset_by(2.0), rate);
         let after = state.body_to_ned.euler();
         assert!((after.roll_rad - before.roll_rad).abs() < 1e-9, "{after:?}");
-        let turned = 0.4 * (1.0 - (-2.0_f64).exp());
+        let turned = 0.4 * 2.0 / (1.0 + 2.0 / TURN_MEMORY_S);
         assert!((after.yaw_rad - before.yaw_rad - turned).abs() < 1e-9, "{after:?}");
     }
 
@@ -171,7 +167,7 @@ mod tests {
             let mut state = NavState::<f64>::ORIGIN;
             let rate = Vector::new(0.0, rate_radps, 0.0);
             let turned = state.coast(state.time.offset_by(5.0), rate);
-            let expected = (0.3 * rate_radps).min(MOST_TILTED_RAD);
+            let expected = (rate_radps * 5.0 / (1.0 + 5.0 / TILT_MEMORY_S)).min(MOST_TILTED_RAD);
             assert!((turned.y() - expected).abs() < 1e-6, "{rate_radps}: {turned:?}");
         }
     }

@@ -181,7 +181,11 @@ impl RunSummary {
                     });
                 }
                 Notice::HeadingFound { time, sigma_rad, .. } => {
-                    if let Some(alignment) = &mut self.alignment {
+                    // One found later was lost in a gap.
+                    let first = self.alignment.as_mut().filter(|by| by.heading_found_s.is_none());
+                    if let Some(alignment) =
+                        first.filter(|by| by.heading == heading_name(HeadingSource::Unknown))
+                    {
                         alignment.heading_found_s = Some(time.seconds());
                         alignment.heading_sigma_deg = sigma_rad.to_degrees();
                     }

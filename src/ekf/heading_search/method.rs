@@ -1,6 +1,8 @@
 //! Whether an estimator can find a heading in motion: chosen by type, as it takes memory.
 
 use super::super::config::{EkfConfig, GpsModel};
+use super::super::filter::Ekf;
+use super::super::layout::Layout;
 use super::super::measurement::{Report, Unusable};
 use super::super::prediction::{ImuFault, Prediction};
 use super::super::scalar::Scalar;
@@ -35,6 +37,8 @@ pub(in super::super) mod sealed {
         fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault>;
         fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable>;
         fn found(&mut self) -> Option<FoundHeading<'_, T>>;
+        /// The filter that leads, found or not.
+        fn leading(&mut self) -> Option<FoundHeading<'_, T>>;
         /// The filter whose baseline points nearest to `heading_rad`.
         fn found_at(
             &mut self,
@@ -43,7 +47,11 @@ pub(in super::super) mod sealed {
         ) -> Option<FoundHeading<'_, T>>;
         fn solution(&self) -> Option<Solution<T>>;
         fn time(&self) -> Time;
-        /// Begins anew to watch the heading of a filter, from its level.
+        /// Searches about the heading of a filter that has lost it.
+        fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>);
+        /// Whether headings are being searched.
+        fn is_open(&self) -> bool;
+        /// Begins anew to watch the heading of a filter, from its level, and searches no more.
         fn watch(&mut self, body_to_ned: Rotation<Body, Ned, T>);
         /// What the filter felt over a sample's interval, less bias.
         fn feel(&mut self, rate_radps: Vector<Body, T>, force_mps2: Vector<Body, T>, interval_s: T);
@@ -76,6 +84,9 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     fn found(&mut self) -> Option<FoundHeading<'_, T>> {
         self.found()
     }
+    fn leading(&mut self) -> Option<FoundHeading<'_, T>> {
+        self.leading()
+    }
     fn found_at(
         &mut self,
         baseline: Vector<Body>,
@@ -89,8 +100,14 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     fn time(&self) -> Time {
         self.time()
     }
+    fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>) {
+        self.reopen(lost);
+    }
+    fn is_open(&self) -> bool {
+        self.is_open()
+    }
     fn watch(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
-        self.monitor.restart(body_to_ned);
+        self.close(body_to_ned);
     }
     fn feel(&mut self, rate_radps: Vector<Body, T>, force_mps2: Vector<Body, T>, interval_s: T) {
         self.monitor.feel(rate_radps, force_mps2, interval_s);
@@ -122,6 +139,9 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     fn found(&mut self) -> Option<FoundHeading<'_, T>> {
         None
     }
+    fn leading(&mut self) -> Option<FoundHeading<'_, T>> {
+        None
+    }
     fn found_at(&mut self, _: Vector<Body>, _: f64) -> Option<FoundHeading<'_, T>> {
         None
     }
@@ -130,6 +150,10 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     }
     fn time(&self) -> Time {
         Time::ZERO
+    }
+    fn reopen<L: Layout<N>, const N: usize>(&mut self, _: &Ekf<L, N, T>) {}
+    fn is_open(&self) -> bool {
+        false
     }
     fn watch(&mut self, _: Rotation<Body, Ned, T>) {}
     fn feel(&mut self, _: Vector<Body, T>, _: Vector<Body, T>, _: T) {}

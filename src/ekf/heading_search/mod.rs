@@ -33,13 +33,13 @@ use monitor::Monitor;
 use super::config::{EkfConfig, GpsModel};
 use super::filter::{Ekf, Samples};
 use super::history::Cursor;
-use super::layout::Base;
+use super::layout::{ATTITUDE, Base, Layout};
 use super::measurement::{Report, Unusable};
 use super::prediction::{ImuFault, Prediction};
 use super::scalar::Scalar;
 use super::solution::Solution;
 use super::square;
-use crate::frames::{Body, Ned, Vector, wrap_angle};
+use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::imu::ImuSample;
 use crate::ins::{Mounting, Start};
@@ -70,6 +70,9 @@ const BORNE_OUT_S: f64 = 5.0;
 /// A heading of two antennas is not believed where the fixes leave it less than this share of the
 /// best sector's weight.
 const LEAST_SHARE: f64 = 0.01;
+
+/// A heading that is less likely than this share of the likeliest is not searched where one was known.
+const LEAST_PRIOR: f64 = 0.005;
 
 /// What the one-sigma of a fix is multiplied by for filters that have no states for its slow errors.
 const WHITENED: f64 = 1.7;
@@ -145,6 +148,50 @@ impl<T: Scalar> HeadingSearch<T> {
             self.filter.restart(&HeadingSearch::sector_start(*start, axis, sector));
             slot.insert(Sector::new(1.0 / SECTORS as f64)).store(&self.filter);
         }
+    }
+
+    /// Starts, in place, to search about the heading of a filter that has lost it, as far as its one-sigma goes.
+    ///
+    /// # Source
+    /// Equation (H6) of docs/equations.md.
+    // Its frame need not stand beneath a sample that comes without a gap.
+    #[inline(never)]
+    pub(super) fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>) {
+        let variance = lost.covariance.variance(ATTITUDE + 2).max(f64::MIN_POSITIVE);
+        (self.last_fix, self.fast, self.borne_out) = (None, true, None);
+        (self.waiting, self.weighed) = (None, false);
+        self.monitor.restart(lost.state.body_to_ned);
+        let mut sum = 0.0;
+        for (sector, slot) in self.sectors.iter_mut().enumerate() {
+            let turn_rad = wrap_angle(2.0 * SECTOR_SIGMA_RAD * sector as f64);
+            let weight = libm::exp(-0.5 * square(turn_rad) / variance);
+            if weight < LEAST_PRIOR {
+                *slot = None;
+                continue;
+            }
+            sum += weight;
+            let filter = &mut self.filter;
+            filter.continue_from(lost);
+            let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad));
+            filter.state.body_to_ned = filter.state.body_to_ned.turned_in_to(turn);
+            filter.covariance.set_variance(ATTITUDE + 2, square(SECTOR_SIGMA_RAD));
+            slot.insert(Sector::new(weight)).store(filter);
+        }
+        for sector in self.sectors.iter_mut().flatten() {
+            sector.weight /= sum;
+        }
+    }
+
+    /// Whether headings are being searched.
+    pub(super) fn is_open(&self) -> bool {
+        self.sectors.iter().any(Option::is_some)
+    }
+
+    /// Begins anew to watch the heading of a filter, from its level, and searches no more.
+    pub(super) fn close(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
+        self.sectors.fill_with(|| None);
+        self.waiting = None;
+        self.monitor.restart(body_to_ned);
     }
 
     /// Advances every filter to the next inertial sample, and lets some take in the fix that waits.
@@ -309,6 +356,15 @@ impl<T: Scalar> HeadingSearch<T> {
         if !(self.is_proven() && sigma_rad < FOUND_RAD) {
             return None;
         }
+        let sector = self.leader();
+        self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
+        Some(FoundHeading { filter: &self.filter, sector, sigma_rad })
+    }
+
+    /// The filter that leads, whatever the others say; none where none is left.
+    pub(super) fn leading(&mut self) -> Option<FoundHeading<'_, T>> {
+        self.finish_turns();
+        let sigma_rad = self.heading_sigma_rad();
         let sector = self.leader();
         self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
         Some(FoundHeading { filter: &self.filter, sector, sigma_rad })

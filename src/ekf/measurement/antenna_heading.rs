@@ -19,7 +19,7 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug)]
 pub struct AntennaHeadingMemory {
     /// When one was last used, if ever.
-    used: Time,
+    pub used: Time,
     /// When one last disagreed with a heading that was turned against it.
     pub distrusted: Option<Time>,
 }

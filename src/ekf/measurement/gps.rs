@@ -7,7 +7,7 @@ use super::super::excess::Stepped;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::history::LookBack;
-use super::super::innovation::Channel;
+use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
@@ -27,6 +27,10 @@ struct GpsNoise {
 /// Greatest and least learned variance against the configured.
 const LEARNED_MOST: f64 = 9.0;
 const LEARNED_LEAST: f64 = 0.1;
+
+/// By how many times the learned variance grows where a filter was reopened that is told no velocity: scatter that
+/// was taken for far too small looks like motion to it.
+const REOPENED_SHARE: f64 = 2.0;
 
 /// What a fix states is wrong by more than this, as one-sigmas go, before it is believed to be.
 const BY_CHANCE: f64 = 1.15;
@@ -137,7 +141,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
-        self.learn_gps(report);
+        self.learn_gps(report, fix.horizontal_velocity_mps.is_none());
         // What clipping or a gap has left is in the velocity, and no step of a bias.
         let stepped = self.excess.learn(fix.time, report);
         let otherwise = self.gates.doubts_filter(fix.time)
@@ -163,7 +167,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M7) of docs/equations.md.
-    fn learn_gps(&mut self, report: &Report) {
+    fn learn_gps(&mut self, report: &Report, places_alone: bool) {
         for axis in report.innovations() {
             let learned = match axis.channel {
                 Channel::PositionNorth | Channel::PositionEast => &mut self.gps_learned[0],
@@ -172,7 +176,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 _ => continue,
             };
             let surprise = square(axis.normalised()).min(LEARNED_MOST);
-            let share = 1.0 + self.config.gps.learning_rate * (surprise - 1.0);
+            let share = if places_alone && axis.verdict == Verdict::Reopened {
+                REOPENED_SHARE
+            } else {
+                1.0 + self.config.gps.learning_rate * (surprise - 1.0)
+            };
             *learned = (f64::from(*learned) * share).clamp(LEARNED_LEAST, LEARNED_MOST) as f32;
         }
     }

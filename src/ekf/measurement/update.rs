@@ -3,7 +3,7 @@
 
 use super::super::covariance::{Gain, Joint, Sensitivities, Sensitivity};
 use super::super::filter::Ekf;
-use super::super::gate::Group;
+use super::super::gate::{Group, Reopening};
 use super::super::innovation::{Channel, Innovation, Verdict};
 use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
@@ -115,11 +115,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 let count = members.len() as f64;
                 self.gates.accepted(group, time, sum.wide() / count);
                 Verdict::Accepted
-            } else if let Some(lost_s) = self.gates.refused(group, time, off, &self.config.gate) {
+            } else if let Some(reopening) = self.gates.refused(group, time, off, &self.config.gate)
+            {
                 joint.settle(&mut self.covariance, &mut told);
                 for axis in axes.iter().take(end).skip(members.start).flatten() {
                     self.reopen(axis, time);
-                    if self.gates.tells_motion_alone(group, time) {
+                    if let Reopening::Motion { lost_s } = reopening {
                         self.reopen_motion(axis, lost_s);
                     }
                 }

@@ -66,14 +66,17 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
 }
 
 fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let mut aligned = None;
+    let (mut aligned, mut lost_s) = (None, None);
     for notice in &log.run.notices {
         match notice {
             Notice::Aligned(alignment) => aligned = Some(*alignment),
+            Notice::GapBridged { time, .. } | Notice::CovarianceReset { time, .. } => {
+                lost_s = Some(time.seconds());
+            }
             Notice::HeadingFound { time, sigma_rad, .. } => {
                 let time_s = time.seconds();
-                let start_s = aligned.map_or(time_s, |by| by.start.state.time.seconds());
-                aligned = None;
+                let start = aligned.take().map(|by| by.start.state.time.seconds());
+                let start_s = start.or(lost_s).unwrap_or(time_s);
                 findings.push(Finding {
                     start_s,
                     end_s: time_s,

@@ -1,0 +1,92 @@
+//! A heading that a gap in the samples has hidden, where nothing but motion gives one.
+//!
+//! Linearised about a heading that is off by as much as a vehicle turns in seconds, a filter ends up sure of a
+//! wrong one. So its headings are searched anew, about what was known, beside the filter that flies on; that goes over
+//! to the one that is found.
+
+use super::super::heading_search::{FoundHeading, HeadingMethod};
+use super::super::layout::Layout;
+use super::super::prediction::ResetCause;
+use super::super::scalar::Scalar;
+use super::super::trace::Trace;
+use super::super::wheels::WheelWatch;
+use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
+use crate::frames::{Vector, wrap_angle};
+use crate::imu::ImuSample;
+use crate::time::Time;
+
+/// After so long, s, the likeliest heading is gone on with, as unsure as it is.
+const SEARCHED_S: f64 = 60.0;
+
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
+    /// Whether headings are searched beside the filter.
+    pub(super) fn is_searching_anew(&self) -> bool {
+        H::SEARCHES && self.phase == Phase::Navigating && self.search.is_open()
+    }
+
+    /// Before a gap, of which the other headings make no more: the likeliest is gone on with.
+    #[inline(never)]
+    pub(super) fn settle_before_gap(
+        &mut self,
+        sample: &ImuSample,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        if sample.time - self.filter.state.time > self.filter.config.imu.gap_s {
+            self.settle(trace, notify);
+        }
+    }
+
+    /// After samples that were missing until `time` for `length_s`, or a reset: searches anew if they hid the heading.
+    #[inline(never)]
+    pub(super) fn search_anew(&mut self, time: Time, length_s: f64, reset: Option<ResetCause>) {
+        self.search.watch(self.filter.state.body_to_ned);
+        let is_lost = self.filter.attitude_lost.is_some();
+        if !(H::SEARCHES && is_lost) || self.filter.had_heading(time.offset_by(-length_s)) {
+            return;
+        }
+        if let Some(ResetCause::LongGap { .. }) = reset {
+            self.filter.open_heading(core::f64::consts::PI);
+        }
+        self.search.reopen(&self.filter);
+    }
+
+    /// Lets the search take a sample, and ends it when the heading is found, when something gives one, or late.
+    #[inline(never)]
+    pub(super) fn go_on_searching(
+        &mut self,
+        sample: &ImuSample,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        let Some(lost) = self.filter.attitude_lost else {
+            self.search.watch(self.filter.state.body_to_ned);
+            return;
+        };
+        if self.search.predict(sample).is_err() {
+            return;
+        }
+        let is_late = sample.time - lost > SEARCHED_S;
+        if is_late || self.search.found().is_some() {
+            self.settle(trace, notify);
+        }
+    }
+
+    /// Goes on with the heading that leads.
+    fn settle(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
+        let before_rad = self.filter.state.body_to_ned.heading_rad();
+        if let Some(FoundHeading { filter, sector, sigma_rad }) = self.search.leading() {
+            let turned_rad = wrap_angle(filter.state.body_to_ned.heading_rad() - before_rad);
+            self.filter.rejoin(filter);
+            let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
+            self.filter.open_heading(sigma_rad);
+            let time = self.filter.state.time;
+            self.filter.gates.doubt_heading(time);
+            trace.reset(0..N);
+            trace.turned(Vector::new(0.0, 0.0, turned_rad.wide()));
+            notify(Notice::HeadingFound { time, sector, sigma_rad });
+        }
+        self.wheels = WheelWatch::UNSEEN;
+        self.search.watch(self.filter.state.body_to_ned);
+    }
+}
