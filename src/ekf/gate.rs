@@ -4,8 +4,8 @@
 //! ever. How the refusals began tells the two apart:
 //!
 //! - Positions that agreed until one jumped away from the inertial path, while velocity goes on
-//!   agreeing, leaning to no side: the sensor is at fault, for no vehicle and no filter moves like that. They are refused
-//!   for as long as [`GateConfig::fault_s`](super::GateConfig::fault_s).
+//!   agreeing, leaning to no side: the sensor is at fault, for no vehicle and no filter moves like that, whatever trouble
+//!   the inertial samples had. They are refused for as long as [`GateConfig::fault_s`](super::GateConfig::fault_s).
 //! - Fixes that disagree after an absence, after trouble with the inertial samples, or after a series
 //!   of innovations that were too large already: the filter is lost. It is reopened as soon as
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) have passed and three were refused.
@@ -150,6 +150,9 @@ const LEANING_S: f64 = 2.0;
 /// What leans by less agrees.
 const UPRIGHT: f32 = 0.75;
 const MOST_LEAN: f32 = 5.0;
+/// No trouble of a filter whose velocity is right leads its place further off between two fixes, m and m/s.
+const JUMP_M: f64 = 5.0;
+const JUMP_MPS: f64 = 10.0;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
 /// So is a height that a barometer denies by always as much, if it was not believed for as long before.
@@ -271,6 +274,10 @@ impl Gates {
             .is_some_and(|gate| gate.refusals == 0 && gate.was_open_lately(time))
     }
 
+    fn was_open_lately(&self, group: Group, time: Time) -> bool {
+        self.gates.get(group as usize).is_some_and(|gate| gate.was_open_lately(time))
+    }
+
     /// Whether no fix was accepted for so long that the filter may have gone anywhere.
     pub fn lack_fixes(&self, time: Time) -> bool {
         self.gates.iter().take(Group::GPS).all(|gate| !gate.was_open_lately(time))
@@ -281,8 +288,8 @@ impl Gates {
         self.agrees(Group::Baro, time)
     }
 
-    /// Notes a refusal; `off` are innovation and one-sigma of a [height](Group::is_height). Gives what has to be
-    /// reopened, if anything.
+    /// Notes a refusal; `off` are the size of the innovation and its one-sigma, the latter of a
+    /// [height](Group::is_height) alone. Gives what has to be reopened, if anything.
     pub fn refused(
         &mut self,
         group: Group,
@@ -296,22 +303,31 @@ impl Gates {
         let level_disputed = witness
             && group == Group::VerticalPosition
             && self.is_level_disputed(time, off, config);
-        let doubted =
-            self.doubts_filter(time) || self.were_reopened(time) || time < self.unproven_until;
+        let was_lost = self.were_reopened(time);
+        let doubted = was_lost || self.doubts_filter(time) || time < self.unproven_until;
         let velocity_agrees = match group {
-            Group::HorizontalPosition => self.is_open(Group::HorizontalVelocity, time),
+            // One velocity in some that is refused is none that disagrees.
+            Group::HorizontalPosition => self.was_open_lately(Group::HorizontalVelocity, time),
             // One that leans is on its way to where the height is.
             Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
             _ => false,
         };
         let alone = self.tells_motion_alone(group, time);
         let gate = self.gates.get_mut(group as usize)?;
-        let filter_is_lost = doubted || !gate.was_open_lately(time) || gate.spread > DIVERGING;
+        let was_open_lately = gate.was_open_lately(time);
         if gate.refusals == 0 {
-            (gate.since, gate.filter_is_lost) = (time, filter_is_lost);
+            // No trouble of the filter makes a place jump while the velocity agrees.
+            let reach_m = JUMP_M + JUMP_MPS * (time - gate.accepted);
+            let jumped = group == Group::HorizontalPosition
+                && velocity_agrees
+                && was_open_lately
+                && off[0].abs() > reach_m;
+            gate.since = time;
+            let may_be_lost = doubted || !was_open_lately || gate.spread > DIVERGING;
+            gate.filter_is_lost = if jumped { was_lost } else { may_be_lost };
         }
         gate.refusals = gate.refusals.saturating_add(1);
-        gate.filter_is_lost |= doubted;
+        gate.filter_is_lost |= was_lost || (doubted && !velocity_agrees);
         let patience_s = match group {
             Group::Heading | Group::BaselineHeading => HEADING_S,
             // A distance that jumped and stays is another ground.

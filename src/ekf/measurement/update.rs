@@ -96,18 +96,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let members = first..end.min(axes.len());
             first = end;
             let Some(group) = groups[members.start] else { continue };
-            let (mut largest, mut sum) = (T::ZERO, T::ZERO);
+            let (mut largest, mut sum, mut farthest) = (T::ZERO, T::ZERO, T::ZERO);
             for index in members.clone() {
                 let variance = joint.variance(index) + noise[index];
                 let normalised = square(joint.innovation(index)) / variance;
                 largest = largest.max(normalised);
                 sum += normalised;
+                farthest = farthest.max(joint.innovation(index).abs());
             }
             let off = if group.is_height() {
                 let sigma = joint.sigma(members.start, noise[members.start]);
                 [joint.innovation(members.start), sigma].map(Scalar::wide)
             } else {
-                [0.0, 1.0]
+                [farthest.wide(), 1.0]
             };
             let leans = group.is_height() && self.gates.leans(group, time, off[0] / off[1]);
             let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
