@@ -270,6 +270,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                     } else {
                         self.feel(sample, time.seconds_since(before));
                     }
+                    self.search_if_lost(time);
                 }
             }
             Ok(Prediction::BridgedGap { length_s }) => {

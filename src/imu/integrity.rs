@@ -143,8 +143,11 @@ const LEAST_VIBRATION: f64 = 0.0025;
 const STUCK_GYRO_RADPS: f64 = 0.2;
 const STUCK_ACCEL_MPS2: f64 = 2.0;
 const LONGEST_STUCK_S: f64 = 5.0;
-/// What may lie beyond full scale, as a share of it, one-sigma.
+/// What may lie beyond full scale, as a share of it, one-sigma; of a gyro half of what is left to the rates that
+/// vehicles reach, rad/s, where that is more.
 const BEYOND_SCALE: f64 = 0.15;
+const MOST_RADPS: f64 = 6.0;
+const BEYOND_GYRO: f64 = 0.25;
 /// A burst of clipping is forgotten after this long without, and has one error for at most so long, s.
 const BURST_S: f64 = 0.3;
 const LONGEST_BURST_S: f64 = 0.5;
@@ -262,13 +265,13 @@ impl<T: Scalar> Integrity<T> {
         let gyro = self.gyro.push(
             (rates.angular_rate_radps, marks.gyro),
             (interval_s, &weights),
-            (scale.gyro_radps, LEAST_GYRO_SCALE, LEAST_GYRO_SHAKING, LEAST_GYRO_BLOW),
+            (scale.gyro_radps, LEAST_GYRO_SCALE, MOST_RADPS, LEAST_GYRO_SHAKING, LEAST_GYRO_BLOW),
             ((lost_s, typical), STUCK_GYRO_RADPS),
         );
         let accel = self.accel.push(
             (rates.specific_force_mps2, marks.accel),
             (interval_s, &weights),
-            (scale.accel_mps2, LEAST_ACCEL_SCALE, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
+            (scale.accel_mps2, LEAST_ACCEL_SCALE, 0.0, LEAST_ACCEL_SHAKING, LEAST_ACCEL_BLOW),
             ((lost_s, typical), STUCK_ACCEL_MPS2),
         );
         let sampling = Sampling { interval_s, momentary, even: self.even >= EVEN };
@@ -315,7 +318,7 @@ impl<T: Scalar> Triad<T> {
         &mut self,
         (sample, marks): (Vector<Body, T>, [bool; 3]),
         (interval_s, weights): (T, &Weights<T>),
-        (scale, least_scale, least_shaking, least_blow): (f64, f64, f64, f64),
+        (scale, least_scale, limit, least_shaking, least_blow): (f64, f64, f64, f64, f64),
         ((lost_s, typical_s), stuck_sigma): ((T, T), f64),
     ) -> Found<T> {
         let number = T::of;
@@ -329,11 +332,16 @@ impl<T: Scalar> Triad<T> {
         let least_scale = number(least_scale);
         let full_scale = number(if scale > 0.0 { 0.998 * scale } else { f64::INFINITY });
         let mut clipped = marks;
+        let stuck_s = self.repetition.push(values, interval_s);
+        // An axis that nothing ever moved is none that is stuck.
+        let least_moving = number(0.01 * least_shaking * least_shaking);
         for axis in 0..3 {
             let size = values[axis].abs();
             let (largest, repeats) = (&mut self.largest[axis], &mut self.repeats[axis]);
-            let learned =
-                size >= *largest && comes_back(size, largest, repeats) && size >= least_scale;
+            // However small: what is stuck at its largest reading is at full scale.
+            let stands_still = stuck_s[axis] > T::ZERO && self.usual[axis] > least_moving;
+            let may_be = size >= least_scale || (limit > 0.0 && stands_still);
+            let learned = size >= *largest && comes_back(size, largest, repeats) && may_be;
             clipped[axis] |= learned || size >= full_scale;
         }
         let least_quiet = square(number(least_shaking));
@@ -358,7 +366,7 @@ impl<T: Scalar> Triad<T> {
             shock = Some(Shaking { variance: greatest(noise, self.usual), struck });
         }
         if shock.is_some() || any(clipped) {
-            hidden = self.hidden(values, clipped, shocked, interval_s);
+            hidden = self.hidden(values, limit, clipped, shocked, interval_s);
         }
         if any(clipped) || total(self.clipped_s) > T::ZERO {
             self.count_clipping(clipped, interval_s);
@@ -376,11 +384,9 @@ impl<T: Scalar> Triad<T> {
             }
         }
         let mut stuck = false;
-        let stuck_s = self.repetition.push(values, interval_s);
         if total(stuck_s) > T::ZERO {
             for axis in 0..3 {
-                // An axis that nothing ever moved is none.
-                if stuck_s[axis] > T::ZERO && self.usual[axis] > number(0.01) * least_quiet {
+                if stuck_s[axis] > T::ZERO && self.usual[axis] > least_moving {
                     let together_s =
                         number(2.0) * stuck_s[axis].min(number(LONGEST_STUCK_S)) + interval_s;
                     variance[axis] += square(number(stuck_sigma)) * interval_s * together_s;
@@ -395,6 +401,7 @@ impl<T: Scalar> Triad<T> {
     fn hidden(
         &self,
         values: [T; 3],
+        limit: f64,
         clipped: [bool; 3],
         shocked: [bool; 3],
         interval_s: T,
@@ -404,7 +411,9 @@ impl<T: Scalar> Triad<T> {
             let now = self.now[axis];
             // What is cut off is cut off on the same side for as long as the burst lasts.
             if clipped[axis] {
-                let beyond = T::of(BEYOND_SCALE) * values[axis].abs();
+                let size = values[axis].abs();
+                let within_limit = T::of(BEYOND_GYRO) * (T::of(limit) - size);
+                let beyond = (T::of(BEYOND_SCALE) * size).max(within_limit);
                 let together_s = T::of(2.0) * self.clipped_s[axis] + interval_s;
                 hidden[axis] = now.max(beyond * beyond) * interval_s * together_s;
             }

@@ -5,9 +5,10 @@
 //! to the one that is found.
 
 use super::super::heading_search::{FoundHeading, HeadingMethod};
-use super::super::layout::Layout;
+use super::super::layout::{ATTITUDE, Layout};
 use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
+use super::super::square;
 use super::super::trace::Trace;
 use super::super::wheels::WheelWatch;
 use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
@@ -17,6 +18,8 @@ use crate::time::Time;
 
 /// After so long, s, the likeliest heading is gone on with, as unsure as it is.
 const SEARCHED_S: f64 = 60.0;
+/// A heading less sure than this, rad, is searched after trouble.
+const UNSURE_RAD: f64 = 0.35;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// Whether headings are searched beside the filter.
@@ -49,6 +52,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.filter.open_heading(core::f64::consts::PI);
         }
         self.search.reopen(&self.filter);
+    }
+
+    /// After a sample: searches anew if readings that hid the motion have left the heading so unsure that it cannot be
+    /// linearised about.
+    #[inline(never)]
+    pub(super) fn search_if_lost(&mut self, time: Time) {
+        let filter = &mut self.filter;
+        let unsure = filter.covariance.variance(ATTITUDE + 2) > square(UNSURE_RAD);
+        if H::SEARCHES && unsure && filter.gates.doubts_filter(time) && !filter.had_heading(time) {
+            filter.attitude_lost = Some(time);
+            filter.catch_up(&mut ());
+            self.search.reopen(&self.filter);
+        }
     }
 
     /// Lets the search take a sample, and ends it when the heading is found, when something gives one, or late.
