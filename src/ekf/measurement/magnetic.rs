@@ -16,6 +16,9 @@ use crate::time::Time;
 /// Less is no field of the Earth, which has 0.22 gauss and more, but of a magnetometer that does not work yet.
 const LEAST_GAUSS: f32 = 0.05;
 
+/// A heading that a gap has hidden is not taken from a field that tells it no better than this, rad.
+const MOST_UNLEVELLED_RAD: f64 = 0.2;
+
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Looks at a magnetic field, gauss, before it gives a heading or a unit's own follows it: where what does not
     /// change with the heading has changed, the slow error of what gives the heading is opened by as much. Gives that
@@ -81,16 +84,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
         let model = self.config.magnetometer;
         let elapsed_s = self.attitude_used.map_or(model.interval_s, |used| time - used);
-        if elapsed_s < model.interval_s {
-            return Err(Unusable::TooSoon);
-        }
-        self.relax(trace);
-        let is_first = self.attitude_used.replace(time).is_none();
         // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part: an
         // error of the reference, as slow as that of the tilt, and no reason to move the tilt.
         let dip = (field.z() / horizontal).wide();
         let usual_rad =
             Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * self.tilt_variance());
+        // After a gap the fixes have to level it first.
+        let unlevelled = self.attitude_lost.is_some() && usual_rad > MOST_UNLEVELLED_RAD;
+        if unlevelled || elapsed_s < model.interval_s {
+            return Err(Unusable::TooSoon);
+        }
+        self.relax(trace);
+        let is_first = self.attitude_used.replace(time).is_none();
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, model.wander_time_s);
         self.heading_revision.is_magnetic = true;

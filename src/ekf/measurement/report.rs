@@ -99,7 +99,8 @@ pub enum Unusable {
     AheadOfImu,
     /// The same place and velocity as the fix before, though moving: the receiver repeats itself.
     Repeated,
-    /// Sooner after the last use than the reference's own noise allows to be worth anything.
+    /// Sooner after the last use than the reference's own noise allows to be worth anything, or after a gap than the
+    /// level is known that a magnetic heading needs.
     TooSoon,
     /// The layout has no state for it.
     NoState,
