@@ -1,0 +1,109 @@
+//! Gaps in the inertial samples of a vehicle that turns, with nothing but fixes to tell its heading by.
+
+use core::f64::consts::FRAC_PI_2;
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
+use hovernav::event::Event;
+use hovernav::frames::{Vector, wrap_angle};
+use hovernav::gps::Fix;
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
+
+/// What is lost, from second to second: of a corner as of a straight, some within seconds of each other.
+const GAPS_S: [[f64; 2]; 6] =
+    [[60.0, 61.6], [75.3, 76.9], [79.7, 81.3], [101.0, 102.6], [125.5, 127.1], [150.0, 155.0]];
+
+/// Blocks of houses, driven around at 8 m/s.
+fn around_blocks() -> FlightPlan {
+    let place = Geodetic::from_degrees(49.0, 8.4, 110.0).unwrap();
+    let plan = FlightPlan::hover_at(place, 0.4).hold(5.0);
+    let plan = plan.accelerate(Vector::new(8.0, 0.0, 0.0), 5.0);
+    (0..24).fold(plan, |plan, corner| {
+        let sense = if corner % 5 < 3 { 1.0 } else { -1.0 };
+        plan.hold(4.0).turn(sense * FRAC_PI_2, 0.5)
+    })
+}
+
+struct Drive {
+    /// Of all solutions from 40 s on: root of the mean square of yaw's error, rad, the largest of velocity and place.
+    yaw_rad: f64,
+    velocity_mps: f64,
+    horizontal_m: f64,
+    /// Shares inside three one-sigmas: yaw, level velocity.
+    inside: [f64; 2],
+    found: usize,
+}
+
+fn driven(seed: u64, fix: impl Fn(&Fix) -> Fix) -> Drive {
+    let dmu = DmuConfig {
+        rate_hz: 50.0,
+        attitude: None,
+        magnetometer: None,
+        vibration: Vec::new(),
+        ..DmuConfig::default()
+    };
+    let gps = GpsConfig::default();
+    let recording = fly(&around_blocks().build().unwrap(), &dmu, &gps, seed).unwrap();
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
+    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let mut fixes = recording.fixes.iter().peekable();
+    let (mut count, mut squares, mut inside, mut found) = (0.0, 0.0, [0.0; 2], 0);
+    let (mut velocity_mps, mut horizontal_m) = (0.0f64, 0.0f64);
+    for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+        let seconds = sample.time.seconds();
+        let mut notify =
+            |notice| found += usize::from(matches!(notice, Notice::HeadingFound { .. }));
+        while let Some(next) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(fix(next)), &mut notify);
+        }
+        if GAPS_S.iter().any(|[start, end]| (*start..*end).contains(&seconds)) {
+            continue;
+        }
+        estimator.push(&Event::Imu(*sample), &mut notify);
+        let Some(solution) = estimator.solution().filter(|_| seconds > 40.0) else { continue };
+        let yaw = solution.body_to_ned.heading_rad() - truth.body_to_ned.heading_rad();
+        let yaw = wrap_angle(yaw);
+        let off = solution.velocity_mps - truth.velocity_mps;
+        let away = solution.position.displacement_from(&truth.position);
+        count += 1.0;
+        squares += yaw * yaw;
+        velocity_mps = velocity_mps.max(off.x().hypot(off.y()));
+        horizontal_m = horizontal_m.max(away.x().hypot(away.y()));
+        inside[0] += f64::from(yaw.abs() <= 3.0 * solution.attitude_sigma_rad[2]);
+        let sigma = solution.velocity_sigma_mps;
+        let is_inside = off.x().abs() <= 3.0 * sigma.x() && off.y().abs() <= 3.0 * sigma.y();
+        inside[1] += f64::from(is_inside);
+    }
+    let yaw_rad = f64::sqrt(squares / count);
+    let inside = inside.map(|inside| inside / count);
+    Drive { yaw_rad, velocity_mps, horizontal_m, inside, found }
+}
+
+/// The worst of ten drives.
+fn judge(what: &str, fix: impl Fn(&Fix) -> Fix) {
+    for seed in 0..10 {
+        let drive = driven(seed, &fix);
+        let yaw_deg = drive.yaw_rad.to_degrees();
+        println!(
+            "{what}, seed {seed}: yaw {yaw_deg:.1} deg rms; at most {:.1} m/s and {:.1} m off; inside 3 sigma: yaw \
+             {:.3}, velocity {:.3}; found {} times",
+            drive.velocity_mps, drive.horizontal_m, drive.inside[0], drive.inside[1], drive.found
+        );
+        assert!(drive.inside.iter().all(|inside| *inside > 0.95));
+        assert!(yaw_deg < 30.0 && drive.velocity_mps < 12.0 && drive.horizontal_m < 40.0);
+        assert!(drive.found > 1);
+    }
+}
+
+#[test]
+fn a_heading_that_gaps_hide_in_turns_is_found_again() {
+    judge("place and velocity", Fix::clone);
+}
+
+#[test]
+fn a_heading_that_gaps_hide_in_turns_is_found_again_by_places_alone() {
+    judge("place", |fix| Fix { horizontal_velocity_mps: None, down_velocity_mps: None, ..*fix });
+}
