@@ -194,7 +194,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Opens the heading by `off_rad`, and the slow error of what gives it as far: which of the two is wrong
     /// the fixes will tell.
     pub(super) fn doubt_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
-        self.heading_doubt_rad = self.heading_doubt_rad.max(libm::fabs(off_rad));
+        self.heading_doubt_rad = self.heading_doubt_rad.max(libm::fabs(off_rad) as f32);
         let opened = T::of(square(off_rad));
         let mut relaxation = Relaxation::default();
         let wander = L::ATTITUDE_REFERENCE.and_then(|first| relaxation.noise.get_mut(first + 2));
@@ -215,8 +215,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if self.heading_doubt_rad == 0.0 {
             return usual_rad;
         }
-        self.heading_doubt_rad *= libm::exp(-elapsed_s.clamp(0.0, DOUBT_S) / DOUBT_S);
-        Scalar::hypot(usual_rad, self.heading_doubt_rad)
+        let left = libm::exp(-elapsed_s.clamp(0.0, DOUBT_S) / DOUBT_S) as f32;
+        let doubt_rad = self.heading_doubt_rad * left;
+        self.heading_doubt_rad = if doubt_rad > FORGOTTEN_RAD { doubt_rad } else { 0.0 };
+        Scalar::hypot(usual_rad, f64::from(doubt_rad))
     }
 
     /// Whether what gives the heading is trusted, at an innovation of `off_rad`: after a turn against it
@@ -255,6 +257,8 @@ const STEPPED_TILT_RAD: f64 = 0.02;
 /// A step shows after about so long, s.
 const STEPPED_S: f64 = 3.0;
 /// What spoke against a heading reference is forgotten with this time constant, s.
+/// What is left of a doubt below this, rad, is none: its decay would end in numbers too small to compute with.
+const FORGOTTEN_RAD: f32 = 1e-6;
 const DOUBT_S: f64 = 200.0;
 
 /// One-sigmas of velocity, m/s, and position, m, after a reset.

@@ -6,6 +6,7 @@ mod level_force;
 
 mod antenna;
 mod config;
+mod continuation;
 mod correction;
 mod estimator;
 mod estimator_config;
