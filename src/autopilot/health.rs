@@ -250,12 +250,7 @@ impl Health {
 
     /// The same without velocity, and so without position.
     pub(super) fn without_velocity(self, why: Distrust) -> Self {
-        Self {
-            velocity: self.velocity.and(Err(why)),
-            vertical_velocity: self.vertical_velocity.and(Err(why)),
-            position: self.position.and(Err(why)),
-            ..self
-        }
+        Self { velocity: Err(why), vertical_velocity: Err(why), position: Err(why), ..self }
     }
 
     /// What of `solution` is good enough to fly by at `now`, on the solution's clock.

@@ -221,6 +221,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Scalar::hypot(usual_rad, f64::from(doubt_rad))
     }
 
+    /// Correlation time of that error, `usual_s` where nothing is known against it: a field that points elsewhere may
+    /// do so for good.
+    pub(super) fn wander_time_s(&self, usual_s: f64) -> f64 {
+        if self.field_watch.doubt_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
+    }
+
     /// Whether what gives the heading is trusted, at an innovation of `off_rad`: after a turn against it
     /// only once it has agreed for a while.
     pub(super) fn trusts_heading(&mut self, time: Time, off_rad: f64) -> bool {
@@ -257,6 +263,8 @@ const STEPPED_TILT_RAD: f64 = 0.02;
 /// A step shows after about so long, s.
 const STEPPED_S: f64 = 3.0;
 /// What spoke against a heading reference is forgotten with this time constant, s.
+/// A field that is disturbed stays as it is for so long, s.
+const DISTURBED_S: f64 = 1000.0;
 /// What is left of a doubt below this, rad, is none: its decay would end in numbers too small to compute with.
 const FORGOTTEN_RAD: f32 = 1e-6;
 const DOUBT_S: f64 = 200.0;

@@ -117,6 +117,8 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 const OF_ONE_CLOCK_S: f64 = 10.0;
 /// A fix that repeats a velocity below this, m/s, may be true.
 const REPEATED_MPS: f64 = 0.2;
+/// A velocity of more than so many one-sigmas is a motion.
+const MOVES_SIGMAS: f64 = 3.0;
 /// Suspect samples closer than this, s, are one event.
 const SUSPECT_S: f64 = 1.0;
 /// Fixes that may wait for the inertial sample after them.
@@ -251,7 +253,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         if self.is_searching_anew() {
-            self.settle_before_gap(sample, trace, notify);
+            self.settle_before_gap(sample, trace);
         }
         let before = self.filter.state.time;
         let result = match self.phase {
@@ -275,13 +277,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             Ok(Prediction::BridgedGap { length_s }) => {
                 if self.phase == Phase::Navigating {
-                    self.search_anew(time, length_s, None);
+                    self.search_anew(time, length_s);
                 }
                 notify(Notice::GapBridged { time, length_s });
             }
             Ok(Prediction::Reset(cause)) => {
                 if self.phase == Phase::Navigating {
-                    self.search_anew(time, time - before, Some(cause));
+                    self.search_anew(time, time - before);
                 }
                 notify(Notice::CovarianceReset { time, cause });
             }
@@ -365,9 +367,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let moves = fix
             .horizontal_velocity_mps
             .is_some_and(|[north, east]| square(north) + square(east) > square(REPEATED_MPS));
-        self.is_frozen |=
-            moves || (self.phase == Phase::Navigating && self.filter.moves(REPEATED_MPS));
+        self.is_frozen |= moves || self.moves();
         self.is_frozen
+    }
+
+    /// Whether the vehicle moves by more than a receiver at rest may hide, and by more than the velocity's own error.
+    fn moves(&self) -> bool {
+        self.solution().is_some_and(|solution| {
+            let [north, east, down] = solution.velocity_sigma_mps.to_array();
+            let still_mps = T::of(REPEATED_MPS) + T::of(MOVES_SIGMAS) * north.max(east).max(down);
+            !solution.velocity_mps.is_shorter_than(still_mps)
+        })
     }
 
     #[inline(never)]

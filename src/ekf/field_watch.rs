@@ -52,6 +52,8 @@ pub(super) struct FieldChange {
     /// Share of its strength by which the field is off what is usual.
     pub share: f32,
     pub begins_or_ends: Option<Turn>,
+    /// Whether it has settled away from the field of the start, which gave the heading.
+    pub was_wrong: bool,
 }
 
 /// Where a disturbance begins or ends.
@@ -80,9 +82,11 @@ const USUAL_S: f32 = 60.0;
 /// A field that stands still elsewhere for twice as long as the usual one was there is the usual one, after no less
 /// than the first and no more than the second of these times, s.
 const SETTLED_S: [f32; 2] = [5.0, 180.0];
+/// A field that was there for less than this, s, was that of the start alone.
+const WRONG_START_S: f32 = 30.0;
 /// Readings further apart, s, count as so far apart.
 const LONGEST_S: f32 = 1.0;
-/// A heading is not in doubt by more, rad.
+/// A heading is not in doubt by more for the part that is not seen, rad.
 const MOST_RAD: f32 = 1.0;
 
 impl FieldWatch {
@@ -145,13 +149,17 @@ impl FieldWatch {
         let is_still = moved.is_within(&limit, 1.0);
         self.elsewhere_s = if is_back || !is_still { 0.0 } else { self.elsewhere_s + elapsed_s };
         let [least_s, most_s] = SETTLED_S;
-        let is_settled = self.elsewhere_s > (2.0 * self.usual_s).clamp(least_s, most_s);
+        // Where it points settles only against a start: what once gave the heading for long is no less right.
+        let was_wrong = self.usual_s < WRONG_START_S;
+        let is_settled = self.elsewhere_s > (2.0 * self.usual_s).clamp(least_s, most_s)
+            && (was_wrong || off.turn <= limit.turn);
         let turn_rad = |change: &Change| {
             // Two parts of three are seen by themselves.
             let across = root(0.5 * change.parts);
             let unseen_rad = if least_level > 0.0 { across / least_level } else { MOST_RAD };
-            unseen_rad.max(root(change.turn)).min(MOST_RAD)
+            unseen_rad.min(MOST_RAD).max(root(change.turn))
         };
+        let was_wrong = is_settled && was_wrong;
         if is_settled {
             self.usual = field;
             (self.usual_s, self.elsewhere_s) = (self.elsewhere_s, 0.0);
@@ -174,7 +182,7 @@ impl FieldWatch {
         (!is_still || begins_or_ends.is_some()).then(|| {
             self.opened_at = field;
             let share = root((off.parts + off.turn * square(field.level)) / strength);
-            FieldChange { sigma_rad: turn_rad(&moved), share, begins_or_ends }
+            FieldChange { sigma_rad: turn_rad(&moved), share, begins_or_ends, was_wrong }
         })
     }
 }

@@ -11,7 +11,7 @@ use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::heading_revision::HeadingRevision;
 use super::history::History;
-use super::layout::{self, ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::motion_sum::MotionSum;

@@ -90,7 +90,8 @@ struct Gate {
     since: Time,
     /// Mean square of the normalised innovations of late; 1 where filter and sensor agree.
     spread: f32,
-    /// Mean of the normalised innovations of late: to which side they lean. Of one axis alone.
+    /// Mean of the normalised innovations of late: to which side they lean. Of one axis alone; of a place that is
+    /// refused, how far it was off at first, m.
     lean: f32,
     /// Refusals without a break; none while the gate is open.
     refusals: u8,
@@ -153,6 +154,8 @@ const MOST_LEAN: f32 = 5.0;
 /// No trouble of a filter whose velocity is right leads its place further off between two fixes, m and m/s.
 const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
+/// A place whose receiver tells no velocity runs away when it is so many times as far off as at first.
+const GROWN: f32 = 2.0;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
 /// So is a height that a barometer denies by always as much, if it was not believed for as long before.
@@ -323,6 +326,9 @@ impl Gates {
                 && was_open_lately
                 && off[0].abs() > reach_m;
             gate.since = time;
+            if group == Group::HorizontalPosition {
+                gate.lean = off[0] as f32;
+            }
             let may_be_lost = doubted || !was_open_lately || gate.spread > DIVERGING;
             gate.filter_is_lost = if jumped { was_lost } else { may_be_lost };
         }
@@ -334,6 +340,10 @@ impl Gates {
             Group::Range => config.recovery_s,
             _ if witness => f64::from(self.height_taken_s).min(LEVEL_S).max(config.fault_s),
             _ if gate.filter_is_lost => config.recovery_s,
+            // A place that jumped is off by always as much; a filter that is lost goes on from it.
+            Group::HorizontalPosition if alone && off[0] > f64::from(GROWN * gate.lean) => {
+                config.recovery_s
+            }
             _ if velocity_agrees => config.fault_s,
             _ => config.lockout_s,
         };

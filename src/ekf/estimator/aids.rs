@@ -76,7 +76,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         let filter = self.navigating().ok();
         let change = filter.and_then(|filter| filter.watch_field(time, field_gauss, trace));
-        let Some(FieldChange { share, sigma_rad, begins_or_ends: Some(turn) }) = change else {
+        let Some(FieldChange { share, sigma_rad, begins_or_ends: Some(turn), .. }) = change else {
             return;
         };
         let (share, sigma_rad) = (f64::from(share), f64::from(sigma_rad));

@@ -6,7 +6,6 @@
 
 use super::super::heading_search::{FoundHeading, HeadingMethod};
 use super::super::layout::{ATTITUDE, Layout};
-use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
@@ -16,8 +15,8 @@ use crate::frames::{Vector, wrap_angle};
 use crate::imu::ImuSample;
 use crate::time::Time;
 
-/// After so long, s, the likeliest heading is gone on with, as unsure as it is.
-const SEARCHED_S: f64 = 60.0;
+/// A vehicle turns by so much, one-sigma, in each second that is hidden, rad: after nine it may point anywhere.
+const HIDDEN_RADPS: f64 = 0.35;
 /// A heading less sure than this, rad, is searched after trouble.
 const UNSURE_RAD: f64 = 0.35;
 
@@ -29,29 +28,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Before a gap, of which the other headings make no more: the likeliest is gone on with.
     #[inline(never)]
-    pub(super) fn settle_before_gap(
-        &mut self,
-        sample: &ImuSample,
-        trace: &mut impl Trace<T, N>,
-        notify: &mut dyn FnMut(Notice),
-    ) {
+    pub(super) fn settle_before_gap(&mut self, sample: &ImuSample, trace: &mut impl Trace<T, N>) {
         if sample.time - self.filter.state.time > self.filter.config.imu.gap_s {
-            self.settle(trace, notify);
+            self.settle(trace);
         }
     }
 
     /// After samples that were missing until `time` for `length_s`, or a reset: searches anew if they hid the heading.
     #[inline(never)]
-    pub(super) fn search_anew(&mut self, time: Time, length_s: f64, reset: Option<ResetCause>) {
+    pub(super) fn search_anew(&mut self, time: Time, length_s: f64) {
         self.search.watch(self.filter.state.body_to_ned);
         let is_lost = self.filter.attitude_lost.is_some();
         if !(H::SEARCHES && is_lost) || self.filter.had_heading(time.offset_by(-length_s)) {
             return;
         }
-        if let Some(ResetCause::LongGap { .. }) = reset {
-            self.filter.open_heading(core::f64::consts::PI);
-        }
-        self.search.reopen(&self.filter);
+        let variance = self.filter.covariance.variance(ATTITUDE + 2);
+        let sigma_rad = Scalar::sqrt(variance).max(HIDDEN_RADPS * length_s);
+        self.search.reopen(&self.filter, sigma_rad);
     }
 
     /// After a sample: searches anew if readings that hid the motion have left the heading so unsure that it cannot be
@@ -63,11 +56,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if H::SEARCHES && unsure && filter.gates.doubts_filter(time) && !filter.had_heading(time) {
             filter.attitude_lost = Some(time);
             filter.catch_up(&mut ());
-            self.search.reopen(&self.filter);
+            let sigma_rad = Scalar::sqrt(filter.covariance.variance(ATTITUDE + 2));
+            self.search.reopen(&self.filter, sigma_rad);
         }
     }
 
-    /// Lets the search take a sample, and ends it when the heading is found, when something gives one, or late.
+    /// Lets the search take a sample, and ends it when the heading is found, or when something gives one.
     #[inline(never)]
     pub(super) fn go_on_searching(
         &mut self,
@@ -75,34 +69,32 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        let Some(lost) = self.filter.attitude_lost else {
+        if self.filter.attitude_lost.is_none() {
             self.search.watch(self.filter.state.body_to_ned);
             return;
-        };
-        if self.search.predict(sample).is_err() {
-            return;
         }
-        let is_late = sample.time - lost > SEARCHED_S;
-        if is_late || self.search.found().is_some() {
-            self.settle(trace, notify);
+        if self.search.predict(sample).is_ok()
+            && self.search.found().is_some()
+            && let Some((sector, sigma_rad)) = self.settle(trace)
+        {
+            let time = self.filter.state.time;
+            notify(Notice::HeadingFound { time, sector, sigma_rad });
         }
     }
 
-    /// Goes on with the heading that leads.
-    fn settle(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
+    /// Goes on with the heading that leads; gives its sector and one-sigma, rad.
+    fn settle(&mut self, trace: &mut impl Trace<T, N>) -> Option<(usize, f64)> {
         let before_rad = self.filter.state.body_to_ned.heading_rad();
-        if let Some(FoundHeading { filter, sector, sigma_rad }) = self.search.leading() {
-            let turned_rad = wrap_angle(filter.state.body_to_ned.heading_rad() - before_rad);
-            self.filter.rejoin(filter);
-            let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
-            self.filter.open_heading(sigma_rad);
-            let time = self.filter.state.time;
-            self.filter.gates.doubt_heading(time);
-            trace.reset(0..N);
-            trace.turned(Vector::new(0.0, 0.0, turned_rad.wide()));
-            notify(Notice::HeadingFound { time, sector, sigma_rad });
-        }
+        let FoundHeading { filter, sector, sigma_rad } = self.search.leading()?;
+        let turned_rad = wrap_angle(filter.state.body_to_ned.heading_rad() - before_rad);
+        self.filter.rejoin(filter);
+        let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
+        self.filter.open_heading(sigma_rad);
+        self.filter.gates.doubt_heading(self.filter.state.time);
+        trace.reset(0..N);
+        trace.turned(Vector::new(0.0, 0.0, turned_rad.wide()));
         self.wheels = WheelWatch::UNSEEN;
         self.search.watch(self.filter.state.body_to_ned);
+        Some((sector, sigma_rad))
     }
 }

@@ -47,8 +47,8 @@ pub(in super::super) mod sealed {
         ) -> Option<FoundHeading<'_, T>>;
         fn solution(&self) -> Option<Solution<T>>;
         fn time(&self) -> Time;
-        /// Searches about the heading of a filter that has lost it.
-        fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>);
+        /// Searches about the heading of a filter that has lost it, to this one-sigma.
+        fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>, sigma_rad: f64);
         /// Whether headings are being searched.
         fn is_open(&self) -> bool;
         /// Begins anew to watch the heading of a filter, from its level, and searches no more.
@@ -100,8 +100,8 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     fn time(&self) -> Time {
         self.time()
     }
-    fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>) {
-        self.reopen(lost);
+    fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>, sigma_rad: f64) {
+        self.reopen(lost, sigma_rad);
     }
     fn is_open(&self) -> bool {
         self.is_open()
@@ -151,7 +151,7 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     fn time(&self) -> Time {
         Time::ZERO
     }
-    fn reopen<L: Layout<N>, const N: usize>(&mut self, _: &Ekf<L, N, T>) {}
+    fn reopen<L: Layout<N>, const N: usize>(&mut self, _: &Ekf<L, N, T>, _: f64) {}
     fn is_open(&self) -> bool {
         false
     }

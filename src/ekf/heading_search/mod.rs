@@ -72,7 +72,7 @@ const BORNE_OUT_S: f64 = 5.0;
 const LEAST_SHARE: f64 = 0.01;
 
 /// A heading that is less likely than this share of the likeliest is not searched where one was known.
-const LEAST_PRIOR: f64 = 0.005;
+const LEAST_PRIOR: f64 = 0.001;
 
 /// What the one-sigma of a fix is multiplied by for filters that have no states for its slow errors.
 const WHITENED: f64 = 1.7;
@@ -150,14 +150,18 @@ impl<T: Scalar> HeadingSearch<T> {
         }
     }
 
-    /// Starts, in place, to search about the heading of a filter that has lost it, as far as its one-sigma goes.
+    /// Starts, in place, to search about the heading of a filter that has lost it, to a one-sigma of `sigma_rad`.
     ///
     /// # Source
     /// Equation (H6) of docs/equations.md.
     // Its frame need not stand beneath a sample that comes without a gap.
     #[inline(never)]
-    pub(super) fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>) {
-        let variance = lost.covariance.variance(ATTITUDE + 2).max(f64::MIN_POSITIVE);
+    pub(super) fn reopen<L: Layout<N>, const N: usize>(
+        &mut self,
+        lost: &Ekf<L, N, T>,
+        sigma_rad: f64,
+    ) {
+        let variance = square(sigma_rad).max(f64::MIN_POSITIVE);
         (self.last_fix, self.fast, self.borne_out) = (None, true, None);
         (self.waiting, self.weighed) = (None, false);
         self.monitor.restart(lost.state.body_to_ned);

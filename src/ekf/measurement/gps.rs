@@ -143,7 +143,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
         self.learn_gps(report, fix.horizontal_velocity_mps.is_none());
         // What clipping or a gap has left is in the velocity, and no step of a bias.
-        let stepped = self.excess.learn(fix.time, report);
+        let mut stepped = self.excess.learn(fix.time, report);
+        // Of places alone no more is told of a step than that it has led the filter off.
+        stepped.far |= fix.horizontal_velocity_mps.is_none() && report.any_reopened();
         let otherwise = self.gates.doubts_filter(fix.time)
             || self.gates.are_astray()
             || (self.gates.were_reopened(fix.time) && !stepped.far);

@@ -53,6 +53,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let change = self.field_watch.push(time, parts, &doubt)?;
         self.relax(trace);
         self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
+        if change.was_wrong && self.heading_revision.is_magnetic {
+            // The field of the start was a magnet's, and the heading with it: it is taken anew.
+            self.attitude_lost = Some(time);
+            self.heading_revision.replaced(0.0);
+            let usual_rad = self.config.magnetometer.heading_wander_rad;
+            self.covariance.set_variance(error, square(usual_rad));
+            if let Some(learned) = self.parameters.get_mut(error) {
+                *learned = T::ZERO;
+            }
+            trace.reset(error..error + 1);
+        }
         Some(change)
     }
 
@@ -97,7 +108,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.relax(trace);
         let is_first = self.attitude_used.replace(time).is_none();
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
-        self.heading_wander = (wander_rad, model.wander_time_s);
+        self.heading_wander = (wander_rad, self.wander_time_s(model.wander_time_s));
         self.heading_revision.is_magnetic = true;
         if is_first {
             // So far the state has stood for the slow error of an attitude reference.

@@ -36,7 +36,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             count: last - first,
             words: format!(
                 "gps frozen {}: {} fixes repeat the one before to the last digit, so that the \
-                 receiver was not measuring{}",
+                 receiver was not measuring, or tells too few digits{}",
                 when(times[first], times[last]),
                 last - first,
                 log.cost(times[first], times[last])
