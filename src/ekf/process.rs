@@ -160,7 +160,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if let Some(before) = &self.unpropagated {
             motion.add_before(before);
         }
-        if motion.increment.interval_s < T::of(self.config.imu.covariance_interval_s) {
+        // What a sensor at full scale hides grows within the interval.
+        let waits = !self.samples.suspicion.is_clipped();
+        if waits && motion.increment.interval_s < T::of(self.config.imu.covariance_interval_s) {
             self.unpropagated = Some(motion);
         } else {
             self.unpropagated = None;
