@@ -338,11 +338,12 @@ impl<T: Scalar> Triad<T> {
         for axis in 0..3 {
             let size = values[axis].abs();
             let (largest, repeats) = (&mut self.largest[axis], &mut self.repeats[axis]);
-            // However small: what is stuck at its largest reading is at full scale.
-            let stands_still = stuck_s[axis] > T::ZERO && self.usual[axis] > least_moving;
-            let may_be = size >= least_scale || (limit > 0.0 && stands_still);
-            let learned = size >= *largest && comes_back(size, largest, repeats) && may_be;
-            clipped[axis] |= learned || size >= full_scale;
+            if size >= *largest && comes_back(size, largest, repeats) {
+                // However small: what is stuck at its largest reading is at full scale.
+                let stands_still = stuck_s[axis] > T::ZERO && self.usual[axis] > least_moving;
+                clipped[axis] |= size >= least_scale || (limit > 0.0 && stands_still);
+            }
+            clipped[axis] |= size >= full_scale;
         }
         let least_quiet = square(number(least_shaking));
         let quiet = self.usual.map(|usual| if usual > least_quiet { usual } else { least_quiet });

@@ -23,7 +23,10 @@ const UNSURE_RAD: f64 = 0.35;
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// Whether headings are searched beside the filter.
     pub(super) fn is_searching_anew(&self) -> bool {
-        H::SEARCHES && self.phase == Phase::Navigating && self.search.is_open()
+        H::SEARCHES
+            && self.phase == Phase::Navigating
+            && self.filter.attitude_lost.is_some()
+            && self.search.is_open()
     }
 
     /// Before a gap, of which the other headings make no more: the likeliest is gone on with.
@@ -52,8 +55,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     #[inline(never)]
     pub(super) fn search_if_lost(&mut self, time: Time) {
         let filter = &mut self.filter;
+        if !(H::SEARCHES && filter.gates.doubts_filter(time)) {
+            return;
+        }
         let unsure = filter.covariance.variance(ATTITUDE + 2) > square(UNSURE_RAD);
-        if H::SEARCHES && unsure && filter.gates.doubts_filter(time) && !filter.had_heading(time) {
+        if unsure && !filter.had_heading(time) {
             filter.attitude_lost = Some(time);
             filter.catch_up(&mut ());
             let sigma_rad = Scalar::sqrt(filter.covariance.variance(ATTITUDE + 2));
@@ -61,7 +67,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Lets the search take a sample, and ends it when the heading is found, or when something gives one.
+    /// Lets the search take a sample, and ends it when the heading is found.
     #[inline(never)]
     pub(super) fn go_on_searching(
         &mut self,
@@ -69,10 +75,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if self.filter.attitude_lost.is_none() {
-            self.search.watch(self.filter.state.body_to_ned);
-            return;
-        }
         if self.search.predict(sample).is_ok()
             && self.search.found().is_some()
             && let Some((sector, sigma_rad)) = self.settle(trace)
