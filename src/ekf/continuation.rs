@@ -1,7 +1,7 @@
 //! One filter that goes on where another is, and what is asked of a filter before it does.
 
 use super::filter::Ekf;
-use super::layout::{BASE, Layout, VELOCITY};
+use super::layout::{BASE, Layout};
 use super::level_force::LevelForce;
 use super::scalar::Scalar;
 use crate::frames::{Vector, wrap_angle};
@@ -11,8 +11,6 @@ use crate::time::Time;
 
 /// What gave the heading within this time, s, gives it.
 const HEADING_GIVEN_S: f64 = 10.0;
-/// A velocity of more than so many one-sigmas is a motion.
-const MOVES_SIGMAS: f64 = 3.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Starts anew, in place, at the state of a filter of another layout: base states and their
@@ -84,13 +82,5 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let by_attitude =
             self.heading_distrusted.is_none() && self.attitude_used.is_some_and(lately);
         by_attitude || lately(self.antenna_heading.used)
-    }
-
-    /// Whether the vehicle moves, by more than `least_mps` and the velocity's own error.
-    pub(super) fn moves(&self, least_mps: f64) -> bool {
-        let variance = (VELOCITY..VELOCITY + 3)
-            .fold(T::ZERO, |most, state| most.max(self.covariance.value(state, state)));
-        let still_mps = T::of(least_mps) + T::of(MOVES_SIGMAS) * variance.sqrt();
-        !self.state.velocity_mps.is_shorter_than(still_mps)
     }
 }

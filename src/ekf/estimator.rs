@@ -117,8 +117,6 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 const OF_ONE_CLOCK_S: f64 = 10.0;
 /// A fix that repeats a velocity below this, m/s, may be true.
 const REPEATED_MPS: f64 = 0.2;
-/// A velocity of more than so many one-sigmas is a motion.
-const MOVES_SIGMAS: f64 = 3.0;
 /// Suspect samples closer than this, s, are one event.
 const SUSPECT_S: f64 = 1.0;
 /// Fixes that may wait for the inertial sample after them.
@@ -367,17 +365,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let moves = fix
             .horizontal_velocity_mps
             .is_some_and(|[north, east]| square(north) + square(east) > square(REPEATED_MPS));
-        self.is_frozen |= moves || self.moves();
+        self.is_frozen |=
+            moves || self.solution().is_some_and(|solution| solution.moves(REPEATED_MPS));
         self.is_frozen
-    }
-
-    /// Whether the vehicle moves by more than a receiver at rest may hide, and by more than the velocity's own error.
-    fn moves(&self) -> bool {
-        self.solution().is_some_and(|solution| {
-            let [north, east, down] = solution.velocity_sigma_mps.to_array();
-            let still_mps = T::of(REPEATED_MPS) + T::of(MOVES_SIGMAS) * north.max(east).max(down);
-            !solution.velocity_mps.is_shorter_than(still_mps)
-        })
     }
 
     #[inline(never)]

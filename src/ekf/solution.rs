@@ -69,7 +69,17 @@ impl Solution {
     }
 }
 
+/// A velocity of more than so many one-sigmas is a motion.
+const MOVES_SIGMAS: f64 = 3.0;
+
 impl<T: Scalar> Solution<T> {
+    /// Whether the vehicle moves, by more than `least_mps` and the velocity's own error.
+    pub(super) fn moves(&self, least_mps: f64) -> bool {
+        let [north, east, down] = self.velocity_sigma_mps.to_array();
+        let still_mps = T::of(least_mps) + T::of(MOVES_SIGMAS) * north.max(east).max(down);
+        !self.velocity_mps.is_shorter_than(still_mps)
+    }
+
     /// u, v, w: the point's velocity in body axes, m/s.
     #[must_use]
     pub fn velocity_body_mps(&self) -> Vector<Body, T> {

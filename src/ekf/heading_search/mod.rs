@@ -281,7 +281,8 @@ impl<T: Scalar> HeadingSearch<T> {
             .ok_or(Unusable::NoState)?
             .lend(&mut self.filter, |filter| filter.update_gps(&wider))?;
         // A receiver without velocity: that of its places, by the filter that leads.
-        self.fast |= told.is_none() && self.filter.moves(fast_mps);
+        self.fast |=
+            told.is_none() && self.solution().is_some_and(|solution| solution.moves(fast_mps));
         self.monitor.fix(fix, &gps);
         let mut waiting = Waiting::new(wider, shares, interval_s, self.sample_s);
         waiting.told(leader, report.minus_two_log_likelihood(shares));
