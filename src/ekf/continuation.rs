@@ -24,15 +24,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_bias_radps: Vector::ZERO,
             gyro_bias_sigma_radps: None,
         });
-        self.history.copy_from(&other.history);
+        self.take_base(other);
         self.samples = other.samples;
+        self.gps_learned = other.gps_learned;
+        self.gates = other.gates;
+    }
+
+    /// Takes over what a filter of another layout has of the base states, into a covariance that was cleared.
+    fn take_base<M: Layout<K>, const K: usize>(&mut self, other: &Ekf<M, K, T>) {
+        self.state = other.state;
+        self.history.copy_from(&other.history);
         self.angular_rate_radps = other.angular_rate_radps;
         for (to, from) in self.parameters.iter_mut().zip(&other.parameters).take(BASE) {
             *to = *from;
         }
         self.covariance.take_over(&other.covariance, BASE);
-        self.gps_learned = other.gps_learned;
-        self.gates = other.gates;
         self.gps_wander = None;
         self.wander_unknown = M::GPS_POSITION.is_none();
     }
@@ -46,22 +52,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.heading_revision.replaced(wrap_angle(turned).wide());
         let kept: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         self.covariance.clear();
-        self.covariance.take_over(&other.covariance, BASE);
+        self.take_base(other);
         for (state, variance) in kept.into_iter().enumerate().skip(BASE) {
             self.covariance.set_variance(state, variance);
-        }
-        self.state = other.state;
-        self.history.copy_from(&other.history);
-        self.angular_rate_radps = other.angular_rate_radps;
-        for (to, from) in self.parameters.iter_mut().zip(&other.parameters).take(BASE) {
-            *to = *from;
         }
         for first in [L::GPS_POSITION, L::GPS_VELOCITY].into_iter().flatten() {
             self.set_block(first, [T::ZERO; 3]);
         }
         self.gates.set_gps(&other.gates.gps());
-        self.gps_wander = None;
-        self.wander_unknown = M::GPS_POSITION.is_none();
         self.unpropagated = None;
         self.level_force = LevelForce::NONE;
         self.attitude_lost = None;

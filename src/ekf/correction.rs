@@ -88,8 +88,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.antenna_heading.distrusted = Some(time);
         self.gates.doubt_filter(time);
         self.gates.doubt_heading(time);
+        self.forget_heading_error(self.heading_wander.0);
+    }
+
+    /// Takes the slow error of what gives the heading for none, to a one-sigma of `sigma_rad`.
+    pub(super) fn forget_heading_error(&mut self, sigma_rad: f64) {
         if let Some(first) = L::ATTITUDE_REFERENCE {
-            self.covariance.set_variance(first + 2, square(self.heading_wander.0));
+            self.covariance.set_variance(first + 2, square(sigma_rad));
             if let Some(error) = self.parameters.get_mut(first + 2) {
                 *error = T::ZERO;
             }
@@ -263,11 +268,11 @@ const STEPPED_TILT_RAD: f64 = 0.02;
 /// A step shows after about so long, s.
 const STEPPED_S: f64 = 3.0;
 /// What spoke against a heading reference is forgotten with this time constant, s.
+const DOUBT_S: f64 = 200.0;
+/// What is left of it below this, rad, is nothing: its decay would end in numbers too small to compute with.
+const FORGOTTEN_RAD: f32 = 1e-6;
 /// A field that is disturbed stays as it is for so long, s.
 const DISTURBED_S: f64 = 1000.0;
-/// What is left of a doubt below this, rad, is none: its decay would end in numbers too small to compute with.
-const FORGOTTEN_RAD: f32 = 1e-6;
-const DOUBT_S: f64 = 200.0;
 
 /// One-sigmas of velocity, m/s, and position, m, after a reset.
 const RESET_VELOCITY_MPS: f64 = 50.0;

@@ -150,16 +150,16 @@ impl FieldWatch {
         self.elsewhere_s = if is_back || !is_still { 0.0 } else { self.elsewhere_s + elapsed_s };
         let [least_s, most_s] = SETTLED_S;
         // Where it points settles only against a start: what once gave the heading for long is no less right.
-        let was_wrong = self.usual_s < WRONG_START_S;
+        let is_of_start = self.usual_s < WRONG_START_S;
         let is_settled = self.elsewhere_s > (2.0 * self.usual_s).clamp(least_s, most_s)
-            && (was_wrong || off.turn <= limit.turn);
+            && (is_of_start || off.turn <= limit.turn);
         let turn_rad = |change: &Change| {
             // Two parts of three are seen by themselves.
             let across = root(0.5 * change.parts);
             let unseen_rad = if least_level > 0.0 { across / least_level } else { MOST_RAD };
             unseen_rad.min(MOST_RAD).max(root(change.turn))
         };
-        let was_wrong = is_settled && was_wrong;
+        let was_wrong = is_settled && is_of_start;
         if is_settled {
             self.usual = field;
             (self.usual_s, self.elsewhere_s) = (self.elsewhere_s, 0.0);

@@ -143,11 +143,11 @@ const LEAST_VIBRATION: f64 = 0.0025;
 const STUCK_GYRO_RADPS: f64 = 0.2;
 const STUCK_ACCEL_MPS2: f64 = 2.0;
 const LONGEST_STUCK_S: f64 = 5.0;
-/// What may lie beyond full scale, as a share of it, one-sigma; of a gyro half of what is left to the rates that
-/// vehicles reach, rad/s, where that is more.
+/// What may lie beyond full scale, as a share of it, one-sigma; of a gyro a quarter of what is left to the rates
+/// that vehicles reach, rad/s, where that is more.
 const BEYOND_SCALE: f64 = 0.15;
-const MOST_RADPS: f64 = 6.0;
 const BEYOND_GYRO: f64 = 0.25;
+const MOST_RADPS: f64 = 6.0;
 /// A burst of clipping is forgotten after this long without, and has one error for at most so long, s.
 const BURST_S: f64 = 0.3;
 const LONGEST_BURST_S: f64 = 0.5;

@@ -13,7 +13,7 @@ use crate::time::Time;
 pub enum Notice {
     /// Alignment ended; the first solution is there.
     Aligned(Alignment),
-    /// The heading, unknown at the start, is found.
+    /// The heading, unknown at the start or hidden by a gap in the samples, is found.
     HeadingFound {
         /// When.
         time: Time,
@@ -42,8 +42,8 @@ pub enum Notice {
         /// One-sigma of that, rad.
         sigma_rad: f64,
     },
-    /// The magnetic field has come off what is usual, in strength, dip or direction: a current or iron is nearby. What gives
-    /// the heading by it is less sure until the field is back.
+    /// The magnetic field has come off what is usual, in strength, dip or direction: a current or iron is nearby.
+    /// What gives the heading by it is less sure until the field is back.
     FieldDisturbed {
         /// When.
         time: Time,

@@ -141,11 +141,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
-        self.learn_gps(report, fix.horizontal_velocity_mps.is_none());
+        let places_alone = fix.horizontal_velocity_mps.is_none();
+        self.learn_gps(report, places_alone);
         // What clipping or a gap has left is in the velocity, and no step of a bias.
         let mut stepped = self.excess.learn(fix.time, report);
         // Of places alone no more is told of a step than that it has led the filter off.
-        stepped.far |= fix.horizontal_velocity_mps.is_none() && report.any_reopened();
+        stepped.far |= places_alone && report.any_reopened();
         let otherwise = self.gates.doubts_filter(fix.time)
             || self.gates.are_astray()
             || (self.gates.were_reopened(fix.time) && !stepped.far);

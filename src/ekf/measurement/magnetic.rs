@@ -57,11 +57,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             // The field of the start was a magnet's, and the heading with it: it is taken anew.
             self.attitude_lost = Some(time);
             self.heading_revision.replaced(0.0);
-            let usual_rad = self.config.magnetometer.heading_wander_rad;
-            self.covariance.set_variance(error, square(usual_rad));
-            if let Some(learned) = self.parameters.get_mut(error) {
-                *learned = T::ZERO;
-            }
+            self.forget_heading_error(self.config.magnetometer.heading_wander_rad);
             trace.reset(error..error + 1);
         }
         Some(change)
