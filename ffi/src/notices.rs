@@ -329,7 +329,7 @@ impl From<&CoreNotice> for Notice {
                 sigma: sigma_rad,
                 ..Self::at(NoticeKind::HeadingDoubted, time)
             },
-            CoreNotice::FieldDisturbed { time, share, sigma_rad } => Self {
+            CoreNotice::FieldDisturbed { time, share, sigma_rad, .. } => Self {
                 value: share,
                 sigma: sigma_rad,
                 ..Self::at(NoticeKind::FieldDisturbed, time)

@@ -51,20 +51,21 @@ pub(super) struct FieldChange {
     pub sigma_rad: f32,
     /// Share of its strength by which the field is off what is usual.
     pub share: f32,
-    pub begins_or_ends: Option<Turn>,
-    /// Whether it has settled away from the field of the start, which gave the heading.
-    pub was_wrong: bool,
+    pub turn: Option<Turn>,
 }
 
-/// Where a disturbance begins or ends.
+/// Where a disturbance begins, ends, or has lasted for so long that it is another matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
     /// The field came away from what is usual.
     Away,
     /// It is back.
     Back,
-    /// It has stood elsewhere for so long that this is the usual now.
+    /// It has stood elsewhere for longer than it was what the start gave the heading by: that was the wrong one, and
+    /// this is the usual now.
     Settled,
+    /// It has stood elsewhere for so long that either may be the Earth's.
+    Lasting,
 }
 
 /// The field is not what it was beyond this share of its strength, and beyond so many one-sigmas of its scatter.
@@ -74,15 +75,15 @@ const CHANGED_SIGMAS: f32 = 4.0;
 /// there within the time over which its usual azimuth is learned, s.
 const TURNED_RAD: f32 = 0.17;
 const TURNED_SIGMAS: f32 = 3.0;
-const AZIMUTH_S: f32 = 2.0;
+const AZIMUTH_S: f32 = 15.0;
 /// It is what it was again within this share of that.
 const BACK_SHARE: f32 = 0.5;
 /// What is usual is learned over this time, s, less as long as it is not known for as long.
 const USUAL_S: f32 = 60.0;
-/// A field that stands still elsewhere for twice as long as the usual one was there is the usual one, after no less
-/// than the first and no more than the second of these times, s.
-const SETTLED_S: [f32; 2] = [5.0, 180.0];
-/// A field that was there for less than this, s, was that of the start alone.
+/// A field that stands still elsewhere for twice as long as the usual one was there is as likely the Earth's, after no
+/// less than the first and no more than the second of these times, s.
+const LASTING_S: [f32; 2] = [5.0, 180.0];
+/// A usual one that was there for less than this, s, was that of the start alone.
 const WRONG_START_S: f32 = 30.0;
 /// Readings further apart, s, count as so far apart.
 const LONGEST_S: f32 = 1.0;
@@ -131,11 +132,16 @@ impl FieldWatch {
         let least_level = field.level.min(self.usual.level);
         // Squares, for roots take long and are needed only where something has changed.
         let strength = square(self.usual.level) + square(self.usual.down);
+        let [least_s, most_s] = LASTING_S;
+        let lasting_s = (2.0 * self.usual_s).clamp(least_s, most_s);
+        let lasted = self.elsewhere_s > lasting_s;
         let chance = square(CHANGED_SIGMAS) * (self.scatter + strength * doubt.tilt_variance);
+        // A heading that is opened for the field's sake does not bring it back.
+        let heading_variance = doubt.heading_variance.min(square(TURNED_RAD));
         let limit = Change {
             parts: (square(CHANGED_SHARE) * strength).max(chance),
             turn: square(TURNED_RAD)
-                .max(square(TURNED_SIGMAS) * doubt.heading_variance)
+                .max(square(TURNED_SIGMAS) * heading_variance)
                 .max(chance / square(least_level).max(f32::MIN_POSITIVE)),
         };
         let was_usual = self.doubt_rad == 0.0;
@@ -148,18 +154,14 @@ impl FieldWatch {
         let is_back = off.is_within(&limit, if was_usual { 1.0 } else { square(BACK_SHARE) });
         let is_still = moved.is_within(&limit, 1.0);
         self.elsewhere_s = if is_back || !is_still { 0.0 } else { self.elsewhere_s + elapsed_s };
-        let [least_s, most_s] = SETTLED_S;
-        // Where it points settles only against a start: what once gave the heading for long is no less right.
-        let is_of_start = self.usual_s < WRONG_START_S;
-        let is_settled = self.elsewhere_s > (2.0 * self.usual_s).clamp(least_s, most_s)
-            && (is_of_start || off.turn <= limit.turn);
+        let lasts = self.elsewhere_s > lasting_s;
+        let is_settled = lasts && self.usual_s < WRONG_START_S;
         let turn_rad = |change: &Change| {
             // Two parts of three are seen by themselves.
             let across = root(0.5 * change.parts);
             let unseen_rad = if least_level > 0.0 { across / least_level } else { MOST_RAD };
             unseen_rad.min(MOST_RAD).max(root(change.turn))
         };
-        let was_wrong = is_settled && is_of_start;
         if is_settled {
             self.usual = field;
             (self.usual_s, self.elsewhere_s) = (self.elsewhere_s, 0.0);
@@ -173,16 +175,17 @@ impl FieldWatch {
             self.usual.azimuth_rad += newest * field.turn_from(self.usual);
         }
         self.doubt_rad = if is_back || is_settled { 0.0 } else { turn_rad(&off) };
-        let begins_or_ends = match (was_usual, is_back) {
-            (true, false) if !is_settled => Some(Turn::Away),
+        let turn = match (was_usual, is_back) {
+            (true, false) => Some(Turn::Away),
             (false, true) => Some(Turn::Back),
             (false, false) if is_settled => Some(Turn::Settled),
+            (false, false) if lasts && !lasted => Some(Turn::Lasting),
             _ => None,
         };
-        (!is_still || begins_or_ends.is_some()).then(|| {
+        (!is_still || turn.is_some()).then(|| {
             self.opened_at = field;
             let share = root((off.parts + off.turn * square(field.level)) / strength);
-            FieldChange { sigma_rad: turn_rad(&moved), share, begins_or_ends, was_wrong }
+            FieldChange { sigma_rad: turn_rad(&moved), share, turn }
         })
     }
 }
@@ -247,7 +250,7 @@ mod tests {
         // 0.1 gauss of two parts leave 0.07 for the third, across 0.3 and more of level field.
         assert!((came.sigma_rad - 0.1 * 0.5_f32.sqrt() / 0.3).abs() < 1e-4, "{came:?}");
         assert_eq!(
-            [came, went].map(|change| change.begins_or_ends),
+            [came, went].map(|change| change.turn),
             [Some(Turn::Away), Some(Turn::Back)]
         );
         assert!((came.share - 0.1 / 0.3_f32.hypot(0.35)).abs() < 1e-4, "{came:?}");
@@ -261,14 +264,14 @@ mod tests {
         let mut readings = [EARTH; 900];
         readings[300..600].fill(Parts { azimuth_rad: 0.5, ..EARTH });
         let (watch, changes) = watched(&readings);
-        let turns: Vec<_> = changes.iter().map(|change| change.begins_or_ends).collect();
+        let turns: Vec<_> = changes.iter().map(|change| change.turn).collect();
         assert_eq!(turns, [Some(Turn::Away), Some(Turn::Back)]);
         assert!(changes.iter().all(|change| (change.sigma_rad - 0.5).abs() < 0.01), "{changes:?}");
         assert!(watch.doubt_rad == 0.0);
-        // By 1 °/s, once around.
-        let drifting: Vec<Parts> = (0..3600)
+        // By 0.3 °/s, once around.
+        let drifting: Vec<Parts> = (0..12_000)
             .map(|step| {
-                let azimuth_rad = wrap_angle((0.1 * step as f32).to_radians());
+                let azimuth_rad = wrap_angle((0.03 * step as f32).to_radians());
                 Parts { azimuth_rad, ..EARTH }
             })
             .collect();
@@ -296,14 +299,28 @@ mod tests {
         assert!(watched(&readings).1.is_empty());
     }
 
+    /// A field that was there for 10 s stands elsewhere from then on.
     #[test]
-    fn a_field_that_stays_changed_becomes_the_usual_one() {
+    fn a_field_that_stays_changed_is_the_usual_one_where_that_was_of_the_start_alone() {
         let mut readings = vec![EARTH; 12_000];
         readings[100..].fill(Parts { level: 0.36, down: 0.35, ..EARTH });
         let (watch, changes) = watched(&readings);
-        let turns: Vec<_> = changes.iter().map(|change| change.begins_or_ends).collect();
+        let turns: Vec<_> = changes.iter().map(|change| change.turn).collect();
         assert_eq!(turns, [Some(Turn::Away), Some(Turn::Settled)]);
         assert!(watch.doubt_rad == 0.0);
+    }
+
+    /// A load that is switched on in flight turns the field for good.
+    #[test]
+    fn a_field_that_was_right_for_long_and_stays_changed_is_told_once_and_doubted_for_good() {
+        let mut readings = vec![EARTH; 12_000];
+        readings[1000..].fill(Parts { level: 0.36, down: 0.35, azimuth_rad: 0.4 });
+        let (watch, changes) = watched(&readings);
+        let turns: Vec<_> = changes.iter().map(|change| change.turn).collect();
+        assert_eq!(turns, [Some(Turn::Away), Some(Turn::Lasting)]);
+        assert!(watch.doubt_rad > 0.3);
+        readings[5000..].fill(EARTH);
+        assert!(watched(&readings).0.doubt_rad == 0.0);
     }
 
     /// A magnet at the start, for 0.3 and for 30 s, costs no more than twice that afterwards.

@@ -76,12 +76,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         let filter = self.navigating().ok();
         let change = filter.and_then(|filter| filter.watch_field(time, field_gauss, trace));
-        let Some(FieldChange { share, sigma_rad, begins_or_ends: Some(turn), .. }) = change else {
+        let Some(FieldChange { share, sigma_rad, turn: Some(turn) }) = change else {
             return;
         };
         let (share, sigma_rad) = (f64::from(share), f64::from(sigma_rad));
         notify(match turn {
-            Turn::Away => Notice::FieldDisturbed { time, share, sigma_rad },
+            Turn::Away | Turn::Lasting => {
+                Notice::FieldDisturbed { time, share, sigma_rad, lasts: turn == Turn::Lasting }
+            }
             Turn::Back => Notice::FieldUsual { time, changed: false },
             Turn::Settled => Notice::FieldUsual { time, changed: true },
         });

@@ -51,6 +51,9 @@ pub enum Notice {
         share: f64,
         /// One-sigma of what this makes of the heading that it gives, rad.
         sigma_rad: f64,
+        /// Whether it was told before, and has stood so for so long that either field may be the Earth's: the heading
+        /// itself is less sure from now on.
+        lasts: bool,
     },
     /// The magnetic field is what is usual again.
     FieldUsual {

@@ -1,7 +1,7 @@
 //! Magnetic heading.
 
 use super::super::covariance::Sensitivity;
-use super::super::field_watch::{AttitudeDoubt, FieldChange, Parts};
+use super::super::field_watch::{AttitudeDoubt, FieldChange, Parts, Turn};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::Channel;
@@ -21,8 +21,8 @@ const MOST_UNLEVELLED_RAD: f64 = 0.2;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Looks at a magnetic field, gauss, before it gives a heading or a unit's own follows it: where what does not
-    /// change with the heading has changed, the slow error of what gives the heading is opened by as much. Gives that
-    /// change. While nobody knows where a gap has led the attitude it is not looked at.
+    /// change with the heading has changed, the slow error of what gives the heading is opened by as much, and where
+    /// that lasts, so is the heading. Gives that change. While nobody knows where a gap has led the attitude it is not looked at.
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.
@@ -52,8 +52,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
         let change = self.field_watch.push(time, parts, &doubt)?;
         self.relax(trace);
-        self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
-        if change.was_wrong && self.heading_revision.is_magnetic {
+        if change.turn == Some(Turn::Lasting) {
+            self.doubt_heading(self.estimate(error).wide(), trace);
+        } else {
+            self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
+        }
+        if change.turn == Some(Turn::Settled) && self.heading_revision.is_magnetic {
             // The field of the start was a magnet's, and the heading with it: it is taken anew.
             self.attitude_lost = Some(time);
             self.heading_revision.replaced(0.0);

@@ -35,7 +35,7 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
     let log_end_s = log.span_s().map_or(0.0, |(_, end_s)| end_s);
     let mut notices = log.run.notices.iter();
     while let Some(notice) = notices.next() {
-        let Notice::FieldDisturbed { time, share, sigma_rad } = notice else { continue };
+        let Notice::FieldDisturbed { time, share, sigma_rad, .. } = notice else { continue };
         let start_s = time.seconds();
         let restored_s = notices.clone().find_map(|notice| match notice {
             Notice::FieldUsual { time, .. } => Some(time.seconds()),

@@ -70,12 +70,16 @@ impl Happening {
                 );
                 (Some(*time), warning, "heading_doubted", ShortText::new(text))
             }
-            Notice::FieldDisturbed { time, share, sigma_rad } => {
+            Notice::FieldDisturbed { time, share, sigma_rad, lasts } => {
                 let (percent, sigma_deg) = (100.0 * share, sigma_rad.to_degrees());
-                let text = format_args!(
-                    "magnetic field {percent:.0} % off: heading by it may be {sigma_deg:.0}° off, counts less"
-                );
-                (Some(*time), warning, "field_disturbed", ShortText::new(text))
+                let text = if *lasts {
+                    ShortText::new("magnetic field has stayed changed: which was right nobody knows, heading less sure")
+                } else {
+                    ShortText::new(format_args!(
+                        "magnetic field {percent:.0} % off: heading by it may be {sigma_deg:.0}° off, counts less"
+                    ))
+                };
+                (Some(*time), warning, "field_disturbed", text)
             }
             Notice::AntennaElsewhere { time, offset_m, sigma_m } => {
                 let text = format_args!(
