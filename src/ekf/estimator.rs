@@ -2,6 +2,7 @@
 
 mod aids;
 mod lost_heading;
+mod lost_level;
 mod notice;
 mod start;
 
@@ -27,6 +28,7 @@ use crate::gps::Fix;
 use crate::imu::ImuSample;
 use crate::ins::Aligner;
 use crate::time::Time;
+use lost_level::Level;
 
 /// From events to solutions: aligns, searches the heading where it must, then filters.
 ///
@@ -98,6 +100,7 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     last_said: u32,
     /// Whether it is repeated although the vehicle moves.
     is_frozen: bool,
+    level: Level,
     wheels: WheelWatch,
     /// When a sample was last suspect.
     suspected: Time,
@@ -139,6 +142,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             held: [None; HELD],
             last_said: 0,
             is_frozen: false,
+            level: Level::Believed,
             wheels: WheelWatch::UNSEEN,
             suspected: NEVER,
         }
@@ -180,6 +184,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             return;
         }
+        if self.level == Level::Doubted && !matches!(event, Event::Gps(_)) {
+            self.aligner.push(event);
+        }
         match event {
             Event::Imu(sample) => self.imu(sample, trace, notify),
             Event::Gps(fix) => {
@@ -206,7 +213,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
-        if self.phase == Phase::Navigating {
+        if self.phase == Phase::Navigating && !self.is_level_lost() {
             Ok(&mut self.filter)
         } else {
             Err(Unusable::HeadingUnknown)
@@ -276,6 +283,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Ok(Prediction::BridgedGap { length_s }) => {
                 if self.phase == Phase::Navigating {
                     self.search_anew(time, length_s);
+                    if self.filter.attitude_lost.is_some() {
+                        self.doubt_level();
+                    }
                 }
                 notify(Notice::GapBridged { time, length_s });
             }
@@ -402,6 +412,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         if self.phase == Phase::Navigating && !searches_anew {
             self.watch_heading(fix, trace, notify);
+        }
+        if self.phase == Phase::Navigating {
+            match self.level {
+                Level::Doubted => self.check_level(fix, trace, notify),
+                _ if report.any_rejected() && self.filter.gates.doubts_filter(fix.time) => {
+                    self.doubt_level()
+                }
+                _ => {}
+            }
         }
     }
 

@@ -249,10 +249,7 @@ mod tests {
         let [came, went] = changes[..] else { panic!("{changes:?}") };
         // 0.1 gauss of two parts leave 0.07 for the third, across 0.3 and more of level field.
         assert!((came.sigma_rad - 0.1 * 0.5_f32.sqrt() / 0.3).abs() < 1e-4, "{came:?}");
-        assert_eq!(
-            [came, went].map(|change| change.turn),
-            [Some(Turn::Away), Some(Turn::Back)]
-        );
+        assert_eq!([came, went].map(|change| change.turn), [Some(Turn::Away), Some(Turn::Back)]);
         assert!((came.share - 0.1 / 0.3_f32.hypot(0.35)).abs() < 1e-4, "{came:?}");
         assert!((went.sigma_rad - came.sigma_rad).abs() < 0.02, "{went:?}");
         assert!(watch.doubt_rad == 0.0);

@@ -31,6 +31,11 @@ pub enum ResetCause {
     },
     /// The step would have led to where NED does not exist, or beyond 10 km/s; it was not taken.
     Diverged,
+    /// The attitude was wrong, by what the fixes say of the force that the unit felt: it was aligned anew.
+    Misaligned {
+        /// By how much what the body takes for up was off, rad.
+        off_rad: f64,
+    },
 }
 
 /// Why a sample of the inertial unit was refused; it changed nothing.
@@ -60,6 +65,9 @@ impl fmt::Display for ResetCause {
         match self {
             Self::LongGap { length_s } => write!(f, "none for {length_s:.3} s: covariance reset"),
             Self::Diverged => f.write_str("it would lead off the Earth: covariance reset"),
+            Self::Misaligned { off_rad } => {
+                write!(f, "{:.0}° off upright by the fixes: aligned anew", off_rad.to_degrees())
+            }
         }
     }
 }

@@ -296,6 +296,12 @@ impl Aligner {
         &self.config
     }
 
+    /// Forgets all that it has seen.
+    pub(crate) fn restart(&mut self) {
+        (self.window, self.attitude) = (Window::default(), None);
+        (self.field_gauss, self.antenna_heading) = (None, None);
+    }
+
     /// Takes in the next event; `Some` ends the alignment, always on a fix, with a start at the time
     /// of the last inertial sample. A fix that is not finite or finds too little inertial data is
     /// passed over.

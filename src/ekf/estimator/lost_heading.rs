@@ -85,7 +85,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     /// Goes on with the heading that leads; gives its sector and one-sigma, rad.
-    fn settle(&mut self, trace: &mut impl Trace<T, N>) -> Option<(usize, f64)> {
+    pub(super) fn settle(&mut self, trace: &mut impl Trace<T, N>) -> Option<(usize, f64)> {
         let before_rad = self.filter.state.body_to_ned.heading_rad();
         let FoundHeading { filter, sector, sigma_rad } = self.search.leading()?;
         let turned_rad = wrap_angle(filter.state.body_to_ned.heading_rad() - before_rad);

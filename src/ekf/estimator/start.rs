@@ -67,7 +67,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if alignment.heading != HeadingSource::Unknown {
             self.begin_at(&alignment.start);
         } else if H::SEARCHES {
-            self.search.start(&alignment.start, alignment.axis);
+            self.search.start(&alignment.start, Some(alignment.axis));
             self.phase = Phase::Searching;
         } else {
             notify(Notice::HeadingMissing { time: alignment.start.state.time });

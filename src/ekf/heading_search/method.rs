@@ -33,7 +33,7 @@ pub(in super::super) mod sealed {
         /// Whether there is a search.
         const SEARCHES: bool;
         fn unstarted(config: EkfConfig, mounting: Mounting) -> Self;
-        fn start(&mut self, start: &Start, axis: Vector<Ned>);
+        fn start(&mut self, start: &Start, axis: Option<Vector<Ned>>);
         fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault>;
         fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable>;
         fn found(&mut self) -> Option<FoundHeading<'_, T>>;
@@ -72,7 +72,7 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
         Self::unstarted(config, mounting)
     }
-    fn start(&mut self, start: &Start, axis: Vector<Ned>) {
+    fn start(&mut self, start: &Start, axis: Option<Vector<Ned>>) {
         self.start(start, axis);
     }
     fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
@@ -129,7 +129,7 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     fn unstarted(_: EkfConfig, _: Mounting) -> Self {
         Self
     }
-    fn start(&mut self, _: &Start, _: Vector<Ned>) {}
+    fn start(&mut self, _: &Start, _: Option<Vector<Ned>>) {}
     fn predict(&mut self, _: &ImuSample) -> Result<Prediction, ImuFault> {
         Ok(Prediction::Stepped)
     }

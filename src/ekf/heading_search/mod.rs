@@ -139,11 +139,20 @@ impl<T: Scalar> HeadingSearch<T> {
         }
     }
 
-    /// Starts, in place, to search all around from a start of unknown heading, open about `axis`.
-    pub(super) fn start(&mut self, start: &Start, axis: Vector<Ned>) {
+    /// Starts, in place, to search all around from a start of unknown heading, open about `axis`; one whose heading is
+    /// known, without an axis, is all that there is.
+    pub(super) fn start(&mut self, start: &Start, axis: Option<Vector<Ned>>) {
         (self.last_fix, self.fast, self.borne_out) = (None, false, None);
         (self.waiting, self.weighed) = (None, false);
         self.monitor.restart(start.state.body_to_ned.cast());
+        let Some(axis) = axis else {
+            self.sectors.fill_with(|| None);
+            self.filter.restart(start);
+            if let Some(first) = self.sectors.first_mut() {
+                first.insert(Sector::new(1.0)).store(&self.filter);
+            }
+            return;
+        };
         for (sector, slot) in self.sectors.iter_mut().enumerate() {
             self.filter.restart(&HeadingSearch::sector_start(*start, axis, sector));
             slot.insert(Sector::new(1.0 / SECTORS as f64)).store(&self.filter);

@@ -226,8 +226,15 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             Notice::CovarianceReset { time, cause: ResetCause::LongGap { length_s } } => {
                 (*time, *length_s, "too long to bridge, so the filter was reset")
             }
-            Notice::CovarianceReset { time, .. } => {
+            Notice::CovarianceReset { time, cause } => {
                 let time_s = time.seconds();
+                let why = match cause {
+                    ResetCause::Misaligned { off_rad } => format!(
+                        "what the fixes say of the force denied its attitude, by {:.0}°, and it was aligned anew in motion",
+                        off_rad.to_degrees()
+                    ),
+                    _ => "the inertial sample would have led off the Earth".to_owned(),
+                };
                 findings.push(Finding {
                     start_s: time_s,
                     end_s: time_s,
@@ -235,10 +242,7 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     kind: "reset",
                     severity: Severity::Warning,
                     count: 1,
-                    words: format!(
-                        "filter reset at {time_s:.1} s: the inertial sample would have led off the \
-                         Earth"
-                    ),
+                    words: format!("filter reset at {time_s:.1} s: {why}"),
                 });
                 continue;
             }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::entry::{Level, Part, ShortText};
 use hovernav::dmu::LinkFault;
-use hovernav::ekf::{Aid, Channel, Innovation, Notice, Report, Verdict};
+use hovernav::ekf::{Aid, Channel, Innovation, Notice, Report, ResetCause, Verdict};
 use hovernav::gps::quality::Failures;
 use hovernav::ins::HeadingSource;
 use hovernav::sensors::SensorOutput;
@@ -73,7 +73,9 @@ impl Happening {
             Notice::FieldDisturbed { time, share, sigma_rad, lasts } => {
                 let (percent, sigma_deg) = (100.0 * share, sigma_rad.to_degrees());
                 let text = if *lasts {
-                    ShortText::new("magnetic field has stayed changed: which was right nobody knows, heading less sure")
+                    ShortText::new(
+                        "magnetic field has stayed changed: which was right nobody knows, heading less sure",
+                    )
                 } else {
                     ShortText::new(format_args!(
                         "magnetic field {percent:.0} % off: heading by it may be {sigma_deg:.0}° off, counts less"
@@ -124,6 +126,10 @@ impl Happening {
                      uncertainty opened"
                 );
                 (Some(*time), warning, "imu_fault", ShortText::new(text))
+            }
+            Notice::CovarianceReset { time, cause: cause @ ResetCause::Misaligned { .. } } => {
+                let text = ShortText::new(format_args!("attitude {cause}"));
+                (Some(*time), warning, "aligned_anew", text)
             }
             Notice::CovarianceReset { time, cause } => {
                 let text = format_args!("inertial unit: {cause}, the fixes decide anew");

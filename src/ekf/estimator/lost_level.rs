@@ -1,0 +1,102 @@
+//! Roll and pitch that were lost, and are aligned anew in flight.
+//!
+//! What a gap hides of a vehicle that rolls is any attitude, and a filter linearised about the wrong one soon is sure
+//! of it. So after a gap, and wherever a velocity had to be reopened, an alignment of its own is made from the next
+//! samples and fixes: which way the force points that the unit feels, the fixes say, whatever the filter makes of it.
+
+use super::super::heading_search::HeadingMethod;
+use super::super::layout::{GYRO_BIAS, Layout};
+use super::super::prediction::ResetCause;
+use super::super::scalar::Scalar;
+use super::super::trace::Trace;
+use super::{Estimator, Notice};
+use crate::event::Event;
+use crate::gps::Fix;
+use crate::ins::{Alignment, HeadingSource, Start};
+
+/// What is known of whether the filter is upright.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Level {
+    /// Nothing speaks against it.
+    Believed,
+    /// An alignment beside the filter is on its way.
+    Doubted,
+    /// It was not, and is searched with the heading.
+    Lost,
+}
+
+/// A filter further off upright than this, rad (15°), comes back by itself slowly or not at all.
+const LOST_RAD: f64 = 0.26;
+/// An alignment less sure than this, rad, tells nothing against a filter; nor does one of less than so many one-sigmas.
+const SURE_RAD: f64 = 0.2;
+const SIGMAS: f64 = 3.0;
+/// A heading does not tell the attitude about an axis that is further from down than this, by the cosine (25°).
+const STEEP: f64 = 0.9;
+
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
+    /// Begins to look whether the filter is upright, from the next samples on.
+    pub(super) fn doubt_level(&mut self) {
+        if H::SEARCHES {
+            self.aligner.restart();
+            self.level = Level::Doubted;
+        }
+    }
+
+    /// Whether roll and pitch are searched with the heading, so that a heading alone cannot end the search.
+    pub(super) fn is_level_lost(&self) -> bool {
+        self.level == Level::Lost && self.is_searching_anew()
+    }
+
+    /// Takes a fix into the alignment beside the filter, and goes over to it where it denies that the filter is upright.
+    #[inline(never)]
+    pub(super) fn check_level(
+        &mut self,
+        fix: &Fix,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        let Some(alignment) = self.aligner.push(&Event::Gps(*fix)) else { return };
+        self.aligner.restart();
+        let [sigma_rad, ..] = alignment.start.attitude_sigma_rad.to_array();
+        if alignment.attitude_given || fix.horizontal_velocity_mps.is_none() {
+            self.level = Level::Believed;
+            return;
+        }
+        if sigma_rad > SURE_RAD {
+            return;
+        }
+        self.level = Level::Believed;
+        let Some(off_rad) = self.off_upright_rad(&alignment) else { return };
+        if off_rad > LOST_RAD.max(SIGMAS * sigma_rad) {
+            self.align_anew(&alignment, trace);
+            let time = self.filter.state.time;
+            notify(Notice::CovarianceReset { time, cause: ResetCause::Misaligned { off_rad } });
+        }
+    }
+
+    /// How far apart the solution and an alignment have what the body feels, rad.
+    fn off_upright_rad(&self, alignment: &Alignment) -> Option<f64> {
+        let felt = alignment.start.state.body_to_ned.inverse() * alignment.axis;
+        let by_solution = self.solution()?.body_to_ned.cast() * felt;
+        Some(libm::acos(by_solution.dot(alignment.axis).clamp(-1.0, 1.0)))
+    }
+
+    /// Goes on from an alignment, with what is known of the gyros; searches the heading where nothing gave it.
+    fn align_anew(&mut self, alignment: &Alignment, trace: &mut impl Trace<T, N>) {
+        let gyro_bias_radps = self.filter.imu_errors().gyro_bias_radps.cast();
+        let variance = (0..3)
+            .map(|axis| self.filter.covariance.variance(GYRO_BIAS + axis))
+            .fold(0.0, f64::max);
+        let sigma_radps = Some(Scalar::sqrt(variance));
+        let start =
+            Start { gyro_bias_radps, gyro_bias_sigma_radps: sigma_radps, ..alignment.start };
+        self.search.start(&start, None);
+        self.settle(trace);
+        let [.., down] = alignment.axis.to_array();
+        if alignment.heading == HeadingSource::Unknown || down < STEEP {
+            self.level = Level::Lost;
+            self.filter.attitude_lost = Some(self.filter.state.time);
+            self.search.start(&start, Some(alignment.axis));
+        }
+    }
+}
