@@ -277,6 +277,11 @@ impl Gates {
             .is_some_and(|gate| gate.refusals == 0 && gate.was_open_lately(time))
     }
 
+    /// How long ago a group was last accepted, s.
+    pub fn since_accepted_s(&self, group: Group, time: Time) -> f64 {
+        self.gates.get(group as usize).map_or(0.0, |gate| time - gate.accepted)
+    }
+
     fn was_open_lately(&self, group: Group, time: Time) -> bool {
         self.gates.get(group as usize).is_some_and(|gate| gate.was_open_lately(time))
     }

@@ -33,6 +33,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         self.relax(trace);
+        let elapsed_s = self.gates.since_accepted_s(Group::Baro, time).clamp(LEAST_S, WIND_TIME_S);
+        let wind_variance = self.wind_variance() * T::of(2.0 * WIND_TIME_S / elapsed_s);
         let own_m = self.state.position.height_m;
         let offset_m = *self.baro_offset_m.get_or_insert(height_m - own_m);
         let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
@@ -40,11 +42,26 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             channel: Channel::BaroHeight,
             group: Group::Baro,
             innovation: T::of(height_m - offset_m - own_m) - self.estimate(state),
-            noise: square(T::of(self.config.baro.noise_m)),
+            noise: square(T::of(self.config.baro.noise_m)) + wind_variance,
             sensitivity: Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE),
         });
         let mut report = Report::default();
         self.update_sequentially(time, &scalars, &mut report, trace);
         Ok(report)
     }
+
+    /// Variance of what the wind of the vehicle's own speed makes of the height, m².
+    fn wind_variance(&self) -> T {
+        let velocity_mps = self.state.velocity_mps;
+        let head_m = velocity_mps.dot(velocity_mps) * T::of(0.5 / GRAVITY_MPS2);
+        square(T::of(WIND_SHARE) * head_m)
+    }
 }
+
+/// The pressure that a static port feels is off by such a share of the dynamic pressure, one-sigma, of a port without
+/// a probe of its own (Gracey 1980, *Measurement of Aircraft Speed and Altitude*, NASA RP-1046), for as long as the air comes from one side, s.
+const WIND_SHARE: f64 = 0.1;
+const WIND_TIME_S: f64 = 5.0;
+/// Readings closer than this, s, count as so far apart.
+const LEAST_S: f64 = 0.01;
+const GRAVITY_MPS2: f64 = 9.81;
