@@ -184,7 +184,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             return;
         }
-        if self.level == Level::Doubted && !matches!(event, Event::Gps(_)) {
+        if H::SEARCHES && self.level == Level::Doubted && !matches!(event, Event::Gps(_)) {
             self.aligner.push(event);
         }
         match event {
@@ -413,7 +413,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase == Phase::Navigating && !searches_anew {
             self.watch_heading(fix, trace, notify);
         }
-        if self.phase == Phase::Navigating {
+        if H::SEARCHES && self.phase == Phase::Navigating {
             match self.level {
                 Level::Doubted => self.check_level(fix, trace, notify),
                 _ if report.any_rejected() && self.filter.gates.doubts_filter(fix.time) => {

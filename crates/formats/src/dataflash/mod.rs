@@ -97,8 +97,13 @@ impl Survey {
                     self.parameters.insert(name.to_owned(), value);
                 }
             }
-            Item::Text(text) if self.text.is_empty() => self.text = text.to_owned(),
-            Item::Text(_) => {}
+            Item::Text(text) => {
+                // Warnings may come before it.
+                let is_better = names_firmware(text) && !names_firmware(&self.text);
+                if self.text.is_empty() || is_better {
+                    self.text = text.to_owned();
+                }
+            }
         }
     }
 
@@ -210,4 +215,10 @@ impl Survey {
             .and_then(|date| date.parse().ok());
         manifest
     }
+}
+
+/// Whether a text is that by which a firmware says what it is, as "ArduCopter V4.5.1 (hash)".
+fn names_firmware(text: &str) -> bool {
+    let version = text.split_whitespace().nth(1).and_then(|word| word.strip_prefix('V'));
+    version.is_some_and(|version| version.starts_with(|first: char| first.is_ascii_digit()))
 }

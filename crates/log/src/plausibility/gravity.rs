@@ -13,6 +13,9 @@ const USUAL: (f64, f64) = (0.85, 1.35);
 /// Cosine of the angle from the vertical within which a vehicle spends its flight, 60°.
 const UPRIGHT: f64 = 0.5;
 
+/// The mean of the directions that a force had second by second is this long where it has one on the whole.
+const STEADY: f64 = 0.7;
+
 /// Cosine of the angle from the vertical, 20°, beyond which a unit stands askew if its mean specific
 /// force is that steady: no vehicle is tilted so far from end to end.
 const ASKEW: f64 = 0.94;
@@ -58,9 +61,11 @@ impl Gravity {
         self.count += 1;
     }
 
-    /// Where up is in the body, on the whole.
-    pub fn up(&self) -> [f64; 3] {
-        self.sum.map(|component| component / norm(self.sum).max(1e-12))
+    /// Where up is in the body, on the whole; `None` of a vehicle that flies on its back as well, for whatever it is
+    /// there is no such direction.
+    pub fn up(&self) -> Option<[f64; 3]> {
+        let is_steady = norm(self.directions) >= STEADY * self.count as f64;
+        is_steady.then(|| self.sum.map(|component| component / norm(self.sum).max(1e-12)))
     }
 
     pub fn check(mut self, found: &mut Vec<SetupFinding>) {
@@ -133,7 +138,7 @@ fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
     if steady > ASKEW_STEADY && (UPRIGHT..ASKEW).contains(&-up[2]) {
         found.push(askew(up));
     }
-    if steady < 0.7 || -up[2] > UPRIGHT {
+    if steady < STEADY || -up[2] > UPRIGHT {
         return;
     }
     let axis = (0..3).max_by(|&a, &b| up[a].abs().total_cmp(&up[b].abs())).unwrap_or(2);

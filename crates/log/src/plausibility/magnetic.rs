@@ -36,8 +36,9 @@ impl Field {
         self.count += 1;
     }
 
-    /// Judges the field at the place of `dataset`, `up` being where up is in the body on the whole.
-    pub fn check(&self, dataset: &Dataset, up: [f64; 3], found: &mut Vec<SetupFinding>) {
+    /// Judges the field at the place of `dataset`, `up` being where up is in the body on the whole, if there is
+    /// such a direction.
+    pub fn check(&self, dataset: &Dataset, up: Option<[f64; 3]>, found: &mut Vec<SetupFinding>) {
         let Some(place) = dataset.fixes.first().map(|fix| fix.position) else { return };
         let date = dataset.manifest.date.and_then(|date| date.date);
         let year = date.map_or(2025.0, |date| decimal_year(date.year, date.month, date.day));
@@ -51,7 +52,9 @@ impl Field {
             UNITS.iter().find(|(unit, ..)| (0.4..2.5).contains(&(ratio * unit))),
         );
         if (0.5..2.0).contains(&ratio) {
-            dip(self, up, &model, found);
+            if let Some(up) = up {
+                dip(self, up, &model, found);
+            }
             return;
         }
         let (cause, mend) = match is_unit {
