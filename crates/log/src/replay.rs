@@ -35,7 +35,7 @@ impl Outage {
 pub struct Run {
     /// The settings it was made with.
     pub config: EstimatorConfig,
-    /// One solution per inertial sample from the end of alignment on, or those of them that were kept.
+    /// One solution per inertial sample that was taken in, from the end of alignment on, or those of them that were kept.
     pub solutions: Vec<Solution>,
     /// How many were not.
     pub solutions_left_out: usize,
@@ -195,8 +195,8 @@ impl Dataset {
         self.run(config, keep, progress, |event, run| {
             estimator.push(event, |notice| run.keep(notice));
             run.learned_by(estimator.filter());
-            let solution = estimator.solution();
-            match solution.as_ref().filter(|_| matches!(event, Event::Imu(_))) {
+            let solution = estimator.solution().filter(|solution| is_of(event, solution.time));
+            match solution.as_ref() {
                 Some(solution) if each(solution).is_break() => ControlFlow::Break(()),
                 _ => ControlFlow::Continue(solution),
             }
@@ -228,6 +228,11 @@ impl Dataset {
         (run.solutions, run.solutions_left_out) = kept.finish();
         run
     }
+}
+
+/// Whether a state of `time` is that at an inertial sample: one that was refused leaves the state where it was.
+pub(crate) fn is_of(event: &Event, time: Time) -> bool {
+    matches!(event, Event::Imu(sample) if sample.time == time)
 }
 
 /// Is handed every solution; whether to go on.

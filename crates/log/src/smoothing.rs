@@ -12,7 +12,7 @@ use crate::denied::{Denied, denied};
 use crate::events::Events;
 use crate::finding::Finding;
 use crate::kept::Keep;
-use crate::replay::Run;
+use crate::replay::{Run, is_of};
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{
     Adjoint, Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution, Trace,
@@ -127,7 +127,9 @@ impl Dataset {
                     break;
                 }
                 push(&mut estimator, &event, start, &mut smoother, |_| ());
-                if let (Event::Imu(_), Some(filter)) = (&event, estimator.filter()) {
+                if let Some(filter) = estimator.filter()
+                    && is_of(&event, filter.state().time)
+                {
                     smoother.sampled(filter);
                 }
             }
@@ -183,7 +185,9 @@ impl Dataset {
             if is_sample && let Some(filter) = estimator.filter() {
                 run.learned_by(Some(filter));
             }
-            ControlFlow::Continue(estimator.solution())
+            ControlFlow::Continue(
+                estimator.solution().filter(|solution| is_of(event, solution.time)),
+            )
         })
     }
 }
