@@ -80,6 +80,8 @@ pub(super) struct Gates {
     height_off_m: i16,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
+    /// Whether the barometer feels too much wind to deny anybody's height.
+    blown: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -173,6 +175,7 @@ impl Gates {
         height_taken_s: 0.0,
         height_off_m: 0,
         astray: false,
+        blown: false,
     };
 
     /// Has seen nothing any more. Part by part, for [`NONE`](Self::NONE) as a whole would be a constant beside the
@@ -185,6 +188,7 @@ impl Gates {
         self.height_taken_s = 0.0;
         self.height_off_m = 0;
         self.astray = false;
+        self.blown = false;
     }
 
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
@@ -210,6 +214,11 @@ impl Gates {
     /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
     pub fn set_astray(&mut self, astray: bool) {
         self.astray = astray;
+    }
+
+    /// Whether the barometer feels too much wind to deny anybody's height.
+    pub fn set_blown(&mut self, blown: bool) {
+        self.blown = blown;
     }
 
     /// Whether it has.
@@ -255,7 +264,7 @@ impl Gates {
     /// Whether a group is open and leans to no side.
     fn agrees(&self, group: Group, time: Time) -> bool {
         let leans = self.gates.get(group as usize).is_some_and(|gate| gate.lean.abs() > UPRIGHT);
-        self.is_open(group, time) && !leans
+        self.is_open(group, time) && !leans && !(group == Group::Baro && self.blown)
     }
 
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
