@@ -1,27 +1,16 @@
 //! A gap that hides how a vehicle rolled: the filter that comes out of it leans the other way, and is aligned anew by
 //! what the fixes say of the force that the unit feels.
 
-use core::f64::consts::TAU;
+mod steep_circles;
 
-use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, ResetCause};
 use hovernav::event::Event;
 use hovernav::frames::Vector;
-use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, Recording, fly};
+use hovernav_sim::{DmuConfig, GpsConfig, MagnetometerConfig, Recording, fly};
+use steep_circles::steep_circles;
 
 const GAP_S: f64 = 3.0;
-
-/// Circles of both senses at 25 m/s and 0.6 rad/s, banked by 57°, with a straight second between them.
-fn aerobatics() -> FlightPlan {
-    let place = Geodetic::from_degrees(45.3, -93.2, 250.0).unwrap();
-    let plan = FlightPlan::hover_at(place, 1.0).hold(20.0);
-    let plan = plan.accelerate(Vector::new(25.0, 0.0, 0.0), 4.0);
-    (0..8).fold(plan, |plan, circle| {
-        let sense = if circle % 2 == 0 { 1.0 } else { -1.0 };
-        plan.turn(sense * TAU, 0.6).hold(1.0)
-    })
-}
 
 #[derive(Debug)]
 struct AfterGap {
@@ -79,7 +68,7 @@ fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
         let with = magnetometer.then(MagnetometerConfig::default);
         let dmu =
             DmuConfig { rate_hz: 50.0, attitude: None, magnetometer: with, ..DmuConfig::default() };
-        let plan = aerobatics().build().unwrap();
+        let plan = steep_circles(20.0, 8).build().unwrap();
         let recording = fly(&plan, &dmu, &GpsConfig::default(), seed).unwrap();
         for step in 0..12 {
             let gap_start_s = 30.0 + 2.9 * f64::from(step);

@@ -1,26 +1,15 @@
 //! A computer that starts in the air, in whatever the vehicle is doing: the first attitude is that of a vehicle that
 //! accelerates, and what follows is within what is stated.
 
-use core::f64::consts::TAU;
+mod steep_circles;
 
-use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
 use hovernav::event::Event;
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav::ins::{Alignment, HeadingSource};
-use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, Recording, fly};
-
-/// Circles of both senses at 25 m/s and 0.6 rad/s, banked by 57°, with a straight second between them.
-fn aerobatics() -> FlightPlan {
-    let place = Geodetic::from_degrees(45.3, -93.2, 250.0).unwrap();
-    let plan = FlightPlan::hover_at(place, 1.0).hold(2.0);
-    let plan = plan.accelerate(Vector::new(25.0, 0.0, 0.0), 4.0);
-    (0..6).fold(plan, |plan, circle| {
-        let sense = if circle % 2 == 0 { 1.0 } else { -1.0 };
-        plan.turn(sense * TAU, 0.6).hold(1.0)
-    })
-}
+use hovernav_sim::{DmuConfig, GpsConfig, MagnetometerConfig, Recording, fly};
+use steep_circles::steep_circles;
 
 struct Start {
     alignment: Alignment,
@@ -96,7 +85,7 @@ fn started(recording: &Recording, dmu: &DmuConfig, gps: &GpsConfig, start_s: f64
 fn judge(magnetometer: Option<MagnetometerConfig>, expected: HeadingSource) {
     let dmu = DmuConfig { rate_hz: 50.0, attitude: None, magnetometer, ..DmuConfig::default() };
     let gps = GpsConfig::default();
-    let recording = fly(&aerobatics().build().unwrap(), &dmu, &gps, 3).unwrap();
+    let recording = fly(&steep_circles(2.0, 6).build().unwrap(), &dmu, &gps, 3).unwrap();
     let (mut least, mut reopened, mut worst_deg) = ([1.0f64; 3], 0, 0.0f64);
     for step in 0..20 {
         let start_s = 8.0 + 1.3 * f64::from(step);

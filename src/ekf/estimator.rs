@@ -283,9 +283,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Ok(Prediction::BridgedGap { length_s }) => {
                 if self.phase == Phase::Navigating {
                     self.search_anew(time, length_s);
-                    if self.filter.attitude_lost.is_some() {
-                        self.doubt_level();
-                    }
                 }
                 notify(Notice::GapBridged { time, length_s });
             }
@@ -413,15 +410,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase == Phase::Navigating && !searches_anew {
             self.watch_heading(fix, trace, notify);
         }
-        if H::SEARCHES && self.phase == Phase::Navigating {
-            match self.level {
-                Level::Doubted => self.check_level(fix, trace, notify),
-                _ if report.any_rejected() && self.filter.gates.doubts_filter(fix.time) => {
-                    self.doubt_level()
-                }
-                _ => {}
-            }
-        }
+        self.mind_level(fix, &report, trace, notify);
     }
 
     /// Goes on with the filter whose heading the search has found, if it has.

@@ -37,11 +37,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// After samples that were missing until `time` for `length_s`, or a reset: searches anew if they hid the heading.
+    /// After samples that were missing until `time` for `length_s`, or a reset: searches anew if they hid the heading, and
+    /// looks whether the filter is upright.
     #[inline(never)]
     pub(super) fn search_anew(&mut self, time: Time, length_s: f64) {
         self.search.watch(self.filter.state.body_to_ned);
         let is_lost = self.filter.attitude_lost.is_some();
+        if is_lost {
+            self.doubt_level();
+        }
         if !(H::SEARCHES && is_lost) || self.filter.had_heading(time.offset_by(-length_s)) {
             return;
         }

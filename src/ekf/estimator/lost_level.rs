@@ -6,10 +6,11 @@
 
 use super::super::heading_search::HeadingMethod;
 use super::super::layout::{GYRO_BIAS, Layout};
+use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
-use super::{Estimator, Notice};
+use super::{Estimator, Notice, Phase};
 use crate::event::Event;
 use crate::gps::Fix;
 use crate::ins::{Alignment, HeadingSource, Start};
@@ -47,9 +48,31 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.level == Level::Lost && self.is_searching_anew()
     }
 
+    /// After a fix: looks whether the filter is upright where that is in doubt, and begins to where the fix is refused not
+    /// long after samples that hid the motion.
+    pub(super) fn mind_level(
+        &mut self,
+        fix: &Fix,
+        report: &Report,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        if !H::SEARCHES || self.phase != Phase::Navigating {
+            return;
+        }
+        if self.level == Level::Doubted {
+            self.check_level(fix, trace, notify);
+        } else if report.any_rejected() && self.filter.gates.doubts_filter(fix.time) {
+            self.doubt_level();
+        }
+    }
+
     /// Takes a fix into the alignment beside the filter, and goes over to it where it denies that the filter is upright.
+    ///
+    /// # Source
+    /// Equation (H7) of docs/equations.md.
     #[inline(never)]
-    pub(super) fn check_level(
+    fn check_level(
         &mut self,
         fix: &Fix,
         trace: &mut impl Trace<T, N>,

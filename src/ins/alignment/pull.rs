@@ -12,8 +12,8 @@ const GRAVITY_MPS2: f64 = 9.81;
 const TELLING_S: core::ops::Range<f32> = 0.15..6.0;
 /// How late a receiver may tell a velocity without saying so, s: meanwhile a vehicle that turns has turned.
 const LATE_S: f64 = 0.15;
-/// One-sigma of what else the fixes' acceleration is off by, m/s²: of a force that is next to none it leaves any direction.
-const UNTOLD_MPS2: f64 = 0.5;
+/// A force weaker than this, m/s², as of a vehicle that nearly falls, points anywhere for all that fixes tell.
+const WEAK_MPS2: f64 = 5.0;
 /// Share of the specific force by which the unit and the fixes may differ in its amount.
 const ALIKE_SHARE: f64 = 0.1;
 
@@ -106,8 +106,8 @@ impl SinceFix {
         let ned = Vector::new(north, east, -up);
         let (length, strength) = (ned.norm(), body.norm());
         let noise = core::f64::consts::SQRT_2 * sigma_mps / (length * felt_s);
-        let untold = Scalar::hypot(UNTOLD_MPS2 / length, rate_radps.norm() * LATE_S);
-        let sigma_rad = Scalar::hypot(noise, untold);
+        let late = rate_radps.norm() * LATE_S;
+        let sigma_rad = if length < WEAK_MPS2 { 1.0 } else { Scalar::hypot(noise, late) };
         let apart = libm::fabs(strength - length);
         let agrees = up > 0.0 && apart <= (ALIKE_SHARE + 2.0 * noise) * length;
         let is_usable = strength > 0.0 && length > 0.0 && (strength + sigma_rad).is_finite();
