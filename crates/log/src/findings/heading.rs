@@ -82,7 +82,8 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     end_s: time_s,
                     sensor: "filter",
                     kind: "heading found",
-                    severity: Severity::Info,
+                    // In flight it is a loss.
+                    severity: if start.is_some() { Severity::Info } else { Severity::Warning },
                     count: 1,
                     words: format!(
                         "heading unknown {}, then found in motion, sure to {:.1}°",
