@@ -1,8 +1,9 @@
 //! Roll and pitch that were lost, and are aligned anew in flight.
 //!
 //! What a gap hides of a vehicle that rolls is any attitude, and a filter linearised about the wrong one soon is sure
-//! of it. So after a gap, and wherever a velocity had to be reopened, an alignment of its own is made from the next
-//! samples and fixes: which way the force points that the unit feels, the fixes say, whatever the filter makes of it.
+//! of it. So after a gap, and where a fix is refused soon after samples that hid the motion, an alignment of its own is
+//! made from the next samples and fixes, at the cost of an alignment's samples: which way the force points that the unit
+//! feels, the fixes say, whatever the filter makes of it.
 
 use super::super::heading_search::HeadingMethod;
 use super::super::layout::{GYRO_BIAS, Layout};
