@@ -80,8 +80,8 @@ pub(super) struct Gates {
     height_off_m: i16,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
-    /// Whether the barometer feels too much wind to deny anybody's height.
-    blown: bool,
+    /// One-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m, at most 255.
+    wind_m: u8,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -158,6 +158,8 @@ const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
 /// A place whose receiver tells no velocity runs away when it is so many times as far off as at first.
 const GROWN: f32 = 2.0;
+/// A barometer may be off by so many one-sigmas of the wind.
+const WIND_SIGMAS: f64 = 3.0;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
 /// So is a height that a barometer denies by always as much, if it was not believed for as long before.
@@ -175,7 +177,7 @@ impl Gates {
         height_taken_s: 0.0,
         height_off_m: 0,
         astray: false,
-        blown: false,
+        wind_m: 0,
     };
 
     /// Has seen nothing any more. Part by part, for [`NONE`](Self::NONE) as a whole would be a constant beside the
@@ -188,7 +190,7 @@ impl Gates {
         self.height_taken_s = 0.0;
         self.height_off_m = 0;
         self.astray = false;
-        self.blown = false;
+        self.wind_m = 0;
     }
 
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
@@ -216,9 +218,19 @@ impl Gates {
         self.astray = astray;
     }
 
-    /// Whether the barometer feels too much wind to deny anybody's height.
-    pub fn set_blown(&mut self, blown: bool) {
-        self.blown = blown;
+    /// Notes the one-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m.
+    pub fn set_wind(&mut self, wind_m: f64) {
+        self.wind_m = wind_m as u8;
+    }
+
+    /// Whether a height that is off by `off_m`, or a vertical velocity, may be right although a barometer agrees with
+    /// the filter: the wind of the vehicle's own speed may have led that as far.
+    fn may_be_wind(&self, group: Group, off_m: f64) -> bool {
+        let wind_m = f64::from(self.wind_m);
+        match group {
+            Group::VerticalPosition => off_m.abs() <= WIND_SIGMAS * wind_m,
+            _ => wind_m > 0.0,
+        }
     }
 
     /// Whether it has.
@@ -246,14 +258,18 @@ impl Gates {
     /// Notes to which side an innovation of a [height](Group::is_height) lies. Gives whether they lean so
     /// far that they cannot be chance, while what else tells the height agrees with the filter: of
     /// receiver and barometer the one that leans first drifts.
-    pub fn leans(&mut self, group: Group, time: Time, normalised: f64) -> bool {
+    pub fn leans(&mut self, group: Group, time: Time, [off, sigma]: [f64; 2]) -> bool {
+        let normalised = off / sigma;
+        let may_be_wind = self.may_be_wind(group, off);
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
         let newest = NEWEST.min(((time - gate.accepted) / LEANING_S) as f32);
         gate.lean += newest * ((normalised as f32).clamp(-MOST_LEAN, MOST_LEAN) - gate.lean);
         let leans = gate.lean.abs() > LEANING;
         leans
             && match group {
-                Group::VerticalPosition | Group::VerticalVelocity => self.agrees(Group::Baro, time),
+                Group::VerticalPosition | Group::VerticalVelocity => {
+                    !may_be_wind && self.agrees(Group::Baro, time)
+                }
                 Group::Baro => [Group::VerticalPosition, Group::VerticalVelocity]
                     .into_iter()
                     .all(|group| self.agrees(group, time)),
@@ -264,7 +280,7 @@ impl Gates {
     /// Whether a group is open and leans to no side.
     fn agrees(&self, group: Group, time: Time) -> bool {
         let leans = self.gates.get(group as usize).is_some_and(|gate| gate.lean.abs() > UPRIGHT);
-        self.is_open(group, time) && !leans && !(group == Group::Baro && self.blown)
+        self.is_open(group, time) && !leans
     }
 
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
@@ -316,7 +332,8 @@ impl Gates {
     ) -> Option<Reopening> {
         // A barometer that agrees with the filter says whose height is wrong.
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
-            && self.barometer_agrees(time);
+            && self.barometer_agrees(time)
+            && !self.may_be_wind(group, off[0]);
         let level_disputed = witness
             && group == Group::VerticalPosition
             && self.is_level_disputed(time, off, config);
@@ -424,7 +441,7 @@ mod tests {
         (0..5 * (right_s + 300)).find_map(|step| {
             let time = Time::from_nanoseconds(step * 200_000_000);
             for group in [Group::Baro, Group::VerticalVelocity] {
-                gates.leans(group, time, 0.0);
+                gates.leans(group, time, [0.0, 1.0]);
                 gates.accepted(group, time, 1.0);
             }
             let wrong_s = (step - 5 * right_s) as f64 * 0.2;

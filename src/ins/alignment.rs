@@ -302,6 +302,18 @@ impl Aligner {
         (self.field_gauss, self.antenna_heading) = (None, None);
     }
 
+    /// Whether no fix was seen of late, since which a change of velocity could tell the force.
+    pub(crate) fn lacks_fix(&self) -> bool {
+        self.window.since_fix.is_old()
+    }
+
+    /// Begins anew at a fix, after the sample of `time`. A fix of as much later as inertial data are needed finds enough.
+    pub(crate) fn restart_at(&mut self, fix: &Fix, time: Time) {
+        self.restart();
+        self.window.span = Some((time + -BEFORE_S, time));
+        self.window.since_fix = SinceFix::begin(fix);
+    }
+
     /// Takes in the next event; `Some` ends the alignment, always on a fix, with a start at the time
     /// of the last inertial sample. A fix that is not finite or finds too little inertial data is
     /// passed over.
@@ -431,5 +443,7 @@ impl Aligner {
     }
 }
 
+/// A window that begins at a fix reaches so far back, s.
+const BEFORE_S: f64 = 0.05;
 /// Least one-sigma of a gyro bias measured at rest, rad/s (0.03°/s).
 const REST_BIAS_RADPS: f64 = 5e-4;

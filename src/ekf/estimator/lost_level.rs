@@ -1,11 +1,12 @@
 //! Roll and pitch that were lost, and are aligned anew in flight.
 //!
 //! What a gap hides of a vehicle that rolls is any attitude, and a filter linearised about the wrong one soon is sure
-//! of it. So after a gap, and where a fix is refused soon after samples that hid the motion, an alignment of its own is
+//! of it. So after a gap, and where a velocity is refused soon after samples that hid the motion, an alignment of its own is
 //! made from the next samples and fixes, at the cost of an alignment's samples: which way the force points that the unit
 //! feels, the fixes say, whatever the filter makes of it.
 
 use super::super::heading_search::HeadingMethod;
+use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{GYRO_BIAS, Layout};
 use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
@@ -49,8 +50,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.level == Level::Lost && self.is_searching_anew()
     }
 
-    /// After a fix: looks whether the filter is upright where that is in doubt, and begins to where the fix is refused not
-    /// long after samples that hid the motion.
+    /// After a fix: looks whether the filter is upright where that is in doubt, and begins to where a velocity is refused
+    /// not long after samples that hid the motion.
     pub(super) fn mind_level(
         &mut self,
         fix: &Fix,
@@ -63,8 +64,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         if self.level == Level::Doubted {
             self.check_level(fix, trace, notify);
-        } else if report.any_rejected() && self.filter.gates.doubts_filter(fix.time) {
+        } else if self.filter.gates.doubts_filter(fix.time) && refuses_velocity(report) {
             self.doubt_level();
+            self.aligner.restart_at(fix, self.filter.state.time);
         }
     }
 
@@ -79,8 +81,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
+        // A vehicle that moves is not levelled by its force alone.
+        if self.aligner.lacks_fix() {
+            self.aligner.restart_at(fix, self.filter.state.time);
+            return;
+        }
         let Some(alignment) = self.aligner.push(&Event::Gps(*fix)) else { return };
-        self.aligner.restart();
+        self.aligner.restart_at(fix, self.filter.state.time);
         let [sigma_rad, ..] = alignment.start.attitude_sigma_rad.to_array();
         if alignment.attitude_given || fix.horizontal_velocity_mps.is_none() {
             self.level = Level::Believed;
@@ -123,4 +130,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.search.start(&start, Some(alignment.axis));
         }
     }
+}
+
+/// Whether a velocity of a fix was refused: a place may have jumped while the filter is right.
+fn refuses_velocity(report: &Report) -> bool {
+    report.innovations().any(|axis| {
+        let is_velocity = matches!(
+            axis.channel,
+            Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown
+        );
+        is_velocity && axis.verdict != Verdict::Accepted
+    })
 }

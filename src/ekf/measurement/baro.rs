@@ -35,7 +35,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.relax(trace);
         let elapsed_s = self.gates.since_accepted_s(Group::Baro, time).clamp(LEAST_S, WIND_TIME_S);
         let wind = self.wind_variance();
-        self.gates.set_blown(wind > T::of(square(BLOWN_M)));
+        self.gates.set_wind(Scalar::sqrt(wind.wide()));
         let wind_variance = wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
         let own_m = self.state.position.height_m;
         let offset_m = *self.baro_offset_m.get_or_insert(height_m - own_m);
@@ -64,8 +64,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 /// a probe of its own (Gracey 1980, *Measurement of Aircraft Speed and Altitude*, NASA RP-1046), for as long as the air comes from one side, s.
 const WIND_SHARE: f64 = 0.1;
 const WIND_TIME_S: f64 = 5.0;
-/// A barometer that may be off by this, m, one-sigma, is no witness against a receiver's height.
-const BLOWN_M: f64 = 1.0;
 /// Readings closer than this, s, count as so far apart.
 const LEAST_S: f64 = 0.01;
 const GRAVITY_MPS2: f64 = 9.81;

@@ -110,7 +110,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             } else {
                 [farthest.wide(), 1.0]
             };
-            let leans = group.is_height() && self.gates.leans(group, time, off[0] / off[1]);
+            let leans = group.is_height() && self.gates.leans(group, time, off);
             let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
                 let count = members.len() as f64;
