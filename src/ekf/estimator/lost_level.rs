@@ -7,7 +7,7 @@
 
 use super::super::heading_search::HeadingMethod;
 use super::super::innovation::{Channel, Verdict};
-use super::super::layout::{GYRO_BIAS, Layout};
+use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
 use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
@@ -33,6 +33,8 @@ const LOST_RAD: f64 = 0.26;
 /// An alignment less sure than this, rad, tells nothing against a filter; nor does one of less than so many one-sigmas.
 const SURE_RAD: f64 = 0.2;
 const SIGMAS: f64 = 3.0;
+/// A fix further from the last sample than this, s, is of another motion.
+const FRESH_S: f64 = 0.5;
 /// A heading does not tell the attitude about an axis that is further from down than this, by the cosine (25°).
 const STEEP: f64 = 0.9;
 
@@ -59,7 +61,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if !H::SEARCHES || self.phase != Phase::Navigating {
+        // Of the fixes that a gap kept waiting none tells what the samples after it feel.
+        let is_fresh = libm::fabs(self.filter.state.time - fix.time) < FRESH_S;
+        if !(H::SEARCHES && is_fresh && self.phase == Phase::Navigating) {
             return;
         }
         if self.level == Level::Doubted {
@@ -96,8 +100,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if sigma_rad > SURE_RAD {
             return;
         }
-        self.level = Level::Believed;
         let Some(off_rad) = self.off_upright_rad(&alignment) else { return };
+        let own = &self.filter.covariance;
+        let own_sigma_rad = Scalar::sqrt(own.variance(ATTITUDE).max(own.variance(ATTITUDE + 1)));
+        if own_sigma_rad > SURE_RAD {
+            return;
+        }
+        self.level = Level::Believed;
         if off_rad > LOST_RAD.max(SIGMAS * sigma_rad) {
             self.align_anew(&alignment, trace);
             let time = self.filter.state.time;
