@@ -7,7 +7,7 @@
 
 use super::super::heading_search::HeadingMethod;
 use super::super::innovation::{Channel, Verdict};
-use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
+use super::super::layout::{GYRO_BIAS, Layout};
 use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
@@ -100,13 +100,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if sigma_rad > SURE_RAD {
             return;
         }
-        let Some(off_rad) = self.off_upright_rad(&alignment) else { return };
-        let own = &self.filter.covariance;
-        let own_sigma_rad = Scalar::sqrt(own.variance(ATTITUDE).max(own.variance(ATTITUDE + 1)));
-        if own_sigma_rad > SURE_RAD {
-            return;
-        }
         self.level = Level::Believed;
+        let Some(off_rad) = self.off_upright_rad(&alignment) else { return };
         if off_rad > LOST_RAD.max(SIGMAS * sigma_rad) {
             self.align_anew(&alignment, trace);
             let time = self.filter.state.time;
