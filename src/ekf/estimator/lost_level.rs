@@ -69,7 +69,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.level == Level::Doubted {
             self.check_level(fix, trace, notify);
         } else if self.filter.gates.doubts_filter(fix.time) && refuses_velocity(report) {
-            self.doubt_level();
+            self.level = Level::Doubted;
             self.aligner.restart_at(fix, self.filter.state.time);
         }
     }
