@@ -1,6 +1,6 @@
 //! The flight computer in single precision beside the one in double: the same flight, as near as rounding allows.
 
-use hovernav::autopilot::SetPoint;
+use hovernav::autopilot::{Mode, SetPoint};
 use hovernav::controls::Sticks;
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent, WindConfig};
@@ -16,7 +16,8 @@ fn both(config: &FlightConfig) -> [Flight; 2] {
     flights
 }
 
-/// How far the second flight was from the first, at most, from its start on.
+/// How far the second flight was from the first, at most, from its start on. Headings from where the pilot left them:
+/// his hands are off the pedals of a vehicle that turns as it likes, by what servos with a dead band make of rounding.
 #[derive(Debug, Default)]
 struct Apart {
     stick: f64,
@@ -28,11 +29,17 @@ struct Apart {
 fn apart([one, other]: &[Flight; 2]) -> Apart {
     assert_eq!(one.samples.len(), other.samples.len());
     let mut most = Apart::default();
+    let mut left_by_pilot_rad = 0.0;
     for (a, b) in one.samples.iter().zip(&other.samples) {
         let sticks = a.sticks.to_array().into_iter().zip(b.sticks.to_array());
+        let is_pilots = a.mode == Mode::Manual;
         let (a, b) = (&a.truth, &b.truth);
         let [heading, other] = [a, b].map(|truth| truth.body_to_ned.euler().yaw_rad);
-        let turned = wrap_angle(heading - other).abs().to_degrees();
+        let turned_rad = wrap_angle(heading - other);
+        if is_pilots {
+            left_by_pilot_rad = turned_rad;
+        }
+        let turned = wrap_angle(turned_rad - left_by_pilot_rad).abs().to_degrees();
         most.stick = sticks.map(|(a, b)| (a - b).abs()).fold(most.stick, f64::max);
         most.place_m = most.place_m.max(a.position.displacement_from(&b.position).norm());
         most.velocity_mps = most.velocity_mps.max((a.velocity_mps - b.velocity_mps).norm());
@@ -102,7 +109,7 @@ fn estimator_and_autopilot_together_hold_as_well_in_either_precision() {
         }
         let (one, other) = (one.heading_worst_deg, other.heading_worst_deg);
         assert!((one - other).abs() < 0.02 * one.max(1.0), "seed {seed}: {one} and {other} deg");
-        assert!(apart.velocity_mps < 0.02 && apart.heading_deg < 0.2, "seed {seed}: {apart:?}");
+        assert!(apart.velocity_mps < 0.02 && apart.heading_deg < 0.1, "seed {seed}: {apart:?}");
         assert!(apart.place_m < 0.2 && apart.stick < 0.01, "seed {seed}: {apart:?}");
     }
 }
