@@ -5,14 +5,13 @@ use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, Layout};
 use super::scalar::Scalar;
 use super::square;
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Ned, Vector};
 
 /// The level specific force is averaged over so long, s.
 const AVERAGED_S: f64 = 1.0;
 /// Below so many variances of its own error nothing is taken for motion.
 const VARIANCES: f64 = 2.0;
-/// As tilt turns it into what looks like motion, m/s².
-const GRAVITY_MPS2: f64 = 9.81;
 
 /// Mean level specific force of late, and the share of it that is motion.
 ///
@@ -64,7 +63,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let [north, east, _] = self.state.body_to_ned.rows();
         let over_s = T::of(2.0 * AVERAGED_S);
         let sensed = self.accel_noise(over_s) * T::of(2.0 / 3.0);
-        let gravity = T::of(GRAVITY_MPS2);
+        let gravity = T::of(STANDARD_GRAVITY_MPS2);
         let north = self.level_variance(&north, ATTITUDE + 1, -gravity);
         let east = self.level_variance(&east, ATTITUDE, gravity);
         self.level_force.variance = sensed + (north + east).max(T::ZERO);

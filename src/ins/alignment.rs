@@ -10,6 +10,7 @@
 mod orientation;
 mod pull;
 
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::event::Event;
 use crate::frames::{Body, EulerAngles, Ned, Vector};
 use crate::gps::Fix;
@@ -210,9 +211,8 @@ const REST_SPEED_MPS: f64 = 0.25;
 const REST_RATE_RADPS: f64 = 0.02;
 const REST_RATE_SCATTER_RADPS: f64 = 0.06;
 const REST_VIBRATION_MPS2: f64 = 0.3;
-/// In steady motion the mean force is gravity, m/s²; further from it than this, m/s², or turning faster, rad/s, a
+/// In steady motion the mean force is gravity; further from it than this, m/s², or turning faster, rad/s, a
 /// vehicle manoeuvres.
-const STEADY_MPS2: f64 = 9.81;
 const MANOEUVRE_MPS2: f64 = 0.7;
 const MANOEUVRE_RADPS: f64 = 0.15;
 
@@ -264,7 +264,7 @@ impl Window {
 
     /// Whether it turned or felt a force that no vehicle in steady motion does.
     fn is_manoeuvring(&self) -> bool {
-        let beyond = libm::fabs(self.force.norm() - STEADY_MPS2);
+        let beyond = libm::fabs(self.force.norm() - STANDARD_GRAVITY_MPS2);
         beyond > MANOEUVRE_MPS2 || self.rate.norm() > MANOEUVRE_RADPS
     }
 

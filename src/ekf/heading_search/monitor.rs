@@ -16,6 +16,7 @@ use super::super::config::GpsModel;
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::{SECTOR_SIGMA_RAD, SECTORS, WHITENED, information_shares};
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::time::Time;
@@ -25,7 +26,6 @@ const STATES: usize = 5;
 const DIRECTION: usize = 2;
 const LEVEL: usize = 3;
 
-const GRAVITY_MPS2: f64 = 9.8;
 /// One-sigma of the level at the start, as an acceleration, m/s²: 4°.
 const LEVEL_SIGMA_MPS2: f64 = 0.7;
 /// By how much the level wanders, m/s²/√s, as gyro biases do it: 0.2°/√s.
@@ -265,7 +265,7 @@ impl<T: Scalar> Monitor<T> {
             guess.state[LEVEL] -= off[0];
             guess.state[LEVEL + 1] -= off[1];
         }
-        let gravity_mps2 = T::of(GRAVITY_MPS2);
+        let gravity_mps2 = T::of(STANDARD_GRAVITY_MPS2);
         let turn = Vector::new(off[1] / gravity_mps2, -off[0] / gravity_mps2, T::ZERO);
         self.body_to_level = self.body_to_level.turned_in_to(turn).renormalised();
     }

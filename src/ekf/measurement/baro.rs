@@ -9,6 +9,7 @@ use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement, Unusable};
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::event::is_possible_height;
 use crate::time::Time;
 
@@ -55,7 +56,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Variance of what the wind of the vehicle's own speed makes of the height, m².
     fn wind_variance(&self) -> T {
         let velocity_mps = self.state.velocity_mps;
-        let head_m = velocity_mps.dot(velocity_mps) * T::of(0.5 / GRAVITY_MPS2);
+        let head_m = velocity_mps.dot(velocity_mps) * T::of(0.5 / STANDARD_GRAVITY_MPS2);
         square(T::of(WIND_SHARE) * head_m)
     }
 }
@@ -67,4 +68,3 @@ const WIND_SHARE: f64 = 0.1;
 const WIND_TIME_S: f64 = 5.0;
 /// Readings closer than this, s, count as so far apart.
 const LEAST_S: f64 = 0.01;
-const GRAVITY_MPS2: f64 = 9.81;

@@ -1,13 +1,12 @@
 //! Which way the specific force of a vehicle that accelerates points, by what two fixes say.
 
 use super::orientation::level;
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::gps::Fix;
 use crate::imu::MeanRates;
 use crate::scalar::Scalar;
 
-/// Standard gravity is near enough for a direction, m/s².
-const GRAVITY_MPS2: f64 = 9.81;
 /// Fixes closer than this, s, tell too little of an acceleration; over more, a gyro's errors add up.
 const TELLING_S: core::ops::Range<f32> = 0.15..6.0;
 /// How late a receiver may tell a velocity without saying so, s: meanwhile a vehicle that turns has turned.
@@ -99,7 +98,7 @@ impl SinceFix {
             ((now_mps - self.velocity_mps.cast()) * (1.0 / felt_s)).to_array();
         // A receiver that tells no vertical velocity leaves it to the unit how strong the force is.
         let up = if down.is_finite() {
-            GRAVITY_MPS2 - down
+            STANDARD_GRAVITY_MPS2 - down
         } else {
             Scalar::sqrt((body.dot(body) - north * north - east * east).max(0.0))
         };
@@ -131,7 +130,7 @@ impl Pull {
 
     /// What the vehicle does beside hanging in its gravity, m/s².
     pub fn acceleration_mps2(&self) -> Vector<Ned> {
-        self.ned + Vector::new(0.0, 0.0, GRAVITY_MPS2)
+        self.ned + Vector::new(0.0, 0.0, STANDARD_GRAVITY_MPS2)
     }
 
     /// An attitude by which what the body feels lies where the fixes have it; turned about [`axis`](Self::axis) it is
@@ -172,7 +171,7 @@ mod tests {
     /// A coordinated turn at 25 m/s and 40 °/s: banked by 60.6°, felt for a second.
     fn turn() -> (SinceFix, Fix, Vector<Body>, Rotation<Body, Ned>) {
         let (speed, turn_radps) = (25.0, 40f64.to_radians());
-        let roll = libm::atan(speed * turn_radps / GRAVITY_MPS2);
+        let roll = libm::atan(speed * turn_radps / STANDARD_GRAVITY_MPS2);
         let attitude = |time_s: f64| {
             let yaw_rad = turn_radps * time_s;
             Rotation::from_euler(EulerAngles { roll_rad: roll, pitch_rad: 0.0, yaw_rad })
@@ -182,7 +181,7 @@ mod tests {
             [speed * cos, speed * sin, 0.0]
         };
         let rate = attitude(0.0).inverse() * Vector::new(0.0, 0.0, turn_radps);
-        let force = Vector::new(0.0, 0.0, -GRAVITY_MPS2 / libm::cos(roll));
+        let force = Vector::new(0.0, 0.0, -STANDARD_GRAVITY_MPS2 / libm::cos(roll));
         let mut since = SinceFix::begin(&fix(0.0, velocity(0.0)));
         for _ in 0..50 {
             since.feel(MeanRates { angular_rate_radps: rate, specific_force_mps2: force }, 0.02);
