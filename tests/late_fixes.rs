@@ -142,10 +142,17 @@ fn the_memory_reaches_back_half_a_second_at_any_rate_and_what_is_older_is_refuse
     }
 }
 
-/// `minutes` at 200 Hz of a unit that sways to and fro along north, `sway_mps` at most, with a period of 16 s,
-/// and fixes that hold `late_s` before their time: what the filter ends with, and how many fixes it found too old.
-fn swayed(sway_mps: f64, late_s: f64, minutes: u32) -> (Box<Estimator<Full, 28>>, u32) {
+/// `minutes` at 200 Hz of a unit that sways to and fro along north, `sway_mps` at most, with a period of 16 s, shaken
+/// by `shaking_mps2`, and fixes that hold `late_s` before their time: what the filter ends with, and how many fixes it
+/// found too old.
+fn swayed(
+    sway_mps: f64,
+    shaking_mps2: f64,
+    late_s: f64,
+    minutes: u32,
+) -> (Box<Estimator<Full, 28>>, u32) {
     const RATE_RADPS: f64 = 0.4;
+    const SHAKING_RADPS: f64 = 147.0;
     let mut noise = ChaCha8Rng::seed_from_u64(5);
     let mut about = |sigma: f64| sigma * Normal::new(0.0, 1.0).unwrap().sample(&mut noise);
     let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
@@ -154,13 +161,14 @@ fn swayed(sway_mps: f64, late_s: f64, minutes: u32) -> (Box<Estimator<Full, 28>>
     for sample in 0..200 * 60 * minutes {
         let time_s = f64::from(sample) / 200.0;
         let north_mps2 = sway_mps * RATE_RADPS * (RATE_RADPS * time_s).cos();
+        let shaken_mps2 = shaking_mps2 * (SHAKING_RADPS * time_s).sin();
         let time = Time::ZERO + time_s;
         let motion = Motion::Rates {
             angular_rate_radps: Vector::new(about(0.01), about(0.01), about(0.01)),
             specific_force_mps2: Vector::new(
-                north_mps2 + about(0.1),
-                about(0.1),
-                about(0.1) - 9.806,
+                north_mps2 + shaken_mps2 + about(0.1),
+                shaken_mps2 + about(0.1),
+                shaken_mps2 + about(0.1) - 9.806,
             ),
         };
         let attitude =
@@ -199,7 +207,7 @@ fn found(estimator: &Estimator<Full, 28>, state: Option<usize>) -> (f64, f64) {
 /// nor is it taken for known.
 #[test]
 fn what_is_found_of_a_delay_while_nothing_moves_is_nothing() {
-    let (estimator, too_old) = swayed(0.0, 0.0, 40);
+    let (estimator, too_old) = swayed(0.0, 0.0, 0.0, 40);
     assert_eq!(too_old, 0);
     assert!(estimator.solution().unwrap().velocity_mps.norm() < 0.5);
     for state in [Full::LATENCY, Full::GPS_DELAY] {
@@ -211,10 +219,23 @@ fn what_is_found_of_a_delay_while_nothing_moves_is_nothing() {
 
 #[test]
 fn what_sways_tells_how_late_its_fixes_are() {
-    let (estimator, _) = swayed(1.0, 0.1, 20);
+    let (estimator, _) = swayed(1.0, 0.0, 0.1, 20);
     let (delay_s, sigma_s) = found(&estimator, Full::GPS_DELAY);
     println!("swaying: {delay_s:.4} s, one-sigma {sigma_s:.4}");
     assert!((delay_s - 0.1).abs() < 3.0 * sigma_s && sigma_s < 0.05, "{delay_s} {sigma_s}");
+}
+
+/// Where a fix holds after its time, the samples up to then tell the motion, not what a vibrating one of before would
+/// lead to.
+#[test]
+fn what_sways_and_shakes_tells_how_early_its_fixes_are_stamped() {
+    for early_s in [0.25, 0.15, 0.05, 0.0, -0.05, -0.15, -0.25] {
+        let (estimator, too_old) = swayed(2.0, 3.0, -early_s, 10);
+        let (delay_s, sigma_s) = found(&estimator, Full::GPS_DELAY);
+        println!("swaying, {early_s} s early: {delay_s:.4} s, one-sigma {sigma_s:.4}");
+        assert_eq!(too_old, 0);
+        assert!((delay_s + early_s).abs() < 0.015, "{delay_s} {sigma_s}");
+    }
 }
 
 #[test]

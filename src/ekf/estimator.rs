@@ -150,7 +150,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Takes in the next event in order of arrival; `notify` hears what came of it.
     ///
-    /// A fix later than the last inertial sample waits for the sample after it.
+    /// A fix waits until the inertial samples tell the motion for 0.06 s after it.
     pub fn push(&mut self, event: &Event, notify: impl FnMut(Notice)) {
         self.push_traced(event, &mut (), notify);
     }
@@ -190,8 +190,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match event {
             Event::Imu(sample) => self.imu(sample, trace, notify),
             Event::Gps(fix) => {
-                if fix.time > self.time() {
-                    self.hold(fix, notify);
+                if !self.is_due(fix.time) {
+                    self.hold(fix, trace, notify);
                 } else {
                     self.gps(fix, trace, notify);
                 }
@@ -209,6 +209,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, notify),
             Event::Range(reading) => self.range(reading, trace, notify),
+        }
+    }
+
+    /// Whether a fix of `time` need not wait for later samples.
+    fn is_due(&self, time: Time) -> bool {
+        match self.phase {
+            Phase::Navigating => self.filter.is_due(time),
+            Phase::Aligning | Phase::Searching => time <= self.time(),
         }
     }
 
@@ -231,7 +239,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     #[inline(never)]
-    fn hold(&mut self, fix: &Fix, notify: &mut dyn FnMut(Notice)) {
+    fn hold(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         let time = self.time();
         if fix.time - time > OF_ONE_CLOCK_S {
             notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason: Unusable::AheadOfImu });
@@ -239,13 +247,38 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         // The newest tell most of where a gap in the samples has led.
         let full = self.held.iter().all(Option::is_some);
-        if let Some(dropped) = self.held.first_mut().filter(|_| full).and_then(Option::take) {
+        if let Some(oldest) = self.held.first_mut().filter(|_| full).and_then(Option::take) {
             self.held.rotate_left(1);
-            let reason = Unusable::AheadOfImu;
-            notify(Notice::NotUsed { time: dropped.time, aid: Aid::Gps, reason });
+            if oldest.time <= time {
+                self.gps(&oldest, trace, notify);
+            } else {
+                let reason = Unusable::AheadOfImu;
+                notify(Notice::NotUsed { time: oldest.time, aid: Aid::Gps, reason });
+            }
         }
         if let Some(slot) = self.held.iter_mut().find(|slot| slot.is_none()) {
             *slot = Some(*fix);
+        }
+    }
+
+    /// Takes in the fixes that waited, those that need not any more, or before a gap all that are not from within it.
+    #[inline(never)]
+    fn take_held(
+        &mut self,
+        before_gap: bool,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        for slot in 0..HELD {
+            let held = self.held.get(slot).copied().flatten();
+            let is_due = |fix: &Fix| match before_gap {
+                true => fix.time <= self.time(),
+                false => self.is_due(fix.time),
+            };
+            if let Some(fix) = held.filter(is_due) {
+                self.held.get_mut(slot).and_then(Option::take);
+                self.gps(&fix, trace, notify);
+            }
         }
     }
 
@@ -257,10 +290,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if self.is_searching_anew() {
-            self.settle_before_gap(sample, trace);
-        }
         let before = self.filter.state.time;
+        if sample.time - before > self.filter.config.imu.gap_s && self.phase == Phase::Navigating {
+            self.take_held(true, trace, notify);
+            if self.is_searching_anew() {
+                self.settle(trace);
+            }
+        }
         let result = match self.phase {
             Phase::Aligning => return,
             Phase::Searching => self.search.predict(sample),
@@ -318,13 +354,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase == Phase::Searching {
             self.end_search(notify);
         }
-        for slot in 0..HELD {
-            let held = self.held.get_mut(slot);
-            let due = held.and_then(|held| held.take_if(|fix| fix.time <= sample.time));
-            if let Some(fix) = due {
-                self.gps(&fix, trace, notify);
-            }
-        }
+        self.take_held(false, trace, notify);
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
             self.attitude(sample.time, angles, sample.magnetic_field_gauss, trace, notify);
         } else if let Some(field) = sample.magnetic_field_gauss {

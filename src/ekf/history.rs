@@ -23,7 +23,7 @@ const REACH_S: f64 = 0.5;
 
 /// Acceleration is taken over this long to either side of a moment, ns: shorter than a vehicle's own
 /// motion. It must not lag, or what is left of other errors of time shows as one of the GPS.
-const ACCELERATION_NS: i64 = 60_000_000;
+pub(super) const ABOUT_NS: i64 = 60_000_000;
 
 /// What happened between two moments.
 #[derive(Clone, Copy, Debug)]
@@ -252,7 +252,7 @@ impl<T: Scalar> History<T> {
             turn_s: [[T::ZERO; 3]; 3],
         };
         // Whole nanoseconds compare at once; as seconds each would have to be converted.
-        let [earliest, latest] = [-ACCELERATION_NS, ACCELERATION_NS]
+        let [earliest, latest] = [-ABOUT_NS, ABOUT_NS]
             .map(|away| Time::from_nanoseconds(time.nanoseconds().saturating_add(away)));
         let mut travel_m = Vector::ZERO;
         let mut entries = self.newest_first();

@@ -29,14 +29,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             && self.search.is_open()
     }
 
-    /// Before a gap, of which the other headings make no more: the likeliest is gone on with.
-    #[inline(never)]
-    pub(super) fn settle_before_gap(&mut self, sample: &ImuSample, trace: &mut impl Trace<T, N>) {
-        if sample.time - self.filter.state.time > self.filter.config.imu.gap_s {
-            self.settle(trace);
-        }
-    }
-
     /// After samples that were missing until `time` for `length_s`, or a reset: searches anew if they hid the heading, and
     /// looks whether the filter is upright.
     #[inline(never)]

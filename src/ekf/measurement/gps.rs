@@ -6,7 +6,7 @@ use super::super::covariance::{AxesSensitivity, FixSensitivity, Sensitivities};
 use super::super::excess::Stepped;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
-use super::super::history::LookBack;
+use super::super::history::{ABOUT_NS, LookBack};
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
@@ -17,6 +17,7 @@ use crate::earth::Local;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 use crate::ins::LeverArm;
+use crate::time::Time;
 
 /// White variances of a fix, north, east, down.
 struct GpsNoise {
@@ -40,6 +41,8 @@ const UPRIGHT: f32 = 0.8;
 
 /// A fix may be this far ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
+/// No fix is taken to hold later than this after its time, s.
+const MOST_AHEAD_S: f64 = 0.3;
 
 /// Three axes of a fix as they are compared, those that it tells, and what they see.
 type Axes<T> = ([Option<Compared<T>>; 3], AxesSensitivity<T>);
@@ -103,14 +106,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::AheadOfImu);
         }
         let earth = Local::about(&self.state.position);
+        let [delay_s, latency_s] = self.gps_delays_s();
         let look_back = |latency_s: T, with_acceleration| {
             let time = fix.time.offset_by(-latency_s);
             self.history.look_back(&self.state, &earth, time, with_acceleration)
         };
         // What is found of the delay never shuts out a fix that came in time: while nothing moves it wanders.
         let reach_s = self.history.reach_s(fix.time);
-        let delay_s = L::GPS_DELAY.map_or(T::ZERO, |state| self.estimate(state));
-        let latency_s = L::LATENCY.map_or(T::ZERO, |state| delay_s + self.estimate(state));
         let is_beyond = delay_s.max(latency_s) > reach_s;
         // By reference: a copy of each costs as much as a sixth of the way back.
         let velocity_then = &look_back(delay_s.min(reach_s), true);
@@ -155,6 +157,24 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             report.biases_doubted = true;
         }
         Ok(())
+    }
+
+    /// How much earlier than its time a fix's velocity and position hold, s, by what is found.
+    fn gps_delays_s(&self) -> [T; 2] {
+        let delay_s = L::GPS_DELAY.map_or(T::ZERO, |state| self.estimate(state));
+        let latency_s = L::LATENCY.map_or(T::ZERO, |state| delay_s + self.estimate(state));
+        [delay_s, latency_s].map(|late_s| late_s.max(-T::of(MOST_AHEAD_S)))
+    }
+
+    /// Whether the inertial samples tell the motion about when a fix of `time` holds, by what is found of its delay.
+    ///
+    /// # Source
+    /// Equation (M14) of docs/equations.md.
+    pub(in super::super) fn is_due(&self, time: Time) -> bool {
+        let [delay_s, latency_s] = self.gps_delays_s();
+        let about_s = if L::GPS_DELAY.is_some() { T::of_nanoseconds(ABOUT_NS) } else { T::ZERO };
+        let since_s = (delay_s - about_s).min(latency_s).min(T::ZERO);
+        time <= self.state.time.offset_by(since_s)
     }
 
     /// Tells the gates whether the accelerometers deny what the fixes' velocity has done.
