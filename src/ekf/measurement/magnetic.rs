@@ -17,7 +17,7 @@ use crate::time::Time;
 const LEAST_GAUSS: f32 = 0.05;
 
 /// A heading that a gap has hidden is not taken from a field that tells it no better than this, rad.
-const MOST_UNLEVELLED_RAD: f64 = 0.2;
+const MOST_UNLEVELLED_RAD: f64 = 0.1;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Looks at a magnetic field, gauss, before it gives a heading or a unit's own follows it: where what does not
@@ -110,14 +110,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, self.wander_time_s(model.wander_time_s));
         self.heading_revision.is_magnetic = true;
-        if is_first {
+        let lost = self.takes_attitude(time);
+        if is_first || lost {
             // So far the state has stood for the slow error of an attitude reference.
             let missing = square(wander_rad) - self.covariance.variance(first);
             self.open_parameter(first, missing.max(0.0), trace);
         }
         let error = wrap_angle(T::of(declination_rad) - field.azimuth_rad());
         let off = wrap_angle(error - self.estimate(first));
-        let lost = self.takes_attitude(time);
         if lost {
             self.take_attitude(Vector::new(T::ZERO, T::ZERO, off), ATTITUDE + 2, trace);
         }

@@ -1,0 +1,81 @@
+//! The heading that a magnetometer gives after a gap, by an attitude that the gap has left leaning: where the field dips
+//! steeply a degree of lean is two of heading, and the one-sigma says so.
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, EstimatorConfig};
+use hovernav::event::Event;
+use hovernav::frames::{Vector, wrap_angle};
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, Recording, fly};
+
+const GAP_S: f64 = 2.5;
+
+/// Banked turns to both sides, by 38° at 12 m/s, near Minneapolis, where the field dips by 70°.
+fn turns(seed: u64) -> Recording {
+    let place = Geodetic::from_degrees(45.3, -93.2, 250.0).unwrap();
+    let plan = FlightPlan::hover_at(place, 1.0).hold(20.0);
+    let plan = plan.accelerate(Vector::new(12.0, 0.0, 0.0), 4.0);
+    let plan = (0..6).fold(plan, |plan, turn| {
+        let sense = if turn % 2 == 0 { 1.0 } else { -1.0 };
+        plan.turn(sense * core::f64::consts::TAU, 0.65).hold(1.0)
+    });
+    let dmu = DmuConfig {
+        rate_hz: 50.0,
+        attitude: None,
+        magnetometer: Some(MagnetometerConfig::default()),
+        ..DmuConfig::default()
+    };
+    fly(&plan.build().unwrap(), &dmu, &GpsConfig::default(), seed).unwrap()
+}
+
+/// Squares of the errors of heading in the twenty seconds after a gap over its one-sigma, and the largest error, rad.
+fn after_gap(recording: &Recording, gap_start_s: f64) -> (Vec<f64>, f64) {
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
+    config.mounting.antenna_lever_arm_m = GpsConfig::default().lever_arm_m;
+    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let gap = gap_start_s..gap_start_s + GAP_S;
+    let mut fixes = recording.fixes.iter().peekable();
+    let (mut squares, mut most_rad) = (Vec::new(), 0.0f64);
+    for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+        let time_s = sample.time.seconds();
+        if gap.contains(&time_s) || time_s > gap.end + 20.0 {
+            continue;
+        }
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(*fix), |_| ());
+        }
+        estimator.push(&Event::Imu(*sample), |_| ());
+        if let Some(solution) = estimator.solution().filter(|_| time_s >= gap.end) {
+            let [yaw, true_yaw] =
+                [solution.body_to_ned, truth.body_to_ned].map(|turn| turn.euler().yaw_rad);
+            let off_rad = wrap_angle(yaw - true_yaw);
+            let [.., sigma_rad] = solution.attitude_sigma_rad;
+            squares.push((off_rad / sigma_rad).powi(2));
+            most_rad = most_rad.max(off_rad.abs());
+        }
+    }
+    (squares, most_rad)
+}
+
+#[test]
+fn a_heading_that_a_leaning_filter_takes_from_a_steep_field_is_as_sure_as_it_leans() {
+    let (mut squares, mut most_rad) = (Vec::new(), 0.0f64);
+    for seed in 1..=4 {
+        let recording = turns(seed);
+        for step in 0..8 {
+            let (of_one, off_rad) = after_gap(&recording, 32.0 + 3.7 * f64::from(step));
+            squares.extend(of_one);
+            most_rad = most_rad.max(off_rad);
+        }
+    }
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    let inside = squares.iter().filter(|&&square| square < 9.0).count() as f64;
+    let inside = inside / squares.len() as f64;
+    println!(
+        "heading over its one-sigma: {rms:.2} rms, {:.1} % inside 3, at most {:.0} deg off",
+        100.0 * inside,
+        most_rad.to_degrees()
+    );
+    assert!(rms < 1.3 && inside > 0.97, "{rms} {inside}");
+}
