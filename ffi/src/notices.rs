@@ -110,6 +110,8 @@ pub enum UnusedReason {
     WrongBaseline = 13,
     /// A heading of two antennas that points the other way.
     Reversed = 14,
+    /// A sample that a logger has made up between others, on a straight line.
+    Interpolated = 15,
 }
 
 /// What an axis of an update compared.
@@ -282,6 +284,7 @@ const fn fault(fault: ImuFault) -> UnusedReason {
         ImuFault::NotFinite => UnusedReason::NotFinite,
         ImuFault::NotLater => UnusedReason::NotLater,
         ImuFault::Stuck => UnusedReason::Stuck,
+        ImuFault::Interpolated => UnusedReason::Interpolated,
         _ => UnusedReason::Other,
     }
 }

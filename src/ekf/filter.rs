@@ -296,13 +296,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !sample.motion.is_finite() {
             return Err(ImuFault::NotFinite);
         }
-        if sample.time <= self.samples.integrator.time().unwrap_or(self.state.time) {
+        let last = self.samples.integrator.time().unwrap_or(self.state.time);
+        if sample.time <= last {
             return Err(ImuFault::NotLater);
         }
         let motion = sample.motion.cast();
         let watched = self.samples.watched == Some(sample.time);
         if !watched && self.samples.integrity.is_stuck(&motion) {
             return Err(ImuFault::Stuck);
+        }
+        let since_s = sample.time.seconds_since(last);
+        if !watched && self.samples.integrity.is_interpolated(&motion, since_s) {
+            return Err(ImuFault::Interpolated);
         }
         let errors = self.imu_errors();
         let integrated = self.samples.integrator.push_finite(sample.time, motion, &errors);

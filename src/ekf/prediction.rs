@@ -48,6 +48,9 @@ pub enum ImuFault {
     NotLater,
     /// Every reading the same as before, in a unit that vibrates: it was not measuring.
     Stuck,
+    /// Every reading on the straight line of those before, in a unit that vibrates: a logger made it up where samples
+    /// were missing.
+    Interpolated,
 }
 
 impl fmt::Display for Prediction {
@@ -78,6 +81,7 @@ impl fmt::Display for ImuFault {
             Self::NotFinite => "not finite: passed over",
             Self::NotLater => "not later than the sample before: passed over",
             Self::Stuck => "the same readings as before: passed over",
+            Self::Interpolated => "made up between others, on a straight line: passed over",
         })
     }
 }

@@ -109,6 +109,8 @@ pub struct Integrity<T = f64> {
     /// The readings before, of either form: a unit keeps to one.
     last: Option<[[T; 3]; 2]>,
     repeated: u8,
+    /// Samples in a row on a straight line.
+    straight: u8,
     /// Intervals of usual length in a row.
     even: u8,
 }
@@ -135,6 +137,13 @@ const LEAST_GYRO_SHAKING: f64 = 0.03;
 const LEAST_ACCEL_SHAKING: f64 = 0.3;
 /// So many repetitions in a row are a unit that does not measure.
 const STUCK: u8 = 2;
+/// So many in a row on a straight line, over no less than this, s, were made up by a logger: they are off it by less than
+/// this share of the usual noise.
+const STRAIGHT: u8 = 5;
+const STRAIGHT_S: f64 = 0.1;
+const STRAIGHT_SHARE: f64 = 0.02;
+/// Accelerometers whose noise is less than this, (m/s²)², may be those of a simulation.
+const LEAST_NOISE: f64 = 1e-4;
 /// A shock begins after so many intervals of usual length: what it takes back is known by them.
 const EVEN: u8 = 3;
 /// Vibration of less than this, (m/s²)², may leave readings as they were.
@@ -213,6 +222,7 @@ impl<T: Scalar> Integrity<T> {
         seen_s: T::ZERO,
         last: None,
         repeated: 0,
+        straight: 0,
         even: 0,
     };
 
@@ -220,14 +230,40 @@ impl<T: Scalar> Integrity<T> {
     /// registers were not written, and it tells nothing. One repetition is how a log that was sampled
     /// faster than its unit looks.
     pub fn is_stuck(&mut self, motion: &Motion<T>) -> bool {
-        let vibrates =
-            || self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
         let (Motion::Rates { angular_rate_radps: turn, specific_force_mps2: force }
         | Motion::Increments { angle_rad: turn, velocity_mps: force }) = *motion;
         let readings = Some([turn.to_array(), force.to_array()]);
         self.repeated = if self.last == readings { self.repeated.saturating_add(1) } else { 0 };
         self.last = readings;
+        let vibrates =
+            || self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
         self.repeated >= STUCK && vibrates()
+    }
+
+    /// Whether a sample goes on, `interval_s` after the last one taken in, along the straight line of the ones before in all
+    /// six readings, a line that leads somewhere, although they are not without noise: a logger has put it where it had
+    /// none.
+    ///
+    /// # Source
+    /// Equation (S17) of docs/equations.md.
+    pub fn is_interpolated(&mut self, motion: &Motion<T>, interval_s: T) -> bool {
+        let typical_s = self.typical_interval_s;
+        let rates = motion.mean_rates(typical_s);
+        let steps = interval_s / typical_s;
+        let on_line = |triad: &Triad<T>, reading| {
+            triad.difference.off_line(reading, steps).is_some_and(|mut off| {
+                let share = square(T::of(STRAIGHT_SHARE));
+                // Written so that no number is on no line.
+                triad.usual.iter().all(|&usual| off.next().is_some_and(|off| off <= share * usual))
+            })
+        };
+        let is_straight = on_line(&self.gyro, rates.angular_rate_radps)
+            && on_line(&self.accel, rates.specific_force_mps2);
+        self.straight = if is_straight { self.straight.saturating_add(1) } else { 0 };
+        self.straight >= STRAIGHT
+            && T::of(f64::from(self.straight)) * typical_s >= T::of(STRAIGHT_S)
+            && self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_NOISE))
+            && self.accel.difference.is_moving()
     }
 
     /// Takes in the rates of a sample, `interval_s` after the one before, with the unit's own marks of full

@@ -91,6 +91,34 @@ fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
 }
 
 #[test]
+fn what_a_logger_draws_between_samples_is_told_from_what_a_unit_measures() {
+    let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
+    let mut since_s = 0.0;
+    let mut made_up = |force: f64, turn: f64| {
+        since_s += 0.01;
+        let rates = rates(force, turn);
+        let MeanRates { angular_rate_radps, specific_force_mps2 } = rates;
+        let motion = Motion::Rates { angular_rate_radps, specific_force_mps2 };
+        let found = integrity.is_interpolated(&motion, since_s);
+        if !found {
+            integrity.push((&rates, true), &ClippedAxes::NONE, since_s, &FullScale::default());
+            since_s = 0.0;
+        }
+        found
+    };
+    for _ in 0..500 {
+        assert!(!made_up(0.2 * next(), 0.01 * next()));
+    }
+    let line = |step: u32| (0.1 + 0.004 * f64::from(step), 0.01 - 0.000_2 * f64::from(step));
+    let found: Vec<bool> = (0..150).map(line).map(|(force, turn)| made_up(force, turn)).collect();
+    assert_eq!(found.iter().filter(|&&found| !found).count(), 11, "{found:?}");
+    assert!(found[11..].iter().all(|&found| found));
+    assert!(!made_up(0.2 * next(), 0.01 * next()));
+    // A register that is not written is no line.
+    assert!(!(0..50).any(|_| made_up(0.05, 0.002)));
+}
+
+#[test]
 fn a_blow_with_samples_lost_in_it_moves_no_more_than_its_readings() {
     let tone = |k: f64| (35.0 * (1.3 * k).sin()).clamp(-29.4, 29.4);
     for lost in 0..10 {

@@ -217,7 +217,7 @@ impl Inertial {
 
 /// What the estimator itself reported of the samples.
 fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let mut faults: [Vec<(f64, f64)>; 3] = Default::default();
+    let mut faults: [Vec<(f64, f64)>; 4] = Default::default();
     for notice in &log.run.notices {
         let (time, length_s, response) = match notice {
             Notice::GapBridged { time, length_s } => {
@@ -250,7 +250,8 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 let kind = match fault {
                     ImuFault::Stuck => 0,
                     ImuFault::NotFinite => 1,
-                    _ => 2,
+                    ImuFault::Interpolated => 2,
+                    _ => 3,
                 };
                 faults[kind].push((time.seconds(), 0.0));
                 continue;
@@ -275,6 +276,10 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let what = [
         ("stuck", "repeated all its readings to the last digit, so it was not measuring"),
         ("not a number", "gave readings that are not finite"),
+        (
+            "interpolated",
+            "went along a straight line in all its readings, which a logger has drawn where samples were missing",
+        ),
         ("time stamps", "gave samples not later than the one before"),
     ];
     for (moments, (kind, what)) in faults.into_iter().zip(what) {

@@ -12,6 +12,7 @@ pub enum Kind {
     ClipBurst,
     Stuck,
     Gap,
+    Interpolated,
     PacketLoss,
     Jitter,
     GyroBias,
@@ -114,7 +115,7 @@ const MAGNETIC: &[&str] = &["magnet", "heading", "yaw", "field"];
 
 /// All kinds of faults.
 #[rustfmt::skip]
-pub const CATALOGUE: [Entry; 38] = [
+pub const CATALOGUE: [Entry; 39] = [
     entry(Kind::Vibration, "vibration", (Number(0.0, 4.0, 20.0), "×"), Throughout,
         "what is faster than about 2 Hz in rates and forces becomes so many times as strong: the log's own, from 2 to 10 s earlier, is added; below 1 it is taken away in part", &["vibrat", "shak"]),
     entry(Kind::ClipAccel, "clip-accel", (Number(0.1, 2.0, 100.0), "g"), Throughout,
@@ -127,6 +128,8 @@ pub const CATALOGUE: [Entry; 38] = [
         "the unit, a triad or an axis repeats its last value", &["stuck", "frozen", "repeat"]),
     entry(Kind::Gap, "gap", (Number(0.01, 2.0, 600.0), "s"), ItsValue,
         "no inertial samples", &["gap"]),
+    entry(Kind::Interpolated, "interpolated", (Number(0.01, 1.5, 600.0), "s"), ItsValue,
+        "inertial samples on a straight line from the one before to the one after, as a logger draws them where it had none", &["straight line"]),
     entry(Kind::PacketLoss, "packet-loss", (Number(0.0, 25.0, 95.0), "%"), Throughout,
         "this share of the inertial samples is lost at random", &["gap", "lost", "missing"]),
     entry(Kind::Jitter, "jitter", (Number(0.0, 3.0, 1000.0), "ms"), Throughout,

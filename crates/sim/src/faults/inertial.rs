@@ -68,6 +68,7 @@ impl<'a> Inertial<'a> {
             Kind::ClipBurst => self.burst(&rows, number * G_MPS2, noise),
             Kind::Stuck => self.stick(&rows, fault.word),
             Kind::Gap => rows.iter().for_each(|row| self.table.drop_row(*row)),
+            Kind::Interpolated => self.interpolate(&rows),
             Kind::PacketLoss => {
                 for row in rows {
                     if noise.uniform() < 0.01 * number {
@@ -163,6 +164,20 @@ impl<'a> Inertial<'a> {
             let held = self.table.get(last, column);
             for &row in rows {
                 self.table.change(row, column, |_| held);
+            }
+        }
+    }
+
+    /// Draws a straight line from the row before to the row after.
+    fn interpolate(&mut self, rows: &[usize]) {
+        let [Some(&first), Some(&last)] = [rows.first(), rows.last()] else { return };
+        let ends = [first.saturating_sub(1), (last + 1).min(self.table.len() - 1)];
+        let [from_s, to_s] = ends.map(|row| self.table.get(row, self.time));
+        for axis in self.axes {
+            let [from, to] = ends.map(|row| self.table.get(row, axis));
+            for &row in rows {
+                let share = (self.table.get(row, self.time) - from_s) / (to_s - from_s);
+                self.table.change(row, axis, |_| from + share * (to - from));
             }
         }
     }
