@@ -80,8 +80,8 @@ pub(super) struct Gates {
     height_off_m: i16,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
-    /// One-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m, at most 255.
-    wind_m: u8,
+    /// One-sigma of what the wind of the vehicle's own speed makes of a barometer's height, dm, at most 255.
+    wind_dm: u8,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -160,6 +160,8 @@ const JUMP_MPS: f64 = 10.0;
 const GROWN: f32 = 2.0;
 /// A barometer may be off by so many one-sigmas of the wind.
 const WIND_SIGMAS: f64 = 3.0;
+/// It says nothing of a vertical velocity where it feels more wind than this, one-sigma, m.
+const LEAST_WIND_M: f64 = 0.3;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
 /// So is a height that a barometer denies by always as much, if it was not believed for as long before.
@@ -177,7 +179,7 @@ impl Gates {
         height_taken_s: 0.0,
         height_off_m: 0,
         astray: false,
-        wind_m: 0,
+        wind_dm: 0,
     };
 
     /// Has seen nothing any more. Part by part, for [`NONE`](Self::NONE) as a whole would be a constant beside the
@@ -190,7 +192,7 @@ impl Gates {
         self.height_taken_s = 0.0;
         self.height_off_m = 0;
         self.astray = false;
-        self.wind_m = 0;
+        self.wind_dm = 0;
     }
 
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
@@ -220,16 +222,16 @@ impl Gates {
 
     /// Notes the one-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m.
     pub fn set_wind(&mut self, wind_m: f64) {
-        self.wind_m = wind_m as u8;
+        self.wind_dm = (10.0 * wind_m) as u8;
     }
 
     /// Whether a height that is off by `off_m`, or a vertical velocity, may be right although a barometer agrees with
     /// the filter: the wind of the vehicle's own speed may have led that as far.
     fn may_be_wind(&self, group: Group, off_m: f64) -> bool {
-        let wind_m = f64::from(self.wind_m);
+        let wind_m = 0.1 * f64::from(self.wind_dm);
         match group {
             Group::VerticalPosition => off_m.abs() <= WIND_SIGMAS * wind_m,
-            _ => wind_m > 0.0,
+            _ => wind_m > LEAST_WIND_M,
         }
     }
 
