@@ -94,7 +94,8 @@ fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_i
         // By up to 14 and 31° where readings that came within the gate led the heading and the gyros' bias away.
         assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < most_deg);
         let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside[5];
-        assert!(worst(&outcomes, outside) < 0.1);
+        // Of simulated flight 1, whose unit's own heading is off by more than is assumed, 9 % are outside without a magnet.
+        assert!(worst(&outcomes, outside) < 0.12);
     }
 }
 
