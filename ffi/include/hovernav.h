@@ -56,7 +56,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: grows with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 5
+#define HOVERNAV_ABI 6
 
 // Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 // much it is in this one.
@@ -317,6 +317,8 @@ enum {
     HOVERNAV_UNUSED_REASON_WRONG_BASELINE = 13,
     // A heading of two antennas that points the other way.
     HOVERNAV_UNUSED_REASON_REVERSED = 14,
+    // A sample that a logger has made up between others, on a straight line.
+    HOVERNAV_UNUSED_REASON_INTERPOLATED = 15,
 };
 
 // What an axis of an update compared.
@@ -465,8 +467,10 @@ typedef struct HovernavImuModel {
     double gyro_scale_sigma;
     // One-sigma of each accelerometer's scale factor error.
     double accel_scale_sigma;
-    // Share of a turn by which gyros err, where there are no states for it.
+    // Share of a turn by which gyros err about its axis, where there are no states for it.
     double turn_error_share;
+    // Share of a turn by which gyros across its axis err, where there are no states for it.
+    double cross_turn_error_share;
     // A turn errs to one side for about this long, s.
     double turn_error_time_s;
     // One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where there are no states

@@ -255,16 +255,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.samples.integrity.accel_vibration(),
         );
         // Rates of two samples, so that vibration does not count as turning.
-        let turning = match L::GYRO_SCALE {
-            Some(_) => T::ZERO,
+        let turned = match L::GYRO_SCALE {
+            Some(_) => [T::ZERO; 3],
             None => {
-                square(T::of(imu.turn_error_share))
-                    * increment.rotation_rad.dot(self.angular_rate_radps).max(T::ZERO)
-                    * T::of(imu.turn_error_time_s)
+                let [x, y, z] = increment.rotation_rad.to_array();
+                let [rate_x, rate_y, rate_z] = self.angular_rate_radps.to_array();
+                [x * rate_x, y * rate_y, z * rate_z].map(|turned| turned.max(T::ZERO))
             }
         };
+        let [own, across] =
+            [imu.turn_error_share, imu.cross_turn_error_share].map(|share| square(T::of(share)));
+        let whole = turned.into_iter().fold(T::ZERO, |sum, turned| sum + turned);
+        let together_s = T::of(imu.turn_error_time_s);
+        let turning = turned.map(|turned| (own * turned + across * (whole - turned)) * together_s);
         let share = square(T::of(imu.net_turn_error_share));
-        let gyro = sum(sum(gyro, [turning; 3]), net_turn.map(|grown| share * grown));
+        let gyro = sum(sum(gyro, turning), net_turn.map(|grown| share * grown));
         let suspicion = &self.samples.suspicion;
         (sum(gyro, suspicion.angle_variance), sum(accel, suspicion.velocity_variance))
     }
