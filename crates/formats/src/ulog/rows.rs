@@ -69,8 +69,8 @@ fn marks(accel_bits: f64, gyro_bits: f64) -> ClippedAxes {
     ClippedAxes { gyro: axes(gyro_bits), accel: axes(accel_bits) }
 }
 
-/// PX4's mark of a time that is not known, µs.
-const UNKNOWN_RELATIVE_US: f64 = i32::MIN as f64;
+/// PX4's mark of a time, and of values, that are not known, µs; some logs have its negative.
+const UNKNOWN_RELATIVE_US: f64 = i32::MAX as f64;
 /// Pressures below this are hPa, as PX4 wrote them before it wrote Pa.
 const LEAST_PA: f64 = 2_000.0;
 /// What receivers call fixes, from this on: a height is measured from three.
@@ -162,7 +162,7 @@ impl Rows {
                 to,
             );
         }
-        if accel_relative == UNKNOWN_RELATIVE_US {
+        if accel_relative.abs() >= UNKNOWN_RELATIVE_US {
             return to.imu_left_out(place, "left out: without an acceleration");
         }
         // Microseconds, or seconds in logs from before 2017.
@@ -189,7 +189,7 @@ impl Rows {
         place: u64,
         to: &mut Assembly,
     ) {
-        let known = |relative: f64| relative > UNKNOWN_RELATIVE_US;
+        let known = |relative: f64| relative.abs() < UNKNOWN_RELATIVE_US;
         let at = self.time(t + mag_relative).filter(|_| known(mag_relative));
         if let Some(time) = at.filter(|&at| Some(at) > self.last_magnetometer)
             && !self.has_magnetometer

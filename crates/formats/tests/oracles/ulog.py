@@ -52,7 +52,7 @@ else:
     for data, i in each("sensor_combined"):
         relative = data.get("magnetometer_timestamp_relative", [-2**31] * (i + 1))[i]
         time = seconds(int(data["timestamp"][i]) + int(relative))
-        if relative > -2**31 and (last is None or time > last):
+        if abs(relative) < 2**31 - 1 and (last is None or time > last):
             last = time
             put("mag", time, vector(data, "magnetometer_ga", i))
 if "vehicle_air_data" in topics:
@@ -63,7 +63,7 @@ else:
     for data, i in each("sensor_combined"):
         relative = data.get("baro_timestamp_relative", [-2**31] * (i + 1))[i]
         time = seconds(int(data["timestamp"][i]) + int(relative))
-        if relative > -2**31 and (last is None or time > last):
+        if abs(relative) < 2**31 - 1 and (last is None or time > last):
             last = time
             put("baro", time, [data["baro_alt_meter"][i]])
 for data, i in each("vehicle_gps_position"):
