@@ -62,7 +62,7 @@ impl Field {
             None => (
                 "iron or a current nearby that is as strong as the Earth's field, or another unit"
                     .into(),
-                "calibrate the magnetometer, or leave it out: [aiding] magnetometer = false".into(),
+                format!("calibrate the magnetometer, or {LEAVE_OUT}"),
             ),
         };
         found.push(SetupFinding {
@@ -74,6 +74,10 @@ impl Field {
         });
     }
 }
+
+/// What makes neither the start nor the filter look at it.
+const LEAVE_OUT: &str =
+    "leave it out: [aiding] magnetometer = false and [alignment] heading = \"unknown\"";
 
 /// Whether the field points as far below the horizon as it should.
 fn dip(field: &Field, up: [f64; 3], model: &MagneticField, found: &mut Vec<SetupFinding>) {
@@ -97,7 +101,6 @@ fn dip(field: &Field, up: [f64; 3], model: &MagneticField, found: &mut Vec<Setup
         } else {
             "axes other than the inertial unit's, or iron nearby".into()
         },
-        mend: "turn mag_{x,y,z} to forward, right, down, or leave it out: [aiding] magnetometer = false"
-            .into(),
+        mend: format!("turn mag_{{x,y,z}} to forward, right, down, or {LEAVE_OUT}"),
     });
 }
