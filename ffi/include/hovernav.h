@@ -467,10 +467,9 @@ typedef struct HovernavImuModel {
     double gyro_scale_sigma;
     // One-sigma of each accelerometer's scale factor error.
     double accel_scale_sigma;
-    // Share of a turn by which gyros err about its axis, where there are no states for it.
+    // Share of a turn by which gyros err about its axis, where there are no states for it; those across it by two and
+    // a half times as much.
     double turn_error_share;
-    // Share of a turn by which gyros across its axis err, where there are no states for it.
-    double cross_turn_error_share;
     // A turn errs to one side for about this long, s.
     double turn_error_time_s;
     // One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where there are no states

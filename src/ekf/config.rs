@@ -144,11 +144,8 @@ settings! {
         /// One-sigma of each accelerometer's scale factor error, where the layout has them.
         accel_scale_sigma = 0.005,
         /// Share of a turn by which gyros err about its axis, scale and lag together, where the layout has no states
-        /// for it.
+        /// for it; those across it, by misalignment, by two and a half times as much.
         turn_error_share = 0.0012,
-        /// Share of a turn by which gyros across its axis err, misalignment and lag together, where the layout has no
-        /// states for it.
-        cross_turn_error_share = 0.003,
         /// A turn errs to one side for about this long, s.
         turn_error_time_s = 2.0,
         /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where the layout

@@ -270,13 +270,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         for slot in 0..HELD {
-            let held = self.held.get(slot).copied().flatten();
             let is_due = |fix: &Fix| match before_gap {
                 true => fix.time <= self.time(),
                 false => self.is_due(fix.time),
             };
-            if let Some(fix) = held.filter(is_due) {
-                self.held.get_mut(slot).and_then(Option::take);
+            let held = self.held.get(slot).and_then(Option::as_ref);
+            // By reference until it is taken: each copy would be one on the stack.
+            if held.is_some_and(is_due)
+                && let Some(fix) = self.held.get_mut(slot).and_then(Option::take)
+            {
                 self.gps(&fix, trace, notify);
             }
         }

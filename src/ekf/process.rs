@@ -263,11 +263,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 [x * rate_x, y * rate_y, z * rate_z].map(|turned| turned.max(T::ZERO))
             }
         };
-        let [own, across] =
-            [imu.turn_error_share, imu.cross_turn_error_share].map(|share| square(T::of(share)));
-        let whole = turned.into_iter().fold(T::ZERO, |sum, turned| sum + turned);
-        let together_s = T::of(imu.turn_error_time_s);
-        let turning = turned.map(|turned| (own * turned + across * (whole - turned)) * together_s);
+        let own = square(T::of(imu.turn_error_share)) * T::of(imu.turn_error_time_s);
+        let across = T::of(square(ACROSS)) * own;
+        let [x, y, z] = turned;
+        let turning =
+            [own * x + across * (y + z), own * y + across * (z + x), own * z + across * (x + y)];
         let share = square(T::of(imu.net_turn_error_share));
         let gyro = sum(sum(gyro, turning), net_turn.map(|grown| share * grown));
         let suspicion = &self.samples.suspicion;
@@ -319,6 +319,9 @@ const RELAXED_EVERY_S: f64 = 0.2;
 const DELAY_TIME_S: f64 = 10_800.0;
 /// e^(−1/2): what half a correlation time leaves.
 const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
+
+/// Gyros across the axis of a turn err by so many times as much as those about it: units are aligned to half a degree.
+const ACROSS: f64 = 2.5;
 
 /// No gap opens roll and pitch further than this, rad: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;

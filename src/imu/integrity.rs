@@ -248,17 +248,24 @@ impl<T: Scalar> Integrity<T> {
     /// Equation (S17) of docs/equations.md.
     pub fn is_interpolated(&mut self, motion: &Motion<T>, interval_s: T) -> bool {
         let typical_s = self.typical_interval_s;
-        let rates = motion.mean_rates(typical_s);
-        let steps = interval_s / typical_s;
-        let on_line = |triad: &Triad<T>, reading| {
-            triad.difference.off_line(reading, steps).is_some_and(|mut off| {
-                let share = square(T::of(STRAIGHT_SHARE));
-                // Written so that no number is on no line.
-                triad.usual.iter().all(|&usual| off.next().is_some_and(|off| off <= share * usual))
+        let (turn, force, scale) = match motion {
+            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
+                (angular_rate_radps, specific_force_mps2, T::ONE)
+            }
+            Motion::Increments { angle_rad, velocity_mps } => (angle_rad, velocity_mps, typical_s),
+        };
+        let off_by = T::of(STRAIGHT_SHARE) * scale * typical_s;
+        let on_line = |triad: &Triad<T>, reading: &Vector<Body, T>| {
+            let lines = triad.difference.lines().zip(triad.usual);
+            // One after the other: all but a few samples are off the first.
+            reading.to_array().into_iter().zip(lines).all(|(reading, ((newer, slope), usual))| {
+                let off = (reading - scale * newer) * typical_s - scale * slope * interval_s;
+                off * off <= off_by * off_by * usual
             })
         };
-        let is_straight = on_line(&self.gyro, rates.angular_rate_radps)
-            && on_line(&self.accel, rates.specific_force_mps2);
+        let is_straight = self.gyro.difference.is_full()
+            && on_line(&self.gyro, turn)
+            && on_line(&self.accel, force);
         self.straight = if is_straight { self.straight.saturating_add(1) } else { 0 };
         self.straight >= STRAIGHT
             && T::of(f64::from(self.straight)) * typical_s >= T::of(STRAIGHT_S)

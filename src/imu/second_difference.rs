@@ -27,17 +27,15 @@ impl<T: Scalar> SecondDifference<T> {
         Some((reading - newer * T::of(2.0) + older).to_array())
     }
 
-    /// By how much the square of each axis of `reading`, `steps` after the last one, is off the line through the last two,
-    /// asked for one by one: `None` until there are two.
-    pub fn off_line(&self, reading: Vector<Body, T>, steps: T) -> Option<impl Iterator<Item = T>> {
+    /// Whether there are two readings.
+    pub fn is_full(&self) -> bool {
+        self.seen == 2
+    }
+
+    /// The last reading of each axis, and by how much it differs from the one before.
+    pub fn lines(&self) -> impl Iterator<Item = (T, T)> {
         let [newer, older] = self.before.map(Vector::to_array);
-        let axes = reading.to_array().into_iter().zip(newer.into_iter().zip(older));
-        (self.seen == 2).then(move || {
-            axes.map(move |(reading, (newer, older))| {
-                let off = reading - newer - (newer - older) * steps;
-                off * off
-            })
-        })
+        newer.into_iter().zip(older).map(|(newer, older)| (newer, newer - older))
     }
 
     /// Whether the last reading differs from the one before it.

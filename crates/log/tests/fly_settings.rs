@@ -277,7 +277,6 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
             "navigation.filter.gps.velocity_wander_share",
             "navigation.filter.imu.accel_scale_sigma",
             "navigation.filter.imu.accel_vibration_share",
-            "navigation.filter.imu.cross_turn_error_share",
             "navigation.filter.imu.gyro_scale_sigma",
             "navigation.filter.imu.gyro_vibration_share",
             "navigation.filter.imu.net_turn_error_share",

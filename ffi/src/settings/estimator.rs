@@ -79,10 +79,9 @@ pub struct ImuModel {
     pub gyro_scale_sigma: f64,
     /// One-sigma of each accelerometer's scale factor error.
     pub accel_scale_sigma: f64,
-    /// Share of a turn by which gyros err about its axis, where there are no states for it.
+    /// Share of a turn by which gyros err about its axis, where there are no states for it; those across it by two and
+    /// a half times as much.
     pub turn_error_share: f64,
-    /// Share of a turn by which gyros across its axis err, where there are no states for it.
-    pub cross_turn_error_share: f64,
     /// A turn errs to one side for about this long, s.
     pub turn_error_time_s: f64,
     /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where there are no states
@@ -240,8 +239,7 @@ pub struct Config {
 mirror!(ImuModel, core_ekf::ImuModel {
     angle_random_walk_rad velocity_random_walk_mps gyro_vibration_share accel_vibration_share
     accel_vibration_time_s gyro_bias_sigma_radps gyro_bias_time_s accel_bias_sigma_mps2
-    accel_bias_time_s gyro_scale_sigma accel_scale_sigma turn_error_share
-    cross_turn_error_share turn_error_time_s
+    accel_bias_time_s gyro_scale_sigma accel_scale_sigma turn_error_share turn_error_time_s
     net_turn_error_share net_turn_memory_s gyro_range_radps accel_range_mps2 gap_s
     gap_acceleration_mps2 gap_rate_radps covariance_interval_s
 });
