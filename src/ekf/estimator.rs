@@ -229,11 +229,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     /// The filter, for what is compared with the present state and was true at `time`, unless that is the
-    /// time of another clock: it would shut out all that comes after it.
+    /// time of another clock: it would shut out all that comes after it. Nor within a gap of the inertial samples, where
+    /// nobody knows the present state.
     fn navigating_at(&mut self, time: Time) -> Result<&mut Ekf<L, N, T>, Unusable> {
         match self.time() - time {
             age_s if age_s > OF_ONE_CLOCK_S => Err(Unusable::TooOld),
-            age_s if age_s < -OF_ONE_CLOCK_S => Err(Unusable::AheadOfImu),
+            age_s if age_s < -self.filter.config.imu.gap_s => Err(Unusable::AheadOfImu),
             _ => self.navigating(),
         }
     }

@@ -54,7 +54,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.magnetometer {
             return;
         }
-        self.watch_field(time, field_gauss, trace, notify);
+        if self.navigating_at(time).is_ok() {
+            self.watch_field(time, field_gauss, trace, notify);
+        }
         let declination_rad = self.aligner.config().declination_rad;
         let result = self.navigating_at(time).and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
