@@ -127,6 +127,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let noise = self.gps_noise(fix);
         if news {
             self.judge_change(fix, earth.gravity_mps2.wide());
+            if velocity_then.hidden_s > T::ZERO {
+                // Nor were the samples whole from a fix within a gap to the next.
+                self.samples.force_sum.add(Vector::ZERO, false);
+            }
             self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
         }
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
