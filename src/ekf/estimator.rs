@@ -5,6 +5,7 @@ mod lost_heading;
 mod lost_level;
 mod notice;
 mod start;
+mod waiting;
 
 pub use notice::Notice;
 
@@ -212,14 +213,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Whether a fix of `time` need not wait for later samples.
-    fn is_due(&self, time: Time) -> bool {
-        match self.phase {
-            Phase::Navigating => self.filter.is_due(time),
-            Phase::Aligning | Phase::Searching => time <= self.time(),
-        }
-    }
-
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
         if self.phase == Phase::Navigating && !self.is_level_lost() {
             Ok(&mut self.filter)
@@ -236,52 +229,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             age_s if age_s > OF_ONE_CLOCK_S => Err(Unusable::TooOld),
             age_s if age_s < -self.filter.config.imu.gap_s => Err(Unusable::AheadOfImu),
             _ => self.navigating(),
-        }
-    }
-
-    #[inline(never)]
-    fn hold(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
-        let time = self.time();
-        if fix.time - time > OF_ONE_CLOCK_S {
-            notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason: Unusable::AheadOfImu });
-            return;
-        }
-        // The newest tell most of where a gap in the samples has led.
-        let full = self.held.iter().all(Option::is_some);
-        if let Some(oldest) = self.held.first_mut().filter(|_| full).and_then(Option::take) {
-            self.held.rotate_left(1);
-            if oldest.time <= time {
-                self.gps(&oldest, trace, notify);
-            } else {
-                let reason = Unusable::AheadOfImu;
-                notify(Notice::NotUsed { time: oldest.time, aid: Aid::Gps, reason });
-            }
-        }
-        if let Some(slot) = self.held.iter_mut().find(|slot| slot.is_none()) {
-            *slot = Some(*fix);
-        }
-    }
-
-    /// Takes in the fixes that waited, those that need not any more, or before a gap all that are not from within it.
-    #[inline(never)]
-    fn take_held(
-        &mut self,
-        before_gap: bool,
-        trace: &mut impl Trace<T, N>,
-        notify: &mut dyn FnMut(Notice),
-    ) {
-        for slot in 0..HELD {
-            let is_due = |fix: &Fix| match before_gap {
-                true => fix.time <= self.time(),
-                false => self.is_due(fix.time),
-            };
-            let held = self.held.get(slot).and_then(Option::as_ref);
-            // By reference until it is taken: each copy would be one on the stack.
-            if held.is_some_and(is_due)
-                && let Some(fix) = self.held.get_mut(slot).and_then(Option::take)
-            {
-                self.gps(&fix, trace, notify);
-            }
         }
     }
 
