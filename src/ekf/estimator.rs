@@ -54,7 +54,7 @@ use lost_level::Level;
 ///
 /// ```
 /// use hovernav::earth::Geodetic;
-/// use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
+/// use hovernav::ekf::{Estimator, EstimatorConfig, Innovation, Notice};
 /// use hovernav::event::Event;
 /// use hovernav::frames::{EulerAngles, Vector};
 /// use hovernav::gps::Fix;
@@ -72,13 +72,20 @@ use lost_level::Level;
 ///     };
 ///     let attitude = Some(EulerAngles::from_degrees(0.0, 0.0, 45.0));
 ///     let sample = ImuSample { attitude, ..ImuSample::new(time, at_rest) };
-///     estimator.push(&Event::Imu(sample), |_| {});
+///     // What comes of a fix is told with the samples that it waits for.
+///     let mut notify = |notice| match notice {
+///         Notice::Updated(report) => {
+///             let of_fix = |axis: &Innovation| axis.channel.is_of_fix();
+///             fixes_used += i32::from(report.innovations().any(of_fix) && report.any_accepted());
+///         }
+///         Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
+///             println!("{time}: {aid} not used: {reason}");
+///         }
+///         _ => {}
+///     };
+///     estimator.push(&Event::Imu(sample), &mut notify);
 ///     if k % 50 == 0 {
-///         estimator.push(&Event::Gps(Fix::at(time, place)), |notice| match notice {
-///             Notice::Updated(report) => fixes_used += i32::from(report.any_accepted()),
-///             Notice::NotUsed { reason, .. } => println!("{time}: fix not used: {reason}"),
-///             _ => {}
-///         });
+///         estimator.push(&Event::Gps(Fix::at(time, place)), &mut notify);
 ///     }
 /// }
 /// let solution = estimator.solution().ok_or("not aligned")?;
@@ -151,7 +158,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Takes in the next event in order of arrival; `notify` hears what came of it.
     ///
-    /// A fix waits until the inertial samples tell the motion for 0.06 s after it.
+    /// A fix waits until the inertial samples tell the motion for 0.06 s after it; what came of it is heard then.
     pub fn push(&mut self, event: &Event, notify: impl FnMut(Notice)) {
         self.push_traced(event, &mut (), notify);
     }
