@@ -238,6 +238,42 @@ fn what_sways_and_shakes_tells_how_early_its_fixes_are_stamped() {
     }
 }
 
+/// More than one fix may wait, and more than one be due at a sample.
+#[test]
+fn fixes_that_wait_are_taken_in_by_their_time() {
+    let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
+    for (unit, receiver) in [(2, 3), (3, 2), (5, 3), (7, 3), (7, 4), (8, 5)] {
+        let mut estimator = Box::new(Estimator::<Full, 28>::new(EstimatorConfig::default()));
+        let mut taken: Vec<Time> = Vec::new();
+        for step in 0..2_000 {
+            let time = Time::from_nanoseconds(step * 10_000_000);
+            let mut notify = |notice| {
+                if let Notice::Updated(report) = notice {
+                    let of_fix = report.innovations().find(|axis| axis.channel.is_of_fix());
+                    taken.extend(of_fix.map(|axis| axis.time));
+                }
+            };
+            if step % unit == 0 {
+                let motion = Motion::Rates {
+                    angular_rate_radps: Vector::ZERO,
+                    specific_force_mps2: Vector::new(0.0, 0.0, -9.78),
+                };
+                let attitude = Some(EulerAngles::from_degrees(0.0, 0.0, 20.0));
+                let sample = ImuSample { attitude, ..ImuSample::new(time, motion) };
+                estimator.push(&Event::Imu(sample), &mut notify);
+            }
+            if step % receiver == 0 {
+                let fix = Fix::at(time, place);
+                let still = Fix { horizontal_velocity_mps: Some([0.0; 2]), ..fix };
+                estimator.push(&Event::Gps(still), &mut notify);
+            }
+        }
+        let told = i64::try_from(taken.len()).unwrap() * receiver;
+        assert!(told > 1_700, "{told} of 2000 steps, {unit} and {receiver}");
+        assert!(taken.is_sorted(), "{unit} and {receiver}");
+    }
+}
+
 #[test]
 fn a_fix_ahead_of_the_unit_is_refused_unless_a_sample_is_about_to_come() {
     let recording = recording(33.0);

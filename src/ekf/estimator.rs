@@ -198,7 +198,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match event {
             Event::Imu(sample) => self.imu(sample, trace, notify),
             Event::Gps(fix) => {
-                if !self.is_due(fix.time) {
+                if fix.time > self.due_until() {
                     self.hold(fix, trace, notify);
                 } else {
                     self.gps(fix, trace, notify);
@@ -249,7 +249,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         let before = self.filter.state.time;
         if sample.time - before > self.filter.config.imu.gap_s && self.phase == Phase::Navigating {
-            self.take_held(true, trace, notify);
+            self.take_held(before, trace, notify);
             if self.is_searching_anew() {
                 self.settle(trace);
             }
@@ -311,7 +311,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase == Phase::Searching {
             self.end_search(notify);
         }
-        self.take_held(false, trace, notify);
+        self.take_held(self.due_until(), trace, notify);
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
             self.attitude(sample.time, angles, sample.magnetic_field_gauss, trace, notify);
         } else if let Some(field) = sample.magnetic_field_gauss {

@@ -302,12 +302,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let motion = sample.motion.cast();
         let watched = self.samples.watched == Some(sample.time);
-        if !watched && self.samples.integrity.is_stuck(&motion) {
-            return Err(ImuFault::Stuck);
-        }
-        let since_s = sample.time.seconds_since(last);
-        if !watched && self.samples.integrity.is_interpolated(&motion, since_s) {
-            return Err(ImuFault::Interpolated);
+        if !watched {
+            let integrity = &mut self.samples.integrity;
+            if integrity.is_stuck(&motion) {
+                return Err(ImuFault::Stuck);
+            }
+            if integrity.is_interpolated(&motion, sample.time.seconds_since(last)) {
+                return Err(ImuFault::Interpolated);
+            }
         }
         let errors = self.imu_errors();
         let integrated = self.samples.integrator.push_finite(sample.time, motion, &errors);

@@ -230,13 +230,13 @@ impl<T: Scalar> Integrity<T> {
     /// registers were not written, and it tells nothing. One repetition is how a log that was sampled
     /// faster than its unit looks.
     pub fn is_stuck(&mut self, motion: &Motion<T>) -> bool {
+        let vibrates =
+            || self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
         let (Motion::Rates { angular_rate_radps: turn, specific_force_mps2: force }
         | Motion::Increments { angle_rad: turn, velocity_mps: force }) = *motion;
         let readings = Some([turn.to_array(), force.to_array()]);
         self.repeated = if self.last == readings { self.repeated.saturating_add(1) } else { 0 };
         self.last = readings;
-        let vibrates =
-            || self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
         self.repeated >= STUCK && vibrates()
     }
 

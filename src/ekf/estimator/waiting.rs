@@ -10,12 +10,18 @@ use crate::gps::Fix;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// Whether a fix of `time` need not wait for later samples.
-    pub(super) fn is_due(&self, time: Time) -> bool {
+    /// The latest time of a fix that need not wait for later samples.
+    pub(super) fn due_until(&self) -> Time {
         match self.phase {
-            Phase::Navigating => self.filter.is_due(time),
-            Phase::Aligning | Phase::Searching => time <= self.time(),
+            Phase::Navigating => self.filter.due_until(),
+            Phase::Aligning | Phase::Searching => self.time(),
         }
+    }
+
+    /// The place of the earliest fix that waits.
+    fn earliest_held(&mut self) -> Option<&mut Option<Fix>> {
+        let held = self.held.iter_mut().filter(|held| held.is_some());
+        held.min_by_key(|held| held.as_ref().map(|fix| fix.time))
     }
 
     /// Lets a fix wait, in the place of the oldest that does where there is none left.
@@ -33,8 +39,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         // The newest tell most of where a gap in the samples has led.
         let full = self.held.iter().all(Option::is_some);
-        if let Some(oldest) = self.held.first_mut().filter(|_| full).and_then(Option::take) {
-            self.held.rotate_left(1);
+        if let Some(oldest) = self.earliest_held().filter(|_| full).and_then(Option::take) {
             if oldest.time <= time {
                 self.gps(&oldest, trace, notify);
             } else {
@@ -47,26 +52,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Takes in the fixes that waited, those that need not any more, or before a gap all that are not from within it.
+    /// Takes in the fixes that waited and are no later than `until`, by their time.
     #[inline(never)]
     pub(super) fn take_held(
         &mut self,
-        before_gap: bool,
+        until: Time,
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        for slot in 0..HELD {
-            let is_due = |fix: &Fix| match before_gap {
-                true => fix.time <= self.time(),
-                false => self.is_due(fix.time),
-            };
-            let held = self.held.get(slot).and_then(Option::as_ref);
-            // By reference until it is taken: each copy would be one on the stack.
-            if held.is_some_and(is_due)
-                && let Some(fix) = self.held.get_mut(slot).and_then(Option::take)
-            {
-                self.gps(&fix, trace, notify);
-            }
+        for _ in 0..HELD {
+            let due = |held: &mut Option<Fix>| held.take_if(|fix| fix.time <= until);
+            let Some(fix) = self.earliest_held().and_then(due) else { return };
+            self.gps(&fix, trace, notify);
         }
     }
 }

@@ -170,15 +170,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         [delay_s, latency_s].map(|late_s| late_s.max(-T::of(MOST_AHEAD_S)))
     }
 
-    /// Whether the inertial samples tell the motion about when a fix of `time` holds, by what is found of its delay.
+    /// The latest time of a fix about whose motion the inertial samples tell, by what is found of the delay.
     ///
     /// # Source
     /// Equation (M14) of docs/equations.md.
-    pub(in super::super) fn is_due(&self, time: Time) -> bool {
+    pub(in super::super) fn due_until(&self) -> Time {
         let [delay_s, latency_s] = self.gps_delays_s();
         let about_s = if L::GPS_DELAY.is_some() { T::of_nanoseconds(ABOUT_NS) } else { T::ZERO };
         let since_s = (delay_s - about_s).min(latency_s).min(T::ZERO);
-        time <= self.state.time.offset_by(since_s)
+        self.state.time.offset_by(since_s)
     }
 
     /// Tells the gates whether the accelerometers deny what the fixes' velocity has done.
