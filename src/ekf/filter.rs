@@ -37,7 +37,7 @@ pub(super) struct Samples<T> {
     /// What is known against the last sample.
     pub suspicion: Suspicion<T>,
     pub force_sum: ForceSum<T>,
-    pub rest: Rest<T>,
+    pub rest: Rest,
     /// Mean rate of a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
     /// The last sample that was watched: filters that share their samples watch each only once.

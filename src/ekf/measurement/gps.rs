@@ -131,7 +131,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 // Nor were the samples whole from a fix within a gap to the next.
                 self.samples.force_sum.add(Vector::ZERO, false);
             }
-            self.samples.rest.fix(fix.time, fix.horizontal_velocity_mps);
+            let down_mps =
+                fix.down_velocity_mps.filter(|_| !fix.two_dimensional).unwrap_or_default();
+            let velocity = fix.horizontal_velocity_mps.map(|[north, east]| [north, east, down_mps]);
+            self.samples.rest.fix(fix.time, velocity);
         }
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         let ([mut vn, mut ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);

@@ -92,6 +92,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !(field.is_finite() && horizontal > T::of(0.02) * field.norm()) {
             return Err(Unusable::NotFinite);
         }
+        self.samples.rest.field(field_gauss);
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
         let model = self.config.magnetometer;
         let elapsed_s = self.attitude_used.map_or(model.interval_s, |used| time - used);

@@ -16,12 +16,16 @@ const RATE_SIGMA_RADPS: f64 = 0.003;
 /// One-sigma of its velocity, m/s.
 const VELOCITY_SIGMA_MPS: f64 = 0.05;
 
+/// One-sigma of what setting off makes of a gyro bias, rad/s, where less is not assumed: shaking rectifies, motors warm
+/// the unit. What the bias was when the unit was switched on, however unsure, the rest has told.
+const SHAKEN_RADPS: f64 = 0.003;
+
 const RATES: [Channel; 3] = [Channel::RestRateX, Channel::RestRateY, Channel::RestRateZ];
 const VELOCITIES: [Channel; 3] =
     [Channel::RestVelocityNorth, Channel::RestVelocityEast, Channel::RestVelocityDown];
 
-/// How far gyro biases move between rest and motion: as far as is assumed of them, until a rest after a
-/// motion has shown less.
+/// How far gyro biases move between rest and motion: as far as is assumed of them and shaking moves them, until a rest
+/// after a motion has shown less.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct BiasShift {
     /// Variance, (rad/s)²; without bound before the first rest that came after a motion.
@@ -36,7 +40,7 @@ impl BiasShift {
 
     /// Variance to which the biases open when a rest ends.
     fn variance(&self, assumed: f64) -> f64 {
-        f64::from(self.learned).min(assumed)
+        f64::from(self.learned).min(assumed).min(square(SHAKEN_RADPS))
     }
 
     /// Takes in the largest square of what a rest finds the biases to be off.

@@ -7,7 +7,8 @@ use crate::finding::{Finding, Severity};
 
 /// Over how long a bias is compared with itself, s.
 const OVER_S: f64 = 20.0;
-/// A change of more than so many one-sigmas is none that the model of the bias expects.
+/// A change of more than so many one-sigmas, the largest meanwhile, is none that the filter expects of the bias: not
+/// even where a rest ended, or the filter was opened.
 const STEP: f64 = 6.0;
 /// Smaller steps of a gyro's bias, rad/s, and of an accelerometer's, m/s², cost little.
 const LEAST_GYRO: f64 = 0.005;
@@ -64,7 +65,8 @@ fn biases(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 while at(before).0 < end_s - OVER_S {
                     before += 1;
                 }
-                let (start_s, earlier, sigma) = at(before);
+                let (start_s, earlier, _) = at(before);
+                let sigma = (before..=index).map(|index| at(index).2).fold(0.0, f64::max);
                 let change = after - earlier;
                 let ratio = change.abs() / sigma.max(1e-12);
                 if change.abs() > least
