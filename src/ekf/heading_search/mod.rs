@@ -22,11 +22,13 @@
 //! approximations, *IEEE Transactions on Automatic Control* 17 (4), 439–448.
 
 mod method;
+mod mixture;
 mod monitor;
 mod sector;
 mod turns;
 
 pub use method::{HeadingMethod, NoHeadingSearch};
+use mixture::Wander;
 pub(super) use monitor::BetterHeading;
 use monitor::Monitor;
 
@@ -37,7 +39,6 @@ use super::layout::{ATTITUDE, Base, Layout};
 use super::measurement::{Report, Unusable};
 use super::prediction::{ImuFault, Prediction};
 use super::scalar::Scalar;
-use super::solution::Solution;
 use super::square;
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
@@ -94,6 +95,8 @@ pub struct HeadingSearch<T = f64> {
     fast: bool,
     /// Since when the monitor has borne out the leader.
     borne_out: Option<Time>,
+    /// What wanders of the last fix, which no sector has states for.
+    wander: Wander,
     /// Watches the heading once there is one.
     monitor: Monitor<T>,
 }
@@ -135,6 +138,7 @@ impl<T: Scalar> HeadingSearch<T> {
             sample_s: 0.0,
             fast: false,
             borne_out: None,
+            wander: Wander::NONE,
             monitor: Monitor::none(),
         }
     }
@@ -281,7 +285,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let fast_mps = FOUND_SPEED_MPS * Scalar::sqrt(interval_s);
         let told = fix.horizontal_velocity_mps;
         self.fast |= told.is_some_and(|[north, east]| Scalar::hypot(north, east) > fast_mps);
-        let gps = self.filter.config.gps;
+        let (gps, mounting) = (self.filter.config.gps, self.filter.mounting);
         let shares = information_shares(fix, &gps, interval_s);
         let wider = whitened(fix, &gps);
         let leader = self.leader();
@@ -290,9 +294,10 @@ impl<T: Scalar> HeadingSearch<T> {
             .ok_or(Unusable::NoState)?
             .lend(&mut self.filter, |filter| filter.update_gps(&wider))?;
         // A receiver without velocity: that of its places, by the filter that leads.
-        self.fast |=
-            told.is_none() && self.solution().is_some_and(|solution| solution.moves(fast_mps));
+        self.fast |= told.is_none()
+            && self.best().is_some_and(|best| best.solution(&mounting).moves(fast_mps));
         self.monitor.fix(fix, &gps);
+        self.wander = Wander::of(fix, &gps);
         let mut waiting = Waiting::new(wider, shares, interval_s, self.sample_s);
         waiting.told(leader, report.minus_two_log_likelihood(shares));
         self.waiting = Some(waiting);
@@ -324,40 +329,6 @@ impl<T: Scalar> HeadingSearch<T> {
     /// The last inertial sample's time.
     pub(super) const fn time(&self) -> Time {
         self.filter.state.time
-    }
-
-    /// One-sigma of heading over all filters left, rad.
-    ///
-    /// # Source
-    /// Equation (H4) of docs/equations.md.
-    fn heading_sigma_rad(&self) -> f64 {
-        let Some(best) = self.best() else { return core::f64::consts::PI };
-        let middle = best.heading_rad();
-        let (mut weights, mut variance) = (0.0, 0.0);
-        for sector in self.sectors.iter().flatten() {
-            let off = wrap_angle(sector.heading_rad() - middle);
-            variance += sector.weight * (sector.heading_variance() + square(off.wide()));
-            weights += sector.weight;
-        }
-        Scalar::sqrt(variance / weights).min(core::f64::consts::PI)
-    }
-
-    /// How far apart the filters are in where down is in the body, by their weights and from the best one, rad: of a
-    /// vehicle that started in a turn each heading has a tilt of its own.
-    ///
-    /// # Source
-    /// Equation (H4) of docs/equations.md.
-    fn tilt_spread_rad(&self, best: &Sector<T>) -> T {
-        let [.., [x, y, z]] = best.body_to_ned().rows();
-        let (mut weights, mut squares) = (T::ZERO, T::ZERO);
-        for sector in self.sectors.iter().flatten() {
-            let [.., own] = sector.body_to_ned().rows();
-            let weight = T::of(sector.weight);
-            let apart = square(own[0] - x) + square(own[1] - y) + square(own[2] - z);
-            squares += weight * apart;
-            weights += weight;
-        }
-        (squares / weights).sqrt()
     }
 
     /// The best filter, once the heading is found: the sectors left agree, and the vehicle has been
@@ -413,21 +384,6 @@ impl<T: Scalar> HeadingSearch<T> {
             .zip(&self.sectors)
             .max_by(|a, b| leads(a.1).total_cmp(&leads(b.1)))
             .map_or(0, |(sector, _)| sector)
-    }
-
-    /// The best filter's solution, its heading as unsure as all filters together are, and no surer than
-    /// the motion so far allows.
-    pub(super) fn solution(&self) -> Option<Solution<T>> {
-        self.best().map(|best| {
-            let mut solution = best.solution(&self.filter.mounting);
-            let least_rad = if self.is_proven() { 0.0 } else { UNPROVEN_RAD };
-            let tilt_rad = self.tilt_spread_rad(best);
-            let [roll, pitch, heading] = &mut solution.attitude_sigma_rad;
-            *roll = Scalar::hypot(*roll, tilt_rad);
-            *pitch = Scalar::hypot(*pitch, tilt_rad);
-            *heading = heading.max(T::of(self.heading_sigma_rad().max(least_rad)));
-            solution
-        })
     }
 }
 

@@ -88,6 +88,11 @@ impl<T: Scalar> Sector<T> {
         result
     }
 
+    /// Where it is, how fast and which way up.
+    pub fn state(&self) -> &NavState<T> {
+        &self.state
+    }
+
     /// Attitude.
     pub fn body_to_ned(&self) -> Rotation<Body, Ned, T> {
         self.state.body_to_ned
@@ -104,6 +109,8 @@ impl<T: Scalar> Sector<T> {
     }
 
     /// The solution of this sector's filter.
+    // Its frame need not stand beneath a fix.
+    #[inline(never)]
     pub fn solution(&self, mounting: &Mounting) -> Solution<T> {
         let mut covariance = Covariance::<T, 16>::zero();
         self.covariance.unpack(&mut covariance);
