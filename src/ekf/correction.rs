@@ -129,8 +129,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Opens the biases that may have stepped. Where that shows within the gate it is a small step, and the
-    /// level it has spoiled is opened with it. One that has led beyond the gate is a large one, and opened as of
-    /// [`STEPPED_S`] ago: attitude and velocity by what has come of it since, and tied to it.
+    /// level it has spoiled is opened with it. One that has led beyond the gate is a large one, and opened as of when
+    /// it led there: attitude and velocity by what has come of it since, and tied to it.
     ///
     /// # Source
     /// Equation (K19) of docs/equations.md.
@@ -145,15 +145,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         let gyro = gyro * imu.gyro_bias_sigma_radps;
         let accel = accel * imu.accel_bias_sigma_mps2;
+        let rows = self.state.body_to_ned.rows();
+        let [.., downwards] = rows.map(|row| row.map(Scalar::wide));
+        let down_mps2 = stepped.down_far.map_or(0.0, |growth| growth.rate_mps2);
+        let accels = downwards.map(|share| square(accel).max(square(down_mps2 * share)));
         let mut relaxation = Relaxation::default();
-        for (first, sigma) in [(GYRO_BIAS, gyro), (ACCEL_BIAS, accel)] {
-            for noise in relaxation.noise.iter_mut().skip(first).take(3) {
-                *noise = T::of(square(sigma));
+        for (first, variances) in [(GYRO_BIAS, [square(gyro); 3]), (ACCEL_BIAS, accels)] {
+            for (noise, variance) in relaxation.noise.iter_mut().skip(first).zip(variances) {
+                *noise = T::of(variance);
             }
         }
-        let small = stepped.level && !stepped.far;
+        let since_s = match stepped.down_far {
+            _ if stepped.far => STEPPED_S,
+            growth => growth.map_or(0.0, |growth| growth.left_s),
+        };
+        let small = stepped.level && since_s == 0.0;
         let tilt = if small { T::of(square(STEPPED_TILT_RAD)) } else { T::ZERO };
-        let rows = self.state.body_to_ned.rows();
         let weight_mps2 = -Local::<T>::about(&self.state.position).gravity_mps2;
         let mut step = Transition::of_relaxation(relaxation);
         step.attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
@@ -161,9 +168,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let back_and_forth =
             [(-1.0, 0.0, false), (0.0, -1.0, true), (0.0, 1.0, false), (1.0, 0.0, false)];
         let here = [(0.0, 0.0, true)];
-        for &(fallen, turned, opened) in if stepped.far { &back_and_forth[..] } else { &here } {
-            step.force = [T::ZERO, T::ZERO, weight_mps2 * T::of(0.5 * STEPPED_S * fallen)];
-            step.turn = rows.map(|row| row.map(|cosine| cosine * T::of(STEPPED_S * turned)));
+        for &(fallen, turned, opened) in if since_s > 0.0 { &back_and_forth[..] } else { &here } {
+            step.force = [T::ZERO, T::ZERO, weight_mps2 * T::of(0.5 * since_s * fallen)];
+            step.turn = rows.map(|row| row.map(|cosine| cosine * T::of(since_s * turned)));
             step.relaxation = opened.then_some(relaxation);
             self.propagate(&step, trace);
         }

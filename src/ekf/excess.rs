@@ -26,10 +26,14 @@ pub(super) struct Excess {
     of_late: [f64; 2],
     /// When level velocity was first refused, soon after it had been accepted, and how far off it was.
     refused: Option<(Time, f64)>,
+    /// The same of vertical velocity, m/s; none off where it was reopened.
+    refused_down: Option<(Time, f64)>,
+    /// When vertical velocity was reopened last, and by how much its error had grown each second, m/s².
+    reopened_down: Option<(Time, f64)>,
 }
 
 /// Which innovations speak of a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stepped {
     /// Those of level velocity: of a gyro, or of an accelerometer.
     pub level: bool,
@@ -37,6 +41,17 @@ pub(super) struct Stepped {
     pub down: bool,
     /// Those of level velocity that are refused: of a large step.
     pub far: bool,
+    /// Those of vertical velocity that are refused: of an accelerometer.
+    pub down_far: Option<Growth>,
+}
+
+/// How an error of the vertical velocity has grown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Growth {
+    /// By so much a second, m/s².
+    pub rate_mps2: f64,
+    /// For what is left of it, for so long, s: for none where a fix has just been taken in.
+    pub left_s: f64,
 }
 
 /// Share by which the likeness of two fixes a second apart moves the factor.
@@ -53,6 +68,9 @@ const STEP_S: f64 = 2.0;
 /// Refused innovations speak of a step when, after so long, s, they are so many times what they were.
 const GROWING_S: f64 = 0.9;
 const GROWN: f64 = 1.5;
+/// Vertical ones after so long, s, or where the velocity is reopened again, to the same side, within so long, s.
+const GROWING_DOWN_S: f64 = 1.9;
+const AGAIN_S: f64 = 10.0;
 /// Fixes further apart than this, s, tell nothing of each other.
 const LONGEST_S: f64 = 3.0;
 /// An innovation counts no more than so many one-sigmas: outliers are no noise.
@@ -60,8 +78,15 @@ const MOST_SIGMAS: f64 = 3.0;
 
 impl Excess {
     /// The noise is what is assumed.
-    pub const NONE: Self =
-        Self { learned: 1.0, last: None, last_down: None, of_late: [0.0; 2], refused: None };
+    pub const NONE: Self = Self {
+        learned: 1.0,
+        last: None,
+        last_down: None,
+        of_late: [0.0; 2],
+        refused: None,
+        refused_down: None,
+        reopened_down: None,
+    };
 
     /// The factor on variances, from 1 to 10.
     pub fn factor(&self) -> f64 {
@@ -85,16 +110,17 @@ impl Excess {
         let refused = refused(Channel::VelocityNorth).zip(refused(Channel::VelocityEast));
         let was_accepted = self.last.is_some_and(|(then, _)| soon_after(then, time).is_some());
         self.compare_level(time, level);
-        let down = accepted(Channel::VelocityDown);
         let height = find(Channel::PositionDown).map_or(0.0, |height| height.innovation);
-        self.compare_down(time, down, height);
+        let down_far =
+            find(Channel::VelocityDown).and_then(|down| self.grows_down(time, down, height));
+        self.compare_down(time, accepted(Channel::VelocityDown), height);
         let [level, down] = self.of_late.map(|of_late| of_late > STEP);
         for (of_late, stepped) in self.of_late.iter_mut().zip([level, down]) {
             if stepped {
                 *of_late = 0.0;
             }
         }
-        Stepped { level, down, far: self.grows_far(time, refused, was_accepted) }
+        Stepped { level, down, far: self.grows_far(time, refused, was_accepted), down_far }
     }
 
     /// Compares the level velocity of a fix with that of the fix before.
@@ -140,6 +166,30 @@ impl Excess {
             self.refused = Some((time, size));
         }
         grown
+    }
+
+    /// The same of the vertical velocity, where the innovation of `height` bears it out; gives by how much it grows.
+    fn grows_down(&mut self, time: Time, down: &Innovation, height: f64) -> Option<Growth> {
+        let off = down.innovation;
+        let began = self.last_down.is_some_and(|(then, _)| soon_after(then, time).is_some());
+        let (before, reopened) = (self.refused_down, self.reopened_down);
+        self.refused_down = match down.verdict {
+            Verdict::Accepted => None,
+            Verdict::Reopened => Some((time, 0.0)),
+            Verdict::Rejected => before.or(began.then_some((time, off))),
+        };
+        let (since, first) = before.filter(|_| down.verdict != Verdict::Accepted)?;
+        let rate = (off - first) / (time - since).max(f64::MIN_POSITIVE);
+        let again = reopened.is_some_and(|(then, before)| {
+            time - then <= AGAIN_S && rate * before > 0.0 && down.verdict == Verdict::Reopened
+        });
+        if down.verdict == Verdict::Reopened {
+            self.reopened_down = Some((time, rate));
+        }
+        let grows = first * off >= 0.0 && off.abs() >= GROWN * first.abs() && height * off > 0.0;
+        let left_s = if down.verdict == Verdict::Reopened { 0.0 } else { off / rate };
+        (again || (grows && time - since >= GROWING_DOWN_S))
+            .then_some(Growth { rate_mps2: rate, left_s })
     }
 }
 

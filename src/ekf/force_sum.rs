@@ -19,6 +19,8 @@ pub(super) struct ForceSum<T> {
     farthest_mps: f64,
     /// When a change was denied first.
     denied: Time,
+    /// By how much the last change that was denied was off, m/s², and since when all have been by about as much.
+    steady: (Time, f64),
 }
 
 /// Fixes further apart than this, s, are not compared: gyro bias has turned the sum.
@@ -27,6 +29,10 @@ const LONGEST_S: f64 = 2.5;
 const AGREEMENT_MPS: f64 = 1.0;
 /// Share of the change beside gravity that times which do not agree leave.
 const TIMING: f64 = 0.3;
+/// Changes that are off by the same as at the fix before, within half of it, for so long, s, are those of an accelerometer
+/// whose bias has stepped.
+const STEADY_S: f64 = 1.9;
+const STEADY: f64 = 0.5;
 /// Fixes that changed as was not felt are astray for this long, s, unless they come back by half.
 const ASTRAY_S: f64 = 15.0;
 
@@ -39,6 +45,7 @@ impl<T: Scalar> ForceSum<T> {
         stray_mps: Vector::ZERO,
         farthest_mps: 0.0,
         denied: Time::ZERO,
+        steady: (Time::ZERO, 0.0),
     };
 
     /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
@@ -80,6 +87,11 @@ impl<T: Scalar> ForceSum<T> {
                 self.stray_mps += asked - force_mps;
                 self.farthest_mps = self.farthest_mps.max(self.stray_mps.norm());
             }
+            if self.goes_on(fix.time, (length - felt) / (fix.time - time)) {
+                (self.stray_mps, self.farthest_mps) = (Vector::ZERO, 0.0);
+            }
+        } else {
+            self.steady = (fix.time, 0.0);
         }
         let astray = self.farthest_mps > 0.0
             && self.stray_mps.norm() > 0.5 * self.farthest_mps
@@ -88,6 +100,15 @@ impl<T: Scalar> ForceSum<T> {
             (self.stray_mps, self.farthest_mps) = (Vector::ZERO, 0.0);
         }
         astray
+    }
+
+    /// Whether the changes have been off by about as much, m/s², for long enough: a receiver's go astray at a stroke.
+    fn goes_on(&mut self, time: Time, off_mps2: f64) -> bool {
+        let (since, before) = self.steady;
+        let is_steady = libm::fabs(off_mps2 - before) <= STEADY * libm::fabs(before);
+        let since = if is_steady { since } else { time };
+        self.steady = (since, off_mps2);
+        time - since >= STEADY_S
     }
 }
 

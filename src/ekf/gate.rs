@@ -80,6 +80,8 @@ pub(super) struct Gates {
     height_off_m: i16,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
+    /// Whether the barometer's last reading denied the filter's height.
+    baro_denies: bool,
     /// One-sigma of what the wind of the vehicle's own speed makes of a barometer's height, dm, at most 255.
     wind_dm: u8,
 }
@@ -179,6 +181,7 @@ impl Gates {
         height_taken_s: 0.0,
         height_off_m: 0,
         astray: false,
+        baro_denies: false,
         wind_dm: 0,
     };
 
@@ -192,6 +195,7 @@ impl Gates {
         self.height_taken_s = 0.0;
         self.height_off_m = 0;
         self.astray = false;
+        self.baro_denies = false;
         self.wind_dm = 0;
     }
 
@@ -223,6 +227,11 @@ impl Gates {
     /// Notes the one-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m.
     pub fn set_wind(&mut self, wind_m: f64) {
         self.wind_dm = (10.0 * wind_m) as u8;
+    }
+
+    /// Notes whether a reading of the barometer denies the filter's height.
+    pub fn set_baro_denies(&mut self, denies: bool) {
+        self.baro_denies = denies;
     }
 
     /// Whether a height that is off by `off_m`, or a vertical velocity, may be right although a barometer agrees with
@@ -282,7 +291,8 @@ impl Gates {
     /// Whether a group is open and leans to no side.
     fn agrees(&self, group: Group, time: Time) -> bool {
         let leans = self.gates.get(group as usize).is_some_and(|gate| gate.lean.abs() > UPRIGHT);
-        self.is_open(group, time) && !leans
+        let denies = group == Group::Baro && self.baro_denies;
+        self.is_open(group, time) && !(leans || denies)
     }
 
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.

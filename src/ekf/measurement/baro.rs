@@ -40,12 +40,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let wind_variance = wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
         let own_m = self.state.position.height_m;
         let offset_m = *self.baro_offset_m.get_or_insert(height_m - own_m);
+        let innovation = T::of(height_m - offset_m - own_m) - self.estimate(state);
+        let noise = square(T::of(self.config.baro.noise_m));
+        // What counts as white so that the wind is not believed too much hides how far off a reading is.
+        let own = self.covariance.value(POSITION + 2, POSITION + 2)
+            + self.covariance.value(state, state)
+            - T::of(2.0) * self.covariance.value(POSITION + 2, state);
+        let likely = square(T::of(DENIES_SIGMAS)) * (own + noise + wind);
+        self.gates.set_baro_denies(square(innovation) > likely);
         let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
         scalars[0] = Some(ScalarMeasurement {
             channel: Channel::BaroHeight,
             group: Group::Baro,
-            innovation: T::of(height_m - offset_m - own_m) - self.estimate(state),
-            noise: square(T::of(self.config.baro.noise_m)) + wind_variance,
+            innovation,
+            noise: noise + wind_variance,
             sensitivity: Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE),
         });
         let mut report = Report::default();
@@ -66,5 +74,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 /// aircraft alone.
 const WIND_SHARE: f64 = 0.1;
 const WIND_TIME_S: f64 = 5.0;
+/// Beyond so many one-sigmas a reading denies the filter's height, and bears nothing out.
+const DENIES_SIGMAS: f64 = 3.0;
 /// Readings closer than this, s, count as so far apart.
 const LEAST_S: f64 = 0.01;

@@ -156,9 +156,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut stepped = self.excess.learn(fix.time, report);
         // Of places alone no more is told of a step than that it has led the filter off.
         stepped.far |= places_alone && report.any_reopened();
+        // A height that a barometer bears out is right, and so is what led there.
+        stepped.down_far = stepped.down_far.filter(|_| !self.gates.barometer_agrees(fix.time));
+        let is_far = stepped.far || stepped.down_far.is_some();
         let otherwise = self.gates.doubts_filter(fix.time)
             || self.gates.are_astray()
-            || (self.gates.were_reopened(fix.time) && !stepped.far);
+            || (self.gates.were_reopened(fix.time) && !is_far);
         if stepped != Stepped::default() && !otherwise {
             self.doubt_biases(stepped, trace);
             report.biases_doubted = true;

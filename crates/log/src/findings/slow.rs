@@ -7,8 +7,8 @@ use crate::finding::{Finding, Severity};
 
 /// Over how long a bias is compared with itself, s.
 const OVER_S: f64 = 20.0;
-/// A change of more than so many one-sigmas, the largest meanwhile, is none that the filter expects of the bias: not
-/// even where a rest ended, or the filter was opened.
+/// A change of more than so many one-sigmas, the larger of before and after, is none that the filter expects of the bias:
+/// not even where a rest has ended in between.
 const STEP: f64 = 6.0;
 /// Smaller steps of a gyro's bias, rad/s, and of an accelerometer's, m/s², cost little.
 const LEAST_GYRO: f64 = 0.005;
@@ -61,12 +61,12 @@ fn biases(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             let mut largest: Option<(f64, f64, f64, f64)> = None;
             let mut before = 0;
             for index in 0..coarse.len() {
-                let (end_s, after, _) = at(index);
+                let (end_s, after, sigma_after) = at(index);
                 while at(before).0 < end_s - OVER_S {
                     before += 1;
                 }
-                let (start_s, earlier, _) = at(before);
-                let sigma = (before..=index).map(|index| at(index).2).fold(0.0, f64::max);
+                let (start_s, earlier, sigma_before) = at(before);
+                let sigma = sigma_before.max(sigma_after);
                 let change = after - earlier;
                 let ratio = change.abs() / sigma.max(1e-12);
                 if change.abs() > least

@@ -1,0 +1,95 @@
+//! An accelerometer whose bias steps far beyond what a good receiver's fixes allow, on the axis that bears the weight.
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, EstimatorConfig};
+use hovernav::event::Event;
+use hovernav::frames::Vector;
+use hovernav::imu::{ImuSample, Motion};
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, HorizontalVertical, fly};
+
+/// When it steps, s.
+const STEP_S: f64 = 60.0;
+
+/// Turns to both sides at 8 m/s.
+fn plan() -> FlightPlan {
+    let place = Geodetic::from_degrees(49.0, 8.4, 110.0).unwrap();
+    let plan = FlightPlan::hover_at(place, 0.4).hold(5.0);
+    let plan = plan.accelerate(Vector::new(8.0, 0.0, 0.0), 5.0);
+    (0..20).fold(plan, |plan, corner| {
+        let sense = if corner % 5 < 3 { 1.0 } else { -1.0 };
+        plan.hold(4.0).turn(sense * core::f64::consts::FRAC_PI_2, 0.5)
+    })
+}
+
+/// What it costs: for how long the vertical velocity is outside three one-sigmas, s, of which after the first ten seconds;
+/// by how much velocity, m/s, and height, m, are off at most.
+#[derive(Debug, Default)]
+struct Cost {
+    outside_s: f64,
+    later_s: f64,
+    velocity_mps: f64,
+    height_m: f64,
+}
+
+fn flown(step_mps2: f64, rate_hz: f64, seed: u64) -> Cost {
+    let dmu = DmuConfig {
+        rate_hz: 50.0,
+        attitude: None,
+        magnetometer: None,
+        vibration: Vec::new(),
+        ..DmuConfig::default()
+    };
+    let gps = GpsConfig {
+        rate_hz,
+        velocity_noise_mps: HorizontalVertical::new(0.04, 0.05),
+        velocity_wander_mps: HorizontalVertical::new(0.02, 0.03),
+        ..GpsConfig::default()
+    };
+    let recording = fly(&plan().build().unwrap(), &dmu, &gps, seed).unwrap();
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
+    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let mut fixes = recording.fixes.iter().peekable();
+    let mut cost = Cost::default();
+    for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(*fix), |_| ());
+        }
+        let since_s = sample.time.seconds() - STEP_S;
+        let rates = sample.motion.mean_rates(0.02);
+        let step = Vector::new(0.0, 0.0, if since_s > 0.0 { step_mps2 } else { 0.0 });
+        let motion = Motion::Rates {
+            angular_rate_radps: rates.angular_rate_radps,
+            specific_force_mps2: rates.specific_force_mps2 + step,
+        };
+        estimator.push(&Event::Imu(ImuSample { motion, ..*sample }), |_| ());
+        let Some(solution) = estimator.solution().filter(|_| since_s > 0.0) else { continue };
+        let off = (solution.velocity_mps - truth.velocity_mps).z().abs();
+        let height = solution.position.displacement_from(&truth.position).z().abs();
+        cost.velocity_mps = cost.velocity_mps.max(off);
+        cost.height_m = cost.height_m.max(height);
+        if off > 3.0 * solution.velocity_sigma_mps.z() {
+            cost.outside_s += 0.02;
+            cost.later_s += if since_s > 10.0 { 0.02 } else { 0.0 };
+        }
+    }
+    cost
+}
+
+/// The fixes were taken for false for 15 s at a time, and the vertical velocity was up to 35 m/s off for as long as the
+/// log lasted.
+#[test]
+fn it_is_learned_in_seconds_and_no_right_receiver_is_shut_out_by_it() {
+    for rate_hz in [1.0, 5.0] {
+        for step_mps2 in [-3.0, -2.0, -1.0, 1.0, 2.0, 3.0] {
+            for seed in 0..3 {
+                let cost = flown(step_mps2, rate_hz, seed);
+                println!("{step_mps2} m/s² at {rate_hz} Hz, seed {seed}: {cost:.1?}");
+                assert!(cost.outside_s < 7.0 && cost.later_s < 1.5);
+                assert!(cost.velocity_mps < 3.5 * step_mps2.abs() + 1.0 && cost.height_m < 20.0);
+            }
+        }
+    }
+}
