@@ -27,9 +27,9 @@ pub(super) struct Excess {
     /// When level velocity was first refused, soon after it had been accepted, and how far off it was.
     refused: Option<(Time, f64)>,
     /// The same of vertical velocity, m/s; none off where it was reopened.
-    refused_down: Option<(Time, f64)>,
+    refused_down: (Time, Option<f32>),
     /// When vertical velocity was reopened last, and by how much its error had grown each second, m/s².
-    reopened_down: Option<(Time, f64)>,
+    reopened_down: (Time, Option<f32>),
 }
 
 /// Which innovations speak of a step.
@@ -84,8 +84,8 @@ impl Excess {
         last_down: None,
         of_late: [0.0; 2],
         refused: None,
-        refused_down: None,
-        reopened_down: None,
+        refused_down: (Time::ZERO, None),
+        reopened_down: (Time::ZERO, None),
     };
 
     /// The factor on variances, from 1 to 10.
@@ -172,19 +172,20 @@ impl Excess {
     fn grows_down(&mut self, time: Time, down: &Innovation, height: f64) -> Option<Growth> {
         let off = down.innovation;
         let began = self.last_down.is_some_and(|(then, _)| soon_after(then, time).is_some());
-        let (before, reopened) = (self.refused_down, self.reopened_down);
+        let ((since, before), (then, reopened)) = (self.refused_down, self.reopened_down);
         self.refused_down = match down.verdict {
-            Verdict::Accepted => None,
-            Verdict::Reopened => Some((time, 0.0)),
-            Verdict::Rejected => before.or(began.then_some((time, off))),
+            Verdict::Accepted => (time, None),
+            Verdict::Reopened => (time, Some(0.0)),
+            Verdict::Rejected if before.is_some() => (since, before),
+            Verdict::Rejected => (time, began.then_some(off as f32)),
         };
-        let (since, first) = before.filter(|_| down.verdict != Verdict::Accepted)?;
+        let first = f64::from(before.filter(|_| down.verdict != Verdict::Accepted)?);
         let rate = (off - first) / (time - since).max(f64::MIN_POSITIVE);
-        let again = reopened.is_some_and(|(then, before)| {
-            time - then <= AGAIN_S && rate * before > 0.0 && down.verdict == Verdict::Reopened
-        });
+        let again = down.verdict == Verdict::Reopened
+            && time - then <= AGAIN_S
+            && reopened.is_some_and(|before| rate * f64::from(before) > 0.0);
         if down.verdict == Verdict::Reopened {
-            self.reopened_down = Some((time, rate));
+            self.reopened_down = (time, Some(rate as f32));
         }
         let grows = first * off >= 0.0 && off.abs() >= GROWN * first.abs() && height * off > 0.0;
         let left_s = if down.verdict == Verdict::Reopened { 0.0 } else { off / rate };

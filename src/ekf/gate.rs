@@ -5,7 +5,8 @@
 //!
 //! - Positions that agreed until one jumped away from the inertial path, while velocity goes on
 //!   agreeing, leaning to no side: the sensor is at fault, for no vehicle and no filter moves like that, whatever trouble
-//!   the inertial samples had. They are refused for as long as [`GateConfig::fault_s`](super::GateConfig::fault_s).
+//!   the inertial samples had. They are refused for as long as [`GateConfig::fault_s`](super::GateConfig::fault_s), or
+//!   as the place that they deny has been told, where that began after an absence.
 //! - Fixes that disagree after an absence, after trouble with the inertial samples, or after a series
 //!   of innovations that were too large already: the filter is lost. It is reopened as soon as
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) have passed and three were refused.
@@ -75,8 +76,10 @@ pub(super) struct Gates {
     lost_until: Time,
     /// Until when a heading that was found or replaced has yet to prove itself.
     unproven_until: Time,
-    /// For how long the receiver's height has been taken in, s, and how far it was off when its refusal began, m.
+    /// For how long the receiver's height has been taken in, s, and its place, where all that is known of it came of these
+    /// fixes; how far the height was off when its refusal began, m.
     height_taken_s: f32,
+    place_taken_s: f32,
     height_off_m: i16,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
@@ -179,6 +182,7 @@ impl Gates {
         lost_until: NEVER,
         unproven_until: NEVER,
         height_taken_s: 0.0,
+        place_taken_s: 0.0,
         height_off_m: 0,
         astray: false,
         baro_denies: false,
@@ -193,6 +197,7 @@ impl Gates {
         self.lost_until = NEVER;
         self.unproven_until = NEVER;
         self.height_taken_s = 0.0;
+        self.place_taken_s = 0.0;
         self.height_off_m = 0;
         self.astray = false;
         self.baro_denies = false;
@@ -298,13 +303,21 @@ impl Gates {
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
     pub fn accepted(&mut self, group: Group, time: Time, spread: f64) {
         if let Some(gate) = self.gates.get_mut(group as usize) {
-            if group == Group::VerticalPosition && gate.was_open {
-                self.height_taken_s += ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
+            let since_s = ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
+            match group {
+                Group::VerticalPosition if gate.was_open => self.height_taken_s += since_s,
+                Group::HorizontalPosition if gate.was_open => self.place_taken_s += since_s,
+                _ => {}
             }
             (gate.accepted, gate.was_open) = (time, true);
             gate.refusals = 0;
             gate.spread += NEWEST * (spread as f32 - gate.spread);
         }
+    }
+
+    /// What is known of the place comes of the fix that is about to be taken in.
+    pub fn forget_place(&mut self) {
+        self.place_taken_s = 0.0;
     }
 
     /// Whether a group was accepted when it was last heard, not long ago.
@@ -387,6 +400,10 @@ impl Gates {
             Group::HorizontalPosition if alone && off[0] > f64::from(GROWN * gate.lean) => {
                 config.recovery_s
             }
+            // A place that rests on a few fixes is no surer than as many that deny it.
+            Group::HorizontalPosition if velocity_agrees => {
+                config.fault_s.min(f64::from(self.place_taken_s).max(config.recovery_s))
+            }
             _ if velocity_agrees => config.fault_s,
             _ => config.lockout_s,
         };
@@ -397,8 +414,10 @@ impl Gates {
         let since = if gate.was_open { gate.accepted } else { gate.since };
         if reopens {
             *gate = Gate { accepted: time, was_open: true, ..Gate::NONE };
-            if group == Group::VerticalPosition {
-                self.height_taken_s = 0.0;
+            match group {
+                Group::VerticalPosition => self.height_taken_s = 0.0,
+                Group::HorizontalPosition => self.place_taken_s = 0.0,
+                _ => {}
             }
             if alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
                 // A filter that was lost in velocity is lost in position too.
@@ -477,5 +496,27 @@ mod tests {
     #[test]
     fn a_height_that_drifts_away_from_a_barometer_is_not_believed() {
         assert_eq!(believed_after_s(40, |wrong_s| 20.0 + wrong_s), None);
+    }
+
+    #[test]
+    fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before() {
+        for (told_s, believed_s) in [(3.0, 3.0), (12.0, 12.0), (100.0, 30.0)] {
+            let (mut gates, config) = (Gates::NONE, GateConfig::default());
+            let after_s = (0..200).find_map(|second| {
+                let time = Time::ZERO + f64::from(second);
+                gates.accepted(Group::HorizontalVelocity, time, 1.0);
+                if second == 0 {
+                    gates.forget_place();
+                }
+                let wrong_s = f64::from(second) - told_s - 1.0;
+                if wrong_s < 0.0 {
+                    gates.accepted(Group::HorizontalPosition, time, 1.0);
+                    return None;
+                }
+                let off = [40.0, 1.0];
+                gates.refused(Group::HorizontalPosition, time, off, &config).map(|_| wrong_s)
+            });
+            assert_eq!(after_s, Some(believed_s));
+        }
     }
 }

@@ -113,6 +113,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let leans = group.is_height() && self.gates.leans(group, time, off);
             let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
+                if group == Group::HorizontalPosition {
+                    self.judge_place(joint.variance(members.start).wide());
+                }
                 let count = members.len() as f64;
                 self.gates.accepted(group, time, sum.wide() / count);
                 Verdict::Accepted
@@ -147,6 +150,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             trace.reset(0..N);
         } else {
             trace.corrected(joint.correction());
+        }
+    }
+
+    /// Notes that a place is about to be taken in of which so little was known, variance in m², that all that is known
+    /// comes of it.
+    fn judge_place(&mut self, variance: f64) {
+        let stated_m = self.gps_wander.map_or(0.0, |[level, ..]| level);
+        if variance > square(UNKNOWN * stated_m) {
+            self.gates.forget_place();
         }
     }
 
@@ -228,6 +240,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
+/// Of a place that is less sure by so many times than a fix of it nothing is known but by that.
+const UNKNOWN: f64 = 2.0;
 /// A position that was not taken in for less than this, s, tells a velocity no better.
 const LEAST_LOST_S: f64 = 1.0;
 const REOPENED_TILT_RAD: f64 = 0.05;
