@@ -6,6 +6,7 @@
 //! left says whether it is a vehicle on wheels: of nothing that flies is so little left.
 
 use super::{root, square};
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::time::Time;
 
 /// What the fixes have shown of the velocity to the right and downwards.
@@ -15,6 +16,11 @@ pub(super) struct WheelWatch {
     down: Track,
     /// How far it has turned while this was seen well, rad.
     turned_rad: f32,
+    /// How far it banks in turns: sums of the sine of its bank times the centripetal acceleration in g, and of the
+    /// square of that.
+    banked: [f32; 2],
+    /// Slowest and fastest that was seen, m/s.
+    speeds_mps: [f32; 2],
     holds: bool,
     /// Whether [`news`](Self::news) has told that it does.
     told: bool,
@@ -73,6 +79,10 @@ const LEFT_MEMORY_S: f32 = 60.0;
 const ROLLS_MPS: f32 = 0.15;
 const ROLLS_S: f32 = 10.0;
 const HALF_A_TURN_RAD: f32 = core::f32::consts::PI;
+/// What flies banks into its turns by as much as takes the weight along, a share of 1; what rolls leans outwards.
+const BANKS: f32 = 0.5;
+/// What an angle of attack or leeway adds to the slope where it is faster or slower than was seen, per m/s of that.
+const BEYOND: f32 = 0.005;
 /// What is left after a vehicle has denied it, m/s.
 const DENIED_MPS: f32 = 1.0;
 /// Innovations that lean to one side by so many one-sigmas are those of a vehicle that leaves its road little by
@@ -142,33 +152,47 @@ impl WheelWatch {
         right: Track::UNSEEN,
         down: Track::UNSEEN,
         turned_rad: 0.0,
+        banked: [0.0; 2],
+        speeds_mps: [f32::INFINITY, 0.0],
         holds: false,
         told: false,
         seen: Time::ZERO,
     };
 
-    /// Takes in the velocity to the right and downwards after a fix.
+    /// Takes in the velocity to the right and downwards after a fix, and the sine of the bank to the right.
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.
-    pub fn told(&mut self, time: Time, right: &Seen, down: &Seen) {
+    pub fn told(&mut self, time: Time, right: &Seen, down: &Seen, bank: f32) {
         let elapsed_s = ((time - self.seen) as f32).clamp(0.0, LONGEST_S);
         self.seen = time;
         let size =
             |seen: &Seen| seen.forward_mps + seen.rate_radps + seen.across_mps + seen.own_variance;
         // Written so that a NaN tells nothing.
-        if !(right.forward_mps.abs() >= SLOWEST_MPS && (size(right) + size(down)).is_finite()) {
+        let sizes = size(right) + size(down) + bank;
+        let speed_mps = right.forward_mps.abs();
+        if !(speed_mps >= SLOWEST_MPS && sizes.is_finite()) {
             return;
+        }
+        let [slowest, fastest] = self.speeds_mps;
+        self.speeds_mps = [slowest.min(speed_mps), fastest.max(speed_mps)];
+        let centripetal = right.forward_mps * right.rate_radps / STANDARD_GRAVITY_MPS2 as f32;
+        let fade = 1.0 - elapsed_s / MEMORY_S;
+        for (sum, factor) in self.banked.iter_mut().zip([bank, centripetal]) {
+            *sum = fade * *sum + elapsed_s * centripetal * factor;
         }
         let before_s = self.right.seen_s;
         self.right.told(right, elapsed_s);
         self.down.told(down, elapsed_s);
         self.turned_rad += (self.right.seen_s - before_s).max(0.0) * right.rate_radps.abs();
         let left = self.right.left.max(self.down.left);
+        let [banked, turned] = self.banked;
+        let banks = banked > BANKS * turned;
         self.holds = if self.holds {
-            left < 2.0 * square(ROLLS_MPS)
+            left < 2.0 * square(ROLLS_MPS) && !banks
         } else {
             left < square(ROLLS_MPS)
+                && !banks
                 && self.right.seen_s.min(self.down.seen_s) > ROLLS_S
                 && self.turned_rad > HALF_A_TURN_RAD
         };
@@ -215,7 +239,11 @@ impl WheelWatch {
             Across::Down => &self.down,
         };
         let [slope, arm_m] = track.found();
-        let once = track.left.max(square(LEAST_MPS)) + square(SLOPE_SIGMA * forward_mps);
+        let [slowest, fastest] = self.speeds_mps;
+        let speed_mps = forward_mps.abs();
+        let beyond_mps = (speed_mps - fastest).max(slowest - speed_mps).max(0.0);
+        let slope_sigma = SLOPE_SIGMA + BEYOND * beyond_mps;
+        let once = track.left.max(square(LEAST_MPS)) + square(slope_sigma * forward_mps);
         Line { slope, arm_m, variance: once * CORRELATED_S / INTERVAL_S as f32 }
     }
 
@@ -236,6 +264,17 @@ mod tests {
         right: impl Fn(f32, f32) -> f32,
         down: impl Fn(f32, f32) -> f32,
     ) -> WheelWatch {
+        // Its springs let it lean outwards.
+        banked(seconds, right, down, -0.05)
+    }
+
+    /// The same, its bank's sine a share of the centripetal acceleration in g.
+    fn banked(
+        seconds: u32,
+        right: impl Fn(f32, f32) -> f32,
+        down: impl Fn(f32, f32) -> f32,
+        share: f32,
+    ) -> WheelWatch {
         let mut watch = WheelWatch::UNSEEN;
         for second in 1..=seconds {
             let time = second as f32;
@@ -249,7 +288,12 @@ mod tests {
             let pitch_rate = 0.05 * (1.3 * time).sin();
             let (right, down) = (right(time, rate_radps), down(time, pitch_rate));
             let time = Time::ZERO + f64::from(second);
-            watch.told(time, &seen(right, rate_radps), &seen(down, pitch_rate));
+            watch.told(
+                time,
+                &seen(right, rate_radps),
+                &seen(down, pitch_rate),
+                share * rate_radps * 10.0 / 9.8,
+            );
         }
         watch
     }
@@ -277,11 +321,23 @@ mod tests {
     }
 
     #[test]
+    fn what_banks_into_its_turns_flies_however_still_the_air() {
+        assert!(!banked(600, |_, _| 0.0, |_, _| 0.0, 1.0).holds);
+    }
+
+    #[test]
+    fn beyond_the_speeds_that_were_seen_less_is_known_of_the_line() {
+        let watch = driven(300, |_, _| 0.0, |_, _| 0.0);
+        let variance = |forward_mps| watch.line(Across::Down, forward_mps).variance;
+        assert!(variance(15.0) > 10.0 * variance(10.0));
+    }
+
+    #[test]
     fn a_straight_road_and_a_short_drive_tell_nothing() {
         let mut straight = WheelWatch::UNSEEN;
         let seen = Seen { forward_mps: 10.0, rate_radps: 0.0, across_mps: 0.0, own_variance: 0.0 };
         for second in 1..1000 {
-            straight.told(Time::ZERO + f64::from(second), &seen, &seen);
+            straight.told(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
         }
         assert!(!straight.holds && !driven(8, |_, _| 0.0, |_, _| 0.0).holds);
     }
@@ -296,7 +352,7 @@ mod tests {
         while watch.holds {
             seconds += 1;
             let time = Time::ZERO + f64::from(300 + seconds);
-            watch.told(time, &right, &Seen { across_mps: -1.0, ..right });
+            watch.told(time, &right, &Seen { across_mps: -1.0, ..right }, 0.0);
         }
         assert!(seconds <= 4, "{seconds}");
     }
@@ -331,8 +387,8 @@ mod tests {
         .into_iter()
         .enumerate()
         {
-            watch.told(Time::ZERO + second as f64, &bad, &good);
-            watch.told(Time::ZERO + second as f64, &Seen { forward_mps: 1.0, ..good }, &bad);
+            watch.told(Time::ZERO + second as f64, &bad, &good, 0.0);
+            watch.told(Time::ZERO + second as f64, &Seen { forward_mps: 1.0, ..good }, &bad, 0.0);
         }
         assert!(watch.right.seen_s == 0.0 && watch.right.found() == [0.0; 2]);
     }

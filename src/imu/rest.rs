@@ -19,8 +19,8 @@ pub struct Rest {
     stillness: Option<Stillness>,
     /// The latest magnetic field of the second under way.
     field: Option<[f32; 3]>,
-    /// Mean velocity of the fixes of late, north, east and down, m/s, and when the last came.
-    fixes: Option<(Time, [f32; 3])>,
+    /// When the last fix came, and the mean velocity of those of late, north, east and down, m/s.
+    fixes: (Time, Option<[f32; 3]>),
     /// Whether the vehicle has not moved since a second of rest.
     rests: bool,
     /// Whether the last sample ended the second after a rest.
@@ -174,30 +174,25 @@ impl Rest {
         before: None,
         stillness: None,
         field: None,
-        fixes: None,
+        fixes: (Time::ZERO, None),
         rests: false,
         moves_off: false,
     };
 
     /// Takes in the velocity of a fix, north, east and down, m/s, zero where it does not say, or that it has none.
     pub fn fix(&mut self, time: Time, velocity_mps: Option<[f64; 3]>) {
-        let Some(now) = velocity_mps.map(|wide| wide.map(|value| value as f32)) else {
-            self.fixes = None;
-            return;
-        };
-        if is_faster(now, FIX_MPS, FIX_DOWN_MPS) {
-            self.fixes = None;
-            return;
-        }
-        let Some((then, mean)) = &mut self.fixes else {
-            self.fixes = Some((time, now));
-            return;
-        };
-        let share = ((time - *then) / FIX_MEMORY_S).clamp(0.0, 1.0) as f32;
-        for (mean, now) in mean.iter_mut().zip(now) {
-            *mean += share * (now - *mean);
-        }
-        *then = time;
+        let now = velocity_mps.map(|wide| wide.map(|value| value as f32));
+        let slow = now.filter(|now| !is_faster(*now, FIX_MPS, FIX_DOWN_MPS));
+        let (then, before) = self.fixes;
+        let share = ((time - then) / FIX_MEMORY_S).clamp(0.0, 1.0) as f32;
+        let mean = slow.map(|now| {
+            let mut mean = before.unwrap_or(now);
+            for (mean, now) in mean.iter_mut().zip(now) {
+                *mean += share * (now - *mean);
+            }
+            mean
+        });
+        self.fixes = (time, mean);
     }
 
     /// Takes in a magnetic field, of any unit.
@@ -257,9 +252,9 @@ impl Rest {
                 .zip(limits(STEADY_RADPS, STEADY_MPS2))
                 .all(|((mean, before), limit)| (mean - before).abs() < limit)
         });
-        let slow = self.fixes.is_some_and(|(last, mean)| {
-            time - last < FIX_S && !is_faster(mean, FIX_MEAN_MPS, FIX_MEAN_DOWN_MPS)
-        });
+        let (last, mean) = self.fixes;
+        let slow = time - last < FIX_S
+            && mean.is_some_and(|mean| !is_faster(mean, FIX_MEAN_MPS, FIX_MEAN_DOWN_MPS));
         match steady && slow && squared(rates) < LARGEST_BIAS_RADPS * LARGEST_BIAS_RADPS {
             true if goes_on => Kind::Rest,
             true => Kind::Doubtful,

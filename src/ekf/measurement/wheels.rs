@@ -40,7 +40,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             seen.own_variance = single(self.covariance.project(&sensitivity).1);
             seen
         });
-        wheels.told(self.state.time, &right, &down);
+        let [.., [_, bank, _]] = self.state.body_to_ned.rows();
+        wheels.told(self.state.time, &right, &down, single(bank));
     }
 
     /// Holds a vehicle on `wheels` to its road where fixes are absent; after [`predict`](Self::predict). `None` where

@@ -249,6 +249,10 @@ fn axis(name: &str) -> Option<Quantity> {
         |name| name.chars().next_back().map(|last| (last, &name[..name.len() - last.len_utf8()])),
         |name| name.chars().next().map(|first| (first, &name[first.len_utf8()..])),
     ];
+    // Of a heading, a height, a speed: no axis.
+    if name.contains("accuracy") {
+        return None;
+    }
     ends.into_iter().find_map(|end| {
         let (letter, stem) = end(name)?;
         let axis = ['x', 'y', 'z'].iter().position(|axis| *axis == letter)?;
@@ -328,7 +332,9 @@ mod tests {
             let found = found.map(|meaning| (meaning.quantity, meaning.unit));
             assert_eq!(found, Some((quantity, unit)), "{name}");
         }
-        for name in ["", "temperature", "foo", "true_roll", "hdop", "lateral_error"] {
+        for name in
+            ["", "temperature", "foo", "true_roll", "hdop", "lateral_error", "headingAccuracy"]
+        {
             assert_eq!(meaning(name, ""), None, "{name}");
         }
         assert_eq!(meaning("gyro_x", "[deg/s]").unwrap().unit, Some("deg/s"));

@@ -155,6 +155,23 @@ fn refusal(
     // The velocity's gate tells whether the receiver contradicts itself.
     let told = log.dataset.fixes.iter().any(|fix| fix.horizontal_velocity_mps.is_some());
     let agrees = told && !is_refused[2] && !is_refused[3];
+    if let Some(time_s) =
+        reopened.filter(|_| span.count == 1 && is_first_after_a_gap(log, first, span))
+    {
+        return Finding {
+            start_s: span.start_s,
+            end_s: span.end_s,
+            sensor: first.sensor,
+            kind: "taken anew",
+            severity: Severity::Info,
+            count: 1,
+            words: format!(
+                "{} taken anew at {time_s:.1} s, after a gap in the inertial samples: {}",
+                first.sensor,
+                parts.join(", "),
+            ),
+        };
+    }
     let why = cause(log, first, span.start_s, agrees);
     let response = match reopened {
         Some(time_s) => format!(
@@ -181,6 +198,18 @@ fn refusal(
             parts.join(", "),
         ),
     }
+}
+
+/// Whether it is the attitude or heading that a gap has hidden, taken as it is told again.
+fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
+    let hides = |notice: &Notice| match notice {
+        Notice::GapBridged { time, .. } => {
+            (0.0..=AFTERMATH_S).contains(&(span.start_s - time.seconds()))
+        }
+        _ => false,
+    };
+    matches!(group.channels, [Channel::Yaw | Channel::Roll, ..])
+        && log.run.notices.iter().any(hides)
 }
 
 /// What the run says of a group, measurement by measurement.

@@ -108,11 +108,17 @@ impl Inertial {
     /// Samples missing here and there, and time stamps that scatter.
     fn lost(&self, findings: &mut Vec<Finding>) {
         let Some(typical_s) = self.intervals.quantile(0.5) else { return };
-        let missing = |interval_s: f64| ((interval_s / typical_s).round() - 1.0).max(0.0);
-        // Longer ones are gaps, told one by one.
-        let short = self.intervals.counts().filter(|(interval_s, _)| *interval_s < 5.0 * typical_s);
-        let missing: f64 =
-            short.map(|(interval_s, count)| missing(interval_s) * count as f64).sum();
+        let (mut whole, mut in_time) = (0.0, 0.0);
+        for (interval_s, count) in self.intervals.counts() {
+            let intervals = interval_s / typical_s;
+            // Longer ones are gaps, told one by one.
+            if intervals < 5.0 {
+                whole += (intervals.round() - 1.0).max(0.0) * count as f64;
+                in_time += (intervals - 1.0) * count as f64;
+            }
+        }
+        // Stamps that scatter make intervals long and short, and nothing longer in all.
+        let missing = whole.min(in_time).max(0.0).round();
         let share = missing / (missing + self.count as f64);
         if share > LOST {
             let (start_s, end_s) = (self.first_s, self.last_s);

@@ -28,7 +28,11 @@ const REASONS: [Unusable; 7] = [
     Unusable::Reversed,
 ];
 
+/// For so long, s, a filter that has just started remembers too little for a fix that comes late.
+const STARTING_S: f64 = 1.0;
+
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let starting_s = log.span_s().map_or(f64::NEG_INFINITY, |(first_s, _)| first_s + STARTING_S);
     for (aid, sensor) in AIDS {
         for reason in REASONS {
             let moments = log.run.notices.iter().filter_map(|notice| match notice {
@@ -44,7 +48,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                         && finding.start_s <= span.start_s
                         && span.end_s <= finding.end_s
                 });
-                if known {
+                if known || (reason == Unusable::TooOld && span.end_s < starting_s) {
                     continue;
                 }
                 findings.push(Finding {
