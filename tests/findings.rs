@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hovernav::frames::Vector;
 use hovernav_log::{Dataset, Finding, Severity, sentences};
 use hovernav_sim::faults::{Fault, Log};
 
@@ -73,6 +74,20 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
             assert!(near, "{fault}: {finding:?}");
         }
     }
+}
+
+#[test]
+fn a_receiver_that_states_a_third_of_what_it_scatters_by_is_named() {
+    let mut dataset = Dataset::open(log_dir()).unwrap();
+    for fix in &mut dataset.fixes {
+        fix.position_sigma_m = Some(Vector::new(0.4, 0.4, 0.8));
+    }
+    let config = dataset.settings().unwrap();
+    let run = dataset.estimate(&config, |_| {});
+    let found = dataset.findings(&run);
+    let named = found.iter().find(|finding| finding.kind == "understated");
+    let Some(finding) = named else { panic!("{:?}", sentences(&found)) };
+    assert!(finding.is_warning() && finding.words.contains("surer than they are"));
 }
 
 #[test]

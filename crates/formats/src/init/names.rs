@@ -216,13 +216,16 @@ fn scalar(name: &str) -> Option<Quantity> {
         "vu" | "velu" | "vup" | "velup" | "upvelocity" | "velocityup" | "climb" | "climbrate"
         | "verticalspeed" => Q::Up,
         "speed" | "gspeed" | "groundspeed" | "sog" | "spd" => Q::Speed,
-        "course" | "cog" | "track" | "crs" | "headmot" | "courseoverground" => Q::Course,
+        "course" | "cog" | "track" | "crs" | "headmot" | "courseoverground" | "bearing" => {
+            Q::Course
+        }
         "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "sigmahorizontal" => Q::SigmaHorizontal,
         "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
         "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,
         "sigmavv" => Q::SigmaVerticalSpeed,
         "fix" | "fixtype" | "fixstatus" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
+        _ if has(&["accuracy"]) => return None,
         _ if name.starts_with("time") => Q::Time,
         _ if has(&["nsat", "numsat", "satellites"]) || name == "sats" => Q::Satellites,
         _ if has(&["baro", "press"]) && has(&["alt", "height", "hgt"]) => Q::BaroHeight,
@@ -257,7 +260,7 @@ fn axis(name: &str) -> Option<Quantity> {
         let (letter, stem) = end(name)?;
         let axis = ['x', 'y', 'z'].iter().position(|axis| *axis == letter)?;
         let has = |parts: &[&str]| parts.iter().any(|part| stem.contains(part));
-        Some(if has(&["dtheta", "deltaangle", "delang", "dangle", "dang"]) {
+        Some(if has(&["dtheta", "deltatheta", "deltaangle", "delang", "dangle", "dang"]) {
             Quantity::AngleIncrement(axis)
         } else if has(&["dvel", "deltavel", "delvel", "deltav"]) || stem == "dv" {
             Quantity::VelocityIncrement(axis)
@@ -307,6 +310,10 @@ mod tests {
             ("xacc", Q::Accel(0), None),
             ("dvel_x_mps", Q::VelocityIncrement(0), Some("m/s")),
             ("dtheta_z_rad", Q::AngleIncrement(2), Some("rad")),
+            ("DeltaThetaX", Q::AngleIncrement(0), None),
+            ("DeltaVelocityX", Q::VelocityIncrement(0), None),
+            ("bearing", Q::Course, None),
+            ("verticalAccuracy", Q::SigmaVertical, None),
             ("mag_x_gauss", Q::Mag(0), Some("gauss")),
             ("magY(uT)", Q::Mag(1), Some("ut")),
             ("roll_deg", Q::Attitude(0), Some("deg")),
@@ -333,7 +340,7 @@ mod tests {
             assert_eq!(found, Some((quantity, unit)), "{name}");
         }
         for name in
-            ["", "temperature", "foo", "true_roll", "hdop", "lateral_error", "headingAccuracy"]
+            ["", "temperature", "foo", "true_roll", "hdop", "lateral_error", "bearingAccuracy"]
         {
             assert_eq!(meaning(name, ""), None, "{name}");
         }

@@ -13,6 +13,7 @@ mod lever_arm;
 mod slow;
 mod spans;
 mod steps;
+mod understated;
 mod unit;
 mod unused;
 mod wheels;
@@ -51,6 +52,7 @@ impl Dataset {
         slow::find(&log, &mut findings);
         steps::find(&log, witness, &mut findings);
         lever_arm::find(&log, &mut findings);
+        understated::find(&log, &mut findings);
         unused::find(&log, &mut findings);
         wheels::find(&log, &mut findings);
         let setup = setup.check(self).into_iter().chain(alternative(self, &run.config, run));
