@@ -33,6 +33,8 @@ const TIMING: f64 = 0.3;
 /// whose bias has stepped.
 const STEADY_S: f64 = 1.9;
 const STEADY: f64 = 0.5;
+/// Smaller ones, m/s², are no step.
+const LEAST_MPS2: f64 = 0.4;
 /// Fixes that changed as was not felt are astray for this long, s, unless they come back by half.
 const ASTRAY_S: f64 = 15.0;
 
@@ -105,7 +107,8 @@ impl<T: Scalar> ForceSum<T> {
     /// Whether the changes have been off by about as much, m/s², for long enough: a receiver's go astray at a stroke.
     fn goes_on(&mut self, time: Time, off_mps2: f64) -> bool {
         let (since, before) = self.steady;
-        let is_steady = libm::fabs(off_mps2 - before) <= STEADY * libm::fabs(before);
+        let size = libm::fabs(before);
+        let is_steady = size >= LEAST_MPS2 && libm::fabs(off_mps2 - before) <= STEADY * size;
         let since = if is_steady { since } else { time };
         self.steady = (since, off_mps2);
         time - since >= STEADY_S

@@ -121,7 +121,7 @@ fn one_bad_position_is_refused_by_axis_and_the_next_good_one_taken() {
 #[test]
 fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
     let mut rest = RestBase::new();
-    for _ in 0..20 {
+    for _ in 0..40 {
         rest.fix(Vector::ZERO);
     }
     let there = Vector::new(60.0, -80.0, 0.0);
@@ -133,6 +133,17 @@ fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
     }
     assert!(rest.off_m(there) < 2.0, "{} m off", rest.off_m(there));
     assert!(rest.filter.is_healthy());
+}
+
+#[test]
+fn a_jump_away_from_a_place_told_for_ten_seconds_is_followed_after_as_long() {
+    let mut rest = RestBase::new();
+    for _ in 0..10 {
+        rest.fix(Vector::ZERO);
+    }
+    let there = Vector::new(60.0, -80.0, 0.0);
+    let reopened_after = (0..60).position(|_| rest.fix(there).any_reopened());
+    assert_eq!(reopened_after, Some(9));
 }
 
 /// The horizontal part of a fix alone, at a velocity as well as a place.

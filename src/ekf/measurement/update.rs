@@ -114,7 +114,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
-                    self.judge_place(joint.variance(members.start).wide());
+                    let at = members.start;
+                    self.judge_place(joint.variance(at).wide(), noise[at].wide());
                 }
                 let count = members.len() as f64;
                 self.gates.accepted(group, time, sum.wide() / count);
@@ -153,11 +154,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Notes that a place is about to be taken in of which so little was known, variance in m², that all that is known
-    /// comes of it.
-    fn judge_place(&mut self, variance: f64) {
-        let stated_m = self.gps_wander.map_or(0.0, |[level, ..]| level);
-        if variance > square(UNKNOWN * stated_m) {
+    /// Notes that a place is about to be taken in of which so little was known, variance in m² beside the `noise` of the fix,
+    /// that all that is known comes of it.
+    fn judge_place(&mut self, variance: f64, noise: f64) {
+        let wander_m = self.gps_wander.map_or(0.0, |[level, ..]| level);
+        if variance > square(UNKNOWN) * square(wander_m).max(noise) {
             self.gates.forget_place();
         }
     }
