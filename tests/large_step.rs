@@ -1,26 +1,21 @@
 //! An accelerometer whose bias steps far beyond what a good receiver's fixes allow, on the axis that bears the weight.
 
-use hovernav::earth::Geodetic;
+#[path = "support/blocks.rs"]
+mod blocks;
+#[path = "support/unaided.rs"]
+mod unaided;
+
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Estimator, EstimatorConfig};
 use hovernav::event::Event;
 use hovernav::frames::Vector;
 use hovernav::imu::{ImuSample, Motion};
-use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, HorizontalVertical, fly};
+use hovernav_sim::{GpsConfig, HorizontalVertical};
+
+use blocks::around_blocks;
+use unaided::flown_unaided;
 
 /// When it steps, s.
 const STEP_S: f64 = 60.0;
-
-/// Turns to both sides at 8 m/s.
-fn plan() -> FlightPlan {
-    let place = Geodetic::from_degrees(49.0, 8.4, 110.0).unwrap();
-    let plan = FlightPlan::hover_at(place, 0.4).hold(5.0);
-    let plan = plan.accelerate(Vector::new(8.0, 0.0, 0.0), 5.0);
-    (0..20).fold(plan, |plan, corner| {
-        let sense = if corner % 5 < 3 { 1.0 } else { -1.0 };
-        plan.hold(4.0).turn(sense * core::f64::consts::FRAC_PI_2, 0.5)
-    })
-}
 
 /// What it costs: for how long the vertical velocity is outside three one-sigmas, s, of which after the first ten seconds;
 /// by how much velocity, m/s, and height, m, are off at most.
@@ -33,24 +28,13 @@ struct Cost {
 }
 
 fn flown(step_mps2: f64, rate_hz: f64, seed: u64) -> Cost {
-    let dmu = DmuConfig {
-        rate_hz: 50.0,
-        attitude: None,
-        magnetometer: None,
-        vibration: Vec::new(),
-        ..DmuConfig::default()
-    };
     let gps = GpsConfig {
         rate_hz,
         velocity_noise_mps: HorizontalVertical::new(0.04, 0.05),
         velocity_wander_mps: HorizontalVertical::new(0.02, 0.03),
         ..GpsConfig::default()
     };
-    let recording = fly(&plan().build().unwrap(), &dmu, &gps, seed).unwrap();
-    let mut config = EstimatorConfig::default();
-    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
-    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
-    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let (recording, mut estimator) = flown_unaided::<Full, 28>(&around_blocks(20), &gps, seed);
     let mut fixes = recording.fixes.iter().peekable();
     let mut cost = Cost::default();
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {

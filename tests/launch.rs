@@ -1,13 +1,18 @@
 //! A vehicle that rests, sets off and takes off, its heading unknown and its gyro biases not those of the
 //! rest: no good fix is refused for long, and the one-sigmas are true.
 
+#[path = "support/unaided.rs"]
+mod unaided;
+
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Channel, Estimator, EstimatorConfig, Notice, Verdict};
+use hovernav::ekf::{Channel, Notice, Verdict};
 use hovernav::event::Event;
 use hovernav::frames::{Body, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
-use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
+use hovernav_sim::{FlightPlan, GpsConfig};
+
+use unaided::flown_unaided;
 
 const REST_S: f64 = 60.0;
 
@@ -65,19 +70,8 @@ struct Outcome {
 }
 
 fn flown(plan: &FlightPlan, seed: u64) -> Outcome {
-    let dmu = DmuConfig {
-        rate_hz: 50.0,
-        attitude: None,
-        magnetometer: None,
-        vibration: Vec::new(),
-        ..DmuConfig::default()
-    };
     let gps = GpsConfig::default();
-    let recording = fly(&plan.build().unwrap(), &dmu, &gps, seed).unwrap();
-    let mut config = EstimatorConfig::default();
-    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
-    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
-    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let (recording, mut estimator) = flown_unaided::<Full, 28>(plan, &gps, seed);
     let mut outcome = Outcome {
         found_s: None,
         refused: 0,

@@ -1,29 +1,23 @@
 //! Gaps in the inertial samples of a vehicle that turns, with nothing but fixes to tell its heading by.
 
-use core::f64::consts::FRAC_PI_2;
+#[path = "support/blocks.rs"]
+mod blocks;
+#[path = "support/unaided.rs"]
+mod unaided;
 
-use hovernav::earth::Geodetic;
+use hovernav::ekf::Notice;
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
 use hovernav::event::Event;
-use hovernav::frames::{Vector, wrap_angle};
+use hovernav::frames::wrap_angle;
 use hovernav::gps::Fix;
-use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
+use hovernav_sim::GpsConfig;
+
+use blocks::around_blocks;
+use unaided::flown_unaided;
 
 /// What is lost, from second to second: of a corner as of a straight, some within seconds of each other.
 const GAPS_S: [[f64; 2]; 6] =
     [[60.0, 61.6], [75.3, 76.9], [79.7, 81.3], [101.0, 102.6], [125.5, 127.1], [150.0, 155.0]];
-
-/// Blocks of houses, driven around at 8 m/s.
-fn around_blocks() -> FlightPlan {
-    let place = Geodetic::from_degrees(49.0, 8.4, 110.0).unwrap();
-    let plan = FlightPlan::hover_at(place, 0.4).hold(5.0);
-    let plan = plan.accelerate(Vector::new(8.0, 0.0, 0.0), 5.0);
-    (0..24).fold(plan, |plan, corner| {
-        let sense = if corner % 5 < 3 { 1.0 } else { -1.0 };
-        plan.hold(4.0).turn(sense * FRAC_PI_2, 0.5)
-    })
-}
 
 struct Drive {
     /// Of all solutions from 40 s on: root of the mean square of yaw's error, rad, the largest of velocity and place.
@@ -36,19 +30,8 @@ struct Drive {
 }
 
 fn driven(seed: u64, fix: impl Fn(&Fix) -> Fix) -> Drive {
-    let dmu = DmuConfig {
-        rate_hz: 50.0,
-        attitude: None,
-        magnetometer: None,
-        vibration: Vec::new(),
-        ..DmuConfig::default()
-    };
     let gps = GpsConfig::default();
-    let recording = fly(&around_blocks().build().unwrap(), &dmu, &gps, seed).unwrap();
-    let mut config = EstimatorConfig::default();
-    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
-    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
-    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let (recording, mut estimator) = flown_unaided::<Full, 28>(&around_blocks(24), &gps, seed);
     let mut fixes = recording.fixes.iter().peekable();
     let (mut count, mut squares, mut inside, mut found) = (0.0, 0.0, [0.0; 2], 0);
     let (mut velocity_mps, mut horizontal_m) = (0.0f64, 0.0f64);

@@ -1,11 +1,15 @@
 //! How sure a solution is while its heading is still searched.
 
+#[path = "support/unaided.rs"]
+mod unaided;
+
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Estimator, EstimatorConfig};
 use hovernav::event::Event;
 use hovernav::frames::Vector;
-use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, HorizontalVertical, fly};
+use hovernav_sim::{FlightPlan, GpsConfig, HorizontalVertical};
+
+use unaided::flown_unaided;
 
 /// Two minutes of standing still, or of hovering, then off to one side.
 fn plan(sway: bool) -> FlightPlan {
@@ -20,24 +24,13 @@ fn plan(sway: bool) -> FlightPlan {
 /// Root of the mean square of error over one-sigma until then, level velocity and position, and the share of both inside
 /// three.
 fn normalised(sway: bool, rate_hz: f64, seed: u64) -> ([f64; 2], f64) {
-    let dmu = DmuConfig {
-        rate_hz: 50.0,
-        attitude: None,
-        magnetometer: None,
-        vibration: Vec::new(),
-        ..DmuConfig::default()
-    };
     let gps = GpsConfig {
         rate_hz,
         position_noise_m: HorizontalVertical::new(0.2, 0.4),
         position_wander_m: HorizontalVertical::new(1.4, 2.4),
         ..GpsConfig::default()
     };
-    let recording = fly(&plan(sway).build().unwrap(), &dmu, &gps, seed).unwrap();
-    let mut config = EstimatorConfig::default();
-    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
-    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
-    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let (recording, mut estimator) = flown_unaided::<Full, 28>(&plan(sway), &gps, seed);
     let mut fixes = recording.fixes.iter().peekable();
     let (mut squares, mut inside, mut count) = ([0.0; 2], 0.0, 0.0);
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {

@@ -1,13 +1,18 @@
 //! A car that loses its fixes is held to its road; what leaves the road is let go, and the one-sigmas are true.
 
+#[path = "support/unaided.rs"]
+mod unaided;
+
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Full, Layout, WithoutHeightAids};
-use hovernav::ekf::{Channel, Estimator, EstimatorConfig, Notice};
+use hovernav::ekf::{Channel, Notice};
 use hovernav::event::Event;
 use hovernav::frames::Vector;
-use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Leg, fly};
+use hovernav_sim::{FlightPlan, GpsConfig, Leg};
+
+use unaided::flown_unaided;
 
 /// Fixes end here, s.
 const LOST_S: f64 = 240.0;
@@ -65,19 +70,8 @@ struct Outcome {
 }
 
 fn driven<L: Layout<N>, const N: usize>(plan: &FlightPlan, seed: u64) -> Outcome {
-    let dmu = DmuConfig {
-        rate_hz: 50.0,
-        attitude: None,
-        magnetometer: None,
-        vibration: Vec::new(),
-        ..DmuConfig::default()
-    };
     let gps = GpsConfig { rate_hz: 4.0, ..GpsConfig::default() };
-    let recording = fly(&plan.build().unwrap(), &dmu, &gps, seed).unwrap();
-    let mut config = EstimatorConfig::default();
-    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
-    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
-    let mut estimator = Box::new(Estimator::<L, N>::new(config));
+    let (recording, mut estimator) = flown_unaided::<L, N>(plan, &gps, seed);
     let (mut on_s, mut off_s, mut held) = (None, None, 0);
     let mut fixes = recording.fixes.iter().peekable();
     let mut outcome = None;

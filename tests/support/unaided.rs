@@ -1,0 +1,25 @@
+//! A plan flown with a unit at 50 Hz that tells neither attitude nor field, on a vehicle that does not shake.
+
+use hovernav::ekf::layout::Layout;
+use hovernav::ekf::{Estimator, EstimatorConfig};
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly};
+
+/// What the sensors said, and an estimator that has heard nothing of it yet, but knows where they are.
+pub fn flown_unaided<L: Layout<N>, const N: usize>(
+    plan: &FlightPlan,
+    gps: &GpsConfig,
+    seed: u64,
+) -> (Recording, Box<Estimator<L, N>>) {
+    let dmu = DmuConfig {
+        rate_hz: 50.0,
+        attitude: None,
+        magnetometer: None,
+        vibration: Vec::new(),
+        ..DmuConfig::default()
+    };
+    let recording = fly(&plan.build().unwrap(), &dmu, gps, seed).unwrap();
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
+    config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
+    (recording, Box::new(Estimator::new(config)))
+}
