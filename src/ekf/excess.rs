@@ -68,8 +68,9 @@ const STEP_S: f64 = 2.0;
 /// Refused innovations speak of a step when, after so long, s, they are so many times what they were.
 const GROWING_S: f64 = 0.9;
 const GROWN: f64 = 1.5;
-/// Vertical ones after so long, s, or where the velocity is reopened again, to the same side, within so long, s.
+/// Vertical ones after so long, s.
 const GROWING_DOWN_S: f64 = 1.9;
+/// So does a vertical velocity that is reopened again, to the same side, within so long, s.
 const AGAIN_S: f64 = 10.0;
 /// Fixes further apart than this, s, tell nothing of each other.
 const LONGEST_S: f64 = 3.0;

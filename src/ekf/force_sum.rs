@@ -19,7 +19,7 @@ pub(super) struct ForceSum<T> {
     farthest_mps: f64,
     /// When a change was denied first.
     denied: Time,
-    /// By how much the last change that was denied was off, m/s², and since when all have been by about as much.
+    /// Since when the changes have been off by about as much each, and by how much the last was, m/s².
     steady: (Time, f64),
 }
 
@@ -66,6 +66,7 @@ impl<T: Scalar> ForceSum<T> {
         let (last, force_mps, in_part) = (self.last, self.force_mps.cast(), self.in_part);
         (self.last, self.force_mps) = (Some((fix.time, velocity)), Vector::ZERO);
         self.in_part = false;
+        let mut steady = false;
         if let Some((time, before)) = last
             && !in_part
             && fix.time > time
@@ -89,13 +90,12 @@ impl<T: Scalar> ForceSum<T> {
                 self.stray_mps += asked - force_mps;
                 self.farthest_mps = self.farthest_mps.max(self.stray_mps.norm());
             }
-            if self.goes_on(fix.time, (length - felt) / (fix.time - time)) {
-                (self.stray_mps, self.farthest_mps) = (Vector::ZERO, 0.0);
-            }
+            steady = self.goes_on(fix.time, (length - felt) / (fix.time - time));
         } else {
             self.steady = (fix.time, 0.0);
         }
         let astray = self.farthest_mps > 0.0
+            && !steady
             && self.stray_mps.norm() > 0.5 * self.farthest_mps
             && fix.time - self.denied < ASTRAY_S;
         if !astray {

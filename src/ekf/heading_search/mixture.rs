@@ -116,10 +116,11 @@ impl<T: Scalar> HeadingSearch<T> {
                 (&mut solution.position_sigma_m, spread.position, wander.position_m),
             ] {
                 let slow = [level, level, down].map(|sigma| T::of(f64::from(sigma)));
-                let own = sigma.to_array().into_iter().zip(apart).zip(slow);
-                let mut wider =
-                    own.map(|((own, apart), slow)| (square(own) + apart + square(slow)).sqrt());
-                *sigma = core::array::from_fn(|_| wider.next().unwrap_or(T::ZERO)).into();
+                let mut wider = sigma.to_array();
+                for ((own, apart), slow) in wider.iter_mut().zip(apart).zip(slow) {
+                    *own = (square(*own) + apart + square(slow)).sqrt();
+                }
+                *sigma = wider.into();
             }
             solution
         })

@@ -306,7 +306,7 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Asks the monitor about the leader.
     fn bear_out(&mut self, time: Time) {
-        let off = self.best().and_then(|best| self.monitor.off(best.body_to_ned()));
+        let off = self.best().and_then(|best| self.monitor.off(best.state().body_to_ned));
         let agrees = off.is_some_and(|off| libm::fabs(off.turn_rad) < BORNE_OUT_RAD);
         self.borne_out = if agrees { self.borne_out.or(Some(time)) } else { None };
     }
@@ -365,7 +365,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.finish_turns();
         let most = self.best()?.weight;
         let off = |sector: &Sector<T>| {
-            let heading = (sector.body_to_ned() * baseline.cast()).azimuth_rad().wide();
+            let heading = (sector.state().body_to_ned * baseline.cast()).azimuth_rad().wide();
             libm::fabs(wrap_angle(heading_rad - heading))
         };
         let near = self.sectors.iter().zip(0..).filter_map(|(slot, number)| {

@@ -9,7 +9,7 @@ use super::super::layout::{ATTITUDE, BASE, Base, GYRO_BIAS};
 use super::super::measurement::BiasShift;
 use super::super::scalar::Scalar;
 use super::super::solution::{Estimate, Solution};
-use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::frames::{Body, Vector};
 use crate::ins::{Mounting, NavState};
 
 /// One filter of the bank, while another uses what they share.
@@ -91,11 +91,6 @@ impl<T: Scalar> Sector<T> {
     /// Where it is, how fast and which way up.
     pub fn state(&self) -> &NavState<T> {
         &self.state
-    }
-
-    /// Attitude.
-    pub fn body_to_ned(&self) -> Rotation<Body, Ned, T> {
-        self.state.body_to_ned
     }
 
     /// Heading, rad.

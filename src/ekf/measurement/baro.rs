@@ -42,10 +42,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let offset_m = *self.baro_offset_m.get_or_insert(height_m - own_m);
         let innovation = T::of(height_m - offset_m - own_m) - self.estimate(state);
         let noise = square(T::of(self.config.baro.noise_m));
+        let sensitivity = Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE);
         // What counts as white so that the wind is not believed too much hides how far off a reading is.
-        let own = self.covariance.value(POSITION + 2, POSITION + 2)
-            + self.covariance.value(state, state)
-            - T::of(2.0) * self.covariance.value(POSITION + 2, state);
+        let own = self.covariance.project(&sensitivity).1;
         let likely = square(T::of(DENIES_SIGMAS)) * (own + noise + wind);
         self.gates.set_baro_denies(square(innovation) > likely);
         let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
@@ -54,7 +53,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             group: Group::Baro,
             innovation,
             noise: noise + wind_variance,
-            sensitivity: Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE),
+            sensitivity,
         });
         let mut report = Report::default();
         self.update_sequentially(time, &scalars, &mut report, trace);

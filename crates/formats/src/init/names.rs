@@ -339,9 +339,16 @@ mod tests {
             let found = found.map(|meaning| (meaning.quantity, meaning.unit));
             assert_eq!(found, Some((quantity, unit)), "{name}");
         }
-        for name in
-            ["", "temperature", "foo", "true_roll", "hdop", "lateral_error", "bearingAccuracy"]
-        {
+        for name in [
+            "",
+            "temperature",
+            "foo",
+            "true_roll",
+            "hdop",
+            "lateral_error",
+            "bearingAccuracy",
+            "altitudeAccuracy",
+        ] {
             assert_eq!(meaning(name, ""), None, "{name}");
         }
         assert_eq!(meaning("gyro_x", "[deg/s]").unwrap().unit, Some("deg/s"));

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use hovernav::ekf::{Channel, Notice, Verdict};
+use hovernav::time::Time;
 
 use super::spans::{Span, spans};
 use super::{Judged, when};
@@ -200,12 +201,15 @@ fn refusal(
     }
 }
 
+/// Whether what happens at `start_s` may come of trouble at `time`.
+fn in_aftermath(time: Time, start_s: f64) -> bool {
+    (0.0..=AFTERMATH_S).contains(&(start_s - time.seconds()))
+}
+
 /// Whether it is the attitude or heading that a gap has hidden, taken as it is told again.
 fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
     let hides = |notice: &Notice| match notice {
-        Notice::GapBridged { time, .. } => {
-            (0.0..=AFTERMATH_S).contains(&(span.start_s - time.seconds()))
-        }
+        Notice::GapBridged { time, .. } => in_aftermath(*time, span.start_s),
         _ => false,
     };
     matches!(group.channels, [Channel::Yaw | Channel::Roll, ..])
@@ -247,7 +251,7 @@ fn cause(log: &Judged<'_>, group: &Group, start_s: f64, velocity_agrees: bool) -
     if group.sensor != "gps" {
         return "a disturbance of the sensor or an error of the filter".into();
     }
-    let recent = |time_s: f64| (0.0..=AFTERMATH_S).contains(&(start_s - time_s));
+    let recent = |time: &Time| in_aftermath(*time, start_s);
     let fixes = &log.dataset.fixes;
     let before = fixes.partition_point(|fix| fix.time.seconds() < start_s);
     let absence_s = match (before.checked_sub(1).and_then(|at| fixes.get(at)), fixes.get(before)) {
@@ -259,18 +263,18 @@ fn cause(log: &Judged<'_>, group: &Group, start_s: f64, velocity_agrees: bool) -
     }
     for notice in &log.run.notices {
         match notice {
-            Notice::GapBridged { time, length_s } if recent(time.seconds()) => {
+            Notice::GapBridged { time, length_s } if recent(time) => {
                 return format!(
                     "drift of the filter in a gap of {length_s:.2} s in the inertial samples"
                 );
             }
-            Notice::CovarianceReset { time, .. } if recent(time.seconds()) => {
+            Notice::CovarianceReset { time, .. } if recent(time) => {
                 return "the filter had been reset".into();
             }
-            Notice::SampleSuspect { time, suspicion } if recent(time.seconds()) => {
+            Notice::SampleSuspect { time, suspicion } if recent(time) => {
                 return format!("the inertial samples are suspect ({suspicion})");
             }
-            Notice::HeadingFound { time, .. } if recent(time.seconds()) => {
+            Notice::HeadingFound { time, .. } if recent(time) => {
                 return "the heading had just been found".into();
             }
             _ => {}

@@ -16,6 +16,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     if 2 * stated <= log.dataset.fixes.len() {
         return;
     }
+    // Not the tally of the run: that counts the reopened, each as large as a jump.
     let level = [Channel::PositionNorth, Channel::PositionEast].map(|channel| {
         let accepted = log.run.notices.iter().filter_map(|notice| match notice {
             Notice::Updated(report) => report
