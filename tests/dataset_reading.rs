@@ -237,13 +237,27 @@ fn two_recordings_in_one_file_are_refused_where_the_second_begins() {
 
 #[test]
 fn every_row_written_twice_is_read_once() {
-    let times: Vec<String> = steady_times(0, 2).into_iter().flat_map(|t| [t.clone(), t]).collect();
-    let dataset = open(&[("imu.csv", &imu_from(&times))]).unwrap();
+    let times = imu_from(&steady_times(0, 2));
+    let (header, rows) = times.split_once('\n').unwrap();
+    let twice: String = rows.lines().map(|row| format!("{row}\n{row}\n")).collect();
+    let dataset = open(&[("imu.csv", &format!("{header}\n{twice}"))]).unwrap();
     assert_eq!(dataset.imu.len(), 200);
     assert!(
         dataset.warnings[1]
             .contains("200 rows, the first at line 3, left out: same time as the row before")
     );
+}
+
+#[test]
+fn rows_of_one_time_are_put_together() {
+    let times: Vec<String> = steady_times(0, 2).into_iter().flat_map(|t| [t.clone(), t]).collect();
+    let dataset = open(&[("imu.csv", &imu_from(&times))]).unwrap();
+    assert_eq!(dataset.imu.len(), 200);
+    let Motion::Rates { angular_rate_radps, .. } = dataset.imu[3].motion else { panic!() };
+    // Rows 6 and 7: 0.61 and 0.71 rad/s.
+    assert!((angular_rate_radps.x() - 0.66).abs() < 1e-12);
+    let said = "200 rows, the first at line 3, put together with the row before, of the same time";
+    assert!(dataset.warnings[1].contains(said), "{:?}", dataset.warnings);
 }
 
 #[test]

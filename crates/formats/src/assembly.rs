@@ -190,8 +190,11 @@ impl Assembly {
         if manifest.name.is_empty() {
             manifest.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
-        let (imu, places) =
-            self.imu.in_time_order(|sample| sample.time, path, &mut self.imu_remarks)?;
+        let (imu, places) = self.imu.together(&mut self.imu_remarks).in_time_order(
+            |sample| sample.time,
+            path,
+            &mut self.imu_remarks,
+        )?;
         let (fixes, _) = self.fixes.in_time_order(|fix| fix.time, path, &mut self.gps_remarks)?;
         let others = &mut self.other_remarks;
         let (baro, _) = self.baro.in_time_order(|row| row.0, path, others)?;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::batch::REPEATED;
 use crate::distribution::Distribution;
 use crate::error::LogError;
 use crate::remarks::Remarks;
@@ -40,6 +41,11 @@ impl<T> Rows<T> {
         self.lines.push(line);
     }
 
+    /// All rows with their lines.
+    pub(crate) fn into_rows(self) -> impl Iterator<Item = (u64, T)> {
+        self.lines.into_iter().zip(self.rows)
+    }
+
     /// The rows with time strictly increasing, and their lines; the fewest possible are left out.
     ///
     /// So a single time far ahead costs that row and not all that follow. A handful of rows more
@@ -64,7 +70,6 @@ impl<T> Rows<T> {
     }
 }
 
-const REPEATED: &str = "left out: same time as the row before";
 const STRAY: &str = "left out: more than an hour from all the others";
 
 /// Which rows, by their `times` and `lines`, stay: see [`Rows::in_time_order`].

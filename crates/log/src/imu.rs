@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::axes::Reading;
+use crate::batch::Batch;
 use crate::clock::Gaps;
 use crate::error::LogError;
 use crate::ordered::TimedRows;
@@ -48,10 +49,14 @@ const STUCK_S: f64 = 0.2;
 /// Gaps named one by one before the rest is only counted.
 const GAPS_NAMED: usize = 8;
 
-/// The rows of `imu.csv`, read forward.
+/// The rows of `imu.csv`, read forward, those of one time put together.
 pub(crate) struct ImuRows {
     table: Table,
     columns: Columns,
+    /// Where the sample that was given last begins.
+    place: Place,
+    /// The first row of the next, with its place and line, once it was read.
+    ahead: Option<(Place, u64, ImuSample)>,
     /// What was wrong with the rows so far.
     pub remarks: Remarks,
 }
@@ -65,18 +70,32 @@ impl ImuRows {
         })?;
         let mut remarks = Remarks::new(FILE);
         let columns = Columns::of(&mut table, reading, &mut remarks)?;
-        Ok(Self { table, columns, remarks })
+        let place = table.place();
+        Ok(Self { table, columns, place, ahead: None, remarks })
     }
 
-    /// Where the row that was read last begins.
+    /// Where the sample that was given last begins.
     pub fn place(&self) -> Place {
-        self.table.place()
+        self.place
     }
 
-    /// Goes on after the row at `place`, which held a sample.
+    /// Goes on after the sample that begins at `place`.
     pub fn resume(&mut self, place: Place) -> Result<(), LogError> {
         self.table.resume(place)?;
+        self.ahead = None;
         self.next().map(drop)
+    }
+
+    /// The next row that holds a sample, with its place and line.
+    fn row(&mut self) -> Result<Option<(Place, u64, ImuSample)>, LogError> {
+        while let Some(row) = self.table.next(&mut self.remarks)? {
+            let line = row.line;
+            match self.columns.sample(&row)? {
+                Ok(sample) => return Ok(Some((self.table.place(), line, sample))),
+                Err(why) => self.remarks.count(why, line),
+            }
+        }
+        Ok(None)
     }
 }
 
@@ -84,13 +103,20 @@ impl TimedRows for ImuRows {
     type Row = ImuSample;
 
     fn next(&mut self) -> Result<Option<(u64, ImuSample)>, LogError> {
-        while let Some(row) = self.table.next(&mut self.remarks)? {
-            match self.columns.sample(&row)? {
-                Ok(sample) => return Ok(Some((row.line, sample))),
-                Err(why) => self.remarks.count(why, row.line),
+        let first = match self.ahead.take() {
+            Some(ahead) => Some(ahead),
+            None => self.row()?,
+        };
+        let Some((place, line, sample)) = first else { return Ok(None) };
+        self.place = place;
+        let mut batch = Batch::new(line, sample);
+        while let Some((place, line, sample)) = self.row()? {
+            if let Some((line, sample)) = batch.push(line, sample, &mut self.remarks) {
+                self.ahead = Some((place, line, sample));
+                break;
             }
         }
-        Ok(None)
+        Ok(Some(batch.row()))
     }
 
     fn time(sample: &ImuSample) -> Time {

@@ -8,7 +8,7 @@ use hovernav::frames::{Body, EulerAngles, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dataset, LogError, Manifest, Remarks, Rows, motion_fault};
+use hovernav_log::{Dataset, Join, LogError, Manifest, Remarks, Rows, motion_fault};
 
 /// What has been read so far, each sensor in the order found.
 #[derive(Default)]
@@ -42,10 +42,10 @@ pub(crate) fn dataset(
     };
     let gyro = |table: &TableMapping| table.gyro.is_some();
     let imu = of("imu", gyro);
-    let mut imu = imu.ordered(gathered.imu, |sample| sample.time, &mut warnings)?;
-    let rates = of("gyro", gyro).ordered(gathered.rates, |row| row.0, &mut warnings)?;
+    let mut imu = imu.joined(gathered.imu, &mut warnings)?;
+    let rates = of("gyro", gyro).joined(gathered.rates, &mut warnings)?;
     let accel = of("accel", |table| table.accel.is_some());
-    let forces = accel.ordered(gathered.forces, |row| row.0, &mut warnings)?;
+    let forces = accel.joined(gathered.forces, &mut warnings)?;
     let attitude = |table: &TableMapping| table.attitude.is_some();
     let attitudes = of("attitude", attitude);
     let attitudes = attitudes.ordered(gathered.attitudes, |row| row.0, &mut warnings)?;
@@ -84,6 +84,16 @@ struct Ordering {
 }
 
 impl Ordering {
+    /// With the rows of one time put together.
+    fn joined<T: Join>(
+        mut self,
+        rows: Rows<T>,
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<T>, LogError> {
+        let rows = rows.together(&mut self.remarks);
+        self.ordered(rows, Join::time, warnings)
+    }
+
     fn ordered<T>(
         mut self,
         rows: Rows<T>,
