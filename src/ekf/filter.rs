@@ -3,6 +3,7 @@
 use core::marker::PhantomData;
 
 use super::antenna::AntennaOffset;
+use super::barometer::Barometer;
 use super::config::EkfConfig;
 use super::covariance::Covariance;
 use super::excess::Excess;
@@ -94,7 +95,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) attitude_lost: Option<Time>,
     /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
     pub(super) heading_revision: HeadingRevision<T>,
-    pub(super) baro_offset_m: Option<f64>,
+    pub(super) barometer: Barometer,
     pub(super) ground: Ground,
     pub(super) antenna_heading: AntennaHeadingMemory,
     /// Slow part of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
@@ -147,7 +148,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             heading_distrusted: None,
             attitude_lost: None,
             heading_revision: HeadingRevision::NONE,
-            baro_offset_m: None,
+            barometer: Barometer::UNHEARD,
             ground: Ground::UNKNOWN,
             antenna_heading: AntennaHeadingMemory::NONE,
             gps_wander: None,
@@ -179,7 +180,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.heading_distrusted = None;
         self.attitude_lost = None;
         self.heading_revision = HeadingRevision::NONE;
-        self.baro_offset_m = None;
+        self.barometer = Barometer::UNHEARD;
         self.ground = Ground::UNKNOWN;
         self.antenna_heading = AntennaHeadingMemory::NONE;
         self.gps_wander = None;

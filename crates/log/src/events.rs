@@ -11,6 +11,9 @@ use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Notch};
 use hovernav::time::Time;
 
+/// A fix of a log arrives no later than this after it is true, s.
+const LATEST_S: f64 = 0.2;
+
 /// The events of a dataset in order of arrival; a clone goes on from where it was cloned.
 #[derive(Clone, Debug)]
 pub struct Events<'a> {
@@ -28,11 +31,12 @@ pub struct Events<'a> {
 
 impl Dataset {
     /// Everything the sensors sent, in order of arrival: as [`order`](Self::order) has it, else by
-    /// time, a fix arriving its latency after it is true.
+    /// time, a fix arriving its latency after it is true, but no more than 0.2 s after: what was logged later still
+    /// is later than an estimator remembers.
     #[must_use]
     pub fn events(&self) -> Events<'_> {
         Events {
-            latency_s: self.manifest.gps.latency_s,
+            latency_s: self.manifest.gps.latency_s.clamp(0.0, LATEST_S),
             order: if self.has_order() { self.order.iter() } else { [].iter() },
             imu: self.samples().peekable(),
             fixes: self.fixes.iter().peekable(),

@@ -1,5 +1,6 @@
 //! Barometric height.
 
+use super::super::barometer::Barometer;
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
@@ -39,9 +40,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gates.set_wind(Scalar::sqrt(wind.wide()));
         let wind_variance = wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
         let own_m = self.state.position.height_m;
-        let offset_m = *self.baro_offset_m.get_or_insert(height_m - own_m);
-        let innovation = T::of(height_m - offset_m - own_m) - self.estimate(state);
-        let noise = square(T::of(self.config.baro.noise_m));
+        let noise_m = self.config.baro.noise_m;
+        if !self.barometer.is_heard() {
+            self.barometer = Barometer::at(height_m - own_m, noise_m);
+        }
+        let read_m = height_m - self.barometer.level_m();
+        let off =
+            |filter: &Self| T::of(read_m - filter.state.position.height_m) - filter.estimate(state);
+        let innovation = off(self);
+        let blown = wind.wide() * (elapsed_s / WIND_TIME_S);
+        let noise = T::of(self.barometer.scatter(innovation.wide(), elapsed_s, blown, noise_m));
         let sensitivity = Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE);
         // What counts as white so that the wind is not believed too much hides how far off a reading is.
         let own = self.covariance.project(&sensitivity).1;
@@ -57,6 +65,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         let mut report = Report::default();
         self.update_sequentially(time, &scalars, &mut report, trace);
+        self.barometer.compared(off(self).wide());
         Ok(report)
     }
 

@@ -1,5 +1,6 @@
 //! Each measurement's sensitivity against numeric differentiation of its own prediction.
 
+use super::super::barometer::Barometer;
 use super::super::config::{AntennaHeadingModel, EkfConfig};
 use super::super::covariance::{Covariance, Gain, Sensitivity, Transition};
 use super::super::layout::{ATTITUDE, Full, GYRO_BIAS, Layout, POSITION};
@@ -251,7 +252,7 @@ fn a_barometer_sees_the_height_and_its_own_slow_error() {
     let offset_m = 12.0;
     let height_m = filter_now().position.height_m + offset_m;
     let errors = errors(&|filter, rows| {
-        filter.baro_offset_m = Some(offset_m);
+        filter.barometer = Barometer::at(offset_m, filter.config.baro.noise_m);
         let time = filter.state.time;
         filter.update_baro(time, height_m, rows).unwrap()
     });

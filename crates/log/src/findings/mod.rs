@@ -13,6 +13,7 @@ mod lever_arm;
 mod slow;
 mod spans;
 mod steps;
+mod timing;
 mod understated;
 mod unit;
 mod unused;
@@ -31,6 +32,7 @@ use ends::Ends;
 use heading::FieldStrength;
 use inertial::Inertial;
 use steps::Witness;
+use timing::Felt;
 
 impl Dataset {
     /// What happened in a `run` over this log, in order of time: outages, gaps, refusals, repetitions,
@@ -42,14 +44,14 @@ impl Dataset {
     #[must_use]
     pub fn findings(&self, run: &Run) -> Vec<Finding> {
         let log = Judged { dataset: self, run };
-        let Looked { inertial, ends, field, witness, setup } = Looked::at(&log);
+        let Looked { inertial, ends, field, witness, felt, setup } = Looked::at(&log);
         let mut findings = Vec::new();
         inertial::find(&log, inertial, ends, &mut findings);
         fixes::find(&log, &mut findings);
         gates::find(&log, &mut findings);
         ground::find(&log, &mut findings);
         heading::find(&log, field, &mut findings);
-        slow::find(&log, &mut findings);
+        slow::find(&log, &felt, &mut findings);
         steps::find(&log, witness, &mut findings);
         lever_arm::find(&log, &mut findings);
         understated::find(&log, &mut findings);
@@ -69,6 +71,7 @@ struct Looked {
     ends: Ends,
     field: FieldStrength,
     witness: Witness,
+    felt: Felt,
     setup: SetupLook,
 }
 
@@ -76,7 +79,7 @@ impl Looked {
     fn at(log: &Judged<'_>) -> Self {
         let (mut inertial, mut ends) = (Inertial::of(log), Ends::of(log));
         let (mut field, mut witness) = (FieldStrength::default(), Witness::default());
-        let mut setup = SetupLook::default();
+        let (mut felt, mut setup) = (Felt::default(), SetupLook::default());
         let (dataset, apart) = (log.dataset, &log.dataset.magnetometer);
         let own = |sample: &ImuSample| sample.magnetic_field_gauss.filter(|_| apart.is_empty());
         for (sample, rates) in with_rates(dataset.samples()) {
@@ -88,6 +91,7 @@ impl Looked {
                 inertial.push(&rates);
                 ends.look(&rates);
                 witness.push(log, &rates, sample.attitude);
+                felt.push(log, &rates);
             }
         }
         apart.iter().for_each(|(_, field_gauss)| field.look(*field_gauss));
@@ -103,7 +107,7 @@ impl Looked {
             }
             apart.iter().for_each(|(time, field_gauss)| field.look_again(*time, *field_gauss));
         }
-        Self { inertial, ends, field, witness, setup }
+        Self { inertial, ends, field, witness, felt, setup }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use hovernav::ekf::Notice;
 
+use super::timing::Felt;
 use super::{Judged, when};
 use crate::finding::{Finding, Severity};
 
@@ -15,10 +16,12 @@ const LEAST_GYRO: f64 = 0.005;
 const LEAST_ACCEL: f64 = 0.2;
 /// A time offset of the fixes beyond this, s, is worth declaring.
 const OFFSET_S: f64 = 0.1;
+/// Beyond this, s, the filter does not follow it any more.
+const FAR_S: f64 = 0.25;
 
-pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     biases(log, findings);
-    offset(log, findings);
+    offset(log, felt, findings);
 }
 
 fn biases(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -98,14 +101,46 @@ fn biases(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-fn offset(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let (Some((offset_s, sigma_s)), Some((start_s, end_s))) = (log.run.gps_offset, log.span_s())
-    else {
-        return;
-    };
-    let is_off = offset_s.abs() > OFFSET_S && offset_s.abs() > 4.0 * sigma_s;
+fn offset(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
+    let Some((start_s, end_s)) = log.span_s() else { return };
     let declared_s = log.dataset.manifest.gps.latency_s;
-    let found_s = declared_s + offset_s;
+    let far_s = felt.delay_s(log).filter(|far_s| far_s.abs() > FAR_S);
+    let side = |offset_s: f64| {
+        let found_s = declared_s + offset_s;
+        let side = if found_s >= 0.0 { "earlier" } else { "later" };
+        (found_s, format!("{:.3} s {side} than their time stamps say", found_s.abs()))
+    };
+    let (is_off, what) = match (far_s, log.run.gps_offset) {
+        (Some(far_s), _) => {
+            let (found_s, side) = side(far_s);
+            let how = "by when the vehicle accelerates";
+            (
+                true,
+                format!(
+                    "fixes hold {side} ({how}), declared latency {declared_s:.3} s; set [gps] latency_s = {found_s:.2}"
+                ),
+            )
+        }
+        (None, Some((offset_s, sigma_s))) => {
+            let is_off = offset_s.abs() > OFFSET_S && offset_s.abs() > 4.0 * sigma_s;
+            let (found_s, side) = side(offset_s);
+            let what = match is_off {
+                true if offset_s.abs() > FAR_S => format!(
+                    "fixes hold at other times than their time stamps say, by more than the filter can follow (it found \
+                     {side}, declared latency {declared_s:.3} s); look at the clocks"
+                ),
+                true => format!(
+                    "fixes hold {side} (one-sigma {sigma_s:.3} s), declared latency {declared_s:.3} s; set [gps] \
+                     latency_s = {found_s:.2}"
+                ),
+                false => format!(
+                    "fixes hold {side} (one-sigma {sigma_s:.3} s), declared latency {declared_s:.3} s"
+                ),
+            };
+            (is_off, what)
+        }
+        _ => return,
+    };
     findings.push(Finding {
         start_s,
         end_s,
@@ -113,12 +148,6 @@ fn offset(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         kind: "time offset",
         severity: if is_off { Severity::Warning } else { Severity::Info },
         count: 1,
-        words: format!(
-            "gps time offset: fixes hold {:.3} s {} than their time stamps say (one-sigma {sigma_s:.3} s), \
-             declared latency {declared_s:.3} s{}",
-            found_s.abs(),
-            if found_s >= 0.0 { "earlier" } else { "later" },
-            if is_off { format!("; set [gps] latency_s = {found_s:.2}") } else { String::new() }
-        ),
+        words: format!("gps time offset: {what}"),
     });
 }

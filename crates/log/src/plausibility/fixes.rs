@@ -57,8 +57,14 @@ fn gps(is_certain: bool, found: String, cause: &str, mend: &str) -> SetupFinding
     SetupFinding { sensor: "gps", is_certain, found, cause: cause.into(), mend: mend.into() }
 }
 
-/// Displacement rate and mean velocity, NED, over parts of about `length_s`.
-fn pairs(fixes: &[Fix], length_s: f64) -> Vec<([f64; 3], [f64; 3])> {
+/// Mean velocity and displacement rate, NED, of the axes from `from_axis` on, over parts of about `length_s`; of
+/// velocities as `velocity` takes them from a fix.
+fn pairs<const D: usize>(
+    fixes: &[Fix],
+    length_s: f64,
+    from_axis: usize,
+    velocity: impl Fn(&Fix) -> Option<[f64; D]>,
+) -> Vec<([f64; D], [f64; D])> {
     let mut pairs = Vec::new();
     let mut first = 0;
     while first < fixes.len() {
@@ -68,21 +74,21 @@ fn pairs(fixes: &[Fix], length_s: f64) -> Vec<([f64; 3], [f64; 3])> {
         let last = first + count;
         if let Some(end) = fixes.get(last).filter(|end| end.time - start.time < 2.0 * length_s) {
             let over_s = end.time - start.time;
-            let mut mean = [0.0; 3];
+            let mut mean = [0.0; D];
             let mut is_known = true;
             for pair in fixes[first..=last].windows(2) {
-                let (Some(a), Some(b)) = (pair[0].velocity_mps(), pair[1].velocity_mps()) else {
+                let (Some(a), Some(b)) = (velocity(&pair[0]), velocity(&pair[1])) else {
                     is_known = false;
                     break;
                 };
                 let share = 0.5 * (pair[1].time - pair[0].time) / over_s;
-                for ((mean, a), b) in mean.iter_mut().zip(a.to_array()).zip(b.to_array()) {
+                for ((mean, a), b) in mean.iter_mut().zip(a).zip(b) {
                     *mean += share * (a + b);
                 }
             }
             if is_known {
                 let moved = end.position.displacement_from(&start.position).to_array();
-                pairs.push((moved.map(|moved| moved / over_s), mean));
+                pairs.push((mean, std::array::from_fn(|axis| moved[from_axis + axis] / over_s)));
             }
         }
         first = last.max(first + 1);
@@ -91,11 +97,8 @@ fn pairs(fixes: &[Fix], length_s: f64) -> Vec<([f64; 3], [f64; 3])> {
 }
 
 fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
-    let level = |[north, east, _]: [f64; 3]| [north, east];
-    let pairs: Vec<_> = pairs(fixes, HORIZONTAL_S)
-        .into_iter()
-        .map(|(moved, velocity)| (level(velocity), level(moved)))
-        .collect();
+    // Receivers that tell speed and course tell no vertical velocity.
+    let pairs = pairs(fixes, HORIZONTAL_S, 0, |fix| fix.horizontal_velocity_mps);
     let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, LEAST_MPS) else {
         return;
     };
@@ -136,7 +139,12 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         UNITS.iter().find(|(scale, _)| near(nn, *scale) && near(ee, *scale))
     {
         let cause = format!("velocity in {unit}, expected m/s");
-        found.push(gps(true, sizes, &cause, "convert vn_mps, ve_mps and vd_mps"));
+        found.push(gps(
+            true,
+            sizes,
+            &cause,
+            "convert the velocity, or name its unit in mapping.toml",
+        ));
     } else if ![nn, ee].iter().all(|scale| (0.6..1.6).contains(scale)) {
         let cause = "coordinates or velocity of a wrong unit";
         found.push(gps(false, sizes, cause, "expected degrees and m/s"));
@@ -172,10 +180,8 @@ fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
 }
 
 fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
-    let pairs: Vec<_> = pairs(fixes, VERTICAL_S)
-        .into_iter()
-        .map(|(moved, velocity)| ([velocity[2]], [moved[2]]))
-        .collect();
+    let down = |fix: &Fix| fix.down_velocity_mps.filter(|_| !fix.two_dimensional);
+    let pairs = pairs(fixes, VERTICAL_S, 2, |fix| down(fix).map(|down| [down]));
     let Some(Fit { matrix: [[scale]], explained: [explained] }) = fit(&pairs, 0.5 * LEAST_MPS)
     else {
         return;

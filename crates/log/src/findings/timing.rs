@@ -1,0 +1,175 @@
+//! How late the fixes are, by when they say that the vehicle accelerates and when the accelerometers feel it.
+//!
+//! The filter follows the fixes' time as far as its memory reaches, a few tenths of a second. This sees as far as
+//! [`MOST_S`], and needs no more of the filter than its attitude, of which the heading may be off by any angle.
+
+use hovernav::frames::Vector;
+
+use super::Judged;
+use crate::rates::Rates;
+
+/// Delays that are tried, to either side, s: clocks may differ by the leap seconds.
+const MOST_S: f64 = 25.0;
+/// In steps of this, s, and then of this.
+const COARSE_S: f64 = 0.1;
+const FINE_S: f64 = 0.01;
+/// What lies further from the best, s, is another answer.
+const NEAR_S: f64 = 2.0;
+/// How often what was felt is kept, s.
+const STEP_S: f64 = 0.04;
+/// How accelerations change from one such time, s, to the next is compared: an attitude that is off for longer, for the
+/// fixes led it there, tells no other delay. Fixes further apart are left out.
+const OVER_S: f64 = 1.0;
+const LONGEST_S: f64 = 2.5;
+/// Longer intervals between samples hide what was felt, s.
+const GAP_S: f64 = 0.3;
+/// So much of a flight is looked at, s.
+const LOOKED_S: f64 = 3600.0;
+/// Fewer changes, or smaller ones, m/s rms, tell nothing.
+const LEAST_CHANGES: usize = 30;
+const LEAST_MPS: f64 = 0.5;
+/// So much of the changes has to be explained at the best delay, and so much less at none and at any that is not near it.
+const EXPLAINED: f64 = 0.5;
+const CLEARLY: f64 = 0.1;
+
+/// Level velocity by the specific force that was felt, turned by the attitude of a run.
+#[derive(Default)]
+pub(super) struct Felt {
+    moments: Vec<Moment>,
+    sum_mps: [f64; 2],
+    gaps: u32,
+    /// The latest solution.
+    index: usize,
+}
+
+/// What was felt until a moment.
+#[derive(Clone, Copy)]
+struct Moment {
+    time_s: f64,
+    north_east_mps: [f64; 2],
+    /// How many times something was hidden before.
+    gaps: u32,
+}
+
+impl Felt {
+    pub fn push(&mut self, log: &Judged<'_>, rates: &Rates) {
+        let (time, solutions) = (rates.time, &log.run.solutions);
+        while solutions.get(self.index + 1).is_some_and(|next| next.time <= time) {
+            self.index += 1;
+        }
+        let Some(solution) = solutions.get(self.index).filter(|solution| solution.time <= time)
+        else {
+            return;
+        };
+        let force = solution.body_to_ned * Vector::from(rates.force_mps2);
+        let [north, east, _] = (force * rates.interval_s).to_array();
+        self.sum_mps = [self.sum_mps[0] + north, self.sum_mps[1] + east];
+        self.gaps += u32::from(rates.interval_s > GAP_S || time - solution.time > GAP_S);
+        let time_s = time.seconds();
+        let is_due = self.moments.last().is_none_or(|last| time_s - last.time_s >= STEP_S);
+        let looked_s = self.moments.first().map_or(0.0, |first| time_s - first.time_s);
+        if is_due && looked_s < LOOKED_S {
+            let Self { sum_mps: north_east_mps, gaps, .. } = *self;
+            self.moments.push(Moment { time_s, north_east_mps, gaps });
+        }
+    }
+
+    /// How much earlier than by the declared latency the fixes hold, s, where that is plain.
+    pub fn delay_s(&self, log: &Judged<'_>) -> Option<f64> {
+        let told = told_changes(log);
+        let explained = |delay_s: f64| self.explained(&told, delay_s).unwrap_or(0.0);
+        let steps = (MOST_S / COARSE_S) as i32;
+        let tried: Vec<(f64, f64)> = (-steps..=steps)
+            .map(|step| COARSE_S * f64::from(step))
+            .map(|delay_s| (delay_s, explained(delay_s)))
+            .collect();
+        let (coarse_s, most) = tried.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let other = tried.iter().filter(|(delay_s, _)| (delay_s - coarse_s).abs() > NEAR_S);
+        let other = other.map(|(_, explained)| *explained).fold(explained(0.0), f64::max);
+        if most < EXPLAINED || other > most - CLEARLY {
+            return None;
+        }
+        let steps = (COARSE_S / FINE_S) as i32;
+        (-steps..=steps)
+            .map(|step| coarse_s + FINE_S * f64::from(step))
+            .max_by(|a, b| explained(*a).total_cmp(&explained(*b)))
+    }
+
+    /// How much of the changes that were `told` those that were felt `delay_s` before explain, turned together by
+    /// whatever angle explains them best, 0 to 1.
+    fn explained(&self, told: &[Change], delay_s: f64) -> Option<f64> {
+        let pairs: Vec<_> = told
+            .iter()
+            .filter_map(|change| {
+                let felt = self.change(change.times_s.map(|time_s| time_s - delay_s))?;
+                Some((felt, change.north_east_mps))
+            })
+            .collect();
+        if pairs.len() < LEAST_CHANGES {
+            return None;
+        }
+        let count = pairs.len() as f64;
+        let (mut felt, mut told) = ([0.0; 2], [0.0; 2]);
+        for (a, b) in &pairs {
+            felt = [felt[0] + a[0] / count, felt[1] + a[1] / count];
+            told = [told[0] + b[0] / count, told[1] + b[1] / count];
+        }
+        let (mut along, mut across, mut squares) = (0.0, 0.0, [0.0; 2]);
+        for (a, b) in pairs {
+            let a = [a[0] - felt[0], a[1] - felt[1]];
+            let b = [b[0] - told[0], b[1] - told[1]];
+            along += a[0] * b[0] + a[1] * b[1];
+            across += a[0] * b[1] - a[1] * b[0];
+            squares =
+                [squares[0] + a[0].hypot(a[1]).powi(2), squares[1] + b[0].hypot(b[1]).powi(2)];
+        }
+        let moves = squares.iter().all(|squares| (squares / count).sqrt() > LEAST_MPS);
+        moves.then(|| (along.powi(2) + across.powi(2)) / (squares[0] * squares[1]))
+    }
+
+    fn change(&self, times_s: [f64; 3]) -> Option<[f64; 2]> {
+        let [start, middle, end] = times_s.map(|time_s| self.at(time_s));
+        let (start, middle, end) = (start?, middle?, end?);
+        let velocities = [start, middle, end].map(|moment| moment.north_east_mps);
+        (start.gaps == end.gaps).then(|| second_difference(velocities))
+    }
+
+    fn at(&self, time_s: f64) -> Option<Moment> {
+        let after = self.moments.partition_point(|moment| moment.time_s < time_s);
+        let (from, to) = (self.moments.get(after.checked_sub(1)?)?, self.moments.get(after)?);
+        let share = (time_s - from.time_s) / (to.time_s - from.time_s);
+        let between = |axis: usize| {
+            let [from, to] = [from, to].map(|moment| moment.north_east_mps[axis]);
+            from + share * (to - from)
+        };
+        Some(Moment { time_s, north_east_mps: [between(0), between(1)], gaps: to.gaps })
+    }
+}
+
+/// By how much more the level velocity changed in one time than in the time before.
+struct Change {
+    times_s: [f64; 3],
+    north_east_mps: [f64; 2],
+}
+
+fn second_difference([start, middle, end]: [[f64; 2]; 3]) -> [f64; 2] {
+    [0, 1].map(|axis| end[axis] - 2.0 * middle[axis] + start[axis])
+}
+
+fn told_changes(log: &Judged<'_>) -> Vec<Change> {
+    let mut told: Vec<(f64, [f64; 2])> = Vec::new();
+    for fix in &log.dataset.fixes {
+        let (time_s, velocity) = (fix.time.seconds(), fix.horizontal_velocity_mps);
+        let is_due = told.last().is_none_or(|last| time_s - last.0 >= OVER_S - STEP_S);
+        told.extend(velocity.filter(|_| is_due).map(|velocity| (time_s, velocity)));
+    }
+    let changes = told.windows(3).filter_map(|told| {
+        let &[start, middle, end] = told else { return None };
+        let is_near = (middle.0 - start.0).max(end.0 - middle.0) < LONGEST_S;
+        is_near.then(|| Change {
+            times_s: [start.0, middle.0, end.0],
+            north_east_mps: second_difference([start.1, middle.1, end.1]),
+        })
+    });
+    changes.collect()
+}
