@@ -77,6 +77,51 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
 }
 
 #[test]
+fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehicle_accelerates() {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets");
+    for (name, own_s, lates_s) in
+        [("quad-p4rtk-vibration", -0.08, [0.8, 1.5]), ("uav-thor75-1hz", 0.0, [0.8, -0.7])]
+    {
+        let dir = dir.join(name);
+        if !dir.exists() {
+            println!("{} is missing: skipped", dir.display());
+            continue;
+        }
+        for late_s in lates_s {
+            let mut dataset = Dataset::open(&dir).unwrap();
+            for fix in &mut dataset.fixes {
+                fix.time = fix.time.offset_by(late_s);
+            }
+            let config = dataset.settings().unwrap();
+            let run = dataset.estimate(&config, |_| {});
+            let found = dataset.findings(&run);
+            let told = found.iter().find(|finding| finding.kind == "time offset").unwrap();
+            let (_, latency) = told.words.split_once("latency_s = ").unwrap();
+            let off_s = latency.parse::<f64>().unwrap() - late_s - own_s;
+            assert!(off_s.abs() < 0.1, "{name}, {late_s} s: {}", told.words);
+        }
+    }
+}
+
+#[test]
+fn a_latency_beyond_what_the_filter_remembers_is_as_good_as_none_in_a_log() {
+    let error_m = |late_s: f64| {
+        let mut dataset = Dataset::open(log_dir()).unwrap();
+        dataset.manifest.gps.latency_s = late_s;
+        let config = dataset.settings().unwrap();
+        let run = dataset.estimate(&config, |_| {});
+        assert!(run.fixes_compared.used > 280, "{late_s} s: {:?}", run.fixes_compared);
+        let last = run.solutions.last().unwrap().position;
+        let fix = dataset.fixes.last().unwrap().position;
+        last.displacement_from(&fix).norm()
+    };
+    for late_s in [0.3, 0.45, 0.7, 3.0] {
+        let (with_m, without_m) = (error_m(late_s), error_m(0.0));
+        assert!((with_m - without_m).abs() < 0.5, "{late_s} s: {with_m} {without_m}");
+    }
+}
+
+#[test]
 fn a_receiver_that_states_a_third_of_what_it_scatters_by_is_named() {
     let mut dataset = Dataset::open(log_dir()).unwrap();
     for fix in &mut dataset.fixes {

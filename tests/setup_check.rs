@@ -86,6 +86,32 @@ fn a_wrong_set_up_of_a_unit_with_its_own_attitude_is_refused_by_name() {
 }
 
 #[test]
+fn a_velocity_of_a_wrong_unit_or_sign_is_refused_with_and_without_its_vertical_part() {
+    for dir in
+        [shared("car-rtk"), shared("uav-thor75-1hz"), Some(heli_hover())].into_iter().flatten()
+    {
+        for (scale, expected) in [
+            ([3.6, 3.6], "velocity in km/h"),
+            ([1.944, 1.944], "velocity in knots"),
+            ([100.0, 100.0], "velocity in cm/s"),
+            ([1.0, -1.0], "wrong sign"),
+        ] {
+            for is_level in [true, false] {
+                let mut dataset = Dataset::open(&dir).unwrap();
+                for fix in &mut dataset.fixes {
+                    fix.horizontal_velocity_mps = fix
+                        .horizontal_velocity_mps
+                        .map(|[north, east]| [scale[0] * north, scale[1] * east]);
+                    fix.down_velocity_mps = fix.down_velocity_mps.filter(|_| !is_level);
+                }
+                let refusal = dataset.ensure_possible(&dir).unwrap_err().to_string();
+                assert!(refusal.contains(expected), "{} {scale:?}: {refusal}", dir.display());
+            }
+        }
+    }
+}
+
+#[test]
 fn a_wrong_set_up_of_a_unit_without_attitude_is_refused_or_named_after_trying_others() {
     for (name, fault, expected) in [
         ("car-rtk", "accel-sign=xyz", "axes = \"flu\""),

@@ -13,6 +13,9 @@ const TRIAL_SAMPLES: usize = 60_000;
 /// Fixes that a trial needs, to tell set-ups apart.
 const TRIAL_FIXES: usize = 15;
 
+/// Innovations whose squares are so many times what is expected deny how the axes are read.
+const DENIED: f64 = 1.0;
+
 /// How the axes of the sensors are to be turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turn {
@@ -72,16 +75,14 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
             tried.push((trial(dataset, &turn), turn, notes));
         }
     }
-    // The first is the usual one: another must be clearly better.
-    let Some((score, turn, notes)) = tried
-        .iter()
-        .enumerate()
-        .min_by(|(i, a), (j, b)| {
-            let handicap = |index: &usize| if *index == 0 { 0.7 } else { 1.0 };
-            (a.0 * handicap(i)).total_cmp(&(b.0 * handicap(j)))
-        })
-        .map(|(_, best)| best)
-    else {
+    // The first is the usual one: where the fixes do not deny it, they tell nothing of the others, and else another
+    // must be clearly better.
+    let usual = tried.first().filter(|(score, ..)| *score < DENIED);
+    let Some((score, turn, notes)) = usual.or_else(|| {
+        let handicap = |index: usize| if index == 0 { 0.7 } else { 1.0 };
+        let scores = tried.iter().enumerate().map(|(index, one)| (one.0 * handicap(index), one));
+        scores.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best)
+    }) else {
         return found;
     };
     found.turn = *turn;
