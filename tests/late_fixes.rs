@@ -1,5 +1,10 @@
 //! A fix that comes late says what it would have said on time.
 
+#[path = "support/blocks.rs"]
+mod blocks;
+#[path = "support/unaided.rs"]
+mod unaided;
+
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Full, Layout};
 use hovernav::ekf::{
@@ -295,4 +300,28 @@ fn before_the_first_sample_only_a_fix_of_the_start_itself_can_be_compared() {
     let at = |time: Time| Fix { time, ..recording.fixes[0] };
     assert!(filter.clone().update_gps(&at(Time::ZERO)).is_ok());
     assert_eq!(filter.clone().update_gps(&at(Time::ZERO + -0.01)), Err(Unusable::TooOld));
+}
+
+#[test]
+fn fixes_that_come_late_do_not_put_the_heading_in_doubt() {
+    let gps = GpsConfig { rate_hz: 2.0, ..GpsConfig::default() };
+    for seed in 1..=3 {
+        let (recording, mut estimator) =
+            unaided::flown_unaided::<Full, 28>(&blocks::around_blocks(24), &gps, seed);
+        let mut fixes = recording.fixes.iter().peekable();
+        let (mut found, mut denied) = (false, Vec::new());
+        for sample in &recording.imu {
+            while let Some(fix) = fixes.next_if(|fix| fix.time + 0.35 <= sample.time) {
+                estimator.push(&Event::Gps(*fix), |notice| match notice {
+                    Notice::HeadingDoubted { time, .. } | Notice::HeadingReset { time, .. } => {
+                        denied.push(time.seconds());
+                    }
+                    _ => {}
+                });
+            }
+            estimator.push(&Event::Imu(*sample), |_| {});
+            found |= estimator.solution().is_some_and(|now| now.attitude_sigma_rad[2] < 0.1);
+        }
+        assert!(found && denied.is_empty(), "seed {seed}: {found}, in doubt at {denied:?} s");
+    }
 }

@@ -425,7 +425,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let heading = ATTITUDE + 2;
         let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
         let (gps, body_to_ned) = (&filter.config.gps, filter.state.body_to_ned);
-        let Some(better) = self.search.better(fix, gps, body_to_ned, own_sigma_rad) else {
+        let (search, history) = (&mut self.search, &filter.history);
+        let Some(better) = search.better(fix, gps, history, body_to_ned, own_sigma_rad) else {
             return;
         };
         let BetterHeading { turn_rad, sigma_rad, replaces } = better;

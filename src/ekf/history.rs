@@ -6,7 +6,7 @@
 //! the noise the sensors added in between, which the caller adds to the measurement's.
 
 use crate::earth::Local;
-use crate::frames::{Body, Ned, Vector};
+use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::ins::{Advance, Increment, NavState};
 use crate::scalar::Scalar;
 use crate::time::Time;
@@ -46,7 +46,7 @@ struct EntryMotion<T> {
 
 /// Ring of the last entries, newest last.
 #[derive(Clone, Debug)]
-pub(super) struct History<T> {
+pub struct History<T> {
     entries: [Entry<T>; CAPACITY],
     next: usize,
     len: usize,
@@ -57,7 +57,7 @@ const RECENT: usize = 2;
 
 /// The newest entries' motion, newest first: see [`History::recent`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RecentMotion<T>([EntryMotion<T>; RECENT]);
+pub struct RecentMotion<T>([EntryMotion<T>; RECENT]);
 
 impl<T: Scalar> RecentMotion<T> {
     /// No motion.
@@ -66,7 +66,7 @@ impl<T: Scalar> RecentMotion<T> {
 
 /// Where a ring stands, with the extent of its newest entry, which may still grow.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cursor<T> {
+pub struct Cursor<T> {
     next: usize,
     len: usize,
     newest: Option<(Time, T)>,
@@ -75,7 +75,7 @@ pub(super) struct Cursor<T> {
 /// The present state as it must have been at an earlier moment, and how its errors hang together
 /// with the present ones.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LookBack<T> {
+pub struct LookBack<T> {
     /// The state then.
     pub state: NavState<T>,
     /// Angular rate of the body then, rad/s.
@@ -225,6 +225,31 @@ impl<T: Scalar> History<T> {
 
     fn newest_first(&self) -> impl Iterator<Item = &Entry<T>> {
         (0..CAPACITY).map_while(move |back| self.newest(back))
+    }
+
+    /// What has been felt since `time`, m/s and for how long, s, in the axes to which `attitude` turns the body now; `None`
+    /// when `time` is older than the memory.
+    pub fn felt_since<To>(
+        &self,
+        time: Time,
+        mut attitude: Rotation<Body, To, T>,
+    ) -> Option<(Vector<To, T>, T)> {
+        let (mut felt_mps, mut felt_s) = (Vector::ZERO, T::ZERO);
+        // Turns: at most CAPACITY, one an entry.
+        for entry in self.newest_first() {
+            let left_s: T = entry.end.seconds_since(time);
+            if left_s <= T::ZERO {
+                return Some((felt_mps, felt_s));
+            }
+            let share = (left_s / entry.interval_s).min(T::ONE);
+            attitude = attitude.turned_in_from(entry.motion.rotation_rad * -share);
+            felt_mps += attitude * entry.motion.force_mps * share;
+            felt_s += share * entry.interval_s;
+            if share < T::ONE {
+                return Some((felt_mps, felt_s));
+            }
+        }
+        None
     }
 
     /// Carries `now`, where the Earth is `earth`, back to `time`. `None` when `time` is older than the memory. A `time` after

@@ -2,6 +2,7 @@
 
 use super::super::config::{EkfConfig, GpsModel};
 use super::super::filter::Ekf;
+use super::super::history::History;
 use super::super::layout::Layout;
 use super::super::measurement::{Report, Unusable};
 use super::super::prediction::{ImuFault, Prediction};
@@ -60,6 +61,7 @@ pub(in super::super) mod sealed {
             &mut self,
             fix: &Fix,
             gps: &GpsModel,
+            history: &History<T>,
             body_to_ned: Rotation<Body, Ned, T>,
             sigma_rad: T,
         ) -> Option<BetterHeading>;
@@ -116,10 +118,11 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
         &mut self,
         fix: &Fix,
         gps: &GpsModel,
+        history: &History<T>,
         body_to_ned: Rotation<Body, Ned, T>,
         sigma_rad: T,
     ) -> Option<BetterHeading> {
-        self.monitor.fix(fix, gps);
+        self.monitor.fix(fix, gps, history);
         self.monitor.judge(fix.time, body_to_ned, sigma_rad)
     }
 }
@@ -161,6 +164,7 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
         &mut self,
         _: &Fix,
         _: &GpsModel,
+        _: &History<T>,
         _: Rotation<Body, Ned, T>,
         _: T,
     ) -> Option<BetterHeading> {

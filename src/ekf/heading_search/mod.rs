@@ -296,7 +296,7 @@ impl<T: Scalar> HeadingSearch<T> {
         // A receiver without velocity: that of its places, by the filter that leads.
         self.fast |= told.is_none()
             && self.best().is_some_and(|best| best.solution(&mounting).moves(fast_mps));
-        self.monitor.fix(fix, &gps);
+        self.monitor.fix(fix, &gps, &self.filter.history);
         self.wander = Wander::of(fix, &gps);
         let mut waiting = Waiting::new(wider, shares, interval_s, self.sample_s);
         waiting.told(leader, report.minus_two_log_likelihood(shares));

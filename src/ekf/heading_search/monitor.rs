@@ -13,6 +13,7 @@
 #![expect(clippy::indexing_slicing, reason = "indices below the constant lengths of the arrays")]
 
 use super::super::config::GpsModel;
+use super::super::history::History;
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::{SECTOR_SIGMA_RAD, SECTORS, WHITENED, information_shares};
@@ -201,15 +202,19 @@ impl<T: Scalar> Monitor<T> {
         self.body_to_level = self.body_to_level.turned_in_from(turn_rad);
     }
 
-    /// Takes in a fix.
-    pub fn fix(&mut self, fix: &Fix, gps: &GpsModel) {
+    /// Takes in a fix, which may hold at an earlier moment, for as long as the `history` of the same samples reaches.
+    pub fn fix(&mut self, fix: &Fix, gps: &GpsModel, history: &History<T>) {
         let Some(velocity_mps) = fix.horizontal_velocity_mps else { return };
+        let Some((later_mps, later_s)) = history.felt_since(fix.time, self.body_to_level) else {
+            return;
+        };
         let [sigma_mps, ..] =
             fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
         let sigma_mps = WHITENED * sigma_mps.max(gps.velocity_floor_mps);
         let interval_s = self.last_fix.map(|last| fix.time - last);
-        let (felt_mps, felt_s) = (self.felt_mps.to_array(), self.felt_s);
-        (self.felt_mps, self.felt_s) = (Vector::ZERO, T::ZERO);
+        let felt_mps = (self.felt_mps - later_mps).to_array();
+        let felt_s = (self.felt_s - later_s).max(T::ZERO);
+        (self.felt_mps, self.felt_s) = (later_mps, later_s);
         let Some(interval_s) = interval_s.filter(|s| (0.0..=LONGEST_S).contains(s)) else {
             self.begin(fix.time, velocity_mps, sigma_mps);
             return;

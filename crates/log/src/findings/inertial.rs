@@ -15,6 +15,9 @@ use crate::rates::Rates;
 
 /// Events closer than this, s, are one.
 const APART_S: f64 = 2.0;
+/// Samples that repeat for longer than this, s, and are more than such a share of all, are those of a log and no fault.
+const LASTING_S: f64 = 10.0;
+const HELD: f64 = 0.2;
 /// An axis that repeats itself for less than this, s, is not called stuck.
 const STUCK_S: f64 = 0.2;
 /// More lost samples than this share are worth a word.
@@ -222,6 +225,22 @@ impl Inertial {
 }
 
 /// What the estimator itself reported of the samples.
+/// What to say of `count` samples within `length_s` that repeated the two before them, where so many did that the log was
+/// written more often than its unit measured.
+fn held(log: &Judged<'_>, length_s: f64, count: usize) -> Option<String> {
+    let rate_hz = 1.0 / log.dataset.sample_interval_s()?;
+    let share = count as f64 / (rate_hz * length_s);
+    (length_s > LASTING_S && share > HELD).then(|| {
+        // Of each reading all but the first two are passed over.
+        let rows = 2.0 / (1.0 - share.min(0.99));
+        format!(
+            "gave each reading about {rows:.0} times, so it measured {:.0} times a second and the log was written \
+             {rate_hz:.0} times",
+            rate_hz / rows
+        )
+    })
+}
+
 fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let mut faults: [Vec<(f64, f64)>; 4] = Default::default();
     for notice in &log.run.notices {
@@ -290,6 +309,8 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     ];
     for (moments, (kind, what)) in faults.into_iter().zip(what) {
         for Span { start_s, end_s, count, .. } in spans(moments, APART_S) {
+            let held = held(log, end_s - start_s, count).filter(|_| kind == "stuck");
+            let what = held.as_deref().unwrap_or(what);
             findings.push(Finding {
                 start_s,
                 end_s,
