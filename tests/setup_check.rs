@@ -112,6 +112,21 @@ fn a_velocity_of_a_wrong_unit_or_sign_is_refused_with_and_without_its_vertical_p
 }
 
 #[test]
+fn a_velocity_of_the_fix_before_or_after_is_named() {
+    let Some(dir) = shared("uav-thor75-1hz") else { return };
+    for (later, expected) in [(1, "of the fix before"), (-1, "of the fix after")] {
+        let mut dataset = Dataset::open(&dir).unwrap();
+        let told: Vec<_> = dataset.fixes.iter().map(|fix| fix.horizontal_velocity_mps).collect();
+        for (index, fix) in dataset.fixes.iter_mut().enumerate() {
+            let other = index.checked_add_signed(later).and_then(|other| told.get(other));
+            fix.horizontal_velocity_mps = other.copied().flatten();
+        }
+        let found = dataset.check_setup();
+        assert!(found.iter().any(|one| one.to_string().contains(expected)), "{later}: {found:?}");
+    }
+}
+
+#[test]
 fn a_wrong_set_up_of_a_unit_without_attitude_is_refused_or_named_after_trying_others() {
     for (name, fault, expected) in [
         ("car-rtk", "accel-sign=xyz", "axes = \"flu\""),

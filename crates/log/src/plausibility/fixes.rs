@@ -25,6 +25,8 @@ const UNITS: [(f64, &str); 5] = [
     (0.01, "cm/s"),
     (0.001, "mm/s"),
 ];
+/// A velocity that is off by more, m/s, counts as off by so much.
+const OUTLIER_MPS: f64 = 20.0;
 /// Coordinates closer to zero than this, degrees, are those of a simulation.
 const LEAST_RADIANS: f64 = 0.05;
 /// One degree in radians, which the displacements are too small by where degrees are radians.
@@ -37,6 +39,9 @@ pub(super) fn check(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         in_radians(fixes, found);
     }
     vertical(fixes, found);
+    if found.len() == known {
+        epochs(fixes, found);
+    }
     if let Some(fix) = fixes.iter().find(|fix| !HEIGHTS_M.contains(&fix.position.height_m)) {
         found.push(gps(
             false,
@@ -177,6 +182,69 @@ fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
             "multiply both by 57.29578",
         ));
     }
+}
+
+/// Places and velocities of different moments, a fix or two apart: a logger that waits for one before it writes the
+/// other. Where fixes come faster than a few a second the filter finds it.
+fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
+    /// Fixes that come faster than this, s, are left to the filter, and gaps are longer.
+    const INTERVALS_S: std::ops::Range<f64> = 0.4..3.0;
+    /// Fewer tell nothing, nor do velocities that are off by less, m/s rms.
+    const LEAST: f64 = 30.0;
+    const LEAST_OFF_MPS: f64 = 0.5;
+    /// What is left of a right pairing is such a share of what is off as they are.
+    const LEFT: f64 = 0.3;
+    const MOST: isize = 2;
+    let off = |later: isize| {
+        let (mut squares, mut count) = (0.0, 0.0);
+        for (index, pair) in fixes.windows(2).enumerate() {
+            let velocity = |index: usize| {
+                fixes
+                    .get(index.checked_add_signed(later)?)
+                    .and_then(|fix| fix.horizontal_velocity_mps)
+            };
+            let over_s = pair[1].time - pair[0].time;
+            let (Some([north, east]), Some([north_after, east_after])) =
+                (velocity(index), velocity(index + 1))
+            else {
+                continue;
+            };
+            if !INTERVALS_S.contains(&over_s) {
+                continue;
+            }
+            let moved = pair[1].position.displacement_from(&pair[0].position).to_array();
+            let [off_north, off_east] = [
+                moved[0] / over_s - 0.5 * (north + north_after),
+                moved[1] / over_s - 0.5 * (east + east_after),
+            ];
+            // A receiver that jumps is no wrong pairing.
+            squares += (off_north.powi(2) + off_east.powi(2)).min(OUTLIER_MPS * OUTLIER_MPS);
+            count += 1.0;
+        }
+        (count >= LEAST).then_some(squares / count)
+    };
+    let Some(as_they_are) = off(0).filter(|squares| squares.sqrt() > LEAST_OFF_MPS) else { return };
+    let others = (-MOST..=MOST).filter(|later| *later != 0);
+    let others = others.filter_map(|later| Some((later, off(later)?)));
+    let Some((later, least)) = others.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    if least > LEFT * as_they_are {
+        return;
+    }
+    let side = if later > 0 { "after" } else { "before" };
+    let whose = match later.unsigned_abs() {
+        1 => format!("of the fix {side}"),
+        rows => format!("of {rows} fixes {side}"),
+    };
+    found.push(gps(
+        false,
+        format!(
+            "positions move as the velocity {whose} says, to {:.1} m/s rms, and {:.1} m/s off their own",
+            least.sqrt(),
+            as_they_are.sqrt()
+        ),
+        "positions and velocities of different moments in one row, as a logger makes them that joins two messages",
+        "pair each position with the velocity of its own moment",
+    ));
 }
 
 fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
