@@ -2,10 +2,7 @@
 
 use super::columns::Reader;
 use super::names::Quantity;
-use crate::text::{GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
-
-/// The largest latitude and longitude there can be, rad, with what rounding adds.
-const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
+use crate::text::{GpsColumns, LengthUnit, SpeedUnit};
 
 impl Reader<'_> {
     /// The columns of a receiver, if there are latitude, longitude and height; `with_others` where the file
@@ -15,31 +12,9 @@ impl Reader<'_> {
         with_others: bool,
         doubts: &mut Vec<String>,
     ) -> Option<GpsColumns> {
-        let [mut lat, mut lon] = self.known.all([Quantity::Latitude, Quantity::Longitude])?;
+        let place = self.place(doubts)?;
         let (height, above) = self.known.height()?;
-        let (mut lat_most, mut lon_most) = (self.look.largest(lat), self.look.largest(lon));
-        if (90.0..=360.0).contains(&lat_most) && lon_most <= 90.0 {
-            doubts.push(format!(
-                "gps: {} reaches {lat_most:.1}, beyond any latitude, and {} does not: each is taken for \
-                 the other",
-                self.look.layout.names[lat], self.look.layout.names[lon]
-            ));
-            (lat, lon, lat_most, lon_most) = (lon, lat, lon_most, lat_most);
-        }
-        let unit = match self.known.unit(lat) {
-            _ if lat_most > 360.0 || lon_most > 360.0 => PlaceUnit::ScaledDegrees,
-            Some("rad") => PlaceUnit::Radians,
-            Some("deg") => PlaceUnit::Degrees,
-            _ if lat_most < RADIANS_MOST[0] && lon_most < RADIANS_MOST[1] => {
-                doubts.push(
-                    "gps: latitude and longitude are taken as radians; as degrees they would lie in \
-                     the Gulf of Guinea"
-                        .into(),
-                );
-                PlaceUnit::Radians
-            }
-            _ => PlaceUnit::Degrees,
-        };
+        let [lat, lon] = place.columns;
         let height_unit = match self.known.unit(height) {
             Some("ft") => LengthUnit::Feet,
             Some("mm") => LengthUnit::Millimetres,
@@ -62,7 +37,9 @@ impl Reader<'_> {
         let mut gps = GpsColumns {
             latitude: self.name(lat),
             longitude: self.name(lon),
-            unit,
+            unit: place.unit,
+            north_south: place.letters[0].map_or_else(String::new, |column| self.name(column)),
+            east_west: place.letters[1].map_or_else(String::new, |column| self.name(column)),
             height: self.name(height),
             height_unit,
             height_above: above.unwrap_or_default(),

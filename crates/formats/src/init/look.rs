@@ -18,6 +18,10 @@ pub(crate) struct Look {
     pub columns: Vec<Vec<f64>>,
     /// Whether a column holds dates or times of day, in seconds here.
     pub are_clock: Vec<bool>,
+    /// The single letters that a column holds, in capitals, each once.
+    letters: Vec<Vec<u8>>,
+    /// Whether a column holds numbers that begin with a zero more than they need, such as 0807.038.
+    pub are_padded: Vec<bool>,
 }
 
 impl Look {
@@ -25,8 +29,13 @@ impl Look {
         ensure_text(path)?;
         let layout = Layout::of(path)?;
         let count = layout.names.len().min(COLUMNS);
-        let mut look =
-            Self { columns: vec![Vec::new(); count], are_clock: vec![false; count], layout };
+        let mut look = Self {
+            columns: vec![Vec::new(); count],
+            are_clock: vec![false; count],
+            letters: vec![Vec::new(); count],
+            are_padded: vec![false; count],
+            layout,
+        };
         let mut lines = Lines::open(path)?;
         while look.columns.first().is_some_and(|column| column.len() < ROWS)
             && let Some(line) = lines.next()?
@@ -54,7 +63,27 @@ impl Look {
                 Some(time.seconds())
             };
             column.push(number.or_else(clock).unwrap_or(f64::NAN));
+            self.are_padded[index] |= matches!(field, [b'0', b'0'..=b'9', ..]);
+            if let [letter] = field
+                && letter.is_ascii_alphabetic()
+                && !self.letters[index].contains(&letter.to_ascii_uppercase())
+            {
+                self.letters[index].push(letter.to_ascii_uppercase());
+            }
         }
+    }
+
+    /// Whether a column holds letters of `known` and nothing else.
+    pub fn has_only_letters(&self, column: usize, known: &[u8]) -> bool {
+        let letters = self.letters.get(column).map_or(&[][..], Vec::as_slice);
+        !letters.is_empty()
+            && letters.iter().all(|letter| known.contains(letter))
+            && self.known(column).next().is_none()
+    }
+
+    /// Whether every known value of a column is a whole number.
+    pub fn is_whole(&self, column: usize) -> bool {
+        self.known(column).all(|value| value.fract() == 0.0)
     }
 
     /// The values of a column that are known.

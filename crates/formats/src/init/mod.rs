@@ -4,6 +4,7 @@ mod columns;
 mod gps;
 mod look;
 mod names;
+mod place;
 mod report;
 mod together;
 mod turn;

@@ -174,6 +174,7 @@ pub(crate) fn unit(text: &str) -> Option<&'static str> {
         "hpa" | "mbar" | "millibar" => "hpa",
         "kpa" => "kpa",
         "e7" | "1e7" | "dege7" | "deg1e7" | "dege/7" => "deg1e7",
+        "ddmm" | "ddmmmm" | "ddmmmmmm" | "dddmmmmmm" => "ddmm",
         "%" | "percent" | "pct" => "percent",
         _ => return None,
     })

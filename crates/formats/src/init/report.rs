@@ -49,7 +49,10 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
             HeightAbove::Ellipsoid => "above the ellipsoid",
             HeightAbove::Sea => "above the sea",
         };
-        let place = [&gps.latitude, &gps.longitude, &gps.height].map(String::as_str).join(" ");
+        let place = [&gps.latitude, &gps.north_south, &gps.longitude, &gps.east_west, &gps.height]
+            .into_iter();
+        let place: Vec<&str> = place.filter(|name| !name.is_empty()).map(String::as_str).collect();
+        let place = place.join(" ");
         let rest = format!(
             "{}, {} {above}, {} fixes{}",
             gps.unit.name(),

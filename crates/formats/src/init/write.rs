@@ -195,6 +195,8 @@ impl Lines {
             ("latitude", &*gps.latitude),
             ("longitude", &gps.longitude),
             ("unit", gps.unit.name()),
+            ("north_south", &gps.north_south),
+            ("east_west", &gps.east_west),
             ("height", &gps.height),
             ("height_unit", gps.height_unit.name()),
             ("height_above", gps.height_above.name()),

@@ -125,6 +125,25 @@ impl Fields<'_> {
         Ok(Some(self.number(column)?).filter(|number| number.is_finite()))
     }
 
+    /// −1 where `column` has the letter `minus`, 1 where it has `plus`, nothing where it is empty; capitals or
+    /// not.
+    ///
+    /// # Errors
+    /// [`LogError::Field`] for any other text, which is not what was `expected`.
+    pub fn sign(
+        &self,
+        column: usize,
+        [plus, minus]: [u8; 2],
+        expected: &'static str,
+    ) -> Result<Option<f64>, LogError> {
+        match self.fields.get(column).copied().unwrap_or_default() {
+            [] => Ok(None),
+            [letter] if letter.eq_ignore_ascii_case(&plus) => Ok(Some(1.0)),
+            [letter] if letter.eq_ignore_ascii_case(&minus) => Ok(Some(-1.0)),
+            _ => Err(self.unexpected(column, expected)),
+        }
+    }
+
     /// The numbers in `columns` if all are known.
     pub fn known_all<const N: usize>(
         &self,

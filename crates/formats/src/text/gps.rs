@@ -14,6 +14,8 @@ pub(crate) struct GpsPlaces {
     mapping: GpsColumns,
     latency_s: f64,
     place: [usize; 3],
+    /// Columns of the letters that are the signs of latitude and longitude.
+    sides: [Option<usize>; 2],
     /// North and east, or speed and course.
     horizontal: Option<[usize; 2]>,
     vertical: Option<usize>,
@@ -36,6 +38,10 @@ impl GpsPlaces {
         let vertical = if mapping.down.is_empty() { &mapping.up } else { &mapping.down };
         Ok(Self {
             place: [latitude?, longitude?, height?],
+            sides: [
+                source.find_optional(&mapping.north_south)?,
+                source.find_optional(&mapping.east_west)?,
+            ],
             horizontal: match pair(&mapping.north, &mapping.east)? {
                 None => pair(&mapping.speed, &mapping.course)?,
                 both => both,
@@ -63,6 +69,9 @@ impl GpsPlaces {
         let Some([latitude, longitude, height]) = fields.known_all(self.place)? else {
             return Ok(None);
         };
+        let Some([latitude, longitude]) = self.signed(fields, [latitude, longitude])? else {
+            return Ok(None);
+        };
         let horizontal = match self.horizontal {
             Some(columns) => fields.known_all(columns)?,
             None => None,
@@ -79,13 +88,13 @@ impl GpsPlaces {
             return Ok(None);
         }
         self.last = Some(values);
-        let to_degrees = mapping.unit.factor();
         let above = match mapping.height_above {
             HeightAbove::Ellipsoid => 0.0,
             HeightAbove::Sea => mapping.geoid_separation_m,
         };
         let height_m = height * mapping.height_unit.factor() + above;
-        let (latitude_deg, longitude_deg) = (latitude * to_degrees, longitude * to_degrees);
+        let [latitude_deg, longitude_deg] =
+            [latitude, longitude].map(|angle| mapping.unit.degrees(angle));
         let Some(position) = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m) else {
             remarks.count(no_place([latitude_deg, longitude_deg]), fields.line);
             return Ok(None);
@@ -124,5 +133,18 @@ impl GpsPlaces {
             two_dimensional: false,
         };
         Ok(Some(plausible_fix(fix, fields.line, remarks)))
+    }
+
+    /// Latitude and longitude with the signs that letters beside them say; none where a letter is missing.
+    fn signed(&self, fields: &Fields<'_>, place: [f64; 2]) -> Result<Option<[f64; 2]>, LogError> {
+        const LETTERS: [([u8; 2], &str); 2] = [([b'N', b'S'], "N or S"), ([b'E', b'W'], "E or W")];
+        let mut signed = place;
+        for ((angle, side), (letters, expected)) in signed.iter_mut().zip(self.sides).zip(LETTERS) {
+            if let Some(column) = side {
+                let Some(sign) = fields.sign(column, letters, expected)? else { return Ok(None) };
+                *angle = sign * angle.abs();
+            }
+        }
+        Ok(Some(signed))
     }
 }

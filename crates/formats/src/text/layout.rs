@@ -102,6 +102,11 @@ fn is_value(field: &[u8], comma: bool) -> bool {
             && time(field, TimeUnit::Clock, false).is_some()
 }
 
+/// Whether `field` is the letter of a hemisphere, as beside a latitude without a sign.
+fn is_hemisphere(field: &[u8]) -> bool {
+    matches!(field, [b'N' | b'S' | b'E' | b'W'])
+}
+
 impl Layout {
     /// The layout of `path` by its first lines.
     ///
@@ -150,10 +155,13 @@ impl Layout {
         for (index, line) in head.iter().enumerate() {
             delimiter.split(line, &mut fields);
             let filled = fields.iter().filter(|field| !field.is_empty()).count();
+            let values = fields.iter().filter(|field| is_value(field, comma)).count();
+            // Letters of hemispheres are values beside numbers; alone they may be names.
+            let letters = fields.iter().filter(|field| is_hemisphere(field)).count();
             let is_row = !is_comment(line)
                 && filled >= 2
-                && 10 * fields.iter().filter(|field| is_value(field, comma)).count()
-                    >= 7 * fields.len();
+                && 2 * values >= fields.len()
+                && 10 * (values + letters) >= 7 * fields.len();
             if is_row {
                 rows.push((index, fields.len()));
             }

@@ -129,8 +129,15 @@ pub struct GpsColumns {
     pub latitude: String,
     /// Column of the longitude, east positive.
     pub longitude: String,
-    /// Their unit: `deg`, `rad` or `deg1e7`.
+    /// Their unit: `deg`, `rad`, `deg1e7`, or `ddmm` for degrees and minutes as NMEA 0183 writes them,
+    /// 4807.038 being 48° 7.038′.
     pub unit: PlaceUnit,
+    /// Column of the letters N and S, where the latitude has no sign.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub north_south: String,
+    /// Column of the letters E and W, where the longitude has no sign.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub east_west: String,
     /// Column of the height.
     pub height: String,
     /// Its unit: `m`, `cm`, `mm` or `ft`.

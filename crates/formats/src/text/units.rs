@@ -104,6 +104,22 @@ units! {
         Radians = "rad", 180.0 / PI;
         /// Degrees times ten million.
         ScaledDegrees = "deg1e7", 1e-7;
+        /// Degrees and minutes in one number, ddmm.mmmm, as in NMEA 0183; the factor is that of whole degrees.
+        DegreesMinutes = "ddmm", 1e-2;
+    }
+}
+
+impl PlaceUnit {
+    /// `value` in degrees.
+    #[must_use]
+    pub fn degrees(self, value: f64) -> f64 {
+        match self {
+            Self::DegreesMinutes => {
+                let whole = (value / 100.0).trunc();
+                whole + (value - 100.0 * whole) / 60.0
+            }
+            _ => value * self.factor(),
+        }
     }
 }
 

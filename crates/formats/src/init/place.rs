@@ -1,0 +1,104 @@
+//! Where latitude and longitude stand, and how they are written.
+
+use super::columns::Reader;
+use super::names::Quantity;
+use crate::text::PlaceUnit;
+
+/// The largest latitude and longitude there can be, rad, with what rounding adds.
+const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
+
+/// Latitude and longitude as columns.
+pub(super) struct Place {
+    /// Of the latitude and of the longitude.
+    pub columns: [usize; 2],
+    pub unit: PlaceUnit,
+    /// Of the letters N and S, and of E and W.
+    pub letters: [Option<usize>; 2],
+}
+
+impl Reader<'_> {
+    /// The columns of the place and how they are to be read; `None` where there are none, or where what they
+    /// hold is of no unit that is known, which is a doubt.
+    pub(super) fn place(&self, doubts: &mut Vec<String>) -> Option<Place> {
+        let [mut lat, mut lon] = self.known.all([Quantity::Latitude, Quantity::Longitude])?;
+        let letters = [self.letters(lat, *b"NS"), self.letters(lon, *b"EW")];
+        let (mut lat_most, mut lon_most) = (self.look.largest(lat), self.look.largest(lon));
+        let is_swapped = (90.0..=360.0).contains(&lat_most) && lon_most <= 90.0;
+        if is_swapped && letters == [None; 2] {
+            doubts.push(format!(
+                "gps: {} reaches {lat_most:.1}, beyond any latitude, and {} does not: each is taken for \
+                 the other",
+                self.look.layout.names[lat], self.look.layout.names[lon]
+            ));
+            (lat, lon, lat_most, lon_most) = (lon, lat, lon_most, lat_most);
+        }
+        let is_beyond_degrees = lat_most > 360.0 || lon_most > 360.0;
+        let is_padded = self.look.are_padded[lat] || self.look.are_padded[lon];
+        let is_lettered = letters != [None; 2];
+        let unit = match self.known.unit(lat) {
+            Some("ddmm") => PlaceUnit::DegreesMinutes,
+            _ if (is_beyond_degrees || is_lettered && (is_padded || lat_most > 90.0))
+                && self.are_degrees_and_minutes([lat, lon]) =>
+            {
+                if !is_lettered {
+                    doubts.push(
+                        "gps: latitude and longitude are taken as ddmm.mmmm without letters beside them: \
+                         north and east, unless they have a sign"
+                            .into(),
+                    );
+                }
+                PlaceUnit::DegreesMinutes
+            }
+            _ if is_beyond_degrees && self.look.is_whole(lat) && self.look.is_whole(lon) => {
+                PlaceUnit::ScaledDegrees
+            }
+            _ if is_beyond_degrees => {
+                doubts.push(format!(
+                    "gps: {} reaches {lat_most} and {} {lon_most}, which are neither degrees nor radians, \
+                     nor degrees times ten million, nor degrees and minutes as ddmm.mmmm: the receiver is \
+                     left out",
+                    self.look.layout.names[lat], self.look.layout.names[lon]
+                ));
+                return None;
+            }
+            Some("rad") => PlaceUnit::Radians,
+            Some("deg") => PlaceUnit::Degrees,
+            _ if !is_lettered && lat_most < RADIANS_MOST[0] && lon_most < RADIANS_MOST[1] => {
+                doubts.push(
+                    "gps: latitude and longitude are taken as radians; as degrees they would lie in \
+                     the Gulf of Guinea"
+                        .into(),
+                );
+                PlaceUnit::Radians
+            }
+            _ => PlaceUnit::Degrees,
+        };
+        Some(Place { columns: [lat, lon], unit, letters })
+    }
+
+    /// The column of the `letters` that are the signs of `column`, if it has none of its own: the one behind it or
+    /// before it, else the only one there is.
+    fn letters(&self, column: usize, letters: [u8; 2]) -> Option<usize> {
+        if self.look.known(column).any(|value| value < 0.0) {
+            return None;
+        }
+        let has = |other: &usize| self.look.has_only_letters(*other, &letters);
+        let beside = [Some(column + 1), column.checked_sub(1)].into_iter().flatten();
+        beside.filter(has).next().or_else(|| {
+            let mut all = (0..self.look.columns.len()).filter(has);
+            all.next().filter(|_| all.next().is_none())
+        })
+    }
+
+    /// Whether a latitude and a longitude can be ddmm.mmmm: minutes below 60, degrees that there are, and
+    /// fractions of a minute, which degrees times a power of ten do not have.
+    fn are_degrees_and_minutes(&self, columns: [usize; 2]) -> bool {
+        let fits = |column: usize, most: f64| {
+            let mut values = self.look.known(column).map(f64::abs);
+            values.all(|value| value % 100.0 < 60.0 && value <= most)
+        };
+        fits(columns[0], 9000.0)
+            && fits(columns[1], 18_000.0)
+            && !columns.iter().all(|&column| self.look.is_whole(column))
+    }
+}
