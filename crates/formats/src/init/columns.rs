@@ -8,7 +8,7 @@ use super::names::{Meaning, Quantity, meaning};
 use super::unnamed;
 use crate::text::{
     AngleUnit, AttitudeColumns, AttitudeRole, Axes, BaroColumn, BaroUnit, ForceUnit, HeightAbove,
-    MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping, TimeColumn, TimeUnit, Triad,
+    MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping, Triad,
 };
 use hovernav_log::LogError;
 
@@ -72,7 +72,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         ..TableMapping::default()
     };
     let mut doubts = repeated(&look.layout.names);
-    let mut reader = Reader { look: &look, known: &known, used: vec![false; count] };
+    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut reader = Reader { file: name, look: &look, known: &known, used: vec![false; count] };
     table.gyro = reader.gyro(&mut doubts);
     table.accel = reader.accel(&mut doubts);
     table.mag = reader.mag(&mut doubts);
@@ -106,6 +107,8 @@ fn repeated(names: &[String]) -> Vec<String> {
 
 /// What is made of a file's columns, one sensor after the other.
 pub(super) struct Reader<'a> {
+    /// The file's name without its directory.
+    pub file: String,
     pub look: &'a Look,
     pub known: &'a Known,
     used: Vec<bool>,
@@ -121,36 +124,6 @@ impl Reader<'_> {
     /// The name of the column of a quantity; empty where there is none.
     pub fn optional(&mut self, quantity: Quantity) -> String {
         self.known.column(quantity).map(|column| self.name(column)).unwrap_or_default()
-    }
-
-    fn time(&mut self, has_motion: bool, doubts: &mut Vec<String>) -> Option<TimeColumn> {
-        let is_time = |column: &usize| {
-            self.known.meanings[*column].is_some_and(|m| m.quantity == Quantity::Time)
-                && self.look.rises(*column)
-        };
-        let column = (0..self.look.columns.len()).find(is_time).or_else(|| {
-            // A first column without a telling name that rises is one all the same.
-            self.look.rises(0).then_some(0).filter(|_| self.known.meanings[0].is_none())
-        })?;
-        let step = self.look.median_step(column);
-        let unit = match self.known.unit(column) {
-            _ if self.look.are_clock[column] => TimeUnit::Clock,
-            Some("s") => TimeUnit::Seconds,
-            Some("ms") => TimeUnit::Milliseconds,
-            Some("us") => TimeUnit::Microseconds,
-            Some("ns") => TimeUnit::Nanoseconds,
-            _ => time_unit(step, has_motion),
-        };
-        let name = self.name(column);
-        let step_s = step * unit.seconds();
-        let longest_s = if has_motion { 0.2 } else { 30.0 };
-        if !(1e-5..=longest_s).contains(&step_s) {
-            doubts.push(format!(
-                "time {name} steps by {step_s} s as {}: is that its unit?",
-                unit.name()
-            ));
-        }
-        Some(TimeColumn { column: name, unit, ..TimeColumn::default() })
     }
 
     fn triad<U>(&mut self, columns: [usize; 3], unit: U, with_others: bool) -> Triad<U> {
@@ -300,14 +273,4 @@ impl Reader<'_> {
         };
         Some(StickColumns { columns: columns.map(|c| self.name(c)), unit, signs: [1.0; 4] })
     }
-}
-
-/// The unit in which a `step` is one of a logger: of an inertial unit 0.2 to 100 ms, of a receiver
-/// alone 20 ms to 10 s.
-fn time_unit(step: f64, has_motion: bool) -> TimeUnit {
-    let [least, most] = if has_motion { [2e-4, 0.15] } else { [0.015, 15.0] };
-    let units =
-        [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
-    let fits = |unit: &TimeUnit| (least..most).contains(&(step * unit.seconds()));
-    units.into_iter().find(fits).unwrap_or_default()
 }

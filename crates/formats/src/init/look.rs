@@ -20,6 +20,8 @@ pub(crate) struct Look {
     pub are_clock: Vec<bool>,
     /// The single letters that a column holds, in capitals, each once.
     letters: Vec<Vec<u8>>,
+    /// Whether every field of a column that is not empty is a date.
+    pub are_dates: Vec<bool>,
     /// Whether a column holds numbers that begin with a zero more than they need, such as 0807.038.
     pub are_padded: Vec<bool>,
 }
@@ -33,6 +35,7 @@ impl Look {
             columns: vec![Vec::new(); count],
             are_clock: vec![false; count],
             letters: vec![Vec::new(); count],
+            are_dates: vec![true; count],
             are_padded: vec![false; count],
             layout,
         };
@@ -63,6 +66,7 @@ impl Look {
                 Some(time.seconds())
             };
             column.push(number.or_else(clock).unwrap_or(f64::NAN));
+            self.are_dates[index] &= decimal::midnight(field).is_some();
             self.are_padded[index] |= matches!(field, [b'0', b'0'..=b'9', ..]);
             if let [letter] = field
                 && letter.is_ascii_alphabetic()
@@ -113,7 +117,7 @@ impl Look {
     }
 
     /// The median step from one known value of a column to the next.
-    pub fn median_step(&self, column: usize) -> f64 {
+    fn median_step(&self, column: usize) -> f64 {
         let values: Vec<f64> = self.known(column).collect();
         let steps = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0);
         median(steps.collect())
@@ -125,6 +129,47 @@ impl Look {
         let falls = values.windows(2).filter(|pair| pair[1] < pair[0]).count();
         let rises = values.windows(2).filter(|pair| pair[1] > pair[0]).count();
         values.len() > 1 && 20 * falls < values.len() && 2 * rises >= values.len()
+    }
+
+    /// Whether a column rises as time does that stands on several rows, or on rows that are out of order by a few.
+    pub fn climbs(&self, column: usize) -> bool {
+        /// No row is further than this from its place.
+        const APART: usize = 8;
+        /// Fewer different times may be anything.
+        const LEAST_TIMES: usize = 10;
+        let values: Vec<f64> = self.known(column).collect();
+        let falls = values.windows(APART + 1).filter(|window| window[APART] < window[0]).count();
+        let rises =
+            values.iter().zip(highest_before(&values)).filter(|(value, highest)| *value > highest);
+        rises.count() >= LEAST_TIMES && 20 * falls < values.len()
+    }
+
+    /// The step from row to row of a column that rises, which is that of most rows, or climbs, which is the mean.
+    pub fn step(&self, column: usize) -> f64 {
+        if self.rises(column) {
+            return self.median_step(column);
+        }
+        let least = self.known(column).fold(f64::INFINITY, f64::min);
+        let most = self.known(column).fold(f64::NEG_INFINITY, f64::max);
+        (most - least) / (self.known(column).count().saturating_sub(1).max(1)) as f64
+    }
+
+    /// On how many rows that follow each other a value stands, mostly and at most.
+    pub fn rows_of_one_value(&self, column: usize) -> (usize, usize) {
+        let values: Vec<f64> = self.known(column).collect();
+        let mut runs: Vec<usize> = values.chunk_by(f64::eq).map(<[f64]>::len).collect();
+        runs.sort_unstable();
+        (runs.get(runs.len() / 2).copied().unwrap_or(0), runs.last().copied().unwrap_or(0))
+    }
+
+    /// How many rows have a lower value than one before them.
+    pub fn rows_behind(&self, column: usize) -> usize {
+        let values: Vec<f64> = self.known(column).collect();
+        values
+            .iter()
+            .zip(highest_before(&values))
+            .filter(|(value, highest)| *value < highest)
+            .count()
     }
 
     /// Whether columns say the same as the row before on most rows on which they say anything.
@@ -156,6 +201,15 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
     };
     let reason = format!("found {found}, expected text in columns");
     Err(LogError::Unusable { path: path.to_path_buf(), reason })
+}
+
+/// The highest value before each.
+fn highest_before(values: &[f64]) -> impl Iterator<Item = &f64> {
+    values.iter().scan(&f64::NEG_INFINITY, |highest, value| {
+        let before = *highest;
+        *highest = if value > before { value } else { before };
+        Some(before)
+    })
 }
 
 /// The median of `values`; NaN of none.

@@ -6,6 +6,7 @@ mod look;
 mod names;
 mod place;
 mod report;
+mod time;
 mod together;
 mod turn;
 mod unnamed;

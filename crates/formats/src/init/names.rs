@@ -6,6 +6,9 @@ use crate::text::HeightAbove;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Time,
+    Date,
+    /// Of GPS time.
+    Week,
     /// Angular rate about an axis.
     Gyro(usize),
     /// Specific force along an axis.
@@ -186,9 +189,10 @@ fn scalar(name: &str) -> Option<Quantity> {
     let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
     Some(match name {
         "t" | "ts" | "sec" | "secs" | "seconds" | "millis" | "micros" | "ms" | "us" | "ns"
-        | "stamp" | "tow" | "itow" | "elapsed" | "elapsedtime" | "datetime" | "utc" | "clock" => {
-            Q::Time
-        }
+        | "stamp" | "tow" | "itow" | "sow" | "elapsed" | "elapsedtime" | "datetime" | "utc"
+        | "utctime" | "hms" | "hhmmss" | "clock" => Q::Time,
+        "date" | "utcdate" | "ddmmyy" => Q::Date,
+        "week" | "wk" | "wn" | "gwk" | "weekno" | "weeknumber" => Q::Week,
         "p" | "rollrate" => Q::Gyro(0),
         "q" | "pitchrate" => Q::Gyro(1),
         "r" | "yawrate" => Q::Gyro(2),

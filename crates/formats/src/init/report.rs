@@ -20,7 +20,9 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
         0 => "no names, columns by number".to_owned(),
         line => format!("names on line {line}"),
     };
-    line("time", &table.time.column, table.time.unit.name().to_owned());
+    let time = [&table.time.date, &table.time.week, &table.time.column].into_iter();
+    let time: Vec<&str> = time.filter(|name| !name.is_empty()).map(String::as_str).collect();
+    line("time", &time.join(" "), table.time.unit.name().to_owned());
     let held = |held: bool| if held { ", the last value repeated" } else { "" };
     if let Some(gyro) = &table.gyro {
         let rest = format!("{}, {}{}", gyro.unit.name(), name(gyro.axes), held(gyro.held));

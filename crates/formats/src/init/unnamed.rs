@@ -17,10 +17,13 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     let mut give = |column: usize, quantity: Quantity| {
         meanings[column] = Some(Meaning { quantity, unit: None, estimated: false });
     };
-    let Some(time) = (0..count).find(|&column| look.rises(column)) else { return meanings };
+    let rising = (0..count).find(|&column| look.rises(column));
+    let Some(time) = rising.or_else(|| (count > 0 && look.climbs(0)).then_some(0)) else {
+        return meanings;
+    };
     give(time, Quantity::Time);
     let first = time + 1;
-    let step = look.median_step(time);
+    let step = look.step(time);
     // Of those with gravity's norm, three before or behind which there are whole threes, and of these
     // the three whose norm varies least.
     let variation = |at: usize| {

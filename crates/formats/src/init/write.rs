@@ -3,7 +3,9 @@
 use std::fmt::{Display, Write as _};
 use std::path::{Component, Path, PathBuf};
 
-use crate::text::{AttitudeColumns, GpsColumns, MAPPING_FILE, Mapping, TableMapping, Triad};
+use crate::text::{
+    AttitudeColumns, GpsColumns, MAPPING_FILE, Mapping, TableMapping, TimeScale, Triad,
+};
 use hovernav_log::LogError;
 use hovernav_toml::write_whole;
 
@@ -126,10 +128,24 @@ impl Lines {
         self.remarked("header_line", header_line, "line of the names; 0: columns by number");
         self.part("time");
         self.key("column", quoted(&table.time.column));
-        self.remarked("unit", quoted(table.time.unit.name()), "s, ms, us, ns, or clock");
-        self.line(
-            "# scale = \"gps\"  # seconds of GPS time since 1980, brought to UTC with the leap seconds",
+        let unit = quoted(table.time.unit.name());
+        self.remarked(
+            "unit",
+            unit,
+            "s, ms, us, ns, clock, or hhmmss for times of day as one number",
         );
+        if !table.time.date.is_empty() {
+            self.key("date", quoted(&table.time.date));
+        }
+        if !table.time.week.is_empty() {
+            self.key("week", quoted(&table.time.week));
+        }
+        let scale = match table.time.scale {
+            TimeScale::Own => "# scale = \"gps\"",
+            TimeScale::Gps => "scale = \"gps\"",
+        };
+        let remark = "# seconds of GPS time since 1980, brought to UTC with the leap seconds";
+        self.line(format_args!("{scale}  {remark}"));
         self.line("# offset_s = 0.0  # added, to bring this file to the clock of the others");
         if let Some(gyro) = &table.gyro {
             let units = "rad/s, deg/s; rad, deg for increments";

@@ -180,6 +180,15 @@ impl Fields<'_> {
         }
     }
 
+    /// The midnight at which the date in `column` began.
+    ///
+    /// # Errors
+    /// [`LogError::Field`] for what is no date.
+    pub fn midnight(&self, column: usize) -> Result<Option<Time>, LogError> {
+        let field = self.fields.get(column).copied().unwrap_or_default();
+        decimal::midnight(field).ok_or_else(|| self.unexpected(column, "a date"))
+    }
+
     fn unexpected(&self, column: usize, expected: &'static str) -> LogError {
         let found = self.fields.get(column).copied().unwrap_or_default();
         let found: String = String::from_utf8_lossy(&found[..found.len().min(160)])

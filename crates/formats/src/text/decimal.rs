@@ -1,6 +1,6 @@
 //! Numbers and times as text files spell them.
 
-use chrono::{DateTime, NaiveDateTime, NaiveTime, Timelike as _};
+use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime, Timelike as _};
 use hovernav::time::Time;
 
 /// The number that `field` spells, with a decimal comma if `comma`; NaN for an empty field or an
@@ -39,6 +39,9 @@ pub enum TimeUnit {
     /// Dates and times of day, such as `2025-07-08T12:34:56.789Z` or `12:34:56.789`.
     #[serde(rename = "clock")]
     Clock,
+    /// Times of day as one number, hhmmss.sss, as in NMEA 0183.
+    #[serde(rename = "hhmmss")]
+    HoursMinutesSeconds,
 }
 
 impl TimeUnit {
@@ -48,7 +51,7 @@ impl TimeUnit {
             Self::Nanoseconds => 1,
             Self::Microseconds => 1_000,
             Self::Milliseconds => 1_000_000,
-            Self::Seconds | Self::Clock => 1_000_000_000,
+            Self::Seconds | Self::Clock | Self::HoursMinutesSeconds => 1_000_000_000,
         }
     }
 
@@ -65,7 +68,13 @@ impl TimeUnit {
             Self::Milliseconds => "ms",
             Self::Seconds => "s",
             Self::Clock => "clock",
+            Self::HoursMinutesSeconds => "hhmmss",
         }
+    }
+
+    /// Whether it tells the time of day, perhaps with a date.
+    pub(crate) const fn is_of_day(self) -> bool {
+        matches!(self, Self::Clock | Self::HoursMinutesSeconds)
     }
 }
 
@@ -77,7 +86,13 @@ pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<T
         return if field.is_empty() { Some(None) } else { clock_time(field).map(Some) };
     }
     if let Some(nanoseconds) = scaled_nanoseconds(field, unit.nanoseconds(), comma) {
-        return Some(Some(Time::from_nanoseconds(nanoseconds)));
+        return match unit {
+            TimeUnit::HoursMinutesSeconds => time_of_day(nanoseconds).map(Some),
+            _ => Some(Some(Time::from_nanoseconds(nanoseconds))),
+        };
+    }
+    if unit == TimeUnit::HoursMinutesSeconds {
+        return number(field, comma).filter(|value| value.is_nan()).map(|_| None);
     }
     number(field, comma).map(|value| Time::from_seconds(value * unit.seconds()))
 }
@@ -140,6 +155,41 @@ fn clock_time(field: &[u8]) -> Option<Time> {
     Some(Time::from_nanoseconds(seconds * 1_000_000_000 + i64::from(at.nanosecond())))
 }
 
+/// The time of day of hhmmss.sss in units of 1e-9; `None` where no clock shows it.
+fn time_of_day(hhmmss: i64) -> Option<Time> {
+    const SECOND: i64 = 1_000_000_000;
+    let whole = hhmmss.div_euclid(SECOND);
+    let (hours, minutes, seconds) = (whole / 10_000, whole / 100 % 100, whole % 100);
+    // 60 in a leap second.
+    (hhmmss >= 0 && hours < 24 && minutes < 60 && seconds <= 60).then(|| {
+        let seconds = 3600 * hours + 60 * minutes + seconds;
+        Time::from_nanoseconds(seconds * SECOND + hhmmss.rem_euclid(SECOND))
+    })
+}
+
+/// The midnight, UTC, at which the date that `field` spells began: ddmmyy as in NMEA 0183, yyyymmdd, or with signs
+/// between. `Some(None)` for an empty field, `None` for what is no date.
+pub(crate) fn midnight(field: &[u8]) -> Option<Option<Time>> {
+    let text = std::str::from_utf8(field.trim_ascii()).ok()?;
+    if text.is_empty() {
+        return Some(None);
+    }
+    let date = match text.parse::<u32>() {
+        Ok(date) if text.len() == 8 => {
+            NaiveDate::from_ymd_opt((date / 10_000) as i32, date / 100 % 100, date % 100)
+        }
+        // The zero of the first nine days may be lost.
+        Ok(date) if matches!(text.len(), 5 | 6) => {
+            NaiveDate::from_ymd_opt(2000 + (date % 100) as i32, date / 100 % 100, date / 10_000)
+        }
+        _ => ["%Y-%m-%d", "%Y/%m/%d", "%d.%m.%Y"]
+            .iter()
+            .find_map(|format| NaiveDate::parse_from_str(text, format).ok()),
+    };
+    let began = date?.and_time(NaiveTime::MIN).and_utc();
+    began.timestamp_nanos_opt().map(|nanoseconds| Some(Time::from_nanoseconds(nanoseconds)))
+}
+
 /// Midnights between times of day: a flight that goes on past one goes on.
 #[derive(Debug, Default)]
 pub(crate) struct Midnights {
@@ -174,7 +224,9 @@ mod tests {
 
     #[test]
     fn times_are_exact_in_every_unit() {
-        use TimeUnit::{Clock, Microseconds, Milliseconds, Nanoseconds, Seconds};
+        use TimeUnit::{
+            Clock, HoursMinutesSeconds, Microseconds, Milliseconds, Nanoseconds, Seconds,
+        };
         for (text, unit, comma, expected) in [
             ("1752000000.123456789", Seconds, false, 1_752_000_000_123_456_789),
             ("80.3", Milliseconds, false, 80_300_000),
@@ -189,11 +241,38 @@ mod tests {
             ("1/2/1970 1:00:02 PM", Clock, false, 133_202_000_000_000),
             ("00:01:00.25", Clock, false, 60_250_000_000),
             ("11:00:00.5 PM", Clock, false, 82_800_500_000_000),
+            ("235959.999", HoursMinutesSeconds, false, 86_399_999_000_000),
+            ("000100,5", HoursMinutesSeconds, true, 60_500_000_000),
+            ("130.25", HoursMinutesSeconds, false, 90_250_000_000),
         ] {
             assert_eq!(nanoseconds(text, unit, comma), Some(expected), "{text}");
         }
-        for (text, unit) in [("abc", Seconds), (".", Seconds), ("-", Clock), ("25:00:00", Clock)] {
+        for (text, unit) in [
+            ("abc", Seconds),
+            (".", Seconds),
+            ("-", Clock),
+            ("25:00:00", Clock),
+            ("240000", HoursMinutesSeconds),
+            ("006000", HoursMinutesSeconds),
+            ("000061", HoursMinutesSeconds),
+            ("-1", HoursMinutesSeconds),
+            ("", HoursMinutesSeconds),
+        ] {
             assert_eq!(time(text.as_bytes(), unit, false).flatten(), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn dates_are_days_first_without_signs() {
+        for text in ["020170", "20170", "19700102", "1970-01-02", "1970/01/02", "02.01.1970"] {
+            // Two digits of a year are of this century.
+            let days = if text.len() < 8 { 36_526.0 } else { 1.0 };
+            let began = midnight(text.as_bytes()).flatten().unwrap().seconds();
+            assert_eq!(began, 86_400.0 * days, "{text}");
+        }
+        assert_eq!(midnight(b""), Some(None));
+        for text in ["320170", "021370", "1.5", "-20170", "today"] {
+            assert_eq!(midnight(text.as_bytes()), None, "{text}");
         }
     }
 

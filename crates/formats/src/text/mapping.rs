@@ -68,8 +68,15 @@ pub struct TableMapping {
 pub struct TimeColumn {
     /// Its column; without one, rows follow each other at `rate_hz`.
     pub column: String,
-    /// Its unit: `s`, `ms`, `us`, `ns`, or `clock` for dates and times of day.
+    /// Its unit: `s`, `ms`, `us`, `ns`, `clock` for dates and times of day, or `hhmmss` for times of day as one
+    /// number, as NMEA 0183 writes them.
     pub unit: TimeUnit,
+    /// Column of the date, ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025, which the time of day is of.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub date: String,
+    /// Column of the GPS week, counted from 6 January 1980, which the time is of; with `scale = "gps"`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub week: String,
     /// What it counts: `own`, the logger's clock or UTC since 1970, or `gps`, GPS time since 6 January
     /// 1980, which is brought to UTC since 1970 with the leap seconds of its day.
     #[serde(skip_serializing_if = "TimeScale::is_own")]

@@ -1,7 +1,7 @@
 //! What one file's columns say of each sensor, row by row.
 
 use super::columns::{Fields, Source};
-use super::decimal::{Midnights, TimeUnit};
+use super::decimal::Midnights;
 use super::gps::GpsPlaces;
 use super::mapping::{AttitudeColumns, TableMapping, Triad};
 use super::units::{AttitudeRole, BaroUnit, ForceUnit, MagneticUnit, RateUnit, StickUnit, World};
@@ -14,6 +14,8 @@ use hovernav_log::{LogError, Remarks, pressure_altitude_m};
 
 /// Stronger fields are a garbled value, gauss (the Earth's is under 0.7).
 const STRONGEST_FIELD_GAUSS: f64 = 100.0;
+/// Weeks since 1980 that a receiver may count; later ones nanoseconds since 1970 cannot tell.
+const MOST_WEEKS: std::ops::RangeInclusive<f64> = 0.0..=10_000.0;
 /// Heights beyond this are a garbled value, m.
 const GREATEST_HEIGHT_M: f64 = 1e5;
 
@@ -21,6 +23,8 @@ const GREATEST_HEIGHT_M: f64 = 1e5;
 pub(crate) struct TableColumns {
     mapping: TableMapping,
     time: Option<usize>,
+    date: Option<usize>,
+    week: Option<usize>,
     midnights: Midnights,
     gyro: Option<[usize; 3]>,
     accel: Option<[usize; 3]>,
@@ -68,6 +72,8 @@ impl TableColumns {
         });
         let columns = Self {
             time: source.find_optional(&table.time.column)?,
+            date: source.find_optional(&table.time.date)?,
+            week: source.find_optional(&table.time.week)?,
             midnights: Midnights::default(),
             gyro: table.gyro.as_ref().map(|t| source.find_triad(t)).transpose()?,
             accel: table.accel.as_ref().map(|t| source.find_triad(t)).transpose()?,
@@ -113,8 +119,17 @@ impl TableColumns {
     pub fn time(&mut self, fields: &Fields<'_>) -> Result<Option<Time>, LogError> {
         let mapping = &self.mapping.time;
         let Some(mut time) = fields.time(self.time, mapping)? else { return Ok(None) };
-        if mapping.unit == TimeUnit::Clock {
+        if let Some(column) = self.date {
+            let Some(midnight) = fields.midnight(column)? else { return Ok(None) };
+            time = later(time, midnight.nanoseconds());
+        } else if mapping.unit.is_of_day() {
             time = self.midnights.passed(time);
+        }
+        if let Some(column) = self.week {
+            const WEEK_NS: i64 = 604_800_000_000_000;
+            let week = fields.known(Some(column))?.filter(|week| MOST_WEEKS.contains(week));
+            let Some(week) = week else { return Ok(None) };
+            time = later(time, week as i64 * WEEK_NS);
         }
         Ok(Some(mapping.scale.to_utc(time).offset_by(mapping.offset_s)))
     }
@@ -246,6 +261,11 @@ impl TableColumns {
         }
         Ok(Some(sticks))
     }
+}
+
+/// The time so many nanoseconds after `time`.
+fn later(time: Time, nanoseconds: i64) -> Time {
+    Time::from_nanoseconds(time.nanoseconds().saturating_add(nanoseconds))
 }
 
 fn triad<U: Copy>(

@@ -1,0 +1,175 @@
+//! The columns that tell when a row was.
+
+use super::columns::Reader;
+use super::names::Quantity;
+use crate::text::{TimeColumn, TimeScale, TimeUnit};
+
+/// A week, s.
+const WEEK_S: f64 = 604_800.0;
+
+impl Reader<'_> {
+    /// When rows were; `None` where no column rises as time does.
+    pub(super) fn time(
+        &mut self,
+        has_motion: bool,
+        doubts: &mut Vec<String>,
+    ) -> Option<TimeColumn> {
+        let column = self.time_column()?;
+        let rises = self.look.rises(column);
+        let step = self.look.step(column);
+        let unit = match self.known.unit(column) {
+            _ if self.look.are_clock[column] => TimeUnit::Clock,
+            _ if self.is_hhmmss(column) => TimeUnit::HoursMinutesSeconds,
+            Some("s") => TimeUnit::Seconds,
+            Some("ms") => TimeUnit::Milliseconds,
+            Some("us") => TimeUnit::Microseconds,
+            Some("ns") => TimeUnit::Nanoseconds,
+            _ => time_unit(step, has_motion),
+        };
+        let date = self.date(column, unit, doubts);
+        let week = self.week(column, unit, doubts);
+        let name = self.name(column);
+        let step_s = step * unit.seconds();
+        let longest_s = if has_motion { 0.2 } else { 30.0 };
+        if !(1e-5..=longest_s).contains(&step_s) {
+            doubts.push(format!(
+                "time {name} steps by {step_s} s as {}: is that its unit?",
+                unit.name()
+            ));
+        }
+        if !rises {
+            self.say_how_it_rises(column, doubts);
+        }
+        Some(TimeColumn {
+            column: name,
+            unit,
+            scale: if week.is_some() { TimeScale::Gps } else { TimeScale::Own },
+            date: date.map_or_else(String::new, |column| self.name(column)),
+            week: week.map_or_else(String::new, |column| self.name(column)),
+            ..TimeColumn::default()
+        })
+    }
+
+    /// The column of the time: by its name, one that rises on every row before one that repeats, one of dates last;
+    /// else the first one without a telling name, if it rises.
+    fn time_column(&self) -> Option<usize> {
+        let of = |quantity: Quantity| {
+            let columns = || (0..self.look.columns.len()).filter(move |&c| self.is(c, quantity));
+            let rising = columns().find(|column| self.look.rises(*column));
+            rising.or_else(|| columns().find(|column| self.look.climbs(*column)))
+        };
+        let bare = || self.look.rises(0).then_some(0).filter(|_| self.known.meanings[0].is_none());
+        of(Quantity::Time).or_else(|| of(Quantity::Date)).or_else(bare)
+    }
+
+    fn is(&self, column: usize, quantity: Quantity) -> bool {
+        self.known.meanings[column].is_some_and(|meaning| meaning.quantity == quantity)
+    }
+
+    /// Whether a column counts times of day as hhmmss: seconds and minutes stay below 60, and the minutes pass by
+    /// steps of 40 that as seconds would be gaps. Where no minute passes, the name has to say so.
+    fn is_hhmmss(&self, column: usize) -> bool {
+        let is_shown = |value: f64| {
+            (0.0..240_000.0).contains(&value)
+                && value % 100.0 < 60.0
+                && value / 100.0 % 100.0 < 60.0
+        };
+        if !self.look.known(column).all(is_shown) {
+            return false;
+        }
+        let minute = |value: f64| (value / 100.0).floor();
+        let seconds = |value: f64| {
+            let (hours, minutes) = ((value / 10_000.0).floor(), minute(value) % 100.0);
+            3600.0 * hours + 60.0 * minutes + value % 100.0
+        };
+        let pairs = || self.look.known(column).zip(self.look.known(column).skip(1));
+        let passed = pairs().filter(|(a, b)| minute(*b) > minute(*a));
+        let (mut minutes, mut smooth) = (0usize, 0usize);
+        for (before, after) in passed {
+            minutes += 1;
+            // Once in ten seconds a step of 10 s looks like one of 50.
+            smooth += usize::from(4.0 * (seconds(after) - seconds(before)) <= after - before);
+        }
+        if minutes > 0 {
+            return 2 * smooth > minutes;
+        }
+        let name = self.look.layout.names[column].to_lowercase();
+        let says_so = ["utc", "hms", "hhmmss"].iter().any(|part| name.contains(part));
+        says_so && (self.look.largest(column) >= 10_000.0 || self.look.are_padded[column])
+    }
+
+    /// The column of the date that times of day are of.
+    fn date(&self, time: usize, unit: TimeUnit, doubts: &mut Vec<String>) -> Option<usize> {
+        const DAY_S: f64 = 86_400.0;
+        let date = self.known.column(Quantity::Date).filter(|date| *date != time)?;
+        // A time with a date of its own needs none.
+        if unit == TimeUnit::Clock && self.look.largest(time) >= DAY_S {
+            return None;
+        }
+        if !unit.is_of_day() {
+            return None;
+        }
+        if !self.look.are_dates[date] {
+            doubts.push(format!(
+                "time: {} is no date as ddmmyy, yyyymmdd or 2025-07-08, and is left out: the times of day \
+                 in {} have no date",
+                self.look.layout.names[date], self.look.layout.names[time]
+            ));
+            return None;
+        }
+        Some(date)
+    }
+
+    /// The column of the GPS week that times of week are of.
+    fn week(&self, time: usize, unit: TimeUnit, doubts: &mut Vec<String>) -> Option<usize> {
+        /// Receivers that send ten bits of the week begin anew after so many.
+        const TEN_BITS: f64 = 1024.0;
+        let week = self.known.column(Quantity::Week)?;
+        let name = self.look.layout.names[time].to_lowercase();
+        let times = self.known.meanings.iter().flatten();
+        let is_only = times.filter(|meaning| meaning.quantity == Quantity::Time).count() < 2;
+        let is_of_week = is_only || ["tow", "week", "sow"].iter().any(|part| name.contains(part));
+        let most_s = self.look.largest(time) * unit.seconds();
+        if unit.is_of_day() || !is_of_week || most_s > WEEK_S + 1.0 || !self.look.is_whole(week) {
+            return None;
+        }
+        let week_name = &self.look.layout.names[week];
+        let count = self.look.largest(week);
+        if count < TEN_BITS {
+            doubts.push(format!(
+                "time: week {count} of {week_name} lies in 1980 to 1999; if the receiver sends its week \
+                 without the upper bits, add 619315200 s for each 1024 weeks as offset_s under [table.time]"
+            ));
+        }
+        Some(week)
+    }
+
+    /// Says on how many rows each time stands, and that rows are out of order.
+    fn say_how_it_rises(&self, column: usize, doubts: &mut Vec<String>) {
+        let (file, name) = (&self.file, &self.look.layout.names[column]);
+        let (rows, most) = self.look.rows_of_one_value(column);
+        if rows > 1 {
+            doubts.push(format!(
+                "time {name} of {file} repeats, mostly on {rows} rows and at most on {most}: rows of one time are put \
+                 together, and those that repeat the row before in all count once"
+            ));
+        }
+        let behind = self.look.rows_behind(column);
+        if behind > 0 {
+            doubts.push(format!(
+                "time {name} of {file} goes back on {behind} rows: rows out of order are left out; sort them to keep \
+                 them"
+            ));
+        }
+    }
+}
+
+/// The unit in which a `step` is one of a logger: of an inertial unit 0.2 to 100 ms, of a receiver
+/// alone 20 ms to 10 s.
+fn time_unit(step: f64, has_motion: bool) -> TimeUnit {
+    let [least, most] = if has_motion { [2e-4, 0.15] } else { [0.015, 15.0] };
+    let units =
+        [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
+    let fits = |unit: &TimeUnit| (least..most).contains(&(step * unit.seconds()));
+    units.into_iter().find(fits).unwrap_or_default()
+}

@@ -1,0 +1,176 @@
+//! Clocks of foreign loggers: times that repeat, that are out of order, of days and of weeks.
+
+use std::fs;
+
+use hovernav_formats::{Options, Proposal, open};
+use hovernav_log::Dataset;
+
+const NAMES: &str = "gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
+
+/// The samples of a unit at rest, no two alike, behind what `time` makes of their number.
+fn unit(name: &str, time: impl Fn(u32) -> String) -> String {
+    let rows = (0..6000).map(|k| {
+        let noise = f64::from(k * 37 % 101) * 1e-3;
+        let rates = format!("{:.4},{:.4},{:.4}", 0.01 * noise, -0.02 * noise, 0.03 * noise);
+        format!(
+            "{},{rates},{noise:.3},{:.3},{:.4}\n",
+            time(k),
+            0.2 - noise,
+            -9.8 - 1e-5 * f64::from(k)
+        )
+    });
+    format!("{name},{NAMES}\n{}", rows.collect::<String>())
+}
+
+/// Fixes four times a second along a meridian, behind what `time` makes of their number.
+fn receiver(names: &str, time: impl Fn(u32) -> String) -> String {
+    let rows = (0..240).map(|k| {
+        let latitude_deg = 47.0 + 1e-5 * f64::from(k);
+        format!("{},{latitude_deg:.7},8.5,410.25\n", time(k))
+    });
+    format!("{names},lat,lon,alt\n{}", rows.collect::<String>())
+}
+
+/// What `init` says of `files`, the mapping that it writes, and the dataset which that gives.
+fn mapped(files: &[(&str, String)]) -> (String, String, Dataset) {
+    let place = tempfile::tempdir().unwrap();
+    let paths = files.iter().map(|(name, text)| {
+        let path = place.path().join(name);
+        fs::write(&path, text).unwrap();
+        path
+    });
+    let proposal = Proposal::of(&paths.collect::<Vec<_>>()).unwrap();
+    let out = place.path().join("mapped");
+    proposal.write(&out, false).unwrap();
+    let mapping = fs::read_to_string(out.join("mapping.toml")).unwrap();
+    (proposal.to_string(), mapping, open(&out, &Options::default()).unwrap().dataset)
+}
+
+fn of_unit(text: String) -> (String, Dataset) {
+    let (report, _, dataset) = mapped(&[("imu.csv", text)]);
+    (report, dataset)
+}
+
+/// hh, mm and ss of a moment after 23:58:30.5, with a sign between, and its thousandths.
+fn of_day(milliseconds: u32, sign: &str) -> (String, u32) {
+    let after = 86_310_500 + milliseconds;
+    let (second, thousandths) = (after / 1000 % 86_400, after % 1000);
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    (format!("{hour:02}{sign}{minute:02}{sign}{second:02}"), thousandths)
+}
+
+fn hhmmss(milliseconds: u32) -> String {
+    let (whole, thousandths) = of_day(milliseconds, "");
+    format!("{whole}.{thousandths:03}")
+}
+
+#[test]
+fn times_that_repeat_are_times_and_said() {
+    let second = |k: u32| f64::from(k) * 0.01;
+    for (what, text, samples, rows) in [
+        ("every row twice", unit("time_s", |k| format!("{:.2}", second(k))), 6000, 2),
+        ("batches of 4", unit("time_s", |k| format!("{:.2}", second(k / 4 * 4))), 1500, 4),
+        ("batches of 10", unit("time_ms", |k| format!("{}", k / 10 * 100)), 600, 10),
+        ("tenths", unit("t", |k| format!("{:.1}", f64::from(k / 10) * 0.1)), 600, 10),
+    ] {
+        let twice = |text: String| -> String {
+            let mut lines = text.lines();
+            let names = lines.next().unwrap_or_default();
+            format!(
+                "{names}\n{}",
+                lines.map(|line| format!("{line}\n{line}\n")).collect::<String>()
+            )
+        };
+        let text = if samples == 6000 { twice(text) } else { text };
+        let (report, dataset) = of_unit(text);
+        assert_eq!(dataset.imu.len(), samples, "{what}\n{report}");
+        let span_s = dataset.imu[samples - 1].time - dataset.imu[0].time;
+        assert!((59.8..60.0).contains(&span_s), "{what}: {span_s} s\n{report}");
+        assert!(report.contains(&format!("repeats, mostly on {rows} rows")), "{what}\n{report}");
+    }
+}
+
+#[test]
+fn a_clock_of_whole_seconds_is_one_and_too_coarse() {
+    let (report, _, dataset) = mapped(&[
+        ("imu.csv", unit("time", |k| of_day(10 * k, ":").0)),
+        ("gps.csv", receiver("time", |k| of_day(250 * k, ":").0)),
+    ]);
+    assert_eq!(dataset.imu.len(), 61, "{report}");
+    assert!(report.contains("repeats, mostly on 100 rows"), "{report}");
+    assert!(report.contains("1.0 inertial samples a second are too few"), "{report}");
+}
+
+#[test]
+fn rows_out_of_order_are_said() {
+    // Two rows of four change places.
+    let swapped = |k: u32| if k % 4 < 2 { k ^ 1 } else { k };
+    let text = unit("time_s", |k| format!("{:.2}", f64::from(swapped(k)) * 0.01));
+    let (report, dataset) = of_unit(text);
+    assert_eq!(dataset.imu.len(), 4500, "{report}");
+    assert!(report.contains("time time_s of imu.csv goes back on 1500 rows"), "{report}");
+}
+
+#[test]
+fn times_of_day_as_one_number_go_on_past_minutes_and_midnight() {
+    let (report, mapping, dataset) = mapped(&[
+        ("imu.csv", unit("utc", |k| hhmmss(10 * k))),
+        ("gps.csv", receiver("time_s", |k| hhmmss(250 * k))),
+    ]);
+    assert_eq!((dataset.imu.len(), dataset.fixes.len()), (6000, 240), "{report}");
+    assert_eq!(mapping.matches("unit = \"hhmmss\"").count(), 2, "{mapping}");
+    let [imu_s, gps_s] = [
+        dataset.imu[5999].time - dataset.imu[0].time,
+        dataset.fixes[239].time - dataset.fixes[0].time,
+    ];
+    assert!((imu_s - 59.99).abs() < 1e-6 && (gps_s - 59.75).abs() < 1e-6, "{imu_s} {gps_s}");
+}
+
+#[test]
+fn a_column_of_dates_may_tell_the_time_as_well() {
+    let dated = |k: u32| {
+        let (time, thousandths) = of_day(10 * k, ":");
+        format!("2025-07-08 {time}.{thousandths:03}")
+    };
+    let (report, dataset) = of_unit(unit("date", dated));
+    assert_eq!(dataset.imu.len(), 6000, "{report}");
+}
+
+#[test]
+fn seconds_that_pass_hundreds_are_no_times_of_day() {
+    let (_, mapping, _) =
+        mapped(&[("imu.csv", unit("utc", |k| format!("{:.2}", f64::from(k) * 0.01)))]);
+    assert!(mapping.contains("unit = \"s\""), "{mapping}");
+}
+
+#[test]
+fn dates_and_weeks_bring_a_receiver_to_the_clock_of_the_unit() {
+    // 2025-07-08T23:58:30.5Z, and the same in GPS time, 18 s further.
+    let unix_ms = 1_752_019_110_500_u64;
+    let gps_ms = unix_ms - 315_964_800_000 + 18_000;
+    let week = |k: u32| gps_ms + 250 * u64::from(k);
+    let dated = |k: u32| {
+        let day = if of_day(250 * k, "").0.starts_with('0') { 9 } else { 8 };
+        (hhmmss(250 * k), day)
+    };
+    for (what, gps) in [
+        ("ddmmyy", receiver("utc_time,date", |k| format!("{},{}0725", dated(k).0, dated(k).1))),
+        ("signs", receiver("date,utc", |k| format!("2025-07-0{},{}", dated(k).1, dated(k).0))),
+        (
+            "week",
+            receiver("week,tow_s", |k| {
+                let of_week = week(k) % 604_800_000;
+                format!("{},{}.{:03}", week(k) / 604_800_000, of_week / 1000, of_week % 1000)
+            }),
+        ),
+    ] {
+        let imu = unit("unix_ms", |k| (unix_ms + 10 * u64::from(k)).to_string());
+        let (report, _, dataset) = mapped(&[("imu.csv", imu), ("gps.csv", gps)]);
+        assert_eq!(dataset.fixes.len(), 240, "{what}\n{report}");
+        for (at, fix) in [(0, &dataset.fixes[0]), (5975, &dataset.fixes[239])] {
+            let apart_s = fix.time - dataset.imu[at].time;
+            assert!(apart_s.abs() < 1e-6, "{what}: {apart_s} s apart\n{report}");
+        }
+        assert!(!report.contains("are not of one time"), "{what}\n{report}");
+    }
+}
