@@ -135,3 +135,113 @@ fn places_of_no_known_unit_are_left_out_and_told() {
         "{report}"
     );
 }
+
+/// A moment's latitude, longitude and height as whole numbers, 1e-7° and mm.
+fn scaled(m: &Moment) -> String {
+    format!("{:.0},{:.0},1601500", m.latitude_deg * 1e7, m.longitude_deg * 1e7)
+}
+
+fn plain(m: &Moment) -> String {
+    format!("{:.8},{:.8},1601.5", m.latitude_deg, m.longitude_deg)
+}
+
+#[test]
+fn speed_and_course_are_of_the_unit_in_which_they_agree_with_the_places() {
+    let written = |per_mps: f64, per_deg: f64| {
+        move |m: &Moment| {
+            let (speed, course) = (m.speed_mps * per_mps, m.course_rad.to_degrees() * per_deg);
+            format!("{},{speed:.4},{course:.4}", plain(m))
+        }
+    };
+    for (unit, per_mps) in [
+        ("m/s", 1.0),
+        ("km/h", 3.6),
+        ("kn", 3600.0 / 1852.0),
+        ("mph", 3600.0 / 1609.344),
+        ("cm/s", 100.0),
+    ] {
+        let (report, fixes) = fixes(table("lat,lon,alt,speed,bearing", written(per_mps, 1.0)));
+        assert_velocities(&fixes, &report);
+        let told = "speed with bearing agrees with the distances between the fixes if it is in";
+        assert!(report.contains(&format!("{told} {unit}")), "{report}");
+    }
+    for per_deg in [100.0, 1e5, PI / 180.0] {
+        let (report, fixes) = fixes(table("lat,lon,alt,speed,course", written(1.0, per_deg)));
+        assert_velocities(&fixes, &report);
+    }
+    let whole = |m: &Moment| {
+        let course_cdeg = m.course_rad.to_degrees() * 100.0;
+        format!("{},{:.0},{course_cdeg:.0}", scaled(m), m.speed_mps * 100.0)
+    };
+    for names in ["lat,lon,alt,speed,course", "lat_1e7,lon_1e7,alt_mm,speed_cm_s,course_cdeg"] {
+        let (report, fixes) = fixes(table(names, whole));
+        assert_places(&fixes, &report);
+        assert_velocities(&fixes, &report);
+    }
+}
+
+#[test]
+fn whole_numbers_of_ublox_are_millimetres() {
+    let row = |m: &Moment| {
+        let (sine, cosine) = m.course_rad.sin_cos();
+        let (north, east) = (m.speed_mps * cosine * 1e3, m.speed_mps * sine * 1e3);
+        format!("{},14,20,{north:.0},{east:.0},-9,60,3", scaled(m))
+    };
+    let (report, fixes) = fixes(table("lat,lon,height,hAcc,vAcc,velN,velE,velD,sAcc,fixType", row));
+    assert_velocities(&fixes, &report);
+    let fix = &fixes[7];
+    let sigmas = fix.position_sigma_m.zip(fix.velocity_sigma_mps).unwrap();
+    let expected = ([0.014, 0.014, 0.02], [0.06; 3]);
+    let off = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-9);
+    let is_off = off(sigmas.0.to_array(), expected.0) || off(sigmas.1.to_array(), expected.1);
+    assert!(!is_off && (fix.position.height_m - 1601.5).abs() < 1e-6, "{sigmas:?}\n{report}");
+}
+
+#[test]
+fn dilutions_of_mavlink_are_no_sigmas() {
+    let row = |m: &Moment| {
+        let course_cdeg = m.course_rad.to_degrees() * 100.0;
+        format!("3,{},80,120,{:.0},{course_cdeg:.0},15", scaled(m), m.speed_mps * 100.0)
+    };
+    let names = "fix_type,lat,lon,alt,eph,epv,vel,cog,satellites_visible";
+    let (report, fixes) = fixes(table(names, row));
+    assert_velocities(&fixes, &report);
+    assert!(fixes.iter().all(|fix| fix.position_sigma_m.is_none()), "{report}");
+    assert!(report.contains("eph and epv beside degrees times ten million"), "{report}");
+}
+
+#[test]
+fn a_speed_that_its_places_deny_is_a_doubt() {
+    let kmh = |m: &Moment| {
+        format!("{},{:.4},{:.3}", plain(m), m.speed_mps * 3.6, m.course_rad.to_degrees())
+    };
+    let (report, _) = fixes(table("lat,lon,alt,speed_mps,course", kmh));
+    assert!(report.contains("as m/s gives 3.59 times the distances between the fixes"), "{report}");
+    assert!(report.contains("as km/h they would agree"), "{report}");
+
+    let reversed = |m: &Moment| {
+        let (east, north) = m.course_rad.sin_cos();
+        format!("{},{:.4},{:.4}", plain(m), m.speed_mps * east, m.speed_mps * north)
+    };
+    let (report, _) = fixes(table("lat,lon,alt,vn_mps,ve_mps", reversed));
+    assert!(report.contains("from where vn_mps with ve_mps says"), "{report}");
+
+    let standing = |_: &Moment| "-40.0,-105.1,1601.5,0.02,17.5".to_owned();
+    let (report, _) = fixes(table("lat,lon,alt,speed,course", standing));
+    assert!(
+        report.contains("nothing says the unit of speed with course, taken as m/s"),
+        "{report}"
+    );
+}
+
+#[test]
+fn vertical_and_horizontal_speeds_of_two_units_are_not_mixed() {
+    let row = |m: &Moment| {
+        let speed_kn = m.speed_mps * 3600.0 / 1852.0;
+        format!("{},{speed_kn:.4},{:.3},0.25", plain(m), m.course_rad.to_degrees())
+    };
+    let (report, fixes) = fixes(table("lat,lon,alt,speed_knots,course,vd_mps", row));
+    assert_velocities(&fixes, &report);
+    assert!(fixes.iter().all(|fix| fix.down_velocity_mps.is_none()), "{report}");
+    assert!(report.contains("vd_mps is in m/s, the speed over ground in kn"), "{report}");
+}

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::look::Look;
 use super::names::{Meaning, Quantity, meaning};
+use super::travel::Told;
 use super::unnamed;
 use crate::text::{
     AngleUnit, AttitudeColumns, AttitudeRole, Axes, BaroColumn, BaroUnit, ForceUnit, HeightAbove,
@@ -15,6 +16,8 @@ use hovernav_log::LogError;
 /// One file as it was understood.
 pub(crate) struct Understood {
     pub mapping: TableMapping,
+    /// What tells the units of the receiver's velocity.
+    pub told: Told,
     /// Columns of which nothing is used.
     pub unused: Vec<String>,
     /// What was guessed and is worth a look, each a sentence.
@@ -78,7 +81,9 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.accel = reader.accel(&mut doubts);
     table.mag = reader.mag(&mut doubts);
     table.attitude = reader.attitude();
-    table.gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut doubts);
+    let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut doubts);
+    let told = gps.as_ref().map_or_else(Told::default, |(_, told)| *told);
+    table.gps = gps.map(|(columns, _)| columns);
     table.baro = reader.baro();
     table.controls = reader.controls();
     let has_motion = table.gyro.is_some() || table.accel.is_some();
@@ -92,7 +97,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     })?;
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
-    Ok(Understood { mapping: table, unused, doubts })
+    Ok(Understood { mapping: table, told, unused, doubts })
 }
 
 /// A sentence about each name that several columns have.

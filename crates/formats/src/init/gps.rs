@@ -2,27 +2,33 @@
 
 use super::columns::Reader;
 use super::names::Quantity;
-use crate::text::{GpsColumns, LengthUnit, SpeedUnit};
+use super::travel::Told;
+use crate::text::{CourseUnit, GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
+
+/// What a receiver's format says of numbers without units: places of degrees times ten million, and all of them
+/// whole.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Written {
+    Plain,
+    Scaled,
+}
 
 impl Reader<'_> {
-    /// The columns of a receiver, if there are latitude, longitude and height; `with_others` where the file
-    /// has an inertial unit's as well.
+    /// The columns of a receiver, if there are latitude, longitude and height, and what tells its units;
+    /// `with_others` where the file has an inertial unit's as well.
     pub(super) fn gps(
         &mut self,
         with_others: bool,
         doubts: &mut Vec<String>,
-    ) -> Option<GpsColumns> {
+    ) -> Option<(GpsColumns, Told)> {
         let place = self.place(doubts)?;
         let (height, above) = self.known.height()?;
         let [lat, lon] = place.columns;
-        let height_unit = match self.known.unit(height) {
-            Some("ft") => LengthUnit::Feet,
-            Some("mm") => LengthUnit::Millimetres,
-            Some("cm") => LengthUnit::Centimetres,
-            Some("m") => LengthUnit::Metres,
-            _ if self.look.largest(height) > 2e4 => LengthUnit::Millimetres,
-            _ => LengthUnit::Metres,
+        let written = match place.unit {
+            PlaceUnit::ScaledDegrees => Written::Scaled,
+            _ => Written::Plain,
         };
+        let height_unit = self.height_unit(height, written, doubts);
         if above.is_none() {
             doubts.push(
                 "gps: the height is taken as above the ellipsoid; where it is above the sea, set \
@@ -31,9 +37,6 @@ impl Reader<'_> {
             );
         }
         let held = with_others && self.look.is_held(&[lat, lon, height]);
-        let speeds = [Quantity::Velocity(0), Quantity::Velocity(2), Quantity::Up, Quantity::Speed];
-        let speed = speeds.into_iter().find_map(|quantity| self.known.column(quantity));
-        let sigma = self.known.column(Quantity::SigmaHorizontal);
         let mut gps = GpsColumns {
             latitude: self.name(lat),
             longitude: self.name(lon),
@@ -43,46 +46,173 @@ impl Reader<'_> {
             height: self.name(height),
             height_unit,
             height_above: above.unwrap_or_default(),
-            speed_unit: speed.map_or(SpeedUnit::default(), |column| self.speed_unit(column)),
-            sigma_unit: match sigma.and_then(|column| self.known.unit(column)) {
-                Some("mm") => LengthUnit::Millimetres,
-                Some("cm") => LengthUnit::Centimetres,
-                _ => LengthUnit::Metres,
-            },
             held,
             ..GpsColumns::default()
         };
-        if self.known.all([0, 1].map(Quantity::Velocity)).is_some() {
-            gps.north = self.optional(Quantity::Velocity(0));
-            gps.east = self.optional(Quantity::Velocity(1));
-        } else if self.known.all([Quantity::Speed, Quantity::Course]).is_some() {
-            gps.speed = self.optional(Quantity::Speed);
-            gps.course = self.optional(Quantity::Course);
-        }
-        gps.down = self.optional(Quantity::Velocity(2));
-        if gps.down.is_empty() {
-            gps.up = self.optional(Quantity::Up);
-        }
-        if self.known.all([Quantity::SigmaHorizontal, Quantity::SigmaVertical]).is_some() {
-            gps.sigma_horizontal = self.optional(Quantity::SigmaHorizontal);
-            gps.sigma_vertical = self.optional(Quantity::SigmaVertical);
-        }
-        gps.sigma_speed = self.optional(Quantity::SigmaSpeed);
-        gps.sigma_vertical_speed = self.optional(Quantity::SigmaVerticalSpeed);
+        let told = self.velocity(&mut gps, written, doubts);
+        let is_in_mm = written == Written::Scaled || height_unit == LengthUnit::Millimetres;
+        self.sigmas(&mut gps, is_in_mm, doubts);
         gps.fix_type = self.optional(Quantity::FixType);
         gps.satellites = self.optional(Quantity::Satellites);
-        Some(gps)
+        Some((gps, told))
     }
 
-    fn speed_unit(&self, column: usize) -> SpeedUnit {
-        match self.known.unit(column) {
-            Some("cm/s") => SpeedUnit::CentimetresPerSecond,
-            Some("mm/s") => SpeedUnit::MillimetresPerSecond,
-            Some("km/h") => SpeedUnit::KilometresPerHour,
-            Some("kn") => SpeedUnit::Knots,
-            Some("m/s") => SpeedUnit::MetresPerSecond,
-            _ if self.look.largest(column) > 300.0 => SpeedUnit::MillimetresPerSecond,
-            _ => SpeedUnit::MetresPerSecond,
+    fn height_unit(&self, height: usize, written: Written, doubts: &mut Vec<String>) -> LengthUnit {
+        /// A receiver a metre above the ellipsoid, mm.
+        const LEAST_MM: f64 = 1e3;
+        /// Higher than all that flies with one, m.
+        const MOST_M: f64 = 2e4;
+        let largest = self.look.largest(height);
+        match self.known.unit(height) {
+            Some("ft") => LengthUnit::Feet,
+            Some("mm") => LengthUnit::Millimetres,
+            Some("cm") => LengthUnit::Centimetres,
+            Some("m") => LengthUnit::Metres,
+            _ if largest > MOST_M => LengthUnit::Millimetres,
+            _ if written == Written::Scaled && self.look.is_whole(height) && largest > LEAST_MM => {
+                doubts.push(format!(
+                    "gps: the height in {} is taken to be in mm, as receivers write it beside degrees times \
+                     ten million",
+                    self.look.layout.names[height]
+                ));
+                LengthUnit::Millimetres
+            }
+            _ => LengthUnit::Metres,
+        }
+    }
+
+    /// The velocity: north and east, else speed and course, and down or up.
+    fn velocity(
+        &mut self,
+        gps: &mut GpsColumns,
+        written: Written,
+        doubts: &mut Vec<String>,
+    ) -> Told {
+        let north_east = self.known.all([0, 1].map(Quantity::Velocity));
+        let speed_course = self.known.all([Quantity::Speed, Quantity::Course]);
+        let course_unit = speed_course.map(|[_, course]| self.course_unit(course));
+        let down = self.known.column(Quantity::Velocity(2));
+        let vertical = down.or_else(|| self.known.column(Quantity::Up));
+        let mut course_told = true;
+        let speed = match (north_east, speed_course, course_unit) {
+            (Some([north, east]), ..) => {
+                (gps.north, gps.east) = (self.name(north), self.name(east));
+                Some(north)
+            }
+            (None, Some([_, course]), Some(None)) => {
+                doubts.push(format!(
+                    "gps: {} reaches {}, which is a course in no unit that is known: the speed is left out",
+                    self.look.layout.names[course],
+                    self.look.largest(course)
+                ));
+                None
+            }
+            (None, Some([speed, course]), Some(Some(unit))) => {
+                (gps.speed, gps.course) = (self.name(speed), self.name(course));
+                gps.course_unit = unit;
+                course_told = self.known.unit(course).is_some();
+                Some(speed)
+            }
+            _ => None,
+        };
+        let (unit, told) = speed
+            .or(vertical)
+            .map_or((SpeedUnit::default(), true), |column| self.speed_unit(column, written));
+        gps.speed_unit = unit;
+        let other = vertical.and_then(|column| self.named_speed_unit(column));
+        if let (Some(column), Some(other)) = (vertical, other.filter(|other| *other != unit)) {
+            doubts.push(format!(
+                "gps: {} is in {}, the speed over ground in {}: the vertical velocity is left out",
+                self.look.layout.names[column],
+                other.name(),
+                unit.name()
+            ));
+        } else if let Some(column) = vertical {
+            let name = self.name(column);
+            if down.is_some() { gps.down = name } else { gps.up = name }
+        }
+        Told { speed: told, course: course_told }
+    }
+
+    fn named_speed_unit(&self, column: usize) -> Option<SpeedUnit> {
+        Some(match self.known.unit(column)? {
+            "cm/s" => SpeedUnit::CentimetresPerSecond,
+            "mm/s" => SpeedUnit::MillimetresPerSecond,
+            "km/h" => SpeedUnit::KilometresPerHour,
+            "kn" => SpeedUnit::Knots,
+            "mph" => SpeedUnit::MilesPerHour,
+            "m/s" => SpeedUnit::MetresPerSecond,
+            _ => return None,
+        })
+    }
+
+    /// The unit of a speed, and whether a name or a known format tells it.
+    fn speed_unit(&self, column: usize, written: Written) -> (SpeedUnit, bool) {
+        let name = self.look.layout.names[column].to_lowercase();
+        let is_format = written == Written::Scaled && self.look.is_whole(column);
+        match self.named_speed_unit(column) {
+            Some(unit) => (unit, true),
+            // GPS_RAW_INT of MAVLink.
+            None if is_format && name == "vel" => (SpeedUnit::CentimetresPerSecond, true),
+            // NAV-PVT of UBX.
+            None if is_format && matches!(&*name, "veln" | "veld" | "gspeed") => {
+                (SpeedUnit::MillimetresPerSecond, true)
+            }
+            None if self.look.largest(column) > 300.0 => (SpeedUnit::MillimetresPerSecond, false),
+            None => (SpeedUnit::MetresPerSecond, false),
+        }
+    }
+
+    /// The unit of a course, by its name or by how far it reaches; `None` beyond a full turn in all of them.
+    fn course_unit(&self, column: usize) -> Option<CourseUnit> {
+        let largest = self.look.largest(column);
+        Some(match self.known.unit(column) {
+            Some("deg") => CourseUnit::Degrees,
+            Some("rad") => CourseUnit::Radians,
+            Some("cdeg") => CourseUnit::Centidegrees,
+            Some("deg1e5") => CourseUnit::ScaledDegrees,
+            _ if largest <= 6.2832 && !self.look.is_whole(column) => CourseUnit::Radians,
+            _ if largest <= 360.0 => CourseUnit::Degrees,
+            _ if largest <= 36_000.0 => CourseUnit::Centidegrees,
+            _ if largest <= 36_000_000.0 => CourseUnit::ScaledDegrees,
+            _ => return None,
+        })
+    }
+
+    /// The one-sigmas; `is_in_mm` where the receiver counts whole millimetres.
+    fn sigmas(&mut self, gps: &mut GpsColumns, is_in_mm: bool, doubts: &mut Vec<String>) {
+        let position = [Quantity::SigmaHorizontal, Quantity::SigmaVertical];
+        let is_whole = |reader: &Self, column: usize| is_in_mm && reader.look.is_whole(column);
+        if let Some([horizontal, vertical]) = self.known.all(position) {
+            let name = self.look.layout.names[horizontal].to_lowercase();
+            if name.contains("eph") && is_whole(self, horizontal) {
+                doubts.push(format!(
+                    "gps: {} and {} beside degrees times ten million are dilutions of precision times a \
+                     hundred, as MAVLink has them, and no one-sigmas: left out",
+                    self.look.layout.names[horizontal], self.look.layout.names[vertical]
+                ));
+            } else {
+                gps.sigma_unit = match self.known.unit(horizontal) {
+                    Some("mm") => LengthUnit::Millimetres,
+                    Some("cm") => LengthUnit::Centimetres,
+                    Some("ft") => LengthUnit::Feet,
+                    Some("m") => LengthUnit::Metres,
+                    _ if is_whole(self, horizontal) => LengthUnit::Millimetres,
+                    _ => LengthUnit::Metres,
+                };
+                gps.sigma_horizontal = self.name(horizontal);
+                gps.sigma_vertical = self.name(vertical);
+            }
+        }
+        if let Some(speed) = self.known.column(Quantity::SigmaSpeed) {
+            let unit = match self.named_speed_unit(speed) {
+                Some(unit) => Some(unit),
+                None if is_whole(self, speed) => Some(SpeedUnit::MillimetresPerSecond),
+                None => None,
+            };
+            gps.sigma_speed_unit = unit.filter(|unit| *unit != gps.speed_unit);
+            gps.sigma_speed = self.name(speed);
+            gps.sigma_vertical_speed = self.optional(Quantity::SigmaVerticalSpeed);
         }
     }
 }

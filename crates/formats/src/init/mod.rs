@@ -8,6 +8,7 @@ mod place;
 mod report;
 mod time;
 mod together;
+mod travel;
 mod turn;
 mod unnamed;
 mod write;
@@ -69,6 +70,9 @@ impl Proposal {
         if settle_gyro_unit(&mut mapping, &dataset, &mut findings) {
             doubts.retain(|doubt| !doubt.starts_with("gyro: rates reach"));
         }
+        let told = understood.iter().find(|one| one.mapping.gps.is_some());
+        let told = told.map_or_else(travel::Told::default, |one| one.told);
+        settle_speed_unit(&mut mapping, &dataset, told, &mut findings, &mut doubts)?;
         if mapping != before {
             dataset = read(&mapping)?;
         }
@@ -159,6 +163,40 @@ fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec
     findings
         .push(format!("the gyro turns as far as the attitude does if it is in {}", unit.name()));
     true
+}
+
+/// Takes the units of the receiver's speed and course that nothing has `told` from the places.
+fn settle_speed_unit(
+    mapping: &mut Mapping,
+    dataset: &Dataset,
+    told: travel::Told,
+    findings: &mut Vec<String>,
+    doubts: &mut Vec<String>,
+) -> Result<(), LogError> {
+    let gps_of = |mapping: &Mapping| mapping.table.iter().position(|table| table.gps.is_some());
+    let Some(table) = gps_of(mapping) else { return Ok(()) };
+    let mut travelled = travel::travel(&dataset.fixes);
+    let is_astray = travelled.is_none_or(|travel| travel.cosine < travel::TELLING_COSINE);
+    if !told.course && is_astray {
+        let mut trial = mapping.clone();
+        for unit in travel::COURSE_UNITS {
+            let Some(gps) = trial.table[table].gps.as_mut() else { continue };
+            gps.course_unit = unit;
+            let found = travel::travel(&read(&trial)?.fixes);
+            if let Some(found) = found.filter(|found| found.cosine >= travel::TELLING_COSINE) {
+                let course = trial.table[table].gps.as_ref().map_or("", |gps| &gps.course);
+                findings.push(format!("{course} follows the places if it is in {}", unit.name()));
+                *mapping = trial;
+                travelled = Some(found);
+                break;
+            }
+        }
+    }
+    let gps = mapping.table[table].gps.as_mut();
+    if let Some(gps) = gps.filter(|gps| !gps.north.is_empty() || !gps.speed.is_empty()) {
+        travel::settle_speed(gps, travelled, told, findings, doubts);
+    }
+    Ok(())
 }
 
 fn turn_axes(mapping: &mut Mapping, turn: &Turn) {

@@ -159,6 +159,7 @@ pub(crate) fn unit(text: &str) -> Option<&'static str> {
         "cm/s" | "cmps" => "cm/s",
         "mm/s" | "mmps" => "mm/s",
         "km/h" | "kmh" | "kph" => "km/h",
+        "mph" | "mi/h" => "mph",
         "kn" | "kt" | "kts" | "knots" | "knot" => "kn",
         "gauss" | "ga" => "gauss",
         "mgauss" | "milligauss" => "mg",
@@ -177,6 +178,8 @@ pub(crate) fn unit(text: &str) -> Option<&'static str> {
         "hpa" | "mbar" | "millibar" => "hpa",
         "kpa" => "kpa",
         "e7" | "1e7" | "dege7" | "deg1e7" | "dege/7" => "deg1e7",
+        "cdeg" | "centideg" | "centidegrees" | "1e2deg" | "deg1e2" => "cdeg",
+        "1e5deg" | "deg1e5" | "dege5" => "deg1e5",
         "ddmm" | "ddmmmm" | "ddmmmmmm" | "dddmmmmmm" => "ddmm",
         "%" | "percent" | "pct" => "percent",
         _ => return None,
@@ -220,7 +223,7 @@ fn scalar(name: &str) -> Option<Quantity> {
         }
         "vu" | "velu" | "vup" | "velup" | "upvelocity" | "velocityup" | "climb" | "climbrate"
         | "verticalspeed" => Q::Up,
-        "speed" | "gspeed" | "groundspeed" | "sog" | "spd" => Q::Speed,
+        "speed" | "gspeed" | "groundspeed" | "sog" | "spd" | "vel" | "velocity" => Q::Speed,
         "course" | "cog" | "track" | "crs" | "headmot" | "courseoverground" | "bearing" => {
             Q::Course
         }

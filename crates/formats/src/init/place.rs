@@ -37,6 +37,7 @@ impl Reader<'_> {
         let is_lettered = letters != [None; 2];
         let unit = match self.known.unit(lat) {
             Some("ddmm") => PlaceUnit::DegreesMinutes,
+            Some("deg1e7") => PlaceUnit::ScaledDegrees,
             _ if (is_beyond_degrees || is_lettered && (is_padded || lat_most > 90.0))
                 && self.are_degrees_and_minutes([lat, lon]) =>
             {

@@ -68,7 +68,19 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
         let velocity: Vec<&str> =
             velocity.filter(|name| !name.is_empty()).map(String::as_str).collect();
         if !velocity.is_empty() {
-            line("", &velocity.join(" "), gps.speed_unit.name().to_owned());
+            let course = match gps.course.as_str() {
+                "" => String::new(),
+                _ => format!(", {}", gps.course_unit.name()),
+            };
+            line("", &velocity.join(" "), format!("{}{course}", gps.speed_unit.name()));
+        }
+        if !gps.sigma_horizontal.is_empty() {
+            let columns = [&*gps.sigma_horizontal, &gps.sigma_vertical].join(" ");
+            line("", &columns, format!("{}, one-sigma", gps.sigma_unit.name()));
+        }
+        if !gps.sigma_speed.is_empty() {
+            let unit = gps.sigma_speed_unit.unwrap_or(gps.speed_unit);
+            line("", &gps.sigma_speed, format!("{}, one-sigma", unit.name()));
         }
     }
     if let Some(baro) = &table.baro {

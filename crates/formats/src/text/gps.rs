@@ -102,7 +102,7 @@ impl GpsPlaces {
         let to_mps = mapping.speed_unit.factor();
         let horizontal_velocity_mps = horizontal.map(|[first, second]| {
             if mapping.north.is_empty() {
-                let (sine, cosine) = second.to_radians().sin_cos();
+                let (sine, cosine) = (second * mapping.course_unit.factor()).sin_cos();
                 [first * cosine * to_mps, first * sine * to_mps]
             } else {
                 [first * to_mps, second * to_mps]
@@ -118,8 +118,9 @@ impl GpsPlaces {
         });
         let sigma_speed = fields.known(self.sigma_speed)?;
         let sigma_vertical = fields.known(self.sigma_vertical_speed)?;
+        let sigma_to_mps = mapping.sigma_speed_unit.unwrap_or(mapping.speed_unit).factor();
         let sigma_mps =
-            sigma_speed.map(|s| Vector::new(s, s, sigma_vertical.unwrap_or(s)) * to_mps);
+            sigma_speed.map(|s| Vector::new(s, s, sigma_vertical.unwrap_or(s)) * sigma_to_mps);
         let satellites = fields.known(self.satellites)?;
         let satellites = satellites.filter(|count| (0.0..=255.0).contains(count));
         let fix = Fix {

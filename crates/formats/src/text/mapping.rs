@@ -8,8 +8,8 @@ use super::decimal::TimeUnit;
 use super::layout::Delimiter;
 use super::scale::TimeScale;
 use super::units::{
-    AngleUnit, AttitudeRole, BaroUnit, ForceUnit, HeightAbove, LengthUnit, MagneticUnit, PlaceUnit,
-    RateUnit, SpeedUnit, StickUnit, World,
+    AngleUnit, AttitudeRole, BaroUnit, CourseUnit, ForceUnit, HeightAbove, LengthUnit,
+    MagneticUnit, PlaceUnit, RateUnit, SpeedUnit, StickUnit, World,
 };
 use hovernav_log::LogError;
 use hovernav_toml::TomlError;
@@ -168,10 +168,12 @@ pub struct GpsColumns {
     /// Column of the speed over ground, in place of `north` and `east`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub speed: String,
-    /// Column of the course, ° clockwise from north, with `speed`.
+    /// Column of the course, clockwise from north, with `speed`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub course: String,
-    /// Unit of the velocities and their sigma: `m/s`, `cm/s`, `mm/s`, `km/h` or `kn`.
+    /// Its unit: `deg`, `rad`, `cdeg` or `deg1e5`.
+    pub course_unit: CourseUnit,
+    /// Unit of the velocities: `m/s`, `cm/s`, `mm/s`, `km/h`, `kn` or `mph`.
     pub speed_unit: SpeedUnit,
     /// Columns of the one-sigma of horizontal and vertical position, m.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -187,6 +189,9 @@ pub struct GpsColumns {
     pub sigma_vertical_speed: String,
     /// Unit of the sigmas of position.
     pub sigma_unit: LengthUnit,
+    /// Unit of the sigmas of velocity, where it is not `speed_unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_speed_unit: Option<SpeedUnit>,
     /// Column that is 0 where there is no fix.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub fix_type: String,

@@ -28,8 +28,8 @@ pub(crate) use mapping::{
 };
 pub(crate) use scale::TimeScale;
 pub(crate) use units::{
-    AngleUnit, AttitudeRole, BaroUnit, ForceUnit, HeightAbove, LengthUnit, MagneticUnit, PlaceUnit,
-    RateUnit, SpeedUnit, StickUnit, World,
+    AngleUnit, AttitudeRole, BaroUnit, CourseUnit, ForceUnit, HeightAbove, LengthUnit,
+    MagneticUnit, PlaceUnit, RateUnit, SpeedUnit, StickUnit, World,
 };
 
 /// Reads the files that the mapping `path` names, or that the one in the directory `path` does.

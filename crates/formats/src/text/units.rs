@@ -152,6 +152,23 @@ units! {
         KilometresPerHour = "km/h", 1.0 / 3.6;
         /// Knots.
         Knots = "kn", 1852.0 / 3600.0;
+        /// Miles an hour.
+        MilesPerHour = "mph", 1609.344 / 3600.0;
+    }
+}
+
+units! {
+    /// Of courses, to radians.
+    CourseUnit {
+        /// Degrees.
+        #[default]
+        Degrees = "deg", PI / 180.0;
+        /// Radians.
+        Radians = "rad", 1.0;
+        /// Hundredths of a degree.
+        Centidegrees = "cdeg", PI / 18_000.0;
+        /// Degrees times a hundred thousand.
+        ScaledDegrees = "deg1e5", PI / 18_000_000.0;
     }
 }
 

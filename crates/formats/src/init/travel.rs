@@ -1,0 +1,186 @@
+//! The speed that a receiver tells against the distance between its places.
+
+use super::look::median;
+use crate::text::{CourseUnit, GpsColumns, SpeedUnit};
+use hovernav::gps::Fix;
+
+/// Units differ by 15 % at least, knots from miles an hour; places scatter.
+const UNIT_TOLERANCE: f64 = 1.07;
+/// Speeds further from the places than this are a doubt.
+const SPEED_TOLERANCE: f64 = 1.1;
+/// Cosine of the angle between velocity and displacement, below which they do not belong together.
+const LEAST_COSINE: f64 = 0.7;
+/// From this on the two tell a unit: where places scatter by half as much as the vehicle moves, it is less.
+pub(super) const TELLING_COSINE: f64 = 0.9;
+/// So many legs are enough to tell.
+const LEAST_LEGS: usize = 5;
+
+const SPEED_UNITS: [SpeedUnit; 6] = [
+    SpeedUnit::MetresPerSecond,
+    SpeedUnit::CentimetresPerSecond,
+    SpeedUnit::MillimetresPerSecond,
+    SpeedUnit::KilometresPerHour,
+    SpeedUnit::Knots,
+    SpeedUnit::MilesPerHour,
+];
+pub(super) const COURSE_UNITS: [CourseUnit; 4] =
+    [CourseUnit::Degrees, CourseUnit::Radians, CourseUnit::Centidegrees, CourseUnit::ScaledDegrees];
+
+/// What the units of a receiver's velocity are taken from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Told {
+    /// Whether a name, or the receiver's known format, tells the unit of the speed.
+    pub speed: bool,
+    /// The same of the course.
+    pub course: bool,
+}
+
+/// How a receiver's velocity agrees with its places.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Travel {
+    /// Distance between places over that by speed.
+    pub ratio: f64,
+    /// Cosine of the angle between the two, in the median.
+    pub cosine: f64,
+}
+
+/// How velocity and places of `fixes` agree; `None` where the vehicle moves too little, or too unsteadily, to
+/// tell.
+pub(super) fn travel(fixes: &[Fix]) -> Option<Travel> {
+    let legs = legs(fixes);
+    let cosine = median(legs.iter().map(Leg::cosine).collect());
+    // Along a bend the chord is shorter than the path, but the sum of velocities is not longer than the chord.
+    let ratio = |leg: &Leg| match cosine > LEAST_COSINE {
+        true => norm(leg.moved_m) / norm(leg.velocity_m),
+        false => norm(leg.moved_m) / leg.path_m,
+    };
+    let ratios: Vec<f64> = legs.iter().map(ratio).filter(|ratio| ratio.is_finite()).collect();
+    let middle = median(ratios.clone());
+    let near = ratios.iter().filter(|ratio| (0.75..1.33).contains(&(**ratio / middle))).count();
+    (ratios.len() >= LEAST_LEGS && 3 * near >= 2 * ratios.len() && middle > 0.0)
+        .then_some(Travel { ratio: middle, cosine })
+}
+
+/// Some fixes that follow each other.
+#[derive(Default)]
+struct Leg {
+    /// By the places, north and east.
+    moved_m: [f64; 2],
+    /// By the velocities, north and east, and along the path.
+    velocity_m: [f64; 2],
+    path_m: f64,
+}
+
+impl Leg {
+    fn cosine(&self) -> f64 {
+        let [a, b] = [self.moved_m, self.velocity_m];
+        (a[0] * b[0] + a[1] * b[1]) / (norm(a) * norm(b))
+    }
+}
+
+fn norm([north, east]: [f64; 2]) -> f64 {
+    north.hypot(east)
+}
+
+/// The legs on which the vehicle moves further than places scatter.
+fn legs(fixes: &[Fix]) -> Vec<Leg> {
+    /// From one fix to the next, s.
+    const LONGEST_STEP_S: f64 = 5.0;
+    /// Of a leg, s: one of the slowest receivers has two fixes.
+    const LONGEST_S: f64 = 10.0;
+    /// A leg ends after so many metres, and counts from so many on.
+    const LENGTH_M: [f64; 2] = [20.0, 5.0];
+    let (mut legs, mut leg, mut first) = (Vec::new(), Leg::default(), 0);
+    for (at, pair) in fixes.windows(2).enumerate() {
+        let interval_s = pair[1].time - pair[0].time;
+        let velocities = pair[0].horizontal_velocity_mps.zip(pair[1].horizontal_velocity_mps);
+        let Some((before, after)) = velocities.filter(|_| interval_s <= LONGEST_STEP_S) else {
+            (leg, first) = (Leg::default(), at + 1);
+            continue;
+        };
+        for axis in 0..2 {
+            leg.velocity_m[axis] += 0.5 * (before[axis] + after[axis]) * interval_s;
+        }
+        leg.path_m += 0.5 * (norm(before) + norm(after)) * interval_s;
+        let moved_m = pair[1].position.displacement_from(&fixes[first].position);
+        leg.moved_m = [moved_m.x(), moved_m.y()];
+        let is_long = norm(leg.moved_m) >= LENGTH_M[0];
+        if is_long || pair[1].time - fixes[first].time >= LONGEST_S {
+            let whole = std::mem::take(&mut leg);
+            if norm(whole.moved_m) >= LENGTH_M[1] && whole.path_m > 0.0 {
+                legs.push(whole);
+            }
+            first = at + 1;
+        }
+    }
+    legs
+}
+
+/// Takes the unit of the speed in `gps` from how far the places are apart unless it is `told`; what was found, and
+/// what is in doubt.
+pub(super) fn settle_speed(
+    gps: &mut GpsColumns,
+    travel: Option<Travel>,
+    told: Told,
+    findings: &mut Vec<String>,
+    doubts: &mut Vec<String>,
+) {
+    let (unit, columns) = (gps.speed_unit, velocity_columns(gps));
+    let Some(Travel { ratio, cosine }) = travel else {
+        if !told.speed {
+            doubts.push(format!(
+                "gps: nothing says the unit of {columns}, taken as {}: the vehicle moves too little to tell \
+                 by the distances between the fixes; set speed_unit under [table.gps]",
+                unit.name()
+            ));
+        }
+        return;
+    };
+    let away = |candidate: &SpeedUnit| (candidate.factor() / unit.factor() / ratio).ln().abs();
+    let nearest = SPEED_UNITS.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+    let is_telling = cosine >= TELLING_COSINE;
+    let fitting = nearest.filter(|nearest| is_telling && away(nearest) < UNIT_TOLERANCE.ln());
+    match fitting {
+        Some(fitting) if !told.speed => {
+            gps.speed_unit = fitting;
+            findings.push(format!(
+                "{columns} agrees with the distances between the fixes if it is in {}",
+                fitting.name()
+            ));
+        }
+        _ if ratio.ln().abs() > SPEED_TOLERANCE.ln() => {
+            let instead = fitting.map_or_else(String::new, |fitting| {
+                format!("; as {} they would agree", fitting.name())
+            });
+            doubts.push(format!(
+                "gps: {columns} as {} gives {:.2} times the distances between the fixes{instead}: check \
+                 speed_unit and unit under [table.gps]",
+                unit.name(),
+                1.0 / ratio
+            ));
+        }
+        _ if !told.speed => doubts.push(format!(
+            "gps: nothing says the unit of {columns}, taken as {}, in which it gives {:.2} times the distances \
+             between the fixes",
+            unit.name(),
+            1.0 / ratio
+        )),
+        _ => {}
+    }
+    if cosine < LEAST_COSINE {
+        let angle_deg = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+        doubts.push(format!(
+            "gps: the vehicle moves {angle_deg:.0}° from where {columns} says, in the median: are columns \
+             swapped, is a sign or course_unit under [table.gps] another, or is the course a heading?"
+        ));
+    }
+}
+
+/// The columns of the velocity over ground.
+fn velocity_columns(gps: &GpsColumns) -> String {
+    if gps.north.is_empty() {
+        format!("{} with {}", gps.speed, gps.course)
+    } else {
+        format!("{} with {}", gps.north, gps.east)
+    }
+}
