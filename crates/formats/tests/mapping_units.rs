@@ -83,6 +83,11 @@ fn assert_velocities(fixes: &[Fix], report: &str) {
     }
 }
 
+/// A height that rises and falls by 2 m/s at most, m, and the velocity downwards, m/s.
+fn climb(time_s: f64) -> (f64, f64) {
+    (500.0 + 40.0 * (0.05 * time_s).sin(), -2.0 * (0.05 * time_s).cos())
+}
+
 /// Degrees and minutes in one number, without a sign.
 fn ddmm(angle_deg: f64, width: usize) -> String {
     let angle_deg = angle_deg.abs();
@@ -244,4 +249,48 @@ fn vertical_and_horizontal_speeds_of_two_units_are_not_mixed() {
     assert_velocities(&fixes, &report);
     assert!(fixes.iter().all(|fix| fix.down_velocity_mps.is_none()), "{report}");
     assert!(report.contains("vd_mps is in m/s, the speed over ground in kn"), "{report}");
+}
+
+#[test]
+fn heights_beside_no_place_are_a_barometers_or_a_doubt() {
+    let height = |m: &Moment| format!("{:.3}", 100.0 + 0.01 * m.time_s);
+    let receiver = || ("gps.csv", table("lat,lon,alt", plain));
+    let (report, dataset) = mapped(&[receiver(), ("baro.csv", table("altitude", height))]);
+    assert_eq!(dataset.baro.len(), 480, "{report}");
+
+    let (report, dataset) =
+        mapped(&[receiver(), ("log.csv", table("altitude,foo", |m| format!("{},1", height(m))))]);
+    assert!(dataset.baro.is_empty(), "{report}");
+    assert!(
+        report.contains("check: altitude of log.csv is left out: neither latitude"),
+        "{report}"
+    );
+
+    let both = |m: &Moment| format!("{},{:.5}", height(m), 1001.0 - 1e-3 * m.time_s);
+    let (report, dataset) = mapped(&[receiver(), ("baro.csv", table("altitude,pressure", both))]);
+    assert_eq!(dataset.baro.len(), 480, "{report}");
+    assert!(report.contains("stands without a place beside pressure"), "{report}");
+}
+
+#[test]
+fn a_vertical_velocity_that_the_heights_deny_is_a_doubt() {
+    let rising = |sign: f64| {
+        move |m: &Moment| {
+            let (height_m, down_mps) = climb(m.time_s);
+            let (sine, cosine) = m.course_rad.sin_cos();
+            let (north, east) = (m.speed_mps * cosine, m.speed_mps * sine);
+            let place = format!("{:.8},{:.8},{height_m:.3}", m.latitude_deg, m.longitude_deg);
+            format!("{place},{north:.4},{east:.4},{:.4}", sign * down_mps)
+        }
+    };
+    let names = "lat,lon,alt,vn_mps,ve_mps,vd_mps";
+    let (report, _) = fixes(table(names, rising(1.0)));
+    assert!(!report.contains("change of height"), "{report}");
+    for sign in [-1.0, 3.6] {
+        let (report, _) = fixes(table(names, rising(sign)));
+        assert!(
+            report.contains(&format!("gives {sign:.2} times the change of height")),
+            "{report}"
+        );
+    }
 }

@@ -8,8 +8,8 @@ use super::names::{Meaning, Quantity, meaning};
 use super::travel::Told;
 use super::unnamed;
 use crate::text::{
-    AngleUnit, AttitudeColumns, AttitudeRole, Axes, BaroColumn, BaroUnit, ForceUnit, HeightAbove,
-    MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping, Triad,
+    AngleUnit, AttitudeColumns, AttitudeRole, Axes, ForceUnit, HeightAbove, MagneticUnit, RateUnit,
+    StickColumns, StickUnit, TableMapping, Triad,
 };
 use hovernav_log::LogError;
 
@@ -84,7 +84,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut doubts);
     let told = gps.as_ref().map_or_else(Told::default, |(_, told)| *told);
     table.gps = gps.map(|(columns, _)| columns);
-    table.baro = reader.baro();
+    table.baro = reader.baro(table.gps.is_some(), &mut doubts);
     table.controls = reader.controls();
     let has_motion = table.gyro.is_some() || table.accel.is_some();
     table.time = reader.time(has_motion, &mut doubts).ok_or_else(|| LogError::Unusable {
@@ -249,23 +249,6 @@ impl Reader<'_> {
         let role = role(columns[0]);
         let quaternion = columns.map(|column| self.name(column)).to_vec();
         Some(AttitudeColumns { quaternion, signs: [1.0; 3], role, ..Default::default() })
-    }
-
-    fn baro(&mut self) -> Option<BaroColumn> {
-        let height = self.known.column(Quantity::BaroHeight);
-        let column = height.or_else(|| self.known.column(Quantity::Pressure))?;
-        let largest = self.look.largest(column);
-        let unit = match self.known.unit(column) {
-            Some("ft") => BaroUnit::Feet,
-            Some("hpa") => BaroUnit::Hectopascals,
-            Some("kpa") => BaroUnit::Kilopascals,
-            Some("pa") => BaroUnit::Pascals,
-            _ if height.is_some() => BaroUnit::Metres,
-            _ if largest > 5_000.0 => BaroUnit::Pascals,
-            _ if largest > 150.0 => BaroUnit::Hectopascals,
-            _ => BaroUnit::Kilopascals,
-        };
-        Some(BaroColumn { held: self.look.is_held(&[column]), column: self.name(column), unit })
     }
 
     fn controls(&mut self) -> Option<StickColumns> {

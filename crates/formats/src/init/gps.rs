@@ -5,6 +5,9 @@ use super::names::Quantity;
 use super::travel::Told;
 use crate::text::{CourseUnit, GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
 
+/// A full turn, rad, with what rounding adds.
+const TURN_RAD_MOST: f64 = std::f64::consts::TAU + 1e-3;
+
 /// What a receiver's format says of numbers without units: places of degrees times ten million, and all of them
 /// whole.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -119,19 +122,22 @@ impl Reader<'_> {
             .or(vertical)
             .map_or((SpeedUnit::default(), true), |column| self.speed_unit(column, written));
         gps.speed_unit = unit;
-        let other = vertical.and_then(|column| self.named_speed_unit(column));
-        if let (Some(column), Some(other)) = (vertical, other.filter(|other| *other != unit)) {
-            doubts.push(format!(
+        let vertical_unit = vertical.map(|column| self.speed_unit(column, written));
+        let vertical_told = vertical_unit.is_some_and(|(_, told)| told);
+        match vertical.zip(vertical_unit) {
+            Some((column, (other, true))) if other != unit && told => doubts.push(format!(
                 "gps: {} is in {}, the speed over ground in {}: the vertical velocity is left out",
                 self.look.layout.names[column],
                 other.name(),
                 unit.name()
-            ));
-        } else if let Some(column) = vertical {
-            let name = self.name(column);
-            if down.is_some() { gps.down = name } else { gps.up = name }
+            )),
+            Some((column, _)) => {
+                let name = self.name(column);
+                if down.is_some() { gps.down = name } else { gps.up = name }
+            }
+            None => {}
         }
-        Told { speed: told, course: course_told }
+        Told { speed: told, course: course_told, vertical: vertical_told }
     }
 
     fn named_speed_unit(&self, column: usize) -> Option<SpeedUnit> {
@@ -171,7 +177,7 @@ impl Reader<'_> {
             Some("rad") => CourseUnit::Radians,
             Some("cdeg") => CourseUnit::Centidegrees,
             Some("deg1e5") => CourseUnit::ScaledDegrees,
-            _ if largest <= 6.2832 && !self.look.is_whole(column) => CourseUnit::Radians,
+            _ if largest <= TURN_RAD_MOST && !self.look.is_whole(column) => CourseUnit::Radians,
             _ if largest <= 360.0 => CourseUnit::Degrees,
             _ if largest <= 36_000.0 => CourseUnit::Centidegrees,
             _ if largest <= 36_000_000.0 => CourseUnit::ScaledDegrees,

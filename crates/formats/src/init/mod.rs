@@ -1,5 +1,6 @@
 //! A mapping for foreign text files, proposed from their names and numbers.
 
+mod baro;
 mod columns;
 mod gps;
 mod look;
@@ -75,6 +76,9 @@ impl Proposal {
         settle_speed_unit(&mut mapping, &dataset, told, &mut findings, &mut doubts)?;
         if mapping != before {
             dataset = read(&mapping)?;
+        }
+        if let Some(gps) = mapping.table.iter().find_map(|table| table.gps.as_ref()) {
+            travel::judge_climb(gps, &dataset.fixes, told, &mut doubts);
         }
         let found = turn::found(&dataset);
         turn_axes(&mut mapping, &found.turn);
@@ -176,7 +180,7 @@ fn settle_speed_unit(
     let gps_of = |mapping: &Mapping| mapping.table.iter().position(|table| table.gps.is_some());
     let Some(table) = gps_of(mapping) else { return Ok(()) };
     let mut travelled = travel::travel(&dataset.fixes);
-    let is_astray = travelled.is_none_or(|travel| travel.cosine < travel::TELLING_COSINE);
+    let is_astray = travelled.is_some_and(|travel| travel.cosine < travel::TELLING_COSINE);
     if !told.course && is_astray {
         let mut trial = mapping.clone();
         for unit in travel::COURSE_UNITS {

@@ -342,6 +342,18 @@ mod tests {
             ("baro_alt_m", Q::BaroHeight, Some("m")),
             ("pressure_hPa", Q::Pressure, Some("hpa")),
             ("pedal", Q::Stick(3), None),
+            ("lat_1e7", Q::Latitude, Some("deg1e7")),
+            ("Latitude (ddmm.mmmm)", Q::Latitude, Some("ddmm")),
+            ("alt_mm", Q::Height(None), Some("mm")),
+            ("hacc_mm", Q::SigmaHorizontal, Some("mm")),
+            ("speed_cm_s", Q::Speed, Some("cm/s")),
+            ("vel_cm_s", Q::Speed, Some("cm/s")),
+            ("speed [mph]", Q::Speed, Some("mph")),
+            ("course_cdeg", Q::Course, Some("cdeg")),
+            ("utc_time", Q::Time, None),
+            ("tow_ms", Q::Time, Some("ms")),
+            ("date", Q::Date, None),
+            ("gps_week", Q::Week, None),
         ] {
             let found = meaning(name, "");
             let found = found.map(|meaning| (meaning.quantity, meaning.unit));

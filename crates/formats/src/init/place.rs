@@ -7,6 +7,9 @@ use crate::text::PlaceUnit;
 /// The largest latitude and longitude there can be, rad, with what rounding adds.
 const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
 
+/// Degrees times ten million that are less lie in the Gulf of Guinea, within a kilometre of 0° 0°.
+const LEAST_SCALED: f64 = 1e5;
+
 /// Latitude and longitude as columns.
 pub(super) struct Place {
     /// Of the latitude and of the longitude.
@@ -39,7 +42,7 @@ impl Reader<'_> {
             Some("ddmm") => PlaceUnit::DegreesMinutes,
             Some("deg1e7") => PlaceUnit::ScaledDegrees,
             _ if (is_beyond_degrees || is_lettered && (is_padded || lat_most > 90.0))
-                && self.are_degrees_and_minutes([lat, lon]) =>
+                && self.are_degrees_and_minutes([lat, lon], is_lettered) =>
             {
                 if !is_lettered {
                     doubts.push(
@@ -50,7 +53,10 @@ impl Reader<'_> {
                 }
                 PlaceUnit::DegreesMinutes
             }
-            _ if is_beyond_degrees && self.look.is_whole(lat) && self.look.is_whole(lon) => {
+            _ if lat_most.max(lon_most) > LEAST_SCALED
+                && self.look.is_whole(lat)
+                && self.look.is_whole(lon) =>
+            {
                 PlaceUnit::ScaledDegrees
             }
             _ if is_beyond_degrees => {
@@ -84,22 +90,22 @@ impl Reader<'_> {
             return None;
         }
         let has = |other: &usize| self.look.has_only_letters(*other, &letters);
-        let beside = [Some(column + 1), column.checked_sub(1)].into_iter().flatten();
-        beside.filter(has).next().or_else(|| {
+        let mut beside = [Some(column + 1), column.checked_sub(1)].into_iter().flatten();
+        beside.find(has).or_else(|| {
             let mut all = (0..self.look.columns.len()).filter(has);
             all.next().filter(|_| all.next().is_none())
         })
     }
 
-    /// Whether a latitude and a longitude can be ddmm.mmmm: minutes below 60, degrees that there are, and
-    /// fractions of a minute, which degrees times a power of ten do not have.
-    fn are_degrees_and_minutes(&self, columns: [usize; 2]) -> bool {
+    /// Whether a latitude and a longitude can be ddmm.mmmm: minutes below 60, degrees that there are, and, unless
+    /// letters stand beside them, fractions of a minute, which degrees times a power of ten do not have.
+    fn are_degrees_and_minutes(&self, columns: [usize; 2], is_lettered: bool) -> bool {
         let fits = |column: usize, most: f64| {
             let mut values = self.look.known(column).map(f64::abs);
             values.all(|value| value % 100.0 < 60.0 && value <= most)
         };
         fits(columns[0], 9000.0)
             && fits(columns[1], 18_000.0)
-            && !columns.iter().all(|&column| self.look.is_whole(column))
+            && (is_lettered || !columns.iter().all(|&column| self.look.is_whole(column)))
     }
 }

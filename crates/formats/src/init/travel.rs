@@ -8,6 +8,8 @@ use hovernav::gps::Fix;
 const UNIT_TOLERANCE: f64 = 1.07;
 /// Speeds further from the places than this are a doubt.
 const SPEED_TOLERANCE: f64 = 1.1;
+/// The same where directions disagree, as they do where places scatter.
+const SPEED_TOLERANCE_ASTRAY: f64 = 1.5;
 /// Cosine of the angle between velocity and displacement, below which they do not belong together.
 const LEAST_COSINE: f64 = 0.7;
 /// From this on the two tell a unit: where places scatter by half as much as the vehicle moves, it is less.
@@ -33,6 +35,8 @@ pub(crate) struct Told {
     pub speed: bool,
     /// The same of the course.
     pub course: bool,
+    /// The same of the vertical velocity.
+    pub vertical: bool,
 }
 
 /// How a receiver's velocity agrees with its places.
@@ -134,10 +138,18 @@ pub(super) fn settle_speed(
                 unit.name()
             ));
         }
+        if !told.course && gps.course_unit == CourseUnit::Radians {
+            doubts.push(format!(
+                "gps: {} is taken as rad, as it stays below 6.3, and the vehicle moves too little to tell; \
+                 if it is not, set course_unit under [table.gps]",
+                gps.course
+            ));
+        }
         return;
     };
     let away = |candidate: &SpeedUnit| (candidate.factor() / unit.factor() / ratio).ln().abs();
     let nearest = SPEED_UNITS.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+    let off = ratio.max(1.0 / ratio);
     let is_telling = cosine >= TELLING_COSINE;
     let fitting = nearest.filter(|nearest| is_telling && away(nearest) < UNIT_TOLERANCE.ln());
     match fitting {
@@ -148,7 +160,7 @@ pub(super) fn settle_speed(
                 fitting.name()
             ));
         }
-        _ if ratio.ln().abs() > SPEED_TOLERANCE.ln() => {
+        _ if off > SPEED_TOLERANCE && (is_telling || off > SPEED_TOLERANCE_ASTRAY) => {
             let instead = fitting.map_or_else(String::new, |fitting| {
                 format!("; as {} they would agree", fitting.name())
             });
@@ -183,4 +195,56 @@ fn velocity_columns(gps: &GpsColumns) -> String {
     } else {
         format!("{} with {}", gps.north, gps.east)
     }
+}
+
+/// Holds the vertical velocity of `fixes` against their heights; what is in doubt.
+pub(super) fn judge_climb(gps: &GpsColumns, fixes: &[Fix], told: Told, doubts: &mut Vec<String>) {
+    let column = if gps.down.is_empty() { &gps.up } else { &gps.down };
+    if column.is_empty() {
+        return;
+    }
+    match climb_ratio(fixes) {
+        Some(ratio) if !(0.75..1.33).contains(&ratio) => doubts.push(format!(
+            "gps: {column} as {}, with the sign that is taken, gives {:.2} times the change of height: is its \
+             unit or its sign another, or that of the height?",
+            gps.speed_unit.name(),
+            1.0 / ratio
+        )),
+        None if !told.vertical && gps.speed_unit != SpeedUnit::MetresPerSecond => {
+            doubts.push(format!(
+                "gps: nothing says the unit of {column}, taken as {} as the speed over ground is",
+                gps.speed_unit.name()
+            ));
+        }
+        _ => {}
+    }
+}
+
+/// The change of height over that by the vertical velocity; `None` where the vehicle climbs too little, or too
+/// unsteadily, to tell.
+fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
+    /// Over so many seconds at least, and from one fix to the next at most.
+    const LEG_S: [f64; 2] = [5.0, 2.5];
+    /// Heights scatter by metres.
+    const LEAST_M: f64 = 8.0;
+    let (mut ratios, mut first, mut climbed_m) = (Vec::new(), 0, 0.0);
+    for (at, pair) in fixes.windows(2).enumerate() {
+        let interval_s = pair[1].time - pair[0].time;
+        let down = pair[0].down_velocity_mps.zip(pair[1].down_velocity_mps);
+        let Some((before, after)) = down.filter(|_| interval_s <= LEG_S[1]) else {
+            (first, climbed_m) = (at + 1, 0.0);
+            continue;
+        };
+        climbed_m -= 0.5 * (before + after) * interval_s;
+        if pair[1].time - fixes[first].time >= LEG_S[0] {
+            let risen_m = pair[1].position.height_m - fixes[first].position.height_m;
+            if risen_m.abs() >= LEAST_M {
+                ratios.push(risen_m / climbed_m);
+            }
+            (first, climbed_m) = (at + 1, 0.0);
+        }
+    }
+    let middle = median(ratios.clone());
+    let near = ratios.iter().filter(|ratio| (0.67..1.5).contains(&(**ratio / middle))).count();
+    (ratios.len() >= LEAST_LEGS && 3 * near >= 2 * ratios.len()).then_some(middle)
 }

@@ -1,0 +1,58 @@
+//! The column of a barometer.
+
+use super::columns::Reader;
+use super::names::Quantity;
+use crate::text::{BaroColumn, BaroUnit};
+
+impl Reader<'_> {
+    /// The column of a barometer: a height that is called one or stands alone in a file that is, else a pressure;
+    /// `with_place` where the file has a receiver's place, to which a height without a name belongs.
+    pub(super) fn baro(
+        &mut self,
+        with_place: bool,
+        doubts: &mut Vec<String>,
+    ) -> Option<BaroColumn> {
+        let named = self.known.column(Quantity::BaroHeight);
+        let pressure = self.known.column(Quantity::Pressure);
+        let bare = self.known.height().map(|(column, _)| column).filter(|_| !with_place);
+        let file = self.file.to_lowercase();
+        let is_barometers = ["baro", "press"].iter().any(|part| file.contains(part));
+        let height = named.or(bare.filter(|_| is_barometers && pressure.is_none()));
+        if let Some(left) = bare.filter(|left| Some(*left) != height) {
+            let why = match (named.or(pressure), self.known.column(Quantity::Latitude)) {
+                (Some(other), _) => format!(
+                    "it stands without a place beside {}, which is taken as the barometer",
+                    self.look.layout.names[other]
+                ),
+                (None, Some(_)) => "the place beside it is left out".to_owned(),
+                (None, None) => {
+                    "neither latitude and longitude nor a pressure stand beside it; if it is a \
+                                 barometer's, name it as column under [table.baro]"
+                        .to_owned()
+                }
+            };
+            let name = &self.look.layout.names[left];
+            doubts.push(format!("{name} of {} is left out: {why}", self.file));
+        }
+        let column = height.or(pressure)?;
+        let largest = self.look.largest(column);
+        let unit = match self.known.unit(column) {
+            Some("ft") => BaroUnit::Feet,
+            Some("hpa") => BaroUnit::Hectopascals,
+            Some("kpa") => BaroUnit::Kilopascals,
+            Some("pa") => BaroUnit::Pascals,
+            Some(unit @ ("cm" | "mm")) => {
+                doubts.push(format!(
+                    "{} of {} is in {unit}, which a barometer's height cannot be: left out",
+                    self.look.layout.names[column], self.file
+                ));
+                return None;
+            }
+            _ if height.is_some() => BaroUnit::Metres,
+            _ if largest > 5_000.0 => BaroUnit::Pascals,
+            _ if largest > 150.0 => BaroUnit::Hectopascals,
+            _ => BaroUnit::Kilopascals,
+        };
+        Some(BaroColumn { held: self.look.is_held(&[column]), column: self.name(column), unit })
+    }
+}
