@@ -174,3 +174,30 @@ fn dates_and_weeks_bring_a_receiver_to_the_clock_of_the_unit() {
         assert!(!report.contains("are not of one time"), "{what}\n{report}");
     }
 }
+
+#[test]
+fn a_date_that_only_one_file_has_does_not_part_the_two() {
+    let shown = |milliseconds: u32| {
+        let (time, thousandths) = of_day(milliseconds, ":");
+        format!("{time}.{thousandths:03}")
+    };
+    let of_week = |milliseconds: u32| format!("{:.2}", 244_788.0 + f64::from(milliseconds) * 1e-3);
+    for (what, imu, gps) in [
+        (
+            "date",
+            unit("time", |k| shown(10 * k)),
+            receiver("date,time", |k| format!("080725,{}", shown(250 * k))),
+        ),
+        (
+            "week",
+            unit("tow_s", |k| of_week(10 * k)),
+            receiver("week,tow_s", |k| format!("2374,{}", of_week(250 * k))),
+        ),
+    ] {
+        let (report, _, dataset) = mapped(&[("imu.csv", imu), ("gps.csv", gps)]);
+        let apart_s = dataset.fixes[0].time - dataset.imu[0].time;
+        assert!(apart_s.abs() < 1e-6, "{what}: {apart_s}\n{report}");
+        let told = format!("the files are of one time if {what} is left out");
+        assert!(report.contains(&told), "{report}");
+    }
+}

@@ -16,7 +16,7 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use crate::text::{Mapping, RateUnit, TableMapping, World};
+use crate::text::{Mapping, RateUnit, TableMapping, TimeScale, World};
 use columns::Understood;
 use hovernav_log::{Dataset, LogError, Manifest};
 use turn::Turn;
@@ -67,6 +67,11 @@ impl Proposal {
         let mut mapping = Mapping { table: tables };
         let mut findings = Vec::new();
         let mut dataset = read(&mapping)?;
+        if report::are_apart(&dataset)
+            && let Some((undated, met)) = without_dates(&mapping, &mut findings)?
+        {
+            (mapping, dataset) = (undated, met);
+        }
         let before = mapping.clone();
         if settle_gyro_unit(&mut mapping, &dataset, &mut findings) {
             doubts.retain(|doubt| !doubt.starts_with("gyro: rates reach"));
@@ -118,6 +123,33 @@ impl std::fmt::Display for Proposal {
 fn read(mapping: &Mapping) -> Result<Dataset, LogError> {
     let here = Path::new("");
     Ok(crate::text::dataset(here, mapping, Manifest::default(), Vec::new())?.0)
+}
+
+/// The mapping without its columns of dates and weeks, and what it reads, if only so the files are of one time: as
+/// where one file has times of day and the other dates as well.
+fn without_dates(
+    mapping: &Mapping,
+    findings: &mut Vec<String>,
+) -> Result<Option<(Mapping, Dataset)>, LogError> {
+    let mut undated = mapping.clone();
+    let mut left = Vec::new();
+    for time in undated.table.iter_mut().map(|table| &mut table.time) {
+        left.extend([std::mem::take(&mut time.date), std::mem::take(&mut time.week)]);
+        time.scale = TimeScale::Own;
+    }
+    left.retain(|name| !name.is_empty());
+    if left.is_empty() {
+        return Ok(None);
+    }
+    let dataset = read(&undated)?;
+    if report::are_apart(&dataset) {
+        return Ok(None);
+    }
+    findings.push(format!(
+        "the files are of one time if {} is left out, as not all of them have a date",
+        left.join(", ")
+    ));
+    Ok(Some((undated, dataset)))
 }
 
 /// Where several files have the same sensor, the first counts.

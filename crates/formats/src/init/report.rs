@@ -100,6 +100,14 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
     format!("{head}\n{}", lines.iter().map(|l| l.trim_end()).collect::<Vec<_>>().join("\n"))
 }
 
+/// Whether the fixes and the inertial samples are of times that do not meet.
+pub(crate) fn are_apart(dataset: &Dataset) -> bool {
+    let (fixes, imu) = (&dataset.fixes, &dataset.imu);
+    let fixes = fixes.first().zip(fixes.last()).map(|(first, last)| (first.time, last.time));
+    let imu = imu.first().zip(imu.last()).map(|(first, last)| (first.time, last.time));
+    fixes.zip(imu).is_some_and(|(fixes, imu)| fixes.1 < imu.0 || fixes.0 > imu.1)
+}
+
 /// Says what the sensors' rates and spans are, and whether the spans meet.
 pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut Vec<String>) {
     let imu: Vec<Time> = dataset.imu.iter().map(|sample| sample.time).collect();
@@ -122,11 +130,11 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
         );
         return;
     }
-    let (Some(first), Some(last)) = (fixes.first(), fixes.last()) else {
+    if fixes.is_empty() {
         doubts.push("no fixes: the filter needs at least one to start from".into());
         return;
-    };
-    if *last < imu[0] || *first > imu[imu.len() - 1] {
+    }
+    if are_apart(dataset) {
         doubts.push(
             "the fixes and the inertial samples are not of one time: check unit and scale under each \
              [table.time] (GPS time is 18 s ahead of UTC and counts from 1980), or bring them together \
