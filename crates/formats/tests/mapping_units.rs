@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
+use std::path::Path;
 
 use hovernav::gps::Fix;
 use hovernav_formats::{Options, Proposal, open};
@@ -292,5 +293,36 @@ fn a_vertical_velocity_that_the_heights_deny_is_a_doubt() {
             report.contains(&format!("gives {sign:.2} times the change of height")),
             "{report}"
         );
+    }
+}
+
+#[test]
+fn a_hover_that_denies_no_axes_keeps_those_that_gravity_tells() {
+    let dir =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/datasets/quad-hover-aided");
+    if !dir.exists() {
+        println!("{} is missing: skipped", dir.display());
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let paths = [
+        ("imu.csv", "time_s,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z"),
+        ("gps.csv", "time_s,lat,lon,alt,vel_n,vel_e,vel_d"),
+    ]
+    .map(|(file, names)| {
+        let text = fs::read_to_string(dir.join(file)).unwrap();
+        let rows = text
+            .lines()
+            .skip(1)
+            .map(|row| row.split(',').take(7).collect::<Vec<_>>().join(",") + "\n");
+        let path = place.path().join(file);
+        fs::write(&path, format!("{names}\n{}", rows.collect::<String>())).unwrap();
+        path
+    });
+    let report = Proposal::of(&paths).unwrap().to_string();
+    // Of mirrored gyros the fixes of this flight say no less.
+    for sensor in ["gyro  ", "accel  "] {
+        let told = report.lines().find(|line| line.contains(sensor)).unwrap();
+        assert!(told.contains("forward-right-down"), "{report}");
     }
 }

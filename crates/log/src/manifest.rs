@@ -163,7 +163,8 @@ pub struct GpsSection {
     /// The antenna from the centre of gravity, m.
     #[serde(with = "lever_arm")]
     pub antenna_lever_arm_m: Vector<Body>,
-    /// How much earlier than its arrival a fix is valid, s, within ±10.
+    /// How much earlier than its arrival a fix is valid, s, within ±10; in a log, than its time stamp, where the filter is
+    /// given it no later than 0.2 s after it was valid.
     #[serde(deserialize_with = "latency")]
     pub latency_s: f64,
 }
