@@ -6,7 +6,9 @@ use super::square;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Barometer {
     /// How much higher the first reading was than the filter's height, m.
-    level_m: f64,
+    level_m: f32,
+    /// The last reading, m.
+    reading_m: f32,
     /// What was left of the last reading when it had been compared, m.
     left_m: f32,
     /// Variance by which readings scatter, m²; none before the first.
@@ -19,6 +21,8 @@ const SCATTER_S: f64 = 10.0;
 const MOST_SIGMAS: f64 = 3.0;
 /// Nor moves it the scatter by more than such a share.
 const MOST_SHARE: f64 = 0.05;
+/// A reading that is told for longer, s, is one of coarse steps.
+const HELD_S: f64 = 1.2;
 /// One that is not known yet may scatter by so many times what it is said to.
 const UNKNOWN: f64 = 2.0;
 /// No barometer scatters by more than so many times what it is said to.
@@ -26,13 +30,14 @@ const MOST: f64 = 10.0;
 
 impl Barometer {
     /// One that has not been heard.
-    pub const UNHEARD: Self = Self { level_m: 0.0, left_m: 0.0, variance: 0.0 };
+    pub const UNHEARD: Self =
+        Self { level_m: 0.0, reading_m: f32::NAN, left_m: 0.0, variance: 0.0 };
 
     /// One whose first reading was `level_m` higher than the filter's height, and that is said to scatter by a one-sigma of
     /// `noise_m`.
     pub fn at(level_m: f64, noise_m: f64) -> Self {
-        let variance = square(UNKNOWN * noise_m) as f32;
-        Self { level_m, left_m: 0.0, variance: variance.max(f32::MIN_POSITIVE) }
+        let variance = (square(UNKNOWN * noise_m) as f32).max(f32::MIN_POSITIVE);
+        Self { level_m: level_m as f32, variance, ..Self::UNHEARD }
     }
 
     /// Whether it has been heard.
@@ -42,11 +47,18 @@ impl Barometer {
 
     /// Its level, m.
     pub fn level_m(&self) -> f64 {
-        self.level_m
+        f64::from(self.level_m)
     }
 
-    /// Takes in that a reading, `interval_s` after the last, is off by `innovation_m`, of which the `wind` of the vehicle's
-    /// own speed explains a variance of so much since then, m². Gives the variance of its white error, m²: as
+    /// Whether a reading, `elapsed_s` after the last that was taken in, repeats the one before: a logger that writes more often
+    /// than the barometer measures tells nothing new.
+    pub fn repeats(&mut self, reading_m: f64, elapsed_s: f64) -> bool {
+        let before_m = core::mem::replace(&mut self.reading_m, reading_m as f32);
+        before_m == self.reading_m && elapsed_s < HELD_S
+    }
+
+    /// Takes in that a reading, `interval_s` after the last, is off by `innovation_m`, of which the wind of the vehicle's own
+    /// speed and what the filter does not know of its motion explain a variance of `explained` since then, m². Gives the variance of its white error, m²: as
     /// its readings scatter, and no less than that of `noise_m`.
     ///
     /// What the filter got wrong is still as wrong a moment later; what is left of one reading and is not found in
@@ -54,10 +66,16 @@ impl Barometer {
     ///
     /// # Source
     /// Equation (M18) of docs/equations.md.
-    pub fn scatter(&mut self, innovation_m: f64, interval_s: f64, wind: f64, noise_m: f64) -> f64 {
+    pub fn scatter(
+        &mut self,
+        innovation_m: f64,
+        interval_s: f64,
+        explained: f64,
+        noise_m: f64,
+    ) -> f64 {
         let least = square(noise_m);
         let known = f64::from(self.variance).max(least);
-        let differs = 0.5 * square(innovation_m - f64::from(self.left_m)) - wind;
+        let differs = 0.5 * square(innovation_m - f64::from(self.left_m)) - explained;
         let counted = differs.max(0.0).min(square(MOST_SIGMAS) * known);
         let share = (interval_s / SCATTER_S).clamp(0.0, MOST_SHARE);
         self.variance += (share * (counted - f64::from(self.variance))) as f32;
@@ -102,5 +120,13 @@ mod tests {
     #[test]
     fn a_height_that_runs_away_is_no_scatter() {
         assert!((learned_m(0.2, 2.0) - 0.5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_reading_that_a_logger_repeats_counts_once_and_one_of_coarse_steps_again_after_a_while() {
+        let mut barometer = Barometer::at(0.0, 0.5);
+        let repeats = [(400.5, 0.02), (400.5, 0.02), (400.5, 1.3), (401.0, 0.02), (401.0, 0.5)]
+            .map(|(reading_m, elapsed_s)| barometer.repeats(reading_m, elapsed_s));
+        assert_eq!(repeats, [false, true, false, false, true]);
     }
 }

@@ -1,6 +1,5 @@
 //! Rows of one time put together: what a unit hands over in batches, or a clock coarser than the samples tells apart
-//! no more. Rows that follow each other faster than any unit measures were stamped when they were read, and are
-//! of one time too.
+//! no more.
 
 use crate::clock::Rows;
 use crate::remarks::Remarks;
@@ -26,10 +25,7 @@ pub trait Join: Copy + PartialEq {
     fn joined(self, rows: u32, next: &Self) -> Self;
 }
 
-/// No unit measures faster than this, s.
-const FASTEST_S: f64 = 120e-6;
-
-const TOGETHER: &str = "put together with the row before, at the same time or within 0.12 ms";
+const TOGETHER: &str = "put together with the row before, at the same time";
 pub(crate) const REPEATED: &str = "left out: same time as the row before";
 
 impl<T: Join> Batch<T> {
@@ -40,8 +36,7 @@ impl<T: Join> Batch<T> {
     /// Puts the next row to the batch if it is of its time; else gives it back. One that repeats the row before in
     /// all is left out.
     pub fn push(&mut self, line: u64, row: T, remarks: &mut Remarks) -> Option<(u64, T)> {
-        let later_s = row.time() - self.last.time();
-        if !(0.0..FASTEST_S).contains(&later_s) {
+        if row.time() != self.last.time() {
             return Some((line, row));
         }
         if row == self.last {
@@ -115,7 +110,7 @@ impl Join for ImuSample {
             attitude: next.attitude.or(self.attitude),
             magnetic_field_gauss: next.magnetic_field_gauss.or(self.magnetic_field_gauss),
             clipped: self.clipped.and(&next.clipped),
-            ..*next
+            ..self
         }
     }
 }
@@ -126,7 +121,6 @@ impl Join for (Time, [f64; 3]) {
     }
 
     fn joined(mut self, rows: u32, next: &Self) -> Self {
-        self.0 = next.0;
         for (mean, value) in self.1.iter_mut().zip(next.1) {
             *mean += (value - *mean) / f64::from(rows + 1);
         }
@@ -176,8 +170,7 @@ mod tests {
         assert_eq!(
             warnings,
             [
-                "imu.csv: 3 rows, the first at line 3, put together with the row before, at the same time or within \
-             0.12 ms",
+                "imu.csv: 3 rows, the first at line 3, put together with the row before, at the same time",
                 "imu.csv: line 7 left out: same time as the row before",
             ]
         );

@@ -5,7 +5,7 @@ use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::Channel;
-use super::super::layout::{Layout, POSITION};
+use super::super::layout::{Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
@@ -18,7 +18,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Takes in a barometric height, m, above any fixed level: the first one sets the level.
     ///
     /// # Errors
-    /// [`Unusable`] when it cannot be compared.
+    /// [`Unusable`] when it cannot be compared, or repeats the reading before.
     ///
     /// # Source
     /// Equation (M10) of docs/equations.md.
@@ -34,8 +34,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !is_possible_height(height_m) {
             return Err(Unusable::NotFinite);
         }
+        let elapsed_s = self.gates.since_accepted_s(Group::Baro, time);
+        if self.barometer.repeats(height_m, elapsed_s) {
+            return Err(Unusable::TooSoon);
+        }
         self.relax(trace);
-        let elapsed_s = self.gates.since_accepted_s(Group::Baro, time).clamp(LEAST_S, WIND_TIME_S);
+        let elapsed_s = elapsed_s.clamp(LEAST_S, WIND_TIME_S);
         let wind = self.wind_variance();
         self.gates.set_wind(Scalar::sqrt(wind.wide()));
         let wind_variance = wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
@@ -48,8 +52,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let off =
             |filter: &Self| T::of(read_m - filter.state.position.height_m) - filter.estimate(state);
         let innovation = off(self);
-        let blown = wind.wide() * (elapsed_s / WIND_TIME_S);
-        let noise = T::of(self.barometer.scatter(innovation.wide(), elapsed_s, blown, noise_m));
+        let moved = 0.5 * self.covariance.variance(VELOCITY + 2) * square(elapsed_s);
+        let explained = wind.wide() * (elapsed_s / WIND_TIME_S) + moved;
+        let noise = T::of(self.barometer.scatter(innovation.wide(), elapsed_s, explained, noise_m));
         let sensitivity = Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE);
         // What counts as white so that the wind is not believed too much hides how far off a reading is.
         let own = self.covariance.project(&sensitivity).1;

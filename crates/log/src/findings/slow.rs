@@ -4,6 +4,7 @@ use hovernav::ekf::Notice;
 
 use super::timing::Felt;
 use super::{Judged, when};
+use crate::comparisons::FixTally;
 use crate::finding::{Finding, Severity};
 
 /// Over how long a bias is compared with itself, s.
@@ -16,8 +17,13 @@ const LEAST_GYRO: f64 = 0.005;
 const LEAST_ACCEL: f64 = 0.2;
 /// A time offset of the fixes beyond this, s, is worth declaring.
 const OFFSET_S: f64 = 0.1;
-/// Beyond this, s, the filter does not follow it any more.
+/// So far, s, the filter follows it, where it refuses no more than such a share of the fixes.
+const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
+const REFUSED: f64 = 0.1;
+/// What shows in when the vehicle accelerates is asked for beyond this, s, and is surer than what the filter found
+/// where the two are further apart than that.
 const FAR_S: f64 = 0.25;
+const AGREES_S: f64 = 0.1;
 
 pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     biases(log, findings);
@@ -104,7 +110,15 @@ fn biases(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 fn offset(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     let Some((start_s, end_s)) = log.span_s() else { return };
     let declared_s = log.dataset.manifest.gps.latency_s;
-    let far_s = felt.delay_s(log).filter(|far_s| far_s.abs() > FAR_S);
+    // One that was refused much of what it was told has found nothing that is worth telling.
+    let FixTally { used, rejected } = log.run.fixes_compared;
+    let is_trusted = |offset_s: f64| {
+        FOLLOWED_S.contains(&offset_s) && (rejected as f64) < REFUSED * (used + rejected) as f64
+    };
+    let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
+    let far_s = felt.delay_s(log).filter(|far_s| {
+        far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)
+    });
     let side = |offset_s: f64| {
         let found_s = declared_s + offset_s;
         let side = if found_s >= 0.0 { "earlier" } else { "later" };
@@ -125,7 +139,7 @@ fn offset(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
             let is_off = offset_s.abs() > OFFSET_S && offset_s.abs() > 4.0 * sigma_s;
             let (found_s, side) = side(offset_s);
             let what = match is_off {
-                true if offset_s.abs() > FAR_S => format!(
+                true if !is_trusted(offset_s) => format!(
                     "fixes hold at other times than their time stamps say, by more than the filter can follow (it found \
                      {side}, declared latency {declared_s:.3} s); look at the clocks"
                 ),

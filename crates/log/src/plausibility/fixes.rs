@@ -14,6 +14,10 @@ const VERTICAL_S: f64 = 8.0;
 const LEAST_MPS: f64 = 0.4;
 /// So much of the displacements has to be explained before anything is concluded.
 const EXPLAINED: f64 = 0.6;
+/// A velocity that is turned against what the places do by the sine of more than this is one of another moment.
+const TURNED: f64 = 0.25;
+/// A scale of 1 that noise has made smaller is no less than this of what is explained.
+const SMALLER: f64 = 0.75;
 /// Heights, m, between which helicopters and drones fly.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
 
@@ -110,6 +114,11 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     if explained.iter().any(|&explained| explained < EXPLAINED) {
         return;
     }
+    // What moves in circles and tells its velocity late turns it; no unit and no sign does.
+    let largest = [nn, ne, en, ee].into_iter().map(f64::abs).fold(0.0, f64::max);
+    if 0.5 * (ne - en).abs() > TURNED * largest {
+        return;
+    }
     let sizes = format!(
         "positions move north and east {nn:.4} and {ee:.4} times as fast as the velocity says, expected 1"
     );
@@ -134,14 +143,16 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
             "swap the names of these two columns in the header of gps.csv, or in mapping.toml",
         ));
     } else if nn < -0.5 || ee < -0.5 {
+        // Half a circle late turns both.
         found.push(gps(
-            true,
+            nn > 0.0 || ee > 0.0,
             sizes,
             "a velocity or a coordinate of the wrong sign (west for east, south for north)",
             "turn the sign of that column",
         ));
     } else if let Some((_, unit)) =
         UNITS.iter().find(|(scale, _)| near(nn, *scale) && near(ee, *scale))
+        && nn.max(ee) < SMALLER * explained[0].min(explained[1])
     {
         let cause = format!("velocity in {unit}, expected m/s");
         found.push(gps(
@@ -261,5 +272,41 @@ fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
             "vertical velocity positive up, expected positive down",
             "turn the sign of vd_mps",
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::earth::Geodetic;
+    use hovernav::frames::{Ned, Vector};
+    use hovernav::time::Time;
+
+    #[test]
+    fn a_velocity_that_is_told_late_in_a_circle_is_in_no_other_unit() {
+        let center = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        for (period_s, radius_m, late_s) in
+            [(6.0, 5.0, 1.0), (12.0, 6.0, 2.0), (10.0, 6.0, 2.0), (6.0, 5.0, 3.0)]
+        {
+            let rate = std::f64::consts::TAU / period_s;
+            let fixes: Vec<Fix> = (0..300)
+                .map(|second| {
+                    let (sin, cos) = (rate * f64::from(second)).sin_cos();
+                    let (late_sin, late_cos) = (rate * (f64::from(second) - late_s)).sin_cos();
+                    let place = Vector::<Ned>::new(radius_m * cos, radius_m * sin, 0.0);
+                    let speed_mps = radius_m * rate;
+                    Fix {
+                        horizontal_velocity_mps: Some([
+                            -speed_mps * late_sin,
+                            speed_mps * late_cos,
+                        ]),
+                        ..Fix::at(Time::ZERO + f64::from(second), center.displaced(place))
+                    }
+                })
+                .collect();
+            let mut found = Vec::new();
+            check(&fixes, &mut found);
+            assert!(found.iter().all(|finding| !finding.is_certain), "{period_s}: {found:?}");
+        }
     }
 }
