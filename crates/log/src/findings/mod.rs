@@ -51,8 +51,9 @@ impl Dataset {
         gates::find(&log, &mut findings);
         ground::find(&log, &mut findings);
         heading::find(&log, field, &mut findings);
-        slow::find(&log, &felt, &mut findings);
+        slow::find(&log, &mut findings);
         steps::find(&log, witness, &mut findings);
+        timing::find(&log, &felt, &mut findings);
         lever_arm::find(&log, &mut findings);
         understated::find(&log, &mut findings);
         unused::find(&log, &mut findings);

@@ -6,8 +6,19 @@
 use hovernav::frames::Vector;
 
 use super::Judged;
+use crate::comparisons::FixTally;
+use crate::finding::{Finding, Severity};
 use crate::rates::Rates;
 
+/// A time offset of the fixes beyond this, s, is worth declaring.
+const OFFSET_S: f64 = 0.1;
+/// So far, s, the filter follows it, where it refuses no more than such a share of the fixes.
+const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
+const REFUSED: f64 = 0.1;
+/// What shows in when the vehicle accelerates is asked for beyond this, s, and is surer than what the filter found
+/// where the two are further apart than that.
+const FAR_S: f64 = 0.25;
+const AGREES_S: f64 = 0.1;
 /// Delays that are tried, to either side, s: clocks may differ by the leap seconds.
 const MOST_S: f64 = 25.0;
 /// In steps of this, s, and then of this.
@@ -31,6 +42,54 @@ const LEAST_MPS: f64 = 0.5;
 /// So much of the changes has to be explained at the best delay, and so much less at none and at any that is not near it.
 const EXPLAINED: f64 = 0.5;
 const CLEARLY: f64 = 0.1;
+
+pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
+    let Some((start_s, end_s)) = log.span_s() else { return };
+    let declared_s = log.dataset.manifest.gps.latency_s;
+    let FixTally { used, rejected } = log.run.fixes_compared;
+    let is_trusted = |offset_s: f64| {
+        FOLLOWED_S.contains(&offset_s) && (rejected as f64) < REFUSED * (used + rejected) as f64
+    };
+    let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
+    let far_s = felt.delay_s(log).filter(|far_s| {
+        far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)
+    });
+    let side = |offset_s: f64| {
+        let found_s = declared_s + offset_s;
+        let side = if found_s >= 0.0 { "earlier" } else { "later" };
+        format!("{:.3} s {side} than their time stamps say", found_s.abs())
+    };
+    let declared = format!("declared latency {declared_s:.3} s");
+    let mend = |offset_s: f64| format!("; set [gps] latency_s = {:.2}", declared_s + offset_s);
+    let (is_off, what) = if let Some(far_s) = far_s {
+        let how = "by when the vehicle accelerates";
+        (true, format!("fixes hold {} ({how}), {declared}{}", side(far_s), mend(far_s)))
+    } else if let Some((offset_s, sigma_s)) = log.run.gps_offset {
+        let is_off = offset_s.abs() > OFFSET_S && offset_s.abs() > 4.0 * sigma_s;
+        let side = side(offset_s);
+        let what = if is_off && !is_trusted(offset_s) {
+            format!(
+                "fixes may hold at other times than their time stamps say: the filter found {side}, {declared}, which \
+                 is more than it follows, or of fixes of which it refused many; look at the clocks"
+            )
+        } else {
+            let mend = if is_off { mend(offset_s) } else { String::new() };
+            format!("fixes hold {side} (one-sigma {sigma_s:.3} s), {declared}{mend}")
+        };
+        (is_off, what)
+    } else {
+        return;
+    };
+    findings.push(Finding {
+        start_s,
+        end_s,
+        sensor: "gps",
+        kind: "time offset",
+        severity: if is_off { Severity::Warning } else { Severity::Info },
+        count: 1,
+        words: format!("gps time offset: {what}"),
+    });
+}
 
 /// Level velocity by the specific force that was felt, turned by the attitude of a run.
 #[derive(Default)]
@@ -75,7 +134,7 @@ impl Felt {
     }
 
     /// How much earlier than by the declared latency the fixes hold, s, where that is plain.
-    pub fn delay_s(&self, log: &Judged<'_>) -> Option<f64> {
+    fn delay_s(&self, log: &Judged<'_>) -> Option<f64> {
         let told = told_changes(log);
         let explained = |delay_s: f64| self.explained(&told, delay_s).unwrap_or(0.0);
         let steps = (MOST_S / COARSE_S) as i32;
