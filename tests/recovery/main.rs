@@ -192,7 +192,9 @@ fn with_barometer(
         let time = Time::ZERO + seconds;
         filter.predict(&still(time)).unwrap();
         if step % 2 == 0 {
-            filter.update_baro(time, baro_m(seconds), &mut ()).unwrap();
+            // No reading is that before to the last digit: one that is tells nothing.
+            let height_m = baro_m(seconds) + 1e-3 * f64::from(step / 2 % 2);
+            filter.update_baro(time, height_m, &mut ()).unwrap();
         }
         if step % 10 == 0 {
             filter.update_gps(&fix_at(seconds, time)).unwrap();
