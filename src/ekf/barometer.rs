@@ -57,9 +57,9 @@ impl Barometer {
         before_m == self.reading_m && elapsed_s < HELD_S
     }
 
-    /// Takes in that a reading, `interval_s` after the last, is off by `innovation_m`, of which the wind of the vehicle's own
-    /// speed and what the filter does not know of its motion explain a variance of `explained` since then, m². Gives the variance of its white error, m²: as
-    /// its readings scatter, and no less than that of `noise_m`.
+    /// Takes in that a reading, `interval_s` after the last, is off by `innovation_m`; the wind of the vehicle's own speed and
+    /// what the filter does not know of its motion explain a variance of `explained` since then, m². Gives the variance of
+    /// the barometer's white error, m²: as its readings scatter, and no less than that of `noise_m`.
     ///
     /// What the filter got wrong is still as wrong a moment later; what is left of one reading and is not found in
     /// the next is the barometer's own.

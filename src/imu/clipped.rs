@@ -19,15 +19,4 @@ impl ClippedAxes {
     pub fn any(&self) -> bool {
         self.gyro.iter().chain(&self.accel).any(|&clipped| clipped)
     }
-
-    /// Those of `self` and of `other`.
-    #[must_use]
-    pub fn and(&self, other: &Self) -> Self {
-        let [x, y, z] = self.gyro;
-        let [other_x, other_y, other_z] = other.gyro;
-        let gyro = [x | other_x, y | other_y, z | other_z];
-        let [x, y, z] = self.accel;
-        let [other_x, other_y, other_z] = other.accel;
-        Self { gyro, accel: [x | other_x, y | other_y, z | other_z] }
-    }
 }

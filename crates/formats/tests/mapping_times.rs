@@ -1,9 +1,11 @@
 //! Clocks of foreign loggers: times that repeat, that are out of order, of days and of weeks.
 
-use std::fs;
+#[path = "support/mapped.rs"]
+mod support;
 
-use hovernav_formats::{Options, Proposal, open};
 use hovernav_log::Dataset;
+
+use support::mapped;
 
 const NAMES: &str = "gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
 
@@ -29,21 +31,6 @@ fn receiver(names: &str, time: impl Fn(u32) -> String) -> String {
         format!("{},{latitude_deg:.7},8.5,410.25\n", time(k))
     });
     format!("{names},lat,lon,alt\n{}", rows.collect::<String>())
-}
-
-/// What `init` says of `files`, the mapping that it writes, and the dataset which that gives.
-fn mapped(files: &[(&str, String)]) -> (String, String, Dataset) {
-    let place = tempfile::tempdir().unwrap();
-    let paths = files.iter().map(|(name, text)| {
-        let path = place.path().join(name);
-        fs::write(&path, text).unwrap();
-        path
-    });
-    let proposal = Proposal::of(&paths.collect::<Vec<_>>()).unwrap();
-    let out = place.path().join("mapped");
-    proposal.write(&out, false).unwrap();
-    let mapping = fs::read_to_string(out.join("mapping.toml")).unwrap();
-    (proposal.to_string(), mapping, open(&out, &Options::default()).unwrap().dataset)
 }
 
 fn of_unit(text: String) -> (String, Dataset) {

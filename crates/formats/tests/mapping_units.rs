@@ -1,12 +1,16 @@
 //! Units, signs and clocks of foreign receivers, from a first look to the fixes that the original gives.
 
+#[path = "support/mapped.rs"]
+mod support;
+
 use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::Path;
 
 use hovernav::gps::Fix;
-use hovernav_formats::{Options, Proposal, open};
-use hovernav_log::Dataset;
+use hovernav_formats::Proposal;
+
+use support::mapped;
 
 /// A moment of a drive along a winding road, west of Greenwich and south of the equator.
 #[derive(Clone, Copy)]
@@ -43,23 +47,9 @@ fn table(names: &str, row: impl Fn(&Moment) -> String) -> String {
     format!("time_s,{names}\n{}", rows.collect::<String>())
 }
 
-/// What `init` says of `files`, and the dataset that its mapping gives.
-fn mapped(files: &[(&str, String)]) -> (String, Dataset) {
-    let place = tempfile::tempdir().unwrap();
-    let paths = files.iter().map(|(name, text)| {
-        let path = place.path().join(name);
-        fs::write(&path, text).unwrap();
-        path
-    });
-    let proposal = Proposal::of(&paths.collect::<Vec<_>>()).unwrap();
-    let out = place.path().join("mapped");
-    proposal.write(&out, false).unwrap();
-    (proposal.to_string(), open(&out, &Options::default()).unwrap().dataset)
-}
-
 /// The fixes of a receiver alone, and what `init` says of it.
 fn fixes(text: String) -> (String, Vec<Fix>) {
-    let (report, dataset) = mapped(&[("gps.csv", text)]);
+    let (report, _, dataset) = mapped(&[("gps.csv", text)]);
     (report, dataset.fixes)
 }
 
@@ -256,10 +246,10 @@ fn vertical_and_horizontal_speeds_of_two_units_are_not_mixed() {
 fn heights_beside_no_place_are_a_barometers_or_a_doubt() {
     let height = |m: &Moment| format!("{:.3}", 100.0 + 0.01 * m.time_s);
     let receiver = || ("gps.csv", table("lat,lon,alt", plain));
-    let (report, dataset) = mapped(&[receiver(), ("baro.csv", table("altitude", height))]);
+    let (report, _, dataset) = mapped(&[receiver(), ("baro.csv", table("altitude", height))]);
     assert_eq!(dataset.baro.len(), 480, "{report}");
 
-    let (report, dataset) =
+    let (report, _, dataset) =
         mapped(&[receiver(), ("log.csv", table("altitude,foo", |m| format!("{},1", height(m))))]);
     assert!(dataset.baro.is_empty(), "{report}");
     assert!(
@@ -268,7 +258,8 @@ fn heights_beside_no_place_are_a_barometers_or_a_doubt() {
     );
 
     let both = |m: &Moment| format!("{},{:.5}", height(m), 1001.0 - 1e-3 * m.time_s);
-    let (report, dataset) = mapped(&[receiver(), ("baro.csv", table("altitude,pressure", both))]);
+    let (report, _, dataset) =
+        mapped(&[receiver(), ("baro.csv", table("altitude,pressure", both))]);
     assert_eq!(dataset.baro.len(), 480, "{report}");
     assert!(report.contains("stands without a place beside pressure"), "{report}");
 }

@@ -3,7 +3,7 @@
 
 use crate::clock::Rows;
 use crate::remarks::Remarks;
-use hovernav::imu::{ImuSample, Motion};
+use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 /// A row that rows of the same time may still be put to.
@@ -109,10 +109,16 @@ impl Join for ImuSample {
             motion,
             attitude: next.attitude.or(self.attitude),
             magnetic_field_gauss: next.magnetic_field_gauss.or(self.magnetic_field_gauss),
-            clipped: self.clipped.and(&next.clipped),
+            clipped: either(self.clipped, next.clipped),
             ..self
         }
     }
+}
+
+/// What was at its full scale in one or the other.
+fn either(one: ClippedAxes, other: ClippedAxes) -> ClippedAxes {
+    let of = |one: [bool; 3], other: [bool; 3]| std::array::from_fn(|axis| one[axis] | other[axis]);
+    ClippedAxes { gyro: of(one.gyro, other.gyro), accel: of(one.accel, other.accel) }
 }
 
 impl Join for (Time, [f64; 3]) {

@@ -20,9 +20,8 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
         0 => "no names, columns by number".to_owned(),
         line => format!("names on line {line}"),
     };
-    let time = [&table.time.date, &table.time.week, &table.time.column].into_iter();
-    let time: Vec<&str> = time.filter(|name| !name.is_empty()).map(String::as_str).collect();
-    line("time", &time.join(" "), table.time.unit.name().to_owned());
+    let time = named([&table.time.date, &table.time.week, &table.time.column]);
+    line("time", &time, table.time.unit.name().to_owned());
     let held = |held: bool| if held { ", the last value repeated" } else { "" };
     if let Some(gyro) = &table.gyro {
         let rest = format!("{}, {}{}", gyro.unit.name(), name(gyro.axes), held(gyro.held));
@@ -51,10 +50,8 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
             HeightAbove::Ellipsoid => "above the ellipsoid",
             HeightAbove::Sea => "above the sea",
         };
-        let place = [&gps.latitude, &gps.north_south, &gps.longitude, &gps.east_west, &gps.height]
-            .into_iter();
-        let place: Vec<&str> = place.filter(|name| !name.is_empty()).map(String::as_str).collect();
-        let place = place.join(" ");
+        let place =
+            named([&gps.latitude, &gps.north_south, &gps.longitude, &gps.east_west, &gps.height]);
         let rest = format!(
             "{}, {} {above}, {} fixes{}",
             gps.unit.name(),
@@ -63,16 +60,13 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
             held(gps.held)
         );
         line("gps", &place, rest);
-        let velocity =
-            [&gps.north, &gps.east, &gps.speed, &gps.course, &gps.down, &gps.up].into_iter();
-        let velocity: Vec<&str> =
-            velocity.filter(|name| !name.is_empty()).map(String::as_str).collect();
+        let velocity = named([&gps.north, &gps.east, &gps.speed, &gps.course, &gps.down, &gps.up]);
         if !velocity.is_empty() {
             let course = match gps.course.as_str() {
                 "" => String::new(),
                 _ => format!(", {}", gps.course_unit.name()),
             };
-            line("", &velocity.join(" "), format!("{}{course}", gps.speed_unit.name()));
+            line("", &velocity, format!("{}{course}", gps.speed_unit.name()));
         }
         if !gps.sigma_horizontal.is_empty() {
             let columns = [&*gps.sigma_horizontal, &gps.sigma_vertical].join(" ");
@@ -98,6 +92,12 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
     let decimal = if table.decimal_comma { ", decimal commas" } else { "" };
     let head = format!("{}: {}{decimal}, {names}", table.file.display(), table.delimiter.name());
     format!("{head}\n{}", lines.iter().map(|l| l.trim_end()).collect::<Vec<_>>().join("\n"))
+}
+
+/// The names of columns, but for those that there are not.
+fn named<const N: usize>(columns: [&String; N]) -> String {
+    let there = columns.into_iter().filter(|name| !name.is_empty());
+    there.map(String::as_str).collect::<Vec<_>>().join(" ")
 }
 
 /// Whether the fixes and the inertial samples are of times that do not meet.

@@ -2,10 +2,7 @@
 
 use super::columns::Reader;
 use super::names::Quantity;
-use crate::text::{TimeColumn, TimeScale, TimeUnit};
-
-/// A week, s.
-const WEEK_S: f64 = 604_800.0;
+use crate::text::{TimeColumn, TimeScale, TimeUnit, WEEK_S};
 
 impl Reader<'_> {
     /// When rows were; `None` where no column rises as time does.
@@ -130,7 +127,11 @@ impl Reader<'_> {
         let is_only = times.filter(|meaning| meaning.quantity == Quantity::Time).count() < 2;
         let is_of_week = is_only || ["tow", "week", "sow"].iter().any(|part| name.contains(part));
         let most_s = self.look.largest(time) * unit.seconds();
-        if unit.is_of_day() || !is_of_week || most_s > WEEK_S + 1.0 || !self.look.is_whole(week) {
+        if unit.is_of_day()
+            || !is_of_week
+            || most_s > WEEK_S as f64 + 1.0
+            || !self.look.is_whole(week)
+        {
             return None;
         }
         let week_name = &self.look.layout.names[week];

@@ -1,5 +1,7 @@
 //! The speed that a receiver tells against the distance between its places.
 
+use std::ops::Range;
+
 use super::look::median;
 use crate::text::{CourseUnit, GpsColumns, SpeedUnit};
 use hovernav::gps::Fix;
@@ -58,11 +60,16 @@ pub(super) fn travel(fixes: &[Fix]) -> Option<Travel> {
         true => norm(leg.moved_m) / norm(leg.velocity_m),
         false => norm(leg.moved_m) / leg.path_m,
     };
-    let ratios: Vec<f64> = legs.iter().map(ratio).filter(|ratio| ratio.is_finite()).collect();
+    let ratios = legs.iter().map(ratio).filter(|ratio| ratio.is_finite()).collect();
+    let ratio = steady(ratios, 0.75..1.33).filter(|ratio| *ratio > 0.0)?;
+    Some(Travel { ratio, cosine })
+}
+
+/// The median of `ratios` if there are enough of them and two thirds of them are within `near` of it.
+fn steady(ratios: Vec<f64>, near: Range<f64>) -> Option<f64> {
     let middle = median(ratios.clone());
-    let near = ratios.iter().filter(|ratio| (0.75..1.33).contains(&(**ratio / middle))).count();
-    (ratios.len() >= LEAST_LEGS && 3 * near >= 2 * ratios.len() && middle > 0.0)
-        .then_some(Travel { ratio: middle, cosine })
+    let close = ratios.iter().filter(|ratio| near.contains(&(**ratio / middle))).count();
+    (ratios.len() >= LEAST_LEGS && 3 * close >= 2 * ratios.len()).then_some(middle)
 }
 
 /// Some fixes that follow each other.
@@ -244,7 +251,5 @@ fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
             (first, climbed_m) = (at + 1, 0.0);
         }
     }
-    let middle = median(ratios.clone());
-    let near = ratios.iter().filter(|ratio| (0.67..1.5).contains(&(**ratio / middle))).count();
-    (ratios.len() >= LEAST_LEGS && 3 * near >= 2 * ratios.len()).then_some(middle)
+    steady(ratios, 0.67..1.5)
 }

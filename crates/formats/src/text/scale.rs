@@ -18,6 +18,9 @@ pub enum TimeScale {
 /// 6 January 1980, s since 1970.
 const GPS_EPOCH_S: i64 = 315_964_800;
 
+/// A week of GPS time, s.
+pub(crate) const WEEK_S: i64 = 604_800;
+
 /// When a leap second has passed, s since 1970: from each of these on GPS time is a second further ahead
 /// of UTC, eighteen since 2017.
 ///

@@ -4,6 +4,7 @@ use super::columns::{Fields, Source};
 use super::decimal::Midnights;
 use super::gps::GpsPlaces;
 use super::mapping::{AttitudeColumns, TableMapping, Triad};
+use super::scale::WEEK_S;
 use super::units::{AttitudeRole, BaroUnit, ForceUnit, MagneticUnit, RateUnit, StickUnit, World};
 use crate::axes;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
@@ -126,7 +127,7 @@ impl TableColumns {
             time = self.midnights.passed(time);
         }
         if let Some(column) = self.week {
-            const WEEK_NS: i64 = 604_800_000_000_000;
+            const WEEK_NS: i64 = WEEK_S * 1_000_000_000;
             let week = fields.known(Some(column))?.filter(|week| MOST_WEEKS.contains(week));
             let Some(week) = week else { return Ok(None) };
             time = later(time, week as i64 * WEEK_NS);

@@ -224,7 +224,6 @@ impl Inertial {
     }
 }
 
-/// What the estimator itself reported of the samples.
 /// What to say of `count` samples within `length_s` that repeated the two before them, where so many did that the log was
 /// written more often than its unit measured.
 fn held(log: &Judged<'_>, length_s: f64, count: usize) -> Option<String> {
@@ -241,6 +240,7 @@ fn held(log: &Judged<'_>, length_s: f64, count: usize) -> Option<String> {
     })
 }
 
+/// What the estimator itself reported of the samples.
 fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let mut faults: [Vec<(f64, f64)>; 4] = Default::default();
     for notice in &log.run.notices {

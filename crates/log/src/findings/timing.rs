@@ -112,6 +112,10 @@ struct Moment {
 
 impl Felt {
     pub fn push(&mut self, log: &Judged<'_>, rates: &Rates) {
+        let time_s = rates.time.seconds();
+        if self.moments.first().is_some_and(|first| time_s - first.time_s >= LOOKED_S) {
+            return;
+        }
         let (time, solutions) = (rates.time, &log.run.solutions);
         while solutions.get(self.index + 1).is_some_and(|next| next.time <= time) {
             self.index += 1;
@@ -124,10 +128,8 @@ impl Felt {
         let [north, east, _] = (force * rates.interval_s).to_array();
         self.sum_mps = [self.sum_mps[0] + north, self.sum_mps[1] + east];
         self.gaps += u32::from(rates.interval_s > GAP_S || time - solution.time > GAP_S);
-        let time_s = time.seconds();
         let is_due = self.moments.last().is_none_or(|last| time_s - last.time_s >= STEP_S);
-        let looked_s = self.moments.first().map_or(0.0, |first| time_s - first.time_s);
-        if is_due && looked_s < LOOKED_S {
+        if is_due {
             let Self { sum_mps: north_east_mps, gaps, .. } = *self;
             self.moments.push(Moment { time_s, north_east_mps, gaps });
         }

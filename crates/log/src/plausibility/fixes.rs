@@ -29,8 +29,6 @@ const UNITS: [(f64, &str); 5] = [
     (0.01, "cm/s"),
     (0.001, "mm/s"),
 ];
-/// A velocity that is off by more, m/s, counts as off by so much.
-const OUTLIER_MPS: f64 = 20.0;
 /// Coordinates closer to zero than this, degrees, are those of a simulation.
 const LEAST_RADIANS: f64 = 0.05;
 /// One degree in radians, which the displacements are too small by where degrees are radians.
@@ -203,6 +201,8 @@ fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     /// Fewer tell nothing, nor do velocities that are off by less, m/s rms.
     const LEAST: f64 = 30.0;
     const LEAST_OFF_MPS: f64 = 0.5;
+    /// One that is off by more counts as off by so much: a receiver that jumps is no wrong pairing.
+    const OUTLIER_MPS: f64 = 20.0;
     /// What is left of a right pairing is such a share of what is off as they are.
     const LEFT: f64 = 0.3;
     const MOST: isize = 2;
@@ -228,7 +228,6 @@ fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
                 moved[0] / over_s - 0.5 * (north + north_after),
                 moved[1] / over_s - 0.5 * (east + east_after),
             ];
-            // A receiver that jumps is no wrong pairing.
             squares += (off_north.powi(2) + off_east.powi(2)).min(OUTLIER_MPS * OUTLIER_MPS);
             count += 1.0;
         }
