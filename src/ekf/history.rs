@@ -173,6 +173,13 @@ impl<T: Scalar> History<T> {
         oldest.map_or(least, |entry| time.seconds_since::<T>(entry.end).max(T::ZERO).min(least))
     }
 
+    /// For how long it will still be possible to look back to `time`, s, if entries come as they did.
+    pub fn remembers_for_s(&self, time: Time) -> f64 {
+        let Some(newest) = self.newest(0) else { return 0.0 };
+        let span_s = self.newest(CAPACITY - 1).map_or(REACH_S, |oldest| newest.end - oldest.end);
+        span_s - (newest.end - time)
+    }
+
     /// Takes over what another filter remembers.
     pub fn copy_from(&mut self, other: &Self) {
         self.entries.copy_from_slice(&other.entries);

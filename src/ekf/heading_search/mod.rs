@@ -298,9 +298,14 @@ impl<T: Scalar> HeadingSearch<T> {
             && self.best().is_some_and(|best| best.solution(&mounting).moves(fast_mps));
         self.monitor.fix(fix, &gps, &self.filter.history);
         self.wander = Wander::of(fix, &gps);
-        let mut waiting = Waiting::new(wider, shares, interval_s, self.sample_s);
+        // One that came late is soon older than what is remembered.
+        let left_s = interval_s.min(self.filter.history.remembers_for_s(fix.time));
+        let mut waiting = Waiting::new(wider, shares, left_s, self.sample_s);
         waiting.told(leader, report.minus_two_log_likelihood(shares));
         self.waiting = Some(waiting);
+        if left_s < 2.0 * self.sample_s {
+            self.finish_turns();
+        }
         Ok(report)
     }
 

@@ -3,7 +3,8 @@
 //!
 //! The sector that leads takes it in at once, so that its solution waits for nothing; the others in turn,
 //! each by looking back to when the fix held. When all have, they are weighed. A fix is done before the next
-//! is due, or else at the latest when it comes; and before a gap, over which nobody can look back.
+//! is due and before it is older than what is remembered, or else at the latest when the next comes; and before
+//! a gap, over which nobody can look back.
 
 use super::super::scalar::Scalar;
 use super::{HeadingSearch, LEAST_WEIGHT, SECTORS};
@@ -23,7 +24,7 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
-    /// A fix that none has taken in, with `interval_s` to the next and samples every `sample_s`.
+    /// A fix that none has taken in, with `interval_s` in which all have to and samples every `sample_s`.
     pub fn new(fix: Fix, shares: [f64; 2], interval_s: f64, sample_s: f64) -> Self {
         // One sample may be missing, and the leader has had its turn.
         let samples = (interval_s / sample_s - 1.0).max(1.0);
