@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use hovernav::frames::wrap_angle;
 use hovernav::gps::Fix;
 
 use super::regression::{Fit, fit};
@@ -10,14 +11,18 @@ use crate::finding::SetupFinding;
 /// Over how long a displacement is taken, s.
 const HORIZONTAL_S: f64 = 4.0;
 const VERTICAL_S: f64 = 8.0;
-/// Velocities that change less than this, m/s rms, tell nothing.
+/// Velocities that change less than this, m/s rms, tell nothing; nor does one of two axes that changes less than such a
+/// share of both by itself, for what is off in one of them shows in the other.
 const LEAST_MPS: f64 = 0.4;
+const ALONE: f64 = 0.15;
 /// So much of the displacements has to be explained before anything is concluded.
 const EXPLAINED: f64 = 0.6;
 /// A velocity that is turned against what the places do by the sine of more than this is one of another moment.
 const TURNED: f64 = 0.25;
 /// A scale of 1 that noise has made smaller is no less than this of what is explained.
 const SMALLER: f64 = 0.75;
+/// Courses closer than this, rad (12°), are the same: a place's scale depends on its latitude, which may be a wrong one.
+const ALIKE_RAD: f64 = 0.2;
 /// Heights, m, between which helicopters and drones fly.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
 
@@ -106,7 +111,9 @@ fn pairs<const D: usize>(
 fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     // Receivers that tell speed and course tell no vertical velocity.
     let pairs = pairs(fixes, HORIZONTAL_S, 0, |fix| fix.horizontal_velocity_mps);
-    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, LEAST_MPS) else {
+    let least_mps = LEAST_MPS.max(ALONE * spread(&pairs));
+    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, least_mps) else {
+        straight(&pairs, found);
         return;
     };
     if explained.iter().any(|&explained| explained < EXPLAINED) {
@@ -120,7 +127,6 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     let sizes = format!(
         "positions move north and east {nn:.4} and {ee:.4} times as fast as the velocity says, expected 1"
     );
-    let near = |value: f64, expected: f64| (0.75..1.33).contains(&(value / expected));
     // A latitude in radians lies near the equator, where a degree of longitude is longer.
     if near(nn, DEGREE) && (0.75..6.0).contains(&(ee / DEGREE)) {
         found.push(gps(
@@ -131,38 +137,109 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         ));
     } else if ne.abs().min(en.abs()) > 0.3 && nn.abs() < 0.4 * ne.abs() && ee.abs() < 0.4 * en.abs()
     {
-        found.push(gps(
-            true,
-            format!(
-                "positions move north as the velocity says east ({ne:.2}), and east as it says north \
-                 ({en:.2})"
-            ),
-            "latitude and longitude swapped, or north and east velocity",
-            "swap the names of these two columns in the header of gps.csv, or in mapping.toml",
-        ));
+        found.push(swapped(format!(
+            "positions move north as the velocity says east ({ne:.2}), and east as it says north ({en:.2})"
+        )));
     } else if nn < -0.5 || ee < -0.5 {
         // Half a circle late turns both.
-        found.push(gps(
-            nn > 0.0 || ee > 0.0,
-            sizes,
-            "a velocity or a coordinate of the wrong sign (west for east, south for north)",
-            "turn the sign of that column",
-        ));
-    } else if let Some((_, unit)) =
-        UNITS.iter().find(|(scale, _)| near(nn, *scale) && near(ee, *scale))
-        && nn.max(ee) < SMALLER * explained[0].min(explained[1])
-    {
-        let cause = format!("velocity in {unit}, expected m/s");
-        found.push(gps(
-            true,
-            sizes,
-            &cause,
-            "convert the velocity, or name its unit in mapping.toml",
-        ));
+        found.push(wrong_sign(nn > 0.0 || ee > 0.0, sizes));
+    } else if let Some(unit) = unit_of(&[nn, ee], explained[0].min(explained[1])) {
+        found.push(in_unit(sizes, unit));
     } else if ![nn, ee].iter().all(|scale| (0.6..1.6).contains(scale)) {
         let cause = "coordinates or velocity of a wrong unit";
         found.push(gps(false, sizes, cause, "expected degrees and m/s"));
     }
+}
+
+/// By how much level velocities change, rms, in the unit in which they are told.
+fn spread(pairs: &[([f64; 2], [f64; 2])]) -> f64 {
+    let count = pairs.len() as f64;
+    (0..2)
+        .map(|axis| {
+            let mean = pairs.iter().map(|(told, _)| told[axis]).sum::<f64>() / count;
+            pairs.iter().map(|(told, _)| (told[axis] - mean).powi(2)).sum::<f64>() / count
+        })
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// A vehicle that only goes to and fro on one line, of which north and east cannot be told apart: its speed, and where
+/// the line of its places points.
+fn straight(pairs: &[([f64; 2], [f64; 2])], found: &mut Vec<SetupFinding>) {
+    // The course by the double angle, which does not care about the sense.
+    let [cos, sin] = pairs.iter().fold([0.0; 2], |[cos, sin], ([north, east], _)| {
+        [cos + north * north - east * east, sin + 2.0 * north * east]
+    });
+    let course_rad = 0.5 * sin.atan2(cos);
+    let (east, north) = course_rad.sin_cos();
+    let by_axis = [0, 1].map(|axis| {
+        let of_axis = |(told, moved): &([f64; 2], [f64; 2])| {
+            ([north * told[0] + east * told[1]], [moved[axis]])
+        };
+        fit(&pairs.iter().map(of_axis).collect::<Vec<_>>(), LEAST_MPS)
+    });
+    let [Some(to_north), Some(to_east)] = by_axis else { return };
+    let [moved_north, moved_east] = [to_north.matrix[0][0], to_east.matrix[0][0]];
+    let larger = if moved_north.abs() > moved_east.abs() { to_north } else { to_east };
+    let [explained] = larger.explained;
+    if explained < EXPLAINED {
+        return;
+    }
+    let scale = moved_north.hypot(moved_east);
+    let moved_rad = moved_east.atan2(moved_north);
+    let is_along = |course_rad: f64| wrap_angle(moved_rad - course_rad).abs() < ALIKE_RAD;
+    let sizes = format!(
+        "positions move along a line {:.0}° from that of the velocity, {scale:.4} times as fast, expected 0° and 1",
+        wrap_angle(moved_rad - course_rad).to_degrees()
+    );
+    // What points elsewhere by twice as much is told apart from what is right.
+    if wrap_angle(moved_rad - course_rad).abs() < 2.0 * ALIKE_RAD {
+        if let Some(unit) = unit_of(&[scale], explained) {
+            found.push(in_unit(sizes, unit));
+        }
+    } else if is_along(FRAC_PI_2 - course_rad) && (0.6..1.6).contains(&scale) {
+        found.push(swapped(sizes));
+    } else if is_along(-course_rad) || is_along(PI - course_rad) {
+        // What goes to and fro and tells its velocity late by half a period is reversed as well.
+        let is_reversed = is_along(course_rad + PI);
+        found.push(wrong_sign(!is_reversed, sizes));
+    }
+}
+
+/// Whether `value` is about what is `expected`.
+fn near(value: f64, expected: f64) -> bool {
+    (0.75..1.33).contains(&(value / expected))
+}
+
+/// The unit whose size all `scales` have, of places that velocities explain by a share of at least `explained`.
+fn unit_of(scales: &[f64], explained: f64) -> Option<&'static str> {
+    let largest = scales.iter().copied().fold(f64::MIN, f64::max);
+    let of_size = |(size, _): &&(f64, _)| scales.iter().all(|&scale| near(scale, *size));
+    let (_, unit) = UNITS.iter().find(of_size)?;
+    (largest < SMALLER * explained).then_some(*unit)
+}
+
+fn swapped(found: String) -> SetupFinding {
+    gps(
+        true,
+        found,
+        "latitude and longitude swapped, or north and east velocity",
+        "swap the names of these two columns in the header of gps.csv, or in mapping.toml",
+    )
+}
+
+fn wrong_sign(is_certain: bool, found: String) -> SetupFinding {
+    gps(
+        is_certain,
+        found,
+        "a velocity or a coordinate of the wrong sign (west for east, south for north)",
+        "turn the sign of that column",
+    )
+}
+
+fn in_unit(sizes: String, unit: &str) -> SetupFinding {
+    let cause = format!("velocity in {unit}, expected m/s");
+    gps(true, sizes, &cause, "convert the velocity, or name its unit in mapping.toml")
 }
 
 /// Coordinates that all are angles in radians as well lie in the Gulf of Guinea, where there is no land. A vehicle
@@ -280,6 +357,52 @@ mod tests {
     use hovernav::earth::Geodetic;
     use hovernav::frames::{Ned, Vector};
     use hovernav::time::Time;
+
+    /// A flight at speeds from 10 to 20 m/s on a straight course of 30°, whose velocity is told `scale` times as large as it
+    /// is; places off by 0.5 m and velocities by 0.1 m/s, one-sigma.
+    fn on_a_line(scale: f64, seed: u64) -> Vec<Fix> {
+        use rand_chacha::rand_core::SeedableRng;
+        use rand_distr::{Distribution, StandardNormal};
+        let start = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let mut noise = |sigma: f64| -> f64 {
+            let unit: f64 = StandardNormal.sample(&mut random);
+            sigma * unit
+        };
+        let (east, north) = 30f64.to_radians().sin_cos();
+        (0..1000)
+            .map(|step| {
+                let time_s = 0.2 * f64::from(step);
+                let speed_mps = 15.0 + 5.0 * (0.1 * time_s).sin();
+                let along_m = 15.0 * time_s - 50.0 * (0.1 * time_s).cos();
+                let place = Vector::<Ned>::new(
+                    north * along_m + noise(0.5),
+                    east * along_m + noise(0.5),
+                    0.0,
+                );
+                let velocity = [north, east].map(|part| scale * (part * speed_mps + noise(0.1)));
+                Fix {
+                    horizontal_velocity_mps: Some(velocity),
+                    ..Fix::at(Time::ZERO + time_s, start.displaced(place))
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_straight_course_tells_the_unit_of_the_velocity_and_nothing_else() {
+        for seed in 0..40 {
+            let mut found = Vec::new();
+            check(&on_a_line(1.0, seed), &mut found);
+            assert!(found.is_empty(), "seed {seed}: {found:?}");
+        }
+        for (scale, unit) in [(1.0 / 0.5144, "knots"), (3.6, "km/h"), (100.0, "cm/s")] {
+            let mut found = Vec::new();
+            check(&on_a_line(scale, 1), &mut found);
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(found[0].is_certain && found[0].cause.contains(unit), "{found:?}");
+        }
+    }
 
     #[test]
     fn a_velocity_that_is_told_late_in_a_circle_is_in_no_other_unit() {

@@ -48,17 +48,17 @@ impl<const D: usize> Regression<D> {
         }
     }
 
-    /// The fit; `None` of too few pairs, or where a measured component never moves by `least`, rms.
+    /// The fit; `None` of too few pairs, or where a measured component does not move by `least`, rms, by itself: of what
+    /// moves only with another nobody can tell which of the two it was.
     pub fn fit(&self, least: f64) -> Option<Fit<D>> {
-        let moves = |i: usize| (self.xx[i][i] / self.count).sqrt() > least;
-        if self.count < 20.0 || !(0..D).all(moves) {
+        if self.count < 20.0 {
             return None;
         }
         // xxᵀ M ᵀ = xy, by elimination; the matrix is positive definite but for rounding.
         let (mut a, mut b) = (self.xx, self.xy);
         for i in 0..D {
             let pivot = a[i][i];
-            if pivot <= 1e-9 * self.xx[i][i] {
+            if pivot <= least * least * self.count {
                 return None;
             }
             for row in i + 1..D {
