@@ -397,6 +397,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase == Phase::Navigating && !searches_anew {
             self.watch_heading(fix, trace, notify);
         }
+        self.filter.gates.set_heading_borne_out(self.search.bears_out());
         self.mind_level(fix, &report, trace, notify);
     }
 

@@ -19,7 +19,7 @@
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then taken for another ground, never for height.
 //! - Else nobody knows, and after [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of refusals
 //!   the filter gives way. A height is not believed while a barometer denies it, and a heading only
-//!   after two minutes.
+//!   after two minutes in which neither the fixes nor another sensor bore out the filter's own.
 //! - A height that a barometer denies by always as much, while they agree about each change of it: the barometer's
 //!   level came from this receiver, and either was wrong. The height that was told for longer is believed.
 //!
@@ -85,6 +85,8 @@ pub(super) struct Gates {
     astray: bool,
     /// Whether the barometer's last reading denied the filter's height.
     baro_denies: bool,
+    /// Whether the fixes have borne out the filter's heading of late.
+    heading_borne_out: bool,
     /// One-sigma of what the wind of the vehicle's own speed makes of a barometer's height, dm, at most 255.
     wind_dm: u8,
 }
@@ -186,6 +188,7 @@ impl Gates {
         height_off_m: 0,
         astray: false,
         baro_denies: false,
+        heading_borne_out: false,
         wind_dm: 0,
     };
 
@@ -201,6 +204,7 @@ impl Gates {
         self.height_off_m = 0;
         self.astray = false;
         self.baro_denies = false;
+        self.heading_borne_out = false;
         self.wind_dm = 0;
     }
 
@@ -227,6 +231,23 @@ impl Gates {
     /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
     pub fn set_astray(&mut self, astray: bool) {
         self.astray = astray;
+    }
+
+    /// Notes whether the fixes have borne out the filter's heading of late.
+    pub fn set_heading_borne_out(&mut self, borne_out: bool) {
+        self.heading_borne_out = borne_out;
+    }
+
+    /// Whether something else bears out the filter's heading that a heading disagrees with: the fixes, or the other kind
+    /// of heading.
+    fn is_heading_borne_out(&self, group: Group, time: Time) -> bool {
+        let other = match group {
+            Group::Heading => Group::BaselineHeading,
+            Group::BaselineHeading => Group::Heading,
+            _ => return false,
+        };
+        let by_fixes = self.heading_borne_out && !self.lack_fixes(time);
+        by_fixes || self.is_open(other, time)
     }
 
     /// Notes the one-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m.
@@ -372,8 +393,12 @@ impl Gates {
             _ => false,
         };
         let alone = self.tells_motion_alone(group, time);
+        let borne_out = self.is_heading_borne_out(group, time);
         let gate = self.gates.get_mut(group as usize)?;
         let was_open_lately = gate.was_open_lately(time);
+        if borne_out {
+            gate.since = time;
+        }
         if gate.refusals == 0 {
             // No trouble of the filter makes a place jump while the velocity agrees.
             let reach_m = JUMP_M + JUMP_MPS * (time - gate.accepted);

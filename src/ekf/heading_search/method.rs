@@ -65,6 +65,8 @@ pub(in super::super) mod sealed {
             body_to_ned: Rotation<Body, Ned, T>,
             sigma_rad: T,
         ) -> Option<BetterHeading>;
+        /// Whether motion of late bore out the heading that was judged last.
+        fn bears_out(&self) -> bool;
     }
 }
 
@@ -125,6 +127,9 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
         self.monitor.fix(fix, gps, history);
         self.monitor.judge(fix.time, body_to_ned, sigma_rad)
     }
+    fn bears_out(&self) -> bool {
+        self.monitor.bears_out()
+    }
 }
 
 impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
@@ -169,5 +174,8 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
         _: T,
     ) -> Option<BetterHeading> {
         None
+    }
+    fn bears_out(&self) -> bool {
+        false
     }
 }

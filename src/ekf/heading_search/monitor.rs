@@ -53,6 +53,8 @@ const WRONG_FIXES: u8 = 4;
 /// What not even the best guess is within, as a squared normalised innovation (five one-sigmas), no heading
 /// explains: the receiver or the inertial unit errs, and the guesses begin anew.
 const UNEXPLAINED: f64 = 25.0;
+/// Memory of what turns and changes of speed told of the direction, s.
+const EVIDENCE_S: f64 = 60.0;
 /// Fixes further apart than this, s, begin anew.
 const LONGEST_S: f64 = 5.0;
 
@@ -74,7 +76,12 @@ pub(super) struct Monitor<T> {
     /// The fix that the guesses hold at; none before the first.
     last_fix: Option<Time>,
     /// Since when, and at how many fixes, the heading has been wrong.
-    wrong: Option<(Time, u8)>,
+    wrong_since: Time,
+    wrong_fixes: u8,
+    /// Whether the guesses agree with the heading, and motion of late was enough to tell.
+    bears_out: bool,
+    /// What the fixes of late have told of the direction, rad⁻².
+    evidence: f32,
 }
 
 /// A heading that the fixes bear out, where that of the filter is wrong or in doubt.
@@ -179,7 +186,10 @@ impl<T: Scalar> Monitor<T> {
             felt_mps: Vector::ZERO,
             felt_s: T::ZERO,
             last_fix: None,
-            wrong: None,
+            wrong_since: Time::ZERO,
+            wrong_fixes: 0,
+            bears_out: false,
+            evidence: 0.0,
         }
     }
 
@@ -223,10 +233,13 @@ impl<T: Scalar> Monitor<T> {
         let [_, share] = information_shares(fix, gps, interval_s.clamp(0.05, 10.0));
         let variance = square(T::of(sigma_mps));
         let mut surprises = [0.0; SECTORS];
-        let mut least_squares = f64::INFINITY;
+        let (mut least_squares, mut told) = (f64::INFINITY, 0.0);
         for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
             guess.predict([felt_mps[0], felt_mps[1]], felt_s);
+            let before = guess.covariance[DIRECTION][DIRECTION].wide();
             let [squares, logarithms] = guess.update(velocity_mps.map(T::of), variance);
+            let after = guess.covariance[DIRECTION][DIRECTION].wide();
+            told += guess.weight * (1.0 / after - 1.0 / before);
             *surprise = share * (squares + logarithms).wide();
             least_squares = least_squares.min(squares.wide());
         }
@@ -238,6 +251,8 @@ impl<T: Scalar> Monitor<T> {
             self.restart(self.body_to_level);
             return;
         }
+        self.evidence *= libm::exp(-interval_s / EVIDENCE_S) as f32;
+        self.evidence += (share * told) as f32;
         let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let mut sum = 0.0;
         for (guess, surprise) in self.guesses.iter_mut().zip(surprises) {
@@ -255,7 +270,8 @@ impl<T: Scalar> Monitor<T> {
             let direction_rad = 2.0 * SECTOR_SIGMA_RAD * sector as f64;
             *guess = Guess::start(direction_rad, velocity_mps, sigma_mps);
         }
-        (self.last_fix, self.wrong) = (Some(time), None);
+        self.last_fix = Some(time);
+        (self.wrong_fixes, self.bears_out, self.evidence) = (0, false, 0.0);
     }
 
     /// Turns the level axes by what the guesses agree they are off.
@@ -315,17 +331,28 @@ impl<T: Scalar> Monitor<T> {
             let sigma_rad = Scalar::hypot(off.sigma_rad, own_sigma_rad.wide());
             off.replaces || libm::fabs(off.turn_rad) > DOUBTED_RAD.max(DOUBTED_SIGMAS * sigma_rad)
         };
-        let Some(better) = self.off(body_to_ned).filter(is_doubtful) else {
-            self.wrong = None;
+        let off = self.off(body_to_ned);
+        let doubtful = off.filter(is_doubtful);
+        self.bears_out = off.is_some()
+            && doubtful.is_none()
+            && f64::from(self.evidence) * square(AGREED_RAD) > 1.0;
+        let Some(better) = doubtful else {
+            self.wrong_fixes = 0;
             return None;
         };
-        let (since, fixes) = self.wrong.unwrap_or((time, 0));
-        let fixes = fixes.saturating_add(1);
-        self.wrong = Some((since, fixes));
-        let lasts = time - since >= WRONG_S && fixes >= WRONG_FIXES;
+        if self.wrong_fixes == 0 {
+            self.wrong_since = time;
+        }
+        self.wrong_fixes = self.wrong_fixes.saturating_add(1);
+        let lasts = time - self.wrong_since >= WRONG_S && self.wrong_fixes >= WRONG_FIXES;
         if lasts {
-            self.wrong = None;
+            self.wrong_fixes = 0;
         }
         lasts.then_some(better)
+    }
+
+    /// Whether what the vehicle did of late bore out the heading that was [judged](Self::judge) last.
+    pub fn bears_out(&self) -> bool {
+        self.bears_out
     }
 }

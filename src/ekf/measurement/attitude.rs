@@ -11,6 +11,9 @@ use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::time::Time;
 
+/// A heading further off than this, rad, would turn what a reference says of the tilt.
+const FAR_RAD: f64 = 0.35;
+
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Takes in an attitude from elsewhere, the unit's own: roll, pitch and heading from true north.
     ///
@@ -93,7 +96,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 reference = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));
             }
         }
-        let left = (reference * self.state.body_to_ned.inverse()).rotation_vector() - wander;
+        let own = self.state.body_to_ned;
+        let left_of = |reference: Rotation<Body, Ned, T>| {
+            (reference * own.inverse()).rotation_vector() - wander
+        };
+        let mut left = left_of(reference);
+        if left.z().abs() > T::of(FAR_RAD) {
+            let heading_off = wrap_angle(reference.heading_rad() - own.heading_rad());
+            let turned = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));
+            left = left_of(turned) + Vector::new(T::ZERO, T::ZERO, heading_off);
+        }
         let noise = square(T::of(model.noise_rad));
         let mut scalars = core::array::from_fn(|_| None);
         let used = axes.iter().filter(|axis| axis.0 != Channel::Yaw || trusts_heading);
