@@ -404,9 +404,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Goes on with the filter whose heading the search has found, if it has.
     #[inline(never)]
     fn end_search(&mut self, notify: &mut dyn FnMut(Notice)) {
-        let Some(FoundHeading { filter, sector, sigma_rad }) = self.search.found() else { return };
+        let Some(FoundHeading { filter, sector, sigma_rad, wander }) = self.search.found() else {
+            return;
+        };
         let time = filter.state.time;
         self.filter.continue_from(filter);
+        self.filter.open_unknown_wander(wander);
         self.filter.open_heading(FOUND_SIGMA_RAD);
         self.filter.gates.doubt_heading(time);
         self.phase = Phase::Navigating;

@@ -83,9 +83,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Goes on with the heading that leads; gives its sector and one-sigma, rad.
     pub(super) fn settle(&mut self, trace: &mut impl Trace<T, N>) -> Option<(usize, f64)> {
         let before_rad = self.filter.state.body_to_ned.heading_rad();
-        let FoundHeading { filter, sector, sigma_rad } = self.search.leading()?;
+        let FoundHeading { filter, sector, sigma_rad, wander } = self.search.leading()?;
         let turned_rad = wrap_angle(filter.state.body_to_ned.heading_rad() - before_rad);
         self.filter.rejoin(filter);
+        self.filter.open_unknown_wander(wander);
         let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
         self.filter.open_heading(sigma_rad);
         self.filter.gates.doubt_heading(self.filter.state.time);

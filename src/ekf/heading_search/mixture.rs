@@ -8,7 +8,6 @@ use super::sector::Sector;
 use super::{HeadingSearch, UNPROVEN_RAD};
 use crate::earth::Local;
 use crate::frames::{Vector, wrap_angle};
-use crate::gps::Fix;
 
 /// One-sigma of the slow errors of a receiver, level and downwards: a filter that takes them for noise averages them
 /// away, though not in truth.
@@ -22,18 +21,21 @@ impl Wander {
     /// Of no receiver.
     pub const NONE: Self = Self { position_m: [0.0; 2], velocity_mps: [0.0; 2] };
 
-    /// Of the one whose fix this is.
-    pub fn of(fix: &Fix, gps: &GpsModel) -> Self {
+    /// Of the one whose fixes have these one-sigmas of position, m, and velocity, m/s, NED.
+    pub fn of((position_m, velocity_mps): ([f64; 3], [f64; 3]), gps: &GpsModel) -> Self {
         let of = |share: f64, [north, east, down]: [f64; 3]| {
             [north.max(east), down].map(|sigma| (share * sigma) as f32)
         };
-        let position = fix.position_sigma_m.map_or(gps.position_sigma_m(), Vector::to_array);
-        let velocity =
-            fix.axes_velocity_sigma_mps().map_or(gps.velocity_sigma_mps(), Vector::to_array);
         Self {
-            position_m: of(gps.position_wander_share, position),
-            velocity_mps: of(gps.velocity_wander_share, velocity),
+            position_m: of(gps.position_wander_share, position_m),
+            velocity_mps: of(gps.velocity_wander_share, velocity_mps),
         }
+    }
+
+    /// One-sigmas: position level and vertical, m, and velocity, m/s.
+    pub fn sigmas(&self) -> [f64; 4] {
+        let ([level_m, vertical_m], [level_mps, vertical_mps]) = (self.position_m, self.velocity_mps);
+        [level_m, vertical_m, level_mps, vertical_mps].map(f64::from)
     }
 }
 

@@ -297,7 +297,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.fast |= told.is_none()
             && self.best().is_some_and(|best| best.solution(&mounting).moves(fast_mps));
         self.monitor.fix(fix, &gps, &self.filter.history);
-        self.wander = Wander::of(fix, &gps);
+        self.wander = Wander::of(self.filter.fix_sigmas(fix), &gps);
         // One that came late is soon older than what is remembered.
         let left_s = interval_s.min(self.filter.history.remembers_for_s(fix.time));
         let mut waiting = Waiting::new(wider, shares, left_s, self.sample_s);
@@ -348,7 +348,7 @@ impl<T: Scalar> HeadingSearch<T> {
         }
         let sector = self.leader();
         self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
-        Some(FoundHeading { filter: &self.filter, sector, sigma_rad })
+        Some(FoundHeading { filter: &self.filter, sector, sigma_rad, wander: self.wander.sigmas() })
     }
 
     /// The filter that leads, whatever the others say; none where none is left.
@@ -357,7 +357,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let sigma_rad = self.heading_sigma_rad();
         let sector = self.leader();
         self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
-        Some(FoundHeading { filter: &self.filter, sector, sigma_rad })
+        Some(FoundHeading { filter: &self.filter, sector, sigma_rad, wander: self.wander.sigmas() })
     }
 
     /// The filter in whose attitude a baseline of the body points nearest to `heading_rad`, clockwise from
@@ -379,7 +379,8 @@ impl<T: Scalar> HeadingSearch<T> {
         });
         let (_, sector) = near.min_by(|a, b| a.0.total_cmp(&b.0))?;
         self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
-        Some(FoundHeading { filter: &self.filter, sector, sigma_rad: SECTOR_SIGMA_RAD })
+        let (sigma_rad, wander) = (SECTOR_SIGMA_RAD, self.wander.sigmas());
+        Some(FoundHeading { filter: &self.filter, sector, sigma_rad, wander })
     }
 
     /// The number of the sector that leads, counted clockwise from the start's heading.
@@ -398,6 +399,8 @@ pub struct FoundHeading<'a, T> {
     pub filter: &'a Ekf<Base, 16, T>,
     pub sector: usize,
     pub sigma_rad: f64,
+    /// One-sigmas of what the fixes' errors have of wander: position level and vertical, m, and velocity, m/s.
+    pub wander: [f64; 4],
 }
 
 /// Which share of its information a fix's position and velocity add to the weights. A share s of the

@@ -225,6 +225,27 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (M5) of docs/equations.md.
     fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
         let model = self.config.gps;
+        let (position, velocity) = self.fix_sigmas(fix);
+        let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
+            let slow = if state.is_some() { share } else { 0.0 };
+            let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
+            ([slow * sigma[0].max(sigma[1]), slow * sigma[2]], white)
+        };
+        let ([position_h, position_v], position_variance) =
+            split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
+        let ([velocity_h, velocity_v], velocity_variance) =
+            split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
+        let wander = [position_h, position_v, velocity_h, velocity_v];
+        if self.gps_wander.is_none() || self.wander_unknown {
+            self.open_wanders(wander);
+        }
+        self.gps_wander = Some(wander);
+        GpsNoise { position_variance, velocity_variance }
+    }
+
+    /// One-sigmas, NED, of a fix's position, m, and of its velocity, m/s: stated or assumed, and learned.
+    pub(in super::super) fn fix_sigmas(&self, fix: &Fix) -> ([f64; 3], [f64; 3]) {
+        let model = &self.config.gps;
         let [learned_m, level, vertical] =
             self.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
         let learned_mps = [level, level, vertical];
@@ -237,26 +258,29 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             // No better vertically than the level velocity, which is seen far better, has shown.
             None => model.velocity_sigma_mps()[axis] * learned_mps[axis].max(level),
         });
-        let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
-            let slow = if state.is_some() { share } else { 0.0 };
-            let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
-            ([slow * sigma[0].max(sigma[1]), slow * sigma[2]], white)
-        };
-        let ([position_h, position_v], position_variance) =
-            split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
-        let ([velocity_h, velocity_v], velocity_variance) =
-            split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
-        if self.gps_wander.is_none() || self.wander_unknown {
-            if let Some(first) = L::GPS_POSITION {
-                self.open_wander(first, POSITION, [position_h, position_h, position_v]);
-            }
-            if let Some(first) = L::GPS_VELOCITY {
-                self.open_wander(first, VELOCITY, [velocity_h, velocity_h, velocity_v]);
-            }
+        (position, velocity)
+    }
+
+    /// Opens the wandering states of a filter that goes on where one without them was, by what is known of the fixes so
+    /// far: one-sigmas of position, level and vertical, m, and of velocity, m/s. What tells the height before the next fix would
+    /// else be tied to a height that is not known as well as the search had it.
+    pub(in super::super) fn open_unknown_wander(&mut self, wander: [f64; 4]) {
+        if self.wander_unknown && wander.iter().any(|&sigma| sigma > 0.0) {
+            self.open_wanders(wander);
+            self.gps_wander = Some(wander);
         }
-        self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v]);
+    }
+
+    // Its frame need not stand beneath every fix.
+    #[inline(never)]
+    fn open_wanders(&mut self, [position_h, position_v, velocity_h, velocity_v]: [f64; 4]) {
+        if let Some(first) = L::GPS_POSITION {
+            self.open_wander(first, POSITION, [position_h, position_h, position_v]);
+        }
+        if let Some(first) = L::GPS_VELOCITY {
+            self.open_wander(first, VELOCITY, [velocity_h, velocity_h, velocity_v]);
+        }
         self.wander_unknown = false;
-        GpsNoise { position_variance, velocity_variance }
     }
 
     /// Opens wandering states at a fix. A search that took the wander for noise has averaged it away
