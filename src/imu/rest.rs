@@ -25,6 +25,8 @@ pub struct Rest {
     rests: bool,
     /// Whether the last sample ended the second after a rest.
     moves_off: bool,
+    /// How long the fixes have been slow without a second that moved, s.
+    slow_s: f32,
 }
 
 /// Rates, then forces.
@@ -49,8 +51,9 @@ const FIX_MPS: f32 = 0.5;
 const FIX_MEAN_MPS: f32 = 0.15;
 const FIX_DOWN_MPS: f32 = 1.0;
 const FIX_MEAN_DOWN_MPS: f32 = 0.25;
-/// Memory of that mean, s.
-const FIX_MEMORY_S: f64 = 5.0;
+/// The mean is that of as long as the fixes have been slow, s, between these; what a receiver's errors leave of it falls
+/// with the root.
+const FIX_MEMORY_S: core::ops::RangeInclusive<f32> = 5.0..=30.0;
 /// A fix counts for so long, s.
 const FIX_S: f64 = 3.0;
 /// Samples further apart than this, s, tell nothing of what was between them.
@@ -177,6 +180,7 @@ impl Rest {
         fixes: (Time::ZERO, None),
         rests: false,
         moves_off: false,
+        slow_s: 0.0,
     };
 
     /// Takes in the velocity of a fix, north, east and down, m/s, zero where it does not say, or that it has none.
@@ -184,7 +188,10 @@ impl Rest {
         let now = velocity_mps.map(|wide| wide.map(|value| value as f32));
         let slow = now.filter(|now| !is_faster(*now, FIX_MPS, FIX_DOWN_MPS));
         let (then, before) = self.fixes;
-        let share = ((time - then) / FIX_MEMORY_S).clamp(0.0, 1.0) as f32;
+        let since_s = (time - then).clamp(0.0, FIX_S) as f32;
+        let before = before.filter(|_| self.slow_s > 0.0);
+        self.slow_s = if before.is_some() { self.slow_s + since_s } else { f32::MIN_POSITIVE };
+        let share = (since_s / self.fix_memory_s()).min(1.0);
         let mean = slow.map(|now| {
             let mut mean = before.unwrap_or(now);
             for (mean, now) in mean.iter_mut().zip(now) {
@@ -193,6 +200,16 @@ impl Rest {
             mean
         });
         self.fixes = (time, mean);
+    }
+
+    /// Over how long the mean of the fixes' velocity is, s.
+    fn fix_memory_s(&self) -> f32 {
+        self.slow_s.max(*FIX_MEMORY_S.start()).min(*FIX_MEMORY_S.end())
+    }
+
+    /// Mean velocity of the fixes of late, north, east and down, m/s; zero where it is not known.
+    pub fn fixes_mean_mps(&self) -> [f32; 3] {
+        self.fixes.1.unwrap_or([0.0; 3])
     }
 
     /// Takes in a magnetic field, of any unit.
@@ -224,6 +241,9 @@ impl Rest {
         let kind = self.kind(time, means);
         self.moves_off = self.rests && matches!(kind, Kind::Motion);
         let is_rest = matches!(kind, Kind::Rest);
+        if matches!(kind, Kind::Motion) {
+            self.slow_s = 0.0;
+        }
         self.rests = is_rest || (self.rests && !self.moves_off);
         let [p, q, r, ..] = means.filter(|_| is_rest)?;
         let rate = |mean: f32| T::of(f64::from(mean));
@@ -253,8 +273,10 @@ impl Rest {
                 .all(|((mean, before), limit)| (mean - before).abs() < limit)
         });
         let (last, mean) = self.fixes;
-        let slow = time - last < FIX_S
-            && mean.is_some_and(|mean| !is_faster(mean, FIX_MEAN_MPS, FIX_MEAN_DOWN_MPS));
+        let left = libm::sqrtf(FIX_MEMORY_S.start() / self.fix_memory_s());
+        let [level_mps, down_mps] = [left * FIX_MEAN_MPS, left * FIX_MEAN_DOWN_MPS];
+        let slow =
+            time - last < FIX_S && mean.is_some_and(|mean| !is_faster(mean, level_mps, down_mps));
         match steady && slow && squared(rates) < LARGEST_BIAS_RADPS * LARGEST_BIAS_RADPS {
             true if goes_on => Kind::Rest,
             true => Kind::Doubtful,
@@ -300,6 +322,36 @@ mod tests {
         assert_eq!(rests(0.03, 0.0, Some(8.0)), 0);
         assert_eq!(rests(0.03, 0.0, None), 0);
         assert_eq!(rests(f64::NAN, 0.0, Some(0.05)), 0);
+    }
+
+    /// After how long, s, what glides at this velocity, m/s, after a minute at rest rests no longer.
+    fn glides_s(north_mps: f64, down_mps: f64) -> Option<i64> {
+        let mut rest = Rest::NONE;
+        (0..15_000).find_map(|k| {
+            let time = Time::from_nanoseconds(k * 20_000_000);
+            let glides = k >= 3_000;
+            if k % 50 == 0 {
+                let share = if glides { 1.0 } else { 0.0 };
+                rest.fix(time, Some([share * north_mps, 0.0, share * down_mps]));
+            }
+            let rates = MeanRates {
+                angular_rate_radps: Vector::new(0.0, 0.0, 0.0),
+                specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
+            };
+            let rested = rest.push(time, &rates, 0.02).is_some();
+            // A second that is still ends every fiftieth sample or so.
+            let ends = rest.second.count == 0.0;
+            (glides && ends && !rested).then_some(k / 50 - 60)
+        })
+    }
+
+    #[test]
+    fn what_glides_as_smoothly_as_rest_is_found_out_by_its_fixes() {
+        assert_eq!(glides_s(0.03, 0.05), None);
+        for (north_mps, down_mps, within_s) in [(0.0, 0.2, 30), (0.0, 0.15, 45), (0.1, 0.0, 40)] {
+            let after_s = glides_s(north_mps, down_mps).unwrap();
+            assert!(after_s < within_s, "{north_mps} {down_mps}: {after_s} s");
+        }
     }
 
     #[test]

@@ -34,7 +34,8 @@ impl Wander {
 
     /// One-sigmas: position level and vertical, m, and velocity, m/s.
     pub fn sigmas(&self) -> [f64; 4] {
-        let ([level_m, vertical_m], [level_mps, vertical_mps]) = (self.position_m, self.velocity_mps);
+        let ([level_m, vertical_m], [level_mps, vertical_mps]) =
+            (self.position_m, self.velocity_mps);
         [level_m, vertical_m, level_mps, vertical_mps].map(f64::from)
     }
 }

@@ -14,7 +14,7 @@ use crate::earth::Local;
 /// One-sigma of the rate of a vehicle at rest over a second, rad/s: wind, hands, warming up.
 const RATE_SIGMA_RADPS: f64 = 0.003;
 /// One-sigma of its velocity, m/s.
-const VELOCITY_SIGMA_MPS: f64 = 0.05;
+const VELOCITY_SIGMA_MPS: f64 = 0.1;
 
 /// One-sigma of what setting off makes of a gyro bias, rad/s, where less is not assumed: shaking rectifies, motors warm
 /// the unit. What the bias was when the unit was switched on, however unsure, the rest has told.
@@ -75,6 +75,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.bias_shift.learn(stepped.fold(0.0, f64::max));
         }
         let velocity = self.state.velocity_mps.to_array();
+        // What glides as smoothly as this is no faster than the fixes say.
+        let fixes_mps = self.samples.rest.fixes_mean_mps();
         let mut axes = [const { None }; 6];
         let (rates, velocities) = axes.split_at_mut(3);
         for axis in 0..3 {
@@ -90,16 +92,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 noise: T::of(square(RATE_SIGMA_RADPS)),
                 sensitivity: Sensitivity::default().with(GYRO_BIAS + axis, T::ONE),
             });
-            let (Some(slot), Some(&channel), Some(&velocity)) =
-                (velocities.get_mut(axis), VELOCITIES.get(axis), velocity.get(axis))
-            else {
+            let (Some(slot), Some(&channel), Some(&velocity), Some(&fixes_mps)) = (
+                velocities.get_mut(axis),
+                VELOCITIES.get(axis),
+                velocity.get(axis),
+                fixes_mps.get(axis),
+            ) else {
                 continue;
             };
             *slot = Some(ScalarMeasurement {
                 channel,
                 group: Group::RestVelocity,
                 innovation: -velocity,
-                noise: T::of(square(VELOCITY_SIGMA_MPS)),
+                noise: T::of(square(VELOCITY_SIGMA_MPS) + square(f64::from(fixes_mps))),
                 sensitivity: Sensitivity::default().with(VELOCITY + axis, T::ONE),
             });
         }
