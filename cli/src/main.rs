@@ -191,7 +191,9 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => {
             let Some((verb, feature)) = left_out(&error) else { error.exit() };
-            eprintln!("hovernav: {verb} is not in this build, which lacks the {feature}");
+            output::complain(format_args!(
+                "hovernav: {verb} is not in this build, which lacks the {feature}"
+            ));
             return ExitCode::FAILURE;
         }
     };
@@ -205,7 +207,7 @@ fn main() -> ExitCode {
         Err(error) => Some(in_one_line(&error)),
     };
     if let Some(failure) = failure {
-        eprintln!("hovernav: {failure}");
+        output::complain(format_args!("hovernav: {failure}"));
         return ExitCode::FAILURE;
     }
     ExitCode::SUCCESS

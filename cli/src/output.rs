@@ -40,6 +40,12 @@ pub fn print(text: impl Display) {
     }
 }
 
+/// Writes an error or a warning to standard error. Where nobody reads it any more there is nobody to tell; the exit
+/// status still does.
+pub fn complain(line: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
 /// Why something of what was written to standard output is lost, if it is: a full disk, say.
 pub fn unwritten() -> Option<&'static io::Error> {
     UNWRITTEN.get()

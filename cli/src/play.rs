@@ -119,7 +119,7 @@ mod unix {
     pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let dataset = Dataset::open(&arguments.log)?;
         for warning in &dataset.warnings {
-            eprintln!("warning: {warning}");
+            crate::output::complain(format_args!("warning: {warning}"));
         }
         let interrupted = crate::stop::when_asked(&[SIGINT, SIGTERM])?;
 
@@ -170,10 +170,14 @@ mod unix {
             imu.accel_range_g.unwrap_or(acceleration_g)
         ));
         if dataset.imu.iter().all(|sample| sample.attitude.is_none()) {
-            eprintln!("warning: the log has no attitude: packets of angle mode carry zeros for it");
+            crate::output::complain(
+                "warning: the log has no attitude: packets of angle mode carry zeros for it",
+            );
         }
         if dataset.imu.iter().all(|sample| sample.magnetic_field_gauss.is_none()) {
-            eprintln!("warning: the log has no magnetic field: packets carry zeros for it");
+            crate::output::complain(
+                "warning: the log has no magnetic field: packets carry zeros for it",
+            );
         }
     }
 

@@ -20,6 +20,22 @@ fn a_reader_that_has_gone_causes_no_panic() {
     assert!(run.status.success() && run.stderr.is_empty(), "{run:?}");
 }
 
+#[cfg(unix)]
+#[test]
+fn an_error_that_nobody_reads_keeps_its_exit_status() {
+    for (arguments, status) in [
+        (&["info", "not-there"][..], 1),
+        (&["estimate", "not-there", "nor-this"], 1),
+        (&["info", "--no-such-option"], 2),
+    ] {
+        let (gone, ours) = std::os::unix::net::UnixStream::pair().expect("a pair of sockets");
+        drop(gone);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hovernav"));
+        let run = command.args(arguments).stderr(std::os::fd::OwnedFd::from(ours)).output();
+        assert_eq!(run.expect("the command runs").status.code(), Some(status), "{arguments:?}");
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn what_standard_output_cannot_take_is_told() {

@@ -22,7 +22,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             Ok(summary) => output::say(row(width, &out, &summary)),
             Err(error) => {
                 failed += 1;
-                eprintln!("hovernav: {}", crate::in_one_line(&error));
+                output::complain(format_args!("hovernav: {}", crate::in_one_line(&error)));
             }
         }
     }
