@@ -1,6 +1,6 @@
 //! What `dataset.toml` says is taken as it was meant, or refused with its line.
 
-use hovernav_log::{Dataset, Manifest, Point};
+use hovernav_log::{Dataset, Manifest, SolutionPoint};
 use tempfile::TempDir;
 
 const IMU: &str = "t_s,gyro_x_radps,gyro_y_radps,gyro_z_radps,accel_x_mps2,accel_y_mps2,accel_z_mps2\n\
@@ -19,11 +19,12 @@ fn a_configuration_overrides_key_by_key() {
     let dir = directory(&[
         (
             "dataset.toml",
-            "name = 'a'\ndate = 2025-07-08\n[imu]\nlever_arm_m = [1, 2, 3]\nrate_hz = 50\n[filter]\ngate = 5\nq = 1\n",
+            "name = 'a'\ndate = 2025-07-08\n[imu]\nlever_arm_m = [1, 2, 3]\nrate_hz = 50\n\
+             [filter.gate]\nsigmas = 5\nfault_s = 9\n",
         ),
         (
             "config.toml",
-            "[imu]\nrate_hz = 60\ncolour = 'red'\n[filter]\ngate = 6\n[solution]\npoint = 'imu'\n",
+            "[imu]\nrate_hz = 60\ncolour = 'red'\n[filter.gate]\nsigmas = 6\n[solution]\npoint = 'imu'\n",
         ),
     ]);
     let (manifest, _) = Manifest::read(&dir.path().join("dataset.toml")).unwrap();
@@ -35,8 +36,8 @@ fn a_configuration_overrides_key_by_key() {
         (merged.imu.rate_hz, merged.imu.lever_arm_m.to_array()),
         (Some(60.0), [1.0, 2.0, 3.0])
     );
-    assert_eq!(merged.filter.to_string(), "gate = 6\nq = 1\n");
-    assert_eq!(merged.solution.point, Point::Imu);
+    assert_eq!(merged.filter.to_string(), "[gate]\nfault_s = 9\nsigmas = 6\n");
+    assert_eq!(merged.solution.point, SolutionPoint::Imu);
     assert_eq!(merged.reference, manifest.reference);
 }
 
@@ -71,6 +72,27 @@ fn a_manifest_that_cannot_be_true_is_refused_with_its_line() {
             "[solution]\npoint = 'antenna'\n",
             "dataset.toml:2: [solution] point: found \"antenna\", expected \"cg\" or \"imu\"",
         ),
+        (
+            "name = 'a'\n\n[filter]\ngate = 5\n",
+            "dataset.toml:4: [filter] gate: found 5, expected a section",
+        ),
+        (
+            "[filter.imu]\ngap_s = 1\n[filter.colour]\nred = 1\n",
+            "dataset.toml:3: [filter] colour: no such key, expected \"imu\", \"gps\", \"attitude\"",
+        ),
+        (
+            "[filter.gate]\n# Wide.\nsigma = 5\n",
+            "dataset.toml:3: [filter.gate] sigma: no such key, expected \"sigmas\"",
+        ),
+        (
+            "[gps]\nrate_hz = 1\n[filter.gate]\nsigmas = -5\n",
+            "dataset.toml:4: [filter.gate] sigmas: found -5, expected 0 ",
+        ),
+        (
+            "\n[alignment]\nduration_s = 1000\n",
+            "dataset.toml:3: [alignment] duration_s: found 1000, expected 0 to 600",
+        ),
+        ("\n[aiding]\ncolour = true\n", "dataset.toml:3: [aiding] colour: no such key, expected "),
         ("date = 'yesterday'\n", "dataset.toml:1: date: expected a date such as 2025-07-08"),
         ("name = \n", "dataset.toml:1: "),
         ("[imu\n", "dataset.toml:1: "),

@@ -71,7 +71,8 @@ pub use imu::{motion_fault, remark_faults};
 pub use info::Info;
 pub use kept::{Keep, thin};
 pub use manifest::{
-    GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionSection,
+    GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionPoint,
+    SolutionSection,
 };
 pub use open::open;
 pub use plausibility::alternative;

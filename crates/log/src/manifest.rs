@@ -9,6 +9,7 @@ use crate::aid_sections::{RangefinderSection, SecondAntennaSection, notch};
 use crate::axes::{AccelUnit, Axes, GyroUnit, Reading, rotation_of};
 use crate::error::LogError;
 use crate::lever_arm;
+use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::NotchConfig;
 use hovernav::scalar::Readable;
@@ -209,9 +210,28 @@ impl Default for ReferenceSection {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct SolutionSection {
-    /// Whose position and velocity the solution gives: `cg` or `imu`.
-    #[serde(deserialize_with = "solution_point")]
-    pub point: Point,
+    /// Whose position and velocity the solution gives.
+    pub point: SolutionPoint,
+}
+
+/// A point whose position and velocity a solution can give.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SolutionPoint {
+    /// The centre of gravity.
+    #[default]
+    Cg,
+    /// The inertial unit.
+    Imu,
+}
+
+impl From<SolutionPoint> for Point {
+    fn from(point: SolutionPoint) -> Self {
+        match point {
+            SolutionPoint::Cg => Self::Cg,
+            SolutionPoint::Imu => Self::Imu,
+        }
+    }
 }
 
 /// A point of the vehicle.
@@ -239,7 +259,7 @@ pub enum HeadingReference {
 }
 
 impl Manifest {
-    /// Reads a manifest or configuration, and lists the keys it does not know.
+    /// Reads a manifest or configuration, and lists the keys it does not know where those have no effect.
     ///
     /// # Errors
     /// [`LogError::Toml`], as [`Manifest::parse`].
@@ -252,9 +272,14 @@ impl Manifest {
     ///
     /// # Errors
     /// [`LogError::Toml`] where the text is not TOML, a value is not of its key's kind, or a number
-    /// is out of its range.
+    /// is out of its range, and for an unknown key of `[alignment]`, `[aiding]`, `[filter]` and the sections below it:
+    /// settings that somebody believes in must not be without effect.
     pub fn parse(text: &str, path: &Path) -> Result<(Self, Vec<String>), LogError> {
-        let (manifest, unknown) = hovernav_toml::parse(text, path)?;
+        let (manifest, unknown): (Self, _) = hovernav_toml::parse(text, path)?;
+        // Only here is the text at hand that tells the line.
+        manifest
+            .overlay(&mut EstimatorConfig::default())
+            .map_err(|error| error.in_text(text, path))?;
         let file = path.file_name().unwrap_or_default().to_string_lossy();
         let warning = |key| format!("{file}: key {key} is not known and has no effect");
         Ok((manifest, unknown.into_iter().map(warning).collect()))
@@ -276,8 +301,8 @@ impl Manifest {
 
     /// Where `point` is from the centre of gravity, m.
     #[must_use]
-    pub fn lever_arm_m(&self, point: Point) -> Vector<Body> {
-        match point {
+    pub fn lever_arm_m(&self, point: impl Into<Point>) -> Vector<Body> {
+        match point.into() {
             Point::Cg => Vector::ZERO,
             Point::Imu => self.imu.lever_arm_m,
             Point::Antenna => self.gps.antenna_lever_arm_m,
@@ -349,13 +374,6 @@ fn skip<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
 
 fn own_sigma<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     in_range(deserializer, 0.0..=1e3)
-}
-
-fn solution_point<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Point, D::Error> {
-    match Point::deserialize(deserializer)? {
-        Point::Antenna => Err(de::Error::custom("found \"antenna\", expected \"cg\" or \"imu\"")),
-        point => Ok(point),
-    }
 }
 
 /// A date as TOML writes it, bare or in quotes; the reader hands on both as text.

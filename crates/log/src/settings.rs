@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error as _};
 
 use crate::dataset::Dataset;
 use crate::error::LogError;
@@ -12,9 +12,9 @@ use crate::magnetic_field::{MagneticField, decimal_year};
 use crate::manifest::{HeadingReference, MANIFEST_FILE, Manifest, Point};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::{EstimatorConfig, Rangefinder};
-use hovernav::ins::Mounting;
+use hovernav::ins::{AlignmentConfig, Mounting};
 use hovernav::scalar::Readable;
-use hovernav_toml::TomlError;
+use hovernav_toml::{TomlError, ValueError};
 
 impl Dataset {
     /// The estimator's settings for this dataset: see [`Manifest::settings`]. What is magnetic in it
@@ -113,58 +113,7 @@ impl Manifest {
             imu.accel_range_g.map(|range_g| range_g * STANDARD_GRAVITY_MPS2),
         );
 
-        config.alignment = overlaid(config.alignment, &self.alignment, "alignment")?;
-        let aligned = &config.alignment;
-        for (key, value, most) in [
-            ("duration_s", aligned.duration_s, 600.0),
-            ("attitude_tilt_sigma_rad", aligned.attitude_tilt_sigma_rad, 3.0),
-            ("heading_sigma_rad", aligned.heading_sigma_rad, 3.0),
-            ("level_sigma_rad", aligned.level_sigma_rad, 3.0),
-            ("moving_level_sigma_rad", aligned.moving_level_sigma_rad, 3.0),
-            ("position_sigma_m", aligned.position_sigma_m, 1e6),
-            ("velocity_sigma_mps", aligned.velocity_sigma_mps, 1e3),
-            ("course_speed_mps", aligned.course_speed_mps, 1e3),
-        ] {
-            if !(0.0..=most).contains(&value) {
-                return Err(refused(format!(
-                    "[alignment] {key}: found {}, expected 0 to {most}",
-                    Readable(value)
-                )));
-            }
-        }
-        config.aiding = overlaid(config.aiding, &self.aiding, "aiding")?;
-        let ekf = &mut config.ekf;
-        for (key, value) in &self.filter {
-            let refused = |reason: &str| refused(format!("[filter] {key}: {reason}"));
-            let table = value.as_table().ok_or_else(|| refused("expected a section"))?;
-            match key.as_str() {
-                "imu" => ekf.imu = overlaid(ekf.imu, table, "filter.imu")?,
-                "gps" => ekf.gps = overlaid(ekf.gps, table, "filter.gps")?,
-                "attitude" => ekf.attitude = overlaid(ekf.attitude, table, "filter.attitude")?,
-                "magnetometer" => {
-                    ekf.magnetometer = overlaid(ekf.magnetometer, table, "filter.magnetometer")?;
-                }
-                "baro" => ekf.baro = overlaid(ekf.baro, table, "filter.baro")?,
-                "gate" => ekf.gate = overlaid(ekf.gate, table, "filter.gate")?,
-                _ => {
-                    return Err(refused("expected imu, gps, attitude, magnetometer, baro or gate"));
-                }
-            }
-        }
-        let wrong = [
-            ekf.imu.out_of_range(),
-            ekf.gps.out_of_range(),
-            ekf.attitude.out_of_range(),
-            ekf.magnetometer.out_of_range(),
-            ekf.baro.out_of_range(),
-            ekf.gate.out_of_range(),
-            self.rangefinder.model.out_of_range(),
-            self.second_antenna.model.out_of_range(),
-        ];
-        if let Some((key, value, expected)) = wrong.into_iter().flatten().next() {
-            let found = Readable(value);
-            return Err(refused(format!("[filter] {key}: found {found}, expected {expected}")));
-        }
+        self.overlay(&mut config).map_err(|error| refused(&error.to_string()))?;
 
         config.mounting = Mounting::default()
             .with_imu_lever_arm_m(self.lever_arm_m(Point::Imu) - cg)
@@ -199,6 +148,79 @@ impl Manifest {
         }
         Ok((config, remark))
     }
+}
+
+impl Manifest {
+    /// Puts the sections `[alignment]`, `[aiding]` and `[filter.*]` over `config`.
+    ///
+    /// # Errors
+    /// A key of them that does not exist, or a value, of the aids' models too, that is not of its key's kind or range.
+    pub(crate) fn overlay(&self, config: &mut EstimatorConfig) -> Result<(), ValueError> {
+        config.alignment = overlaid(&config.alignment, &self.alignment)
+            .and_then(within_range)
+            .map_err(|error| error.below("alignment"))?;
+        config.aiding =
+            overlaid(&config.aiding, &self.aiding).map_err(|error| error.below("aiding"))?;
+        let ekf = &mut config.ekf;
+        for (key, value) in &self.filter {
+            let mut of_section = || {
+                let section = value.as_table().ok_or_else(|| {
+                    ValueError::custom(format_args!("found {value}, expected a section"))
+                })?;
+                match key.as_str() {
+                    "imu" => ekf.imu = overlaid(&ekf.imu, section)?,
+                    "gps" => ekf.gps = overlaid(&ekf.gps, section)?,
+                    "attitude" => ekf.attitude = overlaid(&ekf.attitude, section)?,
+                    "magnetometer" => ekf.magnetometer = overlaid(&ekf.magnetometer, section)?,
+                    "baro" => ekf.baro = overlaid(&ekf.baro, section)?,
+                    "gate" => ekf.gate = overlaid(&ekf.gate, section)?,
+                    _ => return Err(ValueError::unknown_field(key, FILTER_SECTIONS)),
+                }
+                Ok(())
+            };
+            of_section().map_err(|error: ValueError| error.below(key).below("filter"))?;
+        }
+        let of_models = [
+            (&["filter", "imu"], ekf.imu.out_of_range()),
+            (&["filter", "gps"], ekf.gps.out_of_range()),
+            (&["filter", "attitude"], ekf.attitude.out_of_range()),
+            (&["filter", "magnetometer"], ekf.magnetometer.out_of_range()),
+            (&["filter", "baro"], ekf.baro.out_of_range()),
+            (&["filter", "gate"], ekf.gate.out_of_range()),
+            (&["rangefinder", "model"], self.rangefinder.model.out_of_range()),
+            (&["second_antenna", "model"], self.second_antenna.model.out_of_range()),
+        ];
+        for ([outer, inner], wrong) in of_models {
+            if let Some((key, value, expected)) = wrong {
+                let reason = format!("found {}, expected {expected}", Readable(value));
+                return Err(ValueError::of_key(key, &reason).below(inner).below(outer));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What `[filter]` has.
+const FILTER_SECTIONS: &[&str] = &["imu", "gps", "attitude", "magnetometer", "baro", "gate"];
+
+/// `aligned`, if its numbers can be.
+fn within_range(aligned: AlignmentConfig) -> Result<AlignmentConfig, ValueError> {
+    for (key, value, most) in [
+        ("duration_s", aligned.duration_s, 600.0),
+        ("attitude_tilt_sigma_rad", aligned.attitude_tilt_sigma_rad, 3.0),
+        ("heading_sigma_rad", aligned.heading_sigma_rad, 3.0),
+        ("level_sigma_rad", aligned.level_sigma_rad, 3.0),
+        ("moving_level_sigma_rad", aligned.moving_level_sigma_rad, 3.0),
+        ("position_sigma_m", aligned.position_sigma_m, 1e6),
+        ("velocity_sigma_mps", aligned.velocity_sigma_mps, 1e3),
+        ("course_speed_mps", aligned.course_speed_mps, 1e3),
+    ] {
+        if !(0.0..=most).contains(&value) {
+            let reason = format!("found {}, expected 0 to {most}", Readable(value));
+            return Err(ValueError::of_key(key, &reason));
+        }
+    }
+    Ok(aligned)
 }
 
 /// How a declination that nobody gave came about, in a sentence.
@@ -248,19 +270,17 @@ fn set(setting: &mut f64, value: Option<f64>) {
     }
 }
 
-fn refused(reason: String) -> LogError {
-    TomlError::at(MANIFEST_FILE.as_ref(), "", 0, &reason).into()
+fn refused(reason: &str) -> LogError {
+    TomlError::at(MANIFEST_FILE.as_ref(), "", 0, reason).into()
 }
 
 /// `base` with the keys of a configuration's section put over it.
-fn overlaid<S: Serialize + DeserializeOwned>(
-    base: S,
+fn overlaid<S: Clone + Serialize + DeserializeOwned>(
+    base: &S,
     section: &toml::Table,
-    name: &str,
-) -> Result<S, LogError> {
+) -> Result<S, ValueError> {
     if section.is_empty() {
-        return Ok(base);
+        return Ok(base.clone());
     }
-    hovernav_toml::overlaid(&base, section.clone())
-        .map_err(|error| refused(format!("[{name}] {error}")))
+    hovernav_toml::overlaid(base, section.clone())
 }

@@ -92,10 +92,7 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, Vec<String>), TomlEr
 /// [`TomlError::Text`] where the text is not TOML, or a value is not of its key's kind or range.
 pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<(T, Vec<String>), TomlError> {
     let table = parse_table(text, path)?;
-    from_table(table).map_err(|error| {
-        let offset = offset_of(text, &error.place).unwrap_or(0);
-        TomlError::at(path, text, offset, &error.to_string())
-    })
+    from_table(table).map_err(|error| error.in_text(text, path))
 }
 
 /// The table that `text` spells; `path` names it in messages.
@@ -147,6 +144,27 @@ pub struct ValueError {
 }
 
 impl std::error::Error for ValueError {}
+
+impl ValueError {
+    /// The error of `key`: `reason` says what was found and what is expected.
+    #[must_use]
+    pub fn of_key(key: &str, reason: &str) -> Self {
+        <Self as serde::de::Error>::custom(reason).below(key)
+    }
+
+    /// The same error of what stands below `key`.
+    #[must_use]
+    pub fn below(mut self, key: &str) -> Self {
+        self.place.push(Place::Key(key.to_owned()));
+        self
+    }
+
+    /// This error with its line in `text`, the contents of the file `path`, which was read into the value.
+    #[must_use]
+    pub fn in_text(&self, text: &str, path: &Path) -> TomlError {
+        TomlError::at(path, text, offset_of(text, &self.place).unwrap_or(0), &self.to_string())
+    }
+}
 
 impl std::fmt::Display for ValueError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

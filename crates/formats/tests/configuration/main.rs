@@ -25,7 +25,8 @@ const FILES: [(&str, &str, &str); 3] = [
         "Manifest",
         "What a vehicle is, how its sensors are mounted and how good they are, and the settings of the \
          filter: beside the data, or given to `hovernav estimate --config`. Every key has a default; \
-         where none is shown, the key is not set. A key that is not known is named and has no effect.",
+         where none is shown, the key is not set. A key that is not known is named and has no effect; in \
+         `[alignment]`, `[aiding]` and `[filter]` it is an error.",
     ),
     (
         "fly.toml",

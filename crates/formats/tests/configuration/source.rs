@@ -78,7 +78,9 @@ impl Above {
         if let Some(doc) = line.strip_prefix("///") {
             // Examples and sources are for programmers.
             if !doc.trim().is_empty() {
-                self.doc = format!("{} {}", self.doc, doc.trim()).trim().to_owned();
+                // A link to another item leads nowhere on the page.
+                let doc = doc.trim().replace("[`", "`").replace("`]", "`");
+                self.doc = format!("{} {doc}", self.doc).trim().to_owned();
             }
             return true;
         }
