@@ -75,6 +75,22 @@ fn pipes_and_devices_are_refused_instead_of_waited_for() {
     assert!(made.success());
     assert!(refusal(&["info", text(&pipe)]).contains("expected a file"));
     assert!(refusal(&["score", text(&pipe), HELI]).contains("expected a file"));
+    for file in ["dataset.toml", "imu.csv", "gps.csv", "controls.csv", "reference.csv"] {
+        let files = ["dataset.toml", "imu.csv", "gps.csv", "controls.csv", "reference.csv"];
+        let keep = |part: &str, content| (part != file).then_some(content);
+        let dataset = common::changed(HELI, "devices-within", &files, keep);
+        let made = Command::new("mkfifo").arg(dataset.join(file)).status().expect("mkfifo runs");
+        assert!(made.success());
+        let out = dataset.join("out");
+        for arguments in [
+            &["estimate", text(&dataset), "--no-report", "--out", text(&out)][..],
+            &["convert", text(&dataset), "--out", text(&out)],
+        ] {
+            let refused = refusal(arguments);
+            let expected = format!("{file}: found a pipe or a device, expected a file");
+            assert!(refused.contains(&expected), "{refused}");
+        }
+    }
 }
 
 #[test]

@@ -100,5 +100,5 @@ pub use survey::{GpsSurvey, ImuSurvey, SensorSurvey, Survey};
 pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use truth::Truth;
 pub use vibration_lines::VibrationLine;
-// What results are written with, by whoever knows of logs.
-pub use hovernav_toml::{WholeFile, copy_whole, write_whole};
+// What files are read and results are written with, by whoever knows of logs.
+pub use hovernav_toml::{WholeFile, copy_whole, open_file, write_whole};

@@ -2,7 +2,6 @@
 
 use std::cmp::Ordering;
 use std::collections::HashSet;
-use std::fs::File;
 use std::io::{self, Cursor, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -244,7 +243,8 @@ impl Row<'_> {
 pub(crate) fn rows_of(path: &Path) -> u64 {
     const HEAD: u64 = 1 << 16;
     let read = || -> io::Result<u64> {
-        let (file, mut head) = (File::open(path)?, Vec::new());
+        // Opening a pipe would wait for whoever writes to it.
+        let (file, mut head) = (open_file(path, LARGEST_BYTES)?, Vec::new());
         let length = file.metadata()?.len();
         file.take(HEAD).read_to_end(&mut head)?;
         let rows = head.iter().filter(|byte| **byte == b'\n').count() as u64;

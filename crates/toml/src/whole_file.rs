@@ -4,6 +4,8 @@ use std::fs::{File, OpenOptions, Permissions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::file::open_file;
+
 /// A file in the making. It has another name, its own with `.part` behind it, until [`finish`](Self::finish)
 /// gives it its own; dropped before that, because the disk is full say, it is removed. What stood under
 /// its name before stands there until then, and afterwards where the new one did not become whole.
@@ -108,12 +110,12 @@ pub fn write_whole(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     file.finish()
 }
 
-/// Copies the file `from` to `path`, whole or not at all: as a [`WholeFile`].
+/// Copies the regular file `from` to `path`, whole or not at all: as a [`WholeFile`].
 ///
 /// # Errors
-/// Those of the file system.
+/// Those of the file system; a pipe or a device as `from`.
 pub fn copy_whole(from: &Path, path: &Path) -> io::Result<()> {
-    let mut from = File::open(from)?;
+    let mut from = open_file(from, u64::MAX)?;
     let mut file = WholeFile::create(path)?;
     io::copy(&mut from, &mut file)?;
     file.finish()

@@ -8,7 +8,7 @@ use hovernav_log::{LogError, Manifest, copy_whole, write_whole};
 use super::fault::Fault;
 use super::inertial::Inertial;
 use super::satellite::Satellite;
-use super::table::Table;
+use super::table::{Table, read_text};
 use super::window::Window;
 use super::{aids, magnetic, setup};
 use crate::noise::{Noise, Stream};
@@ -109,7 +109,7 @@ impl Log {
         let imu = Table::read(&dir.join(IMU))?
             .ok_or_else(|| unusable("no such file, and a dataset needs it"))?;
         let path = dir.join(MANIFEST);
-        let manifest_text = path.exists().then(|| std::fs::read_to_string(&path)).transpose();
+        let manifest_text = path.exists().then(|| read_text(&path)).transpose();
         let manifest_text =
             manifest_text.map_err(|source| LogError::Io { path: path.clone(), source })?;
         let manifest = match &manifest_text {

@@ -1,12 +1,17 @@
 //! A CSV file to be changed here and there: every field that nobody changes keeps its bytes.
 
-use std::io::Write as _;
+use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use hovernav_log::{LogError, write_whole};
+use hovernav_log::{LogError, open_file, write_whole};
 
 use super::window::Window;
+
+/// The text of the regular file at `path`; a pipe, for which one could wait without end, is refused.
+pub(super) fn read_text(path: &Path) -> io::Result<String> {
+    open_file(path, u64::MAX).and_then(io::read_to_string)
+}
 
 /// A table and what was changed in it. Rows that are no rows, with another number of fields than the
 /// header, are never touched.
@@ -30,7 +35,7 @@ struct Original {
 impl Table {
     /// Reads the file at `path`; `None` where there is none.
     pub fn read(path: &Path) -> Result<Option<Self>, LogError> {
-        match std::fs::read_to_string(path) {
+        match read_text(path) {
             Ok(text) => Ok(Self::parse(&text)),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(source) => Err(LogError::Io { path: path.to_path_buf(), source }),
