@@ -89,10 +89,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn solutions(arguments: &Arguments) -> anyhow::Result<Vec<Named>> {
     let axes: LocalAxes = arguments.axes.into();
+    let opened: anyhow::Result<Vec<Trajectory>> =
+        arguments.solution.iter().map(|path| open_trajectory(path, axes)).collect();
+    let opened = opened?;
+    let all_are_placed = opened.iter().all(Trajectory::is_placed);
     let mut solutions: Vec<Named> = Vec::new();
     let mut first_is_local = None;
-    for path in &arguments.solution {
-        let mut trajectory = open_trajectory(path, axes)?;
+    for (path, mut trajectory) in arguments.solution.iter().zip(opened) {
+        if all_are_placed {
+            trajectory.place_as_named();
+        }
         let is_local = trajectory.is_local();
         ensure!(
             arguments.align || is_local == *first_is_local.get_or_insert(is_local),

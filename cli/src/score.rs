@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use anyhow::{Context as _, bail, ensure};
 use hovernav::earth::Geodetic;
+use hovernav::time::Time;
 use hovernav_log::{
     Alignment, Axis, AxisScore, Dataset, LocalAxes, Reference, Score, Statistics, Trajectory, score,
 };
@@ -24,7 +25,8 @@ pub struct Arguments {
     /// Lay the solution over the reference, turned about the vertical and moved by least squares
     #[arg(long)]
     align: bool,
-    /// Where a trajectory in local metres has its zero: degrees, degrees, metres above the ellipsoid
+    /// Where a trajectory in local metres has its zero: degrees, degrees, metres above the ellipsoid; where
+    /// the first line of a TUM file of hovernav's own says unless given
     #[arg(
         long,
         value_name = "LAT,LON,HEIGHT",
@@ -36,7 +38,8 @@ pub struct Arguments {
     /// forward, right, down
     #[arg(long, value_enum, default_value_t = AxesArgument::Enu)]
     axes: AxesArgument,
-    /// Leave out this many seconds after the solution's first moment
+    /// Leave out this many seconds after the solution's first moment; unless given, nothing, or what
+    /// `[reference] skip_s` of a dataset directory says, from its first inertial sample on
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     skip: Option<f64>,
     /// Print one JSON object
@@ -85,10 +88,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         if let Comparison::Trajectory(trajectory) = &mut reference {
             trajectory.place(&origin);
         }
+    } else if solution.is_placed() && reference.is_placed() {
+        solution.place_as_named();
+        if let Comparison::Trajectory(trajectory) = &mut reference {
+            trajectory.place_as_named();
+        }
     } else {
         let is_local = match &reference {
             Comparison::Trajectory(trajectory) => trajectory.is_local(),
-            Comparison::Dataset(_) => false,
+            Comparison::Dataset(..) => false,
         };
         ensure!(
             solution.is_local() == is_local,
@@ -101,19 +109,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             trajectory.place(&NOWHERE);
         }
     }
-    let mut reference = match reference {
-        Comparison::Dataset(reference) => reference,
-        Comparison::Trajectory(trajectory) => Reference::of_trajectory(&trajectory),
+    let (mut reference, mut begin) = match reference {
+        Comparison::Dataset(reference, begin) => (reference, begin),
+        Comparison::Trajectory(trajectory) => (Reference::of_trajectory(&trajectory), None),
     };
     if arguments.align {
         let alignment = solution.align(&reference);
         aligned = Some(alignment.with_context(|| no_overlap(arguments))?);
     }
     if let Some(skip_s) = arguments.skip {
-        reference.skip_s = skip_s;
+        (reference.skip_s, begin) = (skip_s, None);
     }
     let Some(first) = solution.solutions.first() else { bail!(no_overlap(arguments)) };
-    let found = score(&solution.solutions, &reference, first.time);
+    let found = score(&solution.solutions, &reference, begin.unwrap_or(first.time));
     ensure!(!found.axes.is_empty(), no_overlap(arguments));
     let warnings = [solution.warnings, reference.warnings].concat();
     drop(working);
@@ -141,7 +149,8 @@ const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, heig
 /// What a solution is compared with.
 #[allow(clippy::large_enum_variant, reason = "there is one in a run")]
 enum Comparison {
-    Dataset(Reference),
+    /// A reference, and from when on its dataset counts what to leave out.
+    Dataset(Reference, Option<Time>),
     Trajectory(Trajectory),
 }
 
@@ -154,7 +163,15 @@ impl Comparison {
         // The lever arms of its dataset.toml say whose motion the reference is.
         let (manifest, _) = Dataset::manifest_of(path)?;
         let reference = Reference::open(path, &manifest)?;
-        Ok(Self::Dataset(reference.with_context(|| format!("{}: not there", file.display()))?))
+        let reference = reference.with_context(|| format!("{}: not there", file.display()))?;
+        Ok(Self::Dataset(reference, Dataset::first_sample_of(path)?))
+    }
+
+    fn is_placed(&self) -> bool {
+        match self {
+            Self::Dataset(..) => true,
+            Self::Trajectory(trajectory) => trajectory.is_placed(),
+        }
     }
 }
 

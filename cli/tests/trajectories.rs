@@ -48,15 +48,21 @@ fn what_is_exported_scores_as_the_solution_does() {
     let origin = fs::read_to_string(file("solution.csv")).expect("a solution");
     let origin: Vec<&str> = origin.lines().nth(1).expect("a row").split(',').collect();
     let placed = score(&[text(&file("solution.tum")), HELI, "--origin", &origin[1..4].join(",")]);
-    let difference = rmse(&placed, "down_m") - rmse(&score(&[text(&out), HELI]), "down_m");
-    assert!(difference.abs() < 1e-3, "{difference}");
+    let by_itself = score(&[text(&file("solution.tum")), HELI]);
+    let own = score(&[text(&out), HELI]);
+    for axis in ["north_m", "east_m", "down_m"] {
+        for other in [&placed, &by_itself] {
+            let difference = rmse(other, axis) - rmse(&own, axis);
+            assert!(difference.abs() < 1e-3, "{axis} differs by {difference}");
+        }
+    }
 }
 
 #[test]
 fn what_cannot_be_scored_is_refused_with_what_would_help() {
     let out = exported("not_scored");
-    let tum = out.join("solution.tum");
-    assert!(refusal(&["score", text(&tum), HELI]).contains("expected --align, or --origin"));
+    let euroc = out.join("solution.euroc.csv");
+    assert!(refusal(&["score", text(&euroc), HELI]).contains("expected --align, or --origin"));
     let short = out.join("short.tum");
     fs::write(&short, "# t x y z\n1.0 2.0 3.0\n").expect("writable");
     assert!(refusal(&["score", text(&short), HELI]).contains("short.tum:2"));
@@ -75,6 +81,58 @@ fn what_cannot_be_scored_is_refused_with_what_would_help() {
         &["estimate", HELI, "--columns", "colour"],
     ] {
         assert_eq!(hovernav(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_dataset_is_scored_from_where_its_own_estimate_is() {
+    let out = exported("scored_again");
+    let summary = common::summary(&out);
+    let own = score(&[text(&out), HELI]);
+    for axis in ["north_m", "down_m", "vn_mps", "yaw_deg"] {
+        let difference = rmse(&summary, axis) - rmse(&own, axis);
+        assert!(difference.abs() < 5e-5, "{axis} differs by {difference}");
+    }
+    // Whoever says where to begin says it of the solution.
+    let from = |score: &Value| score["from_s"].as_f64().expect("a number");
+    let skipped = score(&[text(&out), HELI, "--skip", "40"]);
+    assert!((from(&own) - 30.05).abs() < 1e-3, "{own}");
+    assert!((from(&skipped) - 42.02).abs() < 0.01, "{skipped}");
+}
+
+#[test]
+fn what_no_vehicle_does_is_not_scored() {
+    let out = exported("scored_absurd");
+    let files = ["dataset.toml", "imu.csv", "reference.csv"];
+    let dataset = common::changed(HELI, "absurd_reference", &files, |file, content| {
+        let mut lines: Vec<String> = content.lines().map(str::to_owned).collect();
+        if file == "reference.csv" {
+            for (line, column, value) in
+                [(2000, 4, "1e300"), (2001, 1, "1e300"), (2002, 9, "-1e300")]
+            {
+                let mut fields: Vec<&str> = lines[line].split(',').collect();
+                fields[column] = value;
+                lines[line] = fields.join(",");
+            }
+        }
+        Some(lines.join("\n") + "\n")
+    });
+    let csv = dataset.join("reference.csv");
+    let own = score(&[text(&out), HELI]);
+    for reference in [text(&dataset), text(&csv)] {
+        let found = score(&[text(&out), reference, "--skip", "28.03"]);
+        for axis in ["north_m", "vn_mps", "u_mps", "yaw_deg"] {
+            let difference = rmse(&own, axis) - rmse(&found, axis);
+            assert!(difference.abs() < 1e-3, "{axis} differs by {difference}: {found}");
+        }
+        let told = found["warnings"].to_string();
+        for said in [
+            "reference.csv: line 2001 with a velocity beyond any vehicle's",
+            "reference.csv: line 2002 left out: no place on Earth",
+            "reference.csv: line 2003 with an angle beyond 360°",
+        ] {
+            assert!(told.contains(said), "{said}: {told}");
+        }
     }
 }
 
@@ -241,8 +299,11 @@ fn solutions_lie_over_each_other() {
     let north_m = differences[0]["difference"]["north_m"]["rmse"].as_f64().expect("a number");
     assert!(differences.len() == 1 && north_m > 0.0 && north_m < 2.0, "{summary}");
     assert!(to.join("report.html").exists());
-    let tum = out.join("solution.tum");
-    let refused = refusal(&["compare", text(&out), text(&tum), "--out", text(&to)]);
+    let (tum, euroc) = (out.join("solution.tum"), out.join("solution.euroc.csv"));
+    succeeds(&["compare", text(&out), text(&tum), "--out", text(&to)]);
+    let by_itself = &common::summary(&to)["differences"][0]["difference"]["down_m"]["max"];
+    assert!(by_itself.as_f64().expect("a number") < 1e-3, "{by_itself}");
+    let refused = refusal(&["compare", text(&out), text(&euroc), "--out", text(&to)]);
     assert!(refused.contains("expected --align"), "{refused}");
     let all = ["compare", text(&out), text(&tum), text(&smooth), "--align", "--out", text(&to)];
     succeeds(&all);

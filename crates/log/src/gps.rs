@@ -18,7 +18,7 @@ pub(crate) const VELOCITY_SIGMA: [&str; 3] = ["sigma_vn_mps", "sigma_ve_mps", "s
 pub(crate) const SATELLITES: &str = "satellites";
 
 /// Nothing that flies by this filter is faster, m/s.
-const FASTEST_MPS: f64 = 1000.0;
+pub(crate) const FASTEST_MPS: f64 = 1000.0;
 /// Larger sigmas are a receiver's way of saying it does not know: m, m/s.
 const LARGEST_POSITION_SIGMA_M: f64 = 1e4;
 const LARGEST_VELOCITY_SIGMA_MPS: f64 = 1e3;

@@ -4,10 +4,13 @@ use std::path::Path;
 
 use crate::dataset::Dataset;
 use crate::error::LogError;
+use crate::imu::{self, ImuRows};
 use crate::manifest::{MANIFEST_FILE, Manifest};
+use crate::ordered::TimedRows as _;
 use crate::record::Record;
 use crate::sample_file::{self, Opened};
 use crate::{aids, auxiliary, controls, gps};
+use hovernav::time::Time;
 use hovernav_toml::TomlError;
 
 /// The dataset that `log` is, a directory or a flight record, and the record itself if it is one. Of a directory
@@ -74,6 +77,19 @@ impl Dataset {
             manifest.name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
         }
         Ok((manifest, warnings))
+    }
+
+    /// When the inertial samples of the dataset in the directory `dir` begin, from where `[reference] skip_s` counts;
+    /// `None` where it has none.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), for `dataset.toml` and the first rows of `imu.csv`.
+    pub fn first_sample_of(dir: &Path) -> Result<Option<Time>, LogError> {
+        if !dir.join(imu::FILE).exists() {
+            return Ok(None);
+        }
+        let reading = Self::manifest_of(dir)?.0.imu.take_reading();
+        Ok(ImuRows::open(dir, reading)?.next()?.map(|(_, sample)| sample.time))
     }
 
     fn open_directory(dir: &Path, most: usize) -> Result<Self, LogError> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::LogError;
-use crate::gps::{POSITION, VELOCITY};
+use crate::gps::{FASTEST_MPS, POSITION, VELOCITY, no_place};
 use crate::imu::ATTITUDE;
 use crate::manifest::Manifest;
 use crate::ordered::{self, Gathered, TimedRows};
@@ -212,6 +212,10 @@ impl TimedRows for ReferenceRows {
                     *value = row.number(column)?;
                 }
             }
+            if let Err(why) = ensure_motion(&mut values, FASTEST_MPS, row.line, &mut self.remarks) {
+                self.remarks.count(why, row.line);
+                continue;
+            }
             return Ok(Some((row.line, (time, values))));
         }
         Ok(None)
@@ -228,6 +232,40 @@ impl TimedRows for ReferenceRows {
     fn remarks(&mut self) -> &mut Remarks {
         &mut self.remarks
     }
+}
+
+/// What is said of a row whose velocity is unknown for that.
+pub(crate) const TOO_FAST: &str = "with a velocity beyond any vehicle's: taken as unknown";
+
+/// Makes unknown what of a row's twelve quantities behind its time, in the order of [`COLUMNS`], no vehicle can have,
+/// and counts it in `remarks` against `line`.
+///
+/// # Errors
+/// Why the row is to be left out: its position is no place on Earth.
+pub(crate) fn ensure_motion(
+    values: &mut [f64],
+    fastest_mps: f64,
+    line: u64,
+    remarks: &mut Remarks,
+) -> Result<(), &'static str> {
+    let [lat, lon, height, vn, ve, vd, roll, pitch, yaw, u, v, w, ..] = values else {
+        return Ok(());
+    };
+    // An unknown coordinate says nothing against the others.
+    let known = |value: f64| if value.is_nan() { 0.0 } else { value };
+    if Geodetic::from_degrees(known(*lat), known(*lon), known(*height)).is_none() {
+        return Err(no_place([known(*lat), known(*lon)]));
+    }
+    let mut within = |quantity: [&mut f64; 3], most: f64, what| {
+        if quantity.iter().any(|value| value.abs() > most) {
+            remarks.count(what, line);
+            quantity.into_iter().for_each(|value| *value = f64::NAN);
+        }
+    };
+    within([vn, ve, vd], fastest_mps, TOO_FAST);
+    within([u, v, w], fastest_mps, TOO_FAST);
+    within([roll, pitch, yaw], 360.0, "with an angle beyond 360°: attitude taken as unknown");
+    Ok(())
 }
 
 /// What the rows are gathered into.

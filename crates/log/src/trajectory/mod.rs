@@ -25,6 +25,8 @@ pub struct Trajectory {
     /// Metres north, east and down of a point that the file does not name, one a moment; empty where
     /// positions are places on Earth.
     pub local_m: Vec<Vector<Ned>>,
+    /// The place of that point where a remark in the file names it after all, as our own TUM export does.
+    pub origin: Option<Geodetic>,
     /// What was repaired or left out while reading, one plain sentence each.
     pub warnings: Vec<String>,
 }
@@ -93,13 +95,26 @@ impl Trajectory {
             moments.entry(time).or_insert_with(|| unknown(time)).body_to_ned = body_to_ned;
         }
         let solutions = moments.into_values().collect();
-        Self { solutions, local_m: Vec::new(), warnings: Vec::new() }
+        Self { solutions, local_m: Vec::new(), origin: None, warnings: Vec::new() }
     }
 
     /// Whether its positions are metres from a point that it does not name.
     #[must_use]
     pub fn is_local(&self) -> bool {
         !self.local_m.is_empty()
+    }
+
+    /// Whether the file says where on Earth its positions are.
+    #[must_use]
+    pub fn is_placed(&self) -> bool {
+        !self.is_local() || self.origin.is_some()
+    }
+
+    /// Places a local trajectory with its zero where the file says that it is; any other stays.
+    pub fn place_as_named(&mut self) {
+        if let Some(origin) = self.origin {
+            self.place(&origin);
+        }
     }
 
     /// Places a local trajectory with its zero at `origin`; one of places on Earth stays.

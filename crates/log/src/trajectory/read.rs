@@ -6,6 +6,7 @@ use super::{LocalAxes, Trajectory, unknown};
 use crate::clock::Rows;
 use crate::error::{LogError, excerpt};
 use crate::number::{parse_number, parse_time};
+use crate::reference::{TOO_FAST, ensure_motion};
 use crate::remarks::Remarks;
 use crate::solution::COLUMNS;
 use crate::table::{LARGEST_BYTES, Table};
@@ -14,6 +15,11 @@ use hovernav::ekf::Solution;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav::time::Time;
 use hovernav_toml::read_bytes;
+
+/// Faster than what leaves the Earth, m/s. What diverged is to be scored as it is, up to numbers that are none.
+const FASTEST_MPS: f64 = 11_200.0;
+/// The diameter of the Earth, m.
+const FURTHEST_M: f64 = 1.2756e7;
 
 pub(super) fn open(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogError> {
     let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
@@ -24,11 +30,13 @@ pub(super) fn open(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogError>
         let mut names = head.split(|&byte| byte == b',').map(<[u8]>::trim_ascii);
         names.any(|name| name.trim_ascii_start().ends_with(b"t_s"))
     });
+    let mut origin = None;
     let (solutions, local_m) = if is_table {
         let table = Table::parse(path.to_path_buf(), bytes)?;
         (of_table(table, &mut remarks)?, Vec::new())
     } else {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+        origin = head.and_then(origin_of);
         of_lines(path, text, axes, &mut remarks)?.into_iter().unzip()
     };
     if solutions.is_empty() {
@@ -36,7 +44,17 @@ pub(super) fn open(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogError>
             "found no usable row, expected a trajectory: solution.csv, TUM or EuRoC".into();
         return Err(LogError::Unusable { path: path.to_path_buf(), reason });
     }
-    Ok(Trajectory { solutions, local_m, warnings: remarks.into_warnings().collect() })
+    Ok(Trajectory { solutions, local_m, origin, warnings: remarks.into_warnings().collect() })
+}
+
+/// The place that our own TUM export names in its first line, `# east, north, up from LAT LON HEIGHT (…`.
+fn origin_of(head: &[u8]) -> Option<Geodetic> {
+    let text = std::str::from_utf8(head).ok()?.strip_prefix('#')?;
+    let numbers = text.trim_start().strip_prefix("east, north, up from ")?;
+    let numbers: Vec<f64> =
+        numbers.split_whitespace().take(3).map_while(|number| number.parse().ok()).collect();
+    let &[latitude_deg, longitude_deg, height_m] = &numbers[..] else { return None };
+    Geodetic::from_degrees(latitude_deg, longitude_deg, height_m)
 }
 
 fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, LogError> {
@@ -58,7 +76,10 @@ fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, Lo
                 *value = row.number(column)?;
             }
         }
-        rows.push(row.line, of_values(time, &values));
+        match ensure_motion(&mut values, FASTEST_MPS, row.line, remarks) {
+            Ok(()) => rows.push(row.line, of_values(time, &values)),
+            Err(why) => remarks.count(why, row.line),
+        }
     }
     Ok(rows.in_time_order(|solution| solution.time, table.path(), remarks)?.0)
 }
@@ -150,9 +171,18 @@ fn of_lines(
             remarks.count("left out: no time or no quaternion of length one", line_number);
             continue;
         };
+        if [x, y, z].iter().any(|metres| metres.abs() > FURTHEST_M) {
+            remarks.count("left out: further from its zero than the Earth is wide", line_number);
+            continue;
+        }
         let mut solution = unknown(time);
         solution.body_to_ned = axes.attitude(quaternion);
         if is_euroc {
+            let is_too_fast = velocity.iter().any(|speed| speed.abs() > FASTEST_MPS);
+            if is_too_fast {
+                remarks.count(TOO_FAST, line_number);
+            }
+            let velocity = if is_too_fast { [f64::NAN; 3] } else { velocity };
             solution.velocity_mps = axes.vector(velocity);
         }
         rows.push(line_number, (solution, axes.vector([x, y, z])));
