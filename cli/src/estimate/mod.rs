@@ -54,7 +54,8 @@ pub struct Arguments {
     /// Add columns at the end of solution.csv: quaternion, local, covariance
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
     columns: Vec<ColumnsArgument>,
-    /// Write solution.csv and the exports at most this often; every inertial sample unless given
+    /// Write solution.csv and the exports at most this often; every inertial sample unless given, in KML and
+    /// GPX five a second at most
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
     /// Write the estimator's configuration in this form too, for programs that read no files; may be

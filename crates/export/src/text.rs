@@ -11,9 +11,12 @@ pub fn date(time: Time) -> DateTime<Utc> {
     DateTime::from_timestamp_nanos(time.nanoseconds())
 }
 
-/// The moment as XML writes it.
+/// The moment as XML writes it, to the nearest millisecond.
 pub fn xml_date(time: Time) -> String {
-    date(time).to_rfc3339_opts(SecondsFormat::Millis, true)
+    // The formatter cuts what it does not show.
+    const HALF_A_MILLISECOND: i64 = 500_000;
+    let rounded = time.nanoseconds().saturating_add(HALF_A_MILLISECOND);
+    date(Time::from_nanoseconds(rounded)).to_rfc3339_opts(SecondsFormat::Millis, true)
 }
 
 /// Text as XML shows it; what XML cannot hold is left out.
@@ -62,5 +65,18 @@ impl Thinning {
     /// The last, unless it was taken.
     pub fn rest(&mut self) -> Option<Solution> {
         self.passed_over.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_moment_is_dated_to_the_nearest_millisecond() {
+        let dated = |nanoseconds| xml_date(Time::from_nanoseconds(nanoseconds));
+        assert_eq!(dated(1_999_600_000), "1970-01-01T00:00:02.000Z");
+        assert_eq!(dated(1_999_400_000), "1970-01-01T00:00:01.999Z");
+        assert_eq!(dated(-1_600_000), "1969-12-31T23:59:59.998Z");
     }
 }
