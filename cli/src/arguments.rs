@@ -108,6 +108,20 @@ pub fn second(text: &str) -> Option<f64> {
     finite(text).filter(|at_s| (0.0..86_400.0).contains(at_s))
 }
 
+/// Takes numbers from `low` to `high`, of which `unit` is said to be if they have one.
+#[cfg(any(feature = "fly", feature = "lab"))]
+pub fn within(
+    low: f64,
+    high: f64,
+    unit: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| {
+        let found = finite(text).filter(|value| (low..=high).contains(value));
+        let space = if unit.is_empty() { "" } else { " " };
+        found.ok_or_else(|| format!("found \"{text}\", expected {low} to {high}{space}{unit}"))
+    }
+}
+
 /// What helps those who fly an autopilot that is designed on the way.
 #[cfg(feature = "lab")]
 pub const FORCED: &str =

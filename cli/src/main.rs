@@ -49,7 +49,7 @@ mod play;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 /// Navigation for small helicopters and drones: from a recorded log to position, velocity and
 /// attitude with honest uncertainties.
@@ -187,7 +187,7 @@ const LEFT_OUT: &[(&str, &str)] = &[
 ];
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let arguments = match parsed() {
         Ok(arguments) => arguments,
         Err(error) => {
             let Some((verb, feature)) = left_out(&error) else { error.exit() };
@@ -211,6 +211,21 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     ExitCode::SUCCESS
+}
+
+/// The arguments. A number below zero is a value like any other, which its own range accepts or refuses.
+fn parsed() -> Result<Arguments, clap::Error> {
+    let command = Arguments::command().mut_subcommands(|verb| {
+        verb.mut_args(|argument| {
+            let is_value = argument.get_action().takes_values() && !argument.is_positional();
+            if is_value && !argument.is_allow_hyphen_values_set() {
+                argument.allow_negative_numbers(true)
+            } else {
+                argument
+            }
+        })
+    });
+    Arguments::from_arg_matches(&command.try_get_matches()?)
 }
 
 /// The verb of [`LEFT_OUT`] that was asked for, if that is the error.

@@ -6,11 +6,11 @@ use std::str::FromStr;
 use hovernav::gps::Protocol;
 use hovernav::time::Time;
 
-use crate::arguments::finite;
+use crate::arguments::{finite, within};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A dataset directory
+    /// A dataset directory or a flight record
     log: PathBuf,
     /// Where the inertial unit's port is to be found
     #[arg(long, value_name = "PATH", required_unless_present = "gps")]
@@ -22,7 +22,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ProtocolArgument::Ubx)]
     gps_protocol: ProtocolArgument,
     /// How many times as fast as it was
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = within(0.001, 1000.0, ""))]
     speed: f64,
     /// Cut the wire of `dmu` or `gps` from START for DURATION seconds of the log's clock; may be
     /// repeated

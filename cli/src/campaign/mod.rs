@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use self::table::{Measure, PERCENTILES, count};
-use crate::arguments::{FORCED, designed_for_another, refuse_unflyable};
+use crate::arguments::{FORCED, designed_for_another, refuse_unflyable, within};
 use crate::output;
 
 #[derive(clap::Args)]
@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=u64::MAX / 2))]
     seed: u64,
     /// How long each takes, s
-    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = within(30.0, 3600.0, "s"))]
     duration: f64,
     /// Fly the kth of N shares of the flights: results.csv of all shares together are those of all
     /// flights
@@ -43,21 +43,21 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     autopilot: Option<PathBuf>,
     /// Strongest steady wind, m/s; gusts are a quarter of the wind
-    #[arg(long, value_name = "MPS", default_value_t = 5.0)]
+    #[arg(long, value_name = "MPS", default_value_t = 5.0, value_parser = within(0.0, 20.0, "m/s"))]
     wind: f64,
     /// Share of the flights that lose GPS once, for 5 to 20 s
-    #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25, value_parser = within(0.0, 1.0, ""))]
     outages: f64,
     /// Share of the flights whose engine stops once, with the autopilot none the wiser
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = within(0.0, 1.0, ""))]
     power_loss: f64,
     /// Share of the flights in which the servo of a stick jams once, with the autopilot none the wiser
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = within(0.0, 1.0, ""))]
     jams: f64,
     /// Fuel in a full tank, kg: flights begin with anything from what they burn to all of it; 0 for what burns none
-    #[arg(long, value_name = "KG", default_value_t = 0.4)]
+    #[arg(long, value_name = "KG", default_value_t = 0.4, value_parser = within(0.0, 2.0, "kg"))]
     fuel: f64,
-    /// Where to write; out/campaign unless given
+    /// Where to write
     #[arg(long, value_name = "DIR", default_value = "out/campaign")]
     out: PathBuf,
     /// Write no report.html
@@ -143,17 +143,13 @@ fn campaign(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result
         }
     };
     let mut campaign = Campaign::new(autopilot);
-    let within = |name: &str, found: f64, low: f64, high: f64| {
-        ensure!((low..=high).contains(&found), "{name}: found {found}, expected {low} to {high}");
-        Ok(found)
-    };
     campaign.airframe = AirframeUncertainty::of_model(&model);
-    campaign.duration_s = within("duration, s", arguments.duration, 30.0, 3600.0)?;
-    campaign.most_wind_mps = within("wind, m/s", arguments.wind, 0.0, 20.0)?;
-    campaign.outage_share = within("share of outages", arguments.outages, 0.0, 1.0)?;
-    campaign.power_loss_share = within("share of power losses", arguments.power_loss, 0.0, 1.0)?;
-    campaign.jam_share = within("share of jams", arguments.jams, 0.0, 1.0)?;
-    campaign.fuel_kg = within("fuel, kg", arguments.fuel, 0.0, 2.0)?;
+    campaign.duration_s = arguments.duration;
+    campaign.most_wind_mps = arguments.wind;
+    campaign.outage_share = arguments.outages;
+    campaign.power_loss_share = arguments.power_loss;
+    campaign.jam_share = arguments.jams;
+    campaign.fuel_kg = arguments.fuel;
     campaign.nominal.dmu.rate_hz = 1.0 / autopilot.period_s;
     Ok(campaign)
 }

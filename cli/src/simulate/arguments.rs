@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LAT,LON,HEIGHT", default_value = "1.3521,103.8198,50", value_parser = place, allow_hyphen_values = true)]
     pub place: Geodetic,
     /// Heading to start with, degrees from true north
-    #[arg(long, value_name = "DEG", default_value_t = 60.0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = heading, allow_hyphen_values = true)]
     pub heading: f64,
     /// Model to design the autopilot for, a model.toml or raptor60, thesis, r50: raptor60 unless
     /// given. What flies is the nonlinear 60-class helicopter
@@ -124,6 +124,10 @@ fn place(text: &str) -> Result<Geodetic, String> {
 
 fn step(text: &str) -> Result<f64, String> {
     let size = text.parse().ok().filter(|size| (0.03..=0.5).contains(size));
+fn heading(text: &str) -> Result<f64, String> {
+    finite(text).ok_or_else(|| format!("found \"{text}\", expected degrees"))
+}
+
     size.ok_or_else(|| format!("found \"{text}\", expected a part of full travel, 0.03 to 0.5"))
 }
 

@@ -12,14 +12,7 @@ mod summary;
 
 pub use arguments::Arguments;
 
-use anyhow::ensure;
-
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    ensure!(
-        arguments.heading.is_finite(),
-        "heading: found {}, expected degrees",
-        arguments.heading
-    );
     match arguments.flight {
         Some(flight) => path::run(arguments, flight),
         None => closed_loop::run(arguments),
