@@ -42,7 +42,7 @@ pub struct Arguments {
     #[arg(long)]
     smooth: bool,
     /// Leave out the GPS from START for DURATION seconds of the log's clock; may be repeated
-    #[arg(long, value_name = "START:DURATION")]
+    #[arg(long, value_name = "START:DURATION", allow_hyphen_values = true)]
     outage: Vec<OutageWindow>,
     /// Thin the GPS to at most this rate
     #[arg(long, value_name = "HZ", value_parser = positive)]
@@ -154,7 +154,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let first_imu = dataset.sample_span().map_or(Time::ZERO, |(first, _)| first);
     let solutions = if smoothed.is_empty() { &run.solutions } else { &smoothed };
     let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
-    let drifts = drifts(solutions, &outages, reference.as_ref());
+    let drifts = drifts(solutions, &outages, dataset.sample_span(), reference.as_ref());
 
     let remark = format!("From {} by hovernav {}.", log.display(), env!("CARGO_PKG_VERSION"));
     emit::estimator(&config, dataset.manifest.imu.notch, &remark, &arguments.emit, out)?;
@@ -251,6 +251,7 @@ fn fly(
 fn drifts(
     solutions: &[Solution],
     outages: &[Outage],
+    span: Option<(Time, Time)>,
     reference: Option<&Reference>,
 ) -> Vec<OutageDrift> {
     outages
@@ -258,6 +259,9 @@ fn drifts(
         .map(|outage| OutageDrift {
             start_s: outage.start.seconds(),
             duration_s: outage.duration_s,
+            is_outside: span.is_some_and(|(first, last)| {
+                outage.start > last || outage.start.offset_by(outage.duration_s) < first
+            }),
             max_horizontal_m: reference.and_then(|reference| {
                 outage_drift(solutions, reference, outage.start, outage.duration_s)
             }),

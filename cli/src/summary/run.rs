@@ -107,6 +107,9 @@ pub struct OutageDrift {
     pub start_s: f64,
     pub duration_s: f64,
     pub max_horizontal_m: Option<f64>,
+    /// Whether the log has no moment of it.
+    #[serde(skip)]
+    pub is_outside: bool,
 }
 
 impl RunSummary {

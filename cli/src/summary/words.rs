@@ -30,10 +30,11 @@ impl RunSummary {
         }
         for outage in &self.outages {
             let span = format!("outage {} s for {} s", outage.start_s, outage.duration_s);
-            let drift =
-                outage.max_horizontal_m.map_or("not covered by a reference".into(), |drift| {
-                    format!("drifted {drift:.2} m")
-                });
+            let drift = match outage.max_horizontal_m {
+                Some(drift) => format!("drifted {drift:.2} m"),
+                None if outage.is_outside => "outside the log: nothing was left out".into(),
+                None => "not covered by a reference".into(),
+            };
             facts.push(Fact { label: span, value: drift });
         }
         if let Some(Statistics { median, max, .. }) = self.outage_drift_m {

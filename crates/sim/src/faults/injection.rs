@@ -33,7 +33,7 @@ pub enum InjectError {
     /// The log cannot be read, or the copy cannot be written.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// A fault of something the log has not.
+    /// A fault of something the log has not, or at a time that it has not.
     #[error("{}: fault {fault}: {reason}", log.display())]
     Unfit {
         /// The log.
@@ -41,7 +41,7 @@ pub enum InjectError {
         /// The fault.
         fault: String,
         /// What was found and expected.
-        reason: &'static str,
+        reason: String,
     },
     /// The copy's place is taken.
     #[error("{}: {reason}", out.display())]
@@ -131,7 +131,7 @@ impl Log {
     /// fault draws does not depend on the others.
     ///
     /// # Errors
-    /// [`InjectError::Unfit`] for a fault of something the log has not.
+    /// [`InjectError::Unfit`] for a fault of something the log has not, or at a time that it has not.
     pub fn with_faults(&self, faults: &[Fault], seed: u64) -> Result<FaultyLog, InjectError> {
         let mut log = self.clone();
         let mut made = Vec::new();
@@ -143,6 +143,16 @@ impl Log {
             // Streams of their own for the faults of one copy.
             let mut noise = Noise::new(seed ^ (place as u64) << 48, Stream::Fault);
             let window = fault.window(span_s, &mut noise);
+            if window.end_s() <= span_s.0 || window.start_s > span_s.1 {
+                return Err(InjectError::Unfit {
+                    log: self.dir.clone(),
+                    fault: fault.to_string(),
+                    reason: format!(
+                        "found a start at {} s, expected a time of the log, which goes from {:.3} to {:.3} s",
+                        window.start_s, span_s.0, span_s.1
+                    ),
+                });
+            }
             log.make(fault, window, &mut noise)?;
             made.push(Made { fault: fault.to_string(), window });
         }
@@ -155,8 +165,8 @@ impl Log {
         window: Window,
         noise: &mut Noise,
     ) -> Result<(), InjectError> {
-        let unfit = |log: &Self, reason| {
-            let (log, fault) = (log.dir.clone(), fault.to_string());
+        let unfit = |log: &Self, reason: &str| {
+            let (log, fault, reason) = (log.dir.clone(), fault.to_string(), reason.to_owned());
             Err(InjectError::Unfit { log, fault, reason })
         };
         let Some(mut inertial) = Inertial::of(&mut self.imu) else {
