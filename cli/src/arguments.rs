@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use anyhow::ensure;
 use hovernav::time::Time;
 use hovernav_formats::Options;
 use hovernav_log::{LocalAxes, Outage, Trajectory};
@@ -25,6 +26,12 @@ impl From<AxesArgument> for LocalAxes {
 
 /// The trajectory in a file, in the `solution.csv` of a directory, or in the files that a mapping names.
 pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajectory> {
+    ensure!(
+        path.exists(),
+        "{}: no such file or directory, expected a trajectory: solution.csv, TUM, EuRoC, or a directory with a \
+         solution.csv",
+        path.display()
+    );
     if !path.is_dir() {
         return Ok(Trajectory::open(path, axes)?);
     }
@@ -32,6 +39,12 @@ pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajector
     if !file.exists() && path.join("mapping.toml").exists() {
         return Ok(hovernav_formats::trajectory(path)?);
     }
+    ensure!(
+        file.exists(),
+        "{}: found neither a solution.csv nor a mapping.toml in it, expected an output directory of estimate or \
+         one that init made",
+        path.display()
+    );
     Ok(Trajectory::open(&file, axes)?)
 }
 
@@ -95,19 +108,6 @@ pub fn finite(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|value: &f64| value.is_finite())
 }
 
-/// How long a command goes on by itself, s.
-#[cfg(any(feature = "fly", feature = "ground"))]
-pub fn duration(text: &str) -> Result<f64, String> {
-    let found = finite(text).filter(|seconds| (0.1..=1e6).contains(seconds));
-    found.ok_or_else(|| format!("found \"{text}\", expected seconds, 0.1 to 1000000"))
-}
-
-/// A moment of a flight of up to a day, s from its start; `None` of anything else.
-#[cfg(feature = "lab")]
-pub fn second(text: &str) -> Option<f64> {
-    finite(text).filter(|at_s| (0.0..86_400.0).contains(at_s))
-}
-
 /// Takes numbers from `low` to `high`, of which `unit` is said to be if they have one.
 #[cfg(any(feature = "fly", feature = "lab"))]
 pub fn within(
@@ -120,6 +120,19 @@ pub fn within(
         let space = if unit.is_empty() { "" } else { " " };
         found.ok_or_else(|| format!("found \"{text}\", expected {low} to {high}{space}{unit}"))
     }
+}
+
+/// How long a command goes on by itself, s.
+#[cfg(any(feature = "fly", feature = "ground"))]
+pub fn duration(text: &str) -> Result<f64, String> {
+    let found = finite(text).filter(|seconds| (0.1..=1e6).contains(seconds));
+    found.ok_or_else(|| format!("found \"{text}\", expected seconds, 0.1 to 1000000"))
+}
+
+/// A moment of a flight of up to a day, s from its start; `None` of anything else.
+#[cfg(feature = "lab")]
+pub fn second(text: &str) -> Option<f64> {
+    finite(text).filter(|at_s| (0.0..86_400.0).contains(at_s))
 }
 
 /// What helps those who fly an autopilot that is designed on the way.

@@ -1,7 +1,7 @@
 //! `hovernav ground`: the ground station, until it is told to end.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use anyhow::Context as _;
@@ -104,6 +104,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => None,
     };
 
+    if let Some(Source::Serial { path, .. }) = &arguments.link
+        && !Path::new(path).exists()
+    {
+        crate::output::complain(format_args!(
+            "warning: {path}: no such port, expected one as /dev/ttyUSB0 or udp:PORT; it is opened when it comes"
+        ));
+    }
     let stop = crate::stop::when_asked(&[SIGINT, SIGTERM])?;
     let page = bound.address();
     crate::output::say(format_args!("ready: {name}, page at http://{page}/{page_token}"));

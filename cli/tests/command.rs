@@ -105,7 +105,7 @@ fn bad_input_is_refused_in_one_line_that_names_the_place() {
     let no_column = damaged("column", "imu.csv", |text| text.replacen("gyro_y_radps", "gyro_q", 1));
     let empty = damaged("empty", "imu.csv", |_| String::new());
     for (log, expected) in [
-        (PathBuf::from("nowhere"), "nowhere: No such file"),
+        (PathBuf::from("nowhere"), "nowhere: no such file or directory, expected a log"),
         (no_gps, "gps.csv: found no usable fix"),
         (text_in_number, "imu.csv:2: column gyro_y_radps: found \"abc\", expected a number"),
         (no_column, "imu.csv:1: expected column gyro_x_radps,gyro_y_radps"),
@@ -113,6 +113,61 @@ fn bad_input_is_refused_in_one_line_that_names_the_place() {
     ] {
         let message = refusal(&["estimate", text(&log), "--out", text(&out)]);
         assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn what_is_not_there_is_told_with_what_was_expected() {
+    let out = place("not_there");
+    let csv = format!("{HELI}/imu.csv");
+    for (arguments, expected) in [
+        (
+            &["estimate", &csv][..],
+            "imu.csv: found one file of the dataset that dataset.toml beside it",
+        ),
+        (&["score", "nowhere", HELI], "nowhere: no such file or directory, expected a trajectory"),
+        (
+            &["score", HELI, HELI],
+            "heli-hover: found neither a solution.csv nor a mapping.toml in it",
+        ),
+        (&["report", &csv], "imu.csv: at byte 0: found \"t_s,gyro\", expected an MCAP file"),
+    ] {
+        let message = refusal(arguments);
+        assert!(message.contains(expected), "{message}");
+    }
+    if cfg!(feature = "lab") {
+        let message = refusal(&["design", "nowhere"]);
+        assert!(
+            message.contains("nowhere: no such file, expected a model.toml, or thesis"),
+            "{message}"
+        );
+        let inject = ["inject", HELI, "--fault", "outage=10@1000", "--out", text(&out)];
+        let expected = "found a start at 1000 s, expected a time of the log, which goes from ";
+        assert!(refusal(&inject).contains(expected));
+    }
+    let far = ["estimate", HELI, "--no-report", "--outage", "2000:5", "--out", text(&out)];
+    assert!(succeeds(&far).contains("outside the log"));
+}
+
+#[test]
+fn numbers_out_of_range_are_wrong_usage() {
+    for arguments in [
+        &["estimate", HELI, "--gps-rate", "-1"][..],
+        &["score", "a", "b", "--skip", "-1"],
+        #[cfg(feature = "lab")]
+        &["campaign", "--outages", "7"],
+        #[cfg(feature = "lab")]
+        &["campaign", "--wind", "-2"],
+        #[cfg(feature = "lab")]
+        &["simulate", "--duration", "-5"],
+        #[cfg(feature = "fly")]
+        &["play", HELI, "--dmu", "port", "--speed", "0"],
+    ] {
+        let run = hovernav(arguments);
+        let message = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{arguments:?}: {message}");
+        let found = format!("found \"{}\", expected", arguments[arguments.len() - 1]);
+        assert!(message.contains(&found), "{arguments:?}: {message}");
     }
 }
 

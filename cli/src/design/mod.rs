@@ -41,8 +41,9 @@ pub struct Arguments {
     /// The rate of the inertial unit that the notch filters, Hz; the loop's own unless given
     #[arg(long, value_name = "HZ", requires = "notch")]
     imu_rate: Option<f64>,
-    /// Design for a model that is not to be flown by, its verdict says so, it has lost its verdict or a derivative
-    /// has a sign that none has, and write an autopilot that is unstable in a mode
+    /// Design all the same for a model that is not to be flown by: one whose verdict says so, that has lost its
+    /// verdict, or that has a derivative with a sign no helicopter has. Write the autopilot even where it is
+    /// unstable in a mode
     #[arg(long)]
     force: bool,
     /// Write the configuration in this form too, for programs that read no files; may be repeated
@@ -55,7 +56,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
-    let model = shipped::open(&arguments.model)?;
+    let model = open(&arguments.model)?;
     if !arguments.force {
         refuse_unflyable(&model, &arguments.model, "--force designs all the same")?;
     }
@@ -137,6 +138,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         unstable.join(" and ")
     );
     Ok(())
+}
+
+/// The model of this name or in this file, if it is one of the whole hover.
+fn open(name: &str) -> anyhow::Result<StateSpace> {
+    ensure!(
+        shipped::by_name(name).is_some() || Path::new(name).exists(),
+        "{name}: no such file, expected a model.toml, or thesis, raptor60 or r50"
+    );
+    let model = shipped::open(name)?;
+    let has = |state: &str| model.states().iter().any(|signal| signal.name == state);
+    let missing: Vec<&str> = ["p", "q", "r", "w"].into_iter().filter(|state| !has(state)).collect();
+    ensure!(
+        missing.is_empty(),
+        "{name}: found a model without {}, expected one of the whole hover, as `hovernav identify --model hybrid` \
+         makes",
+        missing.join(", ")
+    );
+    Ok(model)
 }
 
 fn notch(text: &str) -> Result<NotchConfig, String> {

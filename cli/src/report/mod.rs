@@ -33,7 +33,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let reason = reason.to_owned();
         return Err(LogError::Unusable { path: path.clone(), reason }.into());
     }
-    memory::check(path, &Options::default(), 1)?;
+    // What is none says so itself, and what was expected: a record, not any log.
+    if Record::is_mcap(path) {
+        memory::check(path, &Options::default(), 1)?;
+    }
     let working = output::Working::on("replaying");
     let record = Record::open(path)?;
     let dataset = record.dataset()?;

@@ -38,6 +38,14 @@ pub(crate) use units::{
 /// [`LogError`]; of text that no mapping tells apart, one that names `hovernav init`.
 pub(crate) fn read(path: &Path, _options: &Options) -> Result<Log, LogError> {
     if path.is_file() && !is_mapping(path)? {
+        let directory = directory_of(path);
+        if directory.join("dataset.toml").is_file() {
+            let reason = format!(
+                "found one file of the dataset that dataset.toml beside it describes, expected its directory, {}",
+                directory.display()
+            );
+            return Err(LogError::Unusable { path: path.to_path_buf(), reason });
+        }
         let reason = format!(
             "text in columns that nothing says the meaning of: `hovernav init {}` proposes it",
             path.display()

@@ -1,6 +1,6 @@
 //! A record that was cut off or damaged, written anew with its index.
 
-use std::io::BufWriter;
+use std::io::{BufWriter, ErrorKind};
 use std::path::Path;
 
 use mcap::records::Record as McapRecord;
@@ -29,12 +29,20 @@ pub struct Repaired {
 /// repaired, and what was lost.
 ///
 /// # Errors
-/// As [`Record::open`]; [`LogError::Io`] where `out` is there already or cannot be written.
+/// As [`Record::open`]; [`LogError::Unusable`] where `out` is there already, [`LogError::Io`] where it cannot be
+/// written.
 pub fn repair(path: &Path, out: &Path) -> Result<Repaired, LogError> {
     let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
     let Record { header, warnings, damages, repair, is_ended, .. } = Record::read(&bytes, path)?;
     let repair = Repair::new(bytes.len() as u64, &damages, is_ended, repair);
-    let file = WholeFile::create_new(out).map_err(LogError::io(out))?;
+    let file = WholeFile::create_new(out).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => LogError::Unusable {
+            path: out.to_path_buf(),
+            reason: "found a file of that name, expected none: a repaired record is a new file"
+                .into(),
+        },
+        _ => LogError::io(out)(error),
+    })?;
     let written = |error: mcap::McapError| LogError::io(out)(std::io::Error::other(error));
     let mut buffer = BufWriter::new(file);
     let mut writer = MessageWriter::new(&mut buffer, &header).map_err(written)?;
