@@ -24,8 +24,8 @@ use crate::output;
 pub struct Arguments {
     /// A dataset directory with controls.csv, or a flight record
     log: PathBuf,
-    /// Which part of the helicopter: yaw, heave, roll-pitch, hybrid (10 states with flapping), hover
-    /// (8 states without)
+    /// Which part of the helicopter: yaw, heave, roll-pitch, flapping (roll and pitch with flapping), hybrid (10
+    /// states with flapping), hover (8 states without), r50 (13 states with stabiliser bar and yaw gyro)
     #[arg(long, default_value_t = Kind::Hybrid, value_name = "MODEL")]
     model: Kind,
     /// Where to write; out/NAME-identify unless given

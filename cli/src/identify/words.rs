@@ -38,6 +38,11 @@ impl Summary {
     }
 }
 
+/// A part of a parameter's value in digits; of a value of 0 nothing is a part.
+fn percent(of_value: f64) -> String {
+    if of_value.is_finite() { format!("{of_value:.1}") } else { "–".into() }
+}
+
 /// What the terminal shows.
 pub fn in_words(
     summary: &Summary,
@@ -85,10 +90,10 @@ pub fn in_words(
             let on_limit = if estimate.status == Status::OnBound { "  on its limit" } else { "" };
             writeln!(
                 text,
-                "{:>10.4} {:>8.1} {:>14.1}{on_limit}",
+                "{:>10.4} {:>8} {:>14}{on_limit}",
                 estimate.bound,
-                estimate.bound_percent(),
-                estimate.insensitivity_percent()
+                percent(estimate.bound_percent()),
+                percent(estimate.insensitivity_percent())
             )
         } else {
             writeln!(text, "{:>10}", estimate.status.name())
