@@ -16,7 +16,8 @@ pub const OUT: &str = "out/simulated";
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Where to write the dataset and its report; out/simulated unless given
+    /// Where to write the dataset and its report; out/simulated unless given. With --flight and --lines
+    /// there is no report: `hovernav estimate` on the dataset makes one
     #[arg(long, visible_alias = "record", value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Follow this path exactly, without autopilot, instead of flying the closed loop
@@ -73,16 +74,17 @@ pub struct Arguments {
     /// jam-collective, jam-pedal); may be repeated
     #[arg(long, value_name = "NAME@SECOND", conflicts_with = "flight")]
     pub fault: Vec<Failure>,
-    /// How long to fly, s; 120, or until 30 s after the last disturbance, test point or test input. With
-    /// --lines also how long to wait for the flight computer; 300 and no limit unless given
+    /// How long to fly, s. Unless given, 120 s, or longer: until 30 s after the last disturbance, test point or
+    /// test input. With --lines it is also how long to wait for the flight computer; unless given, the
+    /// flight then has no limit and the wait 300 s
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub duration: Option<f64>,
     /// Wind: `calm`, or speed in m/s, where it comes from in degrees, gusts in m/s (one sigma);
     /// 3,135,1.5 unless given
     #[arg(long, value_name = "SPEED[,FROM[,GUST]]")]
     pub wind: Option<WindArgument>,
-    /// The sensors
-    #[arg(long, default_value = "thesis", value_parser = grade)]
+    /// The sensors: thesis, modern or poor
+    #[arg(long, value_name = "GRADE", default_value = "thesis", value_parser = grade)]
     pub sensors: SensorGrade,
     /// Lose GPS from START for DURATION seconds; may be repeated
     #[arg(long, value_name = "START:DURATION")]
@@ -122,12 +124,12 @@ fn place(text: &str) -> Result<Geodetic, String> {
     .ok_or_else(|| format!("found \"{text}\", expected LAT,LON,HEIGHT of a place on Earth"))
 }
 
-fn step(text: &str) -> Result<f64, String> {
-    let size = text.parse().ok().filter(|size| (0.03..=0.5).contains(size));
 fn heading(text: &str) -> Result<f64, String> {
     finite(text).ok_or_else(|| format!("found \"{text}\", expected degrees"))
 }
 
+fn step(text: &str) -> Result<f64, String> {
+    let size = text.parse().ok().filter(|size| (0.03..=0.5).contains(size));
     size.ok_or_else(|| format!("found \"{text}\", expected a part of full travel, 0.03 to 0.5"))
 }
 
