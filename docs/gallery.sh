@@ -1,5 +1,6 @@
 #!/bin/sh
-# Makes the pictures of docs/gallery.md anew: runs its commands and photographs the pages.
+# Makes the pictures of docs/gallery.md and the report of README.md anew: runs the commands and photographs the
+# pages.
 # Needs chromium, and beside the datasets of the repository the logs in the directory SHARED.
 # Usage: docs/gallery.sh HOVERNAV SHARED
 set -eu
@@ -9,18 +10,31 @@ docs=$(cd "$(dirname "$0")" && pwd)
 place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
 
-# photograph PAGE NAME SECTION...: the head of the page and these of its sections
+# browse HEIGHT ARGUMENT...: the page, in a window of this height
+browse() {
+    height=$1
+    shift
+    chromium --headless=new --no-sandbox --hide-scrollbars --window-size="1400,$height" \
+        --force-device-scale-factor=0.65 --virtual-time-budget=8000 "$@" 2>"$place/chromium.txt"
+}
+
+# photograph PAGE NAME SECTION...: the head of the page and these of its sections, whole
 photograph() {
     page=$1 name=$2
     shift 2
     shown=$(printf ':not(#%s)' "$@")
-    cp "$place/$page/report.html" "$place/$page/shown.html"
-    echo "<style>main section$shown, nav { display: none } h1, h2, p { margin: 4px 0 }</style>" \
-        >>"$place/$page/shown.html"
-    chromium --headless=new --no-sandbox --hide-scrollbars --window-size=1400,860 \
-        --force-device-scale-factor=0.65 --virtual-time-budget=8000 \
-        --screenshot="$docs/gallery-$name.png" "file://$place/$page/shown.html" \
-        >"$place/chromium.txt" 2>&1
+    file=$place/$page/shown.html
+    cp "$place/$page/report.html" "$file"
+    cat >>"$file" <<END
+<style>main section$shown, nav { display: none } h1, h2, p { margin: 4px 0 }</style>
+<script>setTimeout(() => {
+    const end = Math.max(...[...document.querySelectorAll("main > *")].map(e => e.getBoundingClientRect().bottom));
+    document.body.dataset.end = Math.ceil(end + window.scrollY);
+}, 4000)</script>
+END
+    # A window of another height than the page would cut it or leave a blank.
+    end=$(browse 860 --dump-dom "file://$file" | sed -n 's/.*<body[^>]* data-end="\([0-9]*\)".*/\1/p')
+    browse "$((end + 16))" --screenshot="$docs/gallery-$name.png" "file://$file"
 }
 
 # A log of somebody's own: the hover in degrees, g and milliseconds, axes forward, left, up.
@@ -34,8 +48,11 @@ foreign() {
     (cd "$place" && "$hovernav" --quiet init own-imu.csv own-gps.csv --out own)
 }
 
-"$hovernav" --quiet estimate "$docs/../datasets/heli-hover" --out "$place/dataset"
+# As README.md has it, for the page shows the path.
+(cd "$docs/.." && "$hovernav" --quiet estimate datasets/heli-hover --out "$place/dataset")
 photograph dataset dataset map
+photograph dataset report summary map velocity attitude
+mv "$docs/gallery-report.png" "$docs/report.png"
 "$hovernav" --quiet estimate "$shared/logs/px4-quad-vibration-2025.ulg" --out "$place/ulog"
 photograph ulog ulog position
 photograph ulog ulog-innovations innovations
