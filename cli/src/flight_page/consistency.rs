@@ -12,7 +12,9 @@ pub fn in_words(pooled: &PooledInnovations) -> (Level, &'static str) {
     let (low, high) = pooled.interval;
     match pooled.mean {
         mean if (low..=high).contains(&mean) => (Level::Good, "pass: consistent"),
-        mean if mean < TIMID_BELOW => (Level::Good, "timid: the sensor is better than it is taken for"),
+        mean if mean < TIMID_BELOW => {
+            (Level::Good, "timid: the sensor is better than it is taken for")
+        }
         mean if mean > SURE_ABOVE => (Level::Bad, "fail: the filter is too sure of itself"),
         mean if mean < low => (Level::Good, "pass: a little timid"),
         _ => (Level::Care, "care: a little too sure"),

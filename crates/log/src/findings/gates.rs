@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use hovernav::ekf::{Channel, Notice, Verdict};
+use hovernav::ekf::{Channel, Notice, Report, Verdict};
 use hovernav::time::Time;
 
 use super::spans::{Span, spans};
@@ -22,7 +22,7 @@ struct Group {
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-const GROUPS: [Group; 8] = [
+const GROUPS: [Group; 9] = [
     Group {
         channels: &[Channel::PositionNorth, Channel::PositionEast],
         sensor: "gps",
@@ -87,6 +87,14 @@ const GROUPS: [Group; 8] = [
         scale: 1.0,
         large: 15.0,
     },
+    Group {
+        channels: &[Channel::Yaw],
+        sensor: "unit's own heading",
+        name: "heading",
+        unit: "°",
+        scale: DEGREES,
+        large: 25.0,
+    },
 ];
 
 /// One comparison of a group.
@@ -105,7 +113,7 @@ const AFTERMATH_S: f64 = 10.0;
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let groups: Vec<Vec<Compared>> = GROUPS.iter().map(|group| compared(log, group)).collect();
     // What one receiver says is refused together, whichever of its groups begins.
-    for sensor in [0..4, 4..5, 5..6, 6..7, 7..8] {
+    for sensor in [0..4, 4..5, 5..6, 6..7, 7..8, 8..9] {
         let mut refused: Vec<(f64, f64)> = groups[sensor.clone()]
             .iter()
             .flatten()
@@ -129,7 +137,7 @@ fn refusal(
     let within = |at: &&Compared| (span.start_s..=span.end_s).contains(&at.time_s);
     let first = &GROUPS[sensor.start];
     let (mut parts, mut reopened, mut large, mut is_refused) =
-        (Vec::new(), None, false, [false; 8]);
+        (Vec::new(), None, false, [false; GROUPS.len()]);
     for index in sensor.clone() {
         let (group, heard) = (&GROUPS[index], groups[index].iter().filter(within));
         let refused: Vec<&Compared> =
@@ -216,6 +224,12 @@ fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
         && log.run.notices.iter().any(hides)
 }
 
+/// Whether the heading of a report is of another sensor than the group's: the unit's own comes with its tilt.
+fn tells_another(group: &Group, report: &Report) -> bool {
+    let with_tilt = report.innovations().any(|axis| axis.channel == Channel::Roll);
+    group.channels == [Channel::Yaw] && with_tilt == (group.sensor == "magnetometer")
+}
+
 /// What the run says of a group, measurement by measurement.
 fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
     let reports = log.run.notices.iter().filter_map(|notice| match notice {
@@ -224,6 +238,9 @@ fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
     });
     let mut all = Vec::new();
     for report in reports {
+        if tells_another(group, report) {
+            continue;
+        }
         let mut axes =
             report.innovations().filter(|axis| group.channels.contains(&axis.channel)).peekable();
         let Some(first) = axes.peek() else { continue };
@@ -244,6 +261,9 @@ fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
 fn cause(log: &Judged<'_>, group: &Group, start_s: f64, velocity_agrees: bool) -> String {
     if group.sensor == "second antenna" {
         return "a wrong ambiguity, a reflection or a wrong heading".into();
+    }
+    if group.sensor == "unit's own heading" {
+        return "an error of that or a wrong heading".into();
     }
     if group.name == "heading" {
         return "a magnetic disturbance or a wrong heading".into();

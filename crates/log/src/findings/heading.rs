@@ -1,6 +1,6 @@
 //! The heading: where it came from, and what disturbed it.
 
-use hovernav::ekf::Notice;
+use hovernav::ekf::{Channel, Notice};
 use hovernav::ins::HeadingSource;
 
 use super::spans::{Spans, spans};
@@ -27,6 +27,29 @@ pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Fi
     let known = findings.len();
     field.find(findings);
     changed_fields(log, known, findings);
+}
+
+/// What tells the heading of a run, and that it is not used while it is distrusted.
+fn sources(log: &Judged<'_>) -> String {
+    let (mut attitude, mut magnetometer, mut antennas) = (false, false, false);
+    for notice in &log.run.notices {
+        let Notice::Updated(report) = notice else { continue };
+        let has = |channel| report.innovations().any(|axis| axis.channel == channel);
+        attitude |= has(Channel::Roll);
+        magnetometer |= has(Channel::Yaw) && !has(Channel::Roll);
+        antennas |= has(Channel::BaselineHeading);
+    }
+    let named = [
+        (attitude, "the unit's own attitude"),
+        (magnetometer, "the magnetometer"),
+        (antennas, "the second antenna"),
+    ];
+    let named: Vec<&str> =
+        named.into_iter().filter_map(|(told, name)| told.then_some(name)).collect();
+    if named.is_empty() {
+        return String::new();
+    }
+    format!("; what told it, {}, is not used until it agrees", named.join(" or "))
 }
 
 /// Where the field came off what was usual by the filter's own watch over it, and no look at its strength, from the
@@ -101,10 +124,11 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 count: 1,
                 words: format!(
                     "the heading was wrong at {:.1} s by what the fixes say: turned by {:.0}°, sure to \
-                     {:.0}°; what gave it, attitude or magnetometer, is not used until it agrees",
+                     {:.0}°{}",
                     time.seconds(),
                     turn_rad.to_degrees(),
-                    sigma_rad.to_degrees()
+                    sigma_rad.to_degrees(),
+                    sources(log)
                 ),
             }),
             _ => {}
