@@ -79,7 +79,7 @@ fn wrong_usage_exits_with_two_and_an_occupied_path_with_one() {
         (&["play", HELI, "--dmu", dmu, "--cut", "servo=5:6"], 2),
         (&["play", HELI, "--dmu", dmu, "--start-delay", "-1"], 2),
         (&["play", HELI, "--dmu", dmu], 1),
-        (&["play", HELI, "--gps", place.join("gps").to_str().unwrap(), "--speed", "0"], 1),
+        (&["play", HELI, "--gps", place.join("gps").to_str().unwrap(), "--speed", "0"], 2),
     ] {
         let run = hovernav(arguments);
         assert_eq!(run.status.code(), Some(code), "{arguments:?} {run:?}");
