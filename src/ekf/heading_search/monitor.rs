@@ -233,13 +233,13 @@ impl<T: Scalar> Monitor<T> {
         let [_, share] = information_shares(fix, gps, interval_s.clamp(0.05, 10.0));
         let variance = square(T::of(sigma_mps));
         let mut surprises = [0.0; SECTORS];
-        let (mut least_squares, mut told) = (f64::INFINITY, 0.0);
+        let (mut least_squares, mut told) = (f64::INFINITY, T::ZERO);
         for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
             guess.predict([felt_mps[0], felt_mps[1]], felt_s);
-            let before = guess.covariance[DIRECTION][DIRECTION].wide();
+            let before = guess.covariance[DIRECTION][DIRECTION];
             let [squares, logarithms] = guess.update(velocity_mps.map(T::of), variance);
-            let after = guess.covariance[DIRECTION][DIRECTION].wide();
-            told += guess.weight * (1.0 / after - 1.0 / before);
+            let after = guess.covariance[DIRECTION][DIRECTION];
+            told += T::of(guess.weight) * (before - after) / (before * after);
             *surprise = share * (squares + logarithms).wide();
             least_squares = least_squares.min(squares.wide());
         }
@@ -252,7 +252,7 @@ impl<T: Scalar> Monitor<T> {
             return;
         }
         self.evidence *= libm::exp(-interval_s / EVIDENCE_S) as f32;
-        self.evidence += (share * told) as f32;
+        self.evidence += (share * told.wide()) as f32;
         let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let mut sum = 0.0;
         for (guess, surprise) in self.guesses.iter_mut().zip(surprises) {
