@@ -86,10 +86,11 @@ mod tests {
             finding(Severity::Warning, "an outage"),
             finding(Severity::Error, "axes turned over"),
         ];
-        let verdict = of_run(&findings, &[], &[("Attitude", pooled(0.2))]);
+        let verdict = of_run(&findings, &[], &[("Attitude", pooled(1.4))]);
         assert_eq!((verdict.level, &*verdict.points[0]), (Level::Bad, "axes turned over"));
         assert_eq!(verdict.points.len(), 3);
-        let verdict = of_run(&findings[..1], &[], &[("Position", pooled(1.0))]);
+        let verdict =
+            of_run(&findings[..1], &[], &[("Position", pooled(1.0)), ("Attitude", pooled(0.2))]);
         assert_eq!((verdict.level, verdict.points.len()), (Level::Good, 0));
     }
 }
