@@ -1,7 +1,7 @@
 //! What a log is, by what it holds.
 
 use std::fs::File;
-use std::io::{ErrorKind, Read as _};
+use std::io::{Error, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
 use crate::format::Format;
@@ -20,12 +20,14 @@ const DATAFLASH: &[u8] = &[0xA3, 0x95, 0x80];
 /// The format of `log`: a directory is a dataset, or a mapping of foreign files where it has no inertial
 /// samples in hovernav's own columns; a file what it holds.
 pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
-    let metadata = std::fs::metadata(log).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => {
-            let reason = "no such file or directory, expected a log".to_owned();
-            LogError::Unusable { path: log.to_path_buf(), reason }
-        }
-        _ => LogError::io(log)(error),
+    let metadata = std::fs::metadata(log).map_err(|error| {
+        let error = match error.kind() {
+            ErrorKind::NotFound => {
+                Error::new(error.kind(), "no such file or directory, expected a log")
+            }
+            _ => error,
+        };
+        LogError::io(log)(error)
     })?;
     if metadata.is_dir() {
         let is_mapped = log.join("mapping.toml").exists() && !has_own_times(&log.join("imu.csv"));
