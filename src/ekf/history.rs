@@ -176,8 +176,8 @@ impl<T: Scalar> History<T> {
     /// For how long it will still be possible to look back to `time`, s, if entries come as they did.
     pub fn remembers_for_s(&self, time: Time) -> f64 {
         let Some(newest) = self.newest(0) else { return 0.0 };
-        let span_s = self.newest(CAPACITY - 1).map_or(REACH_S, |oldest| newest.end - oldest.end);
-        span_s - (newest.end - time)
+        let oldest = self.newest(CAPACITY - 1);
+        oldest.map_or(REACH_S - (newest.end - time), |oldest| time - oldest.end)
     }
 
     /// Takes over what another filter remembers.
