@@ -4,6 +4,7 @@
 //! machine has been up; only differences become floating point.
 
 use core::fmt;
+use core::num::NonZeroU64;
 use core::ops::{Add, Sub};
 
 use crate::scalar::Scalar;
@@ -18,17 +19,27 @@ use crate::scalar::Scalar;
 /// let end = Time::from_nanoseconds(1_500_000_000);
 /// assert_eq!(end - start, 0.25);
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Time(i64);
+///
+/// An `Option` of it takes no more memory than itself: the estimator holds many, and so has none for the earliest number of 64
+/// bits.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Time(NonZeroU64);
+
+/// What turns the order of signed numbers into that of unsigned ones.
+const SIGN: u64 = 1 << 63;
 
 impl Time {
     /// The clock's zero.
-    pub const ZERO: Self = Self(0);
+    pub const ZERO: Self = Self::from_nanoseconds(0);
 
-    /// The moment `nanoseconds` after the clock's zero.
+    /// The moment `nanoseconds` after the clock's zero; the least number gives the moment after it.
     #[must_use]
+    #[inline]
     pub const fn from_nanoseconds(nanoseconds: i64) -> Self {
-        Self(nanoseconds)
+        Self(match NonZeroU64::new(nanoseconds as u64 ^ SIGN) {
+            Some(shifted) => shifted,
+            None => NonZeroU64::MIN,
+        })
     }
 
     /// The moment `seconds` after the clock's zero, to the nearest nanosecond.
@@ -38,33 +49,47 @@ impl Time {
     pub fn from_seconds(seconds: f64) -> Option<Self> {
         let nanoseconds = libm::round(seconds * 1e9);
         (nanoseconds.is_finite() && libm::fabs(nanoseconds) < 9.2e18)
-            .then_some(Self(nanoseconds as i64))
+            .then(|| Self::from_nanoseconds(nanoseconds as i64))
     }
 
     /// Nanoseconds since the clock's zero.
     #[must_use]
+    #[inline]
     pub const fn nanoseconds(self) -> i64 {
-        self.0
+        (self.0.get() ^ SIGN) as i64
     }
 
     /// Seconds since the clock's zero, correctly rounded within ±104 days of it: 15 s are 15.0.
     #[must_use]
     pub fn seconds(self) -> f64 {
-        f64::of_nanoseconds(self.0)
+        f64::of_nanoseconds(self.nanoseconds())
     }
 
     /// Seconds since `earlier`, negative if that is later, in numbers of any type.
     #[must_use]
     #[inline]
     pub fn seconds_since<T: Scalar>(self, earlier: Self) -> T {
-        T::of_nanoseconds(self.0.saturating_sub(earlier.0))
+        T::of_nanoseconds(self.nanoseconds().saturating_sub(earlier.nanoseconds()))
     }
 
     /// This moment shifted by `seconds`, which may be negative; saturates at the ends of the range,
     /// and a NaN shifts by nothing.
     #[must_use]
     pub fn offset_by(self, seconds: impl Scalar) -> Self {
-        Self(self.0.saturating_add(seconds.to_nanoseconds()))
+        Self::from_nanoseconds(self.nanoseconds().saturating_add(seconds.to_nanoseconds()))
+    }
+}
+
+impl Default for Time {
+    /// [`Time::ZERO`].
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
+impl fmt::Debug for Time {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Time").field(&self.nanoseconds()).finish()
     }
 }
 
@@ -95,6 +120,15 @@ impl fmt::Display for Time {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_option_takes_no_more_memory_and_the_order_is_that_of_the_numbers() {
+        assert_eq!(size_of::<Option<Time>>(), size_of::<Time>());
+        let numbers = [i64::MIN + 1, -1, 0, 1, i64::MAX];
+        assert!(numbers.map(Time::from_nanoseconds).is_sorted());
+        assert_eq!(numbers.map(|n| Time::from_nanoseconds(n).nanoseconds()), numbers);
+        assert_eq!(Time::from_nanoseconds(i64::MIN).nanoseconds(), i64::MIN + 1);
+    }
 
     #[test]
     fn seconds_survive_a_round_trip_to_the_nanosecond() {

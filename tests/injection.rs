@@ -159,7 +159,16 @@ fn a_campaign_gives_the_same_table_again() {
 /// Faults of `heli-hover` in whose presence nearly all errors stay inside 3 sigma.
 #[test]
 fn faults_that_the_filter_knows_how_to_take_stay_inside_three_sigma() {
-    let cells = ["vibration=2", "vibration=4", "outage=10", "outage=30", "jitter=3", "no-velocity"];
+    let cells = [
+        "vibration=2",
+        "vibration=4",
+        "outage=10",
+        "outage=30",
+        "jitter=3",
+        "no-velocity",
+        "attitude-frozen@105:60",
+        "attitude-late=1",
+    ];
     for Outcome { faults, seed, measures, .. } in campaign(vec![heli_hover()], &cells, 3) {
         let inside = measures.inside_motion;
         assert!(inside >= 0.97, "{faults} seed {seed}: {inside}");

@@ -112,6 +112,10 @@ pub enum UnusedReason {
     Reversed = 14,
     /// A sample that a logger has made up between others, on a straight line.
     Interpolated = 15,
+    /// An attitude that turns otherwise than the gyros.
+    TurnsOtherwise = 16,
+    /// A magnetic field off what it was in one reading alone so far.
+    Outlier = 17,
 }
 
 /// What an axis of an update compared.
@@ -272,6 +276,8 @@ const fn unusable(reason: Unusable) -> UnusedReason {
         Unusable::Stuck => UnusedReason::Stuck,
         Unusable::WrongBaseline => UnusedReason::WrongBaseline,
         Unusable::Reversed => UnusedReason::Reversed,
+        Unusable::TurnsOtherwise => UnusedReason::TurnsOtherwise,
+        Unusable::Outlier => UnusedReason::Outlier,
         Unusable::TooSoon => UnusedReason::TooSoon,
         Unusable::NoState => UnusedReason::NoState,
         Unusable::HeadingUnknown => UnusedReason::HeadingUnknown,

@@ -50,6 +50,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn rejoin<M: Layout<K>, const K: usize>(&mut self, other: &Ekf<M, K, T>) {
         let turned = other.state.body_to_ned.heading_rad() - self.state.body_to_ned.heading_rad();
         self.heading_revision.replaced(wrap_angle(turned).wide());
+        self.attitude_watch.corrected([0.0, 0.0, turned.wide() as f32]);
         let kept: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         self.covariance.clear();
         self.take_base(other);

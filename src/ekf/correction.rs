@@ -41,6 +41,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             *parameter += value;
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
+            let turned = block(ATTITUDE) + block(first);
+            self.attitude_watch.corrected(turned.to_array().map(|turned| turned.wide() as f32));
             let reference_error = self.estimate(first + 2);
             self.heading_revision.corrected(self.state.time, at(ATTITUDE + 2), reference_error);
         }
@@ -84,6 +86,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
         self.heading_distrusted = Some(time);
         self.heading_revision.replaced(turn_rad);
+        self.attitude_watch.corrected([0.0, 0.0, turn_rad as f32]);
         self.attitude_lost = None;
         self.antenna_heading.distrusted = Some(time);
         self.gates.doubt_filter(time);
@@ -124,6 +127,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for axis in first..VELOCITY {
             self.covariance.set_variance(axis, square(MOST_HIDDEN_RAD));
         }
+        self.attitude_watch.corrected(turn_rad.to_array().map(|turn| turn.wide() as f32));
         trace.reset(first..VELOCITY);
         trace.turned(turn_rad.cast());
     }

@@ -23,6 +23,8 @@ pub(super) struct FieldWatch {
     elsewhere_s: f32,
     /// One-sigma of what the field's distance from the usual makes of the heading, rad.
     pub doubt_rad: f32,
+    /// Whether the last reading alone was off what is usual.
+    is_suspect: bool,
 }
 
 /// A field as the filter levels and turns it.
@@ -57,6 +59,8 @@ pub(super) struct FieldChange {
 /// Where a disturbance begins, ends, or has lasted for so long that it is another matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
+    /// One reading is off what is usual, as a spike is: not before the next one is off too, the field has come away.
+    Suspect,
     /// The field came away from what is usual.
     Away,
     /// It is back.
@@ -100,11 +104,17 @@ impl FieldWatch {
         usual_s: 0.0,
         elsewhere_s: 0.0,
         doubt_rad: 0.0,
+        is_suspect: false,
     };
 
     /// Whether a reading at `time` comes at least `interval_s` after the last one that was looked at.
     pub fn is_due(&self, time: Time, interval_s: f64) -> bool {
         !self.has_seen() || time - self.seen >= interval_s
+    }
+
+    /// Whether the last reading was off what is usual, and no other before it.
+    pub fn is_suspect(&self) -> bool {
+        self.is_suspect
     }
 
     fn has_seen(&self) -> bool {
@@ -152,6 +162,15 @@ impl FieldWatch {
         let off = field.change_from(self.usual);
         let moved = field.change_from(self.opened_at);
         let is_back = off.is_within(&limit, if was_usual { 1.0 } else { square(BACK_SHARE) });
+        self.is_suspect = was_usual && !is_back && !self.is_suspect;
+        if self.is_suspect {
+            let sigma_rad = 0.0;
+            return Some(FieldChange {
+                sigma_rad,
+                share: off.share(&field, strength),
+                turn: Some(Turn::Suspect),
+            });
+        }
         let is_still = moved.is_within(&limit, 1.0);
         self.elsewhere_s = if is_back || !is_still { 0.0 } else { self.elsewhere_s + elapsed_s };
         let lasts = self.elsewhere_s > lasting_s;
@@ -184,7 +203,7 @@ impl FieldWatch {
         };
         (!is_still || turn.is_some()).then(|| {
             self.opened_at = field;
-            let share = root((off.parts + off.turn * square(field.level)) / strength);
+            let share = off.share(&field, strength);
             FieldChange { sigma_rad: turn_rad(&moved), share, turn }
         })
     }
@@ -198,6 +217,11 @@ struct Change {
 }
 
 impl Change {
+    /// As a share of a strength that is given by its square, gauss².
+    fn share(&self, field: &Parts, strength: f32) -> f32 {
+        root((self.parts + self.turn * square(field.level)) / strength)
+    }
+
     fn is_within(&self, limit: &Self, share: f32) -> bool {
         self.parts <= share * limit.parts && self.turn <= share * limit.turn
     }
@@ -236,6 +260,7 @@ mod tests {
         let changes = (0_i64..)
             .zip(readings)
             .filter_map(|(step, &field)| watch.push(at(step), field, &SURE))
+            .filter(|change| change.turn != Some(Turn::Suspect))
             .collect();
         (watch, changes)
     }
@@ -337,5 +362,18 @@ mod tests {
         let usual = watch.usual.level;
         assert!(watch.push(at(-10), Parts { level: 0.31, down: 0.35, ..EARTH }, &SURE).is_none());
         assert!(watch.usual.level == usual);
+    }
+
+    #[test]
+    fn a_spike_is_told_as_one_and_changes_nothing() {
+        let mut watch = FieldWatch::NONE;
+        for step in 0..600 {
+            let is_spike = step > 50 && step % 20 == 0;
+            let field =
+                if is_spike { Parts { level: 0.1, down: 1.0, azimuth_rad: 2.0 } } else { EARTH };
+            let change = watch.push(at(step), field, &SURE);
+            assert_eq!(change.map(|change| change.turn), is_spike.then_some(Some(Turn::Suspect)));
+            assert_eq!((watch.is_suspect(), watch.doubt_rad), (is_spike, 0.0));
+        }
     }
 }

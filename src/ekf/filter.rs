@@ -3,6 +3,7 @@
 use core::marker::PhantomData;
 
 use super::antenna::AntennaOffset;
+use super::attitude_watch::AttitudeWatch;
 use super::barometer::Barometer;
 use super::config::EkfConfig;
 use super::covariance::Covariance;
@@ -84,6 +85,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) history: History<T>,
     pub(super) gates: Gates,
     pub(super) attitude_used: Option<Time>,
+    pub(super) attitude_watch: AttitudeWatch,
     /// The slow error of what last gave the heading: one-sigma, rad, and correlation time, s.
     pub(super) heading_wander: (f64, f64),
     /// How far off what gives the heading may be beyond its own slow error, rad, by what the fixes said.
@@ -142,6 +144,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             history: History::EMPTY,
             gates: Gates::NONE,
             attitude_used: None,
+            attitude_watch: AttitudeWatch::NONE,
             heading_wander: (config.attitude.heading_wander_rad, config.attitude.wander_time_s),
             heading_doubt_rad: 0.0,
             field_watch: FieldWatch::NONE,
@@ -175,6 +178,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.history.clear();
         self.gates.clear();
         self.attitude_used = None;
+        self.attitude_watch = AttitudeWatch::NONE;
         self.heading_doubt_rad = 0.0;
         self.field_watch = FieldWatch::NONE;
         self.heading_distrusted = None;

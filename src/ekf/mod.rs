@@ -5,6 +5,7 @@ pub mod layout;
 mod level_force;
 
 mod antenna;
+mod attitude_watch;
 mod barometer;
 mod config;
 mod continuation;

@@ -11,6 +11,9 @@ use super::trace::Trace;
 use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
+/// So many one-sigmas of a slow error are not usual.
+const UNUSUAL: f64 = 1.5;
+
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn watch_samples(
         &mut self,
@@ -80,10 +83,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let attitude = &self.config.attitude;
-            let tilt = attitude.tilt_wander_rad;
-            markov(first, &[tilt, tilt], attitude.wander_time_s);
+            // Where far more of it was found than is usual, more is usual.
+            let found = |axis: usize| self.estimate(first + axis).abs().wide() / UNUSUAL;
+            let tilt = [0, 1].map(|axis| attitude.tilt_wander_rad.max(found(axis)));
+            markov(first, &tilt, attitude.wander_time_s);
             let (heading, time_s) = self.heading_wander;
-            markov(first + 2, &[heading], time_s);
+            markov(first + 2, &[heading.max(found(2))], time_s);
         }
         if let Some(state) = L::BARO {
             // About a level that nobody knows it walks: as far in half its time as one that comes back.

@@ -54,8 +54,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.magnetometer {
             return;
         }
-        if self.navigating_at(time).is_ok() {
-            self.watch_field(time, field_gauss, trace, notify);
+        if self.navigating_at(time).is_ok() && !self.watch_field(time, field_gauss, trace, notify) {
+            let (aid, reason) = (Aid::Magnetometer, Unusable::Outlier);
+            notify(Notice::NotUsed { time, aid, reason });
+            return;
         }
         let declination_rad = self.aligner.config().declination_rad;
         let result = self.navigating_at(time).and_then(|filter| {
@@ -67,7 +69,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
 
-    /// Looks whether the field by which a heading is given, or the unit's own goes, is what it was.
+    /// Looks whether the field by which a heading is given, or the unit's own goes, is what it was. Gives whether a heading can
+    /// be had of it.
     #[inline(never)]
     pub(super) fn watch_field(
         &mut self,
@@ -75,20 +78,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         field_gauss: Vector<Body>,
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
-    ) {
+    ) -> bool {
         let filter = self.navigating().ok();
         let change = filter.and_then(|filter| filter.watch_field(time, field_gauss, trace));
         let Some(FieldChange { share, sigma_rad, turn: Some(turn) }) = change else {
-            return;
+            return true;
         };
         let (share, sigma_rad) = (f64::from(share), f64::from(sigma_rad));
         notify(match turn {
+            Turn::Suspect => return false,
             Turn::Away | Turn::Lasting => {
                 Notice::FieldDisturbed { time, share, sigma_rad, lasts: turn == Turn::Lasting }
             }
             Turn::Back => Notice::FieldUsual { time, changed: false },
             Turn::Settled => Notice::FieldUsual { time, changed: true },
         });
+        true
     }
 
     #[inline(never)]

@@ -13,6 +13,8 @@ use crate::time::Time;
 
 /// A heading further off than this, rad, would turn what a reference says of the tilt.
 const FAR_RAD: f64 = 0.35;
+/// Readings further apart than this, s, tell nothing of how the reference turns.
+const LONGEST_S: f64 = 1.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Takes in an attitude from elsewhere, the unit's own: roll, pitch and heading from true north.
@@ -45,32 +47,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         report: &mut Report,
         trace: &mut impl Trace<T, N>,
     ) -> Result<(), Unusable> {
-        let (sin, cos) = self.state.body_to_ned.heading_sincos();
-        let down = [T::ZERO, T::ZERO, T::ONE];
-        let axes = [
-            (Channel::Roll, [cos, sin, T::ZERO], [cos, sin, T::ZERO]),
-            (Channel::Pitch, [-sin, cos, T::ZERO], [-sin, cos, T::ZERO]),
-            (Channel::Yaw, down, down),
-        ];
-        self.update_reference(time, reference, &axes, report, trace)
-    }
-
-    /// Compares a reference about some axes: each with its channel, its sensitivity to the attitude
-    /// error, and the direction of the innovation, which is also its sensitivity to the slow error.
-    pub(super) fn update_reference(
-        &mut self,
-        time: Time,
-        reference: Rotation<Body, Ned, T>,
-        axes: &[(Channel, [T; 3], [T; 3])],
-        report: &mut Report,
-        trace: &mut impl Trace<T, N>,
-    ) -> Result<(), Unusable> {
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)?;
         if !reference.is_finite() {
             return Err(Unusable::NotFinite);
         }
         let model = self.config.attitude;
-        let elapsed_s = self.attitude_used.map_or(model.interval_s, |used| time - used);
+        let elapsed_s = self.attitude_used.map_or(f64::INFINITY, |used| time - used);
         if elapsed_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
@@ -86,41 +68,66 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if let Some(off) = lost {
             self.take_attitude(off - wander, ATTITUDE, trace);
         }
-        let (mut reference, mut trusts_heading) = (reference, true);
-        if self.heading_distrusted.is_some() {
-            let heading_off = reference.heading_rad() - self.state.body_to_ned.heading_rad();
-            let heading_off = wrap_angle(heading_off - wander.z());
-            trusts_heading = self.trusts_heading(time, heading_off.wide());
-            // A heading that is far off would turn what the reference says of the tilt.
-            if !trusts_heading {
-                reference = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));
-            }
-        }
         let own = self.state.body_to_ned;
-        let left_of = |reference: Rotation<Body, Ned, T>| {
-            (reference * own.inverse()).rotation_vector() - wander
-        };
-        let mut left = left_of(reference);
-        if left.z().abs() > T::of(FAR_RAD) {
+        let mut left = off(self) - wander;
+        let is_far = left.z().abs() > T::of(FAR_RAD);
+        let trusts_heading = self.trusts_heading(time, left.z().wide());
+        if is_far || !trusts_heading {
             let heading_off = wrap_angle(reference.heading_rad() - own.heading_rad());
             let turned = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));
-            left = left_of(turned) + Vector::new(T::ZERO, T::ZERO, heading_off);
+            let tilt = (turned * own.inverse()).rotation_vector() - wander;
+            left = Vector::new(tilt.x(), tilt.y(), heading_off - wander.z());
         }
+        let [tilt_excess, heading_excess] = self.watch_attitude(time, left, elapsed_s)?;
+        let (sin, cos) = own.heading_sincos();
+        let axes = [
+            (Channel::Roll, Group::Tilt, [cos, sin, T::ZERO]),
+            (Channel::Pitch, Group::Tilt, [-sin, cos, T::ZERO]),
+            (Channel::Yaw, Group::Heading, [T::ZERO, T::ZERO, T::ONE]),
+        ];
         let noise = square(T::of(model.noise_rad));
         let mut scalars = core::array::from_fn(|_| None);
-        let used = axes.iter().filter(|axis| axis.0 != Channel::Yaw || trusts_heading);
-        for (slot, &(channel, seen, direction)) in scalars.iter_mut().zip(used) {
-            let group = if channel == Channel::Yaw { Group::Heading } else { Group::Tilt };
-            let innovation = left.dot(direction.into());
-            let measurement = ScalarMeasurement::new((channel, group), innovation, noise);
+        let used = axes.iter().filter(|axis| axis.1 != Group::Heading || trusts_heading);
+        for (slot, &(channel, group, axis)) in scalars.iter_mut().zip(used) {
+            let excess = if group == Group::Heading { heading_excess } else { tilt_excess };
+            let innovation = left.dot(axis.into());
+            let measurement = ScalarMeasurement::new((channel, group), innovation, noise + excess);
             let sensitivity = &mut slot.insert(measurement).sensitivity;
-            sensitivity.add_block(ATTITUDE, seen);
-            sensitivity.add_block(first, direction);
+            sensitivity.add_block(ATTITUDE, axis);
+            sensitivity.add_block(first, axis);
         }
         self.update_sequentially(time, &scalars, report, trace);
         if let Some(off) = lost {
             report.was_taken(axes.iter().map(|axis| off.dot(axis.2.into()).wide()));
         }
         Ok(())
+    }
+
+    /// Watches whether a reference that is off by `off_rad`, `elapsed_s` after the one before, turns as the gyros do. Gives
+    /// the variances that it has in tilt and heading beside its noise, rad².
+    ///
+    /// # Errors
+    /// [`Unusable::TurnsOtherwise`] where it does not.
+    fn watch_attitude(
+        &mut self,
+        time: Time,
+        off_rad: Vector<Ned, T>,
+        elapsed_s: f64,
+    ) -> Result<[T; 2], Unusable> {
+        let off_rad = off_rad.to_array().map(|off| off.wide() as f32);
+        let watch = &mut self.attitude_watch;
+        // After trouble with the inertial samples the gyros are no witness, and a heading goes with the field.
+        let field = &self.field_watch;
+        if elapsed_s > LONGEST_S || self.gates.doubts_filter(time) || field.doubt_rad > 0.0 {
+            watch.forget();
+        }
+        let elapsed_s = elapsed_s.min(LONGEST_S) as f32;
+        if !field.is_suspect() {
+            watch.push(off_rad, elapsed_s);
+        }
+        if watch.denies() {
+            return Err(Unusable::TurnsOtherwise);
+        }
+        Ok(watch.excess(self.config.attitude.noise_rad, elapsed_s))
     }
 }

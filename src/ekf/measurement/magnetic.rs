@@ -51,6 +51,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
         let change = self.field_watch.push(time, parts, &doubt)?;
+        if change.turn == Some(Turn::Suspect) {
+            // The next one that is used is the next one that is looked at.
+            self.attitude_used = self.attitude_used.map(|_| time);
+            return Some(change);
+        }
+        // The unit's own heading follows it.
+        self.attitude_watch.forget();
         self.relax(trace);
         if change.turn == Some(Turn::Lasting) {
             self.doubt_heading(self.estimate(error).wide(), trace);

@@ -116,6 +116,10 @@ pub enum Unusable {
     WrongBaseline,
     /// A heading of two antennas that points the other way, as with the antennas exchanged.
     Reversed,
+    /// An attitude that turns otherwise than the gyros: frozen, late, smoothed, or led astray by accelerations.
+    TurnsOtherwise,
+    /// A magnetic field off what it was in this one reading alone so far: a spike, or the first of a disturbance.
+    Outlier,
 }
 
 impl Unusable {
@@ -125,7 +129,8 @@ impl Unusable {
     pub const fn is_fault(self) -> bool {
         match self {
             Self::NotFinite | Self::TooOld | Self::AheadOfImu | Self::Repeated => true,
-            Self::Stuck | Self::WrongBaseline | Self::Reversed => true,
+            Self::Stuck | Self::WrongBaseline | Self::Reversed | Self::TurnsOtherwise => true,
+            Self::Outlier => true,
             Self::TooSoon | Self::NoState | Self::HeadingUnknown => false,
             Self::OutOfRange | Self::TooTilted => false,
         }
@@ -178,6 +183,8 @@ impl fmt::Display for Unusable {
             Self::Stuck => "the same distance again, though moving",
             Self::WrongBaseline => "the antennas are not so far apart",
             Self::Reversed => "the other way round, as with antennas exchanged",
+            Self::TurnsOtherwise => "it turns otherwise than the gyros",
+            Self::Outlier => "off what the others are",
         })
     }
 }

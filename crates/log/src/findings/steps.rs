@@ -1,7 +1,7 @@
 //! Steps of a bias that the unit's own attitude witnesses, with the fixes' velocity for the
 //! accelerometers.
 
-use hovernav::ekf::Notice;
+use hovernav::ekf::{Notice, Unusable};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 
 use super::Judged;
@@ -17,6 +17,8 @@ const TURNING_RADPS: f64 = 0.2;
 const ABSORBED_S: f64 = 15.0;
 /// Means on either side of a step.
 const SIDE: usize = 3;
+/// Parts near a step in which the attitude may turn otherwise than the gyros: with them, as a step itself makes it.
+const MOST_DENIED: usize = 2;
 /// A step is so many times what the means usually change by.
 const UNUSUAL: f64 = 6.0;
 /// Smaller steps cost little: rad/s and m/s².
@@ -37,10 +39,29 @@ struct Excess {
 }
 
 pub(super) fn find(log: &Judged<'_>, witness: Witness, findings: &mut Vec<Finding>) {
+    let denied_s = denied_s(log);
+    let is_witness = &|near: &[Excess]| {
+        let is_denied = |part: &&Excess| {
+            let first = denied_s.partition_point(|&time_s| time_s < part.start_s);
+            denied_s.get(first).is_some_and(|&time_s| time_s < part.start_s + MEAN_S)
+        };
+        near.iter().all(|part| part.turn_radps < TURNING_RADPS)
+            && near.iter().filter(is_denied).count() <= MOST_DENIED
+    };
     let [turns, forces] = witness.finish(log);
-    step(&turns, "gyro", LEAST_GYRO, ("°/s", 180.0 / std::f64::consts::PI), findings);
-    step(&forces, "accelerometer", LEAST_ACCEL, ("m/s²", 1.0), findings);
+    let degps = ("°/s", 180.0 / std::f64::consts::PI);
+    step(&turns, is_witness, "gyro", LEAST_GYRO, degps, findings);
+    step(&forces, is_witness, "accelerometer", LEAST_ACCEL, ("m/s²", 1.0), findings);
     absorbed(log, findings);
+}
+
+/// When the unit's own attitude turned otherwise than the gyros, s.
+fn denied_s(log: &Judged<'_>) -> Vec<f64> {
+    let denied = log.run.notices.iter().filter_map(|notice| match notice {
+        Notice::NotUsed { time, reason: Unusable::TurnsOtherwise, .. } => Some(time.seconds()),
+        _ => None,
+    });
+    denied.collect()
 }
 
 /// What the unit's own attitude and the fixes bear witness to, part by part of [`MEAN_S`].
@@ -208,6 +229,7 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 
 fn step(
     means: &[Excess],
+    is_witness: impl Fn(&[Excess]) -> bool,
     what: &str,
     least: f64,
     (unit, scale): (&str, f64),
@@ -219,7 +241,7 @@ fn step(
     for axis in 0..3 {
         let changes: Vec<(f64, f64)> = means
             .windows(2 * SIDE)
-            .filter(|near| near.iter().all(|mean| mean.turn_radps < TURNING_RADPS))
+            .filter(|near| is_witness(near))
             .map(|near| {
                 let (before, after) = near.split_at(SIDE);
                 (after[0].start_s, side(after, axis) - side(before, axis))

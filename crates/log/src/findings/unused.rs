@@ -8,6 +8,9 @@ use crate::finding::{Finding, Severity};
 
 /// Readings closer than this, s, are one event.
 const APART_S: f64 = 5.0;
+/// Spikes of a field come now and then: one event within this, s, of at least so many.
+const SPIKES_S: f64 = 60.0;
+const LEAST_SPIKES: usize = 3;
 
 const AIDS: [(Aid, &str); 6] = [
     (Aid::Gps, "gps"),
@@ -18,7 +21,7 @@ const AIDS: [(Aid, &str); 6] = [
     (Aid::Rangefinder, "rangefinder"),
 ];
 
-const REASONS: [Unusable; 7] = [
+const REASONS: [Unusable; 9] = [
     Unusable::NotFinite,
     Unusable::TooOld,
     Unusable::AheadOfImu,
@@ -26,6 +29,8 @@ const REASONS: [Unusable; 7] = [
     Unusable::Stuck,
     Unusable::WrongBaseline,
     Unusable::Reversed,
+    Unusable::TurnsOtherwise,
+    Unusable::Outlier,
 ];
 
 /// For so long, s, a filter that has just started remembers too little for a fix that comes late.
@@ -41,13 +46,16 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 }
                 _ => None,
             });
-            for span in spans(moments, APART_S) {
+            for span in spans(moments, if reason == Unusable::Outlier { SPIKES_S } else { APART_S })
+            {
                 let known = findings.iter().any(|finding| {
                     reason == Unusable::Repeated
                         && finding.kind == "frozen fix"
                         && finding.start_s <= span.start_s
                         && span.end_s <= finding.end_s
                 });
+                // The first reading of a disturbance is one too, and the disturbance is told.
+                let known = known || (reason == Unusable::Outlier && span.count < LEAST_SPIKES);
                 if known || (reason == Unusable::TooOld && span.end_s < starting_s) {
                     continue;
                 }
@@ -95,6 +103,8 @@ const fn kind(reason: Unusable) -> &'static str {
         Unusable::Stuck => "stuck",
         Unusable::WrongBaseline => "wrong baseline",
         Unusable::Reversed => "reversed",
+        Unusable::Outlier => "spikes",
+        Unusable::TurnsOtherwise => "attitude unlike the gyros",
         _ => "unusable",
     }
 }
@@ -111,6 +121,10 @@ const fn in_words(reason: Unusable) -> &'static str {
             "the antennas found further apart, or closer, than they are mounted"
         }
         Unusable::Reversed => "pointing backwards, as with the two antennas exchanged",
+        Unusable::Outlier => "each off what the field was before and after, as a spike is",
+        Unusable::TurnsOtherwise => {
+            "they turn otherwise than the gyros, as where they are frozen, late, smoothed or led astray by accelerations"
+        }
         _ => "frozen, the fix before again though moving",
     }
 }

@@ -1,4 +1,4 @@
-//! Faults of the rangefinder and of the second antenna.
+//! Faults of the unit's own attitude, the rangefinder and the second antenna.
 
 use super::catalogue::Kind;
 use super::fault::Fault;
@@ -36,6 +36,34 @@ pub(super) fn make_range(
         }
         Kind::RangeGone => rows.into_iter().for_each(|row| table.drop_row(row)),
         _ => return false,
+    }
+    true
+}
+
+/// Makes `fault` in `table`, which is `imu.csv`; false where it is of something else, or the unit tells no attitude.
+pub(super) fn make_attitude(table: &mut Table, fault: &Fault, window: Window) -> bool {
+    let (Some(time), Some(attitude)) =
+        (table.column("t_s"), table.columns(["roll_deg", "pitch_deg", "yaw_deg"]))
+    else {
+        return false;
+    };
+    let rows = table.rows_in(window);
+    let told: Vec<(f64, [f64; 3])> =
+        rows.iter().map(|&row| (table.get(row, time), table.triple(row, attitude))).collect();
+    let Some(&(_, first)) = told.first() else { return false };
+    let told_at = |time_s: f64| {
+        let later = told.partition_point(|&(told_s, _)| told_s <= time_s);
+        later.checked_sub(1).map_or(first, |last| told[last].1)
+    };
+    for (row, &(time_s, _)) in rows.into_iter().zip(&told) {
+        let angles = match fault.kind {
+            Kind::AttitudeFrozen => first,
+            Kind::AttitudeLate => told_at(time_s - fault.number),
+            _ => return false,
+        };
+        for (column, angle_deg) in attitude.into_iter().zip(angles) {
+            table.change(row, column, |_| angle_deg);
+        }
     }
     true
 }

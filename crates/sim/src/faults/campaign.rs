@@ -45,7 +45,7 @@ pub struct Outcome {
 }
 
 /// The faults and severities that `hovernav inject --campaign` goes through.
-const STANDARD: [&str; 46] = [
+const STANDARD: [&str; 48] = [
     "vibration=2",
     "vibration=4",
     "clip-accel=2",
@@ -92,6 +92,8 @@ const STANDARD: [&str; 46] = [
     "swap-latlon",
     "radians",
     "mag-vector-only=0.2",
+    "attitude-frozen",
+    "attitude-late=0.3",
 ];
 
 /// The cells of a campaign of everything.

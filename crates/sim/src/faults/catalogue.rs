@@ -45,6 +45,8 @@ pub enum Kind {
     RangeGone,
     HeadingTurn,
     HeadingGone,
+    AttitudeFrozen,
+    AttitudeLate,
 }
 
 /// What a fault's value may be.
@@ -111,11 +113,12 @@ const SETUP: &[&str] = &["sign", "axis", "axes", "gravity", "mount"];
 const GLITCH: &[&str] = &["glitch", "jump", "position", "gps", "fix"];
 const RANGE: &[&str] = &["rangefinder"];
 const ANTENNAS: &[&str] = &["second antenna"];
+const ATTITUDE: &[&str] = &["attitude"];
 const MAGNETIC: &[&str] = &["magnet", "heading", "yaw", "field"];
 
 /// All kinds of faults.
 #[rustfmt::skip]
-pub const CATALOGUE: [Entry; 39] = [
+pub const CATALOGUE: [Entry; 41] = [
     entry(Kind::Vibration, "vibration", (Number(0.0, 4.0, 20.0), "×"), Throughout,
         "what is faster than about 2 Hz in rates and forces becomes so many times as strong: the log's own, from 2 to 10 s earlier, is added; below 1 it is taken away in part", &["vibrat", "shak"]),
     entry(Kind::ClipAccel, "clip-accel", (Number(0.1, 2.0, 100.0), "g"), Throughout,
@@ -194,6 +197,10 @@ pub const CATALOGUE: [Entry; 39] = [
         "the heading of two antennas is off by this", ANTENNAS),
     entry(Kind::HeadingGone, "heading-gone", (Values::None, ""), For(30.0),
         "no heading of two antennas", ANTENNAS),
+    entry(Kind::AttitudeFrozen, "attitude-frozen", (Values::None, ""), For(30.0),
+        "the unit's own attitude repeats its last value", ATTITUDE),
+    entry(Kind::AttitudeLate, "attitude-late", (Number(0.0, 0.3, 10.0), "s"), Throughout,
+        "the unit's own attitude comes this late", ATTITUDE),
 ];
 
 impl Kind {

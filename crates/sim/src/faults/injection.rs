@@ -175,6 +175,9 @@ impl Log {
         if inertial.make(fault, window, noise) {
             return Ok(());
         }
+        if aids::make_attitude(&mut self.imu, fault, window) {
+            return Ok(());
+        }
         if let Some(text) = &self.manifest_text
             && let Some(wrong) = setup::make(text, &self.manifest, fault, noise)
         {

@@ -1,0 +1,149 @@
+//! Whether an attitude reference turns as the gyros do.
+
+use crate::frames::wrap_angle;
+use crate::scalar::Scalar;
+
+/// How the difference between a reference and the filter has moved of late, by the gyros alone.
+///
+/// A reference whose errors are slow keeps its distance from an attitude that gyros carry on. One that is frozen, late,
+/// smoothed or led astray by accelerations does not: its distance swings with the vehicle's motion. What changes steadily
+/// is a drift, of the gyros as likely as of the reference, and counts for nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AttitudeWatch {
+    /// Mean of the difference, rad, and mean of what it is off that mean.
+    mean: [f32; 3],
+    drift: [f32; 3],
+    /// Mean square of the rest in tilt and in heading, rad².
+    square: [f32; 2],
+    /// Whether there is a difference to go on from.
+    is_begun: bool,
+}
+
+impl AttitudeWatch {
+    /// Nothing was compared yet.
+    pub const NONE: Self =
+        Self { mean: [0.0; 3], drift: [0.0; 3], square: [0.0; 2], is_begun: false };
+
+    /// What comes next is not compared with what was before.
+    pub fn forget(&mut self) {
+        self.is_begun = false;
+    }
+
+    /// Takes in a difference: north, east, down, `elapsed_s` after the one before.
+    ///
+    /// # Source
+    /// Equation (M8) of docs/equations.md.
+    pub fn push(&mut self, off_rad: [f32; 3], elapsed_s: f32) {
+        if !self.is_begun {
+            *self = Self { mean: off_rad, drift: [0.0; 3], square: self.square, is_begun: true };
+        }
+        let newest = (elapsed_s / MEMORY_S).min(1.0);
+        let mut squares = [0.0; 3];
+        let axes = self.mean.iter_mut().zip(&mut self.drift).zip(off_rad).zip(&mut squares);
+        for (((mean, drift), off), square) in axes {
+            let beside = wrap_angle(off - *mean);
+            *mean += newest * beside;
+            *drift += newest * (beside - *drift);
+            *square = (beside - *drift) * (beside - *drift);
+        }
+        let [north, east, down] = squares;
+        for (mean, square) in self.square.iter_mut().zip([0.5 * (north + east), down]) {
+            let memory_s = if square > *mean { RISE_S } else { FALL_S };
+            *mean += (elapsed_s / memory_s).min(1.0) * (square - *mean);
+        }
+    }
+
+    /// The filter has come nearer to the reference by `by_rad`.
+    pub fn corrected(&mut self, by_rad: [f32; 3]) {
+        for (mean, by) in self.mean.iter_mut().zip(by_rad) {
+            *mean -= by;
+        }
+    }
+
+    /// Whether the reference turns otherwise than the gyros.
+    pub fn denies(&self) -> bool {
+        self.square.iter().any(|square| *square > MOST_RAD * MOST_RAD)
+    }
+
+    /// Variances in tilt and heading, rad², that a reading has beside its noise of `noise_rad`, one reading every
+    /// `elapsed_s`.
+    pub fn excess<T: Scalar>(&self, noise_rad: f64, elapsed_s: f32) -> [T; 2] {
+        let usual = USUAL * (noise_rad * noise_rad) as f32;
+        let alike = (2.0 * ALIKE_S / elapsed_s).max(1.0);
+        self.square.map(|square| T::of(f64::from(alike * (square - usual).max(0.0))))
+    }
+}
+
+/// What is slower than this, s, is the slow error of the reference.
+const MEMORY_S: f32 = 3.0;
+/// Swings are noticed within this, s, and forgotten with this.
+const RISE_S: f32 = 1.0;
+const FALL_S: f32 = 5.0;
+/// Swings of so many times the reference's variance are its noise.
+const USUAL: f32 = 1.5;
+/// What a swing is off stays alike for this, s.
+const ALIKE_S: f32 = 1.0;
+/// A reference that swings by more, rad (2.5°), is not that of this vehicle's motion.
+const MOST_RAD: f32 = 0.044;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP_S: f32 = 0.1;
+    const NOISE_RAD: f64 = 0.009;
+
+    /// A vehicle that turns to and fro by 10° in 4 s.
+    fn heading_rad(time_s: f32) -> f32 {
+        0.17 * (core::f32::consts::FRAC_PI_2 * time_s).sin()
+    }
+
+    /// What a minute of a heading that tells `reference_rad` at a time leaves.
+    fn watched(reference_rad: impl Fn(f32) -> f32) -> AttitudeWatch {
+        let mut watch = AttitudeWatch::NONE;
+        for step in 0..600_u16 {
+            let time_s = STEP_S * f32::from(step);
+            watch.push([0.0, 0.0, reference_rad(time_s) - heading_rad(time_s)], STEP_S);
+        }
+        watch
+    }
+
+    #[test]
+    fn a_heading_that_is_frozen_late_or_smoothed_is_denied() {
+        assert!(watched(|_| 0.1).denies());
+        assert!(watched(|time_s| heading_rad(time_s - 0.3)).denies());
+        assert!(watched(|time_s| 0.5 * heading_rad(time_s)).denies());
+    }
+
+    #[test]
+    fn one_that_is_off_by_much_or_drifts_as_gyros_may_is_not() {
+        for (off_rad, drift_radps) in [(0.0, 0.0), (2.0, 0.0), (3.1, 0.017), (-3.1, -0.05)] {
+            let watch = watched(|time_s| heading_rad(time_s) + off_rad + drift_radps * time_s);
+            assert!(!watch.denies(), "{off_rad} {drift_radps}");
+            let [tilt, heading] = watch.excess::<f64>(NOISE_RAD, STEP_S);
+            assert!(tilt == 0.0 && heading < 1e-4, "{off_rad} {drift_radps}: {heading}");
+        }
+    }
+
+    #[test]
+    fn a_little_late_it_counts_for_less() {
+        let watch = watched(|time_s| heading_rad(time_s - 0.1));
+        assert!(!watch.denies());
+        let [_, heading] = watch.excess::<f64>(NOISE_RAD, STEP_S);
+        assert!(heading > 10.0 * NOISE_RAD * NOISE_RAD, "{heading}");
+    }
+
+    #[test]
+    fn what_the_filter_corrects_is_no_swing() {
+        let mut watch = AttitudeWatch::NONE;
+        let mut off_rad = 0.3;
+        for step in 0..200 {
+            watch.push([off_rad, 0.0, 0.0], STEP_S);
+            if step % 20 == 10 {
+                watch.corrected([0.1, 0.0, 0.0]);
+                off_rad -= 0.1;
+            }
+        }
+        assert_eq!(watch.excess::<f64>(NOISE_RAD, STEP_S), [0.0; 2]);
+    }
+}
