@@ -108,6 +108,9 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     last_said: u32,
     /// Whether it is repeated although the vehicle moves.
     is_frozen: bool,
+    /// Its height, m, and since when fixes of a vehicle that moves have told it, without a vertical velocity.
+    last_height_m: f64,
+    height_since: Time,
     level: Level,
     wheels: WheelWatch,
     /// When a sample was last suspect.
@@ -128,6 +131,8 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 const OF_ONE_CLOCK_S: f64 = 10.0;
 /// A fix that repeats a velocity below this, m/s, may be true.
 const REPEATED_MPS: f64 = 0.2;
+/// A height that stays the same for so long, s, of a vehicle that moves is none.
+const HELD_HEIGHT_S: f64 = 3.0;
 /// Suspect samples closer than this, s, are one event.
 const SUSPECT_S: f64 = 1.0;
 /// Fixes that may wait for the inertial sample after them.
@@ -150,6 +155,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             held: [None; HELD],
             last_said: 0,
             is_frozen: false,
+            last_height_m: f64::NAN,
+            height_since: NEVER,
             level: Level::Believed,
             wheels: WheelWatch::UNSEEN,
             suspected: NEVER,
@@ -364,12 +371,30 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.is_frozen
     }
 
+    /// Whether a receiver seems to hold the height, as with three satellites, though it does not say so: the same to the last
+    /// bit in fix after fix of a vehicle that moves, with a vertical velocity of nothing or none.
+    fn holds_height(&mut self, fix: &Fix) -> bool {
+        let height_m = fix.position.height_m;
+        let same = core::mem::replace(&mut self.last_height_m, height_m) == height_m;
+        let tells_climb = fix.down_velocity_mps.is_some_and(|down_mps| down_mps != 0.0);
+        let stands = fix
+            .horizontal_velocity_mps
+            .is_none_or(|[north, east]| square(north) + square(east) < square(REPEATED_MPS));
+        // At rest a receiver may well tell the same again.
+        if !same || tells_climb || stands {
+            self.height_since = fix.time;
+        }
+        fix.time - self.height_since >= HELD_HEIGHT_S
+    }
+
     #[inline(never)]
     fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         if self.repeats(fix) {
             notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
             return;
         }
+        let two_dimensional = fix.two_dimensional || self.holds_height(fix);
+        let fix = &Fix { two_dimensional, ..*fix };
         let mut report = Report::default();
         let searches_anew = self.is_searching_anew();
         let result = match self.phase {

@@ -457,6 +457,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.excess.factor()
     }
 
+    /// How many times the one-sigmas that fixes state the filter takes their places and level velocities for: 1 to 2.6.
+    ///
+    /// # Source
+    /// Equation (M7) of docs/equations.md.
+    #[must_use]
+    pub fn stated_times(&self) -> [f64; 2] {
+        let [position, level, _] = self.gps_learned;
+        [position, level].map(super::measurement::stated_times)
+    }
+
     /// The settings.
     #[must_use]
     pub const fn config(&self) -> &EkfConfig {

@@ -59,6 +59,9 @@ pub struct Run {
     pub gps_offset: Option<(f64, f64)>,
     /// By how many times the inertial unit turned out noisier than assumed, in variance, at most.
     pub noise_excess: f64,
+    /// How many times the one-sigmas that fixes state their places and level velocities turned out, in the mean.
+    pub stated_times: [f64; 2],
+    learned_from: usize,
     /// `None` where all comparisons are kept.
     thinning: Option<Thinning>,
 }
@@ -99,6 +102,12 @@ impl Run {
         self.gps_offset = filter.map(gps_offset);
         let excess = filter.map_or(1.0, FullEkf::noise_excess);
         self.noise_excess = self.noise_excess.max(excess);
+        if let Some(filter) = filter {
+            self.learned_from += 1;
+            for (mean, now) in self.stated_times.iter_mut().zip(filter.stated_times()) {
+                *mean += (now - *mean) / self.learned_from as f64;
+            }
+        }
     }
 
     /// Keeps a notice; of readings left out by design, of which there are more than samples, the

@@ -10,8 +10,8 @@ use super::super::history::{ABOUT_NS, LookBack};
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
-use super::super::square;
 use super::super::trace::Trace;
+use super::super::{root, square};
 use super::{Compared, Report, Unusable};
 use crate::earth::Local;
 use crate::frames::{Ned, Vector};
@@ -58,6 +58,11 @@ const VELOCITY_AXES: [(Channel, Group); 3] = [
     (Channel::VelocityEast, Group::HorizontalVelocity),
     (Channel::VelocityDown, Group::VerticalVelocity),
 ];
+
+/// How many times what fixes state counts, by the learned size of the variances.
+pub fn stated_times(learned: f32) -> f64 {
+    (f64::from(root(learned)) / BY_CHANCE).max(1.0)
+}
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Takes in a satellite fix: position, and velocity where it has any, at the antenna, at the
@@ -151,7 +156,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
         let places_alone = fix.horizontal_velocity_mps.is_none();
-        self.learn_gps(report, places_alone);
+        self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
         // What clipping or a gap has left is in the velocity, and no step of a bias.
         let mut stepped = self.excess.learn(fix.time, report);
         // Of places alone no more is told of a step than that it has led the filter off.
@@ -196,13 +201,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Moves the learned size of the GPS errors by what this fix's innovations were against what was
-    /// expected of them. What a fix states of its velocity is believed no smaller than it is found to be.
+    /// expected of them. What a fix states is believed no smaller than it is found to be: of places by those alone that were
+    /// taken in, for one that jumps is no measure of the rest.
     ///
     /// # Source
     /// Equation (M7) of docs/equations.md.
-    fn learn_gps(&mut self, report: &Report, places_alone: bool) {
+    fn learn_gps(&mut self, report: &Report, places_alone: bool, states_places: bool) {
         for axis in report.innovations() {
             let learned = match axis.channel {
+                Channel::PositionNorth | Channel::PositionEast
+                    if states_places && axis.verdict != Verdict::Accepted =>
+                {
+                    continue;
+                }
                 Channel::PositionNorth | Channel::PositionEast => &mut self.gps_learned[0],
                 Channel::VelocityNorth | Channel::VelocityEast => &mut self.gps_learned[1],
                 Channel::VelocityDown => &mut self.gps_learned[2],
@@ -249,9 +260,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let [learned_m, level, vertical] =
             self.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
         let learned_mps = [level, level, vertical];
-        let position = fix
-            .position_sigma_m
-            .map_or(model.position_sigma_m().map(|sigma| sigma * learned_m), Vector::to_array);
+        let position = fix.position_sigma_m.map_or(
+            model.position_sigma_m().map(|sigma| sigma * learned_m),
+            |stated| {
+                let times = stated_times(self.gps_learned[0]);
+                stated.to_array().map(|sigma| sigma * times)
+            },
+        );
         let stated_mps = fix.axes_velocity_sigma_mps().map(Vector::to_array);
         let velocity: [f64; 3] = core::array::from_fn(|axis| match stated_mps {
             Some(stated) => stated[axis] * (learned_mps[axis] / BY_CHANCE).max(1.0),

@@ -12,6 +12,7 @@ mod update;
 mod wheels;
 
 pub(super) use antenna_heading::AntennaHeadingMemory;
+pub(super) use gps::stated_times;
 pub(super) use range::Ground;
 pub use report::{Aid, Report, Unusable};
 pub(super) use rest::BiasShift;

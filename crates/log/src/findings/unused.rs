@@ -11,6 +11,8 @@ const APART_S: f64 = 5.0;
 /// Spikes of a field come now and then: one event within this, s, of at least so many.
 const SPIKES_S: f64 = 60.0;
 const LEAST_SPIKES: usize = 3;
+/// A disturbance is told so long, s, after the first reading of it, at most.
+const BEGINS_S: f64 = 1.0;
 
 const AIDS: [(Aid, &str); 6] = [
     (Aid::Gps, "gps"),
@@ -38,10 +40,24 @@ const STARTING_S: f64 = 1.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let starting_s = log.span_s().map_or(f64::NEG_INFINITY, |(first_s, _)| first_s + STARTING_S);
+    let disturbed_s: Vec<f64> = (log.run.notices.iter())
+        .filter_map(|notice| match notice {
+            Notice::FieldDisturbed { time, .. } => Some(time.seconds()),
+            _ => None,
+        })
+        .collect();
+    // The first reading of a disturbance is off too, and the disturbance is told.
+    let begins_one = |time_s: f64| {
+        let next = disturbed_s.partition_point(|&disturbed_s| disturbed_s < time_s);
+        disturbed_s.get(next).is_some_and(|&disturbed_s| disturbed_s - time_s < BEGINS_S)
+    };
     for (aid, sensor) in AIDS {
         for reason in REASONS {
+            let is_told = |time_s: f64| reason == Unusable::Outlier && begins_one(time_s);
             let moments = log.run.notices.iter().filter_map(|notice| match notice {
-                Notice::NotUsed { time, aid: of, reason: why } if (*of, *why) == (aid, reason) => {
+                Notice::NotUsed { time, aid: of, reason: why }
+                    if (*of, *why) == (aid, reason) && !is_told(time.seconds()) =>
+                {
                     Some((time.seconds(), 0.0))
                 }
                 _ => None,
@@ -54,7 +70,6 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                         && finding.start_s <= span.start_s
                         && span.end_s <= finding.end_s
                 });
-                // The first reading of a disturbance is one too, and the disturbance is told.
                 let known = known || (reason == Unusable::Outlier && span.count < LEAST_SPIKES);
                 if known || (reason == Unusable::TooOld && span.end_s < starting_s) {
                     continue;

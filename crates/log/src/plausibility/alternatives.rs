@@ -1,6 +1,6 @@
 //! Where the fixes deny a run, other set-ups are tried: the one that they agree with is the likely one.
 
-use hovernav::ekf::{Channel, EstimatorConfig, Notice, Verdict};
+use hovernav::ekf::{Aid, Channel, EstimatorConfig, Notice, Verdict};
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::Motion;
 
@@ -20,6 +20,12 @@ const OPENED_S: f64 = 2.0;
 const BETTER: f64 = 3.0;
 /// No right one is worse than this.
 const GOOD: f64 = 2.0;
+/// What gives a heading, without which the fixes may agree.
+const AIDS: [(Aid, &str, &str); 3] = [
+    (Aid::Magnetometer, "magnetometer", "magnetometer"),
+    (Aid::SecondAntenna, "second antenna", "second_antenna"),
+    (Aid::Attitude, "unit's own attitude", "attitude"),
+];
 
 /// Signs and axes of the unit that are tried: which axis goes where, with which sign.
 struct Alternative {
@@ -101,6 +107,31 @@ impl Alternative {
         }
         other
     }
+
+    /// Whether the accelerometers feel the vehicle's weight the right way up in the mean.
+    fn is_upright(&self, part: &Dataset) -> bool {
+        let [.., (axis, sign)] = self.accel;
+        let felt = part.imu.iter().map(|sample| match sample.motion {
+            Motion::Rates { specific_force_mps2: force, .. }
+            | Motion::Increments { velocity_mps: force, .. } => sign * force.to_array()[axis],
+        });
+        felt.sum::<f64>() < 0.0
+    }
+}
+
+/// The part of a set-up with one source of heading less, where the log has it.
+fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<EstimatorConfig> {
+    let mut config = *config;
+    let aiding = &mut config.aiding;
+    let has_field = || part.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some());
+    let (is_used, is_there) = match aid {
+        Aid::Magnetometer => {
+            (&mut aiding.magnetometer, !part.magnetometer.is_empty() || has_field())
+        }
+        Aid::SecondAntenna => (&mut aiding.second_antenna, !part.headings.is_empty()),
+        _ => (&mut aiding.attitude, part.imu.iter().any(|sample| sample.attitude.is_some())),
+    };
+    (core::mem::replace(is_used, false) && is_there).then_some(config)
 }
 
 /// Mean square of the normalised innovations of the fixes, each up to [`MOST`], what was refused, or opened for a
@@ -131,8 +162,9 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
     (count >= 80.0).then(|| [sum / count, run.noise_excess.max(1.0) * sum / count])
 }
 
-/// The other signs or axes of the inertial unit under which the fixes agree with a run that they now
-/// deny; `None` where they do not deny it, or no other set-up is right.
+/// The other signs or axes of the inertial unit, or the source of heading that is left out, with which the fixes agree with a
+/// run that they now deny; `None` where they do not deny it, or no other set-up is right. No axes are proposed that put the
+/// vehicle on its back.
 ///
 /// Runs the estimator over a part of the log a dozen times, and only where a run is denied.
 #[must_use]
@@ -149,14 +181,35 @@ pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Op
     let part =
         Dataset { imu: near.collect(), imu_file: None, order: Vec::new(), ..dataset.clone() };
     let [_, as_it_is] = disagreement(&part.estimate(config, |_| {})).unwrap_or([MOST; 2]);
-    let tried = ALTERNATIVES.iter().filter_map(|other| {
-        let run = other.applied(&part).estimate(config, |_| {});
-        // A heading that was never found fits anything.
+    // A heading that was never found fits anything.
+    let judged = |run: &Run| {
         let is_whole = run.solutions.last().is_some_and(|last| last.attitude_sigma_rad[2] < 0.5);
-        Some((disagreement(&run).filter(|_| is_whole)?, other))
-    });
-    let ([learned, with], best) = tried.min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
-    (learned < GOOD && BETTER * with < as_it_is).then(|| SetupFinding {
+        disagreement(run).filter(|_| is_whole)
+    };
+    let is_right = |[learned, with]: [f64; 2]| learned < GOOD && BETTER * with < as_it_is;
+    // Without something that is wrong the fixes agree whatever else is tried, and it is the simpler cause.
+    for (aid, sensor, key) in AIDS {
+        let Some(config) = without(aid, config, &part) else { continue };
+        let agrees = judged(&part.estimate(&config, |_| {})).filter(|found| is_right(*found));
+        if let Some([_, with]) = agrees {
+            return Some(SetupFinding {
+                sensor,
+                is_certain: false,
+                found: format!(
+                    "the fixes disagree with the solution ({as_it_is:.1} times the expected squares), and agree \
+                     ({with:.1}) without the {sensor}"
+                ),
+                cause: "axes or signs of its own, a wrong mounting, or what disturbs it".into(),
+                mend: format!("mend it, or write {key} = false under [aiding]"),
+            });
+        }
+    }
+    let upright = ALTERNATIVES.iter().filter(|other| other.is_upright(&part));
+    let tried = upright
+        .filter_map(|other| Some((judged(&other.applied(&part).estimate(config, |_| {}))?, other)));
+    let (found, best) = tried.min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
+    let [_, with] = found;
+    is_right(found).then(|| SetupFinding {
         sensor: "inertial unit",
         is_certain: false,
         found: format!(

@@ -7,6 +7,7 @@
 mod alternatives;
 mod attitude;
 mod clocks;
+mod field_turning;
 mod fixes;
 mod gravity;
 mod magnetic;
@@ -21,6 +22,7 @@ use crate::error::LogError;
 use crate::finding::SetupFinding;
 use crate::rates::{Rates, with_rates};
 use attitude::{Tilting, Turning};
+use field_turning::FieldTurning;
 use gravity::Gravity;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
@@ -48,6 +50,7 @@ pub(crate) struct SetupLook {
     turning: Turning,
     tilting: Tilting,
     field: Field,
+    field_turning: FieldTurning,
 }
 
 impl SetupLook {
@@ -59,6 +62,7 @@ impl SetupLook {
             self.gravity.push(rates);
             self.turning.push(rates, sample.attitude);
             self.tilting.push(rates);
+            self.field_turning.push(rates, sample.magnetic_field_gauss);
         }
     }
 
@@ -75,6 +79,9 @@ impl SetupLook {
         self.gravity.check(&mut found);
         if !self.turning.check(&mut found) {
             self.tilting.check(&mut found);
+        }
+        if found.is_empty() {
+            self.field_turning.check(&dataset.magnetometer, &mut found);
         }
         fixes::check(&dataset.fixes, &mut found);
         self.field.check(dataset, up, &mut found);

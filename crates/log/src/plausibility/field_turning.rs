@@ -1,0 +1,187 @@
+//! The magnetometer against the gyros: the Earth's field stands still while the vehicle turns.
+
+use hovernav::frames::{Body, Rotation, Vector};
+use hovernav::time::Time;
+
+use crate::finding::SetupFinding;
+use crate::rates::Rates;
+
+/// How often the gyros' turn is noted, s, and over how long fields are compared, s: longer than a magnetometer lags,
+/// shorter than gyros drift.
+const NOTED_S: f64 = 0.05;
+const OVER_S: f64 = 1.0;
+/// Turns of less, rad, tell nothing.
+const LEAST_TURN_RAD: f64 = 0.03;
+/// So many comparisons at least, in which so much of the field's strength has turned, all squares together.
+const LEAST: usize = 30;
+const LEAST_TURNED: f64 = 0.2;
+/// Another order or sign is the right one where it leaves so little of what the present one leaves, and of the turning.
+const BETTER: f64 = 0.2;
+const EXPLAINED: f64 = 0.3;
+/// A gap in the gyros hides turns, s.
+const GAP_S: f64 = 0.3;
+
+/// Order and signs of a magnetometer's axes that are tried beside the present ones. All three signs turned at once no turning
+/// shows: of two that differ by that alone there is one here.
+const OTHERS: [([usize; 3], [f64; 3], &str); 7] = [
+    ([0, 1, 2], [-1.0, 1.0, 1.0], "x of the wrong sign, or y and z"),
+    ([0, 1, 2], [1.0, -1.0, 1.0], "y of the wrong sign, or x and z"),
+    ([0, 1, 2], [1.0, 1.0, -1.0], "z of the wrong sign, or x and y"),
+    ([1, 0, 2], [1.0, 1.0, 1.0], "x and y swapped"),
+    ([1, 0, 2], [1.0, 1.0, -1.0], "x and y swapped and z of the wrong sign"),
+    ([0, 2, 1], [1.0, 1.0, 1.0], "y and z swapped"),
+    ([2, 1, 0], [1.0, 1.0, 1.0], "x and z swapped"),
+];
+
+/// How the gyros have turned, and the fields meanwhile.
+#[derive(Default)]
+pub(super) struct FieldTurning {
+    /// From the body to where it was at first, by the gyros alone.
+    body_to_start: Option<(Time, Rotation<Body, Body>)>,
+    noted: Vec<(Time, Rotation<Body, Body>)>,
+    fields: Vec<(Time, Vector<Body>)>,
+}
+
+impl FieldTurning {
+    /// Takes in the next sample's rates, and the field that came with it.
+    pub fn push(&mut self, at: &Rates, field_gauss: Option<Vector<Body>>) {
+        let turn = Vector::<Body>::from(at.turn_radps) * at.interval_s;
+        let body_to_start = match self.body_to_start {
+            Some((before, body_to_start)) if at.time - before < GAP_S => {
+                body_to_start.turned_in_from(turn)
+            }
+            // What a gap hides lies between two notes that are not compared.
+            Some((_, body_to_start)) => body_to_start,
+            None => Rotation::IDENTITY,
+        };
+        self.body_to_start = Some((at.time, body_to_start));
+        let is_due = |last: &(Time, _)| at.time - last.0 >= NOTED_S;
+        if self.noted.last().is_none_or(is_due) {
+            self.noted.push((at.time, body_to_start));
+            self.fields.extend(field_gauss.map(|field| (at.time, field)));
+        }
+    }
+
+    /// Judges the axes of the magnetometer by the fields that came with the samples, or `apart` from them.
+    pub fn check(&self, apart: &[(Time, Vector<Body>)], found: &mut Vec<SetupFinding>) {
+        let fields = if apart.is_empty() { &self.fields[..] } else { apart };
+        let mut left = [0.0; 1 + OTHERS.len()];
+        let (mut turned, mut count) = (0.0, 0);
+        let mut before: Option<(Time, Rotation<Body, Body>, Vector<Body>)> = None;
+        for &(time, field) in fields {
+            if before.is_some_and(|(then, ..)| time - then < OVER_S) || !field.is_finite() {
+                continue;
+            }
+            let Some(body_to_start) = self.at(time) else { continue };
+            let last = before.replace((time, body_to_start, field));
+            let Some((then, from, old)) = last.filter(|last| time - last.0 < 2.0 * OVER_S) else {
+                continue;
+            };
+            let turn = body_to_start.inverse() * from;
+            let strength = field.norm() * old.norm();
+            if turn.rotation_vector().norm() < LEAST_TURN_RAD
+                || strength == 0.0
+                || self.gap(then, time)
+            {
+                continue;
+            }
+            let off = |read: &dyn Fn(Vector<Body>) -> Vector<Body>| {
+                let off = read(field) - turn * read(old);
+                off.dot(off) / strength
+            };
+            left[0] += off(&|field| field);
+            for (left, (order, signs, _)) in left[1..].iter_mut().zip(&OTHERS) {
+                *left += off(&|field| {
+                    let values = field.to_array();
+                    [0, 1, 2].map(|axis| signs[axis] * values[order[axis]]).into()
+                });
+            }
+            turned += (field - old).dot(field - old) / strength;
+            count += 1;
+        }
+        let [present, others @ ..] = left;
+        let best = others.iter().zip(&OTHERS).min_by(|a, b| a.0.total_cmp(b.0));
+        let Some((&best, (.., name))) = best else { return };
+        if count < LEAST
+            || turned < LEAST_TURNED
+            || best > BETTER * present
+            || best > EXPLAINED * turned
+        {
+            return;
+        }
+        let share = |left: f64| 100.0 * (left / turned).sqrt();
+        found.push(SetupFinding {
+            sensor: "magnetometer",
+            is_certain: false,
+            found: format!(
+                "the field turns otherwise than the gyros (they leave {:.0} % of its turning, and {:.0} % once its \
+                 columns are read otherwise)",
+                share(present),
+                share(best)
+            ),
+            cause: format!("magnetometer {name}, or the gyros' axes"),
+            mend: "mend these columns, or write magnetometer = false under [aiding]: the heading cannot be trusted".into(),
+        });
+    }
+
+    /// The turn noted last at a time; `None` outside the samples.
+    fn at(&self, time: Time) -> Option<Rotation<Body, Body>> {
+        let later = self.noted.partition_point(|(noted, _)| *noted <= time);
+        let (noted, body_to_start) = *self.noted.get(later.checked_sub(1)?)?;
+        (time - noted < GAP_S).then_some(body_to_start)
+    }
+
+    /// Whether turns are hidden between two times.
+    fn gap(&self, from: Time, to: Time) -> bool {
+        let first = self.noted.partition_point(|(noted, _)| *noted < from).saturating_sub(1);
+        let notes =
+            self.noted[first..].iter().map(|(noted, _)| *noted).take_while(|noted| *noted <= to);
+        notes.collect::<Vec<_>>().windows(2).any(|pair| pair[1] - pair[0] >= GAP_S)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::imu::ClippedAxes;
+
+    /// What is found of a minute in which the vehicle sways about all axes, its field read by `read`, with a hard iron of a
+    /// third of its strength.
+    fn found(read: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<SetupFinding> {
+        let mut turning = FieldTurning::default();
+        let mut body_to_earth = Rotation::<Body, Body>::IDENTITY;
+        for step in 0..6000_u32 {
+            let seconds = 0.01 * f64::from(step);
+            let turn_radps =
+                [0.4 * seconds.sin(), 0.3 * (0.7 * seconds).cos(), 0.6 * (0.3 * seconds).sin()];
+            body_to_earth = body_to_earth.turned_in_from(Vector::from(turn_radps) * 0.01);
+            let field = body_to_earth.inverse() * Vector::new(0.2, 0.0, 0.43);
+            let field = field + Vector::new(0.05, -0.1, 0.1);
+            let rates = Rates {
+                time: Time::ZERO + seconds,
+                interval_s: 0.01,
+                turn_radps,
+                force_mps2: [0.0, 0.0, -9.8],
+                clipped: ClippedAxes::default(),
+            };
+            turning.push(&rates, Some(read(field.to_array()).into()));
+        }
+        let mut found = Vec::new();
+        turning.check(&[], &mut found);
+        found
+    }
+
+    #[test]
+    fn axes_in_the_wrong_order_or_of_the_wrong_sign_are_named() {
+        let swapped = found(|[x, y, z]| [y, x, z]);
+        assert!(swapped[0].cause.contains("x and y swapped"), "{swapped:?}");
+        let turned = found(|[x, y, z]| [x, -y, z]);
+        assert!(turned[0].cause.contains("y of the wrong sign"), "{turned:?}");
+    }
+
+    #[test]
+    fn right_ones_are_not_even_all_of_the_other_sign_or_another_unit() {
+        assert!(found(|field| field).is_empty());
+        assert!(found(|field| field.map(|part| -50.0 * part)).is_empty());
+    }
+}
