@@ -1,8 +1,5 @@
 //! Units, signs and clocks of foreign receivers, from a first look to the fixes that the original gives.
 
-#[path = "support/mapped.rs"]
-mod support;
-
 use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::Path;
@@ -10,7 +7,7 @@ use std::path::Path;
 use hovernav::gps::Fix;
 use hovernav_formats::Proposal;
 
-use support::mapped;
+use crate::mapped::mapped;
 
 /// A moment of a drive along a winding road, west of Greenwich and south of the equator.
 #[derive(Clone, Copy)]

@@ -1,11 +1,8 @@
 //! Clocks of foreign loggers: times that repeat, that are out of order, of days and of weeks.
 
-#[path = "support/mapped.rs"]
-mod support;
-
 use hovernav_log::Dataset;
 
-use support::mapped;
+use crate::mapped::mapped;
 
 const NAMES: &str = "gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
 

@@ -1,0 +1,4 @@
+//! What `fly` takes of its configuration, and what it refuses.
+
+mod refusals;
+mod settings;
