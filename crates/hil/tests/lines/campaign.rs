@@ -1,13 +1,12 @@
 //! Flights over the lines against those of a campaign, which has neither lines nor a clock: the same
 //! percentiles.
 
-mod common;
-
-use common::{Flown, Setup, all_flown, autopilot};
 use hovernav::frames::{Body, Vector, wrap_angle};
 use hovernav_log::Truth;
 use hovernav_sim::FlightConfig;
 use hovernav_sim::campaign::{Campaign, SensorGrade, percentile};
+
+use crate::common::{Flown, Setup, all_flown, autopilot};
 
 /// Flights of the campaign, and over the lines: seeds 1 to 200 and 201 to 260.
 const CAMPAIGN: u64 = 200;

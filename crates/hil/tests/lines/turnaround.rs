@@ -1,13 +1,12 @@
 //! How long the flight computer takes from the last byte of an inertial packet to the servos, its own time
 //! apart from the waking of both ends by the system.
 
-mod common;
-
 use std::fmt::Write as _;
 use std::fs;
 
-use common::{Flown, Setup, all_flown};
 use hovernav_fly::DurationHistogram;
+
+use crate::common::{Flown, Setup, all_flown};
 
 /// The curves: name, colour, and which of a flight's times.
 type Curve = (&'static str, &'static str, fn(&Flown) -> &DurationHistogram);

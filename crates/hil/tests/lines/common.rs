@@ -1,12 +1,10 @@
 //! A flight computer and the simulated helicopter at the two ends of pseudo-terminals, in one process and
 //! in real time.
-// Each test uses its part.
-#![allow(dead_code)]
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Condvar, Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -142,6 +140,33 @@ fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
     config
 }
 
+/// As many flights at once as fly in time on two cores.
+const AT_ONCE: usize = 10;
+
+/// Leave for some of the flights at once, given back in the end.
+struct Leave(usize);
+
+static FLYING: Mutex<usize> = Mutex::new(0);
+static LANDED: Condvar = Condvar::new();
+
+impl Leave {
+    /// Waits until so many more may fly.
+    fn wait(flights: usize) -> Self {
+        let flying = FLYING.lock().unwrap_or_else(PoisonError::into_inner);
+        let may_not = |flying: &mut usize| *flying + flights > AT_ONCE;
+        let mut flying = LANDED.wait_while(flying, may_not).unwrap_or_else(PoisonError::into_inner);
+        *flying += flights;
+        Self(flights)
+    }
+}
+
+impl Drop for Leave {
+    fn drop(&mut self) {
+        *FLYING.lock().unwrap_or_else(PoisonError::into_inner) -= self.0;
+        LANDED.notify_all();
+    }
+}
+
 /// Flies it. The record must give the same sticks again, to the bit.
 pub fn flown(setup: &Setup) -> Flown {
     let directory = tempfile::tempdir().unwrap();
@@ -192,12 +217,18 @@ pub fn flown(setup: &Setup) -> Flown {
     Flown { record, begun_s, samples, crashed_s, report, over_lines }
 }
 
-/// Flies all of them at once.
+/// Flies all of them at once, beside those of other tests as far as there is leave for them; more than there ever is leave
+/// for, on the quiet machine that the test needs, by themselves.
 pub fn all_flown<T: Sync>(flights: &[T], setup: impl Fn(&T) -> Setup + Sync) -> Vec<Flown> {
+    let together = (flights.len() > AT_ONCE).then(|| Leave::wait(AT_ONCE));
+    let fly = |flight: &T| {
+        let _leave = together.is_none().then(|| Leave::wait(1));
+        flown(&setup(flight))
+    };
     thread::scope(|scope| {
-        let setup = &setup;
+        let fly = &fly;
         let running: Vec<_> =
-            flights.iter().map(|flight| scope.spawn(move || flown(&setup(flight)))).collect();
+            flights.iter().map(|flight| scope.spawn(move || fly(flight))).collect();
         running.into_iter().map(|thread| thread.join().unwrap()).collect()
     })
 }

@@ -1,10 +1,9 @@
 //! Test inputs flown over the lines, and what is identified from the record.
 
-mod common;
-
-use common::{Flown, Setup, all_flown, flown};
 use hovernav_model::Grade;
 use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, Kind, Velocity, identify};
+
+use crate::common::{Flown, Setup, all_flown, flown};
 
 const PEDAL: &str = "[autopilot.excitation]\nfirst_s = 4.0\npause_s = 3.0\n\
     [[autopilot.excitation.inputs]]\nstick = 'pedal'\nkind = 'doublet'\ntimes = 2\n\

@@ -1,10 +1,9 @@
 //! Failsafes flown in the loop: the flight computer on real pseudo-terminals, in real time, every scene
 //! beside the others.
 
-mod common;
-
-use common::{Flown, Setup, all_flown};
 use hovernav_log::record::Level;
+
+use crate::common::{Flown, Setup, all_flown};
 
 const LENGTH_S: f64 = 24.0;
 const ENGAGED: &str = "engage@8:13";

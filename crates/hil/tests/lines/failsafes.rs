@@ -1,9 +1,6 @@
 //! Every failsafe of docs/flying.md flown over the lines: in hover, while a stick steers, and as the
 //! autopilot has just taken over. The record tells what was done, when and why.
 
-mod common;
-
-use common::{Flown, Setup, all_flown, autopilot};
 use hovernav::autopilot::Mode;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -11,6 +8,8 @@ use hovernav::ekf::{Estimator, Solution, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::frames::Vector;
 use hovernav_hil::LiveSample;
+
+use crate::common::{Flown, Setup, all_flown, autopilot};
 
 /// A cycle, s.
 const CYCLE_S: f64 = 1.0 / 33.0;
