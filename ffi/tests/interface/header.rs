@@ -56,7 +56,7 @@ fn the_header_is_fresh() {
     let different = made.lines().zip(kept.lines()).position(|(made, kept)| made != kept);
     assert!(
         made == kept,
-        "{} is stale from line {} on: HOVERNAV_WRITE_HEADER=1 cargo test -p hovernav-ffi --test header",
+        "{} is stale from line {} on: HOVERNAV_WRITE_HEADER=1 cargo test -p hovernav-ffi --test interface header::",
         path.display(),
         different.map_or(made.lines().count().min(kept.lines().count()), |line| line) + 1
     );
