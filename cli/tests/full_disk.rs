@@ -102,7 +102,10 @@ fn settings_are_written_whole_or_not_at_all() {
 #[test]
 fn a_design_and_its_page_are_written_whole_or_not_at_all() {
     let out = place("full-design");
-    let arguments = ["design", "raptor60", "--out", text(&out)];
+    // Weights of its own, so that none are searched for.
+    let weights = place("full-design-weights").join("weights.toml");
+    fs::write(&weights, "").expect("writable");
+    let arguments = ["design", "raptor60", "--weights", text(&weights), "--out", text(&out)];
     // The page alone does not fit: a design takes its time, so no other length is tried.
     leaves_nothing_cut(&out, &arguments, &[1 << 16], "report.html");
 }

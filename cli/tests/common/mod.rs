@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::LazyLock;
 
 use serde_json::Value;
 
@@ -39,6 +40,17 @@ pub fn place(name: &str) -> PathBuf {
     let _ = fs::remove_dir_all(&place);
     fs::create_dir_all(&place).expect("a directory can be made");
     place
+}
+
+/// Where the autopilot lies that `design` finds for the 60-class helicopter: once for all tests of a program, for the
+/// search takes its time.
+pub fn designed() -> &'static Path {
+    static DESIGNED: LazyLock<PathBuf> = LazyLock::new(|| {
+        let out = place(concat!("designed-", env!("CARGO_CRATE_NAME")));
+        succeeds(&["design", "raptor60", "--out", text(&out), "--no-report"]);
+        out
+    });
+    &DESIGNED
 }
 
 pub fn text(path: &Path) -> &str {

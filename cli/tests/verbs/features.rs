@@ -1,8 +1,6 @@
 //! What a build without every feature says of the verbs that it lacks.
 
-mod common;
-
-use common::{hovernav, refusal};
+use crate::common::{hovernav, refusal};
 
 #[test]
 fn a_verb_that_is_left_out_names_its_feature() {

@@ -1,14 +1,11 @@
 //! The commands that design, fly and judge the autopilot, as a user runs them.
 
-#![cfg(feature = "lab")]
-
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{hovernav, place, refusal, succeeds, summary, text};
 use serde_json::Value;
+
+use crate::common::{designed, hovernav, place, refusal, succeeds, summary, text};
 
 #[track_caller]
 fn assert_refused(arguments: &[&str], expected: &str) {
@@ -41,31 +38,30 @@ fn the_thesis_design_is_reproduced_and_replaced() {
     assert!(fs::metadata(out.join("report.html")).expect("a page").len() > 1_000_000);
 }
 
-/// Designs for a shipped model.
-fn assert_can_be_flown(model: &str) {
-    let out = place(&format!("design_{model}"));
-    succeeds(&["design", model, "--out", text(&out), "--no-report"]);
+/// What was designed for a shipped model.
+fn assert_can_be_flown(out: &Path) {
     let written = fs::read_to_string(out.join("autopilot.toml")).expect("an autopilot");
     assert!(written.starts_with("# Designed by hovernav"));
-    assert!(summary(&out)["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
+    assert!(summary(out)["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
 }
 
 // One test a model, so that they run side by side.
 #[test]
 fn the_shipped_raptor60_gets_an_autopilot_that_can_be_flown() {
-    assert_can_be_flown("raptor60");
+    assert_can_be_flown(designed());
 }
 
 #[test]
 fn the_shipped_r50_gets_an_autopilot_that_can_be_flown() {
-    assert_can_be_flown("r50");
+    let out = place("design_r50");
+    succeeds(&["design", "r50", "--out", text(&out), "--no-report"]);
+    assert_can_be_flown(&out);
 }
 
 #[test]
 fn a_design_is_flown_and_its_flight_estimated() {
-    let (design, flight, again) = (place("fly_design"), place("fly_flight"), place("fly_again"));
-    succeeds(&["design", "raptor60", "--out", text(&design), "--no-report"]);
-    let autopilot = design.join("autopilot.toml");
+    let (flight, again) = (place("fly_flight"), place("fly_again"));
+    let autopilot = designed().join("autopilot.toml");
     let arguments = [
         "simulate",
         "--autopilot",
@@ -114,7 +110,7 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
         fs::write(&path, text).expect("writable");
         path
     };
-    let shipped = include_str!("../../crates/model/src/data/thesis.toml");
+    let shipped = include_str!("../../../crates/model/src/data/thesis.toml");
     let no_pedal = shipped.replace("0.043484, -6.5782]", "0.0, 0.0]");
     let discrete = shipped
         .replace("time_domain = \"continuous\"", "time_domain = \"discrete\"\nperiod_s = 0.03");
@@ -133,8 +129,7 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
     let design = ["design", "raptor60", "--out", text(&dir), "--weights", text(&weights)];
     assert_refused(&design, "weights.toml: yaw.states: found -10, expected above 0");
 
-    succeeds(&["design", "raptor60", "--out", text(&dir), "--no-report"]);
-    let good = fs::read_to_string(dir.join("autopilot.toml")).expect("an autopilot");
+    let good = fs::read_to_string(designed().join("autopilot.toml")).expect("an autopilot");
     let (start, end) = good.split_once("proportional = ").expect("a PID gain");
     let (_, end) = end.split_once('\n').expect("a line");
     let nan = write("nan.toml", &format!("{start}proportional = nan\n{end}"));
@@ -161,7 +156,7 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
 fn a_model_that_is_not_to_be_flown_by_is_refused_by_everything_that_flies_it() {
     let dir = place("unflyable");
     let model = dir.join("model.toml");
-    let shipped = include_str!("../../crates/model/src/data/raptor60.toml");
+    let shipped = include_str!("../../../crates/model/src/data/raptor60.toml");
     let verdict = "verdict = \"do not fly\"\nreasons = [\"Lb has the wrong sign\"]\nstates = [";
     fs::write(&model, shipped.replacen("states = [", verdict, 1)).expect("writable");
     for verb in ["simulate", "campaign"] {
@@ -173,7 +168,10 @@ fn a_model_that_is_not_to_be_flown_by_is_refused_by_everything_that_flies_it() {
     }
     let design = ["design", text(&model), "--out", text(&dir)];
     assert_refused(&design, "--force designs all the same");
-    let words = succeeds(&[&design[..], &["--force"]].concat());
+    // Weights of its own, so that none are searched for.
+    let weights = dir.join("weights.toml");
+    fs::write(&weights, "").expect("writable");
+    let words = succeeds(&[&design[..], &["--weights", text(&weights), "--force"]].concat());
     assert!(words.contains("the model\u{2019}s verdict is \"do not fly\": Lb has"), "{words}");
     let page = fs::read_to_string(dir.join("report.html")).expect("a page");
     assert!(page.contains("Do not fly it: the model it is designed for"));
@@ -183,7 +181,7 @@ fn a_model_that_is_not_to_be_flown_by_is_refused_by_everything_that_flies_it() {
 fn an_identified_model_without_its_verdict_is_refused_and_one_by_hand_is_not() {
     let dir = place("no_verdict");
     let model = dir.join("model.toml");
-    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let by_hand = include_str!("../../../crates/model/src/data/raptor60.toml");
     let parameters = "parameters = [{ name = \"Nr\", value = -4.0, unit = \"1/s\" }]\nstates = [";
     let with_parameters = by_hand.replacen("states = [", parameters, 1);
     let identified =
@@ -217,7 +215,7 @@ fn a_model_with_a_sign_that_no_helicopter_has_is_refused_unless_forced() {
     let weights = dir.join("weights.toml");
     fs::write(&weights, "").expect("writable");
     let design = ["design", text(&model), "--weights", text(&weights), "--out", text(&dir)];
-    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let by_hand = include_str!("../../../crates/model/src/data/raptor60.toml");
     let expected = "B, row w, column collective: found Zcol 9.56839882414713, expected it below 0: with a positive \
                     collective stick it sinks; ";
     fs::write(&model, by_hand.replacen("-9.56839882414713", "9.56839882414713", 1))
@@ -295,7 +293,7 @@ fn an_autopilot_that_is_unstable_in_a_mode_is_not_written_unless_forced() {
     let dir = place("unstable_mode");
     // Heave rolls it, and roll heaves it: what velocity holds down, attitude alone does not.
     let model = dir.join("coupled.toml");
-    let shipped = include_str!("../../crates/model/src/data/raptor60.toml");
+    let shipped = include_str!("../../../crates/model/src/data/raptor60.toml");
     let coupled = shipped.replacen("0.07815841890740173", "60.0", 1).replacen(
         "-0.6226718036949341",
         "-6.0",
@@ -344,7 +342,7 @@ fn a_weight_that_is_none_is_refused_with_its_key_and_a_delay_that_is_left_out_is
         assert!(message.contains("weights.toml") && message.contains(expected), "{written}: {message}");
     }
     let late = dir.join("late.toml");
-    let shipped = include_str!("../../crates/model/src/data/raptor60.toml");
+    let shipped = include_str!("../../../crates/model/src/data/raptor60.toml");
     let delay = "parameters = [{ name = \"tau_ped\", value = 0.4, unit = \"s\" }]\nstates = [";
     fs::write(&late, shipped.replacen("states = [", delay, 1)).expect("writable");
     // Left out, it would be the model's own, as far as the design counts delays.

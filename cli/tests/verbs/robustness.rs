@@ -1,18 +1,15 @@
 //! What `design` makes of a model that says how sure it is, and of one that says nonsense.
 
-#![cfg(feature = "lab")]
-
-mod common;
-
 use std::fs;
 use std::path::PathBuf;
 
-use common::{place, refusal, succeeds, summary, text};
 use serde_json::Value;
+
+use crate::common::{place, refusal, succeeds, summary, text};
 
 /// An identified model by hand, with one parameter of Mq's and one of a delay's known to `variance`.
 fn identified(variance: &str, covariance: &str, slopes: &str) -> String {
-    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let by_hand = include_str!("../../../crates/model/src/data/raptor60.toml");
     let told = format!(
         "verdict = \"good\"\nparameters = [\n    {{ name = \"Nr\", value = -4.0, unit = \"1/s\" }},\n    {{ name = \
          \"tau_ped\", value = 0.03, unit = \"s\" }},\n]\nparameter_covariance = [[{variance}, {covariance}], \

@@ -1,13 +1,12 @@
 //! Solutions in others' formats, and others' trajectories scored.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use common::{HELI, hovernav, place, refusal, succeeds, text};
 use serde_json::Value;
+
+use crate::common::{self, HELI, hovernav, place, refusal, succeeds, text};
 
 /// The helicopter's solution in every format, in a directory of this name.
 fn exported(name: &str) -> std::path::PathBuf {

@@ -1,15 +1,12 @@
 //! From a recorded flight to a model that others can read, or to one line that says why not.
 
-#![cfg(feature = "lab")]
-
-mod common;
-
 use std::fs;
 use std::path::PathBuf;
 
-use common::{HELI, changed, hovernav, place, refusal, succeeds, summary, text};
 use hovernav_model::{StateSpace, TimeDomain};
 use serde_json::Value;
+
+use crate::common::{HELI, changed, hovernav, place, refusal, succeeds, summary, text};
 
 /// A copy of the flight, which has three test points on each stick, without what scores it; `change`
 /// gives a file's new text, or takes it away.

@@ -1,12 +1,8 @@
 //! Campaigns of simulated flights, as a user runs them.
 
-#![cfg(feature = "lab")]
-
-mod common;
-
 use std::fs;
 
-use common::{place, succeeds, summary, text};
+use crate::common::{place, succeeds, summary, text};
 
 #[test]
 fn shards_of_a_campaign_are_the_campaign() {

@@ -1,11 +1,9 @@
 //! What other programs rely on: the command's files, columns and exit status.
 
-mod common;
-
 use std::fs;
 use std::path::PathBuf;
 
-use common::{HELI, changed, hovernav, place, refusal, succeeds, summary, text};
+use crate::common::{HELI, changed, hovernav, place, refusal, succeeds, summary, text};
 
 /// A copy of the helicopter's first minute, one `file` of it changed by `change`.
 fn damaged(name: &str, file: &str, change: impl Fn(String) -> String) -> PathBuf {

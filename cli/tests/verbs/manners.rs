@@ -1,11 +1,10 @@
 //! What a command does in a pipe, in a script and in wrong hands.
 
-mod common;
-
 use std::process::{Command, Stdio};
 
-use common::{HELI, hovernav, place, refusal, succeeds, text};
 use serde_json::Value;
+
+use crate::common::{self, HELI, hovernav, place, refusal, succeeds, text};
 
 #[test]
 fn a_reader_that_has_gone_causes_no_panic() {

@@ -1,11 +1,9 @@
 //! What is written of a log, how often, and what it takes.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{HELI, hovernav, place, succeeds, text};
+use crate::common::{self, HELI, hovernav, place, succeeds, text};
 
 fn rows(out: &Path) -> Vec<String> {
     let csv = fs::read_to_string(out.join("solution.csv")).unwrap();
