@@ -5,7 +5,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use hovernav_sysid::methods::prediction_error::{Settings, identify};
 
-#[path = "../tests/r50_flight/mod.rs"]
+#[path = "../tests/identification/r50_flight.rs"]
 mod r50_flight;
 
 fn r50(criterion: &mut Criterion) {

@@ -1,6 +1,7 @@
 //! Receivers' streams whose truth is known: what goes in comes out, what the receiver does not vouch
 //! for makes no fix, and what is damaged on the way gives no false one.
 
+mod captures;
 mod damage;
 mod nmea;
 mod quality;

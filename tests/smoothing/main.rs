@@ -1,5 +1,8 @@
 //! What the whole log says of a moment is at least as good as what the log up to it says.
 
+mod blocks;
+mod denied;
+mod reset;
 mod textbook;
 
 use std::path::Path;

@@ -1,13 +1,12 @@
 //! A barometer whose static port feels the wind of the vehicle's own speed, on an aircraft that turns in steep circles
 //! without fixes: it does not lead tilt and velocity off.
 
-mod steep_circles;
-
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig};
 use hovernav::event::Event;
 use hovernav_sim::{DmuConfig, GpsConfig, Recording, fly};
-use steep_circles::steep_circles;
+
+use crate::steep_circles::steep_circles;
 
 const OUTAGE_S: f64 = 15.0;
 

@@ -1,15 +1,14 @@
 //! A computer that starts in the air, in whatever the vehicle is doing: the first attitude is that of a vehicle that
 //! accelerates, and what follows is within what is stated.
 
-mod steep_circles;
-
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
 use hovernav::event::Event;
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav::ins::{Alignment, HeadingSource};
 use hovernav_sim::{DmuConfig, GpsConfig, MagnetometerConfig, Recording, fly};
-use steep_circles::steep_circles;
+
+use crate::steep_circles::steep_circles;
 
 struct Start {
     alignment: Alignment,

@@ -1,7 +1,5 @@
 //! Preparation shifts nothing, and bad data is named before it is fitted.
 
-mod sysid_data;
-
 use hovernav_sysid::methods::excitation::{InputFault, check_inputs};
 use hovernav_sysid::methods::subspace::{SubspaceSettings, identify};
 use hovernav_sysid::methods::validate::{Horizon, validate};
@@ -11,11 +9,12 @@ use hovernav_sysid::record::preprocess::{
 };
 use hovernav_sysid::record::{Experiment, Maneuver};
 use nalgebra::DMatrix;
-use sysid_data::recorded;
+
+use crate::data::recorded;
 
 /// Reference vectors: `scipy.signal.filtfilt` (SciPy 1.17) with `butter(order, hz, fs=33)`, its
 /// default odd padding; `sosfiltfilt` for order 8.
-const ZERO_PHASE: &str = include_str!("sysid_data/zero_phase.csv");
+const ZERO_PHASE: &str = include_str!("zero_phase.csv");
 
 #[test]
 fn zero_phase_filtering_equals_scipy_to_ten_digits() {

@@ -1,6 +1,5 @@
 //! Serial lines on pseudo-terminals, opened by the same calls as real ones: whatever happens on the
 //! line, what was whole is read, what was not is counted, and the port comes back.
-#![cfg(unix)]
 
 use std::io::{Read as _, Write as _};
 use std::path::PathBuf;

@@ -1,14 +1,13 @@
 //! A gap that hides how a vehicle rolled: the filter that comes out of it leans the other way, and is aligned anew by
 //! what the fixes say of the force that the unit feels.
 
-mod steep_circles;
-
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, ResetCause};
 use hovernav::event::Event;
 use hovernav::frames::Vector;
 use hovernav_sim::{DmuConfig, GpsConfig, MagnetometerConfig, Recording, fly};
-use steep_circles::steep_circles;
+
+use crate::steep_circles::steep_circles;
 
 const GAP_S: f64 = 3.0;
 

@@ -1,9 +1,6 @@
 //! A vehicle that rests, sets off and takes off, its heading unknown and its gyro biases not those of the
 //! rest: no good fix is refused for long, and the one-sigmas are true.
 
-#[path = "support/unaided.rs"]
-mod unaided;
-
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Channel, Notice, Verdict};
@@ -12,7 +9,7 @@ use hovernav::frames::{Body, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav_sim::{FlightPlan, GpsConfig};
 
-use unaided::flown_unaided;
+use crate::unaided::flown_unaided;
 
 const REST_S: f64 = 60.0;
 

@@ -1,10 +1,5 @@
 //! A heading that the fixes bear out is not given up for a sensor that denies it, however long.
 
-#[path = "support/blocks.rs"]
-mod blocks;
-#[path = "support/unaided.rs"]
-mod unaided;
-
 use core::f64::consts::PI;
 
 use hovernav::ekf::Notice;
@@ -13,6 +8,8 @@ use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, wrap_angle};
 use hovernav::gps::AntennaHeading;
 use hovernav_sim::{FlightPlan, GpsConfig};
+
+use crate::{blocks, unaided};
 
 /// What tells the heading.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,14 +1,11 @@
 //! A heading that is found makes nobody surer of the height.
 
-#[path = "support/blocks.rs"]
-mod blocks;
-#[path = "support/unaided.rs"]
-mod unaided;
-
 use hovernav::ekf::Notice;
 use hovernav::ekf::layout::Full;
 use hovernav::event::Event;
 use hovernav_sim::GpsConfig;
+
+use crate::{blocks, unaided};
 
 /// One-sigma of the height, m, a second before the heading is found and five seconds after, with a barometer at 10 Hz or
 /// without.

@@ -1,10 +1,5 @@
 //! Gaps in the inertial samples of a vehicle that turns, with nothing but fixes to tell its heading by.
 
-#[path = "support/blocks.rs"]
-mod blocks;
-#[path = "support/unaided.rs"]
-mod unaided;
-
 use hovernav::ekf::Notice;
 use hovernav::ekf::layout::Full;
 use hovernav::event::Event;
@@ -12,8 +7,8 @@ use hovernav::frames::wrap_angle;
 use hovernav::gps::Fix;
 use hovernav_sim::GpsConfig;
 
-use blocks::around_blocks;
-use unaided::flown_unaided;
+use crate::blocks::around_blocks;
+use crate::unaided::flown_unaided;
 
 /// What is lost, from second to second: of a corner as of a straight, some within seconds of each other.
 const GAPS_S: [[f64; 2]; 6] =

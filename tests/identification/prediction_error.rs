@@ -1,7 +1,5 @@
 //! Prediction error: what is put in comes out, within the bounds it is given.
 
-mod r50_flight;
-
 use hovernav_sysid::helicopter::Kind;
 use hovernav_sysid::methods::prediction_error::{Dropping, Settings, Status, identify};
 use hovernav_sysid::methods::structure::{Parameter, Structure};
@@ -10,6 +8,8 @@ use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
+
+use crate::r50_flight;
 
 #[test]
 fn thirty_five_parameters_of_the_r50_return_from_a_start_twenty_percent_wrong() {

@@ -1,6 +1,5 @@
 //! A flight that is played is the flight that was: what a link and a receiver read from the
 //! pseudo-terminals is what the dataset holds, through cuts and pulls, to the step of the wire.
-#![cfg(unix)]
 
 use std::path::PathBuf;
 use std::time::Duration;

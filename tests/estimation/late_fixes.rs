@@ -1,10 +1,5 @@
 //! A fix that comes late says what it would have said on time.
 
-#[path = "support/blocks.rs"]
-mod blocks;
-#[path = "support/unaided.rs"]
-mod unaided;
-
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Full, Layout};
 use hovernav::ekf::{
@@ -22,6 +17,8 @@ use hovernav_sim::{
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
+
+use crate::{blocks, unaided};
 
 fn recording(rate_hz: f64) -> Recording {
     let start = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();

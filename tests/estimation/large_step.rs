@@ -1,18 +1,13 @@
 //! An accelerometer whose bias steps far beyond what a good receiver's fixes allow, on the axis that bears the weight.
 
-#[path = "support/blocks.rs"]
-mod blocks;
-#[path = "support/unaided.rs"]
-mod unaided;
-
 use hovernav::ekf::layout::Full;
 use hovernav::event::Event;
 use hovernav::frames::Vector;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav_sim::{GpsConfig, HorizontalVertical};
 
-use blocks::around_blocks;
-use unaided::flown_unaided;
+use crate::blocks::around_blocks;
+use crate::unaided::flown_unaided;
 
 /// When it steps, s.
 const STEP_S: f64 = 60.0;

@@ -1,9 +1,7 @@
 //! Four recorded plants of the DaISy collection, identified on the first half and judged on the
 //! second: free run over the whole half, start state fitted, the first half's means removed.
 //!
-//! `cargo test --test sysid_daisy -- --nocapture` prints the table.
-
-mod sysid_data;
+//! `cargo test --test identification daisy:: -- --nocapture` prints the table.
 
 use hovernav_sysid::methods::InnovationModel;
 use hovernav_sysid::methods::subspace::{
@@ -12,7 +10,8 @@ use hovernav_sysid::methods::subspace::{
 };
 use hovernav_sysid::methods::validate::fit_percent;
 use hovernav_sysid::record::Experiment;
-use sysid_data::recorded;
+
+use crate::data::recorded;
 
 /// Both halves about the trim of the first.
 fn halves(record: &Experiment) -> (Experiment, Experiment) {

@@ -1,8 +1,5 @@
 //! A car that loses its fixes is held to its road; what leaves the road is let go, and the one-sigmas are true.
 
-#[path = "support/unaided.rs"]
-mod unaided;
-
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use hovernav::earth::Geodetic;
@@ -12,7 +9,7 @@ use hovernav::event::Event;
 use hovernav::frames::Vector;
 use hovernav_sim::{FlightPlan, GpsConfig, Leg};
 
-use unaided::flown_unaided;
+use crate::unaided::flown_unaided;
 
 /// Fixes end here, s.
 const LOST_S: f64 = 240.0;

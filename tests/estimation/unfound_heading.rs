@@ -1,15 +1,12 @@
 //! How sure a solution is while its heading is still searched.
 
-#[path = "support/unaided.rs"]
-mod unaided;
-
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
 use hovernav::event::Event;
 use hovernav::frames::Vector;
 use hovernav_sim::{FlightPlan, GpsConfig, HorizontalVertical};
 
-use unaided::flown_unaided;
+use crate::unaided::flown_unaided;
 
 /// Two minutes of standing still, or of hovering, then off to one side.
 fn plan(sway: bool) -> FlightPlan {
