@@ -369,9 +369,22 @@ fn what_lies_beside_is_read_and_its_odd_rows_left_out() {
         [
             "baro.csv: line 4 left out: a value is out of range",
             "baro.csv: line 5 left out: a value is missing",
-            "mag.csv: line 3 left out: a value is out of range",
+            "mag.csv: line 3 magnetic field left out: over 100 gauss, as the Earth's field in \
+             milligauss is; divide by 1000",
         ]
     );
+}
+
+#[test]
+fn a_magnetic_field_beside_the_inertial_samples_is_not_left_out_without_a_word() {
+    let samples = "1,0.01,0,0,0,0,-9.81,21000,1000,43000\n2,0.02,0,0,0,0,-9.81,21000,1000,43000\n";
+    let imu = format!("{IMU_HEADER},mag_x_gauss,mag_y_gauss,mag_z_gauss\n{samples}");
+    let dataset = open(&[("imu.csv", &imu)]).unwrap();
+    assert_eq!(dataset.imu.len(), 2);
+    assert!(dataset.imu.iter().all(|sample| sample.magnetic_field_gauss.is_none()));
+    let told = "imu.csv: 2 rows, the first at line 2, magnetic field left out: over 100 gauss, as the \
+                Earth's field in nT is; divide by 100 000";
+    assert!(dataset.warnings.iter().any(|warning| warning == told), "{:?}", dataset.warnings);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::clock::Rows;
 use crate::error::LogError;
-use crate::imu::{MAGNETIC, STRONGEST_FIELD_GAUSS};
+use crate::imu::{MAGNETIC, field_fault};
 use crate::remarks::Remarks;
 use crate::table::Table;
 use hovernav::frames::{Body, Vector};
@@ -47,8 +47,9 @@ pub(crate) fn read_baro(
         (None, None) => return Err(table.columns_missing("altitude_m or pressure_pa")),
     };
     read_timed(table, BARO_FILE, column, warnings, |[value]| match is_pressure {
-        true => pressure_altitude_m(value),
-        false => (value.abs() <= 1e5).then_some(value),
+        true => pressure_altitude_m(value).ok_or_else(|| pressure_fault(value)),
+        false if value.abs() <= 1e5 => Ok(value),
+        false => Err(OUT_OF_RANGE),
     })
 }
 
@@ -59,17 +60,31 @@ pub(crate) fn read_magnetometer(
     let Some(mut table) = Table::open(dir, MAG_FILE)? else { return Ok(Vec::new()) };
     let columns = table.require(MAGNETIC)?;
     read_timed(table, MAG_FILE, columns, warnings, |field| {
-        field.iter().all(|component| component.abs() <= STRONGEST_FIELD_GAUSS).then(|| field.into())
+        field_fault(field).map_or_else(|| Ok(field.into()), Err)
     })
 }
 
-/// All rows whose numbers are known and make a `value`, in time order.
+const OUT_OF_RANGE: &str = "left out: a value is out of range";
+
+/// Why a pressure that was told in Pa is left out, by the unit that it is likely in.
+fn pressure_fault(pressure_pa: f64) -> &'static str {
+    let is_pressure = |scale: f64| pressure_altitude_m(scale * pressure_pa).is_some();
+    if is_pressure(100.0) {
+        "left out: a pressure of the air in hPa, expected Pa; multiply by 100"
+    } else if is_pressure(1000.0) {
+        "left out: a pressure of the air in kPa, expected Pa; multiply by 1000"
+    } else {
+        OUT_OF_RANGE
+    }
+}
+
+/// All rows whose numbers are known and make a `value`, in time order; of others is counted why not.
 fn read_timed<T, const N: usize>(
     mut table: Table,
     file: &'static str,
     columns: [usize; N],
     warnings: &mut Vec<String>,
-    value: impl Fn([f64; N]) -> Option<T>,
+    value: impl Fn([f64; N]) -> Result<T, &'static str>,
 ) -> Result<Vec<(Time, T)>, LogError> {
     let mut remarks = Remarks::new(file);
     let [time] = table.require(["t_s"])?;
@@ -82,8 +97,8 @@ fn read_timed<T, const N: usize>(
             continue;
         };
         match value(numbers) {
-            Some(value) => rows.push(row.line, (time, value)),
-            None => remarks.count("left out: a value is out of range", row.line),
+            Ok(value) => rows.push(row.line, (time, value)),
+            Err(why) => remarks.count(why, row.line),
         }
     }
     let (rows, _) = rows.in_time_order(|row| row.0, table.path(), &mut remarks)?;
@@ -94,6 +109,15 @@ fn read_timed<T, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pressure_in_another_unit_is_named() {
+        assert!(pressure_fault(1013.25).contains("hPa, expected Pa"));
+        assert!(pressure_fault(95.1).contains("kPa, expected Pa"));
+        for pressure_pa in [-1013.25, 0.0, 5000.0, 1e6] {
+            assert_eq!(pressure_fault(pressure_pa), OUT_OF_RANGE, "{pressure_pa} Pa");
+        }
+    }
 
     // ICAO Doc 7488/3, table 1.
     #[test]

@@ -40,7 +40,10 @@ const HARDEST_PUSH_MPS2: f64 = 1000.0;
 /// No interval between increments is longer than this, s: it scales the limits above.
 const LONGEST_INTERVAL_S: f64 = 1.0;
 /// Stronger fields are a garbled value, gauss (the Earth's is under 0.7).
-pub(crate) const STRONGEST_FIELD_GAUSS: f64 = 100.0;
+const STRONGEST_FIELD_GAUSS: f64 = 100.0;
+/// The Earth's field in milligauss and in nanotesla, with room for iron nearby.
+const FIELD_MILLIGAUSS: std::ops::Range<f64> = 150.0..1500.0;
+const FIELD_NANOTESLA: std::ops::Range<f64> = 15_000.0..150_000.0;
 
 /// Samples that repeat to the last bit for this many rows and this long are stuck.
 const STUCK_ROWS: usize = 10;
@@ -91,7 +94,12 @@ impl ImuRows {
         while let Some(row) = self.table.next(&mut self.remarks)? {
             let line = row.line;
             match self.columns.sample(&row)? {
-                Ok(sample) => return Ok(Some((self.table.place(), line, sample))),
+                Ok((sample, field)) => {
+                    if let Err(why) = field {
+                        self.remarks.count(why, line);
+                    }
+                    return Ok(Some((self.table.place(), line, sample)));
+                }
                 Err(why) => self.remarks.count(why, line),
             }
         }
@@ -132,6 +140,9 @@ impl TimedRows for ImuRows {
     }
 }
 
+/// A sample, and why its magnetic field is left out, if it is.
+type WithField = (ImuSample, Result<(), &'static str>);
+
 /// Where in the table each quantity stands.
 struct Columns {
     time: usize,
@@ -166,7 +177,7 @@ impl Columns {
     }
 
     /// The sample in `row`, or why it is left out.
-    fn sample(&self, row: &Row<'_>) -> Result<Result<ImuSample, &'static str>, LogError> {
+    fn sample(&self, row: &Row<'_>) -> Result<Result<WithField, &'static str>, LogError> {
         let time = row.time(self.time)?;
         let [p, q, r, x, y, z] = row.numbers(self.motion)?;
         let attitude = row.finite(self.attitude)?;
@@ -196,10 +207,29 @@ impl Columns {
             yaw_rad: wrap_angle(yaw.to_radians()),
         });
         let attitude = attitude.map(|attitude| self.reading.attitude(attitude));
-        let magnetic = magnetic.filter(|field| is_within(*field, STRONGEST_FIELD_GAUSS));
+        let fault = magnetic.and_then(field_fault);
+        let magnetic = magnetic.filter(|_| fault.is_none());
         let magnetic_field_gauss = magnetic.map(|field| self.reading.field(field.into()));
-        Ok(Ok(ImuSample { time, motion, attitude, magnetic_field_gauss, clipped }))
+        let sample = ImuSample { time, motion, attitude, magnetic_field_gauss, clipped };
+        Ok(Ok((sample, fault.map_or(Ok(()), Err))))
     }
+}
+
+/// Why a magnetic field that was told in gauss is left out, by the unit that its strength is likely of; `None` of one
+/// that can be.
+pub(crate) fn field_fault(field_gauss: [f64; 3]) -> Option<&'static str> {
+    if is_within(field_gauss, STRONGEST_FIELD_GAUSS) {
+        return None;
+    }
+    let [x, y, z] = field_gauss;
+    let strength = x.hypot(y).hypot(z);
+    Some(if FIELD_MILLIGAUSS.contains(&strength) {
+        "magnetic field left out: over 100 gauss, as the Earth's field in milligauss is; divide by 1000"
+    } else if FIELD_NANOTESLA.contains(&strength) {
+        "magnetic field left out: over 100 gauss, as the Earth's field in nT is; divide by 100 000"
+    } else {
+        "magnetic field left out: over 100 gauss, which no field of the Earth is"
+    })
 }
 
 /// Why an inertial sample with this motion is left out of any log; `None` of one that can be.
@@ -292,5 +322,19 @@ impl Faults {
             remarks.say(format!("and {more} more gaps"));
         }
         self.stuck.into_iter().for_each(|stuck| remarks.say(stuck));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_field_in_another_unit_is_named() {
+        assert_eq!(field_fault([21.0, 1.0, 43.0]), None);
+        for (field, unit) in [([210.0, 10.0, 430.0], "milligauss"), ([21e3, 1e3, 43e3], "nT")] {
+            assert!(field_fault(field).is_some_and(|why| why.contains(unit)), "{field:?}");
+        }
+        assert!(field_fault([5000.0, 0.0, 0.0]).is_some_and(|why| why.contains("no field")));
     }
 }
