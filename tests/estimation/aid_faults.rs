@@ -102,8 +102,12 @@ fn every_fault_of_an_aid_changes_its_own_file_and_does_little_harm() {
         assert!(heading_deg < clean[1] + 3.0, "{name}: {heading_deg}°, clean {}", clean[1]);
         let named = |sensor| findings.iter().any(|finding| finding.sensor == sensor);
         match name {
-            "heading-turn" => assert!(named("second antenna")),
-            "range-step" | "range-stuck" => assert!(named("rangefinder"), "{name}: {words:?}"),
+            "heading-turn" | "heading-gone" => {
+                assert!(named("second antenna"), "{name}: {words:?}");
+            }
+            "range-step" | "range-stuck" | "range-gone" => {
+                assert!(named("rangefinder"), "{name}: {words:?}");
+            }
             _ => {}
         }
     }

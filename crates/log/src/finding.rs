@@ -24,7 +24,7 @@ pub struct Finding {
     pub start_s: f64,
     /// When it ended, s; the start again where it took no time.
     pub end_s: f64,
-    /// Whose it is: `inertial unit`, `gps`, `magnetometer`, `barometer` or `filter`.
+    /// Whose it is: `inertial unit`, `gps`, `magnetometer`, `barometer`, `rangefinder`, `second antenna` or `filter`.
     pub sensor: &'static str,
     /// What kind of thing it is, in a word or two that never change: `outage`, `clipping`.
     pub kind: &'static str,
@@ -48,7 +48,7 @@ impl Finding {
 /// and how to mend it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetupFinding {
-    /// Whose it is: `inertial unit`, `gps`, `magnetometer` or `clocks`.
+    /// Whose it is: `inertial unit`, `gps`, `magnetometer`, `barometer` or `clocks`.
     pub sensor: &'static str,
     /// Whether it certainly cannot be: the log is then not to be estimated as it is.
     pub is_certain: bool,

@@ -3,6 +3,7 @@
 //! Everything here judges what the sensors said and what the estimator reported of it; the estimator
 //! itself is not asked again, and no reference is read.
 
+mod absent;
 mod ends;
 mod fixes;
 mod gates;
@@ -28,6 +29,7 @@ use crate::plausibility::{SetupLook, alternative};
 use crate::rates::with_rates;
 use crate::replay::Run;
 
+use absent::OfUnit;
 use ends::Ends;
 use heading::FieldStrength;
 use inertial::Inertial;
@@ -44,10 +46,11 @@ impl Dataset {
     #[must_use]
     pub fn findings(&self, run: &Run) -> Vec<Finding> {
         let log = Judged { dataset: self, run };
-        let Looked { inertial, ends, field, witness, felt, setup } = Looked::at(&log);
+        let Looked { inertial, ends, field, witness, felt, setup, of_unit } = Looked::at(&log);
         let mut findings = Vec::new();
         inertial::find(&log, inertial, ends, &mut findings);
         fixes::find(&log, &mut findings);
+        absent::find(&log, of_unit, &mut findings);
         gates::find(&log, &mut findings);
         ground::find(&log, &mut findings);
         heading::find(&log, field, &mut findings);
@@ -74,6 +77,7 @@ struct Looked {
     witness: Witness,
     felt: Felt,
     setup: SetupLook,
+    of_unit: OfUnit,
 }
 
 impl Looked {
@@ -81,10 +85,12 @@ impl Looked {
         let (mut inertial, mut ends) = (Inertial::of(log), Ends::of(log));
         let (mut field, mut witness) = (FieldStrength::default(), Witness::default());
         let (mut felt, mut setup) = (Felt::default(), SetupLook::default());
+        let mut of_unit = OfUnit::default();
         let (dataset, apart) = (log.dataset, &log.dataset.magnetometer);
         let own = |sample: &ImuSample| sample.magnetic_field_gauss.filter(|_| apart.is_empty());
         for (sample, rates) in with_rates(dataset.samples()) {
             setup.push(&sample, rates.as_ref());
+            of_unit.push(&sample);
             if let Some(field_gauss) = own(&sample) {
                 field.look(field_gauss);
             }
@@ -108,7 +114,7 @@ impl Looked {
             }
             apart.iter().for_each(|(time, field_gauss)| field.look_again(*time, *field_gauss));
         }
-        Self { inertial, ends, field, witness, felt, setup }
+        Self { inertial, ends, field, witness, felt, setup, of_unit }
     }
 }
 

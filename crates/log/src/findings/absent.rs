@@ -1,0 +1,185 @@
+//! Aids whose readings pause, end early or begin late.
+
+use hovernav::imu::ImuSample;
+use hovernav::time::Time;
+
+use super::Judged;
+use crate::distribution::Distribution;
+use crate::finding::{Finding, Severity};
+
+/// A span without readings longer than this, s, and than so many of their usual intervals is told.
+const ABSENT_S: f64 = 5.0;
+const ABSENT_INTERVALS: f64 = 10.0;
+/// Readings that begin later than this after the inertial samples, s, are late.
+const LATE_S: f64 = 10.0;
+/// A rangefinder whose last reading was beyond this share of its longest, and over which the vehicle then climbed to so
+/// much more than that, m, is out of reach; so is the ground closer than this, m.
+const FAR: f64 = 0.7;
+const BEYOND_M: f64 = 2.0;
+const CLOSEST_M: f64 = 0.6;
+
+/// When the aids that come with the inertial samples were there, gathered sample by sample.
+#[derive(Default)]
+pub(super) struct OfUnit {
+    attitude: Readings,
+    field: Readings,
+}
+
+impl OfUnit {
+    pub fn push(&mut self, sample: &ImuSample) {
+        if sample.attitude.is_some() {
+            self.attitude.push(sample.time);
+        }
+        if sample.magnetic_field_gauss.is_some() {
+            self.field.push(sample.time);
+        }
+    }
+}
+
+/// When readings came.
+#[derive(Default)]
+struct Readings {
+    first_last: Option<(Time, Time)>,
+    intervals: Distribution,
+    /// From the last reading before to the first after, s.
+    pauses: Vec<(f64, f64)>,
+}
+
+impl Readings {
+    fn at(times: impl IntoIterator<Item = Time>) -> Self {
+        let mut readings = Self::default();
+        times.into_iter().for_each(|time| readings.push(time));
+        readings
+    }
+
+    fn push(&mut self, time: Time) {
+        let (first, last) = self.first_last.unwrap_or((time, time));
+        if self.first_last.is_some() {
+            self.intervals.push(time - last);
+        }
+        if time - last > ABSENT_S {
+            self.pauses.push((last.seconds(), time.seconds()));
+        }
+        self.first_last = Some((first, time));
+    }
+}
+
+pub(super) fn find(log: &Judged<'_>, of_unit: OfUnit, findings: &mut Vec<Finding>) {
+    let (dataset, aiding) = (log.dataset, &log.run.config.aiding);
+    let of_baro = || Readings::at(dataset.baro.iter().map(|(time, _)| *time));
+    let of_field = || match dataset.magnetometer.is_empty() {
+        true => of_unit.field,
+        false => Readings::at(dataset.magnetometer.iter().map(|(time, _)| *time)),
+    };
+    let of_headings = || Readings::at(dataset.headings.iter().map(|heading| heading.time));
+    let of_ranges = || Readings::at(dataset.ranges.iter().map(|reading| reading.time));
+    let gyros = "the heading is held by gyros and fixes alone";
+    for (is_used, sensor, what, cost, readings) in [
+        (
+            aiding.attitude,
+            "inertial unit",
+            "attitude of its own",
+            "attitude is held without it",
+            of_unit.attitude,
+        ),
+        (aiding.magnetometer, "magnetometer", "reading", gyros, of_field()),
+        (aiding.baro, "barometer", "reading", "the height is held by the fixes alone", of_baro()),
+        (aiding.second_antenna, "second antenna", "heading", gyros, of_headings()),
+        (
+            aiding.rangefinder,
+            "rangefinder",
+            "reading",
+            "the height above the ground is not measured",
+            of_ranges(),
+        ),
+    ] {
+        if is_used {
+            of_aid(log, (sensor, what, cost), &readings, findings);
+        }
+    }
+}
+
+/// Where the readings of one aid are absent while there are solutions.
+fn of_aid(
+    log: &Judged<'_>,
+    (sensor, what, cost): (&'static str, &str, &str),
+    readings: &Readings,
+    findings: &mut Vec<Finding>,
+) {
+    let (Some((first, last)), Some((start_s, end_s)), Some((unit, _))) =
+        (readings.first_last, log.span_s(), log.dataset.sample_span())
+    else {
+        return;
+    };
+    let usual_s = readings.intervals.quantile(0.5).unwrap_or(0.0);
+    let longest_s = ABSENT_S.max(ABSENT_INTERVALS * usual_s);
+    let is_late = first - unit > LATE_S.max(ABSENT_INTERVALS * usual_s);
+    let late = is_late.then_some((start_s, first.seconds()));
+    let ended = (last.seconds(), end_s);
+    for (from_s, to_s) in late.into_iter().chain(readings.pauses.iter().copied()).chain([ended]) {
+        let (from_s, to_s) = (from_s.max(start_s), to_s.min(end_s));
+        if to_s - from_s - gaps_s(log, from_s, to_s) <= longest_s {
+            continue;
+        }
+        let (begins, ends) = (from_s < first.seconds(), to_s > last.seconds());
+        let cause = match (begins, ends) {
+            (true, _) => "it or its logging was started late",
+            (false, true) => "the sensor or its line stopped, to the end of the log",
+            (false, false) => "the sensor or its line paused",
+        };
+        let out_of_reach = sensor == "rangefinder" && is_out_of_reach(log, from_s, to_s);
+        let cause = if out_of_reach { "the ground was out of its reach" } else { cause };
+        let usual = match usual_s > 0.0 {
+            true => format!(" (usually one every {usual_s:.2} s)"),
+            false => String::new(),
+        };
+        findings.push(Finding {
+            start_s: from_s,
+            end_s: to_s,
+            sensor,
+            kind: "readings absent",
+            severity: if out_of_reach { Severity::Info } else { Severity::Warning },
+            count: 1,
+            words: format!(
+                "{sensor}: no {what} from {from_s:.1} to {to_s:.1} s, for {:.1} s{usual}: {cause}; {cost} meanwhile",
+                to_s - from_s
+            ),
+        });
+    }
+}
+
+/// For how long within a span the inertial samples were missing too, s: that is told of them.
+fn gaps_s(log: &Judged<'_>, from_s: f64, to_s: f64) -> f64 {
+    let gaps = log.dataset.overview().gaps.found();
+    let within = gaps.iter().map(|gap| {
+        let after_s = gap.after.seconds();
+        (to_s.min(after_s + gap.length_s) - from_s.max(after_s)).max(0.0)
+    });
+    within.sum()
+}
+
+/// Whether the vehicle climbed above what the rangefinder reaches over the ground, or stood on it, within a span: by
+/// the solution's height and the reading beside the span.
+fn is_out_of_reach(log: &Judged<'_>, from_s: f64, to_s: f64) -> bool {
+    let ranges = &log.dataset.ranges;
+    let after = ranges.partition_point(|reading| reading.time.seconds() <= from_s);
+    let Some(beside) =
+        after.checked_sub(1).and_then(|before| ranges.get(before)).or(ranges.first())
+    else {
+        return false;
+    };
+    let Some(height_m) = log.solution_at(beside.time.seconds()).map(|at| at.position.height_m)
+    else {
+        return false;
+    };
+    let farthest_m = ranges.iter().map(|reading| reading.range_m).fold(0.0, f64::max);
+    let within = log
+        .run
+        .solutions
+        .iter()
+        .filter(|solution| (from_s..=to_s).contains(&solution.time.seconds()));
+    let mut expected_m =
+        within.map(|solution| beside.range_m + solution.position.height_m - height_m);
+    let is_far = beside.range_m > FAR * farthest_m;
+    expected_m.any(|range_m| range_m < CLOSEST_M || is_far && range_m > farthest_m + BEYOND_M)
+}

@@ -1,0 +1,89 @@
+//! An aid that pauses, ends early or begins late is named.
+
+use hovernav::earth::Geodetic;
+use hovernav::time::Time;
+use hovernav_log::{Dataset, Finding};
+use hovernav_sim::{
+    BaroConfig, DmuConfig, FlightPlan, GpsConfig, SimulatedBaro, fly, sensor_manifest,
+};
+
+/// Three minutes of hover with four climbs and descents of 20 m, with a barometer ten times a second and a
+/// magnetometer of its own.
+fn flight(seed: u64) -> Dataset {
+    let start = Geodetic::from_degrees(1.352, 103.82, 50.0).unwrap();
+    let mut plan = FlightPlan::hover_at(start, 0.7).hold(30.0);
+    for _ in 0..2 {
+        plan = plan.climb(20.0, 1.5).hold(15.0).climb(-20.0, 1.5).hold(15.0);
+    }
+    let plan = plan.hold(30.0);
+    let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
+    let recording = fly(&plan.build().unwrap(), &dmu, &gps, seed).unwrap();
+    let mut baro = SimulatedBaro::new(&BaroConfig::default(), seed).unwrap();
+    let every_third = recording.truth.iter().step_by(3);
+    let magnetometer =
+        recording.imu.iter().filter_map(|sample| Some((sample.time, sample.magnetic_field_gauss?)));
+    Dataset {
+        manifest: sensor_manifest("simulated".into(), &dmu, &gps),
+        baro: every_third.map(|at| (at.time, baro.measure(at.position.height_m))).collect(),
+        magnetometer: magnetometer.collect(),
+        imu: recording.imu,
+        fixes: recording.fixes,
+        ..Dataset::default()
+    }
+}
+
+/// The warnings of a run over `dataset` that are `sensor`'s.
+fn warnings(dataset: &mut Dataset, sensor: &str) -> Vec<Finding> {
+    let config = dataset.settings().unwrap();
+    let run = dataset.estimate(&config, |_| {});
+    let mut found = dataset.findings(&run);
+    found.retain(|finding| finding.is_warning() && finding.sensor == sensor);
+    found
+}
+
+fn is_within(time: Time, from_s: f64, to_s: f64) -> bool {
+    (from_s..to_s).contains(&time.seconds())
+}
+
+#[track_caller]
+fn assert_told(found: &[Finding], kind: &str, from_s: f64, to_s: f64, words: &str) {
+    let is_it = |finding: &&Finding| {
+        finding.kind == kind
+            && (finding.start_s - from_s).abs() < 2.0
+            && (finding.end_s - to_s).abs() < 2.0
+    };
+    let Some(finding) = found.iter().find(is_it) else { panic!("{found:?}") };
+    assert!(finding.words.contains(words), "{}", finding.words);
+}
+
+#[test]
+fn a_pause_an_early_end_and_a_late_start_of_an_aid_are_told_with_their_span() {
+    let end_s = flight(1).imu.last().unwrap().time.seconds();
+    for (from_s, to_s, cause) in
+        [(60.0, 90.0, "paused"), (100.0, 999.0, "to the end of the log"), (-1.0, 60.0, "late")]
+    {
+        let mut dataset = flight(1);
+        let start_s = if from_s < 0.0 { 3.0 } else { from_s };
+        dataset.baro.retain(|(time, _)| !is_within(*time, from_s, to_s));
+        dataset.magnetometer.retain(|(time, _)| !is_within(*time, from_s, to_s));
+        for sample in dataset.imu.iter_mut().filter(|at| is_within(at.time, from_s, to_s)) {
+            sample.attitude = None;
+        }
+        for sensor in ["barometer", "magnetometer", "inertial unit"] {
+            let found = warnings(&mut dataset, sensor);
+            assert_told(&found, "readings absent", start_s, to_s.min(end_s), cause);
+        }
+    }
+}
+
+#[test]
+fn short_pauses_and_gaps_of_the_whole_log_are_no_fault_of_an_aid() {
+    let mut dataset = flight(1);
+    dataset.baro.retain(|(time, _)| !is_within(*time, 60.0, 64.0));
+    assert!(warnings(&mut dataset, "barometer").is_empty());
+    let mut dataset = flight(1);
+    dataset.baro.retain(|(time, _)| !is_within(*time, 60.0, 70.0));
+    dataset.imu.retain(|sample| !is_within(sample.time, 60.0, 70.0));
+    let found = warnings(&mut dataset, "barometer");
+    assert!(found.iter().all(|finding| finding.kind != "readings absent"), "{found:?}");
+}
