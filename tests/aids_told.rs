@@ -1,4 +1,4 @@
-//! An aid that pauses, ends early or begins late is named.
+//! An aid that pauses, ends early, begins late or repeats itself is named.
 
 use hovernav::earth::Geodetic;
 use hovernav::time::Time;
@@ -86,4 +86,25 @@ fn short_pauses_and_gaps_of_the_whole_log_are_no_fault_of_an_aid() {
     dataset.imu.retain(|sample| !is_within(sample.time, 60.0, 70.0));
     let found = warnings(&mut dataset, "barometer");
     assert!(found.iter().all(|finding| finding.kind != "readings absent"), "{found:?}");
+}
+
+#[test]
+fn a_barometer_that_freezes_in_a_climb_is_told_and_a_coarse_one_is_not() {
+    for seed in 1..4 {
+        let mut dataset = flight(seed);
+        let held = dataset.baro.iter().find(|(time, _)| time.seconds() > 40.0).unwrap().1;
+        for (_, height_m) in dataset.baro.iter_mut().filter(|at| is_within(at.0, 40.0, 70.0)) {
+            *height_m = held;
+        }
+        let found = warnings(&mut dataset, "barometer");
+        assert_told(&found, "frozen", 40.0, 70.0, "repeat");
+        for resolution_m in [0.1, 0.5, 1.0] {
+            let mut dataset = flight(seed);
+            for (_, height_m) in &mut dataset.baro {
+                *height_m = (*height_m / resolution_m).round() * resolution_m;
+            }
+            let found = warnings(&mut dataset, "barometer");
+            assert!(found.is_empty(), "seed {seed}, {resolution_m} m: {found:?}");
+        }
+    }
 }

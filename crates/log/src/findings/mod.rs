@@ -4,6 +4,7 @@
 //! itself is not asked again, and no reference is read.
 
 mod absent;
+mod barometer;
 mod ends;
 mod fixes;
 mod gates;
@@ -51,6 +52,7 @@ impl Dataset {
         inertial::find(&log, inertial, ends, &mut findings);
         fixes::find(&log, &mut findings);
         absent::find(&log, of_unit, &mut findings);
+        barometer::find(&log, &mut findings);
         gates::find(&log, &mut findings);
         ground::find(&log, &mut findings);
         heading::find(&log, field, &mut findings);

@@ -1,0 +1,58 @@
+//! A barometer that repeats itself while the vehicle climbs or sinks.
+
+use super::spans::improbable_runs;
+use super::{Judged, when};
+use crate::finding::{Finding, Severity};
+use crate::statistics::quantile;
+
+/// A height that repeats for less than this, s, may be true.
+const FROZEN_S: f64 = 10.0;
+/// The vehicle has to climb or sink by more than this, m, and by so many of the barometer's usual steps.
+const MOVED_M: f64 = 3.0;
+const STEPS: f64 = 3.0;
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let baro = &log.dataset.baro;
+    let heights: Vec<f64> = baro.iter().map(|(_, height_m)| *height_m).collect();
+    let steps = heights.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
+    let mut runs = improbable_runs(&heights);
+    if steps.is_empty() && heights.len() > 1 {
+        runs = vec![(0, heights.len() - 1)];
+    }
+    let least_m = MOVED_M.max(STEPS * quantile(&mut steps, 0.5).unwrap_or(0.0));
+    for (first, last) in runs {
+        let (start_s, end_s) = (baro[first].0.seconds(), baro[last].0.seconds());
+        let moved_m = climbed_m(log, start_s, end_s);
+        if end_s - start_s < FROZEN_S || moved_m < least_m {
+            continue;
+        }
+        findings.push(Finding {
+            start_s,
+            end_s,
+            sensor: "barometer",
+            kind: "frozen",
+            severity: Severity::Warning,
+            count: last - first,
+            words: format!(
+                "barometer frozen {}: {} readings repeat {:.1} m to the last digit while the height changed by \
+                 {moved_m:.1} m, so that the sensor was not measuring or its line not bringing it",
+                when(start_s, end_s),
+                last - first,
+                heights[first]
+            ),
+        });
+    }
+}
+
+/// By how much the solution's height changed at most within a span, m.
+fn climbed_m(log: &Judged<'_>, start_s: f64, end_s: f64) -> f64 {
+    let (mut lowest_m, mut highest_m) = (f64::INFINITY, f64::NEG_INFINITY);
+    for solution in &log.run.solutions {
+        if (start_s..=end_s).contains(&solution.time.seconds()) {
+            lowest_m = lowest_m.min(solution.position.height_m);
+            highest_m = highest_m.max(solution.position.height_m);
+        }
+    }
+    highest_m - lowest_m
+}
