@@ -1,4 +1,4 @@
-//! An aid that pauses, ends early, begins late or repeats itself is named.
+//! An aid that pauses, ends early, begins late, repeats itself or speaks in another unit is named.
 
 use hovernav::earth::Geodetic;
 use hovernav::time::Time;
@@ -105,6 +105,30 @@ fn a_barometer_that_freezes_in_a_climb_is_told_and_a_coarse_one_is_not() {
             }
             let found = warnings(&mut dataset, "barometer");
             assert!(found.is_empty(), "seed {seed}, {resolution_m} m: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_barometer_in_another_unit_or_of_the_wrong_sign_is_named_where_the_vehicle_climbs() {
+    let hectopascal = |height_m: f64| 1013.25 - height_m / 8.4;
+    let causes: [(&dyn Fn(f64) -> f64, &str); 4] = [
+        (&|height_m| height_m / 0.3048, "feet"),
+        (&|height_m| 300.0 - height_m, "counted downwards"),
+        (&|height_m| 100.0 * height_m, "centimetres"),
+        (&hectopascal, "hPa"),
+    ];
+    for seed in 1..6 {
+        let sound = flight(seed);
+        let found = sound.check_setup();
+        assert!(found.iter().all(|finding| finding.sensor != "barometer"), "{found:?}");
+        for (wrong, cause) in causes {
+            let mut dataset = sound.clone();
+            dataset.baro.iter_mut().for_each(|(_, height_m)| *height_m = wrong(*height_m));
+            let found = dataset.check_setup();
+            let named = found.iter().find(|finding| finding.sensor == "barometer");
+            let Some(finding) = named else { panic!("seed {seed}, {cause}: {found:?}") };
+            assert!(finding.cause.contains(cause) && !finding.is_certain, "{finding}");
         }
     }
 }

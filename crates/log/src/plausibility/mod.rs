@@ -6,6 +6,7 @@
 
 mod alternatives;
 mod attitude;
+mod barometer;
 mod clocks;
 mod field_turning;
 mod fixes;
@@ -84,6 +85,7 @@ impl SetupLook {
             self.field_turning.check(&dataset.magnetometer, &mut found);
         }
         fixes::check(&dataset.fixes, &mut found);
+        barometer::check(dataset, &mut found);
         self.field.check(dataset, up, &mut found);
         found.sort_by_key(|finding| !finding.is_certain);
         found

@@ -1,0 +1,83 @@
+//! The barometer's heights against those of the fixes: units and sign.
+
+use std::collections::BTreeMap;
+
+use crate::dataset::Dataset;
+use crate::finding::SetupFinding;
+
+/// Heights are averaged over this, s, and their changes from one such part to the next compared.
+const PART_S: f64 = 10.0;
+/// Fewer changes tell nothing, nor do those of the fixes' heights by less than this, m rms.
+const LEAST_COUNT: usize = 6;
+const LEAST_M: f64 = 1.5;
+/// So much of the fixes' changes has to be explained by the barometer's.
+const EXPLAINED: f64 = 0.7;
+/// A scale is another than 1 by so many one-sigmas.
+const SIGMAS: f64 = 6.0;
+
+/// What a column may hold: by how many times the fixes' heights change as much then, what it is, how to mend it.
+const CAUSES: [(std::ops::Range<f64>, &str, &str); 7] = [
+    (0.25..0.37, "altitude_m in feet, expected metres", "multiply altitude_m by 0.3048"),
+    (0.0085..0.0115, "altitude_m in centimetres, expected metres", "divide altitude_m by 100"),
+    (0.000_85..0.001_15, "altitude_m in millimetres, expected metres", "divide altitude_m by 1000"),
+    (-1.3..-0.75, "a height that is counted downwards", "turn the sign of altitude_m"),
+    (-0.37..-0.25, "a height in feet that is counted downwards", "multiply altitude_m by -0.3048"),
+    (-13.0..-7.0, "a pressure in hPa, expected a height", PRESSURE),
+    (-0.13..-0.07, "a pressure in Pa, expected a height", PRESSURE),
+];
+const PRESSURE: &str = "name the column pressure_pa, in Pa";
+
+pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
+    let changes = changes(dataset);
+    let count = changes.len() as f64;
+    let sum = |of: fn(&(f64, f64)) -> f64| changes.iter().map(of).sum::<f64>();
+    let (baro, both, fixes) = (sum(|c| c.0 * c.0), sum(|c| c.0 * c.1), sum(|c| c.1 * c.1));
+    if changes.len() < LEAST_COUNT || (fixes / count).sqrt() < LEAST_M || baro == 0.0 {
+        return;
+    }
+    // Of the fixes' changes on the barometer's, which scatter less.
+    let scale = both / baro;
+    let left = (fixes - scale * both).max(0.0);
+    let sigma = (left / (count - 1.0) / baro).sqrt();
+    if left > (1.0 - EXPLAINED) * fixes || (scale - 1.0).abs() < SIGMAS * sigma {
+        return;
+    }
+    let Some((_, cause, mend)) = CAUSES.iter().find(|(range, ..)| range.contains(&scale)) else {
+        return;
+    };
+    found.push(SetupFinding {
+        sensor: "barometer",
+        is_certain: false,
+        found: format!(
+            "where the vehicle climbs and sinks the heights of the fixes change by {scale:.3} times what the \
+             barometer's do (one-sigma {sigma:.3}), expected 1"
+        ),
+        cause: (*cause).into(),
+        mend: (*mend).into(),
+    });
+}
+
+/// By how much the barometer's height and that of the fixes change from one part of the log to the next, m.
+fn changes(dataset: &Dataset) -> Vec<(f64, f64)> {
+    let part = |time_s: f64| (time_s / PART_S).floor() as i64;
+    let baro = dataset.baro.iter().map(|(time, height_m)| (part(time.seconds()), *height_m));
+    let fixes = dataset.fixes.iter().filter(|fix| !fix.two_dimensional);
+    let fixes = fixes.map(|fix| (part(fix.time.seconds()), fix.position.height_m));
+    let (baro, fixes) = (means(baro), means(fixes));
+    let change = |of: &BTreeMap<i64, (f64, f64)>, part: i64| {
+        let mean = |part: i64| of.get(&part).map(|(sum, count)| sum / count);
+        Some(mean(part + 1)? - mean(part)?)
+    };
+    baro.keys().filter_map(|&part| Some((change(&baro, part)?, change(&fixes, part)?))).collect()
+}
+
+/// Sum and count of the values of each part.
+fn means(values: impl Iterator<Item = (i64, f64)>) -> BTreeMap<i64, (f64, f64)> {
+    let mut parts = BTreeMap::new();
+    for (part, value) in values {
+        let (sum, count) = parts.entry(part).or_insert((0.0, 0.0));
+        *sum += value;
+        *count += 1.0;
+    }
+    parts
+}
