@@ -2,6 +2,7 @@
 
 use hovernav::autopilot::{Mode, Reason, SetPoint};
 use hovernav::controls::Sticks;
+use hovernav::earth::Geodetic;
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav_log::Dataset;
 use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent, FlightSample, WindConfig};
@@ -185,4 +186,14 @@ fn the_record_replayed_gives_what_the_autopilot_flew_on() {
         compared += 1;
     }
     assert!(compared > 600, "{compared}");
+}
+
+#[test]
+fn a_hover_that_starts_at_the_ellipsoid_has_room_below_it() {
+    for seed in 11..14 {
+        let mut config = FlightConfig::new(autopilot());
+        config.start_at(Geodetic::from_degrees(48.0, 11.0, 0.0).unwrap());
+        (config.seed, config.duration_s) = (seed, 120.0);
+        assert_eq!(config.fly().unwrap().crashed_s, None, "seed {seed}");
+    }
 }

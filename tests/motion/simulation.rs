@@ -263,3 +263,27 @@ fn an_impossible_sensor_is_refused_by_name() {
     let expected = "GPS: rate is -1, expected above 0 and at most 20000 Hz";
     assert_eq!(error.to_string(), expected);
 }
+
+#[test]
+fn the_field_of_a_place_is_that_of_the_magnetic_model_and_declared() {
+    assert_eq!(MagnetometerConfig::at(&field()), MagnetometerConfig::default());
+    for (latitude_deg, longitude_deg) in [(48.1, 11.6), (-60.0, 0.0), (64.8, -147.7)] {
+        let place = Geodetic::from_degrees(latitude_deg, longitude_deg, 300.0).unwrap();
+        let magnetometer = Some(MagnetometerConfig::at(&place));
+        let (dmu, gps) = (DmuConfig { magnetometer, ..DmuConfig::default() }, GpsConfig::default());
+        let path = FlightPlan::hover_at(place, 0.7).hold(20.0).build().unwrap();
+        let recording = fly(&path, &dmu, &gps, 1).unwrap();
+        let mut dataset = hovernav_log::Dataset {
+            manifest: sensor_manifest("simulated".into(), &dmu, &gps),
+            imu: recording.imu,
+            fixes: recording.fixes,
+            ..hovernav_log::Dataset::default()
+        };
+        assert_eq!(dataset.check_setup(), []);
+        let declared = dataset.settings().unwrap().alignment.declination_rad;
+        dataset.manifest.imu.magnetic_declination_deg = None;
+        let of_model = dataset.settings().unwrap().alignment.declination_rad;
+        let off_deg = (declared - of_model).to_degrees();
+        assert!(off_deg.abs() < 0.7, "{off_deg}° off that of the model");
+    }
+}

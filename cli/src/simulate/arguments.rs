@@ -29,7 +29,8 @@ pub struct Arguments {
     /// Seed of every gust and sensor error: the same seed gives the same dataset
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where to start: latitude and longitude in degrees, height above the ellipsoid in metres
+    /// Where to start: latitude and longitude in degrees, height above the ellipsoid in metres. The ground is at
+    /// height 0, or 50 m below a start that is lower
     #[arg(long, value_name = "LAT,LON,HEIGHT", default_value = "1.3521,103.8198,50", value_parser = place, allow_hyphen_values = true)]
     pub place: Geodetic,
     /// Heading to start with, degrees from true north

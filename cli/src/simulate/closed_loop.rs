@@ -48,7 +48,7 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
     if arguments.truth {
         config.feedback = Feedback::Truth;
     }
-    config.start = arguments.place;
+    config.start_at(arguments.place);
     config.heading_rad = arguments.heading.to_radians();
     config.seed = arguments.seed;
     for (at, disturbance) in arguments.disturbance.iter().enumerate() {

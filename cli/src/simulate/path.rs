@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use hovernav_log::Dataset;
-use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, sensor_manifest};
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, sensor_manifest};
 use serde_json::json;
 
 use super::arguments::{Arguments, FlightPath, OUT};
@@ -20,7 +20,8 @@ pub fn run(arguments: &Arguments, flight: FlightPath) -> anyhow::Result<()> {
         }
         FlightPath::Tour => FlightPlan::test_flight(start, heading_rad),
     };
-    let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
+    let magnetometer = Some(MagnetometerConfig::at(&start));
+    let (dmu, gps) = (DmuConfig { magnetometer, ..DmuConfig::default() }, GpsConfig::default());
     let recording = hovernav_sim::fly(&plan.build()?, &dmu, &gps, arguments.seed)?;
 
     let vehicle = format!("simulated helicopter, thesis-grade sensors, seed {}", arguments.seed);

@@ -2,9 +2,11 @@
 
 use hovernav::glam::DVec3;
 
+use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
+use hovernav_log::magnetic_field::MagneticField;
 
 use super::check::{Checked, ConfigError, finite, finite_vector, frequency, positive, size};
 use super::noise::{GaussMarkov, Noise, Stream};
@@ -153,6 +155,28 @@ impl Default for MagnetometerConfig {
 }
 
 impl MagnetometerConfig {
+    /// The default, in the Earth's field at `place` in 2025 by the World Magnetic Model, to 0.001 gauss.
+    #[must_use]
+    pub fn at(place: &Geodetic) -> Self {
+        let default = Self::default();
+        // The model has no field deeper than 1 km: there it is that of the ellipsoid.
+        let place = Geodetic { height_m: place.height_m.max(0.0), ..*place };
+        match MagneticField::at(&place, 2025.0) {
+            Ok(MagneticField { field_gauss }) => {
+                let rounded = field_gauss.to_array().map(|part| (1000.0 * part).round() / 1000.0);
+                Self { field_gauss: rounded.into(), ..default }
+            }
+            Err(_) => default,
+        }
+    }
+
+    /// How far magnetic north is east of true north, °.
+    #[must_use]
+    pub fn declination_deg(&self) -> f64 {
+        let [north, east, _] = self.field_gauss.to_array();
+        east.atan2(north).to_degrees()
+    }
+
     fn check(&self) -> Checked {
         const SENSOR: &str = "magnetometer";
         finite_vector(SENSOR, "field", self.field_gauss)?;

@@ -25,7 +25,9 @@ pub fn sensor_manifest(vehicle: String, dmu: &DmuConfig, gps: &GpsConfig) -> Man
     imu.accel_bias_sigma_mps2 = Some(dmu.accelerometer.turn_on_bias_sigma_mps2);
     imu.gyro_range_degps = Some(dmu.gyro.range_degps);
     imu.accel_range_g = Some(dmu.accelerometer.range_mps2 / 9.806_65);
-    imu.magnetic_declination_deg = Some(0.0);
+    // To whole degrees, as a chart tells it.
+    let declination_deg = dmu.magnetometer.map_or(0.0, |field| field.declination_deg().round());
+    imu.magnetic_declination_deg = Some(declination_deg);
     manifest.gps.rate_hz = Some(gps.rate_hz);
     manifest.gps.antenna_lever_arm_m = gps.lever_arm_m;
     manifest.gps.latency_s = gps.assumed_latency_s;

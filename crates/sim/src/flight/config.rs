@@ -3,7 +3,7 @@
 use crate::aids::{AntennasConfig, RangefinderConfig};
 use crate::baro::BaroConfig;
 use crate::check::ConfigError;
-use crate::dmu::DmuConfig;
+use crate::dmu::{DmuConfig, MagnetometerConfig};
 use crate::gps::GpsConfig;
 use crate::manifest::sensor_manifest;
 use crate::vehicle::{Disturbance, VehicleConfig};
@@ -193,6 +193,19 @@ impl FlightConfig {
             seed: 1,
         }
     }
+
+    /// Moves the start of the hover to `place`, into the Earth's magnetic field there. Where it is less than
+    /// [`ROOM_M`](Self::ROOM_M) above the ellipsoid, the ground is so much below it, otherwise at the ellipsoid.
+    pub fn start_at(&mut self, place: Geodetic) {
+        self.start = place;
+        self.vehicle.ground_m = (place.height_m - Self::ROOM_M).min(0.0);
+        if let Some(magnetometer) = &mut self.dmu.magnetometer {
+            magnetometer.field_gauss = MagnetometerConfig::at(&place).field_gauss;
+        }
+    }
+
+    /// Room below a start, m: a hover wanders in height as the receiver does, and is not to touch the ground.
+    pub const ROOM_M: f64 = 50.0;
 
     /// What the sensors are, as a dataset tells it.
     #[must_use]
