@@ -2,8 +2,14 @@
 
 use std::path::Path;
 
+use hovernav::autopilot::HoverConfig;
+use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
+use hovernav_design::hover::HoverDesign;
 use hovernav_log::{Dataset, Finding, Severity, sentences};
+use hovernav_model::shipped;
+use hovernav_sim::FlightConfig;
+use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::faults::{Fault, Log};
 
 fn log_dir() -> &'static Path {
@@ -24,6 +30,24 @@ fn findings(faults: &[&str]) -> Vec<Finding> {
 #[test]
 fn a_flight_without_fault_gives_no_warning() {
     assert_eq!(sentences(&findings(&[])), [""; 0]);
+}
+
+#[test]
+fn a_simulated_hover_without_fault_gives_no_warning() {
+    let design = HoverDesign::default();
+    let gains = design.synthesise(&shipped::raptor60()).unwrap();
+    for seed in 11..25 {
+        let mut config = FlightConfig::new(HoverConfig::new(design.period_s, gains));
+        (config.dmu, config.gps) = SensorGrade::Thesis.sensors();
+        config.dmu.rate_hz = 1.0 / design.period_s;
+        config.start_at(Geodetic::from_degrees(1.3521, 103.8198, 50.0).unwrap());
+        config.heading_rad = 60f64.to_radians();
+        (config.seed, config.duration_s) = (seed, 120.0);
+        let (mut dataset, _) = config.fly().unwrap().dataset();
+        let settings = dataset.settings().unwrap();
+        let run = dataset.estimate(&settings, |_| {});
+        assert_eq!(sentences(&dataset.findings(&run)), [""; 0], "seed {seed}");
+    }
 }
 
 #[test]
