@@ -1,9 +1,16 @@
 //! What cannot be is said before anything is estimated, by its likely cause; what can be is not.
 
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use hovernav::earth::Geodetic;
+use hovernav::frames::{Ned, Vector};
+use hovernav::gps::Fix;
+use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, alternative};
 use hovernav_sim::faults::{Fault, Log};
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
 
 fn heli_hover() -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover")).into()
@@ -201,4 +208,39 @@ fn samples_too_slow_for_inertial_work_are_refused_with_the_rate() {
     });
     let text = dataset.ensure_possible("log".as_ref()).unwrap_err().to_string();
     assert!(text.contains("found 8.250 samples a second"), "{text}");
+}
+
+/// Three minutes of slow wandering at half a metre a second, with a receiver whose velocity is off by as much.
+fn wandering(seed: u64) -> Vec<Fix> {
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let mut noise = |sigma: f64| -> f64 {
+        let unit: f64 = StandardNormal.sample(&mut random);
+        sigma * unit
+    };
+    let start = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+    let rates = [12.0, 16.0, 30.0, 41.0].map(|period_s: f64| TAU / (period_s * (1.0 + noise(0.1))));
+    let phases = [(); 4].map(|()| noise(3.0));
+    let mut fixes = Vec::new();
+    for second in 0..180 {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| {
+            let (sin, cos) = (rates[k] * f64::from(second) + phases[k]).sin_cos();
+            (0.5 * sin, -0.5 / rates[k] * cos)
+        });
+        let velocity = [a.0 + c.0 + noise(0.5), b.0 + d.0 + noise(0.5)];
+        let place = Vector::<Ned>::new(a.1 + c.1 + noise(0.7), b.1 + d.1 + noise(0.7), 0.0);
+        fixes.push(Fix {
+            horizontal_velocity_mps: Some(velocity),
+            ..Fix::at(Time::ZERO + f64::from(second), start.displaced(place))
+        });
+    }
+    fixes
+}
+
+#[test]
+fn a_velocity_that_scatters_as_much_as_the_vehicle_moves_is_in_no_other_unit() {
+    for seed in 0..100 {
+        let dataset = Dataset { fixes: wandering(seed), ..Dataset::default() };
+        let found = dataset.check_setup();
+        assert!(found.iter().all(|finding| finding.sensor != "gps"), "seed {seed}: {found:?}");
+    }
 }

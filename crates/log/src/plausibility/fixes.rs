@@ -21,6 +21,8 @@ const EXPLAINED: f64 = 0.6;
 const TURNED: f64 = 0.25;
 /// A scale of 1 that noise has made smaller is no less than this of what is explained.
 const SMALLER: f64 = 0.75;
+/// Scales below this are too small to be of any sound receiver.
+const LEAST_SCALE: f64 = 0.6;
 /// Courses closer than this, rad (12°), are the same: a place's scale depends on its latitude, which may be a wrong one.
 const ALIKE_RAD: f64 = 0.2;
 /// Heights, m, between which helicopters and drones fly.
@@ -145,7 +147,10 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         found.push(wrong_sign(nn > 0.0 || ee > 0.0, sizes));
     } else if let Some(unit) = unit_of(&[nn, ee], explained[0].min(explained[1])) {
         found.push(in_unit(sizes, unit));
-    } else if ![nn, ee].iter().all(|scale| (0.6..1.6).contains(scale)) {
+    } else if [(nn, explained[0]), (ee, explained[1])].iter().any(|&(scale, explained)| {
+        // Noise of the velocity makes a scale smaller, at most by the share of what is explained.
+        !(LEAST_SCALE * explained..1.6).contains(&scale)
+    }) {
         let cause = "coordinates or velocity of a wrong unit";
         found.push(gps(false, sizes, cause, "expected degrees and m/s"));
     }
