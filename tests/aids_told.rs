@@ -1,6 +1,7 @@
 //! An aid that pauses, ends early, begins late, repeats itself or speaks in another unit is named.
 
 use hovernav::earth::Geodetic;
+use hovernav::event::RangeReading;
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Finding};
 use hovernav_sim::{
@@ -86,6 +87,27 @@ fn short_pauses_and_gaps_of_the_whole_log_are_no_fault_of_an_aid() {
     dataset.imu.retain(|sample| !is_within(sample.time, 60.0, 70.0));
     let found = warnings(&mut dataset, "barometer");
     assert!(found.iter().all(|finding| finding.kind != "readings absent"), "{found:?}");
+}
+
+#[test]
+fn a_rangefinder_above_its_reach_is_no_fault_and_one_that_stops_within_it_is() {
+    let start_m = 50.0;
+    for (reach_m, stops_s, is_told) in
+        [(15.0, 999.0, false), (999.0, 999.0, false), (999.0, 60.0, true)]
+    {
+        let mut dataset = flight(1);
+        let heights = dataset.baro.iter().map(|(time, height_m)| (*time, height_m - start_m + 5.0));
+        let seen = heights.filter(|(time, range_m)| {
+            (0.3..reach_m).contains(range_m) && is_within(*time, 0.0, stops_s)
+        });
+        let reading =
+            |(time, range_m)| RangeReading { time, range_m, sigma_m: None, quality: None };
+        dataset.ranges = seen.map(reading).collect();
+        dataset.baro.clear();
+        let found = warnings(&mut dataset, "rangefinder");
+        let is_absent = found.iter().any(|finding| finding.kind == "readings absent");
+        assert_eq!(is_absent, is_told, "{reach_m} m, until {stops_s} s: {found:?}");
+    }
 }
 
 #[test]
