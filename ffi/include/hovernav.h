@@ -56,7 +56,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: grows with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 6
+#define HOVERNAV_ABI 7
 
 // Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 // much it is in this one.
@@ -319,6 +319,10 @@ enum {
     HOVERNAV_UNUSED_REASON_REVERSED = 14,
     // A sample that a logger has made up between others, on a straight line.
     HOVERNAV_UNUSED_REASON_INTERPOLATED = 15,
+    // An attitude that turns otherwise than the gyros.
+    HOVERNAV_UNUSED_REASON_TURNS_OTHERWISE = 16,
+    // A magnetic field off what it was in one reading alone so far.
+    HOVERNAV_UNUSED_REASON_OUTLIER = 17,
 };
 
 // What an axis of an update compared.

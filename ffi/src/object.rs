@@ -12,7 +12,7 @@ use crate::queue::NoticeQueue;
 use crate::status::Status;
 
 /// Version of the binary interface: grows with every change of a structure, a code or a function.
-pub const HOVERNAV_ABI: u32 = 6;
+pub const HOVERNAV_ABI: u32 = 7;
 
 /// Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 /// much it is in this one.

@@ -1,5 +1,6 @@
 //! Dataset directories: read as they were meant, damaged, judged, scored.
 
+mod aids_told;
 mod damage;
 mod manifests;
 mod reading;
