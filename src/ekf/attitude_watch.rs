@@ -10,7 +10,8 @@ use crate::scalar::Scalar;
 /// is a drift, of the gyros as likely as of the reference, and counts for nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AttitudeWatch {
-    /// Mean of the difference, rad, and mean of what it is off that mean.
+    /// The last difference, rad, the mean of it, and mean of what it is off that mean.
+    last: [f32; 3],
     mean: [f32; 3],
     drift: [f32; 3],
     /// Mean square of the rest in tilt and in heading, rad².
@@ -22,7 +23,7 @@ pub(super) struct AttitudeWatch {
 impl AttitudeWatch {
     /// Nothing was compared yet.
     pub const NONE: Self =
-        Self { mean: [0.0; 3], drift: [0.0; 3], square: [0.0; 2], is_begun: false };
+        Self { last: [0.0; 3], mean: [0.0; 3], drift: [0.0; 3], square: [0.0; 2], is_begun: false };
 
     /// What comes next is not compared with what was before.
     pub fn forget(&mut self) {
@@ -34,9 +35,13 @@ impl AttitudeWatch {
     /// # Source
     /// Equation (M8) of docs/equations.md.
     pub fn push(&mut self, off_rad: [f32; 3], elapsed_s: f32) {
-        if !self.is_begun {
-            *self = Self { mean: off_rad, drift: [0.0; 3], square: self.square, is_begun: true };
+        // Nothing that follows the motion steps: whether such a reference or the filter is right the gate will tell.
+        let jumped = |(last, off): (f32, f32)| wrap_angle(off - last).abs() > JUMP_RAD;
+        if !self.is_begun || self.last.into_iter().zip(off_rad).any(jumped) {
+            let square = self.square;
+            *self = Self { mean: off_rad, drift: [0.0; 3], square, ..Self::NONE };
         }
+        (self.last, self.is_begun) = (off_rad, true);
         let newest = (elapsed_s / MEMORY_S).min(1.0);
         let mut squares = [0.0; 3];
         let axes = self.mean.iter_mut().zip(&mut self.drift).zip(off_rad).zip(&mut squares);
@@ -55,8 +60,9 @@ impl AttitudeWatch {
 
     /// The filter has come nearer to the reference by `by_rad`.
     pub fn corrected(&mut self, by_rad: [f32; 3]) {
-        for (mean, by) in self.mean.iter_mut().zip(by_rad) {
+        for ((mean, last), by) in self.mean.iter_mut().zip(&mut self.last).zip(by_rad) {
             *mean -= by;
+            *last -= by;
         }
     }
 
@@ -74,6 +80,8 @@ impl AttitudeWatch {
     }
 }
 
+/// A difference that changes by more from one reading to the next, rad, has jumped.
+const JUMP_RAD: f32 = 0.3;
 /// What is slower than this, s, is the slow error of the reference.
 const MEMORY_S: f32 = 3.0;
 /// Swings are noticed within this, s, and forgotten with this.
@@ -123,6 +131,12 @@ mod tests {
             let [tilt, heading] = watch.excess::<f64>(NOISE_RAD, STEP_S);
             assert!(tilt == 0.0 && heading < 1e-4, "{off_rad} {drift_radps}: {heading}");
         }
+    }
+
+    #[test]
+    fn one_that_jumps_is_left_to_the_gate() {
+        let jumped = |time_s: f32| if time_s > 59.0 { 1.5 } else { 0.0 };
+        assert!(!watched(|time_s| heading_rad(time_s) + jumped(time_s)).denies());
     }
 
     #[test]

@@ -23,8 +23,8 @@ pub(super) struct FieldWatch {
     elsewhere_s: f32,
     /// One-sigma of what the field's distance from the usual makes of the heading, rad.
     pub doubt_rad: f32,
-    /// Whether the last reading alone was off what is usual.
-    is_suspect: bool,
+    /// The share of its strength by which the last reading was off what is usual, where it alone was; else none.
+    suspect: f32,
 }
 
 /// A field as the filter levels and turns it.
@@ -104,7 +104,7 @@ impl FieldWatch {
         usual_s: 0.0,
         elsewhere_s: 0.0,
         doubt_rad: 0.0,
-        is_suspect: false,
+        suspect: 0.0,
     };
 
     /// Whether a reading at `time` comes at least `interval_s` after the last one that was looked at.
@@ -114,7 +114,7 @@ impl FieldWatch {
 
     /// Whether the last reading was off what is usual, and no other before it.
     pub fn is_suspect(&self) -> bool {
-        self.is_suspect
+        self.suspect > 0.0
     }
 
     fn has_seen(&self) -> bool {
@@ -162,14 +162,11 @@ impl FieldWatch {
         let off = field.change_from(self.usual);
         let moved = field.change_from(self.opened_at);
         let is_back = off.is_within(&limit, if was_usual { 1.0 } else { square(BACK_SHARE) });
-        self.is_suspect = was_usual && !is_back && !self.is_suspect;
-        if self.is_suspect {
-            let sigma_rad = 0.0;
-            return Some(FieldChange {
-                sigma_rad,
-                share: off.share(&field, strength),
-                turn: Some(Turn::Suspect),
-            });
+        let suspect = core::mem::take(&mut self.suspect);
+        if was_usual && !is_back && suspect == 0.0 {
+            let share = off.share(&field, strength);
+            self.suspect = share;
+            return Some(FieldChange { sigma_rad: 0.0, share, turn: Some(Turn::Suspect) });
         }
         let is_still = moved.is_within(&limit, 1.0);
         self.elsewhere_s = if is_back || !is_still { 0.0 } else { self.elsewhere_s + elapsed_s };
@@ -204,6 +201,8 @@ impl FieldWatch {
         (!is_still || turn.is_some()).then(|| {
             self.opened_at = field;
             let share = off.share(&field, strength);
+            // Of one that comes away, by what both readings say.
+            let share = if turn == Some(Turn::Away) { share.min(suspect) } else { share };
             FieldChange { sigma_rad: turn_rad(&moved), share, turn }
         })
     }
