@@ -208,7 +208,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 if fix.time > self.due_until() {
                     self.hold(fix, trace, notify);
                 } else {
-                    self.gps(fix, trace, notify);
+                    self.take_at_once(fix, trace, notify);
                 }
             }
             Event::Baro { time, height_m } => {
@@ -388,13 +388,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     #[inline(never)]
-    fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
+    fn gps(&mut self, fix: &mut Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         if self.repeats(fix) {
             notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
             return;
         }
-        let two_dimensional = fix.two_dimensional || self.holds_height(fix);
-        let fix = &Fix { two_dimensional, ..*fix };
+        fix.two_dimensional |= self.holds_height(fix);
         let mut report = Report::default();
         let searches_anew = self.is_searching_anew();
         let result = match self.phase {

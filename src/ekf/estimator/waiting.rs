@@ -39,9 +39,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         // The newest tell most of where a gap in the samples has led.
         let full = self.held.iter().all(Option::is_some);
-        if let Some(oldest) = self.earliest_held().filter(|_| full).and_then(Option::take) {
+        if let Some(mut oldest) = self.earliest_held().filter(|_| full).and_then(Option::take) {
             if oldest.time <= time {
-                self.gps(&oldest, trace, notify);
+                self.gps(&mut oldest, trace, notify);
             } else {
                 let reason = Unusable::AheadOfImu;
                 notify(Notice::NotUsed { time: oldest.time, aid: Aid::Gps, reason });
@@ -50,6 +50,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(slot) = self.held.iter_mut().find(|slot| slot.is_none()) {
             *slot = Some(*fix);
         }
+    }
+
+    /// Takes in a fix that need not wait.
+    #[inline(never)]
+    pub(super) fn take_at_once(
+        &mut self,
+        fix: &Fix,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        let mut fix = *fix;
+        self.gps(&mut fix, trace, notify);
     }
 
     /// Takes in the fixes that waited and are no later than `until`, by their time.
@@ -62,8 +74,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         for _ in 0..HELD {
             let due = |held: &mut Option<Fix>| held.take_if(|fix| fix.time <= until);
-            let Some(fix) = self.earliest_held().and_then(due) else { return };
-            self.gps(&fix, trace, notify);
+            let Some(mut fix) = self.earliest_held().and_then(due) else { return };
+            self.gps(&mut fix, trace, notify);
         }
     }
 }

@@ -194,8 +194,17 @@ impl<T: Scalar> Monitor<T> {
     }
 
     /// Begins anew at the next fix, from a level attitude.
+    // In place: put together as a whole it would stand on the stack first.
     pub fn restart(&mut self, body_to_level: Rotation<Body, Ned, T>) {
-        *self = Self { body_to_level, ..Self::none() };
+        self.guesses.fill(Guess::NONE);
+        self.body_to_level = body_to_level;
+        self.felt_mps = Vector::ZERO;
+        self.felt_s = T::ZERO;
+        self.last_fix = None;
+        self.wrong_since = Time::ZERO;
+        self.wrong_fixes = 0;
+        self.bears_out = false;
+        self.evidence = 0.0;
     }
 
     /// Takes in what was felt over a sample's interval, less bias.
