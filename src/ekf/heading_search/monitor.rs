@@ -76,7 +76,7 @@ pub(super) struct Monitor<T> {
     /// The fix that the guesses hold at; none before the first.
     last_fix: Option<Time>,
     /// Since when, and at how many fixes, the heading has been wrong.
-    wrong_since: Time,
+    wrong_since: Option<Time>,
     wrong_fixes: u8,
     /// Whether the guesses agree with the heading, and motion of late was enough to tell.
     bears_out: bool,
@@ -186,7 +186,7 @@ impl<T: Scalar> Monitor<T> {
             felt_mps: Vector::ZERO,
             felt_s: T::ZERO,
             last_fix: None,
-            wrong_since: Time::ZERO,
+            wrong_since: None,
             wrong_fixes: 0,
             bears_out: false,
             evidence: 0.0,
@@ -201,7 +201,7 @@ impl<T: Scalar> Monitor<T> {
         self.felt_mps = Vector::ZERO;
         self.felt_s = T::ZERO;
         self.last_fix = None;
-        self.wrong_since = Time::ZERO;
+        self.wrong_since = None;
         self.wrong_fixes = 0;
         self.bears_out = false;
         self.evidence = 0.0;
@@ -350,10 +350,11 @@ impl<T: Scalar> Monitor<T> {
             return None;
         };
         if self.wrong_fixes == 0 {
-            self.wrong_since = time;
+            self.wrong_since = Some(time);
         }
         self.wrong_fixes = self.wrong_fixes.saturating_add(1);
-        let lasts = time - self.wrong_since >= WRONG_S && self.wrong_fixes >= WRONG_FIXES;
+        let since = self.wrong_since.is_some_and(|since| time - since >= WRONG_S);
+        let lasts = since && self.wrong_fixes >= WRONG_FIXES;
         if lasts {
             self.wrong_fixes = 0;
         }

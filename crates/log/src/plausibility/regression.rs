@@ -51,9 +51,12 @@ impl<const D: usize> Regression<D> {
     /// The fit; `None` of too few pairs, or where a measured component does not move by `least`, rms, by itself: of what
     /// moves only with another nobody can tell which of the two it was.
     pub fn fit(&self, least: f64) -> Option<Fit<D>> {
-        if self.count < 20.0 {
-            return None;
-        }
+        let few = LEAST + LEAST_EACH * D as f64;
+        if self.count < few { None } else { self.fit_of_any(least) }
+    }
+
+    /// [`fit`](Self::fit) of however few.
+    fn fit_of_any(&self, least: f64) -> Option<Fit<D>> {
         // xxᵀ M ᵀ = xy, by elimination; the matrix is positive definite but for rounding.
         let (mut a, mut b) = (self.xx, self.xy);
         for i in 0..D {
@@ -85,6 +88,9 @@ impl<const D: usize> Regression<D> {
     }
 }
 
+/// Fewer pairs than these, and these for each number of a row, tell nothing.
+const LEAST: f64 = 12.0;
+const LEAST_EACH: f64 = 4.0;
 /// Share of the pairs that a [`fit`] leaves out.
 const TRIMMED: f64 = 0.2;
 
@@ -110,7 +116,7 @@ pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) ->
     let mut ordered: Vec<_> = pairs.iter().collect();
     ordered.sort_by(|a, b| left(a).total_cmp(&left(b)));
     let kept = ordered.len() - (TRIMMED * ordered.len() as f64) as usize;
-    of(&mut ordered[..kept].iter().copied()).fit(least)
+    of(&mut ordered[..kept].iter().copied()).fit_of_any(least)
 }
 
 #[cfg(test)]
