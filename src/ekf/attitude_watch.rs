@@ -38,8 +38,7 @@ impl AttitudeWatch {
         // Nothing that follows the motion steps: whether such a reference or the filter is right the gate will tell.
         let jumped = |(last, off): (f32, f32)| wrap_angle(off - last).abs() > JUMP_RAD;
         if !self.is_begun || self.last.into_iter().zip(off_rad).any(jumped) {
-            let square = self.square;
-            *self = Self { mean: off_rad, drift: [0.0; 3], square, ..Self::NONE };
+            (self.mean, self.drift) = (off_rad, [0.0; 3]);
         }
         (self.last, self.is_begun) = (off_rad, true);
         let newest = (elapsed_s / MEMORY_S).min(1.0);

@@ -42,7 +42,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let turned = block(ATTITUDE) + block(first);
-            self.attitude_watch.corrected(turned.to_array().map(|turned| turned.wide() as f32));
+            self.attitude_watch.corrected(turned.cast().to_array());
             let reference_error = self.estimate(first + 2);
             self.heading_revision.corrected(self.state.time, at(ATTITUDE + 2), reference_error);
         }
@@ -127,7 +127,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for axis in first..VELOCITY {
             self.covariance.set_variance(axis, square(MOST_HIDDEN_RAD));
         }
-        self.attitude_watch.corrected(turn_rad.to_array().map(|turn| turn.wide() as f32));
+        self.attitude_watch.corrected(turn_rad.cast().to_array());
         trace.reset(first..VELOCITY);
         trace.turned(turn_rad.cast());
     }

@@ -363,9 +363,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.is_frozen = false;
             return false;
         }
-        let moves = fix
-            .horizontal_velocity_mps
-            .is_some_and(|[north, east]| square(north) + square(east) > square(REPEATED_MPS));
+        let moves = level_square(fix).is_some_and(|squared| squared > square(REPEATED_MPS));
         self.is_frozen |=
             moves || self.solution().is_some_and(|solution| solution.moves(REPEATED_MPS));
         self.is_frozen
@@ -377,9 +375,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let height_m = fix.position.height_m;
         let same = core::mem::replace(&mut self.last_height_m, height_m) == height_m;
         let tells_climb = fix.down_velocity_mps.is_some_and(|down_mps| down_mps != 0.0);
-        let stands = fix
-            .horizontal_velocity_mps
-            .is_none_or(|[north, east]| square(north) + square(east) < square(REPEATED_MPS));
+        let stands = level_square(fix).is_none_or(|squared| squared < square(REPEATED_MPS));
         // At rest a receiver may well tell the same again.
         if !same || tells_climb || stands {
             self.height_since = fix.time;
@@ -508,6 +504,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Phase::Navigating => self.filter.state().time,
         }
     }
+}
+
+/// The square of the level speed that a fix tells, (m/s)².
+fn level_square(fix: &Fix) -> Option<f64> {
+    fix.horizontal_velocity_mps.map(|[north, east]| square(north) + square(east))
 }
 
 /// What two fixes have in common only where they say the same of place and velocity, to the last bit.

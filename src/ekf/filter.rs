@@ -15,7 +15,7 @@ use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
-use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
+use super::measurement::{AntennaHeadingMemory, BiasShift, Ground, stated_times};
 use super::motion_sum::MotionSum;
 use super::net_turn::NetTurn;
 use super::prediction::{ImuFault, Prediction, ResetCause};
@@ -464,7 +464,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[must_use]
     pub fn stated_times(&self) -> [f64; 2] {
         let [position, level, _] = self.gps_learned;
-        [position, level].map(super::measurement::stated_times)
+        [position, level].map(|variance| stated_times(Scalar::sqrt(f64::from(variance))))
     }
 
     /// The settings.

@@ -114,7 +114,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         off_rad: Vector<Ned, T>,
         elapsed_s: f64,
     ) -> Result<[T; 2], Unusable> {
-        let off_rad = off_rad.to_array().map(|off| off.wide() as f32);
+        let off_rad = off_rad.cast().to_array();
         let watch = &mut self.attitude_watch;
         // After trouble with the inertial samples the gyros are no witness, and a heading goes with the field.
         let field = &self.field_watch;

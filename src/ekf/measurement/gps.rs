@@ -10,8 +10,8 @@ use super::super::history::{ABOUT_NS, LookBack};
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
+use super::super::square;
 use super::super::trace::Trace;
-use super::super::{root, square};
 use super::{Compared, Report, Unusable};
 use crate::earth::Local;
 use crate::frames::{Ned, Vector};
@@ -59,9 +59,9 @@ const VELOCITY_AXES: [(Channel, Group); 3] = [
     (Channel::VelocityDown, Group::VerticalVelocity),
 ];
 
-/// How many times what fixes state counts, by the learned size of the variances.
-pub fn stated_times(learned: f32) -> f64 {
-    (f64::from(root(learned)) / BY_CHANCE).max(1.0)
+/// How many times what fixes state counts, by the learned size of their one-sigmas.
+pub fn stated_times(learned: f64) -> f64 {
+    (learned / BY_CHANCE).max(1.0)
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -260,16 +260,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let [learned_m, level, vertical] =
             self.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
         let learned_mps = [level, level, vertical];
-        let position = fix.position_sigma_m.map_or(
-            model.position_sigma_m().map(|sigma| sigma * learned_m),
-            |stated| {
-                let times = stated_times(self.gps_learned[0]);
-                stated.to_array().map(|sigma| sigma * times)
-            },
-        );
+        let position = match fix.position_sigma_m {
+            Some(stated) => stated.to_array().map(|sigma| sigma * stated_times(learned_m)),
+            None => model.position_sigma_m().map(|sigma| sigma * learned_m),
+        };
         let stated_mps = fix.axes_velocity_sigma_mps().map(Vector::to_array);
         let velocity: [f64; 3] = core::array::from_fn(|axis| match stated_mps {
-            Some(stated) => stated[axis] * (learned_mps[axis] / BY_CHANCE).max(1.0),
+            Some(stated) => stated[axis] * stated_times(learned_mps[axis]),
             // No better vertically than the level velocity, which is seen far better, has shown.
             None => model.velocity_sigma_mps()[axis] * learned_mps[axis].max(level),
         });
