@@ -150,7 +150,7 @@ fn a_barometer_in_another_unit_or_of_the_wrong_sign_is_named_where_the_vehicle_c
             let found = dataset.check_setup();
             let named = found.iter().find(|finding| finding.sensor == "barometer");
             let Some(finding) = named else { panic!("seed {seed}, {cause}: {found:?}") };
-            assert!(finding.cause.contains(cause) && !finding.is_certain, "{finding}");
+            assert!(finding.cause.contains(cause) && finding.is_certain, "{finding}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod aids_told;
 mod damage;
+mod left_out;
 mod manifests;
 mod reading;
 mod samples_in_file;

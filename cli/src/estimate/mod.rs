@@ -13,7 +13,10 @@ use hovernav::ekf::{EstimatorConfig, Solution};
 use hovernav::ins::HeadingSource;
 use hovernav::time::Time;
 use hovernav_formats::{Format, Log};
-use hovernav_log::{Dataset, Finding, Keep, Outage, Reference, Run, outage_drift, score, thin};
+use hovernav_log::{
+    Dataset, Finding, Keep, Outage, Reference, Run, SetupFinding, denied_aid, outage_drift, score,
+    thin,
+};
 
 use self::columns::ColumnsArgument;
 use self::export::ExportArgument;
@@ -119,14 +122,27 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         Format::Dataset if dataset.fixes.is_empty() => log.join("gps.csv"),
         _ => log.to_path_buf(),
     };
-    dataset.check_fitness(&source)?;
+    let denied_aids = dataset.check_fitness(&source)?;
+    // A record is replayed as it was flown.
+    let leaves_out = record.is_none();
+    let mut left_out = if leaves_out { dataset.leave_out(denied_aids) } else { Vec::new() };
     let config = dataset.settings()?;
     let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.outage()).collect();
     dataset.withhold(&outages, arguments.gps_rate);
 
     // A record's solutions are in memory, and each is compared.
     let keep = if record.is_some() { Keep::All } else { Keep::Thinned };
-    let Flown { run, smoothed, denied } = fly(arguments, log, out, &dataset, &config, keep)?;
+    let mut flown = fly(arguments, log, out, &dataset, &config, keep)?;
+    // What was handed to a pipe cannot be taken back.
+    if leaves_out && !export::is_piped(&arguments.export) {
+        let denied = denied_aid(&dataset, &config, &flown.run);
+        let without = dataset.leave_out(denied.into_iter().collect());
+        if !without.is_empty() {
+            flown = fly(arguments, log, out, &dataset, &config, keep)?;
+            left_out.extend(without);
+        }
+    }
+    let Flown { run, smoothed, denied } = flown;
     ensure!(
         !run.solutions.is_empty(),
         "{}: no solution: alignment found no fix with {} s of inertial samples before it{}",
@@ -165,6 +181,10 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         summary.warnings.push(warning.into());
     }
     summary.add_findings(denied);
+    if let Some((first, last)) = dataset.sample_span() {
+        let of_log = |left_out: &SetupFinding| left_out.finding(first.seconds(), last.seconds());
+        summary.add_findings(left_out.iter().map(of_log).collect());
+    }
     summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
     summary.reproduction = record
         .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())

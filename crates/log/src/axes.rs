@@ -123,6 +123,10 @@ pub(crate) struct Reading {
     pub accel_unit: AccelUnit,
     pub gyro_unit: GyroUnit,
     pub accel_is_gravity: bool,
+    /// Whether the magnetic field is passed over.
+    pub without_field: bool,
+    /// Whether the unit's own attitude is.
+    pub without_attitude: bool,
 }
 
 /// The rotation that roll, pitch and yaw of a unit in its vehicle are; `None` of none.
@@ -164,10 +168,12 @@ impl Reading {
 
     /// `sample` in forward, right, down, its magnetic field too.
     pub fn applied(&self, sample: ImuSample) -> ImuSample {
-        let field = sample.magnetic_field_gauss.map(|field| self.field(field));
+        let field = sample.magnetic_field_gauss.filter(|_| !self.without_field);
+        let field = field.map(|field| self.field(field));
+        let attitude = sample.attitude.filter(|_| !self.without_attitude);
         ImuSample {
             motion: self.motion(sample.motion),
-            attitude: sample.attitude.map(|attitude| self.attitude(attitude)),
+            attitude: attitude.map(|attitude| self.attitude(attitude)),
             magnetic_field_gauss: field,
             clipped: self.marks(sample.clipped),
             ..sample

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use hovernav::ekf::Aid;
 use serde::Serialize;
 
 /// How much a finding matters.
@@ -44,13 +45,22 @@ impl Finding {
     }
 }
 
+/// What the estimator can do without, as a [`SetupFinding`] and as `[aiding]` name it.
+pub(crate) const AIDS: [(Aid, &str, &str); 4] = [
+    (Aid::Magnetometer, "magnetometer", "magnetometer"),
+    (Aid::Baro, "barometer", "baro"),
+    (Aid::SecondAntenna, "second antenna", "second_antenna"),
+    (Aid::Attitude, "unit's own attitude", "attitude"),
+];
+
 /// Something that cannot be, or can hardly be, as a log has it: what was found, what that looks like,
 /// and how to mend it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetupFinding {
-    /// Whose it is: `inertial unit`, `gps`, `magnetometer`, `barometer` or `clocks`.
+    /// Whose it is: `inertial unit`, `gps`, `clocks`, `magnetometer`, `barometer`, `second antenna` or `unit's own attitude`.
     pub sensor: &'static str,
-    /// Whether it certainly cannot be: the log is then not to be estimated as it is.
+    /// Whether it certainly cannot be: the log is then not to be estimated as it is, or not with what
+    /// [can be left out](Self::can_be_left_out).
     pub is_certain: bool,
     /// What was found and what was expected, with sizes.
     pub found: String,
@@ -71,6 +81,12 @@ impl fmt::Display for SetupFinding {
 }
 
 impl SetupFinding {
+    /// Whether the estimator can do without whose it is: an aid.
+    #[must_use]
+    pub fn can_be_left_out(&self) -> bool {
+        AIDS.iter().any(|(_, sensor, _)| *sensor == self.sensor)
+    }
+
     /// The finding over a log from `start_s` to `end_s`.
     #[must_use]
     pub fn finding(&self, start_s: f64, end_s: f64) -> Finding {
@@ -79,7 +95,10 @@ impl SetupFinding {
             end_s,
             sensor: self.sensor,
             kind: "set-up",
-            severity: if self.is_certain { Severity::Error } else { Severity::Warning },
+            severity: match self.is_certain && !self.can_be_left_out() {
+                true => Severity::Error,
+                false => Severity::Warning,
+            },
             count: 1,
             words: self.to_string(),
         }

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use crate::axes::Reading;
 use crate::dataset::Dataset;
 use crate::error::LogError;
+use crate::finding::{AIDS, SetupFinding};
+use hovernav::ekf::Aid;
 
 /// Slower units miss what a vehicle does between two samples, Hz: a small helicopter turns at several
 /// radians a second and changes its mind within a tenth of one.
@@ -19,13 +22,14 @@ impl Dataset {
         Some(usual_hz.max((self.sample_count() - 1) as f64 / (last - first)))
     }
 
-    /// Whether the filter can be run over this dataset, read from `log`.
+    /// Whether the filter can be run over this dataset, read from `log`; what has to be [left out](Self::leave_out)
+    /// then.
     ///
     /// # Errors
     /// [`LogError::Unusable`] with the reason: no inertial samples or no fix, or inertial samples at
     /// less than 10 Hz. [`LogError::Setup`] where units, signs, axes or clocks cannot be: see
     /// [`check_setup`](Self::check_setup).
-    pub fn check_fitness(&self, log: &Path) -> Result<(), LogError> {
+    pub fn check_fitness(&self, log: &Path) -> Result<Vec<SetupFinding>, LogError> {
         let refused = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
         if self.sample_count() == 0 {
             return refused("found no inertial samples, and navigation needs them".to_owned());
@@ -48,6 +52,33 @@ impl Dataset {
             ));
         }
         self.ensure_possible(log)
+    }
+
+    /// Leaves the aids of these findings out, as if the log had none of them, unless the manifest's `[aiding]` says
+    /// `true` of one. What was left out is given back, in words that say so.
+    pub fn leave_out(&mut self, denied: Vec<SetupFinding>) -> Vec<SetupFinding> {
+        let mut left_out = Vec::new();
+        for mut finding in denied {
+            let of_finding = AIDS.iter().find(|(_, sensor, _)| *sensor == finding.sensor);
+            let Some((aid, _, key)) = of_finding else { continue };
+            if self.manifest.aiding.get(*key).and_then(toml::Value::as_bool) == Some(true) {
+                continue;
+            }
+            match aid {
+                Aid::Baro => self.baro.clear(),
+                Aid::SecondAntenna => self.headings.clear(),
+                Aid::Magnetometer => {
+                    self.magnetometer.clear();
+                    self.turn(Reading { without_field: true, ..Reading::default() });
+                }
+                _ => self.turn(Reading { without_attitude: true, ..Reading::default() }),
+            }
+            finding.found = format!("not used: {}", finding.found);
+            finding.mend =
+                format!("{}; with [aiding] {key} = true it is used all the same", finding.mend);
+            left_out.push(finding);
+        }
+        left_out
     }
 }
 

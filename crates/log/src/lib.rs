@@ -75,7 +75,7 @@ pub use manifest::{
     SolutionSection,
 };
 pub use open::open;
-pub use plausibility::alternative;
+pub use plausibility::{alternative, denied_aid};
 pub use reference::{Reference, ReferenceMoment};
 pub use remarks::Remarks;
 pub use replay::{Outage, Run, UnusedReadings};

@@ -146,6 +146,8 @@ impl ImuSection {
             accel_unit: std::mem::take(&mut self.accel_unit),
             gyro_unit: std::mem::take(&mut self.gyro_unit),
             accel_is_gravity: std::mem::take(&mut self.accel_is_gravity),
+            without_field: false,
+            without_attitude: false,
         }
     }
 }

@@ -112,6 +112,12 @@ impl SampleFile {
         }
     }
 
+    /// Whether any sample has a magnetic field that is not passed over.
+    pub(crate) fn has_field(&self) -> bool {
+        let is_passed_over = self.turned.iter().any(|reading| reading.without_field);
+        self.overview().with_magnetic_field > 0 && !is_passed_over
+    }
+
     /// Whether every reading so far found the samples that the first one found.
     ///
     /// # Errors

@@ -67,7 +67,7 @@ impl Dataset {
     /// Whether the inertial unit has a magnetometer.
     pub(crate) fn has_magnetic_samples(&self) -> bool {
         match &self.imu_file {
-            Some(file) => file.overview().with_magnetic_field > 0,
+            Some(file) => file.has_field(),
             None => self.imu.iter().any(|sample| sample.magnetic_field_gauss.is_some()),
         }
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, Error as _};
 
+use crate::axes::Reading;
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::magnetic_field::{MagneticField, decimal_year};
@@ -69,6 +70,11 @@ impl Dataset {
     /// manifest says that they are so.
     pub fn normalise_imu(&mut self) {
         let reading = self.manifest.imu.take_reading();
+        self.turn(reading);
+    }
+
+    /// Reads every inertial sample as `reading` says on top.
+    pub(crate) fn turn(&mut self, reading: Reading) {
         for sample in &mut self.imu {
             *sample = reading.applied(*sample);
         }

@@ -5,7 +5,7 @@ use hovernav::frames::{Body, Vector};
 use hovernav::imu::Motion;
 
 use crate::dataset::Dataset;
-use crate::finding::SetupFinding;
+use crate::finding::{AIDS, SetupFinding};
 use crate::replay::Run;
 
 /// Samples that are tried at most.
@@ -20,12 +20,6 @@ const OPENED_S: f64 = 2.0;
 const BETTER: f64 = 3.0;
 /// No right one is worse than this.
 const GOOD: f64 = 2.0;
-/// What gives a heading, without which the fixes may agree.
-const AIDS: [(Aid, &str, &str); 3] = [
-    (Aid::Magnetometer, "magnetometer", "magnetometer"),
-    (Aid::SecondAntenna, "second antenna", "second_antenna"),
-    (Aid::Attitude, "unit's own attitude", "attitude"),
-];
 
 /// Signs and axes of the unit that are tried: which axis goes where, with which sign.
 struct Alternative {
@@ -129,6 +123,8 @@ fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<Estimat
             (&mut aiding.magnetometer, !part.magnetometer.is_empty() || has_field())
         }
         Aid::SecondAntenna => (&mut aiding.second_antenna, !part.headings.is_empty()),
+        // No heading of its own can be wrong.
+        Aid::Baro => return None,
         _ => (&mut aiding.attitude, part.imu.iter().any(|sample| sample.attitude.is_some())),
     };
     (core::mem::replace(is_used, false) && is_there).then_some(config)
@@ -162,61 +158,98 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
     (count >= 80.0).then(|| [sum / count, run.noise_excess.max(1.0) * sum / count])
 }
 
-/// The other signs or axes of the inertial unit, or the source of heading that is left out, with which the fixes agree with a
+/// A part of a log whose run the fixes deny, to be run again under other set-ups.
+struct Trial {
+    part: Dataset,
+    config: EstimatorConfig,
+    as_it_is: f64,
+}
+
+impl Trial {
+    /// `None` where the fixes do not deny the run.
+    fn of(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<Self> {
+        if disagreement(run).is_some_and(|[_, found]| found < SUSPECT) {
+            return None;
+        }
+        // A wrong set-up makes accelerations of its own, which must not excuse the fixes that deny it.
+        let mut config = *config;
+        config.ekf.gps.velocity_smoothing_s = 0.0;
+        let first_fix = dataset.fixes.first()?.time.offset_by(-5.0);
+        let near = dataset.samples().filter(|sample| sample.time >= first_fix).take(SAMPLES);
+        let part =
+            Dataset { imu: near.collect(), imu_file: None, order: Vec::new(), ..dataset.clone() };
+        let [_, as_it_is] = disagreement(&part.estimate(&config, |_| {})).unwrap_or([MOST; 2]);
+        Some(Self { part, config, as_it_is })
+    }
+
+    /// What `run` leaves, if its heading was found, for one that was not fits anything.
+    fn judged(run: &Run) -> Option<[f64; 2]> {
+        let is_whole = run.solutions.last().is_some_and(|last| last.attitude_sigma_rad[2] < 0.5);
+        disagreement(run).filter(|_| is_whole)
+    }
+
+    fn is_right(&self, [learned, with]: [f64; 2]) -> bool {
+        learned < GOOD && BETTER * with < self.as_it_is
+    }
+
+    /// The source of heading without which the fixes agree.
+    fn denied_aid(&self) -> Option<SetupFinding> {
+        AIDS.into_iter().find_map(|(aid, sensor, key)| {
+            let run = self.part.estimate(&without(aid, &self.config, &self.part)?, |_| {});
+            let found = Self::judged(&run).filter(|found| self.is_right(*found))?;
+            Some(SetupFinding {
+                sensor,
+                is_certain: false,
+                found: format!(
+                    "the fixes disagree with the solution ({:.1} times the expected squares), and agree ({:.1}) \
+                     without the {sensor}",
+                    self.as_it_is, found[1]
+                ),
+                cause: "axes or signs of its own, a wrong mounting, or what disturbs it".into(),
+                mend: format!("mend it, or write {key} = false under [aiding]"),
+            })
+        })
+    }
+
+    /// The axes or signs of the inertial unit with which they do. None are proposed that put the vehicle on its back.
+    fn axes(&self) -> Option<SetupFinding> {
+        let upright = ALTERNATIVES.iter().filter(|other| other.is_upright(&self.part));
+        let tried = upright.filter_map(|other| {
+            let run = other.applied(&self.part).estimate(&self.config, |_| {});
+            Some((Self::judged(&run)?, other))
+        });
+        let (found, best) = tried.min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
+        self.is_right(found).then(|| SetupFinding {
+            sensor: "inertial unit",
+            is_certain: false,
+            found: format!(
+                "the fixes disagree with the inertial samples ({:.1} times the expected squares), and agree ({:.1}) \
+                 once these are read otherwise",
+                self.as_it_is, found[1]
+            ),
+            cause: best.cause.into(),
+            mend: best.mend.into(),
+        })
+    }
+}
+
+/// The source of heading without which the fixes agree with a run that they now deny; `None` where they do not deny it, or
+/// do so without any.
+///
+/// Runs the estimator over a part of the log up to four times, and only where a run is denied.
+#[must_use]
+pub fn denied_aid(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
+    Trial::of(dataset, config, run)?.denied_aid()
+}
+
+/// The [denied aid](denied_aid), or the other signs or axes of the inertial unit with which the fixes agree with a
 /// run that they now deny; `None` where they do not deny it, or no other set-up is right. No axes are proposed that put the
 /// vehicle on its back.
 ///
 /// Runs the estimator over a part of the log a dozen times, and only where a run is denied.
 #[must_use]
 pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
-    if disagreement(run).is_some_and(|[_, found]| found < SUSPECT) {
-        return None;
-    }
-    // A wrong set-up makes accelerations of its own, which must not excuse the fixes that deny it.
-    let mut config = *config;
-    config.ekf.gps.velocity_smoothing_s = 0.0;
-    let config = &config;
-    let first_fix = dataset.fixes.first()?.time.offset_by(-5.0);
-    let near = dataset.samples().filter(|sample| sample.time >= first_fix).take(SAMPLES);
-    let part =
-        Dataset { imu: near.collect(), imu_file: None, order: Vec::new(), ..dataset.clone() };
-    let [_, as_it_is] = disagreement(&part.estimate(config, |_| {})).unwrap_or([MOST; 2]);
-    // A heading that was never found fits anything.
-    let judged = |run: &Run| {
-        let is_whole = run.solutions.last().is_some_and(|last| last.attitude_sigma_rad[2] < 0.5);
-        disagreement(run).filter(|_| is_whole)
-    };
-    let is_right = |[learned, with]: [f64; 2]| learned < GOOD && BETTER * with < as_it_is;
+    let trial = Trial::of(dataset, config, run)?;
     // Without something that is wrong the fixes agree whatever else is tried, and it is the simpler cause.
-    for (aid, sensor, key) in AIDS {
-        let Some(config) = without(aid, config, &part) else { continue };
-        let agrees = judged(&part.estimate(&config, |_| {})).filter(|found| is_right(*found));
-        if let Some([_, with]) = agrees {
-            return Some(SetupFinding {
-                sensor,
-                is_certain: false,
-                found: format!(
-                    "the fixes disagree with the solution ({as_it_is:.1} times the expected squares), and agree \
-                     ({with:.1}) without the {sensor}"
-                ),
-                cause: "axes or signs of its own, a wrong mounting, or what disturbs it".into(),
-                mend: format!("mend it, or write {key} = false under [aiding]"),
-            });
-        }
-    }
-    let upright = ALTERNATIVES.iter().filter(|other| other.is_upright(&part));
-    let tried = upright
-        .filter_map(|other| Some((judged(&other.applied(&part).estimate(config, |_| {}))?, other)));
-    let (found, best) = tried.min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
-    let [_, with] = found;
-    is_right(found).then(|| SetupFinding {
-        sensor: "inertial unit",
-        is_certain: false,
-        found: format!(
-            "the fixes disagree with the inertial samples ({as_it_is:.1} times the expected squares), and \
-             agree ({with:.1}) once these are read otherwise"
-        ),
-        cause: best.cause.into(),
-        mend: best.mend.into(),
-    })
+    trial.denied_aid().or_else(|| trial.axes())
 }

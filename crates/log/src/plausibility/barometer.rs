@@ -47,7 +47,7 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     };
     found.push(SetupFinding {
         sensor: "barometer",
-        is_certain: false,
+        is_certain: true,
         found: format!(
             "where the vehicle climbs and sinks the heights of the fixes change by {scale:.3} times what the \
              barometer's do (one-sigma {sigma:.3}), expected 1"

@@ -112,7 +112,7 @@ impl FieldTurning {
         let share = |left: f64| 100.0 * (left / turned).sqrt();
         found.push(SetupFinding {
             sensor: "magnetometer",
-            is_certain: false,
+            is_certain: true,
             found: format!(
                 "the field turns otherwise than the gyros (they leave {:.0} % of its turning, and {:.0} % once its \
                  columns are read otherwise)",
@@ -120,7 +120,7 @@ impl FieldTurning {
                 share(best)
             ),
             cause: format!("magnetometer {name}, or the gyros' axes"),
-            mend: "mend these columns, or write magnetometer = false under [aiding]: the heading cannot be trusted".into(),
+            mend: "mend these columns".into(),
         });
     }
 

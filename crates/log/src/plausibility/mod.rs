@@ -29,7 +29,7 @@ use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 use magnetic::Field;
 
-pub use alternatives::alternative;
+pub use alternatives::{alternative, denied_aid};
 
 impl Dataset {
     /// What of this log's set-up cannot be, the certain first: see [`SetupFinding`]. Reads no
@@ -93,15 +93,16 @@ impl SetupLook {
 }
 
 impl Dataset {
-    /// Refuses a log whose set-up certainly cannot be; `path` names it in the message.
+    /// Refuses a log whose set-up certainly cannot be; `path` names it in the message. What cannot be of a sensor that
+    /// [can be left out](SetupFinding::can_be_left_out) is given back, for [`leave_out`](Self::leave_out).
     ///
     /// # Errors
     /// [`LogError::Setup`] with all that cannot be, its likely cause and how to mend it.
-    pub fn ensure_possible(&self, path: &Path) -> Result<(), LogError> {
-        let mut findings = self.check_setup();
-        findings.retain(|finding| finding.is_certain);
+    pub fn ensure_possible(&self, path: &Path) -> Result<Vec<SetupFinding>, LogError> {
+        let certain = self.check_setup().into_iter().filter(|finding| finding.is_certain);
+        let (aids, findings): (Vec<_>, Vec<_>) = certain.partition(SetupFinding::can_be_left_out);
         if findings.is_empty() {
-            return Ok(());
+            return Ok(aids);
         }
         Err(LogError::Setup { path: path.to_path_buf(), findings })
     }

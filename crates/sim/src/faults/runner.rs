@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hovernav_log::{Dataset, LogError, Run, sentences};
+use hovernav_log::{Dataset, LogError, Run, denied_aid, sentences};
 
 /// Runs the estimator over `dataset` with the settings of its own manifest; the warnings are those of
 /// reading it and of running.
@@ -11,10 +11,17 @@ use hovernav_log::{Dataset, LogError, Run, sentences};
 /// A log that `hovernav estimate` refuses, for the same reason in the same words.
 pub(super) fn estimate(mut dataset: Dataset) -> Result<(Run, Vec<String>), LogError> {
     let path = PathBuf::from(&dataset.manifest.name);
-    dataset.check_fitness(&path)?;
+    let denied = dataset.check_fitness(&path)?;
+    let mut left_out = dataset.leave_out(denied);
     let config = dataset.settings()?;
-    let run = dataset.estimate(&config, |_| {});
+    let mut run = dataset.estimate(&config, |_| {});
+    let without = dataset.leave_out(denied_aid(&dataset, &config, &run).into_iter().collect());
+    if !without.is_empty() {
+        run = dataset.estimate(&config, |_| {});
+        left_out.extend(without);
+    }
     let mut warnings = std::mem::take(&mut dataset.warnings);
+    warnings.extend(left_out.iter().map(ToString::to_string));
     warnings.extend(sentences(&dataset.findings(&run)));
     Ok((run, warnings))
 }

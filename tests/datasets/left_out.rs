@@ -1,0 +1,150 @@
+//! An aid that certainly lies is left out, the flight is estimated without it, and that is said.
+
+use std::path::{Path, PathBuf};
+
+use hovernav::earth::Geodetic;
+use hovernav::frames::{Rotation, Vector, wrap_angle};
+use hovernav::gps::AntennaHeading;
+use hovernav_log::{Dataset, SetupFinding, denied_aid};
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly, sensor_manifest};
+
+fn heli_hover() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")
+}
+
+/// Two minutes that turn and accelerate, by a unit without an attitude of its own.
+fn flight(seed: u64) -> (Dataset, Recording) {
+    let start = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+    let plan = FlightPlan::hover_at(start, 0.7).hold(15.0).turn(1.5, 0.3).test_points();
+    let plan = plan.turn(-2.0, 0.3).test_points().hold(10.0);
+    let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
+    let recording = fly(&plan.build().unwrap(), &dmu, &gps, seed).unwrap();
+    let mut imu = recording.imu.clone();
+    imu.iter_mut().for_each(|sample| sample.attitude = None);
+    let dataset = Dataset {
+        manifest: sensor_manifest("simulated".into(), &dmu, &gps),
+        imu,
+        fixes: recording.fixes.clone(),
+        ..Dataset::default()
+    };
+    (dataset, recording)
+}
+
+/// Root of the mean square of the yaw's error over its one-sigma.
+fn yaw_over_sigma(dataset: &mut Dataset, recording: &Recording) -> f64 {
+    let config = dataset.settings().unwrap();
+    let run = dataset.estimate(&config, |_| {});
+    let truth = |time| {
+        let after = recording.truth.partition_point(|at| at.time < time);
+        &recording.truth[after.min(recording.truth.len() - 1)]
+    };
+    let squares = run.solutions.iter().map(|solution| {
+        let yaw_rad = truth(solution.time).body_to_ned.euler().yaw_rad;
+        let off = wrap_angle(solution.body_to_ned.euler().yaw_rad - yaw_rad);
+        (off / solution.attitude_sigma_rad[2]).powi(2)
+    });
+    (squares.sum::<f64>() / run.solutions.len() as f64).sqrt()
+}
+
+fn left_out(dataset: &mut Dataset) -> Vec<SetupFinding> {
+    let denied = dataset.check_fitness(Path::new("log")).unwrap();
+    dataset.leave_out(denied)
+}
+
+#[test]
+fn a_magnetometer_that_turns_otherwise_than_the_gyros_is_not_used() {
+    let (mut worst_used, mut worst) = (0.0_f64, 0.0_f64);
+    for seed in 1..5 {
+        let (mut dataset, recording) = flight(seed);
+        assert_eq!(left_out(&mut dataset), []);
+        for sample in &mut dataset.imu {
+            let field = sample.magnetic_field_gauss.map(Vector::to_array);
+            sample.magnetic_field_gauss = field.map(|[x, y, z]| [y, x, z].into());
+        }
+        worst_used = worst_used.max(yaw_over_sigma(&mut dataset.clone(), &recording));
+
+        let mut wanted = dataset.clone();
+        wanted.manifest.aiding.insert("magnetometer".into(), true.into());
+        assert_eq!(left_out(&mut wanted), []);
+
+        let told = left_out(&mut dataset);
+        let [finding] = &told[..] else { panic!("seed {seed}: {told:?}") };
+        let words = finding.to_string();
+        assert!(words.starts_with("magnetometer: not used: the field turns otherwise"), "{words}");
+        assert!(words.ends_with("with [aiding] magnetometer = true it is used all the same"));
+        assert!(dataset.samples().all(|sample| sample.magnetic_field_gauss.is_none()));
+        worst = worst.max(yaw_over_sigma(&mut dataset, &recording));
+    }
+    println!("yaw over sigma, worst of 4: {worst_used:.1} with it, {worst:.1} without");
+    assert!(worst < 2.0 && worst_used > 5.0, "{worst} {worst_used}");
+}
+
+#[test]
+fn one_that_stays_in_its_file_is_passed_over_there() {
+    let mut dataset = Dataset::open_within(&heli_hover(), 0).unwrap();
+    let denied = SetupFinding {
+        sensor: "magnetometer",
+        is_certain: true,
+        found: "it lies".into(),
+        cause: "a test".into(),
+        mend: "end it".into(),
+    };
+    let before: Vec<_> = dataset.samples().collect();
+    assert_eq!(dataset.leave_out(vec![denied]).len(), 1);
+    let after: Vec<_> = dataset.samples().collect();
+    assert!(before.iter().all(|sample| sample.magnetic_field_gauss.is_some()));
+    for (mut before, after) in before.into_iter().zip(after) {
+        before.magnetic_field_gauss = None;
+        assert_eq!(before, after);
+    }
+}
+
+#[test]
+fn what_nothing_can_do_without_is_not_left_out() {
+    let mut dataset = Dataset::open(&heli_hover()).unwrap();
+    let denied = SetupFinding {
+        sensor: "inertial unit",
+        is_certain: true,
+        found: "it lies".into(),
+        cause: "a test".into(),
+        mend: String::new(),
+    };
+    assert!(!denied.can_be_left_out());
+    assert_eq!(dataset.leave_out(vec![denied]), []);
+}
+
+/// A second antenna that turns away by 0.3 °/s, as no gate sees.
+#[test]
+fn a_second_antenna_without_which_the_fixes_agree_is_not_used() {
+    for seed in 1..5 {
+        let (mut dataset, recording) = flight(seed);
+        let heading = |drift_degps: f64| {
+            let forward = Vector::new(1.0, 0.0, 0.0);
+            let every = recording.truth.iter().step_by(7);
+            every.map(move |at| {
+                let drift_rad = (drift_degps * (at.time.seconds() - 20.0).max(0.0)).to_radians();
+                let told: Rotation<_, _> = at.body_to_ned;
+                AntennaHeading {
+                    time: at.time,
+                    heading_rad: wrap_angle((told * forward).azimuth_rad() + drift_rad),
+                    sigma_rad: Some(0.01),
+                    length_m: None,
+                }
+            })
+        };
+        dataset.headings = heading(0.0).collect();
+        let config = dataset.settings().unwrap();
+        let run = dataset.estimate(&config, |_| {});
+        assert_eq!(denied_aid(&dataset, &config, &run), None);
+
+        dataset.headings = heading(0.3).collect();
+        let run = dataset.estimate(&config, |_| {});
+        let denied = denied_aid(&dataset, &config, &run);
+        let told = dataset.leave_out(denied.into_iter().collect());
+        let [finding] = &told[..] else { panic!("seed {seed}: {told:?}") };
+        assert!(finding.to_string().starts_with("second antenna: not used: "), "{finding}");
+        assert!(dataset.headings.is_empty());
+        let off = yaw_over_sigma(&mut dataset, &recording);
+        assert!(off < 2.0, "seed {seed}: {off}");
+    }
+}
