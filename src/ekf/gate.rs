@@ -223,6 +223,11 @@ impl Gates {
         time < self.doubted_until
     }
 
+    /// Whether they have had trouble since `time`.
+    pub fn doubted_after(&self, time: Time) -> bool {
+        self.doubted_until - time > DOUBT_S
+    }
+
     /// Whether a velocity was reopened of late, which leaves innovations that are alike for a while.
     pub fn were_reopened(&self, time: Time) -> bool {
         time < self.lost_until

@@ -8,8 +8,6 @@ use hovernav::event::Event;
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, Recording, fly};
 
-const GAP_S: f64 = 2.5;
-
 /// Banked turns to both sides, by 38° at 12 m/s, near Minneapolis, where the field dips by 70°.
 fn turns(seed: u64) -> Recording {
     let place = Geodetic::from_degrees(45.3, -93.2, 250.0).unwrap();
@@ -29,12 +27,12 @@ fn turns(seed: u64) -> Recording {
 }
 
 /// Squares of the errors of heading in the twenty seconds after a gap over its one-sigma, and the largest error, rad.
-fn after_gap(recording: &Recording, gap_start_s: f64) -> (Vec<f64>, f64) {
+fn after_gap(recording: &Recording, gap_start_s: f64, gap_s: f64) -> (Vec<f64>, f64) {
     let mut config = EstimatorConfig::default();
     config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
     config.mounting.antenna_lever_arm_m = GpsConfig::default().lever_arm_m;
     let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
-    let gap = gap_start_s..gap_start_s + GAP_S;
+    let gap = gap_start_s..gap_start_s + gap_s;
     let mut fixes = recording.fixes.iter().peekable();
     let (mut squares, mut most_rad) = (Vec::new(), 0.0f64);
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
@@ -58,24 +56,28 @@ fn after_gap(recording: &Recording, gap_start_s: f64) -> (Vec<f64>, f64) {
     (squares, most_rad)
 }
 
+/// Gaps of which the filter knows that they may have hidden any turn, and such as a memory card makes.
 #[test]
 fn a_heading_that_a_leaning_filter_takes_from_a_steep_field_is_as_sure_as_it_leans() {
-    let (mut squares, mut most_rad) = (Vec::new(), 0.0f64);
-    for seed in 1..=4 {
-        let recording = turns(seed);
-        for step in 0..8 {
-            let (of_one, off_rad) = after_gap(&recording, 32.0 + 3.7 * f64::from(step));
-            squares.extend(of_one);
-            most_rad = most_rad.max(off_rad);
+    for gap_s in [2.5, 0.6, 0.4] {
+        let (mut squares, mut most_rad) = (Vec::new(), 0.0f64);
+        for seed in 1..=4 {
+            let recording = turns(seed);
+            for step in 0..8 {
+                let start_s = 32.0 + 3.7 * f64::from(step);
+                let (of_one, off_rad) = after_gap(&recording, start_s, gap_s);
+                squares.extend(of_one);
+                most_rad = most_rad.max(off_rad);
+            }
         }
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        let inside = squares.iter().filter(|&&square| square < 9.0).count() as f64;
+        let inside = inside / squares.len() as f64;
+        println!(
+            "gap of {gap_s} s: heading over its one-sigma {rms:.2} rms, {:.1} % inside 3, at most {:.0} deg off",
+            100.0 * inside,
+            most_rad.to_degrees()
+        );
+        assert!(rms < 1.3 && inside > 0.97, "{gap_s} s: {rms} {inside}");
     }
-    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-    let inside = squares.iter().filter(|&&square| square < 9.0).count() as f64;
-    let inside = inside / squares.len() as f64;
-    println!(
-        "heading over its one-sigma: {rms:.2} rms, {:.1} % inside 3, at most {:.0} deg off",
-        100.0 * inside,
-        most_rad.to_degrees()
-    );
-    assert!(rms < 1.3 && inside > 0.97, "{rms} {inside}");
 }

@@ -109,12 +109,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let usual_rad =
             Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * self.tilt_variance());
         // After a gap the fixes have to level it first.
-        let unlevelled = self.attitude_lost.is_some() && usual_rad > MOST_UNLEVELLED_RAD;
+        let had_gap = self.gates.doubts_filter(time);
+        let may_lean = had_gap || self.attitude_lost.is_some();
+        let unlevelled = may_lean && usual_rad > MOST_UNLEVELLED_RAD;
         if unlevelled || elapsed_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
-        let is_first = self.attitude_used.replace(time).is_none();
+        let before = self.attitude_used.replace(time);
+        let is_first = before.is_none_or(|before| had_gap && self.gates.doubted_after(before));
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = (wander_rad, self.wander_time_s(model.wander_time_s));
         self.heading_revision.is_magnetic = true;
