@@ -197,7 +197,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.propagated(transition);
     }
 
-    fn decay(&mut self, relaxation: &Relaxation<T, N>) {
+    pub(super) fn decay(&mut self, relaxation: &Relaxation<T, N>) {
         let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
         let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);
         for (parameter, &decay) in parameters.iter_mut().zip(decays) {

@@ -8,10 +8,11 @@ use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::history::{ABOUT_NS, LookBack};
 use super::super::innovation::{Channel, Verdict};
-use super::super::layout::{Layout, POSITION, VELOCITY};
+use super::super::layout::{Layout, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
+use super::wander::GpsNoise;
 use super::{Compared, Report, Unusable};
 use crate::earth::Local;
 use crate::frames::{Ned, Vector};
@@ -19,15 +20,12 @@ use crate::gps::Fix;
 use crate::ins::LeverArm;
 use crate::time::Time;
 
-/// White variances of a fix, north, east, down.
-struct GpsNoise {
-    position_variance: [f64; 3],
-    velocity_variance: [f64; 3],
-}
-
 /// Greatest and least learned variance against the configured.
-const LEARNED_MOST: f64 = 9.0;
+const LEARNED_MOST: f64 = 100.0;
 const LEARNED_LEAST: f64 = 0.1;
+
+/// No single innovation counts for more variances than this.
+const MOST_SURPRISE: f64 = 9.0;
 
 /// By how many times the learned variance grows where a filter was reopened that is told no velocity: scatter that
 /// was taken for far too small looks like motion to it.
@@ -129,7 +127,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::TooOld);
         };
         self.relax(trace);
-        let noise = self.gps_noise(fix);
+        let noise = self.gps_noise(fix, trace);
         if news {
             self.judge_change(fix, earth.gravity_mps2.wide());
             if velocity_then.hidden_s > T::ZERO {
@@ -219,7 +217,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Channel::VelocityDown => &mut self.gps_learned[2],
                 _ => continue,
             };
-            let surprise = square(axis.normalised()).min(LEARNED_MOST);
+            let surprise = square(axis.normalised()).min(MOST_SURPRISE);
             let share = if places_alone && axis.verdict == Verdict::Reopened {
                 REOPENED_SHARE
             } else {
@@ -227,31 +225,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             };
             *learned = (f64::from(*learned) * share).clamp(LEARNED_LEAST, LEARNED_MOST) as f32;
         }
-    }
-
-    /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
-    /// match; the first fix opens them.
-    ///
-    /// # Source
-    /// Equation (M5) of docs/equations.md.
-    fn gps_noise(&mut self, fix: &Fix) -> GpsNoise {
-        let model = self.config.gps;
-        let (position, velocity) = self.fix_sigmas(fix);
-        let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
-            let slow = if state.is_some() { share } else { 0.0 };
-            let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
-            ([slow * sigma[0].max(sigma[1]), slow * sigma[2]], white)
-        };
-        let ([position_h, position_v], position_variance) =
-            split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
-        let ([velocity_h, velocity_v], velocity_variance) =
-            split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
-        let wander = [position_h, position_v, velocity_h, velocity_v];
-        if self.gps_wander.is_none() || self.wander_unknown {
-            self.open_wanders(wander);
-        }
-        self.gps_wander = Some(wander);
-        GpsNoise { position_variance, velocity_variance }
     }
 
     /// One-sigmas, NED, of a fix's position, m, and of its velocity, m/s: stated or assumed, and learned.
@@ -271,40 +244,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             None => model.velocity_sigma_mps()[axis] * learned_mps[axis].max(level),
         });
         (position, velocity)
-    }
-
-    /// Opens the wandering states of a filter that goes on where one without them was, by what is known of the fixes so
-    /// far: one-sigmas of position, level and vertical, m, and of velocity, m/s. What tells the height before the next fix would
-    /// else be tied to a height that is not known as well as the search had it.
-    pub(in super::super) fn open_unknown_wander(&mut self, wander: [f64; 4]) {
-        if self.wander_unknown && wander.iter().any(|&sigma| sigma > 0.0) {
-            self.open_wanders(wander);
-            self.gps_wander = Some(wander);
-        }
-    }
-
-    // Its frame need not stand beneath every fix.
-    #[inline(never)]
-    fn open_wanders(&mut self, [position_h, position_v, velocity_h, velocity_v]: [f64; 4]) {
-        if let Some(first) = L::GPS_POSITION {
-            self.open_wander(first, POSITION, [position_h, position_h, position_v]);
-        }
-        if let Some(first) = L::GPS_VELOCITY {
-            self.open_wander(first, VELOCITY, [velocity_h, velocity_h, velocity_v]);
-        }
-        self.wander_unknown = false;
-    }
-
-    /// Opens wandering states at a fix. A search that took the wander for noise has averaged it away
-    /// in the variance of position and velocity, though not in truth.
-    fn open_wander(&mut self, first: usize, of: usize, sigmas: [f64; 3]) {
-        self.open(first, sigmas);
-        if self.wander_unknown {
-            for (axis, sigma) in sigmas.into_iter().enumerate() {
-                self.covariance.add_variance(of + axis, square(sigma));
-                self.covariance.set_cross(of + axis, first + axis, -square(sigma));
-            }
-        }
     }
 
     /// The axes of a position, at the antenna and at the time it was true; without the height where that

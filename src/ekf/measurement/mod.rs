@@ -9,6 +9,7 @@ mod range;
 mod report;
 mod rest;
 mod update;
+mod wander;
 mod wheels;
 
 pub(super) use antenna_heading::AntennaHeadingMemory;

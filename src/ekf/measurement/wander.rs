@@ -1,0 +1,128 @@
+//! What of a fix's errors wanders: several fixes in a row have it in common.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
+
+use super::super::covariance::{Relaxation, Transition};
+use super::super::filter::Ekf;
+use super::super::layout::{Layout, POSITION, VELOCITY};
+use super::super::scalar::Scalar;
+use super::super::square;
+use super::super::trace::Trace;
+use crate::gps::Fix;
+
+/// White variances of a fix, north, east, down.
+pub(super) struct GpsNoise {
+    pub position_variance: [f64; 3],
+    pub velocity_variance: [f64; 3],
+}
+
+/// Stated one-sigmas that change by less than this many times are what they were.
+const STEADY: f64 = 1.25;
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
+    /// match; the first fix opens them.
+    ///
+    /// # Source
+    /// Equation (M5) of docs/equations.md.
+    pub(super) fn gps_noise(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>) -> GpsNoise {
+        let model = self.config.gps;
+        let (position, velocity) = self.fix_sigmas(fix);
+        let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
+            let slow = if state.is_some() { share } else { 0.0 };
+            let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
+            ([slow * sigma[0].max(sigma[1]), slow * sigma[2]], white)
+        };
+        let ([position_h, position_v], position_variance) =
+            split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
+        let ([velocity_h, velocity_v], velocity_variance) =
+            split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
+        let mut wander = [position_h, position_v, velocity_h, velocity_v];
+        match self.gps_wander {
+            Some(before) if !self.wander_unknown => {
+                // What is found of fixes that state nothing grows with those that are refused.
+                if fix.position_sigma_m.is_some() {
+                    self.follow_wander(before, &mut wander, trace);
+                }
+            }
+            _ => self.open_wanders(wander),
+        }
+        self.gps_wander = Some(wander);
+        GpsNoise { position_variance, velocity_variance }
+    }
+
+    /// Opens the wandering states of a filter that goes on where one without them was, by what is known of the fixes so
+    /// far: one-sigmas of position, level and vertical, m, and of velocity, m/s. What tells the height before the next fix would
+    /// else be tied to a height that is not known as well as the search had it.
+    pub(in super::super) fn open_unknown_wander(&mut self, wander: [f64; 4]) {
+        if self.wander_unknown && wander.iter().any(|&sigma| sigma > 0.0) {
+            self.open_wanders(wander);
+            self.gps_wander = Some(wander);
+        }
+    }
+
+    /// Lets what wanders of a position grow and shrink with what the fixes state. A receiver that converges takes what it was off
+    /// back with it; of one that has become worse what is new is not known. Within [`STEADY`] the one-sigmas `before` stand.
+    ///
+    /// # Source
+    /// Equation (M5) of docs/equations.md.
+    #[inline(never)]
+    fn follow_wander(
+        &mut self,
+        before: [f64; 4],
+        wander: &mut [f64; 4],
+        trace: &mut impl Trace<T, N>,
+    ) {
+        let Some(first) = L::GPS_POSITION else { return };
+        let mut relaxation = Relaxation::default();
+        let mut changes = false;
+        for (which, axes) in [(0, first..first + 2), (1, first + 2..first + 3)] {
+            let (Some(&old), Some(new)) = (before.get(which), wander.get_mut(which)) else {
+                continue;
+            };
+            if *new <= old * STEADY && old <= *new * STEADY {
+                *new = old;
+                continue;
+            }
+            changes = true;
+            let kept = if *new < old { square(*new / old) } else { 1.0 };
+            for axis in axes {
+                let (Some(decay), Some(noise)) =
+                    (relaxation.decay.get_mut(axis), relaxation.noise.get_mut(axis))
+                else {
+                    continue;
+                };
+                *decay = T::of(kept);
+                *noise = T::of(square(*new) - square(kept * old));
+            }
+        }
+        if changes {
+            self.covariance.relax(&relaxation);
+            self.decay(&relaxation);
+            trace.propagated(&Transition::of_relaxation(relaxation));
+        }
+    }
+
+    // Its frame need not stand beneath every fix.
+    #[inline(never)]
+    fn open_wanders(&mut self, [position_h, position_v, velocity_h, velocity_v]: [f64; 4]) {
+        if let Some(first) = L::GPS_POSITION {
+            self.open_wander(first, POSITION, [position_h, position_h, position_v]);
+        }
+        if let Some(first) = L::GPS_VELOCITY {
+            self.open_wander(first, VELOCITY, [velocity_h, velocity_h, velocity_v]);
+        }
+        self.wander_unknown = false;
+    }
+
+    /// Opens wandering states at a fix. A search that took the wander for noise has averaged it away
+    /// in the variance of position and velocity, though not in truth.
+    fn open_wander(&mut self, first: usize, of: usize, sigmas: [f64; 3]) {
+        self.open(first, sigmas);
+        if self.wander_unknown {
+            for (axis, sigma) in sigmas.into_iter().enumerate() {
+                self.covariance.add_variance(of + axis, square(sigma));
+                self.covariance.set_cross(of + axis, first + axis, -square(sigma));
+            }
+        }
+    }
+}
