@@ -20,7 +20,7 @@ use rand_distr::{Distribution, Normal};
 
 use crate::{blocks, unaided};
 
-fn recording(rate_hz: f64) -> Recording {
+pub fn recording(rate_hz: f64) -> Recording {
     let start = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let trajectory = FlightPlan::hover_at(start, 0.7)
         .hold(2.0)
@@ -63,7 +63,7 @@ fn start(recording: &Recording) -> Start {
 }
 
 /// The flight with every fix delivered `late_s` after it was true.
-fn flown(recording: &Recording, late_s: f64) -> Vec<BaseEkf> {
+pub fn flown(recording: &Recording, late_s: f64) -> Vec<BaseEkf> {
     let mut filter = BaseEkf::new(EkfConfig::default(), mounting(), start(recording));
     let mut fixes = recording.fixes.iter().skip(1).peekable();
     let mut states = Vec::new();

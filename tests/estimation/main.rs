@@ -25,6 +25,7 @@ mod midair;
 mod notch;
 mod recovery;
 mod single_precision;
+mod slow_increments;
 mod small_numbers;
 mod stated_sigmas;
 mod steep_circles;

@@ -39,6 +39,7 @@ mod remarks;
 mod replay;
 mod sample_file;
 mod samples;
+mod sampling;
 mod score;
 mod series;
 mod settings;
@@ -81,6 +82,7 @@ pub use remarks::Remarks;
 pub use replay::{Outage, Run, UnusedReadings};
 pub use sample_file::SampleFile;
 pub use samples::Samples;
+pub use sampling::SampleRates;
 pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
 };

@@ -5,7 +5,7 @@ use std::fmt;
 use super::turn::name;
 use crate::text::{AttitudeRole, HeightAbove, TableMapping};
 use hovernav::time::Time;
-use hovernav_log::Dataset;
+use hovernav_log::{Dataset, SampleRates};
 
 /// So many of the columns that are not used are named.
 const UNUSED_SHOWN: usize = 12;
@@ -143,9 +143,16 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
         );
     }
     let rate_hz = (imu.len() - 1) as f64 / (imu[imu.len() - 1] - imu[0]);
-    if rate_hz < 20.0 {
+    let rates = SampleRates::of(&dataset.imu[0].motion);
+    if rate_hz < rates.least_hz {
         doubts.push(format!(
-            "{rate_hz:.1} inertial samples a second are too few to navigate by; 25 is the least"
+            "{rate_hz:.1} inertial samples a second are too few to navigate by; {:.0} is the least",
+            rates.least_hz
+        ));
+    } else if rate_hz < rates.poor_hz {
+        doubts.push(format!(
+            "{rate_hz:.1} inertial samples a second are few, and navigate poorly below {:.0}",
+            rates.poor_hz
         ));
     }
 }

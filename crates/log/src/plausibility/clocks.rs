@@ -1,21 +1,33 @@
 //! Whether the sensors' times can be of one clock, and the samples fast enough.
 
+use crate::clock::median_interval_s;
 use crate::dataset::Dataset;
 use crate::finding::SetupFinding;
+use crate::sampling::SampleRates;
+use hovernav::imu::Motion;
 use hovernav::time::Time;
 
-/// Slower than the first, Hz, nothing inertial can be done; slower than the second, it is poor.
-const LEAST_HZ: f64 = 18.0;
-const POOR_HZ: f64 = 24.0;
 /// Share of the rate that the set-up states below which samples are missing.
 const WHOLE: f64 = 0.8;
 /// What a log that holds only some of the samples is.
 const THINNED: &str =
     "a log thinned to save space, in which rotation and vibration between the samples are lost";
 
+/// What increments lose at such rates.
+const COARSE: &str =
+    "they hold all turning and acceleration, but coning and sculling within an increment are lost";
+/// Receivers give a fix at least so often, s; times in milliseconds make it seem [`IN_MILLISECONDS_S`] or more.
+const SLOWEST_FIXES_S: f64 = 30.0;
+const IN_MILLISECONDS_S: f64 = 35.0;
+/// Share of the longer span below which fixes and samples are not of one clock and unit.
+const SHARED: f64 = 0.5;
+
 pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
-    if let Some(interval_s) = dataset.sample_interval_s().filter(|interval_s| *interval_s > 0.0) {
-        rate(interval_s, dataset.manifest.imu.rate_hz, found);
+    if let Some(interval_s) = dataset.sample_interval_s().filter(|interval_s| *interval_s > 0.0)
+        && let Some(sample) = dataset.samples().next()
+    {
+        let unit = unit_of_times(dataset);
+        rate(interval_s, &sample.motion, unit, dataset.manifest.imu.rate_hz, found);
     }
     let fixes = &dataset.fixes;
     let gps = || Some((fixes.first()?.time, fixes.last()?.time));
@@ -24,9 +36,41 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     }
 }
 
-fn rate(interval_s: f64, stated_hz: Option<f64>, found: &mut Vec<SetupFinding>) {
+/// In what unit the times of both the samples and the fixes seem to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum TimeUnit {
+    Seconds,
+    Milliseconds,
+}
+
+/// What the rate of the fixes says of the unit of the times, where fixes and samples share most of their spans;
+/// `None` where it says nothing.
+fn unit_of_times(dataset: &Dataset) -> Option<TimeUnit> {
+    let times: Vec<Time> = dataset.fixes.iter().map(|fix| fix.time).collect();
+    let interval_s = median_interval_s(&times)?;
+    let (start, end) = dataset.sample_span()?;
+    let (&first, &last) = (times.first()?, times.last()?);
+    let shared_s = end.min(last) - start.max(first);
+    if shared_s < SHARED * (end - start).max(last - first) {
+        return None;
+    }
+    if interval_s <= SLOWEST_FIXES_S {
+        Some(TimeUnit::Seconds)
+    } else {
+        (interval_s >= IN_MILLISECONDS_S).then_some(TimeUnit::Milliseconds)
+    }
+}
+
+fn rate(
+    interval_s: f64,
+    motion: &Motion,
+    unit: Option<TimeUnit>,
+    stated_hz: Option<f64>,
+    found: &mut Vec<SetupFinding>,
+) {
     let rate_hz = 1.0 / interval_s;
-    if rate_hz > POOR_HZ {
+    let rates = SampleRates::of(motion);
+    if rate_hz > rates.poor_hz {
         if let Some(stated_hz) = stated_hz.filter(|stated_hz| rate_hz < WHOLE * stated_hz) {
             found.push(SetupFinding {
                 sensor: "inertial unit",
@@ -41,24 +85,42 @@ fn rate(interval_s: f64, stated_hz: Option<f64>, found: &mut Vec<SetupFinding>) 
         }
         return;
     }
-    let (cause, mend) = if (1.0..=100.0).contains(&interval_s) {
-        ("t_s in milliseconds", format!("divide t_s by 1000: {:.0} Hz then", 1000.0 / interval_s))
-    } else if interval_s > 100.0 {
-        ("t_s in microseconds or nanoseconds", "t_s has to be in seconds".into())
-    } else {
-        (THINNED, "log the inertial unit at 50 Hz or more".into())
-    };
-    let is_certain = rate_hz < LEAST_HZ;
-    let expected_hz = if is_certain { LEAST_HZ } else { POOR_HZ };
+    let is_certain = rate_hz < rates.least_hz;
+    let expected_hz = if is_certain { rates.least_hz } else { rates.poor_hz };
+    let (cause, mend) = slow(interval_s, motion, unit);
     found.push(SetupFinding {
         sensor: "inertial unit",
         is_certain,
         found: format!(
             "found {rate_hz:.3} samples a second, expected at least {expected_hz:.0} for inertial work"
         ),
-        cause: cause.into(),
+        cause,
         mend,
     });
+}
+
+/// The likely cause of samples every `interval_s`, and how to mend it.
+fn slow(interval_s: f64, motion: &Motion, unit: Option<TimeUnit>) -> (String, String) {
+    let faster = "log the inertial unit at 50 Hz or more";
+    if interval_s > 100.0 {
+        let cause = "t_s in microseconds or nanoseconds";
+        return (cause.into(), "t_s has to be in seconds".into());
+    }
+    let lost = match motion {
+        Motion::Rates { .. } => THINNED,
+        Motion::Increments { .. } => COARSE,
+    };
+    if interval_s < 1.0 || unit == Some(TimeUnit::Seconds) {
+        return (lost.into(), faster.into());
+    }
+    let divided = format!("divide t_s by 1000: {:.0} Hz then", 1000.0 / interval_s);
+    match unit {
+        Some(_) => ("t_s in milliseconds".into(), divided),
+        None => (
+            "t_s may be in milliseconds, or the unit was logged far too slowly".into(),
+            format!("{divided}; else {faster}"),
+        ),
+    }
 }
 
 fn overlap(imu: (Time, Time), gps: (Time, Time), found: &mut Vec<SetupFinding>) {
@@ -123,6 +185,10 @@ fn clock_error(imu: (f64, f64), gps: (f64, f64)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hovernav::earth::Geodetic;
+    use hovernav::frames::Vector;
+    use hovernav::gps::Fix;
+    use hovernav::imu::ImuSample;
 
     #[test]
     fn the_likely_clock_error_is_named() {
@@ -138,20 +204,64 @@ mod tests {
         }
     }
 
+    const RATES: Motion = Motion::Rates {
+        angular_rate_radps: Vector::ZERO,
+        specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
+    };
+    const INCREMENTS: Motion =
+        Motion::Increments { angle_rad: Vector::ZERO, velocity_mps: Vector::new(0.0, 0.0, -0.8) };
+
     #[test]
     fn samples_too_slow_or_in_milliseconds_are_said() {
-        for (interval_ms, certain, expected, least) in [
-            (116, true, "thinned", "at least 18 "),
-            (50, false, "thinned", "at least 24 "),
-            (10_000, true, "milliseconds", "at least 18 "),
+        use TimeUnit::{Milliseconds, Seconds};
+        for (interval_ms, motion, unit, certain, cause, least) in [
+            (116, RATES, None, true, "thinned", "at least 18 "),
+            (50, RATES, None, false, "thinned", "at least 24 "),
+            (67, RATES, None, true, "thinned", "at least 18 "),
+            (67, INCREMENTS, None, false, "coning", "at least 24 "),
+            (83, INCREMENTS, None, false, "coning", "at least 24 "),
+            (116, INCREMENTS, None, true, "coning", "at least 10 "),
+            (10_000, RATES, Some(Milliseconds), true, "t_s in milliseconds", "at least 18 "),
+            (1000, RATES, None, true, "may be in milliseconds", "at least 18 "),
+            (1000, RATES, Some(Seconds), true, "thinned", "at least 18 "),
         ] {
             let mut found = Vec::new();
-            rate(1e-3 * f64::from(interval_ms), None, &mut found);
+            rate(1e-3 * f64::from(interval_ms), &motion, unit, None, &mut found);
             assert_eq!(found.len(), 1);
             assert_eq!(found[0].is_certain, certain);
-            assert!(found[0].cause.contains(expected), "{}", found[0]);
+            assert!(found[0].cause.contains(cause), "{}", found[0]);
             assert!(found[0].found.contains(least), "{}", found[0]);
         }
+    }
+
+    #[test]
+    fn fixes_tell_the_unit_of_the_times() {
+        let place = Geodetic::from_degrees(50.0, 10.0, 100.0).unwrap();
+        let unit = |sample_s: f64, fix_s: f64| {
+            let at =
+                |index: u32, interval_s: f64| Time::ZERO.offset_by(f64::from(index) * interval_s);
+            let length_s = 200.0 * sample_s.max(fix_s);
+            let count = |interval_s: f64| (length_s / interval_s) as u32;
+            unit_of_times(&Dataset {
+                imu: (0..count(sample_s)).map(|k| ImuSample::new(at(k, sample_s), RATES)).collect(),
+                fixes: (0..count(fix_s)).map(|k| Fix::at(at(k, fix_s), place)).collect(),
+                ..Dataset::default()
+            })
+        };
+        assert_eq!(unit(1.0, 1.0), Some(TimeUnit::Seconds));
+        assert_eq!(unit(1.0, 0.2), Some(TimeUnit::Seconds));
+        assert_eq!(unit(10.0, 1000.0), Some(TimeUnit::Milliseconds));
+        assert_eq!(unit(30.0, 200.0), Some(TimeUnit::Milliseconds));
+        // The samples alone are in milliseconds, or there are no fixes.
+        let apart = Dataset {
+            imu: (0..100)
+                .map(|k| ImuSample::new(Time::ZERO.offset_by(10.0 * f64::from(k)), RATES))
+                .collect(),
+            fixes: (0..5).map(|k| Fix::at(Time::ZERO.offset_by(f64::from(k)), place)).collect(),
+            ..Dataset::default()
+        };
+        assert_eq!(unit_of_times(&apart), None);
+        assert_eq!(unit_of_times(&Dataset { fixes: Vec::new(), ..apart }), None);
     }
 
     #[test]
@@ -160,7 +270,7 @@ mod tests {
             [(0.02, Some(100.0), true), (0.02, Some(52.0), false), (0.02, None, false)]
         {
             let mut found = Vec::new();
-            rate(interval_s, stated_hz, &mut found);
+            rate(interval_s, &RATES, None, stated_hz, &mut found);
             assert_eq!(!found.is_empty(), is_said, "{found:?}");
         }
     }
