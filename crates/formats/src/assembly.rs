@@ -13,11 +13,10 @@ use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 use hovernav_log::{
-    Dataset, LogError, Manifest, Remarks, Rows, motion_fault, plausible_fix, remark_faults,
+    Dataset, LogError, Manifest, Remarks, Rows, field_fault, motion_fault, plausible_fix,
+    remark_faults,
 };
 
-/// Stronger fields are a garbled value, gauss: the Earth's is under 0.7.
-const STRONGEST_FIELD_GAUSS: f64 = 100.0;
 /// No measurement is further off than this, m, m/s or rad.
 const LARGEST_INNOVATION: f64 = 1e7;
 
@@ -75,8 +74,13 @@ impl Assembly {
         self.notes.push(sentence.into());
     }
 
-    /// Adds an inertial sample, unless no unit measures such.
-    pub fn imu(&mut self, place: u64, sample: ImuSample) {
+    /// Adds an inertial sample, unless no unit measures such, less a magnetic field that cannot be.
+    pub fn imu(&mut self, place: u64, mut sample: ImuSample) {
+        let field = sample.magnetic_field_gauss.map(Vector::to_array);
+        if let Some(why) = field.and_then(field_fault) {
+            self.imu_remarks.count(why, place);
+            sample.magnetic_field_gauss = None;
+        }
         match motion_fault(&sample.motion) {
             Some(why) => self.imu_remarks.count(why, place),
             None => self.imu.push(place, sample),
@@ -113,10 +117,9 @@ impl Assembly {
 
     /// Adds a magnetic field in body axes, gauss.
     pub fn magnetometer(&mut self, place: u64, time: Time, field_gauss: [f64; 3]) {
-        if field_gauss.iter().all(|component| component.abs() <= STRONGEST_FIELD_GAUSS) {
-            self.magnetometer.push(place, (time, field_gauss.into()));
-        } else {
-            self.other_remarks.count("left out: no magnetic field of the Earth", place);
+        match field_fault(field_gauss) {
+            None => self.magnetometer.push(place, (time, field_gauss.into())),
+            Some(why) => self.other_remarks.count(why, place),
         }
     }
 
@@ -271,4 +274,31 @@ fn fresh(mut innovations: Vec<OnboardInnovation>) -> Vec<OnboardInnovation> {
         }
     });
     innovations
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::imu::Motion;
+
+    #[test]
+    fn fields_that_cannot_be_are_left_out_and_told() {
+        let mut assembly = Assembly::new(true);
+        let motion = Motion::Rates {
+            angular_rate_radps: Vector::ZERO,
+            specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
+        };
+        for (k, north_gauss) in [0.2, 327.68, 0.21, 150.0].into_iter().enumerate() {
+            let magnetic_field_gauss = Some(Vector::new(north_gauss, 0.0, 0.4));
+            let time = Time::ZERO + k as f64;
+            let sample = ImuSample { magnetic_field_gauss, ..ImuSample::new(time, motion) };
+            assembly.imu(40 * k as u64, sample);
+        }
+        let log = assembly.finish("log".as_ref(), Format::Tlog, Manifest::default(), "").unwrap();
+        let fields = log.dataset.imu.iter().map(|sample| sample.magnetic_field_gauss.is_some());
+        assert_eq!(fields.collect::<Vec<_>>(), [true, false, true, false]);
+        let told = "2 rows, the first at byte 40, magnetic field left out: over 100 gauss";
+        let warnings = &log.dataset.warnings;
+        assert!(warnings.iter().any(|warning| warning.contains(told)), "{warnings:?}");
+    }
 }

@@ -217,9 +217,13 @@ impl Columns {
 
 /// Why a magnetic field that was told in gauss is left out, by the unit that its strength is likely of; `None` of one
 /// that can be.
-pub(crate) fn field_fault(field_gauss: [f64; 3]) -> Option<&'static str> {
+#[must_use]
+pub fn field_fault(field_gauss: [f64; 3]) -> Option<&'static str> {
     if is_within(field_gauss, STRONGEST_FIELD_GAUSS) {
         return None;
+    }
+    if !field_gauss.iter().all(|component| component.is_finite()) {
+        return Some("magnetic field left out: it is no number");
     }
     let [x, y, z] = field_gauss;
     let strength = x.hypot(y).hypot(z);
@@ -332,6 +336,7 @@ mod tests {
     #[test]
     fn a_field_in_another_unit_is_named() {
         assert_eq!(field_fault([21.0, 1.0, 43.0]), None);
+        assert!(field_fault([0.2, f64::NAN, 0.4]).is_some_and(|why| why.contains("no number")));
         for (field, unit) in [([210.0, 10.0, 430.0], "milligauss"), ([21e3, 1e3, 43e3], "nT")] {
             assert!(field_fault(field).is_some_and(|why| why.contains(unit)), "{field:?}");
         }

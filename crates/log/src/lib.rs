@@ -68,7 +68,7 @@ pub use error::LogError;
 pub use events::Events;
 pub use finding::{Finding, SetupFinding, Severity, sentences};
 pub use gps::{no_place, plausible_fix};
-pub use imu::{motion_fault, remark_faults};
+pub use imu::{field_fault, motion_fault, remark_faults};
 pub use info::Info;
 pub use kept::{Keep, thin};
 pub use manifest::{

@@ -248,7 +248,8 @@ fn imu(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
         specific_force_mps2: Vector::new(x, y, z),
     };
     let field = [mx, my, mz];
-    let is_field = field.iter().all(|component| component.abs() < 100.0);
+    // NaN where the log has none.
+    let is_field = field.iter().all(|component| !component.is_nan());
     let magnetic_field_gauss = is_field.then(|| field.into());
     to.imu(place, ImuSample { magnetic_field_gauss, ..ImuSample::new(time, motion) });
 }

@@ -115,7 +115,7 @@ fn read_row(
         return Ok(());
     };
     let attitude = columns.attitude(fields)?;
-    let magnetic = columns.magnetic(fields)?;
+    let magnetic = columns.magnetic(fields, remarks)?;
     match columns.motion(fields)? {
         super::table::Motions::Both(motion) => match hovernav_log::motion_fault(&motion) {
             Some(why) => remarks.count(why, line),

@@ -11,10 +11,8 @@ use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
-use hovernav_log::{LogError, Remarks, pressure_altitude_m};
+use hovernav_log::{LogError, Remarks, field_fault, pressure_altitude_m};
 
-/// Stronger fields are a garbled value, gauss (the Earth's is under 0.7).
-const STRONGEST_FIELD_GAUSS: f64 = 100.0;
 /// Weeks since 1980 that a receiver may count; later ones nanoseconds since 1970 cannot tell.
 const MOST_WEEKS: std::ops::RangeInclusive<f64> = 0.0..=10_000.0;
 /// Heights beyond this are a garbled value, m.
@@ -160,12 +158,17 @@ impl TableColumns {
         })
     }
 
-    pub fn magnetic(&mut self, fields: &Fields<'_>) -> Result<Magnetic, LogError> {
+    pub fn magnetic(
+        &mut self,
+        fields: &Fields<'_>,
+        remarks: &mut Remarks,
+    ) -> Result<Magnetic, LogError> {
         let mapping = self.mapping.mag.as_ref();
         let Some(field) = triad(fields, self.mag, mapping, MagneticUnit::factor)? else {
             return Ok(Magnetic::default());
         };
-        if field.iter().any(|component| component.abs() > STRONGEST_FIELD_GAUSS) {
+        if let Some(why) = field_fault(field) {
+            remarks.count(why, fields.line);
             return Ok(Magnetic::default());
         }
         let held = mapping.is_some_and(|mag| mag.held);

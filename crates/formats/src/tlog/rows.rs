@@ -208,9 +208,7 @@ fn imu(message: Message, row: &[f64], time: Time, place: u64, to: &mut Assembly)
     // Of the one message that says which of its fields are new: the magnetometer's and the barometer's.
     let updated = if message == Message::HighresImu { updated as u16 } else { u16::MAX };
     let field = [mx, my, mz];
-    let is_field = updated & 0x1C0 != 0
-        && field.iter().any(|&component| component != 0.0)
-        && field.iter().all(|component| component.abs() < 100.0);
+    let is_field = updated & 0x1C0 != 0 && field.iter().any(|&component| component != 0.0);
     if message == Message::HighresImu
         && updated & 0x200 != 0
         && let Some(height_m) = pressure_altitude_m(pressure_pa)

@@ -7,6 +7,7 @@ mod damage_foreign;
 mod logs;
 mod mapped;
 mod mapping;
+mod mapping_samples;
 mod mapping_times;
 mod mapping_units;
 mod onboard_innovations;

@@ -1,0 +1,28 @@
+//! Inertial samples of foreign text: fields that cannot be.
+
+use crate::mapped::mapped;
+
+/// Twenty seconds at rest, a hundred rows a second: the time, then what `row` says of the row.
+fn at_rest(names: &str, row: impl Fn(u32) -> String) -> String {
+    let rows = (0..2000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, row(k)));
+    format!("t_s,{names}\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn a_field_that_cannot_be_is_left_out_with_its_count_and_its_first_line() {
+    let names = "gyro_x_radps,gyro_y_radps,gyro_z_radps,accel_x_mps2,accel_y_mps2,accel_z_mps2,\
+                 mag_x_gauss,mag_y_gauss,mag_z_gauss";
+    let text = at_rest(names, |k| {
+        let north = if (100..103).contains(&k) { 3000.0 } else { 0.2 + 1e-3 * f64::from(k % 5) };
+        format!("{:.6},0.0,0.0,0.0,0.1,-9.81,{north:.3},0.0,0.4", 1e-4 * f64::from(k % 7))
+    });
+    let (report, _, dataset) = mapped(&[("imu.csv", text)]);
+    let fields = dataset.imu.iter().filter(|sample| sample.magnetic_field_gauss.is_some()).count();
+    assert!((dataset.imu.len(), fields) == (2000, 1997), "{fields}\n{report}");
+    let told = "3 rows, the first at line 102, magnetic field left out: over 100 gauss";
+    assert!(
+        dataset.warnings.iter().any(|warning| warning.contains(told)),
+        "{:?}",
+        dataset.warnings
+    );
+}
