@@ -189,7 +189,18 @@ impl Reader<'_> {
     fn sigmas(&mut self, gps: &mut GpsColumns, is_in_mm: bool, doubts: &mut Vec<String>) {
         let position = [Quantity::SigmaHorizontal, Quantity::SigmaVertical];
         let is_whole = |reader: &Self, column: usize| is_in_mm && reader.look.is_whole(column);
-        if let Some([horizontal, vertical]) = self.known.all(position) {
+        if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::SigmaPosition)) {
+            if let Some(unit) = self.sigma_unit(columns[0], is_whole(self, columns[0])) {
+                gps.sigma_unit = unit;
+                [gps.sigma_north, gps.sigma_east, gps.sigma_down] =
+                    columns.map(|column| self.name(column));
+            } else {
+                doubts.push(format!(
+                    "gps: {} is in no unit of length: the one-sigmas of position are left out",
+                    self.look.layout.names[columns[0]]
+                ));
+            }
+        } else if let Some([horizontal, vertical]) = self.known.all(position) {
             let name = self.look.layout.names[horizontal].to_lowercase();
             if name.contains("eph") && is_whole(self, horizontal) {
                 doubts.push(format!(
@@ -198,27 +209,42 @@ impl Reader<'_> {
                     self.look.layout.names[horizontal], self.look.layout.names[vertical]
                 ));
             } else {
-                gps.sigma_unit = match self.known.unit(horizontal) {
-                    Some("mm") => LengthUnit::Millimetres,
-                    Some("cm") => LengthUnit::Centimetres,
-                    Some("ft") => LengthUnit::Feet,
-                    Some("m") => LengthUnit::Metres,
-                    _ if is_whole(self, horizontal) => LengthUnit::Millimetres,
-                    _ => LengthUnit::Metres,
-                };
+                let unit = self.sigma_unit(horizontal, is_whole(self, horizontal));
+                gps.sigma_unit = unit.unwrap_or_default();
                 gps.sigma_horizontal = self.name(horizontal);
                 gps.sigma_vertical = self.name(vertical);
             }
         }
-        if let Some(speed) = self.known.column(Quantity::SigmaSpeed) {
-            let unit = match self.named_speed_unit(speed) {
-                Some(unit) => Some(unit),
-                None if is_whole(self, speed) => Some(SpeedUnit::MillimetresPerSecond),
-                None => None,
-            };
-            gps.sigma_speed_unit = unit.filter(|unit| *unit != gps.speed_unit);
-            gps.sigma_speed = self.name(speed);
+        let velocity = self.known.all([0, 1, 2].map(Quantity::SigmaVelocity));
+        let Some(first) = velocity.map_or(self.known.column(Quantity::SigmaSpeed), |v| Some(v[0]))
+        else {
+            return;
+        };
+        let unit = match self.named_speed_unit(first) {
+            Some(unit) => Some(unit),
+            None if is_whole(self, first) => Some(SpeedUnit::MillimetresPerSecond),
+            None => None,
+        };
+        gps.sigma_speed_unit = unit.filter(|unit| *unit != gps.speed_unit);
+        if let Some(columns) = velocity {
+            [gps.sigma_velocity_north, gps.sigma_velocity_east, gps.sigma_velocity_down] =
+                columns.map(|column| self.name(column));
+        } else {
+            gps.sigma_speed = self.name(first);
             gps.sigma_vertical_speed = self.optional(Quantity::SigmaVerticalSpeed);
         }
+    }
+
+    /// The unit of a one-sigma of position, metres where nothing tells; `None` of one that is no length.
+    fn sigma_unit(&self, column: usize, is_in_mm: bool) -> Option<LengthUnit> {
+        Some(match self.known.unit(column) {
+            Some("mm") => LengthUnit::Millimetres,
+            Some("cm") => LengthUnit::Centimetres,
+            Some("ft") => LengthUnit::Feet,
+            Some("m") => LengthUnit::Metres,
+            Some(_) => return None,
+            None if is_in_mm => LengthUnit::Millimetres,
+            None => LengthUnit::Metres,
+        })
     }
 }

@@ -7,6 +7,7 @@ mod look;
 mod names;
 mod place;
 mod report;
+mod sigma_names;
 mod time;
 mod together;
 mod travel;

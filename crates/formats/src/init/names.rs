@@ -1,5 +1,6 @@
 //! What the name of a column says.
 
+use super::sigma_names;
 use crate::text::HeightAbove;
 
 /// What a column holds.
@@ -34,6 +35,10 @@ pub(crate) enum Quantity {
     SigmaVertical,
     SigmaSpeed,
     SigmaVerticalSpeed,
+    /// One-sigma of the position north, east, down.
+    SigmaPosition(usize),
+    /// One-sigma of the velocity north, east, down.
+    SigmaVelocity(usize),
     FixType,
     Satellites,
     Pressure,
@@ -91,7 +96,8 @@ pub(crate) fn meaning(name: &str, below: &str) -> Option<Meaning> {
     let kept: Vec<&str> =
         words.iter().map(String::as_str).filter(|word| !NOISE.contains(word)).collect();
     let joined = if kept.is_empty() { words.concat() } else { kept.concat() };
-    let quantity = scalar(&joined).or_else(|| axis(&joined))?;
+    let quantity =
+        sigma_names::per_axis(&joined).or_else(|| scalar(&joined)).or_else(|| axis(&joined))?;
     Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
 }
 
@@ -268,28 +274,32 @@ fn axis(name: &str) -> Option<Quantity> {
         let (letter, stem) = end(name)?;
         let axis = ['x', 'y', 'z'].iter().position(|axis| *axis == letter)?;
         let has = |parts: &[&str]| parts.iter().any(|part| stem.contains(part));
-        Some(if has(&["dtheta", "deltatheta", "deltaangle", "delang", "dangle", "dang"]) {
-            Quantity::AngleIncrement(axis)
-        } else if has(&["dvel", "deltavel", "delvel", "deltav"]) || stem == "dv" {
-            Quantity::VelocityIncrement(axis)
-        } else if has(&[
-            "gyr",
-            "angvel",
-            "angularvel",
-            "angularrate",
-            "angrate",
-            "rotationrate",
-            "omega",
-        ]) || ["g", "w", "rate"].contains(&stem)
-        {
-            Quantity::Gyro(axis)
-        } else if has(&["mag", "compass"]) || ["m", "b"].contains(&stem) {
-            Quantity::Mag(axis)
-        } else if has(&["acc", "specificforce"]) || ["a", "f"].contains(&stem) {
-            Quantity::Accel(axis)
-        } else {
-            return None;
-        })
+        Some(
+            if has(&["dtheta", "deltatheta", "deltaangle", "delang", "dangle", "dang"])
+                || stem == "dth"
+            {
+                Quantity::AngleIncrement(axis)
+            } else if has(&["dvel", "deltavel", "delvel", "deltav"]) || stem == "dv" {
+                Quantity::VelocityIncrement(axis)
+            } else if has(&[
+                "gyr",
+                "angvel",
+                "angularvel",
+                "angularrate",
+                "angrate",
+                "rotationrate",
+                "omega",
+            ]) || ["g", "w", "rate"].contains(&stem)
+            {
+                Quantity::Gyro(axis)
+            } else if has(&["mag", "compass"]) || ["m", "b"].contains(&stem) {
+                Quantity::Mag(axis)
+            } else if has(&["acc", "specificforce"]) || ["a", "f"].contains(&stem) {
+                Quantity::Accel(axis)
+            } else {
+                return None;
+            },
+        )
     })
 }
 
@@ -319,6 +329,9 @@ mod tests {
             ("dvel_x_mps", Q::VelocityIncrement(0), Some("m/s")),
             ("dtheta_z_rad", Q::AngleIncrement(2), Some("rad")),
             ("DeltaThetaX", Q::AngleIncrement(0), None),
+            ("dth_x", Q::AngleIncrement(0), None),
+            ("dth_z_rad", Q::AngleIncrement(2), Some("rad")),
+            ("dv_y", Q::VelocityIncrement(1), None),
             ("DeltaVelocityX", Q::VelocityIncrement(0), None),
             ("bearing", Q::Course, None),
             ("verticalAccuracy", Q::SigmaVertical, None),
@@ -338,6 +351,10 @@ mod tests {
             ("hAcc", Q::SigmaHorizontal, None),
             ("sigma_h_m", Q::SigmaHorizontal, Some("m")),
             ("sigma_vh_mps", Q::SigmaSpeed, Some("m/s")),
+            ("std_n", Q::SigmaPosition(0), None),
+            ("sdu(m)", Q::SigmaPosition(2), Some("m")),
+            ("lat_std [m]", Q::SigmaPosition(0), Some("m")),
+            ("sigma_vd_mps", Q::SigmaVelocity(2), Some("m/s")),
             ("numSV", Q::Satellites, None),
             ("baro_alt_m", Q::BaroHeight, Some("m")),
             ("pressure_hPa", Q::Pressure, Some("hpa")),

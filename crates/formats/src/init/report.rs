@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::turn::name;
-use crate::text::{AttitudeRole, HeightAbove, TableMapping};
+use crate::text::{AttitudeRole, GpsColumns, HeightAbove, TableMapping};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, SampleRates};
 
@@ -68,13 +68,18 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
             };
             line("", &velocity, format!("{}{course}", gps.speed_unit.name()));
         }
-        if !gps.sigma_horizontal.is_empty() {
-            let columns = [&*gps.sigma_horizontal, &gps.sigma_vertical].join(" ");
-            line("", &columns, format!("{}, one-sigma", gps.sigma_unit.name()));
+        let GpsColumns { sigma_horizontal, sigma_vertical, sigma_north, .. } = gps;
+        let position = [sigma_north, &gps.sigma_east, &gps.sigma_down];
+        let position = named(position) + &named([sigma_horizontal, sigma_vertical]);
+        if !position.is_empty() {
+            line("", &position, format!("{}, one-sigma", gps.sigma_unit.name()));
         }
-        if !gps.sigma_speed.is_empty() {
+        let GpsColumns { sigma_velocity_north, sigma_velocity_east, sigma_velocity_down, .. } = gps;
+        let velocity = [sigma_velocity_north, sigma_velocity_east, sigma_velocity_down];
+        let velocity = named(velocity) + &named([&gps.sigma_speed, &gps.sigma_vertical_speed]);
+        if !velocity.is_empty() {
             let unit = gps.sigma_speed_unit.unwrap_or(gps.speed_unit);
-            line("", &gps.sigma_speed, format!("{}, one-sigma", unit.name()));
+            line("", &velocity, format!("{}, one-sigma", unit.name()));
         }
     }
     if let Some(baro) = &table.baro {

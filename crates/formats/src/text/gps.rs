@@ -4,7 +4,7 @@ use super::columns::{Fields, Source};
 use super::mapping::GpsColumns;
 use super::units::HeightAbove;
 use hovernav::earth::Geodetic;
-use hovernav::frames::Vector;
+use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
 use hovernav::time::Time;
 use hovernav_log::{LogError, Remarks, no_place, plausible_fix};
@@ -19,7 +19,9 @@ pub(crate) struct GpsPlaces {
     /// North and east, or speed and course.
     horizontal: Option<[usize; 2]>,
     vertical: Option<usize>,
-    sigma_position: Option<[usize; 2]>,
+    /// North, east and down.
+    sigma_position: Option<[usize; 3]>,
+    sigma_velocity: Option<[usize; 3]>,
     sigma_speed: Option<usize>,
     sigma_vertical_speed: Option<usize>,
     fix_type: Option<usize>,
@@ -32,6 +34,10 @@ impl GpsPlaces {
     pub fn of(source: &Source, mapping: &GpsColumns, latency_s: f64) -> Result<Self, LogError> {
         let pair = |a: &str, b: &str| -> Result<Option<[usize; 2]>, LogError> {
             Ok(source.find_optional(a)?.zip(source.find_optional(b)?).map(|(a, b)| [a, b]))
+        };
+        let triple = |names: [&str; 3]| -> Result<Option<[usize; 3]>, LogError> {
+            let [north, east, down] = names.map(|name| source.find_optional(name));
+            Ok(north?.zip(east?).zip(down?).map(|((north, east), down)| [north, east, down]))
         };
         let place = [&mapping.latitude, &mapping.longitude, &mapping.height];
         let [latitude, longitude, height] = place.map(|name| source.find(name));
@@ -47,7 +53,17 @@ impl GpsPlaces {
                 both => both,
             },
             vertical: source.find_optional(vertical)?,
-            sigma_position: pair(&mapping.sigma_horizontal, &mapping.sigma_vertical)?,
+            sigma_position: triple([
+                &mapping.sigma_north,
+                &mapping.sigma_east,
+                &mapping.sigma_down,
+            ])?
+            .or(pair(&mapping.sigma_horizontal, &mapping.sigma_vertical)?.map(|[h, v]| [h, h, v])),
+            sigma_velocity: triple([
+                &mapping.sigma_velocity_north,
+                &mapping.sigma_velocity_east,
+                &mapping.sigma_velocity_down,
+            ])?,
             sigma_speed: source.find_optional(&mapping.sigma_speed)?,
             sigma_vertical_speed: source.find_optional(&mapping.sigma_vertical_speed)?,
             fix_type: source.find_optional(&mapping.fix_type)?,
@@ -109,18 +125,7 @@ impl GpsPlaces {
             }
         });
         let down = if mapping.down.is_empty() { -to_mps } else { to_mps };
-        let sigma_position = match self.sigma_position {
-            Some(columns) => fields.known_all(columns)?,
-            None => None,
-        };
-        let sigma_m = sigma_position.map(|[horizontal, vertical]| {
-            Vector::new(horizontal, horizontal, vertical) * mapping.sigma_unit.factor()
-        });
-        let sigma_speed = fields.known(self.sigma_speed)?;
-        let sigma_vertical = fields.known(self.sigma_vertical_speed)?;
-        let sigma_to_mps = mapping.sigma_speed_unit.unwrap_or(mapping.speed_unit).factor();
-        let sigma_mps =
-            sigma_speed.map(|s| Vector::new(s, s, sigma_vertical.unwrap_or(s)) * sigma_to_mps);
+        let [sigma_m, sigma_mps] = self.sigmas(fields)?;
         let satellites = fields.known(self.satellites)?;
         let satellites = satellites.filter(|count| (0.0..=255.0).contains(count));
         let fix = Fix {
@@ -134,6 +139,26 @@ impl GpsPlaces {
             two_dimensional: false,
         };
         Ok(Some(plausible_fix(fix, fields.line, remarks)))
+    }
+
+    /// The one-sigmas of position, m, and velocity, m/s.
+    fn sigmas(&self, fields: &Fields<'_>) -> Result<[Option<Vector<Ned>>; 2], LogError> {
+        let mapping = &self.mapping;
+        let known = |columns: Option<[usize; 3]>| match columns {
+            Some(columns) => fields.known_all(columns),
+            None => Ok(None),
+        };
+        let position = known(self.sigma_position)?;
+        let velocity = match known(self.sigma_velocity)? {
+            None => {
+                let vertical = fields.known(self.sigma_vertical_speed)?;
+                fields.known(self.sigma_speed)?.map(|s| [s, s, vertical.unwrap_or(s)])
+            }
+            per_axis => per_axis,
+        };
+        let to_mps = mapping.sigma_speed_unit.unwrap_or(mapping.speed_unit).factor();
+        let to = [mapping.sigma_unit.factor(), to_mps];
+        Ok([0, 1].map(|k| [position, velocity][k].map(|sigma| Vector::from(sigma) * to[k])))
     }
 
     /// Latitude and longitude with the signs that letters beside them say; none where a letter is missing.

@@ -181,12 +181,32 @@ pub struct GpsColumns {
     /// See `sigma_horizontal`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_vertical: String,
+    /// Columns of the one-sigma of the position north, east and down, in place of `sigma_horizontal` and
+    /// `sigma_vertical`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub sigma_north: String,
+    /// See `sigma_north`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub sigma_east: String,
+    /// See `sigma_north`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub sigma_down: String,
     /// Column of the one-sigma of velocity on any axis.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_speed: String,
     /// Column of the one-sigma of vertical velocity, where it differs.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_vertical_speed: String,
+    /// Columns of the one-sigma of the velocity north, east and down, in place of `sigma_speed` and
+    /// `sigma_vertical_speed`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub sigma_velocity_north: String,
+    /// See `sigma_velocity_north`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub sigma_velocity_east: String,
+    /// See `sigma_velocity_north`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub sigma_velocity_down: String,
     /// Unit of the sigmas of position.
     pub sigma_unit: LengthUnit,
     /// Unit of the sigmas of velocity, where it is not `speed_unit`.

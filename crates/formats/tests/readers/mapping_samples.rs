@@ -1,4 +1,6 @@
-//! Inertial samples of foreign text: fields that cannot be.
+//! Inertial samples of foreign text: increments by their names, fields that cannot be.
+
+use hovernav::imu::Motion;
 
 use crate::mapped::mapped;
 
@@ -6,6 +8,20 @@ use crate::mapped::mapped;
 fn at_rest(names: &str, row: impl Fn(u32) -> String) -> String {
     let rows = (0..2000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, row(k)));
     format!("t_s,{names}\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn columns_called_dth_and_dv_are_increments() {
+    let text = at_rest("dth_x,dth_y,dth_z,dv_x,dv_y,dv_z", |k| {
+        format!("{:.6},0.00001,-0.00002,0.0004,0.0002,-0.0981", 1e-6 * f64::from(k % 7))
+    });
+    let (report, mapping, dataset) = mapped(&[("imu.csv", text)]);
+    assert_eq!(dataset.imu.len(), 2000, "{report}\n{mapping}");
+    let Motion::Increments { angle_rad, velocity_mps } = dataset.imu[10].motion else {
+        panic!("{report}\n{mapping}")
+    };
+    let (angle_rad, velocity_mps) = (angle_rad.to_array(), velocity_mps.to_array());
+    assert!((angle_rad[2] + 2e-5).abs() < 1e-12 && (velocity_mps[2] + 0.0981).abs() < 1e-12);
 }
 
 #[test]

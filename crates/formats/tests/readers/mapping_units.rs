@@ -314,3 +314,39 @@ fn a_hover_that_denies_no_axes_keeps_those_that_gravity_tells() {
         assert!(told.contains("forward-right-down"), "{report}");
     }
 }
+
+#[test]
+fn one_sigmas_per_axis_are_taken_in_their_unit() {
+    for (names, to_m, to_mps) in [
+        ("std_n,std_e,std_d,std_vn,std_ve,std_vd", 1.0, 1.0),
+        ("lat_std_mm,lon_std_mm,alt_std_mm,sdvn_mm_s,sdve_mm_s,sdvu_mm_s", 1e3, 1e3),
+        ("sdn(m),sde(m),sdu(m),sigma_vn_mps,sigma_ve_mps,sigma_vd_mps", 1.0, 1.0),
+    ] {
+        let text = table(&format!("lat_deg,lon_deg,height_m,{names}"), |m| {
+            let position = [1.0, 2.0, 3.0].map(|sigma_m| format!("{}", sigma_m * to_m)).join(",");
+            let velocity = [0.1, 0.2, 0.3].map(|sigma| format!("{}", sigma * to_mps)).join(",");
+            format!("{},{position},{velocity}", plain(m))
+        });
+        let (report, fixes) = fixes(text);
+        assert_places(&fixes, &report);
+        for fix in &fixes {
+            let sigmas = [fix.position_sigma_m, fix.velocity_sigma_mps];
+            let [position, velocity] = sigmas.map(|sigma| sigma.expect(&report).to_array());
+            for axis in 0..3 {
+                let expected = (axis + 1) as f64;
+                assert!((position[axis] - expected).abs() < 1e-9, "{position:?}\n{report}");
+                assert!((velocity[axis] - 0.1 * expected).abs() < 1e-9, "{velocity:?}\n{report}");
+            }
+        }
+    }
+}
+
+#[test]
+fn one_sigmas_of_position_in_degrees_are_left_out_and_told() {
+    let text = table("lat_deg,lon_deg,height_m,std_lat_deg,std_lon_deg,std_alt_m", |m| {
+        format!("{},1e-5,1e-5,2.0", plain(m))
+    });
+    let (report, fixes) = fixes(text);
+    assert!(fixes.iter().all(|fix| fix.position_sigma_m.is_none()), "{report}");
+    assert!(report.contains("std_lat_deg is in no unit of length"), "{report}");
+}
