@@ -100,6 +100,15 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
     }
 }
 
+/// Reading the log says of each that its height is empty; its vertical velocity is there.
+#[test]
+fn a_height_that_is_empty_is_no_height_held_and_no_velocity_absent() {
+    let found = findings(&["height-empty@100"]);
+    assert_eq!(sentences(&found), [""; 0]);
+    assert!(found.iter().any(|finding| finding.words.contains("gps without a height from 99")
+        || finding.words.contains("gps without a height from 100")));
+}
+
 #[test]
 fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehicle_accelerates() {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets");

@@ -96,6 +96,10 @@ impl Assembly {
     pub fn fix(&mut self, place: u64, fix: Fix) {
         let fix = plausible_fix(fix, place, &mut self.gps_remarks);
         if fix.is_finite() {
+            if fix.two_dimensional {
+                let what = "of two dimensions: taken for the horizontal alone";
+                self.gps_remarks.count(what, place);
+            }
             self.fixes.push(place, fix);
         } else {
             self.gps_remarks.count("left out: no place on Earth", place);

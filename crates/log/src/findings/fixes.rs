@@ -50,20 +50,26 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         if end_s - start_s < HELD_S || is_frozen {
             continue;
         }
+        // Whoever read the log has said of these that they have none.
+        let is_known = fixes[first + 1..=last].iter().all(|fix| fix.two_dimensional);
+        let (when, count) = (when(start_s, end_s), last - first);
         findings.push(Finding {
             start_s,
             end_s,
             sensor: "gps",
             kind: "height held",
-            severity: Severity::Warning,
-            count: last - first,
-            words: format!(
-                "gps height held at {:.1} m {}, {} fixes, while the position moved: a 2-D fix, whose \
-                 height tells nothing",
-                heights[first],
-                when(start_s, end_s),
-                last - first
-            ),
+            severity: if is_known { Severity::Info } else { Severity::Warning },
+            count,
+            words: match is_known {
+                true => format!(
+                    "gps without a height {when}, {count} fixes: two-dimensional, taken for the horizontal alone"
+                ),
+                false => format!(
+                    "gps height held at {:.1} m {when}, {count} fixes, while the position moved: a 2-D fix, \
+                     whose height tells nothing",
+                    heights[first]
+                ),
+            },
         });
     }
 }
@@ -125,7 +131,7 @@ fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let (without, words) = match horizontal {
         // The usual receiver on a telemetry link tells speed and course alone.
         0 => {
-            let without = count(|fix| fix.velocity_mps().is_none());
+            let without = count(|fix| fix.down_velocity_mps.is_none());
             let cost = "how fast it climbs is known from heights alone";
             (
                 without,
