@@ -1,7 +1,9 @@
 //! Models, what is designed for them, and the autopilot that flies it.
 
 mod autopilot;
+mod autopilot_settings;
 mod design;
+mod excitation;
 mod model;
 mod model_files;
 mod riccati;
