@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::regression::Scale;
 use crate::dataset::Dataset;
 use crate::finding::SetupFinding;
 
@@ -29,17 +30,13 @@ const PRESSURE: &str = "name the column pressure_pa, in Pa";
 
 pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     let changes = changes(dataset);
-    let count = changes.len() as f64;
-    let sum = |of: fn(&(f64, f64)) -> f64| changes.iter().map(of).sum::<f64>();
-    let (baro, both, fixes) = (sum(|c| c.0 * c.0), sum(|c| c.0 * c.1), sum(|c| c.1 * c.1));
-    if changes.len() < LEAST_COUNT || (fixes / count).sqrt() < LEAST_M || baro == 0.0 {
+    let squares: f64 = changes.iter().map(|(_, fixes)| fixes * fixes).sum();
+    if changes.len() < LEAST_COUNT || (squares / changes.len() as f64).sqrt() < LEAST_M {
         return;
     }
     // Of the fixes' changes on the barometer's, which scatter less.
-    let scale = both / baro;
-    let left = (fixes - scale * both).max(0.0);
-    let sigma = (left / (count - 1.0) / baro).sqrt();
-    if left > (1.0 - EXPLAINED) * fixes || (scale - 1.0).abs() < SIGMAS * sigma {
+    let Some(Scale { scale, sigma, explained }) = Scale::of(&changes) else { return };
+    if explained < EXPLAINED || (scale - 1.0).abs() < SIGMAS * sigma {
         return;
     }
     let Some((_, cause, mend)) = CAUSES.iter().find(|(range, ..)| range.contains(&scale)) else {

@@ -1,4 +1,4 @@
-//! Which matrix takes what was measured to what it should have been.
+//! Which matrix, or which number, takes what was measured to what it should have been.
 
 /// Least squares of `M x + b = y`, gathered pair by pair.
 #[derive(Clone, Debug)]
@@ -88,6 +88,31 @@ impl<const D: usize> Regression<D> {
     }
 }
 
+/// What one number is of another, through the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scale {
+    /// `y / x`, and its one-sigma.
+    pub scale: f64,
+    pub sigma: f64,
+    /// How much of y it explains, 0 to 1.
+    pub explained: f64,
+}
+
+impl Scale {
+    /// Least squares of `scale x = y`; `None` of fewer than two `pairs`, or where x or y is zero throughout.
+    pub fn of(pairs: &[(f64, f64)]) -> Option<Self> {
+        let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
+        let (xx, xy, yy) = (sum(|p| p.0 * p.0), sum(|p| p.0 * p.1), sum(|p| p.1 * p.1));
+        if pairs.len() < 2 || xx == 0.0 || yy == 0.0 {
+            return None;
+        }
+        let scale = xy / xx;
+        let left = (yy - scale * xy).max(0.0);
+        let sigma = (left / (pairs.len() - 1) as f64 / xx).sqrt();
+        Some(Self { scale, sigma, explained: 1.0 - left / yy })
+    }
+}
+
 /// Fewer pairs than these, and these for each number of a row, tell nothing.
 const LEAST: f64 = 12.0;
 const LEAST_EACH: f64 = 4.0;
@@ -141,5 +166,19 @@ mod tests {
         }
         assert!(fit.explained.iter().all(|explained| *explained > 0.999));
         assert!(regression.fit(10.0).is_none());
+    }
+
+    #[test]
+    fn a_scale_is_found_again_with_how_sure_it_is() {
+        // Alternating errors of 0.1 that no scale explains.
+        let pairs: Vec<_> = (1..=20)
+            .map(|k| (f64::from(k), 0.3 * f64::from(k) + if k % 2 == 0 { 0.1 } else { -0.1 }))
+            .collect();
+        let Scale { scale, sigma, explained } = Scale::of(&pairs).unwrap();
+        let (xx, size) = (2870.0f64, 0.1f64);
+        assert!((scale - 0.3).abs() < 3.0 * sigma && explained > 0.99);
+        assert!((sigma / (size * (20.0f64 / 19.0).sqrt() / xx.sqrt()) - 1.0).abs() < 0.01);
+        assert_eq!(Scale::of(&[(0.0, 1.0), (0.0, 2.0)]), None);
+        assert_eq!(Scale::of(&[(1.0, 1.0)]), None);
     }
 }
