@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     }
     output::create(&arguments.out)?;
-    write_page(&arguments.out.join("report.html"), &solutions, &differences)?;
+    write_page(&arguments.out.join(output::REPORT), &solutions, &differences)?;
     let mut summary = summary(arguments, &solutions, &differences);
     summary["wall_s"] = started.elapsed().as_secs_f64().into();
     output::write_json(&summary, &arguments.out.join("summary.json"))?;

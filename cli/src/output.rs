@@ -86,6 +86,35 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
     write_whole(path, bytes).with_context(|| cannot_write(path))
 }
 
+/// The page of a run.
+pub const REPORT: &str = "report.html";
+
+/// Whether an earlier run of this program left its `summary.json` in `out`.
+fn holds_earlier_run(out: &Path) -> bool {
+    let text = std::fs::read_to_string(out.join("summary.json")).unwrap_or_default();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    summary["tool"] == "hovernav"
+}
+
+/// Removes from `out` those of the files `names` that an earlier run left there and this one, which calls for them no
+/// more, would have written over: they would pass for its own. What stands there without the summary of an earlier
+/// run may be anybody's, and is only named.
+pub fn remove_stale(out: &Path, names: impl IntoIterator<Item = impl AsRef<Path>>) {
+    let is_ours = holds_earlier_run(out);
+    let paths = names.into_iter().map(|name| out.join(name));
+    for path in paths.filter(|path| path.is_file()) {
+        match is_ours.then(|| std::fs::remove_file(&path)) {
+            Some(Ok(())) if is_quiet() => {}
+            Some(Ok(())) => complain(format_args!("removed {}: of an earlier run", path.display())),
+            Some(Err(error)) => complain(format_args!(
+                "warning: {}: of an earlier run, cannot be removed: {error}",
+                path.display()
+            )),
+            None => complain(format_args!("warning: {}: not of this run", path.display())),
+        }
+    }
+}
+
 /// What could not be done, before the cause.
 pub fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())

@@ -109,7 +109,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     table::write_results(&arguments.out.join("results.csv"), &results)?;
     table::write_percentiles(&arguments.out.join("percentiles.csv"), &results)?;
     if !arguments.no_report {
-        page::write(&arguments.out.join("report.html"), &campaign, &results, &warnings)?;
+        page::write(&arguments.out.join(output::REPORT), &campaign, &results, &warnings)?;
+    } else {
+        output::remove_stale(&arguments.out, [output::REPORT]);
     }
     let mut summary = summary(arguments, &campaign, &results, (flying_s, started));
     summary["warnings"] = json!(warnings);

@@ -122,7 +122,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let _ = std::fs::remove_file(out.join("autopilot.toml"));
     }
     if !arguments.no_report {
-        page::write(&checked, search.as_ref(), &out.join("report.html"))?;
+        page::write(&checked, search.as_ref(), &out.join(output::REPORT))?;
+    } else {
+        output::remove_stale(&out, [output::REPORT]);
     }
     let mut summary = summary::summary(&checked, &arguments.model);
     if let Some((Search { shortfall, trials, .. }, _)) = search {

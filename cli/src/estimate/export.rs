@@ -46,6 +46,21 @@ fn formats(asked: &[ExportArgument]) -> Vec<ExportFormat> {
     formats
 }
 
+/// What goes with [`ExportFormat::Mcap`] for the program that shows it.
+const LAYOUT_FILE: &str = "solution.foxglove-layout.json";
+
+/// The files of the formats that are not `asked` for.
+pub fn not_asked(asked: &[ExportArgument]) -> Vec<String> {
+    // Formats on standard output have no file.
+    let in_files = if is_piped(asked) { Vec::new() } else { formats(asked) };
+    let absent = ExportFormat::ALL.into_iter().filter(|format| !in_files.contains(format));
+    let mut names: Vec<_> = absent.map(ExportFormat::file_name).collect();
+    if !in_files.contains(&ExportFormat::Mcap) {
+        names.push(LAYOUT_FILE.to_owned());
+    }
+    names
+}
+
 /// Refuses what cannot be, before anything is estimated.
 pub fn check(asked: &[ExportArgument], logs: usize) -> anyhow::Result<()> {
     let formats = formats(asked);
@@ -104,7 +119,7 @@ impl Exports {
             let export = Export::new(format, name, utc_at_zero_ns, BufWriter::new(handle))
                 .with_context(|| cannot_write(&path))?;
             if format == ExportFormat::Mcap {
-                output::write(&out.join("solution.foxglove-layout.json"), LAYOUT)?;
+                output::write(&out.join(LAYOUT_FILE), LAYOUT)?;
             }
             exports.files.push(InTheMaking { path, export, file: Some(file) });
         }

@@ -215,8 +215,10 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
             notices: &run.notices,
             findings: &summary.findings,
         };
-        flight_page::page(&page).write(&out.join("report.html"))?;
+        flight_page::page(&page).write(&out.join(output::REPORT))?;
     }
+    let page = arguments.no_report.then(|| output::REPORT.to_owned());
+    output::remove_stale(out, export::not_asked(&arguments.export).into_iter().chain(page));
     drop(judging);
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;

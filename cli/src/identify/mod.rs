@@ -105,7 +105,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             held: held.as_ref(),
             frequency: frequency.as_ref(),
         };
-        page.build()?.write(&out.join("report.html"))?;
+        page.build()?.write(&out.join(output::REPORT))?;
+    } else {
+        output::remove_stale(&out, [output::REPORT]);
     }
     summary.set_wall(started.elapsed().as_secs_f64());
     output::write_json(&summary, &out.join("summary.json"))?;

@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::create(&out)?;
     let fixes = replayed.fixes_compared;
     let mut summary = RecordSummary::new(path, &record, &dataset, reproduction, sticks, fixes);
-    RecordPage { record: &record, summary: &summary }.write(&out.join("report.html"))?;
+    RecordPage { record: &record, summary: &summary }.write(&out.join(output::REPORT))?;
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
     drop(working);

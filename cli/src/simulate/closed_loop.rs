@@ -1,23 +1,21 @@
 //! The closed loop: vehicle, servos, sensors, estimator and autopilot.
 
-use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{bail, ensure};
 use hovernav::autopilot::HoverConfig;
-use hovernav::time::Time;
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::{Outage, Reference, score};
+use hovernav_log::Outage;
 use hovernav_model::shipped;
 use hovernav_sim::{Feedback, FlightConfig, FlightEvent};
 
 use super::arguments::{Arguments, OUT, WindArgument};
+use super::estimate::Estimate;
 use super::excitation;
 use super::page::SimulationPage;
 use super::summary::{ClosedLoopSummary, Summary};
 use crate::arguments::{FORCED, designed_for_another, refuse_unflyable};
 use crate::output;
-use crate::summary::RunSummary;
 
 /// How much of the work is flying.
 const FLYING: f64 = 0.75;
@@ -100,17 +98,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (mut dataset, truth) = flight.dataset();
     dataset.write(&out, &truth)?;
 
-    let settings = dataset.settings()?;
     let samples = dataset.imu.len() as f64;
-    let run = dataset.estimate(&settings, |done| {
+    let Estimate { run, reference, score, summary } = Estimate::of(&mut dataset, &out, |done| {
         let share = FLYING + (1.0 - FLYING) * done as f64 / samples;
         bar.set_position((share * config.duration_s / FLYING) as u64);
-    });
+    })?;
     bar.finish_and_clear();
-    let mut summary = Summary {
-        run: RunSummary::new(Path::new(&dataset.manifest.vehicle), &dataset, &run, false),
-        flight: ClosedLoopSummary::new(&config, &flight),
-    };
+    let mut summary = Summary { run: summary, flight: ClosedLoopSummary::new(&config, &flight) };
     summary.run.warnings.extend(warnings);
     summary.run.warnings.extend(flight.aborted.iter().map(|(at_s, why)| {
         format!("a test input ended early at {at_s:.2} s: {}", excitation::in_words(*why))
@@ -118,9 +112,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(crashed_s) = flight.crashed_s {
         summary.run.warnings.push(format!("the vehicle crashed at {crashed_s:.2} s"));
     }
-    let reference = Reference::open(&out, &dataset.manifest)?;
-    let scored = reference.as_ref().map(|reference| score(&run.solutions, reference, Time::ZERO));
-    summary.run.set_scores(scored.as_ref(), Vec::new());
     crate::output::say(format_args!("{}", summary.flight.in_words()));
     if !arguments.no_report {
         let page = SimulationPage {
@@ -129,10 +120,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             dataset: &dataset,
             run: &run,
             reference: reference.as_ref(),
-            score: scored.as_ref(),
+            score: score.as_ref(),
             summary: &summary,
         };
-        page.write(&out.join("report.html"))?;
+        page.write(&out.join(output::REPORT))?;
+    } else {
+        output::remove_stale(&out, [output::REPORT]);
     }
     summary.run.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;

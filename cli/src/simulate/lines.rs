@@ -13,6 +13,7 @@ use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::arguments::{Arguments, OUT};
+use super::estimate::Estimate;
 use crate::arguments::read_fly_config;
 use crate::output;
 
@@ -219,6 +220,12 @@ pub fn run(
     let truth: Vec<_> = samples.iter().map(|sample| sample.truth).collect();
     dataset.write(&out, &truth)?;
     output::write_json(&summary, &out.join("summary.json"))?;
+    if arguments.no_report {
+        output::remove_stale(&out, [output::REPORT]);
+    } else {
+        let estimate = Estimate::of(&mut dataset, &out, |_| ())?;
+        estimate.write_page("Simulated flight behind a flight computer", &dataset, &out)?;
+    }
     if let Some(crashed_s) = crashed_s {
         bail!(
             "the vehicle crashed at {crashed_s:.1} s; the flight until then is in {}",

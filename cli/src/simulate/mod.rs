@@ -2,6 +2,7 @@
 
 mod arguments;
 mod closed_loop;
+mod estimate;
 mod excitation;
 mod failure;
 #[cfg(feature = "lines")]

@@ -1,13 +1,13 @@
 //! A path flown exactly, and what the sensors say of it.
 
-use std::path::Path;
 use std::time::Instant;
 
 use hovernav_log::Dataset;
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, sensor_manifest};
-use serde_json::json;
 
 use super::arguments::{Arguments, FlightPath, OUT};
+use super::estimate::Estimate;
+use crate::output;
 
 pub fn run(arguments: &Arguments, flight: FlightPath) -> anyhow::Result<()> {
     let started = Instant::now();
@@ -25,15 +25,22 @@ pub fn run(arguments: &Arguments, flight: FlightPath) -> anyhow::Result<()> {
     let recording = hovernav_sim::fly(&plan.build()?, &dmu, &gps, arguments.seed)?;
 
     let vehicle = format!("simulated helicopter, thesis-grade sensors, seed {}", arguments.seed);
-    let dataset = Dataset {
+    let mut dataset = Dataset {
         manifest: sensor_manifest(vehicle, &dmu, &gps),
         imu: recording.imu,
         fixes: recording.fixes,
         ..Dataset::default()
     };
     dataset.write(&out, &recording.truth)?;
-    write_summary(&out.join("summary.json"), &dataset, started)?;
-    crate::output::say(format_args!(
+    let mut estimate = Estimate::of(&mut dataset, &out, |_| ())?;
+    if arguments.no_report {
+        output::remove_stale(&out, [output::REPORT]);
+    } else {
+        estimate.write_page("Simulated flight on a path", &dataset, &out)?;
+    }
+    estimate.summary.wall_s = started.elapsed().as_secs_f64();
+    output::write_json(&estimate.summary, &out.join("summary.json"))?;
+    output::say(format_args!(
         "{}: {:.0} s, {} inertial samples, {} fixes, seed {}",
         out.display(),
         plan.duration_s(),
@@ -42,22 +49,4 @@ pub fn run(arguments: &Arguments, flight: FlightPath) -> anyhow::Result<()> {
         arguments.seed
     ));
     Ok(())
-}
-
-fn write_summary(path: &Path, dataset: &Dataset, started: Instant) -> anyhow::Result<()> {
-    let duration_s = match (dataset.imu.first(), dataset.imu.last()) {
-        (Some(first), Some(last)) => last.time - first.time,
-        _ => 0.0,
-    };
-    let summary = json!({
-        "tool": "hovernav",
-        "version": env!("CARGO_PKG_VERSION"),
-        "input": dataset.manifest.vehicle,
-        "duration_s": duration_s,
-        "wall_s": started.elapsed().as_secs_f64(),
-        "imu_samples": dataset.imu.len(),
-        "gps_fixes_used": dataset.fixes.len(),
-        "gps_fixes_rejected": 0,
-    });
-    crate::output::write_json(&summary, path)
 }

@@ -26,7 +26,7 @@ pub struct RunSummary {
     pub imu_samples: usize,
     /// Fixes of which anything corrected the state.
     pub gps_fixes_used: usize,
-    /// Fixes of which anything was refused by a gate.
+    /// Fixes of which anything was refused by a gate; one that was taken in part counts above, too.
     pub gps_fixes_rejected: usize,
     /// Fixes that could not be compared at all.
     pub(super) gps_fixes_unusable: usize,

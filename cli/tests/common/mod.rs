@@ -63,6 +63,24 @@ pub fn summary(out: &Path) -> Value {
     serde_json::from_str(&text).expect("valid JSON")
 }
 
+/// Asserts that a summary has what each verb's has and then `more`.
+#[track_caller]
+pub fn assert_keys(summary: &Value, more: &[&str]) {
+    const ALWAYS: [&str; 8] = [
+        "tool",
+        "version",
+        "input",
+        "duration_s",
+        "wall_s",
+        "imu_samples",
+        "gps_fixes_used",
+        "gps_fixes_rejected",
+    ];
+    for key in ALWAYS.iter().chain(more) {
+        assert!(!summary[key].is_null(), "{key}");
+    }
+}
+
 /// A copy of those files of a dataset for which `change` gives a new text.
 pub fn changed(
     dataset: &str,

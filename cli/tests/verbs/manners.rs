@@ -1,5 +1,6 @@
 //! What a command does in a pipe, in a script and in wrong hands.
 
+use std::fs;
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
@@ -118,4 +119,30 @@ fn shells_and_man_know_every_verb() {
     let page = std::fs::read_to_string(dir.join("hovernav-score.1")).expect("a page");
     assert!(page.contains("TUM"), "{page}");
     assert_eq!(hovernav(&["completions", "cmd"]).status.code(), Some(2));
+}
+
+#[test]
+fn what_an_earlier_run_left_is_removed_and_what_is_anybodys_is_named() {
+    let out = place("stale");
+    let foreign = "a page of somebody's own";
+    fs::write(out.join("report.html"), foreign).expect("writable");
+    let estimate = ["estimate", HELI, "--out", text(&out)];
+    let run = hovernav(&[&estimate[..], &["--no-report"]].concat());
+    let told = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert!(told.contains("report.html: not of this run"), "{told}");
+    assert_eq!(fs::read_to_string(out.join("report.html")).expect("still there"), foreign);
+
+    succeeds(&[&estimate[..], &["--export", "kml,mcap"]].concat());
+    for name in ["report.html", "solution.kml", "solution.mcap", "solution.foxglove-layout.json"] {
+        assert!(out.join(name).exists(), "{name}");
+    }
+    fs::write(out.join("notes.txt"), foreign).expect("writable");
+    let run = hovernav(&[&estimate[..], &["--no-report", "--export", "tum"]].concat());
+    let told = String::from_utf8_lossy(&run.stderr).into_owned();
+    for name in ["report.html", "solution.kml", "solution.mcap", "solution.foxglove-layout.json"] {
+        assert!(!out.join(name).exists() && told.contains(name), "{name}: {told}");
+    }
+    for name in ["solution.csv", "solution.tum", "summary.json", "notes.txt"] {
+        assert!(out.join(name).exists(), "{name}");
+    }
 }

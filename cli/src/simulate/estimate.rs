@@ -1,0 +1,64 @@
+//! What the filter makes of a simulated flight whose dataset is written.
+
+use std::path::Path;
+
+use hovernav::time::Time;
+use hovernav_log::{Dataset, Reference, Run, Score, score};
+
+use crate::flight_page::{self, FlightData};
+use crate::output;
+use crate::summary::RunSummary;
+
+/// A simulated flight as estimated from its record, held against its truth.
+pub struct Estimate {
+    pub run: Run,
+    pub reference: Option<Reference>,
+    pub score: Option<Score>,
+    pub summary: RunSummary,
+}
+
+impl Estimate {
+    /// Runs the filter over `dataset`, which stands in `out` with its truth beside it; `progress` is told how many
+    /// samples are done.
+    pub fn of(dataset: &mut Dataset, out: &Path, progress: impl Fn(usize)) -> anyhow::Result<Self> {
+        let settings = dataset.settings()?;
+        let run = dataset.estimate(&settings, progress);
+        let mut summary =
+            RunSummary::new(Path::new(&dataset.manifest.vehicle), dataset, &run, false);
+        let reference = Reference::open(out, &dataset.manifest)?;
+        let score =
+            reference.as_ref().map(|reference| score(&run.solutions, reference, Time::ZERO));
+        summary.set_scores(score.as_ref(), Vec::new());
+        Ok(Self { run, reference, score, summary })
+    }
+
+    /// Writes `report.html` to `out`; a flight without a solution has none, which is said.
+    pub fn write_page(&self, title: &str, dataset: &Dataset, out: &Path) -> anyhow::Result<()> {
+        let Self { run, reference, score, summary } = self;
+        if run.solutions.is_empty() {
+            output::say(
+                "no report.html: the filter did not align, and there is no solution to draw",
+            );
+            output::remove_stale(out, [output::REPORT]);
+            return Ok(());
+        }
+        let page = FlightData {
+            title,
+            headlines: &summary.headlines(),
+            facts: &summary.facts(),
+            warnings: &summary.warnings,
+            solutions: &run.solutions,
+            fixes: &dataset.fixes,
+            innovations: &flight_page::innovations(run),
+            reference: &flight_page::reference_moments(&run.solutions, reference.as_ref()),
+            score: score.as_ref(),
+            log: Some(dataset),
+            baro: &dataset.baro,
+            sticks: &flight_page::sticks(dataset)?,
+            notices: &run.notices,
+            findings: &summary.findings,
+            ..FlightData::default()
+        };
+        flight_page::page(&page).write(&out.join(output::REPORT))
+    }
+}
