@@ -9,6 +9,7 @@ use super::error::FlyError;
 use super::messages;
 use super::notification::{EventLog, Notification};
 use super::port_name::PortName;
+use super::receiver_watch::ReceiverWatch;
 use super::report::FlightReport;
 use super::servos::{PilotState, Servos};
 use super::utc::UtcClock;
@@ -35,9 +36,6 @@ const CYCLES_WITHOUT_SAMPLE: f64 = 1.5;
 
 /// The inertial unit counts as lost when its last sample came longer ago than this, s.
 const SAMPLE_FRESH_S: f64 = 0.15;
-
-/// The receiver counts as lost when its last good fix came longer ago than this, s.
-const FIX_FRESH_S: f64 = 3.0;
 
 /// The estimator, the servos, the record and the telemetry of a flight, and what they have come to.
 ///
@@ -71,8 +69,7 @@ pub struct FlightLoop {
     /// When the last cycle was.
     last_cycle: Time,
     last_sample: Option<SampleTimes>,
-    /// Arrival of the last good fix.
-    last_fix: Option<Time>,
+    receiver: ReceiverWatch,
     utc: UtcClock,
     snapshot: Snapshot,
     supplement: Supplement,
@@ -135,7 +132,7 @@ impl FlightLoop {
             cycle_s,
             last_cycle: start,
             last_sample: None,
-            last_fix: None,
+            receiver: ReceiverWatch::new(start),
             utc: UtcClock::new(start, unix_ns),
             snapshot,
             supplement: Supplement::at(start),
@@ -187,7 +184,7 @@ impl FlightLoop {
                 } else {
                     if let Event::Gps(_) = event {
                         self.report.fixes += 1;
-                        self.last_fix = Some(now);
+                        self.receiver.hear_fix(now);
                     }
                     self.estimate(now, &event);
                 }
@@ -310,7 +307,7 @@ impl FlightLoop {
         let inputs = ControlInputs {
             now,
             solution: self.flown.as_ref(),
-            fix_age_s: self.last_fix.map(|arrival| (now - arrival).max(0.0)),
+            fix_age_s: self.receiver.last_fix().map(|arrival| (now - arrival).max(0.0)),
             pulses: &pilot.pulses,
             servos_good: self.servos_good,
             late_cycles: self.late_cycles,
@@ -350,17 +347,12 @@ impl FlightLoop {
         (outputs.sticks, outputs.widths_ms)
     }
 
-    /// Notices when fixes stay away, and when they are back.
+    /// Notices when fixes stay away or never came, and when they are back.
     fn watch_receiver(&mut self, now: Time) {
-        let good = self.last_fix.is_some_and(|arrival| now - arrival < FIX_FRESH_S);
-        if std::mem::replace(&mut self.snapshot.status.gps, good) != good {
-            let (level, text) = if good {
-                (Level::Info, "fixes come")
-            } else {
-                (Level::Warning, "no good fix for 3 s")
-            };
+        if let Some((level, text)) = self.receiver.look(now) {
             self.log.event(now, level, "gps_fixes", text);
         }
+        self.snapshot.status.gps = self.receiver.is_good();
     }
 
     /// Notices when the record is not written, and when it is again.
@@ -406,7 +398,7 @@ impl FlightLoop {
         self.log.tell_changed_ports(now);
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
-        snapshot.gps.age_s = self.last_fix.map(|arrival| (now - arrival).max(0.0));
+        snapshot.gps.age_s = self.receiver.last_fix().map(|arrival| (now - arrival).max(0.0));
         self.supplement.time = now;
         self.log.downlinks.offer(snapshot, &self.supplement);
         snapshot.innovations.clear();

@@ -10,6 +10,7 @@ mod messages;
 mod notification;
 mod port_name;
 mod realtime;
+mod receiver_watch;
 mod repeats;
 mod report;
 mod servos;
