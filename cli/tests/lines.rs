@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{designed, hovernav, place, refusal, succeeds, summary};
+use common::{assert_keys, designed, hovernav, place, refusal, succeeds, summary};
 
 /// What a program wrote.
 fn said(bytes: &[u8]) -> String {
@@ -104,11 +104,9 @@ fn a_flight_over_the_lines_leaves_a_dataset_and_a_summary_like_any_other() {
     assert!(is_late || reported.starts_with("Good: "), "{reported}");
     assert!(!summary(&directory.join("truth"))["servo_packets"]["longest_gap_s"].is_null());
     for written in ["truth", "report"] {
-        let summary = summary(&directory.join(written));
-        let keys = ["tool", "version", "input", "duration_s", "wall_s", "imu_samples"];
-        for key in keys.iter().chain(&["gps_fixes_used", "gps_fixes_rejected"]) {
-            assert!(!summary[key].is_null(), "{written}: {key}");
-        }
+        assert_keys(&summary(&directory.join(written)), &[]);
+        let page = fs::metadata(directory.join(written).join("report.html")).expect("a page");
+        assert!(page.len() > 1_000_000, "{written}");
     }
     let estimated = succeeds(&["estimate", &at("truth"), "--no-report", "--out", &at("again")]);
     assert!(estimated.contains("fixes"), "{estimated}");
