@@ -1,5 +1,4 @@
 //! What of a fix's errors wanders: several fixes in a row have it in common.
-#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::super::covariance::{Relaxation, Transition};
 use super::super::filter::Ekf;
