@@ -9,6 +9,7 @@
 
 mod arguments;
 mod check;
+mod curve;
 mod discretize;
 mod disturbance;
 mod double_double;
@@ -23,7 +24,6 @@ mod reachability;
 mod response;
 mod riccati;
 pub mod thesis;
-mod zeros;
 
 pub use check::{CheckedDesign, CheckedPrintedDesign};
 pub use discretize::zero_order_hold;

@@ -6,9 +6,9 @@ use std::sync::OnceLock;
 use nalgebra::{Complex, DMatrix};
 
 use super::arguments::check;
+use super::curve::Curve;
 use super::error::DesignError;
 use super::response::logarithmic_frequencies;
-use super::zeros::zeros;
 use hovernav_model::linalg::{complex, eigenvalues};
 use hovernav_model::{FrequencySweep, Signal, StateSpace, TimeDomain};
 
@@ -121,6 +121,9 @@ impl Margins {
 const ANY_GAIN: f64 = 1e6;
 /// Points of the first search over frequency.
 const GRID: usize = 1500;
+
+/// (I + L)⁻¹ at a frequency.
+type Sensitivity = DMatrix<Complex<f64>>;
 
 impl Loop {
     /// The loop of `plant` under state feedback u = −K x, cut at the plant's inputs; `gain` is m×n.
@@ -243,22 +246,15 @@ impl Loop {
             return Err(DesignError::UnstableLoop { re: pole.re, im: pole.im });
         }
         let grid = self.grid(&poles)?;
+        let curve = Curve::new(&grid, |frequency| self.sensitivity(frequency));
         let channels = (0..self.open.inputs().len())
-            .map(|channel| self.channel_margins(channel, &grid))
+            .map(|channel| self.channel_margins(channel, &curve))
             .collect();
-        let sensitivity = peak(&grid, |frequency| {
-            self.sensitivity(frequency).map(|s| largest_singular_value(&s))
-        });
-        let complementary = peak(&grid, |frequency| {
-            let s = self.sensitivity(frequency)?;
-            Some(largest_singular_value(&(identity(&s) - s)))
-        });
+        let sensitivity = curve.peak(largest_singular_value);
+        let complementary = curve.peak(|s| largest_singular_value(&(identity(s) - s)));
         // S − T over 2, whose structured size is one over the disk margin.
-        let size = peak(&grid, |frequency| {
-            let s = self.sensitivity(frequency)?;
-            let half = Complex::new(0.5, 0.0);
-            Some(scaled_singular_value(&(&s - identity(&s) * half)))
-        });
+        let half = Complex::new(0.5, 0.0);
+        let size = curve.peak(|s| scaled_singular_value(&(s - identity(s) * half)));
         let disk = Peak { frequency_radps: size.frequency_radps, value: 1.0 / size.value };
         Ok(Margins { channels, disk, sensitivity, complementary })
     }
@@ -320,7 +316,7 @@ impl Loop {
     }
 
     /// (I + L)⁻¹ at a frequency.
-    pub(super) fn sensitivity(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
+    pub(super) fn sensitivity(&self, frequency_radps: f64) -> Option<Sensitivity> {
         let sweep = self.sweep.get_or_init(|| self.open.linear().sweep());
         let mut around = sweep.at(frequency_radps)?;
         for index in 0..around.nrows() {
@@ -330,11 +326,13 @@ impl Loop {
     }
 
     /// Equation (L13) of docs/equations.md.
-    fn channel_margins(&self, channel: usize, grid: &[f64]) -> ChannelMargins {
+    fn channel_margins(
+        &self,
+        channel: usize,
+        curve: &Curve<'_, Sensitivity, impl Fn(f64) -> Option<Sensitivity>>,
+    ) -> ChannelMargins {
         // With the other channels closed, the loop seen at this one is 1/S − 1.
-        let seen = |frequency: f64| {
-            self.sensitivity(frequency).map(|s| s[(channel, channel)].inv() - Complex::ONE)
-        };
+        let seen = |s: &Sensitivity| s[(channel, channel)].inv() - Complex::ONE;
         let mut margins = ChannelMargins {
             name: self.open.inputs()[channel].name.clone(),
             gain_up: None,
@@ -365,21 +363,20 @@ impl Loop {
             TimeDomain::Discrete { period_s } => Some(PI / period_s),
         };
         for frequency in [Some(0.0), nyquist].into_iter().flatten() {
-            if let Some(value) = seen(frequency)
+            if let Some(value) = curve.at(frequency).as_ref().map(seen)
                 && value.im.abs() <= 1e-6 * value.norm()
             {
                 note_gain(frequency, value);
             }
         }
-        let imaginary = |frequency| seen(frequency).map(|value| value.im);
-        for frequency in zeros(grid, imaginary) {
-            if let Some(value) = seen(frequency) {
-                note_gain(frequency, value);
+        for frequency in curve.zeros(|s| seen(s).im) {
+            if let Some(s) = curve.at(frequency) {
+                note_gain(frequency, seen(&s));
             }
         }
-        let log_gain = |frequency| seen(frequency).map(|value| value.norm().ln());
-        for frequency_radps in zeros(grid, log_gain) {
-            let Some(value) = seen(frequency_radps) else { continue };
+        for frequency_radps in curve.zeros(|s| seen(s).norm().ln()) {
+            let Some(s) = curve.at(frequency_radps) else { continue };
+            let value = seen(&s);
             let lag = (-value).arg();
             let crossing = Crossing { frequency_radps, margin: lag.abs() };
             if margins.phase.is_none_or(|known| crossing.margin < known.margin) {
@@ -390,14 +387,9 @@ impl Loop {
                 margins.delay_s = Some(delay_s);
             }
         }
-        let rejection = |frequency| {
-            let s = self.sensitivity(frequency)?;
-            Some(s[(channel, channel)].norm().ln() + 0.5 * 2f64.ln())
-        };
-        let held_down_at_first =
-            grid.first().and_then(|&first| rejection(first)).is_some_and(|value| value < 0.0);
-        if held_down_at_first {
-            margins.disturbance_rejection_bandwidth_radps = zeros(grid, rejection).first().copied();
+        let rejection = |s: &Sensitivity| s[(channel, channel)].norm().ln() + 0.5 * 2f64.ln();
+        if curve.first().is_some_and(|s| rejection(s) < 0.0) {
+            margins.disturbance_rejection_bandwidth_radps = curve.zeros(rejection).first().copied();
         }
         margins
     }
@@ -475,32 +467,4 @@ fn scaled_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
         }
     }
     largest_singular_value(&scaled).min(largest_singular_value(matrix))
-}
-
-/// The highest point of a function of frequency: that of the grid, refined by golden section between
-/// its neighbours.
-pub(super) fn peak(grid: &[f64], value: impl Fn(f64) -> Option<f64>) -> Peak {
-    let at = |frequency: f64| value(frequency).unwrap_or(f64::NEG_INFINITY);
-    let values: Vec<f64> = grid.iter().map(|&frequency| at(frequency)).collect();
-    let highest =
-        (0..grid.len()).max_by(|&one, &other| values[one].total_cmp(&values[other])).unwrap_or(0);
-    let mut best = Peak { frequency_radps: grid[highest], value: values[highest] };
-    let mut low = grid[highest.saturating_sub(1)];
-    let mut high = grid[(highest + 1).min(grid.len() - 1)];
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    for _ in 0..60 {
-        let (left, right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        let (at_left, at_right) = (at(left), at(right));
-        if at_left > at_right {
-            high = right;
-        } else {
-            low = left;
-        }
-        for (frequency_radps, value) in [(left, at_left), (right, at_right)] {
-            if value > best.value {
-                best = Peak { frequency_radps, value };
-            }
-        }
-    }
-    best
 }

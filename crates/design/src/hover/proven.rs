@@ -3,8 +3,8 @@
 
 use nalgebra::{Complex, DMatrix};
 
+use crate::curve::Curve;
 use crate::logarithmic_frequencies;
-use crate::margins::peak;
 use hovernav_model::linalg::{complex, symmetric};
 use hovernav_model::{FrequencySweep, LinearModel, TimeDomain};
 
@@ -89,9 +89,9 @@ impl UncertainLoop {
     pub fn radius(&self) -> ProvenRadius {
         let nyquist = std::f64::consts::PI / self.period_s;
         let grid = logarithmic_frequencies(FIRST_RADPS, nyquist, FREQUENCIES);
-        let gain = |frequency_radps: f64| self.gain(frequency_radps);
-        let highest = peak(&grid, gain);
-        let at_zero = gain(0.0).unwrap_or(0.0);
+        let curve = Curve::new(&grid, |frequency_radps| self.gain(frequency_radps));
+        let highest = curve.peak(|gain| *gain);
+        let at_zero = curve.at(0.0).unwrap_or(0.0);
         let (gain, frequency_radps) = if at_zero > highest.value {
             (at_zero, 0.0)
         } else {
