@@ -100,6 +100,16 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
     }
 }
 
+#[test]
+fn fixes_within_gaps_that_come_soon_after_each_other_are_no_fault_of_a_clock() {
+    let found = findings(&["gap=2.5@100", "gap=2.5@104"]);
+    let unusable: Vec<_> = found.iter().filter(|finding| finding.kind == "unusable").collect();
+    assert!(!unusable.is_empty(), "{found:?}");
+    for finding in unusable {
+        assert!(finding.words.contains("the inertial samples were missing"), "{}", finding.words);
+    }
+}
+
 /// Reading the log says of each that its height is empty; its vertical velocity is there.
 #[test]
 fn a_height_that_is_empty_is_no_height_held_and_no_velocity_absent() {

@@ -1,5 +1,7 @@
 //! Readings that could not be compared at all.
 
+use std::ops::RangeInclusive;
+
 use hovernav::ekf::{Aid, Notice, ResetCause, Unusable};
 
 use super::spans::spans;
@@ -23,17 +25,23 @@ const AIDS: [(Aid, &str); 6] = [
     (Aid::Rangefinder, "rangefinder"),
 ];
 
-const REASONS: [Unusable; 9] = [
-    Unusable::NotFinite,
-    Unusable::TooOld,
-    Unusable::AheadOfImu,
-    Unusable::Repeated,
-    Unusable::Stuck,
-    Unusable::WrongBaseline,
-    Unusable::Reversed,
-    Unusable::TurnsOtherwise,
-    Unusable::Outlier,
+/// Reasons, and whether the readings came while the inertial samples were missing.
+const REASONS: [(Unusable, bool); 11] = [
+    (Unusable::NotFinite, false),
+    (Unusable::TooOld, false),
+    (Unusable::TooOld, true),
+    (Unusable::AheadOfImu, false),
+    (Unusable::AheadOfImu, true),
+    (Unusable::Repeated, false),
+    (Unusable::Stuck, false),
+    (Unusable::WrongBaseline, false),
+    (Unusable::Reversed, false),
+    (Unusable::TurnsOtherwise, false),
+    (Unusable::Outlier, false),
 ];
+
+/// A gap also leaves what came so long, s, before it, and was not taken in at once, behind.
+const WAITING_S: f64 = 0.3;
 
 /// For so long, s, a filter that has just started remembers too little for a fix that comes late.
 const STARTING_S: f64 = 1.0;
@@ -51,12 +59,17 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         let next = disturbed_s.partition_point(|&disturbed_s| disturbed_s < time_s);
         disturbed_s.get(next).is_some_and(|&disturbed_s| disturbed_s - time_s < BEGINS_S)
     };
+    let gaps = gaps(log);
+    let hides = |reason| matches!(reason, Unusable::AheadOfImu | Unusable::TooOld);
+    let in_a_gap = |time_s: f64| gaps.iter().any(|gap| gap.contains(&time_s));
     for (aid, sensor) in AIDS {
-        for reason in REASONS {
+        for (reason, of_gaps) in REASONS {
             let is_told = |time_s: f64| reason == Unusable::Outlier && begins_one(time_s);
             let moments = log.run.notices.iter().filter_map(|notice| match notice {
                 Notice::NotUsed { time, aid: of, reason: why }
-                    if (*of, *why) == (aid, reason) && !is_told(time.seconds()) =>
+                    if (*of, *why) == (aid, reason)
+                        && !is_told(time.seconds())
+                        && of_gaps == (hides(reason) && in_a_gap(time.seconds())) =>
                 {
                     Some((time.seconds(), 0.0))
                 }
@@ -85,10 +98,9 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                         "{sensor}: {} {aid} readings not used {}: {}",
                         span.count,
                         when(span.start_s, span.end_s),
-                        if reason == Unusable::AheadOfImu && in_a_gap(log, span.start_s, span.end_s) {
-                            "the inertial samples were missing, and these too old when they came again"
-                        } else {
-                            in_words(reason)
+                        match of_gaps {
+                            true => "the inertial samples were missing, and these too old when they came again",
+                            false => in_words(reason),
                         }
                     ),
                 });
@@ -97,19 +109,16 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Whether inertial samples were missing all the while.
-fn in_a_gap(log: &Judged<'_>, start_s: f64, end_s: f64) -> bool {
-    log.run.notices.iter().any(|notice| {
-        let (time, length_s) = match *notice {
-            Notice::GapBridged { time, length_s } => (time, length_s),
-            Notice::CovarianceReset { time, cause: ResetCause::LongGap { length_s } } => {
-                (time, length_s)
-            }
-            _ => return false,
-        };
-        let gap_end_s = time.seconds();
-        gap_end_s - length_s <= start_s && end_s <= gap_end_s
-    })
+/// When inertial samples were missing, and just before, s.
+fn gaps(log: &Judged<'_>) -> Vec<RangeInclusive<f64>> {
+    let of_notice = |notice: &Notice| match *notice {
+        Notice::GapBridged { time, length_s }
+        | Notice::CovarianceReset { time, cause: ResetCause::LongGap { length_s } } => {
+            Some(time.seconds() - length_s - WAITING_S..=time.seconds())
+        }
+        _ => None,
+    };
+    log.run.notices.iter().filter_map(of_notice).collect()
 }
 
 const fn kind(reason: Unusable) -> &'static str {
