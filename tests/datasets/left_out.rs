@@ -139,8 +139,7 @@ fn a_second_antenna_without_which_the_fixes_agree_is_not_used() {
 
         dataset.headings = heading(0.3).collect();
         let run = dataset.estimate(&config, |_| {});
-        let denied = denied_aid(&dataset, &config, &run);
-        let told = dataset.leave_out(denied.into_iter().collect());
+        let told = dataset.leave_out_denied(&config, &run);
         let [finding] = &told[..] else { panic!("seed {seed}: {told:?}") };
         assert!(finding.to_string().starts_with("second antenna: not used: "), "{finding}");
         assert!(dataset.headings.is_empty());

@@ -14,8 +14,7 @@ use hovernav::ins::HeadingSource;
 use hovernav::time::Time;
 use hovernav_formats::{Format, Log};
 use hovernav_log::{
-    Dataset, Finding, Keep, Outage, Reference, Run, SetupFinding, denied_aid, outage_drift, score,
-    thin,
+    Dataset, Finding, Keep, Outage, Reference, Run, SetupFinding, outage_drift, score, thin,
 };
 
 use self::columns::ColumnsArgument;
@@ -135,8 +134,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let mut flown = fly(arguments, log, out, &dataset, &config, keep)?;
     // What was handed to a pipe cannot be taken back.
     if leaves_out && !export::is_piped(&arguments.export) {
-        let denied = denied_aid(&dataset, &config, &flown.run);
-        let without = dataset.leave_out(denied.into_iter().collect());
+        let without = dataset.leave_out_denied(&config, &flown.run);
         if !without.is_empty() {
             flown = fly(arguments, log, out, &dataset, &config, keep)?;
             left_out.extend(without);

@@ -95,9 +95,10 @@ impl SetupFinding {
             end_s,
             sensor: self.sensor,
             kind: "set-up",
-            severity: match self.is_certain && !self.can_be_left_out() {
-                true => Severity::Error,
-                false => Severity::Warning,
+            severity: if self.is_certain && !self.can_be_left_out() {
+                Severity::Error
+            } else {
+                Severity::Warning
             },
             count: 1,
             words: self.to_string(),

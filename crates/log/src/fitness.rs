@@ -6,7 +6,9 @@ use crate::axes::Reading;
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::finding::{AIDS, SetupFinding};
-use hovernav::ekf::Aid;
+use crate::plausibility::denied_aid;
+use crate::replay::Run;
+use hovernav::ekf::{Aid, EstimatorConfig};
 
 impl Dataset {
     /// The rate of the inertial samples, Hz: their number over their span or, where gaps make that
@@ -66,6 +68,13 @@ impl Dataset {
             left_out.push(finding);
         }
         left_out
+    }
+
+    /// [Leaves out](Self::leave_out) the source of heading without which the fixes agree with a `run` that they deny, if there
+    /// is one: see [`denied_aid`]. Where anything is given back the log is to be estimated once more.
+    pub fn leave_out_denied(&mut self, config: &EstimatorConfig, run: &Run) -> Vec<SetupFinding> {
+        let denied = denied_aid(self, config, run);
+        self.leave_out(denied.into_iter().collect())
     }
 }
 

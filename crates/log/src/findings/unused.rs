@@ -98,9 +98,10 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                         "{sensor}: {} {aid} readings not used {}: {}",
                         span.count,
                         when(span.start_s, span.end_s),
-                        match of_gaps {
-                            true => "the inertial samples were missing, and these too old when they came again",
-                            false => in_words(reason),
+                        if of_gaps {
+                            "the inertial samples were missing, and these too old when they came again"
+                        } else {
+                            in_words(reason)
                         }
                     ),
                 });

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hovernav_log::{Dataset, LogError, Run, denied_aid, sentences};
+use hovernav_log::{Dataset, LogError, Run, sentences};
 
 /// Runs the estimator over `dataset` with the settings of its own manifest; the warnings are those of
 /// reading it and of running.
@@ -15,7 +15,7 @@ pub(super) fn estimate(mut dataset: Dataset) -> Result<(Run, Vec<String>), LogEr
     let mut left_out = dataset.leave_out(denied);
     let config = dataset.settings()?;
     let mut run = dataset.estimate(&config, |_| {});
-    let without = dataset.leave_out(denied_aid(&dataset, &config, &run).into_iter().collect());
+    let without = dataset.leave_out_denied(&config, &run);
     if !without.is_empty() {
         run = dataset.estimate(&config, |_| {});
         left_out.extend(without);
