@@ -19,6 +19,7 @@ use super::measurement::{AntennaHeadingMemory, BiasShift, Ground, stated_times};
 use super::motion_sum::MotionSum;
 use super::net_turn::NetTurn;
 use super::prediction::{ImuFault, Prediction, ResetCause};
+use super::rectification::Rectification;
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
@@ -40,6 +41,7 @@ pub(super) struct Samples<T> {
     pub suspicion: Suspicion<T>,
     pub force_sum: ForceSum<T>,
     pub rest: Rest,
+    pub rectification: Rectification,
     /// Mean rate of a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
     /// The last sample that was watched: filters that share their samples watch each only once.
@@ -53,6 +55,7 @@ impl<T: Scalar> Samples<T> {
         suspicion: Suspicion::NONE,
         force_sum: ForceSum::NONE,
         rest: Rest::NONE,
+        rectification: Rectification::NONE,
         resting_rate_radps: None,
         watched: None,
     };
@@ -64,6 +67,7 @@ impl<T: Scalar> Samples<T> {
         self.suspicion = Suspicion::NONE;
         self.force_sum = ForceSum::NONE;
         self.rest = Rest::NONE;
+        self.rectification = Rectification::NONE;
         self.resting_rate_radps = None;
         self.watched = None;
     }

@@ -27,6 +27,7 @@ mod motion_sum;
 mod net_turn;
 mod prediction;
 mod process;
+mod rectification;
 #[cfg(feature = "alloc")]
 mod smoother;
 mod solution;

@@ -34,6 +34,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let integrity = &mut self.samples.integrity;
         self.samples.suspicion =
             integrity.push((&mean, momentary), &sample.clipped, interval_s, &scale);
+        let vibration = self.samples.integrity.accel_vibration();
+        self.samples.rectification.push(
+            vibration,
+            interval_s,
+            self.config.imu.accel_bias_sigma_mps2,
+        );
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
         self.samples.watched = Some(sample.time);
     }
@@ -97,6 +103,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             if let Some(noise) = noise.get_mut(state) {
                 *noise = T::of(rate) * interval_s;
             }
+        }
+        let [.., down] = self.state.body_to_ned.rows();
+        let rectified = self.samples.rectification.variance(down, interval_s);
+        for (noise, rectified) in noise.iter_mut().skip(ACCEL_BIAS).zip(rectified) {
+            *noise += rectified;
         }
         Relaxation { decay, noise }
     }
