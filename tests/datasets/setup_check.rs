@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
+use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, alternative};
 use hovernav_sim::faults::{Fault, Log};
@@ -242,5 +243,40 @@ fn a_velocity_that_scatters_as_much_as_the_vehicle_moves_is_in_no_other_unit() {
         let dataset = Dataset { fixes: wandering(seed), ..Dataset::default() };
         let found = dataset.check_setup();
         assert!(found.iter().all(|finding| finding.sensor != "gps"), "seed {seed}: {found:?}");
+    }
+}
+
+/// A minute of `dataset`'s clock in which the vehicle sways by 0.1 rad/s and rolls right over in a second every
+/// `every_s`, its thrust along its own axis throughout and cut by half upside down; rates times `scale`.
+fn turning_over(mut dataset: Dataset, every_s: f64, scale: f64) -> Dataset {
+    let sample = |k: i64| {
+        let time_s = 0.01 * k as f64;
+        let within_s = time_s % every_s;
+        let (roll_radps, thrust_g) =
+            if within_s < 1.0 { (TAU, if within_s < 0.5 { 1.4 } else { 0.6 }) } else { (0.0, 1.0) };
+        let sway_radps = 0.1 * (2.0 * time_s).sin();
+        let rate = Vector::new(roll_radps, sway_radps, 0.02);
+        let motion = Motion::Rates {
+            angular_rate_radps: rate * scale,
+            specific_force_mps2: Vector::new(0.0, 0.0, -9.8 * thrust_g),
+        };
+        ImuSample::new(Time::from_nanoseconds(k * 10_000_000), motion)
+    };
+    dataset.imu = (1..=6_000).map(sample).collect();
+    dataset.fixes.clear();
+    dataset
+}
+
+#[test]
+fn a_vehicle_that_turns_over_is_not_in_degrees() {
+    let found = |every_s: f64, scale: f64| {
+        let dataset = turning_over(Dataset::open(&heli_hover()).unwrap(), every_s, scale);
+        dataset.check_setup().iter().any(|one| one.to_string().contains("°/s"))
+    };
+    for every_s in [100.0, 14.0, 5.0, 2.5] {
+        assert!(!found(every_s, 1.0), "every {every_s} s");
+    }
+    for every_s in [100.0, 14.0] {
+        assert!(found(every_s, 57.3), "every {every_s} s, in °/s");
     }
 }

@@ -147,18 +147,26 @@ fn with_attitude(regression: &Regression<3>, found: &mut Vec<SetupFinding>) -> b
 }
 
 /// Gravity beside the gyros: it turns in the body as they say, the other way; where it hardly turns while they
-/// say it goes round and round, they are in °/s.
+/// say it goes round and round, they are in °/s. A rotor's thrust turns with the body as it flips, but not for a
+/// quarter of a flight, and not at one thrust all the while.
 pub(super) struct Tilting {
     means: Means,
     before: Option<Second>,
-    predicted: f64,
-    seen: f64,
     count: f64,
+    /// Of the parts over which the gyros turn fast: how many, sums of the squares of what they say and of how far
+    /// gravity turns, rad, and of what is felt and its square, in the unit of the log.
+    fast: [f64; 5],
 }
+
+/// Turning faster than this over a part, rad, is fast.
+const FAST_RAD: f64 = 0.5;
+/// No flight turns fast for so much of its time while what is felt varies by less than so much of it.
+const FAST_SHARE: f64 = 0.25;
+const FELT_SHARE: f64 = 0.3;
 
 impl Default for Tilting {
     fn default() -> Self {
-        Self { means: Means::over(OVER_S), before: None, predicted: 0.0, seen: 0.0, count: 0.0 }
+        Self { means: Means::over(OVER_S), before: None, count: 0.0, fast: [0.0; 5] }
     }
 }
 
@@ -179,9 +187,13 @@ impl Tilting {
             let [p, q, r] = mid;
             let turned = norm([q * z - r * y, r * x - p * z, p * y - q * x]) * OVER_S;
             let change = [0, 1, 2].map(|axis| (after.force_mps2[axis] - force[axis]) / size);
-            self.predicted += turned * turned;
-            self.seen += norm(change).powi(2);
             self.count += 1.0;
+            if turned > FAST_RAD {
+                let part = [1.0, turned * turned, norm(change).powi(2), size, size * size];
+                for (sum, value) in self.fast.iter_mut().zip(part) {
+                    *sum += value;
+                }
+            }
         }
         self.before = Some(after);
     }
@@ -189,24 +201,24 @@ impl Tilting {
     pub fn check(mut self, found: &mut Vec<SetupFinding>) {
         let last = self.means.finish();
         self.add(last);
-        let Self { predicted, seen, count, .. } = self;
-        against_gravity(predicted, seen, count, found);
-    }
-}
-
-fn against_gravity(predicted: f64, seen: f64, count: f64, found: &mut Vec<SetupFinding>) {
-    let (predicted, seen) = ((predicted / count).sqrt(), (seen / count).sqrt());
-    // Half a radian in half a second, all the time, is no flight.
-    if predicted > 0.5 && seen < 0.3 * predicted.min(2.0) {
-        found.push(SetupFinding {
-            sensor: "inertial unit",
-            is_certain: true,
-            found: format!(
-                "the gyros say that the unit tilts by {predicted:.1} rad each {OVER_S} s, while gravity \
-                 turns by {seen:.2} rad"
-            ),
-            cause: "angular rates in °/s, expected rad/s".into(),
-            mend: "write gyro_unit = \"degps\" under [imu] in dataset.toml".into(),
-        });
+        let [fast, ..] = self.fast;
+        let [_, predicted, seen, felt, felt_squared] = self.fast.map(|sum| sum / fast);
+        let (predicted, seen) = (predicted.sqrt(), seen.sqrt());
+        // Without a fast part all of them are NaN, and nothing is found.
+        if fast >= FAST_SHARE * self.count
+            && felt_squared - felt * felt < (FELT_SHARE * felt).powi(2)
+            && seen < 0.3 * predicted.min(2.0)
+        {
+            found.push(SetupFinding {
+                sensor: "inertial unit",
+                is_certain: true,
+                found: format!(
+                    "the gyros say that the unit tilts by {predicted:.1} rad each {OVER_S} s, while gravity \
+                     turns by {seen:.2} rad"
+                ),
+                cause: "angular rates in °/s, expected rad/s".into(),
+                mend: "write gyro_unit = \"degps\" under [imu] in dataset.toml".into(),
+            });
+        }
     }
 }
